@@ -1,0 +1,54 @@
+"""pendpin: the 3D compound pendulum on a universal joint, and chains of them, every number by several routes."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pendpin import effects
+    from pendpin.crosschecks import crosscheck
+    from pendpin.dynamics import Dynamics, bind
+    from pendpin.errors import InputError, MissingLibrary, PendpinError, RunError
+    from pendpin.scene import Chain, Rod, Scene, Solver, Start, UrdfModel, load_scene
+    from pendpin.simulation import simulate
+    from pendpin.trajectory import Trajectory
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "crosschecks": ("crosscheck",),
+    "dynamics": ("Dynamics", "bind"),
+    "errors": ("InputError", "MissingLibrary", "PendpinError", "RunError"),
+    "scene": ("Chain", "Rod", "Scene", "Solver", "Start", "UrdfModel", "load_scene"),
+    "simulation": ("simulate",),
+    "trajectory": ("Trajectory",),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "Chain",
+    "Dynamics",
+    "InputError",
+    "MissingLibrary",
+    "PendpinError",
+    "Rod",
+    "RunError",
+    "Scene",
+    "Solver",
+    "Start",
+    "Trajectory",
+    "UrdfModel",
+    "bind",
+    "crosscheck",
+    "effects",
+    "load_scene",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name where it is first used, so that importing pendpin costs nothing."""
+    if name == "effects":
+        return import_module("pendpin.effects")
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'pendpin' has no attribute {name!r}")
+    return getattr(import_module(f"pendpin.{_HOME_OF[name]}"), name)

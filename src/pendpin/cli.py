@@ -1,0 +1,261 @@
+"""The commands. They read, call, print and write; the physics is elsewhere."""
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pendpin.errors import PendpinError, RunError
+
+if TYPE_CHECKING:
+    from pendpin.crosschecks import Report
+    from pendpin.scene import Scene
+    from pendpin.trajectory import Trajectory
+
+app = typer.Typer(
+    name="pendpin",
+    help="The 3D compound pendulum and chains of rods: simulate, cross-check, draw, animate.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+SceneFile = Annotated[Path | None, typer.Argument(help="Scene file (TOML); the built-in single rod if absent.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
+
+
+def main() -> None:
+    """Run the command line: every foreseen fault ends in one line on stderr and exit status 1."""
+    try:
+        app()
+    except PendpinError as error:
+        _fail(str(error))
+    except KeyboardInterrupt:
+        _fail("stopped by the user", 130)
+    except BrokenPipeError:  # the reader of our output is gone
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+    except MemoryError:
+        _fail("out of memory: ask for fewer samples or a smaller model")
+
+
+def _fail(message: str, status: int = 1) -> None:
+    print(f"pendpin: {' '.join(message.split())}", file=sys.stderr)
+    sys.exit(status)
+
+
+@app.command()
+def run(
+    scene: SceneFile = None,
+    method: Annotated[str | None, typer.Option(help="Integration method, such as dop853.")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")] = None,
+    out: Annotated[Path, typer.Option(help="Where the run is saved.")] = Path("run.npz"),
+    html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
+    view: Annotated[bool, typer.Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
+    json: Json = False,
+) -> None:
+    """Simulate a scene, save the run, and say what it took and how far it can be trusted.
+
+    Without SCENE the built-in rod is run, and run.html and run.png are written beside run.npz.
+    """
+    from pendpin.simulation import simulate
+
+    chosen = _scene(scene)
+    if scene is None:
+        html, plot = html or Path("run.html"), plot or Path("run.png")
+    _print_notes(chosen)
+    stopped: RunError | None = None
+    with _progress("integrating", chosen.duration, hidden=json) as watch:
+        try:
+            trajectory = simulate(chosen, method=method, tolerance=tolerance, watch=watch)
+        except RunError as error:
+            stopped, trajectory = error, error.partial
+    files = [trajectory.save(out)]
+    if plot:
+        files.append(_save_plot(trajectory, plot))
+    if html:
+        files.append(_write_page(trajectory, html))
+    _print_run(trajectory, files, json)
+    if stopped:
+        raise stopped
+    if view:
+        _show(trajectory)
+
+
+@app.command()
+def check(
+    scene: SceneFile = None,
+    urdf: Annotated[Path | None, typer.Option(help="A URDF in place of a scene, under gravity.")] = None,
+    states: Annotated[int, typer.Option(min=1, max=10_000_000, help="How many random states.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    json: Json = False,
+) -> None:
+    """Compute accelerations and reactions at random states by every route, and compare each pair of routes."""
+    from pendpin.crosschecks import crosscheck
+    from pendpin.effects import Gravity
+    from pendpin.scene import Scene, UrdfModel
+
+    if scene is not None and urdf is not None:
+        raise typer.BadParameter("give a scene or a URDF, not both")
+    chosen = Scene(model=UrdfModel(path=urdf), effects=(Gravity(),)) if urdf else _scene(scene)
+    _print_notes(chosen)
+    report = crosscheck(chosen, states=states, seed=seed)
+    _print_check(report, json)
+    if not report.ok:
+        worst = report.worst
+        raise PendpinError(
+            f"{worst.quantity} differs between {worst.first} and {worst.second} by {worst.relative:.2g} of its terms "
+            f"(bound {report.bound:g}), at state {worst.state}: q = {_numbers(worst.q)}, v = {_numbers(worst.v)}"
+        )
+
+
+@app.command()
+def view(
+    run: Annotated[Path, typer.Argument(help="A saved run (.npz).")],
+    html: Annotated[Path | None, typer.Option(help="Write the animation to one HTML page and show nothing.")] = None,
+) -> None:
+    """Show a saved run in a browser, on this machine only, until Ctrl-C; or write it as one HTML page."""
+    from pendpin.trajectory import Trajectory
+
+    trajectory = Trajectory.load(run)
+    if html is None:
+        _show(trajectory)
+    else:
+        _print_files([_write_page(trajectory, html)])
+
+
+@app.command()
+def plot(
+    run: Annotated[Path, typer.Argument(help="A saved run (.npz).")],
+    out: Annotated[Path | None, typer.Option(help="The picture: .png, .pdf or .svg; RUN.png if absent.")] = None,
+) -> None:
+    """Draw a saved run: energy, angles and reactions against time."""
+    from pendpin.trajectory import Trajectory
+
+    _print_files([_save_plot(Trajectory.load(run), out or run.with_suffix(".png"))])
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON schema of a scene, for editors that complete and check TOML."""
+    from json import dumps
+
+    from pendpin.scene import Scene
+
+    print(dumps(Scene.model_json_schema(), indent=2))
+
+
+def _scene(path: Path | None) -> "Scene":
+    from pendpin.scene import builtin_scene, load_scene
+
+    return builtin_scene() if path is None else load_scene(path)
+
+
+def _print_notes(scene: "Scene") -> None:
+    from pendpin.model import build
+
+    for note in build(scene.model).notes:
+        print(f"pendpin: note: {note}", file=sys.stderr)
+
+
+def _save_plot(trajectory: "Trajectory", path: Path) -> Path:
+    from pendpin.plot import save_plot
+
+    return save_plot(trajectory, path)
+
+
+def _write_page(trajectory: "Trajectory", path: Path) -> Path:
+    from pendpin.drawing import drawing_of
+    from pendpin.view import write_page
+
+    return write_page(path, drawing_of(trajectory))
+
+
+def _show(trajectory: "Trajectory") -> None:
+    from pendpin.drawing import drawing_of
+    from pendpin.view import serve
+
+    serve(drawing_of(trajectory), ready=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True), open_browser=True)
+
+
+@contextmanager
+def _progress(what: str, end: float, hidden: bool) -> Iterator[Callable[[float], None]]:
+    """A progress bar on stderr, only where a person watches."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=hidden or not console.is_terminal) as progress:
+        task = progress.add_task(what, total=end)
+        yield lambda t: progress.update(task, completed=t)
+
+
+def _print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> None:
+    from dataclasses import asdict
+
+    from pendpin.crosschecks import along
+
+    stats, report = trajectory.stats, along(trajectory)
+    if as_json:
+        found = {"energy_drift": trajectory.energy().drift, "crosscheck": report and report.worst.relative}
+        _print_json(asdict(stats) | found | {"files": [str(file) for file in files]})
+        return
+    rows = {
+        "method": f"{stats.method}, tolerance {stats.tolerance:g} ({stats.library} {stats.version})",
+        "steps": str(stats.steps),
+        "evaluations": str(stats.evaluations),
+        "seconds": f"{stats.seconds:.4f}",
+        "energy drift": f"{trajectory.energy().drift:.1e} of the energy moved",
+        "cross-check": report and f"{report.worst.relative:.1e} at worst, {report.worst.quantity} along the run",
+        "files": ", ".join(str(file) for file in files),
+    }
+    _print_table(["run", ""], [[name, text] for name, text in rows.items() if text])
+
+
+def _print_check(report: "Report", as_json: bool) -> None:
+    from dataclasses import asdict
+
+    if as_json:
+        _print_json(asdict(report) | {"ok": report.ok})
+        return
+    rows = [
+        [r.quantity, f"{r.first} / {r.second}", f"{r.relative:.1e}", f"{r.ulps:.1f}", str(r.state), _verdict(r.ok)]
+        for r in report.rows
+    ]
+    _print_table(["quantity", "routes", "worst, relative", "ulps", "at state", ""], rows)
+    print(f"{report.states} states, bound {report.bound:g} of the terms that enter: {_verdict(report.ok)}")
+
+
+def _verdict(ok: bool) -> str:
+    return "ok" if ok else "BROKEN"
+
+
+def _print_table(head: list[str], rows: list[list[str]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(*head, show_header=any(head[1:]))
+    for row in rows:
+        table.add_row(*row)
+    console = Console()
+    console.print(table)
+
+
+def _print_json(value: Any) -> None:
+    from json import dumps
+
+    print(dumps(value, indent=2, default=str))
+
+
+def _print_files(files: list[Path]) -> None:
+    for file in files:
+        print(f"wrote {file}")
+
+
+def _numbers(values: tuple[float, ...]) -> str:
+    return "(" + ", ".join(f"{value:.6g}" for value in values) + ")"

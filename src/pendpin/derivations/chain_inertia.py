@@ -1,0 +1,94 @@
+"""The mass properties of a chain, and the constants that its equations need, computed once per chain."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.derivations.base import Array
+
+# A principal inertia that is zero stands in the factored matrix as this fraction of a small inertia of the chain.
+# Refinement on the true balances removes it again; the value only sets how many passes that takes (chain_system).
+STAND_IN = 1e-7
+
+
+class Rods(NamedTuple):
+    """Constants of K rods in a row, rods on the last axis; the compliances are those of docs/derivation_chain.md."""
+
+    n: int  # rods in a chain; the K rods are K / n copies of it, one for each state of a batch
+    m: Array  # (K,) kg
+    h: Array  # (K,) m, centre of mass from the joint
+    k: Array  # (K,) m, tip from the centre of mass
+    inertia: Array  # (3, K) kg m², central
+    inverse: Array  # (3, K) its inverse, stand-ins where it is 0
+    base: Array  # (3, K) 1/kg, acceleration of the base for a force there, along b1, b2, b3
+    cross: Array  # (3, K) 1/kg, acceleration of the base for a force on the tip
+    tip_above: Array  # (3, K) 1/kg, acceleration of the tip of the rod above for a force there; 0 for the first
+    inverse_above: Array  # (3, K) inverse of the rod above; 0 for the first
+    k_above: Array  # (K,) k of the rod above; 0 for the first
+
+    def repeated(self, times: int) -> "Rods":
+        """The same chain `times` over, so that a batch of states is one long row."""
+        return self if times == 1 else Rods(self.n, *(np.tile(field, times) for field in self[1:]))
+
+
+@dataclass(frozen=True, eq=False)
+class ChainInertia:
+    """A chain's rods from the support down, each array (n,): the fields of RodInertia, and the length to the next joint.
+
+    A thin rod has I3 = 0, a point mass at the end of a massless rod I1 = I2 = I3 = 0. Values are taken as given: the
+    scene has validated them. Arrays are copied and frozen.
+    """
+
+    m: Array  # kg
+    h: Array  # m, centre of mass from the joint along b3
+    l: Array  # m, next joint from the joint along b3  # noqa: E741
+    I1: Array  # kg m², central, about b1
+    I2: Array  # kg m², central, about b2
+    I3: Array  # kg m², about b3
+
+    def __post_init__(self) -> None:
+        for name in ("m", "h", "l", "I1", "I2", "I3"):
+            values = np.array(getattr(self, name), dtype=float)
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+
+    @property
+    def n(self) -> int:
+        """The number of rods."""
+        return len(self.m)
+
+    @property
+    def first_thin(self) -> int:
+        """Index of the first rod of the thin tail: from it on, no rod has an axial inertia. n if the last one has."""
+        thick = np.flatnonzero(self.I3)
+        return int(thick[-1]) + 1 if thick.size else 0
+
+    @cached_property
+    def rods(self) -> Rods:
+        """The constants of the equations."""
+        m, h, k = self.m, self.h, self.l - self.h
+        inertia = np.array([self.I1, self.I2, self.I3])
+        inverse = 1 / np.where(inertia > 0, inertia, self._stand_ins())
+        across = inverse[[1, 0]]  # a force along b1 turns the rod about b2, and the other way round
+        base, cross, tip = np.tile(1 / m, (3, 3, 1))
+        base[:2] += h * h * across
+        cross[:2] -= h * k * across
+        tip[:2] += k * k * across
+        return Rods(self.n, m, h, k, inertia, inverse, base, cross, _above(tip), _above(inverse), _above(k))
+
+    def _stand_ins(self) -> Array:
+        """What stands for a zero inertia in the factored matrix: small beside all that the rod turns with."""
+        J = self.m * self.h**2
+        transverse = np.where(self.I1 > 0, self.I1, STAND_IN * J)
+        axial, below = np.empty(self.n), np.inf
+        for i in reversed(range(self.n)):
+            below = self.I3[i] if self.I3[i] > 0 else below
+            axial[i] = STAND_IN * min(transverse[i], below)
+        return np.array([STAND_IN * J, STAND_IN * J, axial])
+
+
+def _above(x: Array) -> Array:
+    """Each rod's value handed to the rod below it; the first one gets 0."""
+    return np.concatenate([np.zeros_like(x[..., :1]), x[..., :-1]], -1)

@@ -1,0 +1,37 @@
+"""Gravity: a constant uniform field."""
+
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import field_validator
+
+from pendpin.effects.base import Array, FieldEffect
+from pendpin.records import NotNegative, Vector
+
+
+class Gravity(FieldEffect):
+    """Uniform gravity: the field is acceleration * direction / |direction|.
+
+    acceleration in m/s² (9.81); direction in the world W, z up ((0, 0, -1)), of any length but zero.
+    """
+
+    kind: Literal["gravity"] = "gravity"
+    acceleration: NotNegative = 9.81  # m/s²
+    direction: Vector = (0.0, 0.0, -1.0)
+
+    @field_validator("direction")
+    @classmethod
+    def _not_zero(cls, direction: Vector) -> Vector:
+        if not any(direction):
+            raise ValueError("a direction needs a length: [0, 0, -1] points down")
+        return direction
+
+    @property
+    def constant(self) -> bool:
+        """Gravity does not change with time."""
+        return True
+
+    def field(self, t: Any, xp: Any = np) -> Array:
+        """The same (3,) vector in m/s², W, at all times."""
+        direction = np.array(self.direction) / max(map(abs, self.direction))  # no overflow for any finite numbers
+        return self.acceleration * (direction / np.sqrt(direction @ direction))

@@ -1,0 +1,96 @@
+"""A run as one figure: energy, angles and joint reactions against time."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendpin.errors import InputError
+from pendpin.files import write_whole
+from pendpin.trajectory import Trajectory
+
+FORMATS = ("png", "pdf", "svg")
+MOST_LINES = 6  # curves a panel names; of more, the first and the last are drawn
+
+
+def save_plot(trajectory: Trajectory, path: str | Path) -> Path:
+    """Write the figure of a run to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
+    path = Path(path)
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in FORMATS:
+        raise InputError(f"{path}: a picture's name ends in one of: {', '.join('.' + f for f in FORMATS)}")
+    figure = draw(trajectory)
+    return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=150))
+
+
+def draw(trajectory: Trajectory) -> Any:
+    """The figure of a run: a matplotlib Figure that needs no display."""
+    from matplotlib.figure import Figure
+
+    panels = [_energy, _drift, _angles, _forces]
+    if trajectory.rods is not None and np.abs(trajectory.rods.M3).max() > 0:
+        panels.append(_moments)
+    figure = Figure(figsize=(9, 2.1 * len(panels) + 0.6), layout="constrained")
+    axes = figure.subplots(len(panels), 1, sharex=True)
+    for panel, ax in zip(panels, axes, strict=True):
+        panel(ax, trajectory)
+        ax.grid(alpha=0.25, linewidth=0.6)
+        ax.spines[["top", "right"]].set_visible(False)
+        if ax.get_legend_handles_labels()[0]:
+            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
+    axes[-1].set_xlabel("time, s")
+    stats = trajectory.stats
+    figure.suptitle(f"{stats.method}, tolerance {stats.tolerance:g}, {stats.evaluations} evaluations", fontsize=10)
+    return figure
+
+
+def _energy(ax: Any, trajectory: Trajectory) -> None:
+    energy = trajectory.energy()
+    ax.plot(trajectory.t, energy.kinetic, label="kinetic", color="#d9622b")
+    ax.plot(trajectory.t, energy.potential, label="potential", color="#2b6cb0")
+    ax.plot(trajectory.t, energy.total, label="total", color="#1a202c", linewidth=1.8)
+    ax.set_ylabel("energy, J")
+
+
+def _drift(ax: Any, trajectory: Trajectory) -> None:
+    total = trajectory.energy().total
+    ax.plot(trajectory.t, total - total[0], color="#1a202c", linewidth=0.9, label="total - start")
+    ax.set_ylabel("energy drift, J")
+    ax.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
+
+
+def _angles(ax: Any, trajectory: Trajectory) -> None:
+    for column in _shown(len(trajectory.joints)):
+        ax.plot(trajectory.t, trajectory.q[:, column], label=trajectory.joints[column], linewidth=1.2)
+    ax.set_ylabel("position, rad" if trajectory.rods is not None else "position, rad or m")
+
+
+def _forces(ax: Any, trajectory: Trajectory) -> None:
+    if trajectory.rods is None:
+        for column in _shown(len(trajectory.joints)):
+            size = np.linalg.norm(trajectory.wrench[:, column, :3], axis=-1)
+            ax.plot(trajectory.t, size, label=trajectory.joints[column], linewidth=1.2)
+        ax.set_ylabel("joint force, N")
+        return
+    count = trajectory.rods.R1.shape[1]
+    names = ("R1", "R2", "R3") if count == 1 else ("R3",)
+    for name in names:
+        for column in _shown(count):
+            label = name if count == 1 else f"{name}, rod {column + 1}"
+            ax.plot(trajectory.t, getattr(trajectory.rods, name)[:, column], label=label, linewidth=1.2)
+    ax.set_ylabel("reactions, N" if count == 1 else "tension, N")
+
+
+def _moments(ax: Any, trajectory: Trajectory) -> None:
+    rods = trajectory.reactions()
+    count = rods.M3.shape[1]
+    for column in _shown(count):
+        label = "M3" if count == 1 else f"M3, rod {column + 1}"
+        ax.plot(trajectory.t, rods.M3[:, column], label=label, linewidth=1.2)
+    ax.set_ylabel("moment, N m")
+    ax.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
+
+
+def _shown(count: int) -> list[int]:
+    half = MOST_LINES // 2
+    return list(range(count)) if count <= MOST_LINES else [*range(half), *range(count - half, count)]

@@ -1,0 +1,196 @@
+"""Scenes: what is simulated, as frozen, validated data; read from TOML, described by a JSON schema."""
+
+import math
+import tomllib
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Discriminator, Field, SerializeAsAny, Tag, model_validator
+
+from pendpin.derivations.base import Array, RodInertia
+from pendpin.effects import AnyEffect, Gravity
+from pendpin.errors import InputError
+from pendpin.records import NotNegative, Number, Positive, Record
+
+Method = Literal["dop853", "rk45", "rk23", "radau", "bdf", "lsoda"]
+
+MAX_SCENE_BYTES = 4_000_000
+MAX_SAMPLES = 2_000_000
+SAMPLES_PER_SECOND = 60
+
+
+class Rod(Record):
+    """A rod in its body frame B: b3 runs along it, from its joint to its tip.
+
+    A uniform cylinder unless `com` or `inertia` say otherwise. Radius 0 is a thin rod; mass 0 with a payload is a
+    point mass on a massless rod.
+    """
+
+    length: Positive  # m
+    mass: NotNegative  # kg, without the payload
+    radius: NotNegative = 0.0  # m
+    com: Number | None = Field(None, description="centre of mass from the joint along the rod, m; length/2 if absent")
+    inertia: tuple[NotNegative, NotNegative, NotNegative] | None = Field(
+        None, description="central principal inertia (I1, I2, I3), kg m², without the payload; a uniform rod if absent"
+    )
+    payload: NotNegative = Field(0.0, description="point mass at the tip, kg")
+
+    @cached_property
+    def properties(self) -> RodInertia:
+        """Mass, centre of mass and central inertia with the payload folded in (docs/derivation.md)."""
+        m, p, length = self.mass, self.payload, self.length
+        h = length / 2 if self.com is None else self.com
+        transverse = m * (3 * self.radius**2 + length**2) / 12
+        I1, I2, I3 = self.inertia or (transverse, transverse, m * self.radius**2 / 2)
+        if not p:
+            return RodInertia(m, h, I1, I2, I3)
+        lever = m * (p / (m + p)) * (length - h) ** 2  # the reduced mass at the distance between the two
+        return RodInertia(m + p, h + (length - h) * (p / (m + p)), I1 + lever, I2 + lever, I3)
+
+    @property
+    def impossible(self) -> str | None:
+        """Why no real body has this inertia (one principal value above the sum of the others), or None."""
+        small, middle, large = sorted(self.inertia or (1.0, 1.0, 1.0))
+        if large <= (small + middle) * (1 + 1e-12):
+            return None
+        return f"no real body has this inertia, {large:g} > {small:g} + {middle:g}; the equations hold all the same"
+
+    @model_validator(mode="after")
+    def _has_inertia(self) -> Self:
+        if self.mass + self.payload == 0:
+            raise ValueError("a rod needs a mass or a payload above 0")
+        try:
+            m, h, I1, I2, I3 = self.properties
+            about_joint = (I1 + m * h * h, I2 + m * h * h)
+        except OverflowError:
+            I3, about_joint = math.inf, (math.inf,)
+        if not math.isfinite(max(*about_joint, I3)) or min(about_joint) < 1e-280:
+            raise ValueError(
+                f"the inertia about the joint, {min(about_joint):g} kg m², is out of range (1e-280 to 1e308): "
+                "a rod needs a centre of mass away from its joint, or an inertia about it"
+            )
+        return self
+
+
+class Chain(Record):
+    """Rods hung one below the other, each on a universal joint at the tip of the one before."""
+
+    kind: Literal["chain"] = "chain"
+    rods: Annotated[tuple[Rod, ...], Field(min_length=1)]
+    copies: Annotated[int, Field(strict=True, ge=1, le=1_000_000)] = 1
+
+    @property
+    def all_rods(self) -> tuple[Rod, ...]:
+        """The rods with the copies written out."""
+        return self.rods * self.copies
+
+
+class UrdfModel(Record):
+    """Any URDF tree of revolute, continuous, prismatic and fixed joints."""
+
+    kind: Literal["urdf"] = "urdf"
+    path: Path
+
+
+def _model_branch(value: Any) -> str:
+    if isinstance(value, Chain | UrdfModel):
+        return f"~{value.kind}"
+    return f"~{value.get('kind', '')}" if isinstance(value, dict) else "~no table"
+
+
+AnyModel = Annotated[Annotated[Chain, Tag("~chain")] | Annotated[UrdfModel, Tag("~urdf")], Discriminator(_model_branch)]
+Values = Annotated[
+    Annotated[dict[str, Number], Tag("~by name")] | Annotated[tuple[Number, ...], Tag("~in order")],
+    Discriminator(lambda value: "~by name" if isinstance(value, dict) else "~in order"),
+]
+
+
+class Start(Record):
+    """Where the motion starts, by joint name (what is left out is 0) or as a full list in model order."""
+
+    positions: Values = Field(default_factory=dict, description="rad, m for prismatic joints")
+    velocities: Values = Field(default_factory=dict, description="rad/s, m/s for prismatic joints")
+
+
+class Solver(Record):
+    """How the scene is integrated and how often the motion is recorded."""
+
+    method: Method = "dop853"
+    tolerance: Annotated[Number, Field(ge=1e-14, le=0.1)] = 1e-10
+    samples: Annotated[int, Field(strict=True, ge=1, le=MAX_SAMPLES)] | None = Field(
+        None, description="evenly spaced output times from 0 to duration, both ends included; 60 a second if absent"
+    )
+
+
+class Scene(Record):
+    """A model, where it starts, the effects that act on it, and for how long. No effect is on unless it is listed."""
+
+    duration: NotNegative = 10.0  # s
+    model: AnyModel
+    start: Start = Start()
+    effects: tuple[SerializeAsAny[AnyEffect], ...] = ()
+    solver: Solver = Solver()
+
+    @property
+    def times(self) -> Array:
+        """The output times, (n,) in s: evenly spaced from 0 to duration, both ends included."""
+        count = self.solver.samples or round(SAMPLES_PER_SECOND * self.duration) + 1
+        return np.linspace(0.0, self.duration, count)
+
+    @model_validator(mode="after")
+    def _samples_fit(self) -> Self:
+        if self.solver.samples is None and self.duration * SAMPLES_PER_SECOND >= MAX_SAMPLES:
+            raise ValueError(
+                f"{self.duration:g} s at 60 samples a second are more than {MAX_SAMPLES}; set solver.samples"
+            )
+        if self.duration == 0 and (self.solver.samples or 1) > 1:
+            raise ValueError("a duration of 0 has 1 sample; leave solver.samples out")
+        return self
+
+
+def builtin_scene() -> Scene:
+    """The scene of a command that is given none: the rod of urdf/universal_rod.urdf under gravity, 10 s."""
+    return Scene(
+        duration=10.0,
+        model=UrdfModel(path=urdf_folder() / "universal_rod.urdf"),
+        start=Start(positions={"theta": 0.7, "phi": 0.4}, velocities={"theta": 1.3, "phi": -0.8}),
+        effects=(Gravity(),),
+    )
+
+
+def urdf_folder() -> Path:
+    """Where the URDFs that come with pendpin are: in the installed package, or at the top of a checkout."""
+    installed = Path(__file__).parent / "urdf"
+    return installed if installed.is_dir() else Path(__file__).parents[2] / "urdf"
+
+
+def load_scene(path: str | Path) -> Scene:
+    """Read a scene from a TOML file; a URDF's path is relative to that file. Raises InputError."""
+    path = Path(path)
+    raw = _read_toml(path)
+    model = raw.get("model")
+    if isinstance(model, dict) and isinstance(model.get("path"), str):
+        raw = raw | {"model": model | {"path": str(path.parent / model["path"])}}
+    try:
+        return Scene(**raw)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        with path.open("rb") as file:
+            data = file.read(MAX_SCENE_BYTES + 1)
+        if len(data) > MAX_SCENE_BYTES:
+            raise InputError(f"{path}: larger than the {MAX_SCENE_BYTES // 1_000_000} MB that a scene may have")
+        return tomllib.loads(data.decode())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a TOML file: byte {error.start} is not UTF-8 text") from None
+    except RecursionError:
+        raise InputError(f"{path}: not a scene: values are nested too deep") from None
+    except ValueError as error:  # also a path with a null byte and an integer of too many digits
+        raise InputError(f"{path}: not a TOML file: {error}") from None

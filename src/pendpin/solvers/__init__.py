@@ -1,0 +1,6 @@
+"""The lanes: each integrates a first-order system over one stretch of output times."""
+
+from pendpin.solvers.adaptive import Adaptive
+from pendpin.solvers.base import Lane, Stretch
+
+__all__ = ["Adaptive", "Lane", "Stretch"]

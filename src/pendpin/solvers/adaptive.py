@@ -1,0 +1,78 @@
+"""The adaptive lane: embedded Runge-Kutta and multistep methods, on CyRK where installed, else on SciPy."""
+
+from importlib.metadata import version
+
+import numpy as np
+
+from pendpin.derivations.base import Array
+from pendpin.dynamics import Derivative
+from pendpin.solvers.base import Lane, Stretch
+
+NAMES = {"dop853": "DOP853", "rk45": "RK45", "rk23": "RK23", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
+NOT_FINITE = "the acceleration is not a finite number"
+
+
+class Adaptive(Lane):
+    """A method of `NAMES` with one tolerance, relative and absolute (rad, rad/s) alike."""
+
+    def __init__(self, method: str, tolerance: float) -> None:
+        self.method, self.tolerance = NAMES[method], tolerance
+        try:
+            import CyRK
+        except ImportError:
+            from scipy import integrate
+
+            self.library, self._solve, self._scipy_method = "scipy", self._scipy, getattr(integrate, self.method)
+        else:
+            self.library, self._solve, self._cyrk_solve = "CyRK", self._cyrk, CyRK.pysolve_ivp
+        self.version = version(self.library)
+
+    def integrate(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
+        """As `Lane.integrate`."""
+        return self._solve(derivative, y, times, first_step)
+
+    def _cyrk(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
+        result = self._cyrk_solve(
+            derivative,
+            (times[0], times[-1]),
+            np.ascontiguousarray(y),
+            method=self.method,
+            t_eval=np.ascontiguousarray(times),
+            rtol=self.tolerance,
+            atol=self.tolerance,
+            first_step=first_step or 0.0,
+            pass_dy_as_arg=True,
+        )
+        states = np.array(result.y).T.copy()
+        failure = None if result.success else result.message
+        return Stretch(*_finite_part(states, result.steps_taken, failure))
+
+    def _scipy(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
+        def function(t: float, y: Array) -> Array:
+            dy = np.empty_like(y)
+            derivative(dy, t, y)
+            if not np.isfinite(dy).all():  # SciPy's own loops do not end on NaN
+                raise FloatingPointError
+            return dy
+
+        states, steps, failure = [np.array(y)], 0, None
+        try:
+            solver = self._scipy_method(
+                function, times[0], y, times[-1], rtol=self.tolerance, atol=self.tolerance, first_step=first_step
+            )
+            while solver.status == "running":
+                failure = solver.step()
+                steps += 1
+                due = times[len(states) : np.searchsorted(times, solver.t, side="right")]
+                if len(due) and not failure:
+                    states.extend(solver.dense_output()(due).T)
+        except FloatingPointError:
+            failure = NOT_FINITE
+        return Stretch(*_finite_part(np.array(states), steps, failure))
+
+
+def _finite_part(states: Array, steps: int, failure: str | None) -> tuple[Array, int, str | None]:
+    good = np.isfinite(states).all(1)
+    if good.all():
+        return states, steps, failure
+    return states[: int(np.argmin(good))], steps, NOT_FINITE
