@@ -106,12 +106,8 @@ def check(
     _print_notes(chosen)
     report = crosscheck(chosen, states=states, seed=seed)
     _print_check(report, json)
-    if not report.ok:
-        worst = report.worst
-        raise PendpinError(
-            f"{worst.quantity} differs between {worst.first} and {worst.second} by {worst.relative:.2g} of its terms "
-            f"(bound {report.bound:g}), at state {worst.state}: q = {_numbers(worst.q)}, v = {_numbers(worst.v)}"
-        )
+    if report.fault:
+        raise PendpinError(report.fault)
 
 
 @app.command()
@@ -170,14 +166,14 @@ def _save_plot(trajectory: "Trajectory", path: Path) -> Path:
 
 
 def _write_page(trajectory: "Trajectory", path: Path) -> Path:
-    from pendpin.drawing import drawing_of
+    from pendpin.scenery import drawing_of
     from pendpin.view import write_page
 
     return write_page(path, drawing_of(trajectory))
 
 
 def _show(trajectory: "Trajectory") -> None:
-    from pendpin.drawing import drawing_of
+    from pendpin.scenery import drawing_of
     from pendpin.view import serve
 
     serve(drawing_of(trajectory), ready=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True), open_browser=True)
@@ -255,7 +251,3 @@ def _print_json(value: Any) -> None:
 def _print_files(files: list[Path]) -> None:
     for file in files:
         print(f"wrote {file}")
-
-
-def _numbers(values: tuple[float, ...]) -> str:
-    return "(" + ", ".join(f"{value:.6g}" for value in values) + ")"

@@ -8,9 +8,9 @@ import numpy as np
 
 from pendpin.derivations import balances, lagrange, newton_euler
 from pendpin.derivations.base import Array, RodInertia, RodSolution
+from pendpin.bodies import RodJoint
 from pendpin.dynamics import Dynamics, bind, reactions
 from pendpin.errors import InputError
-from pendpin.model import RodJoint
 from pendpin.scene import Scene
 from pendpin.trajectory import Trajectory
 
@@ -55,9 +55,28 @@ class Report:
         return all(row.ok for row in self.rows)
 
     @property
+    def fault(self) -> str | None:
+        """What is broken, as one line that names the quantities, the suspect and the worst state; None if all is ok."""
+        broken = [row for row in self.rows if not row.ok]
+        if not broken:
+            return None
+        quantities = ", ".join(dict.fromkeys(row.quantity for row in broken))
+        suspects = [name for name in self.routes if all(name in (row.first, row.second) for row in broken)]
+        who = f"{suspects[0]} disagrees" if len(suspects) == 1 else "the routes disagree"
+        worst = self.worst
+        return (
+            f"{who} in {quantities}; worst: {worst.quantity}, {worst.first} against {worst.second}, by "
+            f"{worst.relative:.2g} of its terms (bound {self.bound:g}) at q = {_numbers(worst.q)}, v = {_numbers(worst.v)}"
+        )
+
+    @property
     def worst(self) -> Row:
         """The row with the largest relative difference, NaN above all."""
         return max(self.rows, key=lambda row: np.inf if np.isnan(row.relative) else row.relative)
+
+
+def _numbers(values: tuple[float, ...]) -> str:
+    return "(" + ", ".join(f"{value:.6g}" for value in values) + ")"
 
 
 def crosscheck(scene: Scene, states: int = 1000, seed: int = 0, routes: Mapping[str, Route] | None = None) -> Report:
@@ -95,7 +114,7 @@ def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, Route]) -
     inertia = rod.inertia
     assert inertia is not None
     turn = np.array([rod.sign, 1.0])
-    hand_q, hand_v, field = q * turn, v * turn, rod.base.T @ dynamics.field(0.0)
+    hand_q, hand_v, field = q * turn, v * turn, rod.base.T @ dynamics.loads.field(0.0)
     reference = _pinocchio(dynamics, rod, q, v)
     solutions: dict[str, Solution] = {"pinocchio": reference._asdict()}
     for name, route in (_HAND_ROUTES | dict(own)).items():
@@ -117,14 +136,13 @@ def _lagrange(rod: RodInertia, q: Array, v: Array, field: Array) -> Solution:
 
 _HAND_ROUTES: dict[str, Route] = {
     "newton-euler": lambda *given: newton_euler.solve(*given)._asdict(),
-    "six balances": lambda *given: balances.solve(*given)._asdict(),
+    "balances": lambda *given: balances.solve(*given)._asdict(),
     "lagrange": _lagrange,
 }
 
 
 def _pinocchio(dynamics: Dynamics, rod: RodJoint, q: Array, v: Array) -> RodSolution:
-    a = np.array([dynamics.acceleration(0.0, *state) for state in zip(q, v, strict=True)])
-    wrench = np.array([dynamics.wrenches(0.0, *state) for state in zip(q, v, strict=True)])
+    a, wrench = dynamics.engine.evaluate(np.zeros(len(q)), q, v)
     found = reactions(dynamics.model, q, wrench)
     assert found is not None
     return RodSolution(rod.sign * a[:, rod.theta], a[:, rod.phi], *(column[:, 0] for column in found))
@@ -135,7 +153,7 @@ def term_sizes(rod: RodInertia, q: Array, v: Array, field: Array, solution: RodS
 
     Taken from the balances of docs/derivation.md, section 3, with every product of components counted by its size.
     """
-    m, h, I1, I2, I3 = rod
+    m, h, I1, I2, I3 = rod._replace(h=abs(rod.h))
     J1, J2 = I1 + m * h * h, I2 + m * h * h
     (s_t, s), (c_t, c) = np.abs(np.sin(q)).T, np.abs(np.cos(q)).T
     dt, dp = np.abs(v).T

@@ -1,118 +1,92 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from pendpin import kinematics
 from pendpin.derivations.base import Array
 from pendpin.effects import Effect, FieldEffect
+from pendpin.engines import Engine, Loads, LongChain, Revolute
 from pendpin.errors import InputError
-from pendpin.model import Model, build, pinocchio
+from pendpin.model import Model, build
 from pendpin.scene import Scene
 from pendpin.trajectory import Reactions
 
-Derivative = Callable[[Array, float, Array], None]  # f(dy, t, y) fills dy
-
-WATCH_EVERY = 2048  # evaluations between two calls of a watcher
-
 
 class Dynamics:
-    """The equations of motion of one scene. It owns its Pinocchio data: use one in each thread.
+    """The equations of motion of one scene. Use one in each thread. q, v are (nv,) in model order; rad, m for slides."""
 
-    q, v are (nv,), in model order; angles in rad, slides in m.
-    """
-
-    def __init__(self, model: Model, effects: tuple[Effect, ...] = ()) -> None:
-        pin = pinocchio()
+    def __init__(self, model: Model, effects: tuple[Effect, ...], engine: str = "auto") -> None:
         self.model = model
-        fields = [effect for effect in effects if isinstance(effect, FieldEffect)]
-        self._constant = sum((e.field(0.0) for e in fields if e.constant), np.zeros(3))
-        self._varying = tuple(e for e in fields if not e.constant)
-        self._pin = pin.Model(model.pin)
-        self._pin.gravity = pin.Motion(self._constant, np.zeros(3))
-        self._data = self._pin.createData()
-        self._no_torque = np.zeros(self._pin.nv)
-
-    def field(self, t: float) -> Array:
-        """The sum of the uniform acceleration fields at time t, (3,) m/s², W."""
-        return sum((e.field(t) for e in self._varying), self._constant.copy())
+        self.loads = bind_loads(effects)
+        self.engine = choose_engine(model, self.loads, engine)
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
-        """q'' (nv,) at time t by the articulated-body algorithm. Raises InputError for arrays of another shape."""
-        q, v = self._state(q, v)
-        self._set_field(t)
-        return np.array(pinocchio().aba(self._pin, self._data, q, v, self._no_torque))
+        """q'' (nv,) at time t. Raises InputError for arrays of another shape."""
+        return self.engine.evaluate(np.array([t]), *self._states(q, v)).acceleration[0]
 
     def wrenches(self, t: float, q: Array, v: Array) -> Array:
         """What each joint's parent exerts on its child, (joints, 6): force N, then moment N m, in the joint's frame."""
-        q, v = self._state(q, v)
-        a = self.acceleration(t, q, v)
-        pinocchio().rnea(self._pin, self._data, q, v, a)
-        return np.array([self._data.f[joint].vector for joint in range(1, self._pin.njoints)])
+        return self.engine.evaluate(np.array([t]), *self._states(q, v)).wrench[0]
 
     def energy(self, q: Array, v: Array) -> tuple[float, float]:
         """Kinetic energy and the potential of the conservative effects, J; zero potential at W's origin."""
-        pin, (q, v) = pinocchio(), self._state(q, v)
-        self._pin.gravity.linear = self._constant
-        kinetic = pin.computeKineticEnergy(self._pin, self._data, q, v)
-        return kinetic, pin.computePotentialEnergy(self._pin, self._data, q)
+        q, v = self._states(q, v)
+        potential = kinematics.field_potential(self.model, kinematics.poses(self.model, q), self.loads.constant)
+        return float(kinematics.kinetic_energy(self.model, q, v)[0]), float(potential[0])
 
-    def derivative(self, watch: Callable[[float], None]) -> tuple[Derivative, Callable[[], int]]:
-        """The first-order form for solvers, f(dy, t, y) that fills dy with y = (q, v), and the count of its calls.
+    def _states(self, *arrays: Any) -> tuple[Array, ...]:
+        nv = len(self.model.joints)
+        states = [np.asarray(array, float) for array in arrays]
+        for name, state in zip("qv", states, strict=True):
+            if state.shape != (nv,):
+                raise InputError(f"{name} has shape {state.shape}; this model has {nv} joints")
+        return tuple(state[None] for state in states)
 
-        `watch` is called with t now and then; what it raises ends the run.
-        """
-        pin, data, tau = self._pin, self._data, self._no_torque
-        aba, nv = pinocchio().aba, self._pin.nv
-        state = rates = q = v = dq = dv = np.empty(0)
-        set_field = self._set_field if self._varying else None
-        calls = 0
 
-        def derivative(dy: Array, t: float, y: Array) -> None:
-            nonlocal state, rates, q, v, dq, dv, calls
-            if y is not state:  # solvers hand in the same arrays again and again: cut them once
-                state, q, v = y, y[:nv], y[nv:]
-            if dy is not rates:
-                rates, dq, dv = dy, dy[:nv], dy[nv:]
-            calls += 1
-            if not calls % WATCH_EVERY:
-                watch(t)
-            if set_field:
-                set_field(t)
-            dq[:] = v
-            dv[:] = aba(pin, data, q, v, tau)
+def bind_loads(effects: tuple[Effect, ...]) -> Loads:
+    """What the effects add, seam by seam."""
+    fields = [effect for effect in effects if isinstance(effect, FieldEffect)]
+    constant = sum((e.field(0.0) for e in fields if e.constant), np.zeros(3))
+    varying = [e.field for e in fields if not e.constant]
+    return Loads(constant, _total(varying))
 
-        return derivative, lambda: calls
 
-    def _set_field(self, t: float) -> None:
-        if self._varying:
-            self._pin.gravity.linear = self.field(t)
+def _total(functions: list) -> Any:
+    """One function that adds the values of several; None for none."""
+    if len(functions) < 2:
+        return functions[0] if functions else None
+    first, *others = functions
 
-    def _state(self, q: Any, v: Any) -> tuple[Array, Array]:
-        q, v = np.asarray(q, float), np.asarray(v, float)
-        for name, array in (("q", q), ("v", v)):
-            if array.shape != (self._pin.nv,):
-                raise InputError(
-                    f"{name} has shape {array.shape}; this model has {self._pin.nv} joints: ({self._pin.nv},)"
-                )
-        return q, v
+    def total(*args: Any) -> Any:
+        return sum((function(*args) for function in others), first(*args))
+
+    return total
+
+
+def choose_engine(model: Model, loads: Loads, name: str) -> Engine:
+    """The engine of that name, or, for "auto", Pinocchio unless the chain is too long for its memory."""
+    if name == "chain" and model.chain is None:
+        raise InputError('solver.engine: "chain" needs a model of kind "chain"')
+    if name == "pinocchio" and model.pin is None:
+        raise InputError(f'solver.engine: {len(model.joints)} joints are too many for Pinocchio\'s memory; use "chain"')
+    return LongChain(model, loads) if name == "chain" or model.pin is None else Revolute(model, loads)
 
 
 def bind(scene: Scene) -> Dynamics:
     """The dynamics of a scene. Raises InputError for a model that cannot be simulated."""
-    return Dynamics(build(scene.model), scene.effects)
+    return Dynamics(build(scene.model), scene.effects, scene.solver.engine)
 
 
 def reactions(model: Model, q: Array, wrench: Array) -> Reactions | None:
     """R1, R2, R3, M3, Mc (n, rods) from q (n, nv) and wrenches (n, joints, 6); None without universal joints."""
     if not model.rods:
         return None
-    columns = []
-    for rod in model.rods:
-        R1, R2, minus_R3 = np.moveaxis(wrench[:, rod.phi, :3] @ rod.body, -1, 0)
-        moment = wrench[:, rod.phi, 3:] @ rod.body
-        s, c = np.sin(q[:, rod.phi]), np.cos(q[:, rod.phi])
-        Mc = c * moment[:, 2] - s * moment[:, 0]  # along a3
-        columns.append((R1, R2, -minus_R3, Mc * c, Mc))
-    return Reactions(*(np.stack(column, -1) for column in zip(*columns, strict=True)))
+    phi = [rod.phi for rod in model.rods]
+    frames = np.array([rod.frame for rod in model.rods])
+    R1, R2, minus_R3 = np.einsum("nri,rij->jnr", wrench[:, phi, :3], frames)
+    M1, _, M3 = np.einsum("nri,rij->jnr", wrench[:, phi, 3:], frames)
+    s, c = np.sin(q[:, phi]), np.cos(q[:, phi])
+    Mc = c * M3 - s * M1  # along a3
+    return Reactions(R1, R2, -minus_R3, Mc * c, Mc)

@@ -1,10 +1,16 @@
 """The errors pendpin raises: each message is one line that says what is wrong, where, and what would be right."""
 
+import re
 from typing import Any
+
+MOST_CHARACTERS = 1_000  # of a message
 
 
 class PendpinError(Exception):
-    """Root of every error that a user's input or scene can cause."""
+    """Root of every error that a user's input or scene can cause. Its message is one line of printable text."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(one_line(message))
 
 
 class InputError(PendpinError):
@@ -23,9 +29,18 @@ class MissingLibrary(PendpinError):
     """An optional library is needed and not installed; the message holds the command that brings it."""
 
 
+def one_line(text: str) -> str:
+    """Text as one line that a terminal can show: lines joined, control characters escaped, cut where it has no end."""
+    joined = re.sub(r"\s*[\r\n]+\s*", " ", text.strip())
+    plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in joined[: MOST_CHARACTERS + 1])
+    return plain if len(joined) <= MOST_CHARACTERS else f"{plain[:MOST_CHARACTERS]}..."
+
+
 def shown(value: Any, most: int = 60) -> str:
     """A value as one short line of printable text, for a message."""
-    text = repr(value)
+    if isinstance(value, int) and abs(value) >= 10**most:
+        return "a whole number without end"
+    text = one_line(repr(value))
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
@@ -64,11 +79,30 @@ def _reason(fault: Any) -> str:
             return f"{shown(context['tag'].removeprefix('~'))} is not one of: {choices(allowed).replace('~', '')}"
         case "literal_error":
             return f"{value} is not one of: {context['expected'].replace(chr(39), '')}"
-        case "extra_forbidden":
-            return "unknown key"
-        case "missing":
-            return "missing"
         case "value_error":
             return str(context["error"])
+        case kind if kind in _REASONS:
+            return _REASONS[kind].format(value=value, **context)
         case _:
             return f"{value}: {fault['msg'].removeprefix('Input ').replace(' after validation', '')}"
+
+
+_REASONS = {
+    "extra_forbidden": "unknown key",
+    "missing": "missing",
+    "float_type": "{value} is not a number",
+    "finite_number": "{value} is not a finite number",
+    "int_type": "{value} is not a whole number",
+    "int_from_float": "{value} is not a whole number",
+    "greater_than": "{value} is not above {gt}",
+    "greater_than_equal": "{value} is below {ge}",
+    "less_than": "{value} is not below {lt}",
+    "less_than_equal": "{value} is above {le}",
+    "string_type": "{value} is not text",
+    "path_type": "{value} is not a path",
+    "tuple_type": "{value} is not a list",
+    "dict_type": "{value} is not a table",
+    "model_type": "{value} is not a table",
+    "too_long": "{actual_length} values, where {max_length} are wanted",
+    "too_short": "{actual_length} values, where at least {min_length} are wanted",
+}

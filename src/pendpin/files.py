@@ -1,35 +1,139 @@
-"""Writing files whole or not at all."""
+"""Reading files no further than is sane, and writing them whole or not at all."""
 
 import os
 import tempfile
-from collections.abc import Callable
+import zipfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from io import BytesIO
+from math import prod
 from pathlib import Path
-from typing import IO
+from typing import IO, Any, NamedTuple
 
-from pendpin.errors import InputError
+import numpy as np
+from numpy.typing import NDArray
+
+from pendpin.errors import InputError, shown
+
+MAX_HEADER_BYTES = 10_000
+MAX_ARRAYS_BYTES = 4_000_000_000  # what the arrays of one file may hold in all
+
+
+def read_whole(path: Path, most: int, what: str) -> bytes:
+    """The bytes of a file. Raises InputError where it cannot be read or is larger than `most` for `what`."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(most + 1)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except ValueError as error:  # a null byte in the path
+        raise InputError(f"{path}: cannot be read: {error}") from None
+    if len(data) > most:
+        raise InputError(f"{path}: larger than the {most // 1_000_000} MB that {what} may have")
+    return data
 
 
 def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> Path:
     """Write a file through a neighbour that takes its name at the end, so that it is there whole or not at all.
 
-    `write` gets the open binary file. Raises InputError where the folder or disk refuses.
+    `write` gets the open binary file. A symbolic link stays one: what it points to is written. Raises InputError where
+    the path, folder or disk refuses.
     """
+    _write(path, write, keep=True)
+    return path
+
+
+def refuse_target(path: Path) -> None:
+    """Raise InputError if `write_whole` could not write to this path: to know before the work is done."""
+    _write(path, lambda file: None, keep=False)
+
+
+def _write(path: Path, write: Callable[[IO[bytes]], object], keep: bool) -> None:
     temporary = None
     try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+        target = _target(path)
+        with tempfile.NamedTemporaryFile(dir=target.parent, prefix=f".{target.name[:16]}.", delete=False) as file:
             temporary = Path(file.name)
             write(file)
         temporary.chmod(0o666 & ~_umask())
-        os.replace(temporary, path)
+        if keep:
+            os.replace(temporary, target)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
-    return path
+
+
+def _target(path: Path) -> Path:
+    if "\0" in str(path):
+        raise InputError(f"{path}: cannot be written: a null byte in the path")
+    target = Path(os.path.realpath(path))
+    if target.exists() and not target.is_file():
+        raise InputError(f"{path}: cannot be written: it is a {'folder' if target.is_dir() else 'device'}")
+    if not target.parent.is_dir():
+        raise InputError(f"{path}: cannot be written: there is no folder {shown(str(path.parent))}")
+    return target
 
 
 def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+class Announced(NamedTuple):
+    """What the header of an array says before the array is read."""
+
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+
+
+class ArrayFile:
+    """An open .npz file: the headers of its arrays, by name, and the arrays on demand. Nothing in it is executed."""
+
+    def __init__(self, archive: zipfile.ZipFile) -> None:
+        self._archive = archive
+        names = [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
+        self.headers = {name: self._header(name) for name in names}
+        size = sum(header.dtype.itemsize * prod(header.shape) for header in self.headers.values())
+        if size > MAX_ARRAYS_BYTES:
+            raise ValueError(f"its arrays claim {size:.3g} bytes, more than {MAX_ARRAYS_BYTES:.3g}")
+
+    def header(self, name: str) -> Announced:
+        """The type and shape of an array; ValueError if there is none of this name."""
+        if name not in self.headers:
+            raise ValueError(f"array {name!r} is missing")
+        return self.headers[name]
+
+    def read(self, name: str) -> NDArray[Any]:
+        """An array; ValueError if there is none of this name or its data are damaged."""
+        self.header(name)
+        with self._archive.open(f"{name}.npy") as member:
+            return np.lib.format.read_array(member, allow_pickle=False)
+
+    def _header(self, name: str) -> Announced:
+        with self._archive.open(f"{name}.npy") as member:
+            head = BytesIO(member.read(MAX_HEADER_BYTES))  # a header that claims more is cut off, and refused
+        version = np.lib.format.read_magic(head)
+        if version not in {(1, 0), (2, 0)}:
+            raise ValueError(f"array {shown(name)} is of an unknown format")
+        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, dtype = read(head)
+        if dtype.hasobject or min(shape, default=0) < 0:
+            raise ValueError(f"array {shown(name)} holds no plain numbers or text")
+        return Announced(dtype, shape)
+
+
+@contextmanager
+def open_arrays(path: Path, what: str) -> Iterator[ArrayFile]:
+    """Open an .npz file; whatever is wrong with it, here or in the block, raises InputError: it is not `what`."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            yield ArrayFile(archive)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except MemoryError:
+        raise
+    except Exception as error:  # zipfile, zlib and numpy raise a dozen kinds for a damaged file
+        raise InputError(f"{path}: not {what}: {str(error) or type(error).__name__}") from None

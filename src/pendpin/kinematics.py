@@ -1,26 +1,66 @@
-"""Where the bodies are: poses of the links and positions of the tips, from a model and its angles."""
+"""Where the bodies are and what energy they have, from a model and states of it."""
 
 import numpy as np
 
+from pendpin.bodies import pinocchio
+from pendpin.derivations import chain_kinematics
 from pendpin.derivations.base import Array
-from pendpin.model import Model, pinocchio
+from pendpin.model import FLIP, Model
 
 
 def poses(model: Model, q: Array) -> Array:
-    """Poses of the links that the joints move, (n, joints, 4, 4) in W, from q (n, nv)."""
-    pin = pinocchio()
-    data = model.pin.createData()
-    out = np.empty((len(q), len(model.joints), 4, 4))
+    """Poses of the bodies' links, (n, bodies, 4, 4) in W, from q (n, nv)."""
+    if model.chain is not None:
+        return _chain_poses(model, q)
+    return joint_poses(model, q)[:, [body.joint for body in model.bodies]]
+
+
+def joint_poses(model: Model, q: Array) -> Array:
+    """Poses of what each joint moves, (n, joints, 4, 4) in W, from q (n, nv), by Pinocchio."""
+    pin, (n, nv) = pinocchio(), q.shape
+    assert model.pin is not None
+    data, out = model.pin.createData(), np.empty((n, nv, 4, 4))
     for sample, angles in zip(out, q, strict=True):
         pin.forwardKinematics(model.pin, data, angles)
-        for joint in range(len(model.joints)):
+        for joint in range(nv):
             sample[joint] = data.oMi[joint + 1].homogeneous
     return out
 
 
+def _chain_poses(model: Model, q: Array) -> Array:
+    assert model.chain is not None
+    at = chain_kinematics.positions(model.chain, q.reshape(len(q), -1, 2))
+    out = np.zeros((len(q), len(model.bodies), 4, 4))
+    out[..., 3, 3] = 1
+    out[..., :3, :3] = FLIP @ at.frames @ FLIP
+    out[:, 1:, :3, 3] = at.tips[:, :-1] @ FLIP
+    return out
+
+
 def tips(model: Model, link_poses: Array) -> Array:
-    """Positions of the tips, (n, rods, 3) in m in W, from the poses of the links."""
-    joints = [tip.joint for tip in model.tips]
-    offsets = np.array([tip.offset for tip in model.tips])
-    T = link_poses[:, joints]
-    return T[..., :3, 3] + np.einsum("nrij,rj->nri", T[..., :3, :3], offsets)
+    """The far ends of the bodies, (n, bodies, 3) m in W, from the poses of their links."""
+    offsets = np.array([body.tip for body in model.bodies])
+    return link_poses[..., :3, 3] + np.einsum("nrij,rj->nri", link_poses[..., :3, :3], offsets)
+
+
+def centres(model: Model, link_poses: Array) -> Array:
+    """The centres of mass of the bodies, (n, bodies, 3) m in W, from the poses of their links."""
+    offsets = np.array([body.com for body in model.bodies])
+    return link_poses[..., :3, 3] + np.einsum("nrij,rj->nri", link_poses[..., :3, :3], offsets)
+
+
+def kinetic_energy(model: Model, q: Array, v: Array) -> Array:
+    """Kinetic energy (n,) in J of states (n, nv)."""
+    if model.chain is not None:
+        shape = (len(q), -1, 2)
+        return chain_kinematics.energy(model.chain, q.reshape(shape), v.reshape(shape), np.zeros(3))[0]
+    pin = pinocchio()
+    assert model.pin is not None
+    data = model.pin.createData()
+    return np.array([pin.computeKineticEnergy(model.pin, data, *state) for state in zip(q, v, strict=True)])
+
+
+def field_potential(model: Model, link_poses: Array, field: Array) -> Array:
+    """Potential energy (n,) in J of the bodies in a uniform field (3,) m/s², W; zero at W's origin."""
+    weights = np.array([body.mass for body in model.bodies])
+    return -(centres(model, link_poses) @ field) @ weights

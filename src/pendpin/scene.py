@@ -79,7 +79,12 @@ class Chain(Record):
 
     kind: Literal["chain"] = "chain"
     rods: Annotated[tuple[Rod, ...], Field(min_length=1)]
-    copies: Annotated[int, Field(strict=True, ge=1, le=1_000_000)] = 1
+    copies: Annotated[int, Field(strict=True, ge=1, le=100_000)] = 1
+
+    @property
+    def count(self) -> int:
+        """How many rods there are with the copies."""
+        return len(self.rods) * self.copies
 
     @property
     def all_rods(self) -> tuple[Rod, ...]:
@@ -118,6 +123,7 @@ class Solver(Record):
     """How the scene is integrated and how often the motion is recorded."""
 
     method: Method = "dop853"
+    engine: Literal["auto", "pinocchio", "chain"] = "auto"
     tolerance: Annotated[Number, Field(ge=1e-14, le=0.1)] = 1e-10
     samples: Annotated[int, Field(strict=True, ge=1, le=MAX_SAMPLES)] | None = Field(
         None, description="evenly spaced output times from 0 to duration, both ends included; 60 a second if absent"

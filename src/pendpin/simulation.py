@@ -1,15 +1,15 @@
 """Running a scene: the lane is driven over the output times, stretch by stretch, and the motion is filled in."""
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from pendpin import kinematics
 from pendpin.derivations.base import Array
 from pendpin.dynamics import Dynamics, bind, reactions
+from pendpin.engines import Watch
 from pendpin.errors import RunError
-from pendpin.kinematics import poses, tips
 from pendpin.model import start_state
 from pendpin.scene import Scene, Solver
 from pendpin.solvers import Adaptive, Lane
@@ -17,8 +17,6 @@ from pendpin.trajectory import Stats, Trajectory
 
 EVALUATIONS_A_STRETCH = 20_000
 FIRST_STRETCH = 16  # output times
-
-Watch = Callable[[float], None]
 
 
 class Interrupted(RunError):
@@ -39,9 +37,8 @@ def simulate(
     solver = Solver(**(scene.solver.model_dump() | chosen))
     scene = scene.model_copy(update={"solver": solver})
     dynamics = bind(scene)
-    q, v = start_state(dynamics.model, scene.start)
     lane = Adaptive(solver.method, solver.tolerance)
-    run = _drive(lane, dynamics, np.concatenate([q, v]), scene.times, watch)
+    run = _drive(lane, dynamics, *start_state(dynamics.model, scene.start), scene.times, watch)
     trajectory = _fill_in(scene, dynamics, lane, run)
     if run.failure is None:
         return trajectory
@@ -54,7 +51,8 @@ class _Run:
     """What the lane has done."""
 
     t: Array
-    y: Array
+    q: Array
+    v: Array
     steps: int
     evaluations: int
     seconds: float
@@ -62,51 +60,46 @@ class _Run:
     interrupted: bool
 
 
-def _drive(lane: Lane, dynamics: Dynamics, y: Array, times: Array, watch: Watch) -> _Run:
+def _drive(lane: Lane, dynamics: Dynamics, q: Array, v: Array, times: Array, watch: Watch) -> _Run:
     """Integrate over `times` in stretches of about EVALUATIONS_A_STRETCH, so that what is done is kept."""
-    derivative, evaluations = dynamics.derivative(watch)
-    states, steps, failure, interrupted = y[None], 0, None, False
-    first_step, size = None, FIRST_STRETCH
+    engine = dynamics.engine
+    derivative, evaluations = engine.derivative(watch)
+    y, q, v = engine.pack(q, v), q[None], v[None]
+    steps, failure, interrupted, first_step, size = 0, None, False, None, FIRST_STRETCH
     begin = time.perf_counter()
-    while len(states) < len(times) and failure is None and not interrupted:
-        before, span = evaluations(), times[len(states) - 1 :][: size + 1]
+    while len(q) < len(times) and failure is None and not interrupted:
+        before, span = evaluations(), times[len(q) - 1 :][: size + 1]
         try:
-            stretch = lane.integrate(derivative, states[-1], span, first_step)
+            stretch = lane.integrate(derivative, y, span, first_step)
         except KeyboardInterrupt:
             failure, interrupted = "stopped by the user", True
             continue
-        states = np.concatenate([states, stretch.y[1:]])
+        more_q, more_v = engine.unpack(stretch.y[1:], q[-1])
+        q, v, y = np.concatenate([q, more_q]), np.concatenate([v, more_v]), engine.settle(stretch.y[-1])
         steps, failure = steps + stretch.steps, stretch.failure
         first_step = (span[-1] - span[0]) / max(stretch.steps, 1)
         size = max(1, size * EVALUATIONS_A_STRETCH // max(evaluations() - before, 1))
     seconds = time.perf_counter() - begin
-    return _Run(times[: len(states)], states, steps, evaluations(), seconds, failure, interrupted)
+    return _Run(times[: len(q)], q, v, steps, evaluations(), seconds, failure, interrupted)
 
 
 def _fill_in(scene: Scene, dynamics: Dynamics, lane: Lane, run: _Run) -> Trajectory:
     """Accelerations, wrenches, energies and tips along the run."""
-    nv = run.y.shape[1] // 2
-    q, v = run.y[:, :nv].copy(), run.y[:, nv:].copy()
-    rows = [_sample(dynamics, t, *state) for t, *state in zip(run.t, q, v, strict=True)]
-    a, wrench, energy = (np.array(column) for column in zip(*rows, strict=True))
-    solver = scene.solver
+    model, solver = dynamics.model, scene.solver
+    a, wrench = dynamics.engine.evaluate(run.t, run.q, run.v)
+    poses = kinematics.poses(model, run.q)
     counts = (run.steps, run.evaluations, run.seconds, 0.0)
-    stats = Stats(solver.method, solver.tolerance, *counts, lane.library, lane.version, run.failure)
     return Trajectory(
-        joints=dynamics.model.joints,
+        joints=model.joints,
         t=run.t,
-        q=q,
-        v=v,
+        q=run.q,
+        v=run.v,
         a=a,
         wrench=wrench,
-        kinetic=energy[:, 0],
-        potential=energy[:, 1],
-        tip=tips(dynamics.model, poses(dynamics.model, q)),
-        rods=reactions(dynamics.model, q, wrench),
-        stats=stats,
+        kinetic=kinematics.kinetic_energy(model, run.q, run.v),
+        potential=kinematics.field_potential(model, poses, dynamics.loads.constant),
+        tip=kinematics.tips(model, poses),
+        rods=reactions(model, run.q, wrench),
+        stats=Stats(solver.method, solver.tolerance, *counts, lane.library, lane.version, run.failure),
         scene=scene.model_dump(mode="json"),
     )
-
-
-def _sample(dynamics: Dynamics, t: float, q: Array, v: Array) -> tuple[Array, Array, tuple[float, float]]:
-    return dynamics.acceleration(t, q, v), dynamics.wrenches(t, q, v), dynamics.energy(q, v)

@@ -4,7 +4,7 @@ Pinocchio's own reader takes broken numbers, lost branches and impossible inerti
 """
 
 import math
-import re
+import os
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,14 +13,16 @@ from xml.etree import ElementTree
 import numpy as np
 
 from pendpin.errors import InputError, choices, shown
-
-Element = ElementTree.Element
+from pendpin.files import read_whole
+from pendpin.urdf_xml import Element, named, needed, number, parse, plain, put, triple
 
 MAX_BYTES = 8_000_000
+MAX_LINKS = 10_000
 MAX_DEPTH = 1_000  # links in a row; Pinocchio's reader recurses and dies far below 5,000
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _ROUNDING = 1e-3  # of the trace: what numbers written with four digits may miss in the triangle inequality
+_NO_LIMIT = {"lower": "-1e300", "upper": "1e300", "effort": "1e300", "velocity": "1e300"}
+_SIZES = {"box": "size", "cylinder": "radius length", "sphere": "radius", "mesh": "filename", "capsule": ""}
 
 
 @dataclass(frozen=True)
@@ -35,224 +37,85 @@ class Urdf:
 
 def read_urdf(path: Path) -> Urdf:
     """Read and check a URDF file. Raises InputError: file, place and reason in one line."""
+    data = read_whole(path, MAX_BYTES, "a URDF")
     try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(f"{shown(str(path))}: cannot be read: {error}") from None
-    if len(data) > MAX_BYTES:
-        raise InputError(f"{path}: larger than the {MAX_BYTES // 1_000_000} MB that a URDF may have")
-    try:
-        return _Checker(str(path), path.parent).check(data)
-    except RecursionError:
-        raise InputError(f"{path}: not a URDF: elements are nested too deep") from None
+        return _checked(str(path), path.parent, parse(data))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
-class _Checker:
-    """The checks of one file; each raises InputError through `fail`, which adds the file's name."""
+def _checked(source: str, folder: Path, robot: Element) -> Urdf:
+    links, joints = named(robot, "link"), named(robot, "joint")
+    if not links:
+        raise InputError("it has no <link>")
+    if len(links) > MAX_LINKS:
+        raise InputError(f"it has {len(links)} links; the limit is {MAX_LINKS}")
+    for name, link in links.items():
+        _check_link(f"link {shown(name)}", link, folder)
+    for name, joint in joints.items():
+        _check_joint(f"joint {shown(name)}", joint, links)
+    _check_tree(links, joints)
+    moving = tuple(name for name, joint in joints.items() if joint.get("type") != "fixed")
+    if not moving:
+        raise InputError("no joint of it can move: at least one revolute, continuous or prismatic joint is needed")
+    ignored = _not_applied(joints)
+    for joint in joints.values():
+        _make_plain(joint)
+    return Urdf(source, plain(links, joints), moving, ignored)
 
-    def __init__(self, source: str, folder: Path) -> None:
-        self.source, self.folder = source, folder
 
-    def fail(self, what: str) -> InputError:
-        return InputError(f"{self.source}: {what}")
+# --- links ----------------------------------------------------------------------------------------------------------
 
-    def check(self, data: bytes) -> Urdf:
-        robot = self.parse(data)
-        links = self.named(robot, "link")
-        joints = self.named(robot, "joint")
-        if not links:
-            raise self.fail("it has no <link>")
-        for name, link in links.items():
-            self.link(f"link {shown(name)}", link)
-        for name, joint in joints.items():
-            self.joint(f"joint {shown(name)}", joint, links)
-        self.tree(links, joints)
-        moving = tuple(name for name, joint in joints.items() if joint.get("type") != "fixed")
-        if not moving:
-            raise self.fail("no joint of it can move: at least one revolute, continuous or prismatic joint is needed")
-        ignored = self.not_applied(joints)
-        for joint in joints.values():
-            _make_plain(joint)
-        return Urdf(self.source, ElementTree.tostring(robot, encoding="unicode"), moving, ignored)
 
-    def parse(self, data: bytes) -> Element:
-        if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
-            raise self.fail("a URDF has no DOCTYPE and no entities; remove them")
-        try:
-            robot = ElementTree.fromstring(data)
-        except ElementTree.ParseError as error:
-            raise self.fail(f"not well-formed XML: {error}") from None
-        except (ValueError, LookupError) as error:  # an encoding that is not known or not text
-            raise self.fail(f"not readable as XML: {error}") from None
-        if robot.tag != "robot":
-            raise self.fail(f"the root element is <{shown(robot.tag)[1:-1]}>; a URDF's is <robot>")
-        if any("xacro" in element.tag for element in robot.iter() if isinstance(element.tag, str)):
-            raise self.fail("it is a xacro file; run xacro first and give pendpin the URDF that comes out")
-        robot.set("name", robot.get("name") or "robot")
-        return robot
+def _check_link(where: str, link: Element, folder: Path) -> None:
+    for visual in link.findall("visual"):
+        _check_origin(f"{where}: visual", visual)
+        _check_geometry(where, visual.find("geometry"), folder)
+    inertial = link.find("inertial")
+    if inertial is not None:
+        _check_inertial(where, inertial)
 
-    def named(self, robot: Element, tag: str) -> dict[str, Element]:
-        found: dict[str, Element] = {}
-        for element in robot.findall(tag):
-            name = element.get("name", "").strip()
-            if not name:
-                raise self.fail(f"a <{tag}> has no name")
-            if name in found:
-                raise self.fail(f"two {tag}s are named {shown(name)}")
-            found[name] = element
-        return found
 
-    def number(self, where: str, element: Element, key: str) -> float:
-        text = element.get(key)
-        if text is None:
-            raise self.fail(f"{where}: <{element.tag}> has no {key}")
-        return self.finite(f"{where}: {element.tag} {key}", text)
+def _check_origin(where: str, element: Element) -> None:
+    origin = element.find("origin")
+    for key in () if origin is None else ("xyz", "rpy"):
+        triple(where, origin, key)
 
-    def finite(self, what: str, text: str) -> float:
-        if not _NUMBER.fullmatch(text.strip()):
-            raise self.fail(f"{what}: {shown(text)} is not a number such as 1.5 or 2e-3")
-        value = float(text)
-        if not math.isfinite(value):
-            raise self.fail(f"{what}: {shown(text)} is beyond double precision")
-        return value
 
-    def triple(self, where: str, element: Element | None, key: str) -> tuple[float, ...]:
-        """Three numbers of an element; zeros where the element or the key is absent, as URDF has it."""
-        if element is None or element.get(key) is None:
-            return 0.0, 0.0, 0.0
-        texts = element.get(key, "").split()
-        if len(texts) != 3:
-            raise self.fail(f"{where}: {element.tag} {key}: {shown(element.get(key))} is not three numbers")
-        return tuple(self.finite(f"{where}: {element.tag} {key}", text) for text in texts)
+def _check_inertial(where: str, inertial: Element) -> None:
+    _check_origin(where, inertial)
+    mass = number(where, needed(where, inertial, "mass"), "value")
+    if mass < 0:
+        raise InputError(f"{where}: mass {mass:g} kg is negative")
+    tensor = needed(where, inertial, "inertia")
+    xx, xy, xz, yy, yz, zz = (number(where, tensor, key) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+    _check_possible(where, mass, np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
 
-    def origin(self, where: str, element: Element) -> None:
-        for key in ("xyz", "rpy"):
-            self.triple(where, element.find("origin"), key)
 
-    def link(self, where: str, link: Element) -> None:
-        for visual in link.findall("visual"):
-            self.origin(f"{where}: visual", visual)
-            self.geometry(where, visual.find("geometry"))
-        inertial = link.find("inertial")
-        if inertial is not None:
-            self.inertial(where, inertial)
+def _check_possible(where: str, mass: float, inertia: np.ndarray) -> None:
+    size = np.abs(inertia).max() or 1.0
+    small, middle, large = np.linalg.eigvalsh(inertia / size)
+    slack = _ROUNDING * (abs(small) + abs(middle) + abs(large))
+    values = f"principal inertia {choices(f'{float(value) * size:.6g}' for value in (small, middle, large))} kg m²"
+    if small < -1e-9:
+        raise InputError(f"{where}: {values}: none may be negative")
+    if large > small + middle + slack:
+        raise InputError(f"{where}: {values}: no real body has one above the sum of the others")
+    if mass == 0 and large > 0:
+        raise InputError(f"{where}: {values} with a mass of 0: a massless link has no inertia")
 
-    def inertial(self, where: str, inertial: Element) -> None:
-        self.origin(where, inertial)
-        parts = {tag: inertial.find(tag) for tag in ("mass", "inertia")}
-        for tag, element in parts.items():
-            if element is None:
-                raise self.fail(f"{where}: <inertial> has no <{tag}>")
-        mass = self.number(where, _given(parts["mass"]), "value")
-        if mass < 0:
-            raise self.fail(f"{where}: mass {mass:g} kg is negative")
-        keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        xx, xy, xz, yy, yz, zz = (self.number(where, _given(parts["inertia"]), key) for key in keys)
-        self.possible(where, mass, np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
 
-    def possible(self, where: str, mass: float, inertia: np.ndarray) -> None:
-        small, middle, large = np.linalg.eigvalsh(inertia)
-        slack = _ROUNDING * (abs(small) + abs(middle) + abs(large))
-        values = f"principal inertia {small:.6g}, {middle:.6g}, {large:.6g} kg m²"
-        if small < -1e-9 * max(abs(large), abs(small)):
-            raise self.fail(f"{where}: {values}: none may be negative")
-        if large > small + middle + slack:
-            raise self.fail(f"{where}: {values}: no real body has one above the sum of the others")
-        if mass == 0 and large > 0:
-            raise self.fail(f"{where}: {values} with a mass of 0: a massless link has no inertia")
-
-    def geometry(self, where: str, geometry: Element | None) -> None:
-        shape = None if geometry is None else next(iter(geometry), None)
-        keys = {"box": "size", "cylinder": "radius length", "sphere": "radius", "mesh": "filename", "capsule": ""}
-        if shape is None or shape.tag not in keys:
-            raise self.fail(f"{where}: a visual needs a <geometry> with one of: {choices(keys)}")
-        if shape.tag == "mesh":
-            mesh_file(self.folder, shape.get("filename", ""), f"{self.source}: {where}")
-            return
-        for key in keys[shape.tag].split():
-            sizes = self.triple(where, shape, key) if shape.tag == "box" else (self.number(where, shape, key),)
-            if min(sizes) < 0:
-                raise self.fail(f"{where}: {shape.tag} {key}: a size is negative")
-
-    def joint(self, where: str, joint: Element, links: dict[str, Element]) -> None:
-        kind = joint.get("type", "")
-        if kind not in JOINT_TYPES:
-            hint = " (write a universal joint as two revolute joints)" if kind in {"universal", "spherical"} else ""
-            raise self.fail(f"{where}: type {shown(kind)} is not one of: {choices(JOINT_TYPES)}{hint}")
-        if joint.find("mimic") is not None:
-            raise self.fail(f"{where}: <mimic> ties it to another joint; pendpin takes trees of free joints only")
-        for end in ("parent", "child"):
-            element = joint.find(end)
-            name = None if element is None else element.get("link")
-            if name not in links:
-                raise self.fail(f"{where}: its {end} link {shown(name)} does not exist")
-        self.origin(where, joint)
-        if kind == "fixed":
-            return
-        axis = joint.find("axis")
-        if axis is not None and math.hypot(*self.triple(where, axis, "xyz")) < 1e-6:
-            raise self.fail(f"{where}: axis {shown(axis.get('xyz'))} has no direction")
-        self.limits(where, joint, kind)
-        for key in ("damping", "friction"):
-            dynamics = joint.find("dynamics")
-            if dynamics is not None and dynamics.get(key) is not None and self.number(where, dynamics, key) < 0:
-                raise self.fail(f"{where}: {key} is negative")
-
-    def limits(self, where: str, joint: Element, kind: str) -> None:
-        limit = joint.find("limit")
-        if kind == "continuous":
-            return
-        if limit is None:
-            raise self.fail(f"{where}: a {kind} joint needs <limit lower upper effort velocity>")
-        values = {key: self.number(where, limit, key) for key in ("effort", "velocity")}
-        for key in ("lower", "upper"):
-            values[key] = self.number(where, limit, key) if limit.get(key) is not None else 0.0
-        if values["lower"] > values["upper"]:
-            raise self.fail(f"{where}: its limits are swapped: lower {values['lower']:g} > upper {values['upper']:g}")
-
-    def tree(self, links: dict[str, Element], joints: dict[str, Element]) -> None:
-        parents: dict[str, tuple[str, str]] = {}
-        for name, joint in joints.items():
-            parent, child = (_given(joint.find(end)).get("link", "") for end in ("parent", "child"))
-            if child in parents:
-                raise self.fail(
-                    f"link {shown(child)} hangs on two joints, {shown(parents[child][0])} and {shown(name)}: "
-                    "a kinematic loop; pendpin takes trees only"
-                )
-            parents[child] = (name, parent)
-        roots = [link for link in links if link not in parents]
-        if len(roots) != 1:
-            reason = "every link hangs on another: a kinematic loop" if not roots else "several links hang on nothing"
-            raise self.fail(f"{reason}{': ' if roots else ''}{choices(map(shown, roots[:4]))}; a tree has one root")
-        self.reach(roots[0], parents)
-
-    def reach(self, root: str, parents: dict[str, tuple[str, str]]) -> None:
-        children: dict[str, list[str]] = defaultdict(list)
-        for child, (_, parent) in parents.items():
-            children[parent].append(child)
-        level, reached, depth = [root], 1, 1
-        while level := [child for link in level for child in children[link]]:
-            reached, depth = reached + len(level), depth + 1
-        if reached <= len(parents):
-            raise self.fail(f"{len(parents) + 1 - reached} links are cut off from {shown(root)}: a kinematic loop")
-        if depth > MAX_DEPTH:
-            raise self.fail(
-                f"{depth} links hang in a row, and Pinocchio's URDF reader survives about {MAX_DEPTH}; "
-                'a scene with kind = "chain" takes longer ones'
-            )
-
-    def not_applied(self, joints: dict[str, Element]) -> tuple[str, ...]:
-        notes = []
-        for name, joint in joints.items():
-            dynamics = joint.find("dynamics")
-            for key in () if dynamics is None else ("damping", "friction"):
-                value = float(_given(dynamics).get(key, "0"))
-                if value:
-                    notes.append(f"joint {shown(name)}: <dynamics {key}={value:g}> is not applied")
-        return tuple(notes)
+def _check_geometry(where: str, geometry: Element | None, folder: Path) -> None:
+    shape = None if geometry is None else next(iter(geometry), None)
+    if shape is None or shape.tag not in _SIZES:
+        raise InputError(f"{where}: a visual needs a <geometry> with one of: {choices(_SIZES)}")
+    if shape.tag == "mesh":
+        mesh_file(folder, shape.get("filename", ""), where)
+        return
+    for key in _SIZES[shape.tag].split():
+        sizes = triple(where, shape, key) if shape.tag == "box" else (number(where, shape, key),)
+        if min(sizes) < 0:
+            raise InputError(f"{where}: {shape.tag} {key}: a size is negative")
 
 
 def mesh_file(folder: Path, filename: str, where: str) -> Path:
@@ -263,26 +126,112 @@ def mesh_file(folder: Path, filename: str, where: str) -> Path:
     scheme, _, rest = filename.rpartition("://")
     candidates = [folder / rest] if scheme in {"", "file"} else [above / rest for above in folder.resolve().parents]
     for candidate in candidates:
-        if candidate.is_file():
+        if os.path.isfile(candidate):  # False also for names that no file can have
             return candidate
     raise InputError(f"{where}: mesh {shown(filename)} is not found")
 
 
-def _given(element: Element | None) -> Element:
-    assert element is not None  # checked before
-    return element
+# --- joints ---------------------------------------------------------------------------------------------------------
+
+
+def _check_joint(where: str, joint: Element, links: dict[str, Element]) -> None:
+    kind = joint.get("type", "")
+    if kind not in JOINT_TYPES:
+        hint = " (write a universal joint as two revolute joints)" if kind in {"universal", "spherical"} else ""
+        raise InputError(f"{where}: type {shown(kind)} is not one of: {choices(JOINT_TYPES)}{hint}")
+    if joint.find("mimic") is not None:
+        raise InputError(f"{where}: <mimic> ties it to another joint; pendpin takes trees of free joints only")
+    for end in ("parent", "child"):
+        name = needed(where, joint, end).get("link", "")
+        if name not in links:
+            raise InputError(f"{where}: its {end} link {shown(name)} does not exist")
+    _check_origin(where, joint)
+    if kind != "fixed":
+        _check_motion(where, joint, kind)
+
+
+def _check_motion(where: str, joint: Element, kind: str) -> None:
+    axis, dynamics = joint.find("axis"), joint.find("dynamics")
+    if axis is not None and not any(triple(where, axis, "xyz")):
+        raise InputError(f"{where}: axis {axis.get('xyz', 'without xyz')} has no direction")
+    for key in ("damping", "friction"):
+        if dynamics is not None and dynamics.get(key) is not None and number(where, dynamics, key) < 0:
+            raise InputError(f"{where}: {key} is negative")
+    if kind != "continuous":
+        _check_limits(where, joint, kind)
+
+
+def _check_limits(where: str, joint: Element, kind: str) -> None:
+    limit = joint.find("limit")
+    if limit is None:
+        raise InputError(f"{where}: a {kind} joint needs <limit lower upper effort velocity>")
+    for key in ("effort", "velocity"):
+        number(where, limit, key)
+    lower, upper = (number(where, limit, key) if limit.get(key) is not None else 0.0 for key in ("lower", "upper"))
+    if lower > upper:
+        raise InputError(f"{where}: its limits are swapped: lower {lower:g} > upper {upper:g}")
+
+
+def _not_applied(joints: dict[str, Element]) -> tuple[str, ...]:
+    notes = []
+    for name, joint in joints.items():
+        dynamics = joint.find("dynamics")
+        if dynamics is None or joint.get("type") == "fixed":
+            continue
+        for key in ("damping", "friction"):
+            value = float(dynamics.get(key, "0"))
+            if value:
+                notes.append(f"joint {shown(name)}: <dynamics {key}={value:g}> is not applied")
+    return tuple(notes)
 
 
 def _make_plain(joint: Element) -> None:
     """Continuous joints become revolute ones, so that every joint has one plain angle; axes get unit length."""
-    if joint.get("type") == "continuous":
+    kind, axis = joint.get("type"), joint.find("axis")
+    if kind in {"fixed", "continuous"}:
+        for unused in joint.findall("limit") + (joint.findall("axis") + joint.findall("dynamics")) * (kind == "fixed"):
+            joint.remove(unused)
+    if kind == "continuous":
         joint.set("type", "revolute")
-        for limit in joint.findall("limit"):
-            joint.remove(limit)
-        ElementTree.SubElement(joint, "limit", lower="-1e300", upper="1e300", effort="1e300", velocity="1e300")
-    axis = joint.find("axis")
-    if axis is not None and axis.get("xyz") and joint.get("type") != "fixed":
-        xyz = np.array([float(x) for x in axis.get("xyz", "").split()])
-        length = np.linalg.norm(xyz)
-        if abs(length - 1) > 1e-15:
-            axis.set("xyz", " ".join(repr(float(x)) for x in xyz / length))
+        ElementTree.SubElement(joint, "limit", _NO_LIMIT)
+    if kind != "fixed" and axis is not None:
+        xyz = np.array(triple("", axis, "xyz"))
+        if abs(math.hypot(*xyz) - 1) > 1e-15:
+            xyz /= np.abs(xyz).max()  # then neither overflow nor underflow
+            put(axis, "xyz", xyz / np.linalg.norm(xyz))
+
+
+# --- the tree -------------------------------------------------------------------------------------------------------
+
+
+def _check_tree(links: dict[str, Element], joints: dict[str, Element]) -> None:
+    parents: dict[str, tuple[str, str]] = {}
+    for name, joint in joints.items():
+        parent, child = (needed("", joint, end).get("link", "") for end in ("parent", "child"))
+        if child in parents:
+            raise InputError(
+                f"link {shown(child)} hangs on two joints, {shown(parents[child][0])} and {shown(name)}: "
+                "a kinematic loop; pendpin takes trees only"
+            )
+        parents[child] = (name, parent)
+    roots = [link for link in links if link not in parents]
+    if len(roots) != 1:
+        reason = "every link hangs on another: a kinematic loop" if not roots else "several links hang on nothing"
+        raise InputError(f"{reason}{': ' if roots else ''}{choices(map(shown, roots[:4]))}; a tree has one root")
+    _check_reach(roots[0], parents)
+
+
+def _check_reach(root: str, parents: dict[str, tuple[str, str]]) -> None:
+    children: dict[str, list[str]] = defaultdict(list)
+    for child, (_, parent) in parents.items():
+        children[parent].append(child)
+    level, reached, depth = [root], 1, 1
+    while level := [child for link in level for child in children[link]]:
+        reached, depth = reached + len(level), depth + 1
+    if reached <= len(parents):
+        raise InputError(f"{len(parents) + 1 - reached} links are cut off from {shown(root)}: a kinematic loop")
+    if depth > MAX_DEPTH:
+        raise InputError(
+            f"{depth} links hang in a row, and Pinocchio's URDF reader survives about {MAX_DEPTH}; "
+            'a scene with kind = "chain" takes longer ones'
+        )

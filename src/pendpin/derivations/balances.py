@@ -31,7 +31,7 @@ def system(rod: RodInertia, q: Array, v: Array, field: Array) -> tuple[Array, Ar
     unit_accelerations = (np.stack([-c, zero, -s], -1), np.stack([zero, one, zero], -1))
     a3 = np.stack([-s, zero, c], -1)
 
-    A = np.zeros((*s.shape, 6, 6))
+    A = np.zeros((*s.shape, 6, 6), dtype=s.dtype)
     for column, alpha in enumerate(unit_accelerations):
         A[..., :3, column] = rod.m * rod.h * np.cross(alpha, b3)
         A[..., 3:, column] = inertia * alpha

@@ -25,8 +25,10 @@ class Rods(NamedTuple):
     base: Array  # (3, K) 1/kg, acceleration of the base for a force there, along b1, b2, b3
     cross: Array  # (3, K) 1/kg, acceleration of the base for a force on the tip
     tip_above: Array  # (3, K) 1/kg, acceleration of the tip of the rod above for a force there; 0 for the first
-    inverse_above: Array  # (3, K) inverse of the rod above; 0 for the first
-    k_above: Array  # (K,) k of the rod above; 0 for the first
+    lever_h: Array  # (2, K) 1/(kg m), h / I2 and h / I1
+    lever_k: Array  # (K,) 1/(kg m), k / I1
+    lever_above: Array  # (K,) 1/(kg m), k / I2 of the rod above; 0 for the first
+    twist: Array  # (4, K) 1/(kg m²), 1/I2 above, 1/I1, 1/I3 above, 1/I3: what the squares of s_t, s, c_t, c go with
 
     def repeated(self, times: int) -> "Rods":
         """The same chain `times` over, so that a batch of states is one long row."""
@@ -76,7 +78,10 @@ class ChainInertia:
         base[:2] += h * h * across
         cross[:2] -= h * k * across
         tip[:2] += k * k * across
-        return Rods(self.n, m, h, k, inertia, inverse, base, cross, _above(tip), _above(inverse), _above(k))
+        _, above2, above3 = above(inverse, self.n)
+        twist = np.array([above2, inverse[0], above3, inverse[2]])
+        levers = h * across[:2], k * inverse[0], above(k, self.n) * above2
+        return Rods(self.n, m, h, k, inertia, inverse, base, cross, above(tip, self.n), *levers, twist)
 
     def _stand_ins(self) -> Array:
         """What stands for a zero inertia in the factored matrix: small beside all that the rod turns with."""
@@ -89,6 +94,17 @@ class ChainInertia:
         return np.array([STAND_IN * J, STAND_IN * J, axial])
 
 
-def _above(x: Array) -> Array:
-    """Each rod's value handed to the rod below it; the first one gets 0."""
-    return np.concatenate([np.zeros_like(x[..., :1]), x[..., :-1]], -1)
+def above(x: Array, n: int) -> Array:
+    """For each rod what the rod above it has, x (..., K) shifted down; 0 for the first of each chain of n."""
+    y = np.empty_like(x)
+    y[..., 1:] = x[..., :-1]
+    y[..., ::n] = 0
+    return y
+
+
+def below(x: Array, n: int) -> Array:
+    """For each rod what the rod below it has, x (..., K) shifted up; 0 for the last of each chain of n."""
+    y = np.empty_like(x)
+    y[..., :-1] = x[..., 1:]
+    y[..., n - 1 :: n] = 0
+    return y

@@ -9,10 +9,9 @@ def mass_matrix(rod: RodInertia, q: Array) -> Array:
     """Mass matrix M(q) (..., 2, 2) in kg m², from T = v M v / 2; q (..., 2) in rad."""
     s2, c2 = np.sin(q[..., 1]) ** 2, np.cos(q[..., 1]) ** 2
     about_joint = rod.m * rod.h * rod.h
-    M = np.zeros((*s2.shape, 2, 2))
-    M[..., 0, 0] = c2 * (rod.I1 + about_joint) + s2 * rod.I3
-    M[..., 1, 1] = rod.I2 + about_joint
-    return M
+    M11 = c2 * (rod.I1 + about_joint) + s2 * rod.I3
+    M22 = np.full_like(M11, rod.I2 + about_joint)
+    return np.stack([M11, M22], -1)[..., None] * np.eye(2, dtype=int)
 
 
 def kinetic(rod: RodInertia, q: Array, v: Array) -> Array:

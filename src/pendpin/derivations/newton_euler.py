@@ -9,8 +9,8 @@ def solve(rod: RodInertia, q: Array, v: Array, field: Array) -> RodSolution:
     """Accelerations and reactions of a rod on a universal joint.
 
     The moment balance about the joint, projected on a1, a2 and a3, gives theta'', phi'' and Mc one by one; the force
-    balance gives R1, R2, R3. The forms hold for any principal inertia, the thin rod (I3 = 0) included; a thin rod at
-    cos(phi) = 0 has no finite theta'' unless the field along b2 vanishes there.
+    balance gives R1, R2, R3. The forms hold for any principal inertia, the thin rod (I3 = 0) included. A thin
+    rod's theta'' grows without bound towards cos(phi) = 0: a fault of the angles, not of the motion (section 6).
 
     Parameters: q, v (..., 2) hold theta, phi in rad and rad/s; field (3,) or (..., 3) is the uniform acceleration
     field in the inertial frame I (z down), m/s²; gravity is (0, 0, 9.81).

@@ -5,7 +5,7 @@ from importlib.metadata import version
 import numpy as np
 
 from pendpin.derivations.base import Array
-from pendpin.dynamics import Derivative
+from pendpin.engines import Derivative
 from pendpin.solvers.base import Lane, Stretch
 
 NAMES = {"dop853": "DOP853", "rk45": "RK45", "rk23": "RK23", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}

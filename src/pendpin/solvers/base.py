@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 from pendpin.derivations.base import Array
-from pendpin.dynamics import Derivative
+from pendpin.engines import Derivative
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,50 @@
+"""The number types that one piece of arithmetic runs on: floats, mpmath's numbers of any precision, heyoka's symbols.
+
+Each is a namespace `xp` with numpy's names: asarray, sqrt, exp, log, sin, cos, tan, tanh, element by element over
+arrays. Sums, products, `@`, `np.cross`, `np.stack` and the like need no namespace: numpy does them on object arrays.
+"""
+
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "tanh")
+
+
+def floats() -> Any:
+    """Double precision: numpy itself."""
+    return np
+
+
+@cache
+def exact(digits: int) -> Any:
+    """mpmath's numbers of so many decimal digits, in object arrays; `asarray` takes floats over without rounding.
+
+    The precision belongs to the namespace, not to the process: several can be used side by side.
+    Raises ImportError without mpmath.
+    """
+    import mpmath
+
+    context = mpmath.mp.clone()
+    context.dps = digits
+    functions = {name: np.frompyfunc(getattr(context, name), 1, 1) for name in FUNCTIONS}
+    return SimpleNamespace(asarray=_elementwise(context.mpf), **functions)
+
+
+@cache
+def symbols() -> Any:
+    """heyoka's expressions in object arrays. Raises ImportError without heyoka."""
+    import heyoka
+
+    def on_expressions(function: Any) -> Any:
+        return np.frompyfunc(lambda x: function(heyoka.expression(x)), 1, 1)
+
+    functions = {name: on_expressions(getattr(heyoka, name)) for name in FUNCTIONS}
+    return SimpleNamespace(asarray=np.asarray, **functions)
+
+
+def _elementwise(convert: Any) -> Any:
+    one_by_one = np.frompyfunc(convert, 1, 1)
+    return lambda x: np.asarray(one_by_one(np.asarray(x)), dtype=object)

@@ -1,0 +1,90 @@
+"""What every engine offers, and what the effects bring to it."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.derivations.base import Array
+from pendpin.model import Model
+
+Derivative = Callable[[Array, float, Array], None]  # f(dy, t, y) fills dy
+Watch = Callable[[float], None]
+
+WATCH_EVERY = 2048  # evaluations between two calls of a watcher
+
+
+class Motion(NamedTuple):
+    """Where the bodies are and how they move, in the world W; one row for each of `Model.bodies`."""
+
+    origin: Array  # (n, 3) m, the joint that moves the body
+    rotation: Array  # (n, 3, 3), the link frame's axes as columns
+    velocity: Array  # (n, 3) m/s, of the origin
+    spin: Array  # (n, 3) rad/s
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """What the effects of a scene add, seam by seam; None is a seam that the scene does not use."""
+
+    constant: Array  # (3,) m/s², W: the sum of the constant fields
+    varying: Callable[[float], Array] | None = None  # t -> (3,) m/s², W: the sum of the others
+    torque: Callable[[float, Array, Array], Array] | None = None  # t, q, v -> (nv,) N m, or N for slides
+    wrench: Callable[[float, Motion], tuple[Array, Array]] | None = None  # force N, moment N m about com, (n, 3), W
+
+    def field(self, t: float) -> Array:
+        """The sum of all uniform fields at time t, (3,) m/s², W."""
+        return self.constant if self.varying is None else self.constant + self.varying(t)
+
+
+class Sample(NamedTuple):
+    """What an engine says about given states."""
+
+    acceleration: Array  # (n, nv)
+    wrench: Array  # (n, joints, 6)
+
+
+class Engine(ABC):
+    """One way to compute a model's motion: its own state y, its own equations."""
+
+    name: str
+
+    def __init__(self, model: Model, loads: Loads) -> None:
+        self.model, self.loads = model, loads
+
+    def pack(self, q: Array, v: Array) -> Array:
+        """The engine's state y from positions and velocities (nv,)."""
+        return np.concatenate([q, v])
+
+    def unpack(self, y: Array, near: Array) -> tuple[Array, Array]:
+        """Positions and velocities (n, nv) from states y (n, size); `near` (nv,) are the positions just before."""
+        nv = len(self.model.joints)
+        return y[:, :nv].copy(), y[:, nv:].copy()
+
+    def settle(self, y: Array) -> Array:
+        """A state with the drift off its constraints taken out."""
+        return y
+
+    @abstractmethod
+    def derivative(self, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
+        """f(dy, t, y) that fills dy, and the count of its calls; `watch` gets t now and then, and may raise."""
+
+    @abstractmethod
+    def evaluate(self, t: Array, q: Array, v: Array) -> Sample:
+        """Accelerations and joint wrenches at times (n,) and states (n, nv)."""
+
+
+def counted(function: Derivative, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
+    """A derivative that counts its calls and shows the time to `watch`."""
+    calls = 0
+
+    def derivative(dy: Array, t: float, y: Array) -> None:
+        nonlocal calls
+        calls += 1
+        if not calls % WATCH_EVERY:
+            watch(t)
+        function(dy, t, y)
+
+    return derivative, lambda: calls

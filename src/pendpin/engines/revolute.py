@@ -1,0 +1,96 @@
+"""Pinocchio on revolute and prismatic joints: any tree, a universal joint as two revolute ones."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pendpin.bodies import pinocchio
+from pendpin.derivations.base import Array
+from pendpin.engines.base import WATCH_EVERY, Derivative, Engine, Loads, Motion, Sample, Watch
+from pendpin.model import Model
+
+
+class Revolute(Engine):
+    """Accelerations by ABA, wrenches by RNEA; y = (q, v). It owns its Pinocchio data: use one in each thread."""
+
+    name = "pinocchio"
+
+    def __init__(self, model: Model, loads: Loads) -> None:
+        super().__init__(model, loads)
+        pin = pinocchio()
+        self._pin = pin.Model(model.pin)
+        self._pin.gravity = pin.Motion(loads.constant, np.zeros(3))
+        self._data = self._pin.createData()
+        self._no_torque = np.zeros(self._pin.nv)
+
+    def derivative(self, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
+        """As `Engine.derivative`; with constant fields alone it is one call of ABA."""
+        pin, data, tau, nv = self._pin, self._data, self._no_torque, self._pin.nv
+        aba, accelerate = pinocchio().aba, self._accelerate if self._loaded else None
+        state = rates = q = v = dq = dv = np.empty(0)
+        calls = 0
+
+        def derivative(dy: Array, t: float, y: Array) -> None:
+            nonlocal state, rates, q, v, dq, dv, calls
+            if y is not state:  # solvers hand in the same arrays again and again: cut them once
+                state, q, v = y, y[:nv], y[nv:]
+            if dy is not rates:
+                rates, dq, dv = dy, dy[:nv], dy[nv:]
+            calls += 1
+            if not calls % WATCH_EVERY:
+                watch(t)
+            dq[:] = v
+            dv[:] = accelerate(t, q, v) if accelerate else aba(pin, data, q, v, tau)
+
+        return derivative, lambda: calls
+
+    def evaluate(self, t: Array, q: Array, v: Array) -> Sample:
+        """As `Engine.evaluate`."""
+        a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
+        for i in range(len(q)):
+            a[i] = self._accelerate(t[i], q[i], v[i])
+            wrench[i] = self._wrenches(t[i], q[i], v[i], a[i])
+        return Sample(a, wrench)
+
+    @property
+    def _loaded(self) -> bool:
+        return any((self.loads.varying, self.loads.torque, self.loads.wrench))
+
+    def _accelerate(self, t: float, q: Array, v: Array) -> Array:
+        loads = self.loads
+        if loads.varying:
+            self._pin.gravity.linear = loads.field(t)
+        tau = self._no_torque if loads.torque is None else loads.torque(t, q, v)
+        if loads.wrench is None:
+            return pinocchio().aba(self._pin, self._data, q, v, tau)
+        return pinocchio().aba(self._pin, self._data, q, v, tau, self._external(t, q, v))
+
+    def _wrenches(self, t: float, q: Array, v: Array, a: Array) -> Array:
+        external = () if self.loads.wrench is None else (self._external(t, q, v),)
+        pinocchio().rnea(self._pin, self._data, q, v, a, *external)
+        return np.array([self._data.f[joint].vector for joint in range(1, self._pin.njoints)])
+
+    def _external(self, t: float, q: Array, v: Array) -> list:
+        """The body effects as Pinocchio takes them: one force a joint, in its frame, at its origin."""
+        pin, wrench = pinocchio(), self.loads.wrench
+        assert wrench is not None
+        motion = self._motion(q, v)
+        forces, moments = wrench(t, motion)
+        out = [pin.Force.Zero() for _ in range(self._pin.njoints)]
+        for body, R, force, moment in zip(self.model.bodies, motion.rotation, forces, moments, strict=True):
+            linear = R.T @ force
+            out[body.joint + 1] = pin.Force(linear, R.T @ moment + np.cross(body.com, linear))
+        return out
+
+    def _motion(self, q: Array, v: Array) -> Motion:
+        data = self._data
+        pinocchio().forwardKinematics(self._pin, data, q, v)
+        joints = [body.joint + 1 for body in self.model.bodies]
+        R = np.array([data.oMi[j].rotation for j in joints])
+        twists = np.array([data.v[j].vector for j in joints])
+        return Motion(
+            np.array([data.oMi[j].translation for j in joints]),
+            R,
+            np.einsum("nij,nj->ni", R, twists[:, :3]),
+            np.einsum("nij,nj->ni", R, twists[:, 3:]),
+        )

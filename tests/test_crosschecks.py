@@ -1,0 +1,118 @@
+"""The cross-check agrees where it must and finds what is broken."""
+
+import inspect
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+from pendpin.derivations import balances, lagrange, newton_euler
+from pendpin.scene import builtin_scene
+
+RODS = {
+    "thin": pp.Rod(length=1.0, mass=1.0),
+    "thick": pp.Rod(length=1.0, mass=1.0, radius=0.3),
+    "own inertia": pp.Rod(length=1.0, mass=1.0, com=0.7, inertia=(0.3, 0.2, 0.05), payload=0.5),
+    "behind the joint": pp.Rod(length=1.0, mass=2.0, com=-0.3, inertia=(0.2, 0.25, 0.1)),
+}
+GRAVITY = (pp.effects.Gravity(),)
+
+
+def scene_of(rod: pp.Rod, *effects: pp.effects.Effect) -> pp.Scene:
+    """A scene of one rod."""
+    return pp.Scene(model=pp.Chain(rods=(rod,)), effects=effects or GRAVITY)
+
+
+@pytest.mark.parametrize("name", RODS)
+def test_all_routes_agree(name: str) -> None:
+    """Every pair of routes, every quantity, on rods of every kind."""
+    report = pp.crosscheck(scene_of(RODS[name]), states=2000, seed=1)
+    assert report.ok, report.worst
+    assert report.worst.relative < 2e-15  # a few roundings; the bound of the command is 1e-13
+    assert set(report.routes) == {"pinocchio", "newton-euler", "balances", "lagrange"}
+
+
+def test_the_built_in_urdf_agrees() -> None:
+    """The URDF that comes with pendpin, through the recognised universal joint."""
+    assert pp.crosscheck(builtin_scene(), states=2000, seed=3).ok
+
+
+def test_gravity_in_any_direction() -> None:
+    """The routes take a field that is not vertical."""
+    tilted = pp.effects.Gravity(acceleration=3.7, direction=(0.3, -0.5, -0.8))
+    assert pp.crosscheck(scene_of(RODS["thick"], tilted), states=500).ok
+
+
+def test_moments_are_there_where_the_rod_is_thick() -> None:
+    """M3 and Mc vanish for a thin rod only, and are the balances' own there."""
+    q, v = np.array([0.3, 0.4]), np.array([2.0, -3.0])
+    for name, zero in (("thin", True), ("thick", False)):
+        found = newton_euler.solve(RODS[name].properties, q, v, np.array([0, 0, 9.81]))
+        assert (found.M3 == 0 and found.Mc == 0) == zero
+
+
+NAMES = {"newton_euler": "newton-euler", "balances": "balances", "lagrange": "lagrange"}
+BREAKS = [
+    (newton_euler, "2 * (J1 - I3)", "(J1 - I3)", "theta_dd"),
+    (newton_euler, "m * h * G1 - (J1 - I3)", "m * h * G1 + (J1 - I3)", "phi_dd"),
+    (newton_euler, "dp**2 + dt**2 * c**2", "dp**2 - dt**2 * c**2", "R3"),
+    (newton_euler, "phi_dd + dt**2 * s * c", "phi_dd - dt**2 * s * c", "R1"),
+    (newton_euler, "-alpha1 - dt * dp * s", "-alpha1 + dt * dp * s", "R2"),
+    (newton_euler, "I3 + J2 - J1", "I3 + J1 - J1", "Mc"),
+    (balances, "np.cross(omega, inertia * omega)", "np.cross(inertia * omega, omega)", "Mc"),
+    (balances, "np.diag([1.0, 1.0, -1.0])", "np.diag([1.0, -1.0, -1.0])", "R2"),
+    (lagrange, "0.5 * slope", "slope", "phi_dd"),
+    (lagrange, "c2 * (rod.I1 + about_joint)", "c2 * (rod.I1 + 2 * about_joint)", "theta_dd"),
+]
+
+
+ASYMMETRIC = """
+[model]
+kind = "chain"
+rods = [{ length = 1.0, mass = 1.0, com = 0.4, inertia = [0.3, 0.2, 0.15] }]
+[[effects]]
+kind = "gravity"
+"""
+
+
+@pytest.mark.parametrize(("module", "right", "wrong", "quantity"), BREAKS)
+def test_a_broken_route_fails_the_check(module, right: str, wrong: str, quantity: str, tmp_path: Path) -> None:
+    """One sign or factor changed in one route: `pendpin check` exits 1, names the quantity and the route."""
+    source, name = inspect.getsource(module), module.__name__
+    assert source.count(right) == 1
+    (tmp_path / "scene.toml").write_text(ASYMMETRIC)
+    script = (
+        f"import sys, {name} as route\n"
+        f"exec({source.replace(right, wrong)!r}, route.__dict__)\n"
+        f"sys.argv = ['pendpin', 'check', {str(tmp_path / 'scene.toml')!r}, '--states', '50', '--json']\n"
+        "from pendpin.cli import main; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert json.loads(done.stdout)["ok"] is False
+    who, _, what = done.stderr.partition(" disagrees in ")
+    assert who == f"pendpin: {NAMES[name.rpartition('.')[2]]}"
+    assert quantity in what.partition(";")[0].split(", ")
+
+
+def test_a_user_route_that_is_wrong_is_found() -> None:
+    """The user's own equations are compared in the quantities they give, and no others."""
+
+    def mine(rod, q, v, field):
+        return {"phi_dd": 1.001 * newton_euler.solve(rod, q, v, field).phi_dd}
+
+    report = pp.crosscheck(builtin_scene(), states=100, routes={"mine": mine})
+    broken = {(row.quantity, row.second) for row in report.rows if not row.ok}
+    assert broken == {("phi_dd", "mine")}
+    assert {row.quantity for row in report.rows if "mine" in (row.first, row.second)} == {"phi_dd"}
+
+
+def test_a_route_that_answers_nan_is_broken() -> None:
+    """NaN never passes for agreement."""
+    report = pp.crosscheck(builtin_scene(), states=10, routes={"nan": lambda rod, q, v, g: {"R1": np.full(10, np.nan)}})
+    assert not report.ok
+    assert np.isnan(report.worst.relative)
