@@ -1,79 +1,173 @@
-"""A headless Chromium for tests: what a page looks like, what it says, and what it complains of."""
+"""A headless Chromium for tests, spoken to over two pipes in its DevTools protocol."""
 
+import base64
+import fcntl
+import io
+import json
 import os
-import re
+import select
 import shutil
 import signal
 import subprocess
 import tempfile
-from dataclasses import dataclass
-from pathlib import Path
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
 
 import numpy as np
 import pytest
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-LIMIT = 60  # s, for one look
-FLAGS = (
-    "--headless --no-sandbox --disable-gpu --use-angle=swiftshader --enable-unsafe-swiftshader --disable-quic "
-    "--no-first-run --disable-background-networking --disable-component-update --disable-sync --disable-dev-shm-usage "
-    "--hide-scrollbars --window-size=900,700 --enable-logging=stderr"
-).split()
+LIMIT = 40  # s, for an answer
+FLAGS = """
+    --headless --no-sandbox --disable-gpu --use-angle=swiftshader --enable-unsafe-swiftshader --disable-quic
+    --no-first-run --disable-background-networking --disable-component-update --disable-sync --disable-dev-shm-usage
+    --hide-scrollbars --remote-debugging-pipe
+"""
+NO_NETWORK = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"  # no name and no address but this machine's
 
 
-@dataclass(frozen=True)
-class Look:
-    """A page after some seconds of its own time: `pixels` (rows, columns, 3) from 0 to 1, its text, its complaints."""
+class Browser:
+    """A running Chromium: `open` gives a page of it."""
 
-    pixels: np.ndarray
-    clock: str
-    note: str
-    complaints: list[str]
+    def __init__(self, to: int, back: int) -> None:
+        self._to, self._back = to, back
+        self._heard = b""
+        self._asked = 0
+        self.events: list[dict[str, Any]] = []
+
+    def open(self, url: str, size: tuple[int, int] = (900, 700)) -> "Page":
+        """Open an address in a window of its own and wait until the page has started to play."""
+        target = self.ask("Target.createTarget", url="about:blank", width=size[0], height=size[1], newWindow=True)
+        session = self.ask("Target.attachToTarget", targetId=target["targetId"], flatten=True)["sessionId"]
+        for domain in ("Runtime", "Log", "Page", "Network"):
+            self.ask(f"{domain}.enable", session)
+        self.ask("Page.navigate", session, url=url)
+        page = Page(self, session, target["targetId"])
+        page.wait_for("document.getElementById('clock')?.textContent")
+        return page
+
+    def ask(self, method: str, session: str | None = None, **params: Any) -> dict[str, Any]:
+        """Send a command and wait for its answer; what happens meanwhile goes to `events`."""
+        self._asked += 1
+        message = {"id": self._asked, "method": method, "params": params}
+        os.write(self._to, json.dumps(message | ({"sessionId": session} if session else {})).encode() + b"\0")
+        end = time.monotonic() + LIMIT
+        while (answer := self._next(end)).get("id") != self._asked:
+            self.events.append(answer)
+        assert "error" not in answer, answer
+        return answer["result"]
+
+    def _next(self, end: float) -> dict[str, Any]:
+        while b"\0" not in self._heard:
+            ready, _, _ = select.select([self._back], [], [], max(0.0, end - time.monotonic()))
+            heard = os.read(self._back, 1 << 20) if ready else b""
+            if not heard:
+                pytest.fail(f"Chromium {'ended' if ready else f'did not answer within {LIMIT} s'}")
+            self._heard += heard
+        message, self._heard = self._heard.split(b"\0", 1)
+        return json.loads(message)
 
 
-def look(url: str, seconds: float = 2.0) -> Look:
-    """Open a page, let its clock run for `seconds`, and look. No name but 127.0.0.1 can be reached."""
-    from matplotlib.image import imread
+class Page:
+    """One page in a Browser."""
 
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        picture = Path(folder, "look.png")
-        options = [f"--screenshot={picture}", "--dump-dom", f"--virtual-time-budget={round(1000 * seconds)}"]
-        dom, log = _run([*options, f"--user-data-dir={folder}/profile"], url)
-        if not picture.exists():
-            pytest.fail(f"Chromium made no picture of {url}:\n{log[-2000:]}")
-        pixels = imread(picture)[..., :3]
-    complaints = [line for line in log.splitlines() if "CONSOLE" in line and "GPU stall" not in line]
-    return Look(pixels, _text(dom, "output"), _text(dom, "p"), complaints)
+    def __init__(self, browser: Browser, session: str, target: str) -> None:
+        self._browser, self._session, self._target = browser, session, target
+
+    def __enter__(self) -> "Page":
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._browser.ask("Target.closeTarget", targetId=self._target)
+
+    def evaluate(self, script: str) -> Any:
+        """The value of an expression, or of the promise it gives, in the page."""
+        answer = self._browser.ask(
+            "Runtime.evaluate", self._session, expression=script, awaitPromise=True, returnByValue=True
+        )
+        assert "exceptionDetails" not in answer, answer
+        return answer["result"].get("value")
+
+    def text(self, name: str) -> str:
+        """The text of the element with this id."""
+        return self.evaluate(f"document.getElementById({name!r}).textContent")
+
+    def wait_for(self, condition: str, seconds: float = LIMIT) -> None:
+        """Wait until an expression holds in the page."""
+        end = time.monotonic() + seconds
+        while not self.evaluate(condition):
+            if time.monotonic() > end:
+                pytest.fail(f"after {seconds} s this does not hold: {condition}; the page says {self.complaints}")
+            time.sleep(0.05)
+
+    def picture(self) -> np.ndarray:
+        """What is to be seen: (rows, columns, 3), from 0 to 1."""
+        from matplotlib.image import imread
+
+        data = self._browser.ask("Page.captureScreenshot", self._session)["data"]
+        return imread(io.BytesIO(base64.b64decode(data)), format="png")[..., :3]
+
+    @property
+    def complaints(self) -> list[str]:
+        """Errors of the page: exceptions, refused or failed requests, breaches of its own policy."""
+        found = [e for e in self._events("Runtime.exceptionThrown", "Log.entryAdded") if "exceptionDetails" in e]
+        logged = [e["entry"]["text"] for e in self._events("Log.entryAdded") if e["entry"]["level"] == "error"]
+        return [e["exceptionDetails"]["exception"]["description"] for e in found] + logged
+
+    @property
+    def requests(self) -> list[str]:
+        """Every address the page has asked for, save what it holds itself."""
+        urls = [e["request"]["url"] for e in self._events("Network.requestWillBeSent")]
+        return [url for url in urls if not url.startswith(("data:", "blob:"))]
+
+    def _events(self, *methods: str) -> list[dict[str, Any]]:
+        mine = [e for e in self._browser.events if e.get("sessionId") == self._session]
+        return [e["params"] for e in mine if e["method"] in methods]
 
 
-def chromium() -> str:
-    """Where Chromium is; the test fails where it is not."""
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """A headless Chromium with a profile of its own; the test fails where it is not installed."""
     found = next(filter(None, map(shutil.which, NAMES)), None)
-    return found or pytest.fail("this test needs Chromium: apt-get install chromium")
+    if found is None:
+        pytest.fail("this test needs Chromium: apt-get install chromium")
+    with (
+        tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile,
+        _pipe() as (hear, to),
+        _pipe() as (back, say),
+    ):
 
+        def as_3_and_4() -> None:  # where Chromium looks for its two pipes
+            ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 64) for end in (hear, say)]
+            os.dup2(ends[0], 3)
+            os.dup2(ends[1], 4)
 
-def _run(options: list[str], url: str) -> tuple[str, str]:
-    rules = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
-    process = subprocess.Popen(
-        [chromium(), *FLAGS, rules, *options, url],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    try:
-        return process.communicate(timeout=LIMIT)
-    except subprocess.TimeoutExpired:
-        return pytest.fail(f"Chromium took more than {LIMIT} s over {url}")
-    finally:
+        command = [found, *FLAGS.split(), NO_NETWORK, f"--user-data-dir={profile}", "about:blank"]
+        null = subprocess.DEVNULL
+        process = subprocess.Popen(
+            command,
+            stdin=null,
+            stdout=null,
+            stderr=null,
+            start_new_session=True,
+            preexec_fn=as_3_and_4,
+            pass_fds=(3, 4),
+        )
         try:
-            os.killpg(process.pid, signal.SIGKILL)  # its helpers, if any are left
-        except ProcessLookupError:
-            pass
-        process.wait()
+            yield Browser(to, back)
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)  # with its helpers
+            process.wait()
 
 
-def _text(dom: str, tag: str) -> str:
-    match = re.search(rf"<{tag}\b[^>]*>([^<]*)</{tag}>", dom)
-    return match[1] if match else ""
+@contextmanager
+def _pipe() -> Iterator[tuple[int, int]]:
+    ends = os.pipe()
+    try:
+        yield ends
+    finally:
+        for end in ends:
+            os.close(end)

@@ -4,12 +4,13 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pendpin.errors import PendpinError, RunError
+from pendpin.errors import PendpinError, RunError, one_line
 
 if TYPE_CHECKING:
     from pendpin.crosschecks import Report
@@ -28,12 +29,20 @@ SceneFile = Annotated[Path | None, typer.Argument(help="Scene file (TOML); the b
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 
 
+UsageError: type[Any] = typer.BadParameter.__mro__[1]  # its base: whatever is wrong with the command line itself
+
+
 def main() -> None:
-    """Run the command line: every foreseen fault ends in one line on stderr and exit status 1."""
+    """Run the command line: every foreseen fault ends in one line on stderr and exit status 1, wrong usage in 2."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # names that no terminal can show
     try:
-        app()
+        sys.exit(app(prog_name="pendpin", standalone_mode=False))
     except PendpinError as error:
         _fail(str(error))
+    except UsageError as error:
+        _fail_usage(error)
     except KeyboardInterrupt:
         _fail("stopped by the user", 130)
     except BrokenPipeError:  # the reader of our output is gone
@@ -44,8 +53,15 @@ def main() -> None:
 
 
 def _fail(message: str, status: int = 1) -> None:
-    print(f"pendpin: {' '.join(message.split())}", file=sys.stderr)
+    print(f"pendpin: {one_line(message)}", file=sys.stderr)
     sys.exit(status)
+
+
+def _fail_usage(error: Any) -> None:
+    if len(sys.argv) < 2:
+        sys.exit(2)  # the help has been printed
+    command = error.ctx.command_path if error.ctx else "pendpin"
+    _fail(f"{error.format_message().rstrip('.')}; see {command} --help", 2)
 
 
 @app.command()
@@ -68,6 +84,7 @@ def run(
     chosen = _scene(scene)
     if scene is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")
+    _refuse_targets(scene, out, html, plot)
     _print_notes(chosen)
     stopped: RunError | None = None
     with _progress("integrating", chosen.duration, hidden=json) as watch:
@@ -150,6 +167,21 @@ def _scene(path: Path | None) -> "Scene":
     from pendpin.scene import builtin_scene, load_scene
 
     return builtin_scene() if path is None else load_scene(path)
+
+
+def _refuse_targets(scene: Path | None, out: Path, html: Path | None, plot: Path | None) -> None:
+    """What cannot be written is said before the work is done."""
+    from pendpin.files import refuse_target
+    from pendpin.plot import picture_kind
+
+    if plot:
+        picture_kind(plot)
+    seen = {os.path.realpath(scene)} if scene else set()
+    for path in filter(None, (out, html, plot)):
+        refuse_target(path)
+        if os.path.realpath(path) in seen:
+            raise PendpinError(f"{path}: this name is given twice; every file needs its own")
+        seen.add(os.path.realpath(path))
 
 
 def _print_notes(scene: "Scene") -> None:

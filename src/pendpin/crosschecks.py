@@ -10,6 +10,7 @@ from pendpin.derivations import balances, lagrange, newton_euler
 from pendpin.derivations.base import Array, RodInertia, RodSolution
 from pendpin.bodies import RodJoint
 from pendpin.dynamics import Dynamics, bind, reactions
+from pendpin.engines import Revolute
 from pendpin.errors import InputError
 from pendpin.scene import Scene
 from pendpin.trajectory import Trajectory
@@ -142,7 +143,7 @@ _HAND_ROUTES: dict[str, Route] = {
 
 
 def _pinocchio(dynamics: Dynamics, rod: RodJoint, q: Array, v: Array) -> RodSolution:
-    a, wrench = dynamics.engine.evaluate(np.zeros(len(q)), q, v)
+    a, wrench = Revolute(dynamics.model, dynamics.loads).evaluate(np.zeros(len(q)), q, v)
     found = reactions(dynamics.model, q, wrench)
     assert found is not None
     return RodSolution(rod.sign * a[:, rod.theta], a[:, rod.phi], *(column[:, 0] for column in found))

@@ -1,4 +1,4 @@
-"""What a picture of a motion is made of: solids fixed to bodies, the poses of those bodies over time, the tip's path."""
+"""What a picture of a motion is made of: solids fixed to bodies, the poses of those bodies, and the path of the tip."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -18,9 +18,9 @@ SIZES: dict[str, int] = {"cylinder": 2, "sphere": 1, "box": 3, "mesh": 3}  # how
 class Shape:
     """One solid, fixed to a body.
 
-    size, in m: cylinder (radius, length along its z), sphere (radius,), box (x, y, z); for a mesh the three scale factors
-    of the file at `path` (.obj, .stl or .dae). placement is the (4, 4) pose of the solid in the body's frame, color is
-    0xRRGGBB, body an index into `Drawing.poses`, or WORLD.
+    size, in m: cylinder (radius, length along its z), sphere (radius,), box (x, y, z); for a mesh the three scale
+    factors of the file at `path` (.obj, .stl or .dae). placement is the (4, 4) pose of the solid in the body's frame,
+    color is 0xRRGGBB, body an index into `Drawing.poses`, or WORLD. Raises ValueError where these do not fit together.
     """
 
     geometry: Geometry
@@ -43,8 +43,9 @@ class Shape:
 class Drawing:
     """A motion to be shown, in the world frame W (z up).
 
-    t (n,) in s, rising; poses (n, bodies, 4, 4) of the bodies, one or more; trail (n, 3) in m, the path of the tip; extent in m, the
-    size of the whole, which sets how thick the thinnest lines are. Raises ValueError where these do not fit together.
+    t (n,) in s, rising; poses (n, bodies, 4, 4) of the bodies, one or more; trail (n, 3) in m, the path of the tip;
+    extent in m, the size of the whole, which sets how thick the thinnest lines are. Raises ValueError where these do
+    not fit together.
     """
 
     title: str
@@ -56,7 +57,13 @@ class Drawing:
 
     def __post_init__(self) -> None:
         n, bodies = self.poses.shape[:2]
-        if n < 1 or bodies < 1 or self.t.shape != (n,) or self.poses.shape != (n, bodies, 4, 4) or self.trail.shape != (n, 3):
+        if (
+            n < 1
+            or bodies < 1
+            or self.t.shape != (n,)
+            or self.poses.shape != (n, bodies, 4, 4)
+            or self.trail.shape != (n, 3)
+        ):
             raise ValueError(f"t {self.t.shape}, poses {self.poses.shape} and trail {self.trail.shape} do not fit")
         if not all(np.isfinite(values).all() for values in (self.t, self.poses, self.trail)):
             raise ValueError("a pose or time is not finite")

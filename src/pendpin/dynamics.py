@@ -7,7 +7,7 @@ import numpy as np
 from pendpin import kinematics
 from pendpin.derivations.base import Array
 from pendpin.effects import Effect, FieldEffect
-from pendpin.engines import Engine, Loads, LongChain, Revolute
+from pendpin.engines import MAX_SPHERICAL, Directions, Engine, Loads, LongChain, Revolute, Spherical
 from pendpin.errors import InputError
 from pendpin.model import Model, build
 from pendpin.scene import Scene
@@ -66,11 +66,21 @@ def _total(functions: list) -> Any:
 
 
 def choose_engine(model: Model, loads: Loads, name: str) -> Engine:
-    """The engine of that name, or, for "auto", Pinocchio unless the chain is too long for its memory."""
+    """The engine for a model; `name` is "auto", "pinocchio" or "chain".
+
+    Pinocchio on revolute joints serves every tree that its memory holds. A chain of thin rods without joint effects
+    is carried in directions, regular everywhere; a chain too long for Pinocchio goes on the chain equations. Raises
+    InputError where the named engine cannot carry the model.
+    """
     if name == "chain" and model.chain is None:
         raise InputError('solver.engine: "chain" needs a model of kind "chain"')
     if name == "pinocchio" and model.pin is None:
-        raise InputError(f'solver.engine: {len(model.joints)} joints are too many for Pinocchio\'s memory; use "chain"')
+        raise InputError(f"solver.engine: {len(model.joints)} joints are too many for Pinocchio's memory; use \"chain\"")
+    balls = model.chain is not None and model.chain.first_thin == 0 and loads.torque is None
+    if balls and name != "chain" and len(model.rods) <= MAX_SPHERICAL:
+        return Spherical(model, loads)
+    if balls and name != "pinocchio":
+        return Directions(model, loads)
     return LongChain(model, loads) if name == "chain" or model.pin is None else Revolute(model, loads)
 
 

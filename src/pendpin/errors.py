@@ -32,8 +32,8 @@ class MissingLibrary(PendpinError):
 def one_line(text: str) -> str:
     """Text as one line that a terminal can show: lines joined, control characters escaped, cut where it has no end."""
     joined = re.sub(r"\s*[\r\n]+\s*", " ", text.strip())
-    plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in joined[: MOST_CHARACTERS + 1])
-    return plain if len(joined) <= MOST_CHARACTERS else f"{plain[:MOST_CHARACTERS]}..."
+    cut = joined if len(joined) <= MOST_CHARACTERS else f"{joined[:MOST_CHARACTERS]}..."
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
 
 
 def shown(value: Any, most: int = 60) -> str:

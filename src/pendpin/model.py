@@ -126,7 +126,7 @@ def _from_urdf(model: UrdfModel) -> Model:
     try:
         loaded = pin.buildModelFromXML(urdf.text)
     except (ValueError, RuntimeError) as error:
-        raise InputError(f"{urdf.source}: Pinocchio does not load it: {str(error).strip().splitlines()[0]}") from None
+        raise InputError(f"{urdf.source}: Pinocchio does not load it: {error}") from None
     loaded.gravity = pin.Motion.Zero()
     joints = tuple(loaded.names)[1:]
     if set(joints) != set(urdf.moving_joints) or loaded.nq != len(joints):
@@ -139,22 +139,27 @@ def _from_urdf(model: UrdfModel) -> Model:
 def _refuse_size(nv: int, where: str) -> None:
     if _data_bytes(nv) > MAX_DATA_BYTES:
         raise InputError(
-            f"{where}: {nv} joints need about {_data_bytes(nv) / 1e9:.3g} GB in Pinocchio, which grows with their cube; "
+            f"{where}: {nv} joints need about {_data_bytes(nv) / 1e9:,.1f} GB in Pinocchio, which grows with their cube; "
             f'the limit is {MAX_DATA_BYTES / 1e9:g} GB; a scene with kind = "chain" takes longer chains of rods'
         )
 
 
 def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) -> None:
     """A joint that moves no inertia has no acceleration; Pinocchio would answer NaN or a huge number."""
-    pin = pinocchio()
-    M = pin.crba(model, model.createData(), np.sin(1.0 + np.arange(model.nq)))  # a generic configuration
-    M = np.triu(M) + np.triu(M, 1).T
+    pin, generic = pinocchio(), np.sin(1.0 + np.arange(model.nq))
+    M = np.triu(pin.crba(model, model.createData(), generic))
+    a = pin.aba(model, model.createData(), generic, generic, np.zeros(model.nv))
+    if not np.isfinite(M).all():
+        raise InputError(f"{where}: its masses, lengths or inertia are too large: the mass matrix overflows")
+    M += np.triu(M, 1).T
     diagonal = np.diag(M)
     for name, inertia in zip(joints, diagonal, strict=True):
         if not inertia > 0:
-            raise InputError(f"{where}: joint {shown(name)} moves no inertia: its links are massless")
+            raise InputError(f"{where}: joint {shown(name)} moves no inertia: its links are massless, or points on its axis")
     scale = 1 / np.sqrt(diagonal)
     values, vectors = np.linalg.eigh(scale[:, None] * M * scale)
     if values[0] < 1e-15:
         worst = joints[int(np.argmax(np.abs(vectors[:, 0])))]
         raise InputError(f"{where}: singular mass matrix: joint {shown(worst)} can move without any inertia")
+    if not np.isfinite(a).all():
+        raise InputError(f"{where}: its masses, lengths or inertia are too far apart: the accelerations overflow")

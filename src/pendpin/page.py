@@ -50,6 +50,7 @@ def page(drawing: Drawing, *, live: bool = False) -> str:
         "licenses": _viewer("main.min.js.LICENSE.txt"),
         "viewer": _viewer("main.min.js"),
         "drawing": json.dumps(contents(drawing) | {"live": live}, separators=(",", ":")).replace("<", "\\u003c"),
+        "scene": _own("scene.js"),
         "player": _own("player.js"),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], _own("page.html"))
@@ -60,9 +61,8 @@ def contents(drawing: Drawing) -> dict[str, Any]:
     drawing = _lasting(drawing)
     bodies = sorted({shape.body for shape in drawing.shapes} - {WORLD}) or [0]
     keys = pick(drawing.t, FRAMES_PER_SECOND, POSES // len(bodies))
-    poses = drawing.poses[np.ix_(keys, bodies)]
+    poses = drawing.poses[keys][:, bodies]
     path = pick(drawing.t, FRAMES_PER_SECOND, TRAIL_POINTS)
-    fixed = [shape.placement[:3, 3] for shape in drawing.shapes if shape.body == WORLD]
     start, end = drawing.t[0], drawing.t[-1]
     return {
         "commands": commands(drawing, bodies),
@@ -74,7 +74,6 @@ def contents(drawing: Drawing) -> dict[str, Any]:
         "positions": _integers(poses[..., :3, 3].swapaxes(0, 1)),
         "quaternions": _integers(quaternions(poses[..., :3, :3]).swapaxes(0, 1)),
         "trail": {"times": _floats(drawing.t[path] - start), "points": _floats(drawing.trail[path])},
-        "fixed": [float(x) for x in np.ravel([np.zeros(3), *fixed])],
     }
 
 
@@ -130,7 +129,12 @@ def _solids(drawing: Drawing, bodies: list[int]) -> dict[str, Any]:
         if key not in geometries:
             geometries[key] = {"uuid": f"geometry_{len(geometries)}"} | _geometry(shape, THINNEST * drawing.extent)
         material = materials.setdefault(shape.color, _material(shape.color))
-        solid = {"type": "Mesh", "geometry": geometries[key]["uuid"], "material": material["uuid"], "castShadow": shadows}
+        solid = {
+            "type": "Mesh",
+            "geometry": geometries[key]["uuid"],
+            "material": material["uuid"],
+            "castShadow": shadows,
+        }
         groups[shape.body].append(solid | {"matrix": _matrix(shape)})
     names = {body: f"body_{i}" for i, body in enumerate(bodies)} | {WORLD: "world"}
     return {

@@ -16,11 +16,16 @@ MOST_LINES = 6  # curves a panel names; of more, the first and the last are draw
 def save_plot(trajectory: Trajectory, path: str | Path) -> Path:
     """Write the figure of a run to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
     path = Path(path)
+    kind, figure = picture_kind(path), draw(trajectory)
+    return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=150))
+
+
+def picture_kind(path: Path) -> str:
+    """The format that a file's name asks for. Raises InputError if it is none of FORMATS."""
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         raise InputError(f"{path}: a picture's name ends in one of: {', '.join('.' + f for f in FORMATS)}")
-    figure = draw(trajectory)
-    return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=150))
+    return kind
 
 
 def draw(trajectory: Trajectory) -> Any:

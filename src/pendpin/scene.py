@@ -12,12 +12,14 @@ from pydantic import Discriminator, Field, SerializeAsAny, Tag, model_validator
 from pendpin.derivations.base import Array, RodInertia
 from pendpin.effects import AnyEffect, Gravity
 from pendpin.errors import InputError
+from pendpin.files import read_whole
 from pendpin.records import NotNegative, Number, Positive, Record
 
 Method = Literal["dop853", "rk45", "rk23", "radau", "bdf", "lsoda"]
 
 MAX_SCENE_BYTES = 4_000_000
 MAX_SAMPLES = 2_000_000
+MAX_RODS = 100_000
 SAMPLES_PER_SECOND = 60
 
 
@@ -61,6 +63,8 @@ class Rod(Record):
     def _has_inertia(self) -> Self:
         if self.mass + self.payload == 0:
             raise ValueError("a rod needs a mass or a payload above 0")
+        if self.inertia and self.inertia[2] == 0 and self.inertia[0] != self.inertia[1]:
+            raise ValueError(f"inertia {list(self.inertia)}: a rod with no inertia about its axis has I1 = I2")
         try:
             m, h, I1, I2, I3 = self.properties
             about_joint = (I1 + m * h * h, I2 + m * h * h)
@@ -90,6 +94,12 @@ class Chain(Record):
     def all_rods(self) -> tuple[Rod, ...]:
         """The rods with the copies written out."""
         return self.rods * self.copies
+
+    @model_validator(mode="after")
+    def _not_too_many(self) -> Self:
+        if self.count > MAX_RODS:
+            raise ValueError(f"{self.count} rods, where {MAX_RODS} are the most")
+        return self
 
 
 class UrdfModel(Record):
@@ -186,17 +196,14 @@ def load_scene(path: str | Path) -> Scene:
 
 
 def _read_toml(path: Path) -> dict[str, Any]:
+    data = read_whole(path, MAX_SCENE_BYTES, "a scene")
+    if data.lstrip().startswith(b"<"):
+        raise InputError(f"{path}: not a TOML scene but XML; a scene names a URDF as [model] kind and path")
     try:
-        with path.open("rb") as file:
-            data = file.read(MAX_SCENE_BYTES + 1)
-        if len(data) > MAX_SCENE_BYTES:
-            raise InputError(f"{path}: larger than the {MAX_SCENE_BYTES // 1_000_000} MB that a scene may have")
-        return tomllib.loads(data.decode())
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+        return tomllib.loads(data.decode("utf-8-sig"))  # a mark at the start, as some editors write, is no fault
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not a TOML file: byte {error.start} is not UTF-8 text") from None
     except RecursionError:
         raise InputError(f"{path}: not a scene: values are nested too deep") from None
-    except ValueError as error:  # also a path with a null byte and an integer of too many digits
+    except ValueError as error:  # also an integer of too many digits
         raise InputError(f"{path}: not a TOML file: {error}") from None

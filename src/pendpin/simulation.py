@@ -74,7 +74,7 @@ def _drive(lane: Lane, dynamics: Dynamics, q: Array, v: Array, times: Array, wat
         except KeyboardInterrupt:
             failure, interrupted = "stopped by the user", True
             continue
-        more_q, more_v = engine.unpack(stretch.y[1:], q[-1])
+        more_q, more_v = engine.unpack(span[1 : len(stretch.y)], stretch.y[1:], q[-1])
         q, v, y = np.concatenate([q, more_q]), np.concatenate([v, more_v]), engine.settle(stretch.y[-1])
         steps, failure = steps + stretch.steps, stretch.failure
         first_step = (span[-1] - span[0]) / max(stretch.steps, 1)

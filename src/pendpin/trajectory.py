@@ -1,16 +1,16 @@
 """The result of a run: arrays over time, statistics, and the file that holds them."""
 
 import json
-import zipfile
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter, ValidationError
 
-from pendpin.errors import InputError
-from pendpin.files import write_whole
+from pendpin.errors import InputError, explain
+from pendpin.files import ArrayFile, open_arrays, write_whole
 
 Array = NDArray[np.float64]
 
@@ -108,36 +108,57 @@ class Trajectory:
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read a saved run. Raises InputError for anything that is not one; nothing in the file is executed."""
-        path = Path(path)
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                arrays = {name: file[name] for name in file.files}
-            return cls(**_checked(arrays))
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-        except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, MemoryError) as error:
-            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-            raise InputError(f"{path}: not a run that pendpin saved: {reason}") from None
+        with open_arrays(Path(path), "a run that pendpin saved") as file:
+            return cls(**_checked(file))
 
 
 _ARRAYS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tip")
 
 
-def _checked(arrays: dict[str, Any]) -> dict[str, Any]:
-    """The fields of a Trajectory from a file's arrays; ValueError, KeyError or TypeError where they do not fit."""
-    meta = json.loads(str(arrays["meta"][()]))
-    if meta.pop("format") != FORMAT:
-        raise ValueError("its format is of another version of pendpin")
-    joints = tuple(str(name) for name in arrays["joints"])
-    n, nv = len(arrays["t"]), len(joints)
+def _checked(file: ArrayFile) -> dict[str, Any]:
+    """The fields of a Trajectory from a file's arrays; ValueError where they do not fit together."""
+    scene, stats = _read_meta(file)
+    joints = tuple(str(name) for name in _read(file, "joints", ("joints",), text=True))
+    n, nv, rods = _length(file, "t", 0), len(joints), _length(file, "tip", 1)
     shapes = {"t": (n,), "q": (n, nv), "v": (n, nv), "a": (n, nv), "wrench": (n, nv, 6)}
-    shapes |= {"kinetic": (n,), "potential": (n,), "tip": (n, arrays["tip"].shape[1], 3)}
-    for name, shape in shapes.items():
-        if arrays[name].shape != shape or arrays[name].dtype != np.float64 or not n:
-            raise ValueError(f"array {name!r} is {arrays[name].dtype} {arrays[name].shape}, not float64 {shape}")
-        if not np.isfinite(arrays[name]).all():
-            raise ValueError(f"array {name!r} holds NaN or inf")
-    rods = Reactions(*(arrays[name] for name in Reactions._fields)) if "R1" in arrays else None
-    scene = meta.pop("scene")
-    stats = Stats(**{f.name: meta[f.name] for f in fields(Stats)})
-    return {name: arrays[name] for name in _ARRAYS} | {"joints": joints, "rods": rods, "stats": stats, "scene": scene}
+    shapes |= {"kinetic": (n,), "potential": (n,), "tip": (n, rods, 3)}
+    found: dict[str, Any] = {name: _read(file, name, shape) for name, shape in shapes.items()}
+    if np.any(np.diff(found["t"]) <= 0):
+        raise ValueError("array 't' does not rise")
+    universal = (n, _length(file, "R1", 1)) if "R1" in file.headers else None
+    reactions = Reactions(*(_read(file, name, universal) for name in Reactions._fields)) if universal else None
+    return found | {"joints": joints, "rods": reactions, "stats": stats, "scene": scene}
+
+
+def _length(file: ArrayFile, name: str, axis: int) -> int:
+    shape = file.header(name).shape
+    if len(shape) <= axis or not shape[axis]:
+        raise ValueError(f"array {name!r} has the shape {shape}")
+    return shape[axis]
+
+
+def _read(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = False) -> NDArray[Any]:
+    """An array of finite numbers of this shape, or a list of texts; refused by its header before it is read."""
+    dtype, found = file.header(name)
+    if text and dtype.kind == "U" and len(found) == len(shape) and all(found):
+        return file.read(name)
+    if text or dtype != np.float64 or found != shape:
+        wanted = "text" if text else f"float64 {shape}"
+        raise ValueError(f"array {name!r} is {dtype} {found}, not {wanted}")
+    array = file.read(name)
+    if not np.isfinite(array).all():
+        raise ValueError(f"array {name!r} holds NaN or inf")
+    return array
+
+
+def _read_meta(file: ArrayFile) -> tuple[dict[str, Any], Stats]:
+    meta = json.loads(str(_read(file, "meta", (), text=True)))
+    if not isinstance(meta, dict) or meta.get("format") != FORMAT:
+        raise ValueError("its format is of another version of pendpin")
+    scene = meta.get("scene")
+    if not isinstance(scene, dict):
+        raise ValueError("meta holds no scene")
+    try:
+        return scene, TypeAdapter(Stats).validate_python({f.name: meta.get(f.name) for f in fields(Stats)})
+    except ValidationError as error:
+        raise ValueError(f"meta: {explain(error.errors(include_url=False), 'meta')}") from None

@@ -110,6 +110,8 @@ def _check_geometry(where: str, geometry: Element | None, folder: Path) -> None:
     if shape is None or shape.tag not in _SIZES:
         raise InputError(f"{where}: a visual needs a <geometry> with one of: {choices(_SIZES)}")
     if shape.tag == "mesh":
+        if not shape.get("filename"):
+            raise InputError(f"{where}: <mesh> has no filename")
         mesh_file(folder, shape.get("filename", ""), where)
         return
     for key in _SIZES[shape.tag].split():
@@ -152,8 +154,10 @@ def _check_joint(where: str, joint: Element, links: dict[str, Element]) -> None:
 
 def _check_motion(where: str, joint: Element, kind: str) -> None:
     axis, dynamics = joint.find("axis"), joint.find("dynamics")
+    if axis is not None and axis.get("xyz") is None:
+        raise InputError(f"{where}: <axis> has no xyz")
     if axis is not None and not any(triple(where, axis, "xyz")):
-        raise InputError(f"{where}: axis {axis.get('xyz', 'without xyz')} has no direction")
+        raise InputError(f"{where}: axis {axis.get('xyz')} has no direction")
     for key in ("damping", "friction"):
         if dynamics is not None and dynamics.get(key) is not None and number(where, dynamics, key) < 0:
             raise InputError(f"{where}: {key} is negative")
@@ -225,11 +229,14 @@ def _check_reach(root: str, parents: dict[str, tuple[str, str]]) -> None:
     children: dict[str, list[str]] = defaultdict(list)
     for child, (_, parent) in parents.items():
         children[parent].append(child)
-    level, reached, depth = [root], 1, 1
+    level, lost, depth = [root], dict.fromkeys(parents), 1
     while level := [child for link in level for child in children[link]]:
-        reached, depth = reached + len(level), depth + 1
-    if reached <= len(parents):
-        raise InputError(f"{len(parents) + 1 - reached} links are cut off from {shown(root)}: a kinematic loop")
+        depth += 1
+        for link in level:
+            del lost[link]
+    if lost:
+        links = choices(map(shown, list(lost)[:4])) + ", ..." * (len(lost) > 4)
+        raise InputError(f"a kinematic loop, cut off from {shown(root)}: {links}")
     if depth > MAX_DEPTH:
         raise InputError(
             f"{depth} links hang in a row, and Pinocchio's URDF reader survives about {MAX_DEPTH}; "

@@ -36,7 +36,7 @@ def parse(data: bytes) -> Element:
     try:
         robot = ElementTree.fromstring(data, ElementTree.XMLParser(target=_NoDoctype()))
     except ElementTree.ParseError as error:
-        raise InputError(f"not well-formed XML: {error}") from None
+        raise InputError(f"not well-formed XML: {str(error).removeprefix('not well-formed ')}") from None
     except (ValueError, LookupError) as error:  # an encoding that is not known or not text
         raise InputError(f"not readable as XML: {error}") from None
     if robot.tag != "robot":
@@ -78,7 +78,7 @@ def number(where: str, element: Element, key: str) -> float:
 
 
 def triple(where: str, element: Element, key: str) -> tuple[float, float, float]:
-    """Three finite numbers, which the element then holds in plain form; zeros where the key is absent, as URDF has it."""
+    """Three finite numbers, which the element then holds in plain form; zeros where the key is absent."""
     text = element.get(key)
     if text is None:
         return 0.0, 0.0, 0.0

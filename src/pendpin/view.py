@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler
-from typing import Any
+from typing import Any, cast
 
 from pendpin.drawing import Drawing
 from pendpin.errors import InputError
@@ -58,16 +58,16 @@ class _Server(socketserver.ThreadingTCPServer):
 
 
 class _Handler(BaseHTTPRequestHandler):
-    server: _Server
     timeout = 10.0  # s, for a request to arrive
 
     def do_GET(self) -> None:
         """Answer `/` with the page and `/alive` with nothing, and only to a browser of this machine."""
-        port = self.server.server_address[1]
+        server = cast(_Server, self.server)
+        port = server.server_address[1]
         if self.headers.get("Host") not in {f"{ADDRESS}:{port}", f"localhost:{port}"}:
             self._answer(403, b"")  # a foreign name that was made to point here
         elif self.path == "/":
-            self._answer(200, self.server.content)
+            self._answer(200, server.content)
         elif self.path == "/alive":
             self._answer(204, b"")
         else:

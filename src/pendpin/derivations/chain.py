@@ -1,19 +1,22 @@
 """A chain of rods on universal joints, Newton-Euler: accelerations and every joint's reactions in one solve of O(n).
 
 The derivation is docs/derivation_chain.md. The reactions of all joints are the unknowns; `chain_system` holds the
-system, `chain_kinematics` what the angles mean, and this module ties them together: angles in, angles' accelerations out.
+system, `chain_kinematics` says what the angles mean, and this module puts angles in and reads their accelerations out.
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import blas
+from scipy.linalg import get_blas_funcs
 
 from pendpin.derivations.base import Array
 from pendpin.derivations.chain_inertia import ChainInertia, Rods, above, below
 from pendpin.derivations.chain_kinematics import Joints, rods_first, rods_last
-from pendpin.derivations.chain_system import Axes, Balances
+from pendpin.derivations.chain_system import Axes, Balances, Mask, settle
+
+(_tbsv,) = get_blas_funcs(("tbsv",), dtype=np.float64)
 
 AXIAL = 1e-12  # an external moment on a thin rod below this fraction of the largest moment is not axial but rounding
 
@@ -63,9 +66,10 @@ def solve(
     """Accelerations and reactions of a chain, or of a batch of its states.
 
     Parameters: q, v (..., n, 2) hold theta, phi of each rod in rad and rad/s; field (3,) or (..., 3) is the uniform
-    acceleration field in the inertial frame I (z down), m/s²: gravity is (0, 0, 9.81). Optional: torque (..., n, 2) about
-    each joint's axes, the generalised forces of theta and phi, on the rod and in return on the rod above, N m; force and
-    moment (..., n, 3) on each rod, external, in I, the moment about the centre of mass, N and N m.
+    acceleration field in the inertial frame I (z down), m/s²: gravity is (0, 0, 9.81).
+    Optional: torque (..., n, 2) about each joint's axes, the generalised forces of theta and phi, on the rod and in
+    return on the rod above, N m; force and moment (..., n, 3) on each rod from outside, in I, the moment about the
+    centre of mass, N and N m.
 
     Rods at the end of the chain that have no axial inertia and take no axial moment hang on their joints as on balls:
     all reactions are regular there, at cos(phi) = 0 too; only the reading of theta'' is not.
@@ -73,13 +77,12 @@ def solve(
     """
     joints, rate = Joints.at(q), rods_last(v)
     omega = joints.omega(rate)
-    rods = chain.rods.repeated(q[..., 0].size // chain.n)
-    known = _external(chain, rods, joints, torque, force, moment)
+    candidates = [rods.repeated(q[..., 0].size // chain.n) for rods in chain.rods]
+    known = _external(chain, candidates[0].m, joints, torque, force, moment)
     axes = _axes(joints, known.balls)
     s, c = joints.phi
     drift = rate[0] * (omega[1] - rate[1]) + rate[1] * (c * omega[0] + s * omega[2])
-    balances = _balances(rods, joints, axes, field, omega, drift, known)
-    x, alpha = balances.solve()
+    x, alpha = settle(partial(_balances, joints, axes, field, omega, drift, known), candidates)
     if axes.ball is not None:
         alpha = _with_spin(joints, axes.ball, omega, drift, alpha)
     shape = q.shape[:-1]
@@ -104,19 +107,19 @@ class _External(NamedTuple):
 
 
 def _external(
-    chain: ChainInertia, rods: Rods, joints: Joints, torque: Array | None, force: Array | None, moment: Array | None
+    chain: ChainInertia, m: Array, joints: Joints, torque: Array | None, force: Array | None, moment: Array | None
 ) -> _External:
     push, about_G, at_joint, balls = 0.0, 0.0, None, chain.first_thin
     if force is not None or moment is not None:
         frames = joints.frames()
         if force is not None:
-            push = _into_body(frames, force) / rods.m
+            push = _into_body(frames, force) / m
         if moment is not None:
             about_G = _into_body(frames, moment)
-            balls = max(balls, _after_last(np.abs(about_G[2]) > AXIAL * np.abs(about_G).max(), chain.n))
+            balls = max(balls, _after_last(np.greater(np.abs(about_G[2]), AXIAL * np.abs(about_G).max()), chain.n))
     if torque is not None:
         tau = rods_last(torque)
-        balls = max(balls, _after_last(tau.any(0), chain.n))
+        balls = max(balls, _after_last((tau != 0).any(0), chain.n))
         (s_t, c_t), (s, c) = joints.theta, joints.phi
         at_joint = np.stack([-tau[0] * c, tau[1], -tau[0] * s])
         about_G = about_G + at_joint
@@ -131,7 +134,7 @@ def _into_body(frames: Array, x: Array) -> Array:
     return (frames * rods_last(x)[:, None]).sum(0)
 
 
-def _after_last(marked: Array, n: int) -> int:
+def _after_last(marked: Mask, n: int) -> int:
     """Index after the last rod that is marked (K,) in any of the states; 0 if none is."""
     rods = np.flatnonzero(marked.reshape(-1, n).any(0))
     return int(rods[-1]) + 1 if rods.size else 0
@@ -146,7 +149,7 @@ def _axes(joints: Joints, balls: int) -> Axes:
 
 
 def _balances(
-    rods: Rods, joints: Joints, axes: Axes, field: Array, omega: Array, drift: Array, known: _External
+    joints: Joints, axes: Axes, field: Array, omega: Array, drift: Array, known: _External, rods: Rods
 ) -> Balances:
     """The known terms. A rod on a ball is given no spin about its axis, which changes nothing else."""
     (o1, o2, o3), (I1, I2, I3) = omega, rods.inertia
@@ -159,13 +162,14 @@ def _balances(
     np.multiply(I2 - I3, swing[1], out=moment[0])
     np.multiply(I3 - I1, swing[0], out=moment[1])
     np.multiply(I1 - I2, o1 * o2, out=moment[2])
+    moment += known.moment
+    if axes.ball is not None:
+        moment[2, axes.ball] = 0
     support = -np.reshape(field, (-1, 3)).T
-    return Balances(
-        rods, rods.inertia, rods.inverse, support, known.push, moment + known.moment, joints, axes, swing, drift
-    )
+    return Balances(rods, rods.inertia, rods.inverse, support, known.push, moment, joints, axes, swing, drift)
 
 
-def _with_spin(joints: Joints, ball: Array, omega: Array, drift: Array, alpha: Array) -> Array:
+def _with_spin(joints: Joints, ball: Mask, omega: Array, drift: Array, alpha: Array) -> Array:
     """Angular accelerations (3, K) of rods on balls, in the frames that the angles give them, which do spin.
 
     Across the axis the frame's spin adds what leaves b3'' unchanged; along it the universal joint's twist constraint
@@ -179,7 +183,7 @@ def _with_spin(joints: Joints, ball: Array, omega: Array, drift: Array, alpha: A
     band[:-1, 1] = np.where(ball, -c_t, 0.0)[1:]
     band[joints.n - 1 :: joints.n, 1] = 0
     rhs = np.where(ball, drift + s * a1 + s_t * above(a2, joints.n), alpha[2])
-    return np.stack([a1, a2, blas.dtbsv(1, band.T, rhs, lower=1)])
+    return np.stack([a1, a2, _tbsv(1, band.T, rhs, lower=1)])
 
 
 def _angle_accelerations(joints: Joints, rate: Array, omega: Array, alpha: Array) -> Array:

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pendpin.derivations.base import Array
 
@@ -30,8 +31,8 @@ def read(d: Array, rate: Array, acceleration: Array, previous: Array | None = No
     """Angles of samples d, d', d'' (k, n, 3), in I, in the order of time; previous (n, 2) are the angles just before.
 
     Each rod's angles are relative to the frame of the rod above, which they build in turn. Of the two pairs that mean
-    the same direction, (theta, phi) and (theta + pi, pi - phi), the one nearest to the sample before is taken; the very first
-    sample, without previous, has |phi| <= pi/2.
+    the same direction, (theta, phi) and (theta + pi, pi - phi), the one nearest to the sample before is taken; the very
+    first sample, without previous, has |phi| <= pi/2.
     """
     k, n, _ = d.shape
     q, v, a, frames = np.empty((k, n, 2)), np.empty((k, n, 2)), np.empty((k, n, 2)), np.empty((k, n, 3, 3))
@@ -60,13 +61,15 @@ def _angles(above: _Turning, d: Array, rate: Array, start: Array | None) -> Arra
     return _continuous(theta, np.arctan2(u[:, 0], across), start)
 
 
-def _theta_at_pole(theta: Array, u_rate: Array, pole: Array, start: Array | None) -> Array:
-    """theta (k,) with the samples at the pole from the direction in which they cross it, or else from the sample before."""
+def _theta_at_pole(theta: Array, u_rate: Array, pole: NDArray[np.bool_], start: Array | None) -> Array:
+    """theta (k,), at the pole from the direction in which it is crossed, or else from the sample before."""
     speed = np.hypot(u_rate[:, 1], u_rate[:, 2])
     theta = np.where(pole & (speed > 0), np.arctan2(u_rate[:, 1], u_rate[:, 2]), theta)
     for sample in np.flatnonzero(pole & (speed == 0)):
-        if sample or start is not None:
-            theta[sample] = theta[sample - 1] if sample else start[0]
+        if sample:
+            theta[sample] = theta[sample - 1]
+        elif start is not None:
+            theta[sample] = start[0]
     return theta
 
 

@@ -7,10 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.derivations.base import Array
+from pendpin.errors import InputError
 
 # A principal inertia that is zero stands in the factored matrix as this fraction of a small inertia of the chain.
-# Refinement on the true balances removes it again; the value only sets how many passes that takes (chain_system).
-STAND_IN = 1e-7
+# Refinement on the true balances removes it again; the value only sets how many passes that takes (chain_system): the
+# first one serves nearly always, the others come closer to singular states.
+STAND_INS = (1e-7, 1e-10, 1e-13)
 
 
 class Rods(NamedTuple):
@@ -37,10 +39,10 @@ class Rods(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ChainInertia:
-    """A chain's rods from the support down, each array (n,): the fields of RodInertia, and the length to the next joint.
+    """A chain's rods from the support down, each array (n,): the fields of RodInertia, and where the next joint is.
 
     A thin rod has I3 = 0, a point mass at the end of a massless rod I1 = I2 = I3 = 0. Values are taken as given: the
-    scene has validated them. Arrays are copied and frozen.
+    scene has validated them; arrays are copied and frozen. Raises InputError if a rod has I3 = 0 but I1 != I2.
     """
 
     m: Array  # kg
@@ -55,6 +57,9 @@ class ChainInertia:
             values = np.array(getattr(self, name), dtype=float)
             values.setflags(write=False)
             object.__setattr__(self, name, values)
+        odd = np.flatnonzero((self.I3 == 0) & (self.I1 != self.I2))
+        if odd.size:
+            raise InputError(f"rod {odd[0] + 1}: without axial inertia (I3 = 0), I1 and I2 have to be equal")
 
     @property
     def n(self) -> int:
@@ -68,30 +73,33 @@ class ChainInertia:
         return int(thick[-1]) + 1 if thick.size else 0
 
     @cached_property
-    def rods(self) -> Rods:
-        """The constants of the equations."""
-        m, h, k = self.m, self.h, self.l - self.h
+    def rods(self) -> tuple[Rods, ...]:
+        """The constants of the equations, with each of the stand-ins to be tried; one if no inertia is 0."""
+        needed = (self.I1 == 0).any() or (self.I3 == 0).any()
+        return tuple(self._rods(fraction) for fraction in (STAND_INS if needed else STAND_INS[:1]))
+
+    def _rods(self, fraction: float) -> Rods:
+        n, m, h, k = self.n, self.m, self.h, self.l - self.h
         inertia = np.array([self.I1, self.I2, self.I3])
-        inverse = 1 / np.where(inertia > 0, inertia, self._stand_ins())
+        inverse = 1 / np.where(inertia > 0, inertia, self._stand_ins(fraction))
         across = inverse[[1, 0]]  # a force along b1 turns the rod about b2, and the other way round
         base, cross, tip = np.tile(1 / m, (3, 3, 1))
         base[:2] += h * h * across
         cross[:2] -= h * k * across
         tip[:2] += k * k * across
-        _, above2, above3 = above(inverse, self.n)
+        _, above2, above3 = above(inverse, n)
         twist = np.array([above2, inverse[0], above3, inverse[2]])
-        levers = h * across[:2], k * inverse[0], above(k, self.n) * above2
-        return Rods(self.n, m, h, k, inertia, inverse, base, cross, above(tip, self.n), *levers, twist)
+        levers = h * across[:2], k * inverse[0], above(k, n) * above2
+        return Rods(n, m, h, k, inertia, inverse, base, cross, above(tip, n), *levers, twist)
 
-    def _stand_ins(self) -> Array:
+    def _stand_ins(self, fraction: float) -> Array:
         """What stands for a zero inertia in the factored matrix: small beside all that the rod turns with."""
-        J = self.m * self.h**2
-        transverse = np.where(self.I1 > 0, self.I1, STAND_IN * J)
-        axial, below = np.empty(self.n), np.inf
+        transverse = fraction * self.m * self.h**2
+        axial, thick = np.empty(self.n), np.inf
         for i in reversed(range(self.n)):
-            below = self.I3[i] if self.I3[i] > 0 else below
-            axial[i] = STAND_IN * min(transverse[i], below)
-        return np.array([STAND_IN * J, STAND_IN * J, axial])
+            thick = self.I3[i] if self.I3[i] > 0 else thick
+            axial[i] = fraction * min(self.I1[i] or transverse[i], thick)
+        return np.array([transverse, transverse, axial])
 
 
 def above(x: Array, n: int) -> Array:

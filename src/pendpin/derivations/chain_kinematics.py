@@ -11,10 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
-from scipy.linalg import lapack
+from scipy.linalg import get_lapack_funcs
 
 from pendpin.derivations.base import Array
 from pendpin.derivations.chain_inertia import ChainInertia
+
+(_tbtrs,) = get_lapack_funcs(("tbtrs",), dtype=np.float64)
 
 CHUNK = 1 << 15  # rods handled at once in a batch of states, which bounds the memory
 
@@ -89,7 +91,7 @@ class Joints(NamedTuple):
         blocks[:-1, :, 3:] = -self.R[:, :, 1:].transpose(2, 0, 1)
         blocks[self.n - 1 :: self.n, :, 3:] = 0
         rhs = own.transpose(0, 2, 1).reshape(r, 3 * K)
-        x, _ = lapack.dtbtrs(band.reshape(3 * K, 6).T, rhs.T, uplo="L", diag="U")
+        x, _ = _tbtrs(band.reshape(3 * K, 6).T, rhs.T, uplo="L", diag="U")
         return np.ascontiguousarray(x.T.reshape(r, K, 3).transpose(0, 2, 1))
 
     def frames(self) -> Array:
@@ -121,6 +123,13 @@ def rods_first(x: Array, shape: tuple[int, ...]) -> Array:
     return np.ascontiguousarray(x.T).reshape(*shape, len(x))
 
 
+def along(chain: ChainInertia, x: Array) -> tuple[Array, Array]:
+    """Centres of mass and tips (..., n, 3) from directions x (..., n, 3); from rates of directions, velocities."""
+    steps = chain.l[:, None] * x
+    tips = np.cumsum(steps, -2)
+    return tips - (chain.l - chain.h)[:, None] * x, tips
+
+
 def positions(chain: ChainInertia, q: Array) -> Positions:
     """Frames, centres of mass and tips for angles q (..., n, 2) in rad."""
     return Positions(*_in_chunks(lambda angles: _positions(chain, Joints.at(angles)), q))
@@ -136,7 +145,7 @@ def motion(chain: ChainInertia, q: Array, v: Array) -> Motion:
         B = np.moveaxis(at.frames, (-2, -1), (0, 1))
         w = omega.reshape(3, *angles.shape[:-1])
         direction_rates = np.moveaxis(B[:, 0] * w[1] - B[:, 1] * w[0], 0, -1)
-        return *at, np.moveaxis(w, 0, -1), *_along(chain, direction_rates)
+        return *at, np.moveaxis(w, 0, -1), *along(chain, direction_rates)
 
     return Motion(*_in_chunks(moving, q, v))
 
@@ -157,14 +166,7 @@ def energy(chain: ChainInertia, q: Array, v: Array, field: Array) -> tuple[Array
 
 def _positions(chain: ChainInertia, joints: Joints) -> Positions:
     frames = joints.frames().transpose(2, 0, 1).reshape(-1, joints.n, 3, 3)
-    return Positions(frames, *_along(chain, frames[..., 2]))
-
-
-def _along(chain: ChainInertia, x: Array) -> tuple[Array, Array]:
-    """What directions x (..., n, 3) add up to at the centres of mass and at the tips; rates of them give velocities."""
-    steps = chain.l[:, None] * x
-    tips = np.cumsum(steps, -2)
-    return tips - (chain.l - chain.h)[:, None] * x, tips
+    return Positions(frames, *along(chain, frames[..., 2]))
 
 
 def _in_chunks(function: Callable[..., tuple[Array, ...]], *states: Array) -> list[Array]:

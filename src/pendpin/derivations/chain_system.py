@@ -8,20 +8,30 @@ which the factored matrix holds a stand-in.
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
-from scipy.linalg import lapack
+from numpy.typing import NDArray
+from scipy.linalg import get_lapack_funcs
 
 from pendpin.derivations.base import Array
 from pendpin.derivations.chain_inertia import Rods, above, below
 from pendpin.derivations.chain_kinematics import Joints
 
-PASSES = 60  # two are the rule, three to six with thin rods above thick ones; far more mean a singular state
-DONE = 1e-15  # relative size of a correction that is rounding only
+_pbtrf, _pbtrs = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
+
+PASSES = 15  # two are the rule, three to six with thin rods above thick ones; more mean a nearly singular state
+ROUNDING = 1e-15, 1e-10  # relative size of a correction: certainly rounding only; rounding if it shrinks no more
+NEGLIGIBLE = 1e-20  # relative size of a correction that is not worth a pass
+    1e-20  # relative size of the correction after this one, if they go on shrinking as they did, that is not needed
+)
 TINY = 1e-300  # keeps a chain at rest without loads from dividing by 0
+
+
+Mask = NDArray[np.bool_]
 
 
 class Loads(NamedTuple):
@@ -61,27 +71,26 @@ class System(ABC):
     def solve(self) -> tuple[Array, Array]:
         """Reactions (r, K) and turning accelerations (3, K).
 
-        Raises numpy.linalg.LinAlgError where the reactions have no finite values.
+        Raises numpy.linalg.LinAlgError where the passes do not settle.
         """
         factor = self._factor()
-        x, force, turning, turn = 0.0, 0.0, self.turning, self.inverse * self.turning
+        x, force, turning, turn = 0.0, 0.0, self.turning, np.zeros_like(self.turning)
         ratio = 1.0
         for attempt in range(PASSES):
-            gaps = self.gaps(force / self.rods.m + self.push, turn)
-            change = _apply(factor, gaps)
+            free = turn + self.inverse * (turning - self.inertia * turn)
+            change = _apply(factor, self.gaps(force / self.rods.m + self.push, free))
             loads = self.loads(change)
-            step = self.inverse * loads.turning
-            x, force, turning, turn = x + change, force + loads.force, turning + loads.turning, turn + step
+            before, turn = turn, free + self.inverse * loads.turning
+            x, force, turning = x + change, force + loads.force, turning + loads.turning
             if attempt:
-                last, ratio = ratio, max(self._relative(change[:3], x[:3]), self._relative(step, turn))
-                if not (ratio > DONE and ratio * ratio > 1e-17 * last):
+                last, ratio = ratio, max(self._relative(change[:3], x[:3]), self._relative(turn - before, turn))
+                if _settled(last, ratio):
                     return x, turn
-            turn = turn + self.inverse * (turning - self.inertia * turn)
-        raise np.linalg.LinAlgError("the chain's reactions are not finite: a thin rod under a torque at cos(phi) = 0")
+        raise np.linalg.LinAlgError("the chain's reactions are not finite: a thin rod takes a moment at cos(phi) = 0")
 
     def _factor(self) -> Array:
         band = self.band()
-        factor, info = lapack.dpbtrf(band, lower=1, overwrite_ab=1)
+        factor, info = _pbtrf(band, lower=1, overwrite_ab=1)
         if info:
             rod = (info - 1) // (len(band) // 2) % self.rods.n + 1
             raise np.linalg.LinAlgError(f"the chain's equations are singular to rounding at joint {rod}")
@@ -95,9 +104,29 @@ class System(ABC):
         return float((sizes[0] / sizes[1]).max())
 
 
+def _settled(last: float, ratio: float) -> bool:
+    """Whether no pass is needed after corrections of these relative sizes; with NaN none helps."""
+    expected = ratio * ratio / last  # the next one, if they go on shrinking as they did
+    shrinking = ratio > ROUNDING[1] or ratio < last / 4
+    return not (ratio > ROUNDING[0] and expected > NEGLIGIBLE and shrinking)
+
+
+def settle(system: Callable[[Rods], System], candidates: list[Rods]) -> tuple[Array, Array]:
+    """The solution with the first of the candidates' stand-ins that settles.
+
+    Raises numpy.linalg.LinAlgError where the reactions have no finite values.
+    """
+    for rods in candidates[:-1]:
+        try:
+            return system(rods).solve()
+        except np.linalg.LinAlgError:
+            continue
+    return system(candidates[-1]).solve()
+
+
 def _apply(factor: Array, gaps: Array) -> Array:
     """The reactions (r, K) that close gaps (K, r)."""
-    x, _ = lapack.dpbtrs(factor, gaps.reshape(-1, 1), lower=1, overwrite_b=1)
+    x, _ = _pbtrs(factor, gaps.reshape(-1, 1), lower=1, overwrite_b=1)
     return np.ascontiguousarray(x.reshape(gaps.shape).T)
 
 
@@ -118,12 +147,12 @@ class Axes(NamedTuple):
     """
 
     trig: Array  # (4, K): s_t, s, c_t, c
-    ball: Array | None  # (K,) bool; None if no joint is a ball
+    ball: Mask | None  # (K,) None if no joint is a ball
 
 
 @dataclass(frozen=True)
 class Balances(System):
-    """A chain on universal joints: reactions F1, F2, F3 and Mc, turning is angular acceleration, all in each rod's B."""
+    """A chain on universal joints: reactions F1, F2, F3, Mc; turning is angular acceleration; all in each rod's B."""
 
     joints: Joints
     axes: Axes

@@ -1,8 +1,8 @@
 """A chain of thin rods with directions as its state: regular at every position (docs/derivation_chain.md, section 8).
 
-A thin rod on a universal joint without joint effects is a spherical pendulum, so its direction d = b3 says all about it.
+A thin rod on a universal joint without joint effects is a spherical pendulum: its direction d = b3 says all about it.
 Here the equations are those of `chain_system` in the inertial frame I (z down), three reactions to a joint and no
-angles. Angles are read back afterwards, rod by rod, continuously through cos(phi) = 0.
+angles. `chain_angles` reads the angles back afterwards, continuously through cos(phi) = 0.
 """
 
 from dataclasses import dataclass
@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.derivations.base import Array
-from pendpin.derivations.chain_inertia import ChainInertia, above, below
-from pendpin.derivations.chain_kinematics import Joints, rods_first, rods_last
-from pendpin.derivations.chain_system import Loads, System, empty_band
+from pendpin.derivations.chain_inertia import ChainInertia, Rods, above, below
+from pendpin.derivations.chain_kinematics import Joints, along, rods_first, rods_last
+from pendpin.derivations.chain_system import Loads, System, empty_band, settle
+from pendpin.errors import InputError
 
 
 class ThinSolution(NamedTuple):
@@ -29,6 +30,14 @@ def directions(q: Array, v: Array) -> tuple[Array, Array]:
     frames, omega = joints.frames(), joints.omega(rods_last(v))
     rate = frames[:, 0] * omega[1] - frames[:, 1] * omega[0]
     return rods_first(frames[:, 2], q.shape[:-1]), rods_first(rate, q.shape[:-1])
+
+
+def energy(chain: ChainInertia, d: Array, rate: Array, field: Array) -> tuple[Array, Array]:
+    """Kinetic and potential energy (...) in J for d, d' (..., n, 3); zero and field as in chain_kinematics.energy."""
+    centres, _ = along(chain, d)
+    velocities, _ = along(chain, rate)
+    kinetic = chain.m * (velocities**2).sum(-1) + chain.I1 * (rate**2).sum(-1)
+    return 0.5 * kinetic.sum(-1), -(chain.m * (centres @ field)).sum(-1)
 
 
 def on_sphere(d: Array, rate: Array) -> tuple[Array, Array]:
@@ -48,18 +57,25 @@ def solve(
 ) -> ThinSolution:
     """d'' and reactions of a chain of thin rods (I3 = 0), or of a batch of its states.
 
-    Parameters: d (..., n, 3) and rate (..., n, 3) in 1/s, in I, need not be on the sphere: what leads off it is ignored;
+    Parameters: d (..., n, 3) and rate (..., n, 3) in 1/s, in I; what leads off the sphere in them is ignored;
     field (3,) or (..., 3) in I, m/s²; force and moment (..., n, 3) on each rod, external, in I, the moment about
-    the centre of mass and normal to the rod, for an axial one would call for angles: N and N m.
+    the centre of mass and normal to the rod (an axial one would call for angles), N and N m.
+    Raises InputError if a rod has an axial inertia.
     """
+    if chain.first_thin:
+        raise InputError(f"rod {chain.first_thin} has an axial inertia: directions do not say all, use angles")
     shape = d.shape[:-1]
-    rods = chain.rods.repeated(d[..., 0].size // chain.n)
+    candidates = [rods.repeated(d[..., 0].size // chain.n) for rods in chain.rods]
     e, e_rate = (rods_last(x) for x in on_sphere(d, rate))
-    push = 0.0 if force is None else rods_last(force) / rods.m
+    push = 0.0 if force is None else rods_last(force) / candidates[0].m
     turning = np.zeros_like(e) if moment is None else np.cross(rods_last(moment), e, axis=0)
     centripetal = -e * np.add.reduce(e_rate * e_rate, 0)
     support = -np.reshape(field, (-1, 3)).T
-    x, turn = _ThinBalances(rods, rods.inertia[0], rods.inverse[0], support, push, turning, e, centripetal).solve()
+
+    def balances(rods: Rods) -> _ThinBalances:
+        return _ThinBalances(rods, rods.inertia[0], rods.inverse[0], support, push, turning, e, centripetal)
+
+    x, turn = settle(balances, candidates)
     return ThinSolution(rods_first(turn + centripetal, shape), rods_first(x, shape))
 
 

@@ -131,12 +131,18 @@ def accelerations(
 
 
 def _prepared(tree: Tree, xp: Any) -> tuple[Tree, Array]:
-    """The tree in the numbers of xp, and the signs (n,) that turn its axes to the positive side (fewer minus signs)."""
-    axes = np.asarray(tree.axes)
-    largest = np.take_along_axis(axes, np.abs(axes).argmax(-1)[:, None], -1)[:, 0]
+    """The tree in the numbers of xp, and the signs (n,) that turn its axes to the positive side (fewer minus signs).
+
+    Axes and rotations, which come rounded to doubles, are made unit and orthogonal to the digits of xp: else the tree
+    would not keep its energy to them.
+    """
+    largest = np.take_along_axis(tree.axes, np.abs(tree.axes).argmax(-1)[:, None], -1)
     signs = np.where(largest < 0, -1.0, 1.0)
-    numbers = [xp.asarray(x) for x in (axes * signs[:, None] + 0.0, *tree[3:])]  # + 0.0 clears the sign of zeros
-    return Tree(tree.parents, tree.kinds, *numbers), signs
+    axes, R, *others = (xp.asarray(x) for x in (tree.axes * signs + 0.0, *tree[3:]))  # + 0.0 clears the sign of zeros
+    for _ in range(3):  # Newton: 16, 32, 64, 128 digits
+        axes = axes * (3 - dot(axes, axes)) / 2
+        R = R @ (3 * _UNIT - transposed(R) @ R) / 2
+    return Tree(tree.parents, tree.kinds, axes, R, *others), signs[:, 0]
 
 
 def _joints(tree: Tree, q: Array, xp: Any) -> list[_Joint]:

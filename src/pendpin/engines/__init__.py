@@ -3,5 +3,18 @@
 from pendpin.engines.base import Derivative, Engine, Loads, Motion, Sample, Watch
 from pendpin.engines.long_chain import LongChain
 from pendpin.engines.revolute import Revolute
+from pendpin.engines.thin import MAX_SPHERICAL, Directions, Spherical
 
-__all__ = ["Derivative", "Engine", "Loads", "LongChain", "Motion", "Revolute", "Sample", "Watch"]
+__all__ = [
+    "MAX_SPHERICAL",
+    "Derivative",
+    "Directions",
+    "Engine",
+    "Loads",
+    "LongChain",
+    "Motion",
+    "Revolute",
+    "Sample",
+    "Spherical",
+    "Watch",
+]

@@ -58,8 +58,8 @@ class Engine(ABC):
         """The engine's state y from positions and velocities (nv,)."""
         return np.concatenate([q, v])
 
-    def unpack(self, y: Array, near: Array) -> tuple[Array, Array]:
-        """Positions and velocities (n, nv) from states y (n, size); `near` (nv,) are the positions just before."""
+    def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
+        """Positions and velocities (n, nv) from states y (n, size) at t (n,); `near` (nv,): positions just before."""
         nv = len(self.model.joints)
         return y[:, :nv].copy(), y[:, nv:].copy()
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from pendpin.bodies import pinocchio
 from pendpin.derivations.base import Array
-from pendpin.engines.base import WATCH_EVERY, Derivative, Engine, Loads, Motion, Sample, Watch
+from pendpin.engines.base import WATCH_EVERY, Derivative, Engine, Loads, Sample, Watch
+from pendpin.engines.external import external_forces
 from pendpin.model import Model
 
 
@@ -71,26 +72,8 @@ class Revolute(Engine):
         return np.array([self._data.f[joint].vector for joint in range(1, self._pin.njoints)])
 
     def _external(self, t: float, q: Array, v: Array) -> list:
-        """The body effects as Pinocchio takes them: one force a joint, in its frame, at its origin."""
-        pin, wrench = pinocchio(), self.loads.wrench
+        wrench, bodies = self.loads.wrench, self.model.bodies
         assert wrench is not None
-        motion = self._motion(q, v)
-        forces, moments = wrench(t, motion)
-        out = [pin.Force.Zero() for _ in range(self._pin.njoints)]
-        for body, R, force, moment in zip(self.model.bodies, motion.rotation, forces, moments, strict=True):
-            linear = R.T @ force
-            out[body.joint + 1] = pin.Force(linear, R.T @ moment + np.cross(body.com, linear))
-        return out
-
-    def _motion(self, q: Array, v: Array) -> Motion:
-        data = self._data
-        pinocchio().forwardKinematics(self._pin, data, q, v)
-        joints = [body.joint + 1 for body in self.model.bodies]
-        R = np.array([data.oMi[j].rotation for j in joints])
-        twists = np.array([data.v[j].vector for j in joints])
-        return Motion(
-            np.array([data.oMi[j].translation for j in joints]),
-            R,
-            np.einsum("nij,nj->ni", R, twists[:, :3]),
-            np.einsum("nij,nj->ni", R, twists[:, 3:]),
-        )
+        pinocchio().forwardKinematics(self._pin, self._data, q, v)
+        joints = [body.joint + 1 for body in bodies]
+        return external_forces(self._data, bodies, joints, lambda motion: wrench(t, motion))

@@ -1,0 +1,168 @@
+// What stands around the bodies: light, floor, axes and the tip's trail; and the camera that sees it all.
+// Points are in the world frame W (z up); three.js and its camera have y up: (x, y, z) becomes (x, z, -y).
+"use strict";
+const THREE = MeshCat.THREE;
+
+function add(viewer, path, object) {
+  viewer.set_object(["pendpin", ...path], object);
+}
+
+function addLights(viewer, extent, focus) {
+  add(viewer, ["lights", "sky"], new THREE.HemisphereLight(0xffffff, 0xd8d2cc, 0.7));
+  const front = new THREE.DirectionalLight(0xffffff, 0.28);
+  front.position.set(1, -0.4, 0);
+  add(viewer, ["lights", "front"], front);
+  const sun = new THREE.DirectionalLight(0xffffff, 0.3);
+  sun.position.copy(focus).add(new THREE.Vector3(0.8, -1.1, 2.5).multiplyScalar(extent));
+  sun.target.position.copy(focus);
+  sun.castShadow = true;
+  sun.shadow.mapSize.set(2048, 2048);
+  sun.shadow.radius = 4;
+  const reach = 1.6 * extent;
+  Object.assign(sun.shadow.camera, { left: -reach, right: reach, bottom: -reach, top: reach });
+  Object.assign(sun.shadow.camera, { near: 0.1 * extent, far: 8 * extent });
+  const pair = new THREE.Group(); // a light shines towards its target only if the target is in the scene
+  pair.add(sun, sun.target);
+  add(viewer, ["lights", "sun"], pair);
+}
+
+// 1, 2 or 5 times a power of ten.
+function roundLength(length) {
+  const decade = 10 ** Math.floor(Math.log10(length));
+  return decade * [5, 2, 1].find((step) => step * decade <= length * 1.0001);
+}
+
+// Square cells in a plane, their lines fading away from the middle.
+function grid(cell, cells) {
+  const points = [];
+  const colors = [];
+  const put = (x, y) => {
+    points.push(x * cell, y * cell, 0);
+    colors.push(0.36, 0.42, 0.5, 0.42 * Math.max(0, 1 - Math.hypot(x, y) / cells) ** 1.5);
+  };
+  for (let i = -cells; i <= cells; i++) {
+    for (let j = -cells; j < cells; j++) {
+      put(i, j);
+      put(i, j + 1);
+      put(j, i);
+      put(j + 1, i);
+    }
+  }
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+  geometry.setAttribute("color", new THREE.Float32BufferAttribute(colors, 4));
+  const material = new THREE.LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false });
+  return new THREE.LineSegments(geometry, material);
+}
+
+// A grid below the lowest point, with the shadows that fall on it.
+function addFloor(viewer, extent, box) {
+  const cell = roundLength(extent / 4);
+  const centre = box.getCenter(new THREE.Vector3());
+  const height = box.min.z - 0.08 * extent;
+  const lines = grid(cell, Math.ceil((2 * extent) / cell));
+  lines.position.set(cell * Math.round(centre.x / cell), cell * Math.round(centre.y / cell), height);
+  add(viewer, ["floor", "grid"], lines);
+  const plane = new THREE.PlaneGeometry(8 * extent, 8 * extent);
+  const shadow = new THREE.Mesh(plane, new THREE.ShadowMaterial({ opacity: 0.13 }));
+  shadow.position.set(centre.x, centre.y, height - 0.001 * extent);
+  shadow.receiveShadow = true;
+  add(viewer, ["floor", "shadow"], shadow);
+}
+
+// The axes of W: x red, y green, z blue.
+function addAxes(viewer, extent) {
+  const axes = new THREE.Group();
+  const length = 0.16 * extent;
+  [0xd64545, 0x3f9142, 0x2b6cb0].forEach((color, i) => {
+    const along = new THREE.Vector3().setComponent(i, 1);
+    axes.add(new THREE.ArrowHelper(along, new THREE.Vector3(), length, color, 0.2 * length, 0.1 * length));
+  });
+  add(viewer, ["axes"], axes);
+}
+
+// A tube through points (flat: x, y, z, x, ...), with one ring of `sides` corners at each.
+function tube(points, sides, radius) {
+  const last = points.length / 3 - 1;
+  const path = new THREE.Curve();
+  path.getPoint = (u) => {
+    const at = Math.min(last - 1, Math.floor(u * last));
+    const from = new THREE.Vector3().fromArray(points, 3 * at);
+    return from.lerp(new THREE.Vector3().fromArray(points, 3 * at + 3), u * last - at);
+  };
+  path.getPointAt = path.getPoint; // rings where the samples are, not at equal distances
+  path.getTangentAt = path.getTangent;
+  return new THREE.TubeGeometry(path, last, radius, sides, false);
+}
+
+// The tip's path, all of it faintly, and its last seconds strongly; returns what moves these on to time t.
+function addTrail(viewer, extent, times, points) {
+  const sides = 6;
+  const seconds = 3;
+  const recent = tube(points, sides, 0.0034 * extent);
+  const faint = new THREE.MeshBasicMaterial({ color: 0x2b6cb0, transparent: true, opacity: 0.22, depthWrite: false });
+  add(viewer, ["trail", "whole"], new THREE.Mesh(tube(points, sides, 0.0016 * extent), faint));
+  add(viewer, ["trail", "recent"], new THREE.Mesh(recent, new THREE.MeshBasicMaterial({ color: 0x2b6cb0 })));
+  return (t) => {
+    const first = lastBefore(times, t - seconds);
+    recent.setDrawRange(6 * sides * first, 6 * sides * (lastBefore(times, t) - first));
+  };
+}
+
+// Index of the last of rising times that is not after t, or 0.
+function lastBefore(times, t) {
+  let low = 0;
+  let high = times.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= t) low = middle + 1;
+    else high = middle;
+  }
+  return Math.max(0, low - 1);
+}
+
+// Corners of the box around an object as it stands now, flat: x, y, z, x, ...
+function corners(viewer, object) {
+  viewer.scene.updateMatrixWorld(true);
+  const { min, max } = new THREE.Box3().setFromObject(object);
+  if (min.x > max.x) return [];
+  const ends = [min, max];
+  return [0, 1, 2, 3, 4, 5, 6, 7].flatMap((k) => [ends[k & 1].x, -ends[(k >> 1) & 1].z, ends[k >> 2].y]);
+}
+
+// The box around clouds of points.
+function around(clouds) {
+  const box = new THREE.Box3();
+  const point = new THREE.Vector3();
+  for (const cloud of clouds) {
+    for (let i = 0; i < cloud.length; i += 3) box.expandByPoint(point.fromArray(cloud, i));
+  }
+  return box;
+}
+
+// Put the camera as near as lets every point be seen, looking from the front right and a little from above.
+function fitCamera(viewer, extent, clouds) {
+  const camera = viewer.camera;
+  const turned = (x, y, z) => new THREE.Vector3(x, z, -y);
+  const target = turned(...around(clouds).getCenter(new THREE.Vector3()).toArray());
+  const back = turned(1, -0.72, 0.27).normalize();
+  const right = new THREE.Vector3(0, 1, 0).cross(back).normalize();
+  const above = back.clone().cross(right);
+  camera.fov = 32;
+  const tall = Math.tan((camera.fov * Math.PI) / 360) * 0.82; // room for the bar and the title
+  const wide = tall * Math.max(0.2, window.innerWidth / window.innerHeight);
+  const pad = 0.05 * extent;
+  let distance = extent;
+  for (const cloud of clouds) {
+    for (let i = 0; i < cloud.length; i += 3) {
+      const p = turned(cloud[i], cloud[i + 1], cloud[i + 2]).sub(target);
+      const across = Math.max((Math.abs(p.dot(right)) + pad) / wide, (Math.abs(p.dot(above)) + pad) / tall);
+      distance = Math.max(distance, p.dot(back) + across);
+    }
+  }
+  Object.assign(camera, { near: distance / 200, far: distance + 20 * extent });
+  camera.position.copy(target).addScaledVector(back, distance);
+  viewer.controls.target.copy(target);
+  viewer.controls.update();
+  viewer.set_dirty();
+}

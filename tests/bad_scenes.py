@@ -1,0 +1,142 @@
+"""Scene files that pendpin refuses, each with a part of what it says."""
+
+from pathlib import Path
+
+from bad_input import SCENE, Case, Content, edited
+
+DURATION, MODEL, ROD = "duration = 0.1", 'kind = "chain"', "{ length = 1.0, mass = 1.0, radius = 0.01 }"
+KIND, TOLERANCE, POSITIONS = 'kind = "gravity"', "tolerance = 1e-8", "{ theta_1 = 0.7, phi_1 = 0.4 }"
+ENDLESS = "9" * 5000
+
+TOP = {
+    "negative duration": (DURATION, "duration = -1", "scene.toml: duration: -1 is below 0"),
+    "nan duration": (DURATION, "duration = nan", "scene.toml: duration: nan is not a finite number"),
+    "infinite duration": (DURATION, "duration = inf", "scene.toml: duration: inf is not a finite number"),
+    "duration beyond a double": (DURATION, "duration = 1e400", "duration: inf is not a finite number"),
+    "duration without samples": (DURATION, "duration = 1e300", "1e+300 s at 60 samples a second are more than 2000000"),
+    "duration as text": (DURATION, 'duration = "1"', "scene.toml: duration: '1' is not a number"),
+    "duration as bool": (DURATION, "duration = true", "scene.toml: duration: True is not a number"),
+    "duration as date": (DURATION, "duration = 2024-01-01", "duration: datetime.date(2024, 1, 1) is not a number"),
+    "duration as list": (DURATION, "duration = [1]", "scene.toml: duration: [1] is not a number"),
+    "400 digits": (DURATION, f"duration = {'9' * 400}", "duration: a whole number without end"),
+    "5,000 digits": (DURATION, f"duration = {ENDLESS}", "scene.toml: not a TOML file: "),
+    "decimal comma": (DURATION, "duration = 1,5", "scene.toml: not a TOML file: Expected newline"),
+    "number with a unit": (DURATION, "duration = 1.0s", "scene.toml: not a TOML file: Expected newline"),
+    "no value": (DURATION, "duration =", "scene.toml: not a TOML file: Invalid value (at line 1"),
+    "key twice": (DURATION, "duration = 1\nduration = 1", "not a TOML file: Cannot overwrite a value (at line 2"),
+    "unknown key": (DURATION, "durations = 1", "scene.toml: durations: unknown key"),
+    "unknown key with control characters": (DURATION, r'"a\u001b[31m\nb" = 1', r"scene.toml: a\x1b[31m b: unknown key"),
+}
+
+MODELS = {
+    "no model": ('[model]\nkind = "chain"\nrods =', "rods =", "scene.toml: rods: unknown key (and 1 more)"),
+    "unknown model": (MODEL, 'kind = "robot"', "model.kind: 'robot' is not one of: chain, urdf"),
+    "model without kind": (MODEL, "", "model.kind: '' is not one of: chain, urdf"),
+    "kind as number": (MODEL, "kind = 3", "model.kind: '3' is not one of: chain, urdf"),
+    "no rods": (ROD, "", "model.rods: 0 values, where at least 1 are wanted"),
+    "rods as number": (f"[{ROD}]", "3", "model.rods: 3 is not a list"),
+    "rod as number": (ROD, "3", "model.rods[0]: 3 is not a table"),
+    "no length": ("length = 1.0, ", "", "model.rods[0].length: missing"),
+    "length 0": ("length = 1.0", "length = 0", "model.rods[0].length: 0 is not above 0"),
+    "negative length": ("length = 1.0", "length = -1.0", "model.rods[0].length: -1.0 is not above 0"),
+    "nan length": ("length = 1.0", "length = nan", "model.rods[0].length: nan is not a finite number"),
+    "length as bool": ("length = 1.0", "length = true", "model.rods[0].length: True is not a number"),
+    "negative mass": ("mass = 1.0", "mass = -1.0", "model.rods[0].mass: -1.0 is below 0"),
+    "no mass at all": ("mass = 1.0", "mass = 0.0", "model.rods[0]: a rod needs a mass or a payload above 0"),
+    "mass as text": ("mass = 1.0", 'mass = "1.0kg"', "model.rods[0].mass: '1.0kg' is not a number"),
+    "denormal rod": ("length = 1.0", "length = 5e-324", "model.rods[0]: the inertia about the joint, 0 kg m², is out of"),
+    "huge rod": ("length = 1.0, mass = 1.0", "length = 1e200, mass = 1e200", "model.rods[0]: the inertia about the joint"),
+    "negative radius": ("radius = 0.01", "radius = -0.01", "model.rods[0].radius: -0.01 is below 0"),
+    "unknown rod key": ("radius = 0.01", "diameter = 0.02", "model.rods[0].diameter: unknown key"),
+    "negative inertia": ("radius = 0.01", "inertia = [1, 1, -1]", "model.rods[0].inertia[2]: -1 is below 0"),
+    "inertia of two": ("radius = 0.01", "inertia = [1, 1]", "model.rods[0].inertia[2]: missing"),
+    "inertia of four": ("radius = 0.01", "inertia = [1, 1, 1, 1]", "model.rods[0].inertia: 4 values, where 3 are wanted"),
+    "nothing about the joint": ("radius = 0.01", "com = 0, inertia = [0, 0, 0]", "a centre of mass away from its joint"),
+    "negative payload": ("radius = 0.01", "payload = -1", "model.rods[0].payload: -1 is below 0"),
+    "no copies": (MODEL, f"{MODEL}\ncopies = 0", "model.copies: 0 is below 1"),
+    "copies and a half": (MODEL, f"{MODEL}\ncopies = 1.5", "model.copies: 1.5 is not a whole number"),
+    "copies as bool": (MODEL, f"{MODEL}\ncopies = true", "model.copies: True is not a whole number"),
+    "10^30 copies": (MODEL, f"{MODEL}\ncopies = 1{'0' * 30}", "model.copies: 1000"),
+    "too many rods in all": (f"[{ROD}]", f"[{f'{ROD},' * 50}]\ncopies = 90000", "model: 4500000 rods, where 100000 are the"),
+    "urdf without path": (MODEL, 'kind = "urdf"', "model.path: missing"),
+    "path as number": (SCENE, '[model]\nkind = "urdf"\npath = 3', "scene.toml: model.path: 3 is not a path"),
+    "path with a null byte": (SCENE, '[model]\nkind = "urdf"\npath = "a\\u0000b"', r"a\x00b: cannot be read: embedded null"),
+    "path of a folder": (SCENE, '[model]\nkind = "urdf"\npath = ""', ".: cannot be read: Is a directory"),
+    "path without end": (SCENE, f'[model]\nkind = "urdf"\npath = "{"p" * 5000}"', "cannot be read: File name too long"),
+    "model as number": ('[model]\nkind = "chain"\nrods =', "model = 3\nx =", "model: 3 is not a table with a `kind`"),
+}
+
+REST = {
+    "unknown joint": ("theta_1", "theta_9", "start.positions: joint 'theta_9' is not one of: theta, phi"),
+    "wrong count": (POSITIONS, "[0.7]", "start.positions: 1 values, not one for each of the 2 joints"),
+    "nan start": ("theta_1 = 0.7", "theta_1 = nan", "start.positions.theta_1: nan is not a finite number"),
+    "nan in a list": (POSITIONS, "[0, nan]", "start.positions[1]: nan is not a finite number"),
+    "start as text": (POSITIONS, '"up"', "start.positions: 'up' is not a list"),
+    "angle as text": ("theta_1 = 0.7", 'theta_1 = "40°"', "start.positions.theta_1: '40°' is not a number"),
+    "nested start": ("theta_1 = 0.7", "theta_1.x = 0.7", "start.positions.theta_1: {'x': 0.7} is not a number"),
+    "unknown start": ("positions", "angles", "start.angles: unknown key"),
+    "start as number": (f"[start]\npositions = {POSITIONS}", "[[start]]", "start: [{}] is not a table"),
+    "unknown effect": (KIND, 'kind = "gravty"', "effects[0].kind: 'gravty' is not one of: gravity"),
+    "effect without kind": (KIND, "", "effects[0].kind: '' is not one of: gravity"),
+    "effect as number": ("[[effects]]\n" + KIND, "", "effects"),
+    "unknown effect key": (KIND, f"{KIND}\ng = 9.81", "effects[0].g: unknown key"),
+    "no direction": (KIND, f"{KIND}\ndirection = [0, 0, 0]", "effects[0].direction: a direction needs a length"),
+    "direction of two": (KIND, f"{KIND}\ndirection = [0, 1]", "effects[0].direction[2]: missing"),
+    "negative gravity": (KIND, f"{KIND}\nacceleration = -9.81", "effects[0].acceleration: -9.81 is below 0"),
+    "nan gravity": (KIND, f"{KIND}\nacceleration = nan", "effects[0].acceleration: nan is not a finite number"),
+    "unknown method": (TOLERANCE, 'method = "magic"', "solver.method: 'magic' is not one of: dop853, rk45"),
+    "tolerance 0": (TOLERANCE, "tolerance = 0", "solver.tolerance: 0 is below 1e-14"),
+    "negative tolerance": (TOLERANCE, "tolerance = -1e-8", "solver.tolerance: -1e-08 is below 1e-14"),
+    "large tolerance": (TOLERANCE, "tolerance = 1", "solver.tolerance: 1 is above 0.1"),
+    "nan tolerance": (TOLERANCE, "tolerance = nan", "solver.tolerance: nan is not a finite number"),
+    "no samples": (TOLERANCE, "samples = 0", "solver.samples: 0 is below 1"),
+    "samples and a half": (TOLERANCE, "samples = 1.5", "solver.samples: 1.5 is not a whole number"),
+    "samples as bool": (TOLERANCE, "samples = true", "solver.samples: True is not a whole number"),
+    "too many samples": (TOLERANCE, "samples = 3000000", "solver.samples: 3000000 is above 2000000"),
+    "samples of 30 digits": (TOLERANCE, f"samples = 1{'0' * 30}", "solver.samples: 1000000"),
+    "samples of no time": (SCENE, SCENE.replace("0.1", "0", 1) + "samples = 3", "a duration of 0 has 1 sample"),
+    "unknown solver key": (TOLERANCE, "tol = 1e-8", "solver.tol: unknown key"),
+    "solver as text": ("[solver]\n" + TOLERANCE, 'x = "y"', "effects[0].x: unknown key"),
+    "three faults": (f"{DURATION}\n", "a = 1\nb = 2\nc = 3\n", "scene.toml: a: unknown key (and 2 more)"),
+}
+
+WHOLE: dict[str, tuple[Content, str]] = {
+    "empty": ("", "scene.toml: model: missing"),
+    "comment only": ("# nothing\n", "scene.toml: model: missing"),
+    "effects as number": ("effects = 3\n" + SCENE.replace("[[effects]]\n" + KIND, ""), "effects: 3 is not a list"),
+    "effect in a list as number": (
+        "effects = [3]\n" + SCENE.replace("[[effects]]\n" + KIND, ""),
+        "effects[0]: 3 is not a table with a `kind`",
+    ),
+    "solver as number": ("solver = 3\n" + SCENE.split("[solver]")[0], "solver: 3 is not a table"),
+    "binary": (bytes(range(256)) * 40, "scene.toml: not a TOML file: "),
+    "null bytes": (b"\0" * 5000, "scene.toml: not a TOML file: "),
+    "not UTF-8": (SCENE.encode() + b"# \xff\xfe", "is not UTF-8 text"),
+    "UTF-16": (SCENE.encode("utf-16"), "scene.toml: not a TOML file: byte 0 is not UTF-8 text"),
+    "truncated": (SCENE[:70], "scene.toml: not a TOML file: "),
+    "a URDF": ("<?xml version='1.0'?><robot/>", "not a TOML scene but XML; a scene names a URDF"),
+    "JSON": ('{"duration": 1}', "scene.toml: not a TOML file: Invalid statement (at line 1, column 1)"),
+    "10 MB": ("#" * 10_000_000, "scene.toml: larger than the 4 MB that a scene may have"),
+    "nested 10,000 deep": (f"x = {'[' * 10_000}{']' * 10_000}", "scene.toml: not a scene: values are nested too deep"),
+    "tables 10,000 deep": (f"{'.'.join('a' * 10_000)} = 1", "scene.toml: "),
+    "nested 400 deep": (f"{SCENE}x = {'[' * 400}{']' * 400}", "scene.toml: solver.x: unknown key"),
+    "100,000 unknown keys": ("".join(f"k{i} = 1\n" for i in range(100_000)), "k0: unknown key (and 100000 more)"),
+    "a folder": (Path.mkdir, "scene.toml: cannot be read: Is a directory"),
+}
+
+
+def _cases() -> list[Case]:
+    bad: dict[str, tuple[Content, str]] = {
+        name: (edited(SCENE, (old, new)), says) for name, (old, new, says) in (TOP | MODELS | REST).items()
+    } | WHOLE
+    cases = [Case(f"scene: {name}", ("run", "scene.toml"), says, {"scene.toml": scene}) for name, (scene, says) in bad.items()]
+    return [
+        *cases,
+        Case("scene: missing", ("run", "scene.toml"), "scene.toml: cannot be read: No such file or directory"),
+        Case("scene: missing, to check", ("check", "scene.toml"), "scene.toml: cannot be read: No such file"),
+        Case("scene: name without end", ("run", "s" * 5000), "cannot be read: File name too long"),
+        Case("scene: escape codes in its name", ("run", "\x1b[31m\n.toml"), r"\x1b[31m .toml: cannot be read"),
+    ]
+
+
+CASES = _cases()

@@ -1,0 +1,80 @@
+"""Scenes and URDFs become the same model, and names mean what they say."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import pendpin as pp
+from pendpin.model import build
+from pendpin.scene import urdf_folder
+
+ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.01),))
+URDF = pp.UrdfModel(path=urdf_folder() / "universal_rod.urdf")
+GRAVITY = (pp.effects.Gravity(),)
+angle, rate = st.floats(-np.pi, np.pi), st.floats(-100, 100)
+
+
+@given(st.tuples(angle, angle), st.tuples(rate, rate))
+def test_rod_from_urdf_equals_rod_from_code(q: tuple, v: tuple) -> None:
+    """Accelerations and wrenches of the two models: within 4 ulps of the terms that enter them."""
+    urdf, code = (pp.bind(pp.Scene(model=model, effects=GRAVITY)) for model in (URDF, ROD))
+    spin = 1 + np.abs(v).max() ** 2
+    scale = spin * max(1.0, 1 / np.cos(q[1]) ** 2)  # theta'' grows like the inverse inertia about its axis
+    difference = urdf.acceleration(0.0, q, v) - code.acceleration(0.0, q, v)
+    assert np.abs(difference).max() <= 4 * np.spacing(20 * scale)
+    assert np.abs(urdf.wrenches(0.0, q, v) - code.wrenches(0.0, q, v)).max() <= 4 * np.spacing(20 * spin)
+
+
+def test_the_universal_joint_of_a_urdf_is_recognised() -> None:
+    """Same frames, same inertia, same tip as the rod from code."""
+    (from_urdf,), (from_code,) = build(URDF).rods, build(ROD).rods
+    assert np.array_equal(from_urdf.frame, from_code.frame)
+    assert np.array_equal(from_urdf.base, from_code.base)
+    assert from_urdf.inertia == pytest.approx(from_code.inertia, rel=1e-15)
+    assert np.array_equal(build(URDF).bodies[0].tip, [0, 0, -1])
+
+
+def test_a_joint_that_turns_the_other_way_is_recognised_with_its_sign(tmp_path: Path) -> None:
+    """theta counter-clockwise, phi clockwise, mounted turned: all routes still agree."""
+    text = URDF.path.read_text().replace('<axis xyz="-1 0 0"/>', '<axis xyz="1 0 0"/>')
+    text = text.replace('<origin xyz="0 0 0" rpy="0 0 0"/>\n    <axis', '<origin xyz="0 0 0" rpy="0.1 0.2 0.3"/>\n    <axis', 1)
+    (tmp_path / "turned.urdf").write_text(text)
+    scene = pp.Scene(model=pp.UrdfModel(path=tmp_path / "turned.urdf"), effects=GRAVITY)
+    assert build(scene.model).rods[0].sign == -1
+    report = pp.crosscheck(scene, states=500)
+    assert report.ok, report.fault
+
+
+def test_continuous_joints_are_plain_angles(tmp_path: Path) -> None:
+    """A continuous joint counts turns: the same model, the same motion."""
+    text = URDF.path.read_text().replace('type="revolute"', 'type="continuous"')
+    (tmp_path / "continuous.urdf").write_text(text)
+    start = pp.Start(positions={"phi": 0.1}, velocities={"theta": 20.0})
+    runs = [
+        pp.simulate(pp.Scene(duration=2.0, model=model, start=start, effects=GRAVITY))
+        for model in (URDF, pp.UrdfModel(path=tmp_path / "continuous.urdf"))
+    ]
+    assert np.array_equal(runs[0].q, runs[1].q)
+    assert runs[1].q[-1, 0] > 4 * np.pi
+
+
+def test_a_single_rod_may_be_written_with_numbers() -> None:
+    """theta_1 is theta where there is one rod."""
+    for names in (("theta", "phi"), ("theta_1", "phi_1")):
+        start = pp.Start(positions=dict(zip(names, (0.1, 0.2), strict=True)))
+        run = pp.simulate(pp.Scene(duration=0.0, model=ROD, start=start))
+        assert run.q.tolist() == [[0.1, 0.2]]
+        assert run.joints == ("theta", "phi")
+
+
+def test_payload_is_folded_in() -> None:
+    """A massless rod with a payload is a point mass; a payload adds by Steiner's rule."""
+    point = pp.Rod(length=2.0, mass=0.0, payload=3.0).properties
+    assert point == (3.0, 2.0, 0.0, 0.0, 0.0)
+    rod = pp.Rod(length=2.0, mass=1.0, payload=3.0)
+    about_joint = rod.properties.I1 + rod.properties.m * rod.properties.h ** 2
+    assert about_joint == pytest.approx(1.0 * 2.0**2 / 3 + 3.0 * 2.0**2, rel=1e-15)
+    assert rod.properties.h == pytest.approx((1.0 * 1.0 + 3.0 * 2.0) / 4.0, rel=1e-15)
