@@ -63,7 +63,7 @@ NUMBERS = {
 STRUCTURE = {
     "two parents": ('<parent link="rod"/><child link="tip"/>', '<parent link="support"/><child link="rod"/>', "two joints"),
     "kinematic loop": (END, LOOP, "every link hangs on another: a kinematic loop"),
-    "detached loop": (END, RING, "a kinematic loop, cut off from 'support': 'a', 'b'"),
+    "detached loop": (END, RING, "a kinematic loop, cut off from 'support': 'b', 'a'"),
     "link on itself": ('<parent link="rod"/>', '<parent link="tip"/>', "a kinematic loop"),
     "two roots": (END, '<link name="stray"/></robot>', "several links hang on nothing: 'support', 'stray'"),
     "unknown parent": (PARENT, '<parent link="gone"/>', "joint 'phi': its parent link 'gone' does not exist"),

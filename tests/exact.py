@@ -1,4 +1,4 @@
-"""Exact motions of a pendulum under gravity, from Jacobi's elliptic functions at 50 digits.
+"""Exact motions of a pendulum under gravity, from Jacobi's elliptic functions at 100 digits.
 
 A thin rod on a universal joint moves its direction like a point mass on a massless rod of the reduced length
 (I1 + m h²) / (m h): for a uniform rod of length l that is 2 l / 3. Rates are those at t = 0; g in m/s².
@@ -11,7 +11,8 @@ from mpmath import mp, mpf
 
 Function = Callable[[mpf], mpf]
 
-DIGITS = 50  # results keep more than 20 of them: a double root of the cubic costs half, the phase after 1e6 s six
+DIGITS = 100  # costs no more than 20; results keep at least 20, as a double root or a near miss of the pole may take 80
+NO_SPIN = mpf("1e-40")  # of w: less angular momentum moves the mass out of its plane by less than 1e-20
 
 
 def planar(angle0: float, rate0: float, reduced_length: float, g: float, t: Iterable[float]) -> np.ndarray:
@@ -108,10 +109,10 @@ def spherical_at(direction0: Iterable[float], rate0: Iterable[float], w: mpf) ->
     momentum about the vertical it is the planar pendulum.
     """
     d0, rate0 = mp.matrix([mpf(float(x)) for x in direction0]), mp.matrix([mpf(float(x)) for x in rate0])
-    spin = d0[0] * rate0[1] - d0[1] * rate0[0]  # exact; d0 is normalised below
     d0 /= mp.norm(d0)
     rate0 -= _dot(d0, rate0) * d0
-    return _in_a_plane(d0, rate0, w) if spin == 0 else _round_the_vertical(d0, rate0, w)
+    spin = d0[0] * rate0[1] - d0[1] * rate0[0]
+    return _in_a_plane(d0, rate0, w) if abs(spin) < NO_SPIN * w else _round_the_vertical(d0, rate0, w)
 
 
 def _dot(a: mp.matrix, b: mp.matrix) -> mpf:
@@ -134,34 +135,39 @@ def _in_a_plane(d0: mp.matrix, rate0: mp.matrix, w: mpf) -> Callable[[mpf], mp.m
 
 
 def _round_the_vertical(d0: mp.matrix, rate0: mp.matrix, w: mpf) -> Callable[[mpf], mp.matrix]:
+    """z = z1 + (z2 - z1) sn², and the azimuth from h = (1 - z²) azimuth'."""
     h = d0[0] * rate0[1] - d0[1] * rate0[0]
     z1, z2, z3 = turning_heights(_dot(rate0, rate0) / 2 + w**2 * d0[2], h, w)
     m, speed = (z2 - z1) / (z3 - z1), w * mp.sqrt((z3 - z1) / 2)
     low, high = (mp.sqrt(max(x, mpf(0))) for x in (d0[2] - z1, z2 - d0[2]))
     am0 = mp.atan2(low, high if rate0[2] >= 0 else -high)
-    u0, azimuth0 = mp.ellipf(am0, m), mp.atan2(d0[1], d0[0])
-
-    def quarter(am: mpf) -> mpf:
-        """h / speed times the integral of 1 / (1 - z²) from am = 0 to am within a quarter turn."""
-        above = mp.ellippi((z2 - z1) / (1 - z1), am, m) / (1 - z1)
-        below = mp.ellippi((z1 - z2) / (1 + z1), am, m) / (1 + z1)
-        return h / (2 * speed) * (above + below)
-
-    half_turn = 2 * quarter(mp.pi / 2)
-
-    def swept(am: mpf) -> mpf:
-        half_turns = mp.nint(am / mp.pi)
-        return half_turn * half_turns + quarter(am - mp.pi * half_turns)
-
-    start = swept(am0)
+    swept = azimuth_integral(z1, z2, m)
+    u0, azimuth0 = mp.ellipf(am0, m), mp.atan2(d0[1], d0[0]) - h / speed * swept(am0)
 
     def at(t: mpf) -> mp.matrix:
         am = amplitude(speed * t + u0, m)
         z = z1 + (z2 - z1) * mp.sin(am) ** 2
-        azimuth, out = azimuth0 + swept(am) - start, mp.sqrt((1 - z) * (1 + z))
+        azimuth, out = azimuth0 + h / speed * swept(am), mp.sqrt((1 - z) * (1 + z))
         return mp.matrix([out * mp.cos(azimuth), out * mp.sin(azimuth), z])
 
     return at
+
+
+def azimuth_integral(z1: mpf, z2: mpf, m: mpf) -> Function:
+    """Integral of du / (1 - z²) with z = z1 + (z2 - z1) sn²(u, m), as a function of am(u), from 0."""
+
+    def within_a_quarter_turn(am: mpf) -> mpf:
+        above = mp.ellippi((z2 - z1) / (1 - z1), am, m) / (1 - z1)
+        below = mp.ellippi((z1 - z2) / (1 + z1), am, m) / (1 + z1)
+        return (above + below) / 2
+
+    half_turn = 2 * within_a_quarter_turn(mp.pi / 2)
+
+    def integral(am: mpf) -> mpf:
+        half_turns = mp.nint(am / mp.pi)
+        return half_turn * half_turns + within_a_quarter_turn(am - mp.pi * half_turns)
+
+    return integral
 
 
 def turning_heights(energy: mpf, h: mpf, w: mpf) -> list[mpf]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pendpin.errors import PendpinError, RunError, one_line
+from pendpin.errors import InputError, PendpinError, RunError, inside, one_line
 
 if TYPE_CHECKING:
     from pendpin.crosschecks import Report
@@ -85,9 +85,10 @@ def run(
     if scene is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")
     _refuse_targets(scene, out, html, plot)
-    _print_notes(chosen)
+    _check_options(method=method, tolerance=tolerance)
     stopped: RunError | None = None
-    with _progress("integrating", chosen.duration, hidden=json) as watch:
+    with inside(_place(scene)), _progress("integrating", chosen.duration, hidden=json) as watch:
+        _print_notes(chosen)
         try:
             trajectory = simulate(chosen, method=method, tolerance=tolerance, watch=watch)
         except RunError as error:
@@ -120,8 +121,9 @@ def check(
     if scene is not None and urdf is not None:
         raise typer.BadParameter("give a scene or a URDF, not both")
     chosen = Scene(model=UrdfModel(path=urdf), effects=(Gravity(),)) if urdf else _scene(scene)
-    _print_notes(chosen)
-    report = crosscheck(chosen, states=states, seed=seed)
+    with inside(_place(urdf or scene)):
+        _print_notes(chosen)
+        report = crosscheck(chosen, states=states, seed=seed)
     _print_check(report, json)
     if report.fault:
         raise PendpinError(report.fault)
@@ -167,6 +169,21 @@ def _scene(path: Path | None) -> "Scene":
     from pendpin.scene import builtin_scene, load_scene
 
     return builtin_scene() if path is None else load_scene(path)
+
+
+def _place(path: Path | None) -> str:
+    return str(path or "the built-in rod")
+
+
+def _check_options(**options: Any) -> None:
+    """Options that stand in for those of a scene's solver are refused like those, under their own names."""
+    from pendpin.scene import Solver
+
+    try:
+        Solver(**{name: value for name, value in options.items() if value is not None})
+    except InputError as error:
+        name, reason = str(error).split(": ", 1)
+        raise typer.BadParameter(reason, param_hint=f"--{name}") from None
 
 
 def _refuse_targets(scene: Path | None, out: Path, html: Path | None, plot: Path | None) -> None:

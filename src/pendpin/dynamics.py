@@ -1,12 +1,13 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from pendpin import kinematics
 from pendpin.derivations.base import Array
-from pendpin.effects import Effect, FieldEffect
+from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.engines import MAX_SPHERICAL, Directions, Engine, Loads, LongChain, Revolute, Spherical
 from pendpin.errors import InputError
 from pendpin.model import Model, build
@@ -19,7 +20,7 @@ class Dynamics:
 
     def __init__(self, model: Model, effects: tuple[Effect, ...], engine: str = "auto") -> None:
         self.model = model
-        self.loads = bind_loads(effects)
+        self.loads = bind_loads(model, effects)
         self.engine = choose_engine(model, self.loads, engine)
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
@@ -45,22 +46,61 @@ class Dynamics:
         return tuple(state[None] for state in states)
 
 
-def bind_loads(effects: tuple[Effect, ...]) -> Loads:
-    """What the effects add, seam by seam."""
+def bind_loads(model: Model, effects: tuple[Effect, ...]) -> Loads:
+    """What the effects add, seam by seam. Raises InputError for a joint or link that the model lacks."""
     fields = [effect for effect in effects if isinstance(effect, FieldEffect)]
     constant = sum((e.field(0.0) for e in fields if e.constant), np.zeros(3))
     varying = [e.field for e in fields if not e.constant]
-    return Loads(constant, _total(varying))
+    torques = [_torque(model, e, f"effects[{i}]") for i, e in enumerate(effects) if isinstance(e, JointEffect)]
+    wrenches = [_wrench(bodies_of(model), e) for e in effects if isinstance(e, BodyEffect)]
+    return Loads(constant, _total(varying), _total(torques), _total_wrench(wrenches))
 
 
-def _total(functions: list) -> Any:
+def chosen_joints(model: Model, effect: JointEffect, where: str) -> Any:
+    """The places of an effect's joints in model order: a slice for all, else an index array."""
+    if effect.joints is None:
+        return slice(None)
+    return np.array([model.index(name, f"{where}.joints") for name in effect.joints], dtype=int)
+
+
+def _torque(model: Model, effect: JointEffect, where: str) -> Callable[[float, Array, Array], Array]:
+    chosen, nv = chosen_joints(model, effect, where), len(model.joints)
+    if effect.joints is None:
+        return effect.torque
+
+    def torque(t: float, q: Array, v: Array) -> Array:
+        tau = np.zeros(nv)
+        np.add.at(tau, chosen, effect.torque(t, q[chosen], v[chosen]))
+        return tau
+
+    return torque
+
+
+def bodies_of(model: Model) -> Bodies:
+    """The bodies of a model as arrays, one row each."""
+    rows = [(body.mass, body.com, body.inertia, body.tip, body.radius) for body in model.bodies]
+    return Bodies(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def _wrench(bodies: Bodies, effect: BodyEffect) -> Callable[[float, Motion], tuple[Array, Array]]:
+    return lambda t, motion: effect.wrench(t, bodies, motion)
+
+
+def _total(functions: list[Any]) -> Any:
     """One function that adds the values of several; None for none."""
     if len(functions) < 2:
         return functions[0] if functions else None
     first, *others = functions
+    return lambda *args: sum((function(*args) for function in others), first(*args))
 
-    def total(*args: Any) -> Any:
-        return sum((function(*args) for function in others), first(*args))
+
+def _total_wrench(functions: list[Any]) -> Any:
+    if len(functions) < 2:
+        return functions[0] if functions else None
+
+    def total(t: float, motion: Motion) -> tuple[Array, Array]:
+        forces, moments = zip(*(function(t, motion) for function in functions), strict=True)
+        return sum(forces), sum(moments)
 
     return total
 

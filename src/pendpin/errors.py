@@ -1,6 +1,8 @@
 """The errors pendpin raises: each message is one line that says what is wrong, where, and what would be right."""
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 MOST_CHARACTERS = 1_000  # of a message
@@ -30,23 +32,35 @@ class MissingLibrary(PendpinError):
 
 
 def one_line(text: str) -> str:
-    """Text as one line that a terminal can show: lines joined, control characters escaped, cut where it has no end."""
-    joined = re.sub(r"\s*[\r\n]+\s*", " ", text.strip())
-    cut = joined if len(joined) <= MOST_CHARACTERS else f"{joined[:MOST_CHARACTERS]}..."
+    """Text as one line that a terminal can show: lines joined, control characters escaped, the middle of much cut."""
+    joined, half = re.sub(r"\s*[\r\n]+\s*", " ", text.strip()), MOST_CHARACTERS // 2
+    cut = joined if len(joined) <= MOST_CHARACTERS else f"{joined[:half]}...{joined[-half:]}"
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
 
 
 def shown(value: Any, most: int = 60) -> str:
     """A value as one short line of printable text, for a message."""
     if isinstance(value, int) and abs(value) >= 10**most:
-        return "a whole number without end"
-    text = one_line(repr(value))
+        return f"a number of {int(value.bit_length() * 0.30103)} digits"
+    try:
+        text = one_line(repr(value))
+    except (RecursionError, ValueError):  # ValueError: a whole number in it has thousands of digits
+        text = f"a {type(value).__name__} that is too deep or too long to show"
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def choices(names: Any) -> str:
     """Names as a list in a message."""
     return ", ".join(str(name) for name in names)
+
+
+@contextmanager
+def inside(place: str) -> Iterator[None]:
+    """What raises InputError in the block raises it with its place in front, once: `place: message`."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{place}: {str(error).removeprefix(f'{place}: ')}") from None
 
 
 def explain(faults: list[Any], whole: str) -> str:
@@ -74,17 +88,25 @@ def _reason(fault: Any) -> str:
     match fault["type"]:
         case "union_tag_invalid" if context["tag"] == "~no table":
             return f"{value} is not a table with a `kind`"
+        case "union_tag_invalid" if context["tag"] == "~":
+            return f"missing; it is one of: {_allowed(context)}"
         case "union_tag_invalid":
-            allowed = [tag for tag in context["expected_tags"].replace("'", "").split(", ") if tag != "~instance"]
-            return f"{shown(context['tag'].removeprefix('~'))} is not one of: {choices(allowed).replace('~', '')}"
+            return f"{shown(context['tag'].removeprefix('~'))} is not one of: {_allowed(context)}"
         case "literal_error":
-            return f"{value} is not one of: {context['expected'].replace(chr(39), '')}"
+            return f"{value} is not one of: {context['expected'].replace(chr(39), '').replace(' or ', ', ')}"
         case "value_error":
             return str(context["error"])
+        case "float_type" if type(fault["input"]) is int:
+            return f"{value} is beyond double precision"
         case kind if kind in _REASONS:
             return _REASONS[kind].format(value=value, **context)
         case _:
             return f"{value}: {fault['msg'].removeprefix('Input ').replace(' after validation', '')}"
+
+
+def _allowed(context: Any) -> str:
+    tags = context["expected_tags"].replace("'", "").split(", ")
+    return choices(tag.removeprefix("~") for tag in tags if tag != "~instance")
 
 
 _REASONS = {
@@ -94,10 +116,10 @@ _REASONS = {
     "finite_number": "{value} is not a finite number",
     "int_type": "{value} is not a whole number",
     "int_from_float": "{value} is not a whole number",
-    "greater_than": "{value} is not above {gt}",
-    "greater_than_equal": "{value} is below {ge}",
-    "less_than": "{value} is not below {lt}",
-    "less_than_equal": "{value} is above {le}",
+    "greater_than": "{value} is not above {gt:g}",
+    "greater_than_equal": "{value} is below {ge:g}",
+    "less_than": "{value} is not below {lt:g}",
+    "less_than_equal": "{value} is above {le:g}",
     "string_type": "{value} is not text",
     "path_type": "{value} is not a path",
     "tuple_type": "{value} is not a list",

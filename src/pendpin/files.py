@@ -20,16 +20,16 @@ MAX_ARRAYS_BYTES = 4_000_000_000  # what the arrays of one file may hold in all
 
 
 def read_whole(path: Path, most: int, what: str) -> bytes:
-    """The bytes of a file. Raises InputError where it cannot be read or is larger than `most` for `what`."""
+    """The bytes of a file. Raises InputError, without the path, where it cannot be read or has more than `most`."""
     try:
         with path.open("rb") as file:
             data = file.read(most + 1)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+        raise InputError(f"cannot be read: {error.strerror or error}") from None
     except ValueError as error:  # a null byte in the path
-        raise InputError(f"{path}: cannot be read: {error}") from None
+        raise InputError(f"cannot be read: {error}") from None
     if len(data) > most:
-        raise InputError(f"{path}: larger than the {most // 1_000_000} MB that {what} may have")
+        raise InputError(f"larger than the {most / 1e6:g} MB that {what} may have")
     return data
 
 

@@ -56,7 +56,7 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
 def _values(model: Model, values: Values, where: str) -> Array:
     if not isinstance(values, dict):
         if len(values) != len(model.joints):
-            raise InputError(f"{where}: {len(values)} values, not one for each of the {len(model.joints)} joints")
+            raise InputError(f"{where}: a list of {len(values)}, where the model has {len(model.joints)} joints")
         return np.array(values)
     out = np.zeros(len(model.joints))
     for name, value in values.items():

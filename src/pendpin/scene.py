@@ -1,6 +1,7 @@
 """Scenes: what is simulated, as frozen, validated data; read from TOML, described by a JSON schema."""
 
 import math
+import re
 import tomllib
 from functools import cached_property
 from pathlib import Path
@@ -11,15 +12,16 @@ from pydantic import Discriminator, Field, SerializeAsAny, Tag, model_validator
 
 from pendpin.derivations.base import Array, RodInertia
 from pendpin.effects import AnyEffect, Gravity
-from pendpin.errors import InputError
+from pendpin.errors import InputError, inside
 from pendpin.files import read_whole
 from pendpin.records import NotNegative, Number, Positive, Record
 
 Method = Literal["dop853", "rk45", "rk23", "radau", "bdf", "lsoda"]
 
-MAX_SCENE_BYTES = 4_000_000
+MAX_SCENE_BYTES = 500_000  # more takes Python's TOML reader seconds
 MAX_SAMPLES = 2_000_000
 MAX_RODS = 100_000
+_DEEP_KEY = re.compile(rb"""(?<![\w-])(?:(?:[\w-]+|["'][^"'\n]*["'])[ \t]*\.[ \t]*){50}""")
 SAMPLES_PER_SECOND = 60
 
 
@@ -185,25 +187,30 @@ def urdf_folder() -> Path:
 def load_scene(path: str | Path) -> Scene:
     """Read a scene from a TOML file; a URDF's path is relative to that file. Raises InputError."""
     path = Path(path)
-    raw = _read_toml(path)
-    model = raw.get("model")
-    if isinstance(model, dict) and isinstance(model.get("path"), str):
-        raw = raw | {"model": model | {"path": str(path.parent / model["path"])}}
-    try:
-        return Scene(**raw)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    with inside(str(path)):
+        raw = _read_toml(path)
+        model = raw.get("model")
+        if isinstance(model, dict) and isinstance(model.get("path"), str):
+            raw = raw | {"model": model | {"path": str(path.parent / model["path"])}}
+        try:
+            return Scene(**raw)
+        except InputError as error:  # the file's name says enough
+            raise InputError(str(error).removeprefix("Scene: ")) from None
 
 
 def _read_toml(path: Path) -> dict[str, Any]:
     data = read_whole(path, MAX_SCENE_BYTES, "a scene")
     if data.lstrip().startswith(b"<"):
-        raise InputError(f"{path}: not a TOML scene but XML; a scene names a URDF as [model] kind and path")
+        raise InputError("not a TOML scene but XML; a scene names a URDF as [model] kind and path")
+    if _DEEP_KEY.search(data):  # Python's TOML reader would take minutes
+        raise InputError("not a scene: keys are nested too deep")
     try:
         return tomllib.loads(data.decode("utf-8-sig"))  # a mark at the start, as some editors write, is no fault
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not a TOML file: byte {error.start} is not UTF-8 text") from None
+        raise InputError(f"not a TOML file: byte {error.start} is not UTF-8 text") from None
     except RecursionError:
-        raise InputError(f"{path}: not a scene: values are nested too deep") from None
-    except ValueError as error:  # also an integer of too many digits
-        raise InputError(f"{path}: not a TOML file: {error}") from None
+        raise InputError("not a scene: values are nested too deep") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"not a TOML file: {error}") from None
+    except ValueError:  # Python's own limit
+        raise InputError("not a scene: a whole number has thousands of digits") from None

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from pendpin.errors import InputError, choices, shown
+from pendpin.errors import InputError, choices, inside, shown
 from pendpin.files import read_whole
 from pendpin.urdf_xml import Element, named, needed, number, parse, plain, put, triple
 
@@ -37,11 +37,8 @@ class Urdf:
 
 def read_urdf(path: Path) -> Urdf:
     """Read and check a URDF file. Raises InputError: file, place and reason in one line."""
-    data = read_whole(path, MAX_BYTES, "a URDF")
-    try:
-        return _checked(str(path), path.parent, parse(data))
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    with inside(str(path)):
+        return _checked(str(path), path.parent, parse(read_whole(path, MAX_BYTES, "a URDF")))
 
 
 def _checked(source: str, folder: Path, robot: Element) -> Urdf:

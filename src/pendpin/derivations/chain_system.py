@@ -26,8 +26,6 @@ _pbtrf, _pbtrs = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
 PASSES = 15  # two are the rule, three to six with thin rods above thick ones; more mean a nearly singular state
 ROUNDING = 1e-15, 1e-10  # relative size of a correction: certainly rounding only; rounding if it shrinks no more
 NEGLIGIBLE = 1e-20  # relative size of a correction that is not worth a pass
-    1e-20  # relative size of the correction after this one, if they go on shrinking as they did, that is not needed
-)
 TINY = 1e-300  # keeps a chain at rest without loads from dividing by 0
 
 

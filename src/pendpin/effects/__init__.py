@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from pydantic import Discriminator, InstanceOf, Tag
 from pydantic.json_schema import SkipJsonSchema
 
-from pendpin.effects.base import Effect, FieldEffect
+from pendpin.effects.base import Bodies, BodyEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.effects.gravity import Gravity
 
 
@@ -20,4 +20,4 @@ AnyEffect = Annotated[
     Discriminator(_branch),
 ]
 
-__all__ = ["AnyEffect", "Effect", "FieldEffect", "Gravity"]
+__all__ = ["AnyEffect", "Bodies", "BodyEffect", "Effect", "FieldEffect", "Gravity", "JointEffect", "Motion"]

@@ -5,7 +5,7 @@ plain arithmetic: the functions it needs (sqrt, sin, ...) come in as `xp`, so th
 """
 
 from abc import abstractmethod
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,3 +33,44 @@ class FieldEffect(Effect):
     @abstractmethod
     def field(self, t: Any, xp: Any = np) -> Array:
         """The field at time t in s: (3,) in m/s², in the world W."""
+
+
+class JointEffect(Effect):
+    """A torque about joint axes (a force along the axis of a prismatic joint)."""
+
+    joints: tuple[str, ...] | None = None  # names; all if absent
+
+    @abstractmethod
+    def torque(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
+        """Torques (k,) in N m on the k chosen joints, from their positions (rad) and rates (rad/s), each (k,)."""
+
+    def potential(self, q: Array, xp: Any = np) -> Any:
+        """Potential energy in J at positions (..., k), shape (...); None for an effect that has none."""
+        return None
+
+
+class Bodies(NamedTuple):
+    """The bodies of a model, one row each, in their link frames (for a rod of a chain: z from the tip to the joint)."""
+
+    mass: Array  # (n,) kg
+    com: Array  # (n, 3) m, centre of mass from the joint
+    inertia: Array  # (n, 3, 3) kg m², central
+    tip: Array  # (n, 3) m, far end from the joint
+    radius: Array  # (n,) m
+
+
+class Motion(NamedTuple):
+    """Where the bodies are and how they move, in the world W."""
+
+    origin: Array  # (n, 3) m, the joint that moves the body
+    rotation: Array  # (n, 3, 3), the link frame's axes as columns
+    velocity: Array  # (n, 3) m/s, of the origin
+    spin: Array  # (n, 3) rad/s
+
+
+class BodyEffect(Effect):
+    """A force and moment on each body, from its pose and velocity."""
+
+    @abstractmethod
+    def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
+        """Forces (n, 3) in N and moments (n, 3) in N m about the centres of mass, in W, at time t in s."""

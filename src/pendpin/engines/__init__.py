@@ -1,6 +1,6 @@
 """The engines: each computes a model's motion by its own equations, in its own coordinates."""
 
-from pendpin.engines.base import Derivative, Engine, Loads, Motion, Sample, Watch
+from pendpin.engines.base import Derivative, Engine, Loads, Sample, Watch
 from pendpin.engines.long_chain import LongChain
 from pendpin.engines.revolute import Revolute
 from pendpin.engines.thin import MAX_SPHERICAL, Directions, Spherical
@@ -12,7 +12,6 @@ __all__ = [
     "Engine",
     "Loads",
     "LongChain",
-    "Motion",
     "Revolute",
     "Sample",
     "Spherical",

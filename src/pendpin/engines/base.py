@@ -8,21 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.derivations.base import Array
+from pendpin.effects import Motion
 from pendpin.model import Model
 
 Derivative = Callable[[Array, float, Array], None]  # f(dy, t, y) fills dy
 Watch = Callable[[float], None]
 
 WATCH_EVERY = 2048  # evaluations between two calls of a watcher
-
-
-class Motion(NamedTuple):
-    """Where the bodies are and how they move, in the world W; one row for each of `Model.bodies`."""
-
-    origin: Array  # (n, 3) m, the joint that moves the body
-    rotation: Array  # (n, 3, 3), the link frame's axes as columns
-    velocity: Array  # (n, 3) m/s, of the origin
-    spin: Array  # (n, 3) rad/s
 
 
 @dataclass(frozen=True, eq=False)

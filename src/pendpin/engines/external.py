@@ -7,7 +7,7 @@ import numpy as np
 
 from pendpin.bodies import Body, pinocchio
 from pendpin.derivations.base import Array
-from pendpin.engines.base import Motion
+from pendpin.effects import Motion
 
 
 def external_forces(

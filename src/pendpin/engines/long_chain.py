@@ -7,10 +7,12 @@ import numpy as np
 from pendpin.derivations import chain
 from pendpin.derivations.base import Array
 from pendpin.derivations.chain_kinematics import motion
-from pendpin.engines.base import Derivative, Engine, Loads, Motion, Sample, Watch, counted
+from pendpin.effects import Motion
+from pendpin.engines.base import Derivative, Engine, Loads, Sample, Watch, counted
 from pendpin.model import FLIP, Model
 
 SIGNS = np.diag(FLIP)
+BATCH = 1 << 15  # rods solved at once, which bounds the memory
 
 
 class LongChain(Engine):
@@ -29,29 +31,36 @@ class LongChain(Engine):
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             dy[:nv] = y[nv:]
-            dy[nv:] = self._solve(t, y[:nv], y[nv:]).acceleration.reshape(-1)
+            dy[nv:] = self._solve(np.array([t]), y[None, :nv], y[None, nv:]).acceleration.reshape(-1)
 
         return counted(derivative, watch)
 
     def evaluate(self, t: Array, q: Array, v: Array) -> Sample:
         """As `Engine.evaluate`; the wrench on the massless cross is that on its rod, in the frame of the cross."""
-        a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
-        for i in range(len(q)):
-            found = self._solve(t[i], q[i], v[i])
-            a[i] = found.acceleration.reshape(-1)
-            wrench[i, 1::2] = found.wrench * np.tile(SIGNS, 2)
-            wrench[i, ::2] = _on_cross(found.wrench, q[i, 1::2])
-        return Sample(a, wrench)
+        size = max(1, BATCH // self._chain.n)
+        parts = [self._evaluate(*(x[i : i + size] for x in (t, q, v))) for i in range(0, len(t), size)]
+        return Sample(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
-    def _solve(self, t: float, q: Array, v: Array) -> chain.ChainSolution:
+    def _evaluate(self, t: Array, q: Array, v: Array) -> Sample:
+        found = self._solve(t, q, v)
+        wrench = np.empty((*q.shape, 6))
+        wrench[:, 1::2] = found.wrench * np.tile(SIGNS, 2)
+        wrench[:, ::2] = _on_cross(found.wrench, q[:, 1::2])
+        return Sample(found.acceleration.reshape(q.shape), wrench)
+
+    def _solve(self, t: Array, q: Array, v: Array) -> chain.ChainSolution:
+        """The chain equations at times (n,) and states (n, nv), all at once."""
         loads = self.loads
-        angles, rates = q.reshape(-1, 2), v.reshape(-1, 2)
-        torque = None if loads.torque is None else loads.torque(t, q, v).reshape(-1, 2)
-        force, moment = None, None
+        angles, rates = (x.reshape(len(t), -1, 2) for x in (q, v))
+        torque, force, moment = None, None, None
+        if loads.torque is not None:
+            torque = np.array([loads.torque(*state) for state in zip(t, q, v, strict=True)]).reshape(angles.shape)
         if loads.wrench is not None:
-            force, moment = (x * SIGNS for x in loads.wrench(t, self._motion(angles, rates)))
-        field = loads.field(t) * SIGNS
-        return chain.solve(self._chain, angles, rates, field, torque=torque, force=force, moment=moment)
+            states = zip(t, angles, rates, strict=True)
+            wrenches = [loads.wrench(time, self._motion(*state)) for time, *state in states]
+            force, moment = (np.array(x) * SIGNS for x in zip(*wrenches, strict=True))
+        field = loads.constant if loads.varying is None else np.array([loads.field(time) for time in t])
+        return chain.solve(self._chain, angles, rates, field * SIGNS, torque=torque, force=force, moment=moment)
 
     def _motion(self, q: Array, v: Array) -> Motion:
         found = motion(self._chain, q, v)
@@ -65,7 +74,7 @@ class LongChain(Engine):
 
 
 def _on_cross(wrench: Array, phi: Array) -> Array:
-    """Wrenches (n, 6) given in rods' body frames, in the link frames of their crosses."""
-    s, c = np.sin(phi)[:, None], np.cos(phi)[:, None]
-    x, y, z = (wrench.reshape(-1, 2, 3)[..., i] for i in range(3))
-    return (np.stack([c * x + s * z, y, c * z - s * x], -1) * SIGNS).reshape(-1, 6)
+    """Wrenches (..., 6) given in rods' body frames, in the link frames of their crosses."""
+    s, c = np.sin(phi)[..., None], np.cos(phi)[..., None]
+    x, y, z = (wrench.reshape(*phi.shape, 2, 3)[..., i] for i in range(3))
+    return (np.stack([c * x + s * z, y, c * z - s * x], -1) * SIGNS).reshape(wrench.shape)

@@ -15,7 +15,8 @@ from pendpin.derivations import chain_angles, chain_thin
 from pendpin.derivations.base import Array
 from pendpin.derivations.chain_inertia import ChainInertia
 from pendpin.derivations.chain_kinematics import Joints, rods_last
-from pendpin.engines.base import Derivative, Engine, Loads, Motion, Sample, Watch, counted
+from pendpin.effects import Motion
+from pendpin.engines.base import Derivative, Engine, Loads, Sample, Watch, counted
 from pendpin.engines.external import external_forces
 from pendpin.engines.long_chain import SIGNS, LongChain
 from pendpin.model import FLIP, Model
@@ -38,17 +39,18 @@ class Thin(Engine):
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
         """As `Engine.unpack`."""
         d, rate = self.directions(y)
-        bend = np.array([self.bend(*state) for state in zip(t, d, rate, strict=True)]).reshape(d.shape)
-        reading = chain_angles.read(d, rate, bend, near.reshape(-1, 2))
+        reading = chain_angles.read(d, rate, self.bend(t, d, rate), near.reshape(-1, 2))
         return reading.q.reshape(len(y), -1), reading.v.reshape(len(y), -1)
 
-    def bend(self, t: float, d: Array, rate: Array) -> Array:
-        """d'' (rods, 3) in I."""
-        force, moment = None, None
-        if self.loads.wrench is not None:
-            force, moment = (x * SIGNS for x in self.loads.wrench(t, _motion(self.chain, d, rate)))
-        field = self.loads.field(t) * SIGNS
-        return chain_thin.solve(self.chain, d, rate, field, force=force, moment=moment).acceleration
+    def bend(self, t: Array, d: Array, rate: Array) -> Array:
+        """d'' (n, rods, 3) in I, at times (n,)."""
+        loads, force, moment = self.loads, None, None
+        if loads.wrench is not None:
+            states = zip(t, d, rate, strict=True)
+            wrenches = [loads.wrench(time, _motion(self.chain, *state)) for time, *state in states]
+            force, moment = (np.array(x) * SIGNS for x in zip(*wrenches, strict=True))
+        field = loads.constant if loads.varying is None else np.array([loads.field(time) for time in t])
+        return chain_thin.solve(self.chain, d, rate, field * SIGNS, force=force, moment=moment).acceleration
 
     def evaluate(self, t: Array, q: Array, v: Array) -> Sample:
         """As `Engine.evaluate`, by the chain equations, whose reactions are regular at the pole too."""
@@ -94,7 +96,7 @@ class Directions(Thin):
             d, omega = y[:half].reshape(-1, 3), y[half:].reshape(-1, 3)
             rate = _cross(omega, d)
             dy[:half] = rate.reshape(-1)
-            dy[half:] = _cross(d, self.bend(t, d, rate)).reshape(-1)
+            dy[half:] = _cross(d, self.bend(np.array([t]), d[None], rate[None])[0]).reshape(-1)
 
         return counted(derivative, watch)
 
