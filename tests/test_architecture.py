@@ -12,6 +12,7 @@ ROWS = [
     {"errors"},
     {"files", "records"},
     {"derivations", "effects", "trajectory"},
+    {"urdf_xml"},
     {"scene", "urdf"},
     {"bodies"},
     {"model"},

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 
@@ -14,9 +13,10 @@ from pendpin.drawing import WORLD, Drawing, Shape
 from pendpin.model import Model, build
 from pendpin.scene import Scene, UrdfModel
 from pendpin.trajectory import Trajectory
-from pendpin.urdf import mesh_file, read_urdf
+from pendpin.urdf import mesh_file
+from pendpin.urdf_xml import parse
 
-COPPER, STEEL, BRASS = 0xD9622B, 0x59616B, 0xE0A23C
+COPPER, STEEL, BRASS = 0xD9622B, 0x7A8696, 0xE0A23C
 THINNEST = 0.006  # of the extent: what is thinner is drawn this thick, as radius
 
 
@@ -43,7 +43,7 @@ def _title(scene: Scene, model: Model) -> str:
 def _rod_shapes(model: Model, extent: float) -> Iterator[Shape]:
     thick = THINNEST * extent
     many = len(model.bodies) > 20
-    yield Shape("box", (12 * thick, 12 * thick, thick), _at(0, 0, 0.5 * thick), STEEL, WORLD)
+    yield Shape("box", (12 * thick, 12 * thick, thick), _at(0, 0, 3.5 * thick), STEEL, WORLD)
     for index, body in enumerate(model.bodies):
         radius = max(body.radius, thick * (0.4 if many else 1.0))
         yield _rod(body, index, radius, COPPER if index % 2 == 0 else BRASS)
@@ -76,7 +76,7 @@ def _at(x: float, y: float, z: float) -> Array:
 
 def _urdf_shapes(path: Path, model: Model) -> Iterator[Shape]:
     """The visuals of a URDF, each fixed to the joint that moves its link."""
-    robot = ElementTree.fromstring(read_urdf(path).text)
+    robot = parse(path.read_bytes())  # the model is built: every check has been passed
     materials = {str(material.get("name")): material for material in robot.findall("material")}
     assert model.pin is not None
     frames = {frame.name: frame for frame in model.pin.frames if frame.type == pinocchio().FrameType.BODY}

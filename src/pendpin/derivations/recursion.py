@@ -7,8 +7,8 @@ Rigid Body Dynamics Algorithms (2008), chapters 5 and 7, with three differences 
 - every vector is taken in the frame of the joint it belongs to, as a pair of 3-vectors, and accelerations are those of
   points of the link, not spatial ones;
 - the forces at zero joint acceleration come from Newton-Euler first; the articulated bodies then carry no velocities;
-- once a joint is released, its own row and column are set to the zero that they are, not computed (the multi-degree
-  joints of Pinocchio leave a residue there that grows along a chain).
+- what a matrix is known to be, it is made: symmetric, and zero in the row of a released joint. That keeps one to two
+  digits at 60 rods; for joints of more degrees of freedom, all of them (docs/pinocchio_notes.md).
 """
 
 from typing import Any, Literal, NamedTuple
