@@ -98,9 +98,7 @@ def run_main(*arguments: str) -> int:
 
 def contents(folder: Path) -> dict[str, bytes | None]:
     """Everything below a folder: bytes of the files, None for folders."""
-    return {
-        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None for path in folder.rglob("*")
-    }
+    return {str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None for path in folder.rglob("*")}
 
 
 assert tomllib.loads(SCENE)

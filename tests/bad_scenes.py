@@ -44,23 +44,47 @@ MODELS = {
     "negative mass": ("mass = 1.0", "mass = -1.0", "model.rods[0].mass: -1.0 is below 0"),
     "no mass at all": ("mass = 1.0", "mass = 0.0", "model.rods[0]: a rod needs a mass or a payload above 0"),
     "mass as text": ("mass = 1.0", 'mass = "1.0kg"', "model.rods[0].mass: '1.0kg' is not a number"),
-    "denormal rod": (ROD, "{ length = 5e-324, mass = 1 }", "model.rods[0]: the inertia about the joint, 0 kg m², is out of"),
-    "huge rod": ("length = 1.0, mass = 1.0", "length = 1e200, mass = 1e200", "model.rods[0]: the inertia about the joint"),
+    "denormal rod": (
+        ROD,
+        "{ length = 5e-324, mass = 1 }",
+        "model.rods[0]: the inertia about the joint, 0 kg m², is out of",
+    ),
+    "huge rod": (
+        "length = 1.0, mass = 1.0",
+        "length = 1e200, mass = 1e200",
+        "model.rods[0]: the inertia about the joint",
+    ),
     "negative radius": ("radius = 0.01", "radius = -0.01", "model.rods[0].radius: -0.01 is below 0"),
     "unknown rod key": ("radius = 0.01", "diameter = 0.02", "model.rods[0].diameter: unknown key"),
     "negative inertia": ("radius = 0.01", "inertia = [1, 1, -1]", "model.rods[0].inertia[2]: -1 is below 0"),
     "inertia of two": ("radius = 0.01", "inertia = [1, 1]", "model.rods[0].inertia[2]: missing"),
-    "inertia of four": ("radius = 0.01", "inertia = [1, 1, 1, 1]", "model.rods[0].inertia: 4 values, where 3 are wanted"),
-    "nothing about the joint": ("radius = 0.01", "com = 0, inertia = [0, 0, 0]", "a centre of mass away from its joint"),
+    "inertia of four": (
+        "radius = 0.01",
+        "inertia = [1, 1, 1, 1]",
+        "model.rods[0].inertia: 4 values, where 3 are wanted",
+    ),
+    "nothing about the joint": (
+        "radius = 0.01",
+        "com = 0, inertia = [0, 0, 0]",
+        "a centre of mass away from its joint",
+    ),
     "negative payload": ("radius = 0.01", "payload = -1", "model.rods[0].payload: -1 is below 0"),
     "no copies": (MODEL, f"{MODEL}\ncopies = 0", "model.copies: 0 is below 1"),
     "copies and a half": (MODEL, f"{MODEL}\ncopies = 1.5", "model.copies: 1.5 is not a whole number"),
     "copies as bool": (MODEL, f"{MODEL}\ncopies = true", "model.copies: True is not a whole number"),
     "10^30 copies": (MODEL, f"{MODEL}\ncopies = 1{'0' * 30}", "model.copies: 1000"),
-    "too many rods in all": (f"[{ROD}]", f"[{f'{ROD},' * 50}]\ncopies = 90000", "model: 4500000 rods, where 100000 are the"),
+    "too many rods in all": (
+        f"[{ROD}]",
+        f"[{f'{ROD},' * 50}]\ncopies = 90000",
+        "model: 4500000 rods, where 100000 are the",
+    ),
     "urdf without path": (SCENE, '[model]\nkind = "urdf"', "scene.toml: model.path: missing"),
     "path as number": (SCENE, '[model]\nkind = "urdf"\npath = 3', "scene.toml: model.path: 3 is not a path"),
-    "path with a null byte": (SCENE, '[model]\nkind = "urdf"\npath = "a\\u0000b"', r"a\x00b: cannot be read: embedded null"),
+    "path with a null byte": (
+        SCENE,
+        '[model]\nkind = "urdf"\npath = "a\\u0000b"',
+        r"a\x00b: cannot be read: embedded null",
+    ),
     "path of a folder": (SCENE, '[model]\nkind = "urdf"\npath = ""', ".: cannot be read: Is a directory"),
     "path without end": (SCENE, f'[model]\nkind = "urdf"\npath = "{"p" * 5000}"', "cannot be read: File name too long"),
     "model as number": ('[model]\nkind = "chain"\nrods =', "model = 3\nx =", "model: 3 is not a table with a `kind`"),
@@ -129,7 +153,10 @@ def _cases() -> list[Case]:
     bad: dict[str, tuple[Content, str]] = {
         name: (edited(SCENE, (old, new)), says) for name, (old, new, says) in (TOP | MODELS | REST).items()
     } | WHOLE
-    cases = [Case(f"scene: {name}", ("run", "scene.toml"), says, {"scene.toml": scene}) for name, (scene, says) in bad.items()]
+    cases = [
+        Case(f"scene: {name}", ("run", "scene.toml"), says, {"scene.toml": scene})
+        for name, (scene, says) in bad.items()
+    ]
     return [
         *cases,
         Case("scene: missing", ("run", "scene.toml"), "scene.toml: cannot be read: No such file or directory"),

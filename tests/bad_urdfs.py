@@ -42,15 +42,15 @@ NUMBERS = {
     "triangle broken": ('izz="0.0002"', 'izz="0.3"', "no real body has one above the sum of the others"),
     "triangle broken by huge": ('izz="0.0002"', 'izz="1e308"', "no real body has one above the sum"),
     "massless link with inertia": (MASS, '<mass value="0"/>', "a massless link has no inertia"),
-    "origin of two numbers": ('xyz="0 0 0.5"', 'xyz="0 0"', "joint 'theta': origin xyz: '0 0' is not three numbers"),
-    "origin of four numbers": ('rpy="0 0 0"', 'rpy="0 0 0 1"', "origin rpy: '0 0 0 1' is not three numbers"),
+    "origin of two numbers": ('xyz="0 0 0.5"', 'xyz="0 0"', "joint 'theta': origin xyz: '0 0' is not 3 numbers"),
+    "origin of four numbers": ('rpy="0 0 0"', 'rpy="0 0 0 1"', "origin rpy: '0 0 0 1' is not 3 numbers"),
     "origin with commas": ('xyz="0 0 0.5"', 'xyz="0,0,0.5"', "joint 'theta': origin xyz: '0,0,0.5' is not a number"),
     "nan in an origin": ('rpy="0 0 0"', 'rpy="0 nan 0"', "joint 'theta': origin rpy: 'nan' is not a number"),
     "huge origin": ('xyz="0 0 -0.5"', 'xyz="0 0 1e200"', "rod.urdf: its masses, lengths or inertia are too large"),
     "no-break spaces": ('xyz="0 0 0.5"', 'xyz="0\u00a00\u00a00.5"', "joint 'theta': origin xyz: "),
     "zero axis": (AXIS, '<axis xyz="0 0 0"/>', "joint 'phi': axis 0.0 0.0 0.0 has no direction"),
     "axis without xyz": (AXIS, "<axis/>", "joint 'phi': <axis> has no xyz"),
-    "axis of two numbers": (AXIS, '<axis xyz="1 0"/>', "joint 'phi': axis xyz: '1 0' is not three numbers"),
+    "axis of two numbers": (AXIS, '<axis xyz="1 0"/>', "joint 'phi': axis xyz: '1 0' is not 3 numbers"),
     "nan axis": (AXIS, '<axis xyz="nan 0 1"/>', "joint 'phi': axis xyz: 'nan' is not a number"),
     "swapped limits": (LIMIT, LIMIT.replace("-5", "5.5"), "joint 'phi': its limits are swapped: lower 5.5 > upper 5"),
     "nan limit": (LIMIT, LIMIT.replace("-5", "nan"), "joint 'phi': limit lower: 'nan' is not a number"),
@@ -61,7 +61,11 @@ NUMBERS = {
 }
 
 STRUCTURE = {
-    "two parents": ('<parent link="rod"/><child link="tip"/>', '<parent link="support"/><child link="rod"/>', "two joints"),
+    "two parents": (
+        '<parent link="rod"/><child link="tip"/>',
+        '<parent link="support"/><child link="rod"/>',
+        "two joints",
+    ),
     "kinematic loop": (END, LOOP, "every link hangs on another: a kinematic loop"),
     "detached loop": (END, RING, "a kinematic loop, cut off from 'support': 'b', 'a'"),
     "link on itself": ('<parent link="rod"/>', '<parent link="tip"/>', "a kinematic loop"),
@@ -71,7 +75,11 @@ STRUCTURE = {
     "no parent": (PARENT, "", "joint 'phi': <joint> has no <parent>"),
     "parent without link": (PARENT, "<parent/>", "joint 'phi': its parent link '' does not exist"),
     "mimic": (AXIS, '<mimic joint="theta"/>', "joint 'phi': <mimic> ties it to another joint"),
-    "universal joint": ('type="revolute"', 'type="universal"', "joint 'theta': type 'universal' is not one of: revolute"),
+    "universal joint": (
+        'type="revolute"',
+        'type="universal"',
+        "joint 'theta': type 'universal' is not one of: revolute",
+    ),
     "floating joint": ('type="revolute"', 'type="floating"', "joint 'theta': type 'floating' is not one of: revolute"),
     "no joint type": ('type="revolute"', "", "joint 'theta': type '' is not one of: revolute"),
     "same link twice": (END, '<link name="rod"/></robot>', "two links are named 'rod'"),
@@ -85,7 +93,18 @@ STRUCTURE = {
     "no geometry": (f"<geometry>{VISUAL}</geometry>", "", "link 'rod': a visual needs a <geometry> with one of: box"),
     "unknown geometry": (VISUAL, "<cone/>", "link 'rod': a visual needs a <geometry> with one of: box"),
     "negative radius": (VISUAL, VISUAL.replace("0.01", "-1"), "link 'rod': cylinder radius: a size is negative"),
-    "box of two numbers": (VISUAL, '<box size="1 1"/>', "link 'rod': box size: '1 1' is not three numbers"),
+    "box of two numbers": (VISUAL, '<box size="1 1"/>', "link 'rod': box size: '1 1' is not 3 numbers"),
+    "capsule without radius": (VISUAL, '<capsule length="1"/>', "link 'rod': <capsule> has no radius"),
+    "color by name": (
+        "</geometry>",
+        '</geometry><material name="m"><color rgba="red"/></material>',
+        "link 'rod': visual: color rgba: 'red' is not",
+    ),
+    "color of two": (
+        END,
+        '<material name="m"><color rgba="1 0"/></material>' + END,
+        "material 'm': color rgba: '1 0' is not 4",
+    ),
     "truncated": (ROD[700:], "", "not well-formed XML"),
     "two documents": (END, END + ROD, "not well-formed XML: junk after document element"),
     "unknown entity": ('name="rod"', 'name="&rod;"', "not well-formed XML: undefined entity"),
@@ -114,7 +133,10 @@ WHOLE: dict[str, tuple[Content, str]] = {
     "binary": (bytes(range(256)) * 40, "rod.urdf: not well-formed XML"),
     "null bytes": (b"\0" * 5000, "rod.urdf: not well-formed XML"),
     "not XML": ("solid mesh\n facet normal 0 0 1\n", "rod.urdf: not well-formed XML"),
-    "another format": ("<sdf version='1.6'><model name='rod'/></sdf>", "the root element is <sdf>; a URDF's is <robot>"),
+    "another format": (
+        "<sdf version='1.6'><model name='rod'/></sdf>",
+        "the root element is <sdf>; a URDF's is <robot>",
+    ),
     "xacro": (
         '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r"><xacro:property name="m" value="1"/></robot>',
         "it is a xacro file; run xacro first",
@@ -122,7 +144,10 @@ WHOLE: dict[str, tuple[Content, str]] = {
     "namespace": ('<robot xmlns="urn:x"/>', "the root element is <{urn:x}robot>"),
     "no links": ("<robot/>", "rod.urdf: it has no <link>"),
     "one link": ('<robot><link name="a"/></robot>', "rod.urdf: no joint of it can move"),
-    "all massless": (edited(chain(2), ("<inertial>", "<n>"), ("</inertial>", "</n>")).replace("inertial", "n"), "no inertia"),
+    "all massless": (
+        edited(chain(2), ("<inertial>", "<n>"), ("</inertial>", "</n>")).replace("inertial", "n"),
+        "no inertia",
+    ),
     "massless last link": (
         edited(ROD, (MASS, '<mass value="0"/>'), (INERTIA, 'ixx="0"'), ('iyy="0.0834"', 'iyy="0"'), ("0.0002", "0")),
         "joint 'theta' moves no inertia: its links are massless",
@@ -151,7 +176,10 @@ def _cases() -> list[Case]:
         name: (edited(ROD, (old, new)), says) for name, (old, new, says) in (NUMBERS | STRUCTURE).items()
     } | WHOLE
     run = ("run", "scene.toml")
-    cases = [Case(f"urdf: {name}", run, says, {"scene.toml": URDF_SCENE, "rod.urdf": urdf}) for name, (urdf, says) in bad.items()]
+    cases = [
+        Case(f"urdf: {name}", run, says, {"scene.toml": URDF_SCENE, "rod.urdf": urdf})
+        for name, (urdf, says) in bad.items()
+    ]
     missing = "rod.urdf: cannot be read: No such file or directory"
     return [
         *cases,

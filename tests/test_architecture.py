@@ -21,6 +21,7 @@ ROWS = [
     {"dynamics"},
     {"solvers"},
     {"simulation"},
+    {"routes", "sizes"},
     {"crosschecks"},
     {"drawing", "plot"},
     {"page", "scenery"},

@@ -1,11 +1,12 @@
 """The bodies of a Pinocchio model and the rods among them that hang on universal joints."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from pendpin.derivations.base import Array, RodInertia
+from pendpin.derivations.recursion import Tree
 from pendpin.errors import MissingLibrary
 
 
@@ -79,7 +80,9 @@ def _link(model: Any, joint: int) -> str:
 
 def find_rods(model: Any) -> tuple[RodJoint, ...]:
     """The rods on universal joints of a pin.Model, in model order."""
-    axes, children = _revolute_axes(model), np.bincount(list(model.parents)[1:], minlength=model.njoints)
+    joints = [_kind_and_axis(model.joints[i]) for i in range(1, model.njoints)]
+    axes = {i: axis for i, (kind, axis) in enumerate(joints, start=1) if kind == "revolute"}
+    children = np.bincount(list(model.parents)[1:], minlength=model.njoints)
     found = []
     for phi in range(2, model.njoints):
         theta, mount = model.parents[phi], model.jointPlacements[phi]
@@ -90,17 +93,6 @@ def find_rods(model: Any) -> tuple[RodJoint, ...]:
         if perpendicular and cross.mass == 0 and not cross.inertia.any() and not mount.translation.any():
             found.append(_rod_joint(model, theta, phi, axes))
     return tuple(found)
-
-
-def _revolute_axes(model: Any) -> dict[int, Array]:
-    axes, zero = {}, np.zeros(model.nq)
-    for index in range(1, model.njoints):
-        joint = model.joints[index]
-        if joint.shortname().startswith("JointModelR"):
-            data = joint.createData()
-            joint.calc(data, zero)
-            axes[index] = np.array(data.S).reshape(6)[3:]
-    return axes
 
 
 def _rod_joint(model: Any, theta: int, phi: int, axes: dict[int, Array]) -> RodJoint:
@@ -121,3 +113,27 @@ def _in_body(inertia: Any, frame: Array) -> RodInertia | None:
     if off_axis or not_diagonal:
         return None
     return RodInertia(float(inertia.mass), float(lever[2]), *map(float, principal))
+
+
+def tree_of(model: Any) -> Tree:
+    """The plain data of a pin.Model whose joints all have one degree of freedom."""
+    joints = range(1, model.njoints)
+    kinds, axes = zip(*(_kind_and_axis(model.joints[i]) for i in joints), strict=True)
+    places, inertias = [model.jointPlacements[i] for i in joints], [model.inertias[i] for i in joints]
+    return Tree(
+        parents=tuple(int(model.parents[i]) - 1 for i in joints),
+        kinds=kinds,
+        axes=np.array(axes),
+        rotations=np.array([place.rotation for place in places]),
+        translations=np.array([place.translation for place in places]),
+        masses=np.array([inertia.mass for inertia in inertias]),
+        coms=np.array([inertia.lever for inertia in inertias]),
+        inertias=np.array([inertia.inertia for inertia in inertias]),
+    )
+
+
+def _kind_and_axis(joint: Any) -> tuple[Literal["revolute", "prismatic"], Array]:
+    data = joint.createData()
+    joint.calc(data, np.zeros(joint.nq))
+    slide, turn = np.array(data.S).reshape(2, 3)
+    return ("revolute", turn) if turn.any() else ("prismatic", slide)

@@ -138,10 +138,11 @@ def view(
     from pendpin.trajectory import Trajectory
 
     trajectory = Trajectory.load(run)
-    if html is None:
-        _show(trajectory)
-    else:
-        _print_files([_write_page(trajectory, html)])
+    with inside(str(run)):
+        if html is None:
+            _show(trajectory)
+        else:
+            _print_files([_write_page(trajectory, html)])
 
 
 @app.command()
@@ -269,10 +270,13 @@ def _print_check(report: "Report", as_json: bool) -> None:
         _print_json(asdict(report) | {"ok": report.ok})
         return
     rows = [
-        [r.quantity, f"{r.first} / {r.second}", f"{r.relative:.1e}", f"{r.ulps:.1f}", str(r.state), _verdict(r.ok)]
+        [r.quantity, r.place, f"{r.first} / {r.second}", f"{r.relative:.1e}", f"{r.ulps:.1f}", str(r.state), _verdict(r.ok)]
         for r in report.rows
     ]
-    _print_table(["quantity", "routes", "worst, relative", "ulps", "at state", ""], rows)
+    _print_table(["quantity", "of", "routes", "relative", "ulps", "state", ""], rows)
+    if found := report.worst_route:
+        name, row = found
+        print(f"farthest from {row.second} ({report.judged} states): {name}, {row.ulps:.1f} ulps in {row.quantity} of {row.place}")
     print(f"{report.states} states, bound {report.bound:g} of the terms that enter: {_verdict(report.ok)}")
 
 
@@ -283,10 +287,11 @@ def _verdict(ok: bool) -> str:
 def _print_table(head: list[str], rows: list[list[str]]) -> None:
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(*head, show_header=any(head[1:]))
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(Text, row))  # no markup in what users named
     console = Console()
     console.print(table)
 

@@ -1,25 +1,22 @@
 """The routes side by side: the same states through every route, the worst difference of every pair."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
-from pendpin.derivations import balances, lagrange, newton_euler
-from pendpin.derivations.base import Array, RodInertia, RodSolution
-from pendpin.bodies import RodJoint
-from pendpin.dynamics import Dynamics, bind, reactions
-from pendpin.engines import Revolute
+from pendpin.derivations.base import Array, RodSolution
+from pendpin.dynamics import Dynamics, bind
 from pendpin.errors import InputError
+from pendpin.routes import JUDGE, Answer, HandRoute, engine_routes, hand_routes, judge, other_joints
 from pendpin.scene import Scene
+from pendpin.sizes import rod_sizes, tree_sizes
 from pendpin.trajectory import Trajectory
 
-Solution = Mapping[str, Array]  # some or all of the quantities of RodSolution, by name
-Route = Callable[[RodInertia, Array, Array, Array], Solution]
-
-BOUND = 1e-13  # of the terms that enter: a hundred roundings or so
+BOUND = 1e-13  # of the terms that enter, weighed by their condition, for each rod that errors are handed through
 LARGEST_RATE = 100.0  # rad/s
+JUDGED_JOINTS = 400  # states times joints that the judge is given: some seconds
 
 
 @dataclass(frozen=True)
@@ -27,18 +24,20 @@ class Row:
     """The worst difference between two routes in one quantity."""
 
     quantity: str
+    place: str  # the joint or rod
     first: str
     second: str
-    relative: float  # to the sum of the sizes of the terms that enter the quantity
-    ulps: float  # of that sum
+    relative: float  # to the sizes of the terms that enter the quantity (pendpin.sizes)
+    ulps: float  # of that size
     state: int  # where: index of the state
     q: tuple[float, ...]
     v: tuple[float, ...]
+    bound: float
 
     @property
     def ok(self) -> bool:
-        """Whether the difference is within BOUND; a NaN is not."""
-        return self.relative <= BOUND
+        """Whether the difference is within the bound; a NaN is not."""
+        return self.relative <= self.bound
 
 
 @dataclass(frozen=True)
@@ -47,13 +46,28 @@ class Report:
 
     rows: tuple[Row, ...]
     states: int
+    judged: int  # how many of the states the judge in 50 digits was given
     routes: tuple[str, ...]
-    bound: float = BOUND
+    bound: float
 
     @property
     def ok(self) -> bool:
         """Whether every row is within the bound."""
         return all(row.ok for row in self.rows)
+
+    @property
+    def worst(self) -> Row:
+        """The row with the largest relative difference, NaN above all."""
+        return max(self.rows, key=_badness)
+
+    @property
+    def worst_route(self) -> tuple[str, Row] | None:
+        """The route farthest from the judge, and the row that says so; None without a judge."""
+        judged = [row for row in self.rows if JUDGE in (row.first, row.second)]
+        if not judged:
+            return None
+        row = max(judged, key=_badness)
+        return (row.first if row.second == JUDGE else row.second), row
 
     @property
     def fault(self) -> str | None:
@@ -66,122 +80,140 @@ class Report:
         who = f"{suspects[0]} disagrees" if len(suspects) == 1 else "the routes disagree"
         worst = self.worst
         return (
-            f"{who} in {quantities}; worst: {worst.quantity}, {worst.first} against {worst.second}, by "
-            f"{worst.relative:.2g} of its terms (bound {self.bound:g}) at q = {_numbers(worst.q)}, v = {_numbers(worst.v)}"
+            f"{who} in {quantities}; worst: {worst.quantity} of {worst.place}, {worst.first} against {worst.second}, by "
+            f"{worst.relative:.2g} of its terms (bound {self.bound:g}), at state {worst.state}: q = {_numbers(worst.q)}, "
+            f"v = {_numbers(worst.v)}"
         )
 
-    @property
-    def worst(self) -> Row:
-        """The row with the largest relative difference, NaN above all."""
-        return max(self.rows, key=lambda row: np.inf if np.isnan(row.relative) else row.relative)
+
+def _badness(row: Row) -> float:
+    return np.inf if np.isnan(row.relative) else row.relative
 
 
 def _numbers(values: tuple[float, ...]) -> str:
-    return "(" + ", ".join(f"{value:.6g}" for value in values) + ")"
+    shown = ", ".join(f"{value:.6g}" for value in values[:6])
+    return f"({shown}{', ...' if len(values) > 6 else ''})"
 
 
-def crosscheck(scene: Scene, states: int = 1000, seed: int = 0, routes: Mapping[str, Route] | None = None) -> Report:
-    """Compare the routes on random states: all angles, rates up to 100 rad/s.
+def crosscheck(scene: Scene, states: int = 1000, seed: int = 0, routes: Mapping[str, HandRoute] | None = None) -> Report:
+    """Compare the routes on random states: all angles, rates up to 100 rad/s; the worst states go before the judge.
 
-    `routes` adds the user's own: name -> f(rod, q, v, field) -> {quantity: values (states,)}, for any of theta_dd,
-    phi_dd, R1, R2, R3, M3, Mc; rod is a RodInertia, q, v are (states, 2), the uniform field (3,) is in the inertial
-    frame I (z down). Raises InputError for a model that the hand routes do not cover.
+    `routes` adds the user's own for a single rod: name -> f(rod, q, v, field) -> {quantity: values (states,)}, for any
+    of theta_dd, phi_dd, R1, R2, R3, M3, Mc; rod is a RodInertia, q, v are (states, 2), the uniform field (3,) is in the
+    inertial frame I (z down). Raises InputError where fewer than two routes cover the model.
     """
     if states < 1:
         raise InputError(f"states: {states} is not a count of 1 or more")
-    dynamics = bind(scene)
-    random = np.random.default_rng(seed)
+    dynamics, random = bind(scene), np.random.default_rng(seed)
     nv = len(dynamics.model.joints)
-    q = random.uniform(-np.pi, np.pi, (states, nv))
-    return _compare(dynamics, q, random.uniform(-LARGEST_RATE, LARGEST_RATE, (states, nv)), routes or {})
+    q, v = random.uniform(-np.pi, np.pi, (states, nv)), random.uniform(-LARGEST_RATE, LARGEST_RATE, (states, nv))
+    return _compare(dynamics, q, v, routes or {}, judged=max(2, JUDGED_JOINTS // nv))
 
 
-def along(trajectory: Trajectory) -> Report | None:
-    """The same comparison at the states of a run; None where the hand routes do not cover its model."""
-    dynamics = bind(Scene(**trajectory.scene))
-    return _compare(dynamics, trajectory.q, trajectory.v, {}) if covered(dynamics) else None
+def along(trajectory: Trajectory, most: int = 600) -> Report | None:
+    """The same comparison at states of a run, at most so many; None where fewer than two routes cover its model."""
+    scene = Scene(**trajectory.scene)
+    chosen = slice(None, None, -(-len(trajectory.t) // most))
+    dynamics = bind(scene)
+    if dynamics.model.pin is None:
+        return None
+    return _compare(dynamics, trajectory.q[chosen], trajectory.v[chosen], {}, judged=0)
 
 
-def covered(dynamics: Dynamics) -> bool:
-    """Whether the hand routes for one rod apply to a model."""
-    rods = dynamics.model.rods
-    return len(dynamics.model.joints) == 2 and len(rods) == 1 and rods[0].inertia is not None
+def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute], judged: int) -> Report:
+    by_hand = _one_free_rod(dynamics)
+    if own and not by_hand:
+        raise InputError("own routes need a single rod on a universal joint, its centre of mass on its axis")
+    if dynamics.model.pin is None:
+        raise InputError(f"{len(dynamics.model.joints)} joints are too many for Pinocchio: no second route to compare")
+    routes = engine_routes(dynamics) | (hand_routes(dynamics, own) if by_hand else {})
+    answers = {name: route(q, v) for name, route in routes.items()}
+    sizes = _sizes(dynamics, q, v, answers["pinocchio"], by_hand)
+    states = _States(np.arange(len(q)), q, v, sizes, _places(dynamics))
+    rows = [row for pair in combinations(answers, 2) for row in _rows(pair, answers, states)]
+    if judged:
+        chosen = _worst_states(answers, sizes, judged)
+        answers = {name: {k: x[chosen] for k, x in answer.items()} for name, answer in answers.items()}
+        answers[JUDGE] = judge(dynamics)(q[chosen], v[chosen])
+        sizes, judged = {k: x[chosen] for k, x in sizes.items()}, len(chosen)
+        states = _States(chosen, q[chosen], v[chosen], sizes, states.places)
+        rows += [row for name in routes for row in _rows((name, JUDGE), answers, states)]
+    return Report(tuple(rows), len(q), judged, tuple(routes), states.bound)
 
 
-def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, Route]) -> Report:
-    if not covered(dynamics):
-        raise InputError("the hand routes need one rod on a universal joint, its centre of mass on its axis")
-    rod = dynamics.model.rods[0]
-    inertia = rod.inertia
-    assert inertia is not None
-    turn = np.array([rod.sign, 1.0])
-    hand_q, hand_v, field = q * turn, v * turn, rod.base.T @ dynamics.loads.field(0.0)
-    reference = _pinocchio(dynamics, rod, q, v)
-    solutions: dict[str, Solution] = {"pinocchio": reference._asdict()}
-    for name, route in (_HAND_ROUTES | dict(own)).items():
-        solutions[name] = route(inertia, hand_q, hand_v, field)
-    sizes = term_sizes(inertia, hand_q, hand_v, field, reference)
-    rows = [
-        _row(quantity, pair, solutions, sizes, q, v)
-        for quantity in RodSolution._fields
-        for pair in combinations(solutions, 2)
-        if all(quantity in solutions[name] for name in pair)
-    ]
-    return Report(tuple(rows), len(q), tuple(solutions))
+def _one_free_rod(dynamics: Dynamics) -> bool:
+    """Whether the hand routes for one rod apply: a single rod on its axis, and fields alone."""
+    model, loads = dynamics.model, dynamics.loads
+    one = len(model.joints) == 2 and len(model.rods) == 1 and model.rods[0].inertia is not None
+    return one and loads.torque is None and loads.wrench is None
 
 
-def _lagrange(rod: RodInertia, q: Array, v: Array, field: Array) -> Solution:
-    theta_dd, phi_dd = np.moveaxis(lagrange.accelerations(rod, q, v, field), -1, 0)
-    return {"theta_dd": theta_dd, "phi_dd": phi_dd}
+@dataclass(frozen=True, eq=False)
+class _States:
+    """The states of a comparison, how large the terms are there, and the names of each quantity's columns."""
+
+    index: Array  # (n,)
+    q: Array  # (n, nv)
+    v: Array
+    sizes: dict[str, Array]  # quantity -> (n, places)
+    places: dict[str, list[str]]
+
+    @property
+    def bound(self) -> float:
+        """BOUND for every rod, or two joints, that rounding errors are handed through."""
+        return BOUND * max(1, self.q.shape[1] / 2)
 
 
-_HAND_ROUTES: dict[str, Route] = {
-    "newton-euler": lambda *given: newton_euler.solve(*given)._asdict(),
-    "balances": lambda *given: balances.solve(*given)._asdict(),
-    "lagrange": _lagrange,
-}
+def _sizes(dynamics: Dynamics, q: Array, v: Array, reference: Answer, by_hand: bool) -> dict[str, Array]:
+    model, field = dynamics.model, dynamics.loads.field(0.0)
+    if by_hand:
+        rod = model.rods[0]
+        solution = RodSolution(*(np.ravel(reference[name]) for name in RodSolution._fields))
+        found = rod_sizes(rod.inertia, q, v, rod.base.T @ field, solution)  # pyright: ignore[reportArgumentType]
+        return {name: x[:, None] for name, x in found._asdict().items()}
+    keys = ("theta_dd", "phi_dd") if "theta_dd" in reference else ("acceleration",)
+    found = tree_sizes(model, field, q, v, np.concatenate([reference[key] for key in keys], -1))
+    at = [rod.phi for rod in model.rods]
+    sizes = dict(zip(keys, np.split(found.acceleration, len(keys), -1), strict=True))
+    sizes |= {name: found.force[:, at] for name in ("R1", "R2", "R3")}
+    sizes |= {name: found.moment[:, at] for name in ("M3", "Mc")}
+    others = other_joints(model)
+    return sizes | {"force": np.repeat(found.force[:, others], 3, -1), "moment": np.repeat(found.moment[:, others], 3, -1)}
 
 
-def _pinocchio(dynamics: Dynamics, rod: RodJoint, q: Array, v: Array) -> RodSolution:
-    a, wrench = Revolute(dynamics.model, dynamics.loads).evaluate(np.zeros(len(q)), q, v)
-    found = reactions(dynamics.model, q, wrench)
-    assert found is not None
-    return RodSolution(rod.sign * a[:, rod.theta], a[:, rod.phi], *(column[:, 0] for column in found))
+def _places(dynamics: Dynamics) -> dict[str, list[str]]:
+    model = dynamics.model
+    rods = [rod.link for rod in model.rods]
+    others = [f"{model.joints[joint]} {axis}" for joint in other_joints(model) for axis in "xyz"]
+    places = {"theta_dd": rods, "phi_dd": rods, "acceleration": list(model.joints), "force": others, "moment": others}
+    return places | {name: rods for name in ("R1", "R2", "R3", "M3", "Mc")}
 
 
-def term_sizes(rod: RodInertia, q: Array, v: Array, field: Array, solution: RodSolution) -> RodSolution:
-    """The sum of the absolute terms that enter each quantity: what its rounding errors are relative to.
-
-    Taken from the balances of docs/derivation.md, section 3, with every product of components counted by its size.
-    """
-    m, h, I1, I2, I3 = rod._replace(h=abs(rod.h))
-    J1, J2 = I1 + m * h * h, I2 + m * h * h
-    (s_t, s), (c_t, c) = np.abs(np.sin(q)).T, np.abs(np.cos(q)).T
-    dt, dp = np.abs(v).T
-    gx, gy, gz = np.abs(field)
-    along = s_t * gy + c_t * gz
-    G1, G2, G3 = c * gx + s * along, c_t * gy + s_t * gz, s * gx + c * along
-    alpha1 = np.abs(solution.theta_dd) * c + dt * dp * s
-    alpha2 = np.abs(solution.phi_dd)
-    alpha3 = np.abs(solution.theta_dd) * s + dt * dp * c
-
-    theta_dd = c * (2 * (J1 + I3) * dt * dp * s + m * h * G2) / (J1 * c**2 + I3 * s**2)
-    phi_dd = (m * h * G1 + (J1 + I3) * dt**2 * s * c) / J2
-    R1 = m * (h * (alpha2 + dt**2 * s * c) + G1)
-    R2 = m * (h * (alpha1 + dt * dp * s) + G2)
-    R3 = m * (h * (dp**2 + dt**2 * c**2) + G3)
-    moment1 = J1 * alpha1 + (I3 + J2) * dt * dp * s + m * h * G2
-    moment3 = I3 * alpha3 + (J1 + J2) * dt * dp * c
-    Mc = s * moment1 + c * moment3
-    return RodSolution(theta_dd, phi_dd, R1, R2, R3, Mc * c, Mc)
+def _relative(first: Array, second: Array, size: Array) -> Array:
+    """Differences over sizes (n, places); the numbers may be of the judge."""
+    with np.errstate(invalid="ignore"):  # NaN is an answer too, and a broken one
+        return np.abs(first - second).astype(float) / np.maximum(size, np.finfo(float).tiny)
 
 
-def _row(
-    quantity: str, pair: tuple[str, str], solutions: dict[str, Solution], sizes: RodSolution, q: Array, v: Array
-) -> Row:
-    first, second = (np.asarray(solutions[name][quantity], float) for name in pair)
-    size = np.maximum(getattr(sizes, quantity), np.finfo(float).tiny)
-    relative = np.abs(first - second) / size
-    worst = int(np.argmax(np.where(np.isnan(relative), np.inf, relative)))
-    ulps = np.abs(first - second)[worst] / np.spacing(size[worst])
-    return Row(quantity, *pair, float(relative[worst]), float(ulps), worst, tuple(q[worst]), tuple(v[worst]))
+def _worst_states(answers: Mapping[str, Answer], sizes: dict[str, Array], count: int) -> Array:
+    """The states at which routes differ most, half of the count, and the first ones."""
+    n = len(next(iter(sizes.values())))
+    worst = np.zeros(n)
+    for one, other in combinations(answers.values(), 2):
+        for quantity in one.keys() & other.keys():
+            worst = np.fmax(worst, _relative(one[quantity], other[quantity], sizes[quantity]).max(-1))
+    return np.unique([*np.argsort(worst)[-max(1, count // 2) :], *range(min(n, count - count // 2))])
+
+
+def _rows(pair: tuple[str, str], answers: Mapping[str, Answer], states: _States) -> list[Row]:
+    one, other = (answers[name] for name in pair)
+    return [_row(quantity, pair, one[quantity], other[quantity], states) for quantity in one if quantity in other]
+
+
+def _row(quantity: str, pair: tuple[str, str], first: Array, second: Array, states: _States) -> Row:
+    size = states.sizes[quantity]
+    relative = _relative(first, second, size)
+    i, j = np.unravel_index(int(np.argmax(np.where(np.isnan(relative), np.inf, relative))), relative.shape)
+    ulps = float(relative[i, j] * size[i, j] / np.spacing(max(size[i, j], np.finfo(float).tiny)))
+    state = (int(states.index[i]), tuple(states.q[i].tolist()), tuple(states.v[i].tolist()))
+    return Row(quantity, states.places[quantity][j], *pair, float(relative[i, j]), ulps, *state, states.bound)

@@ -129,7 +129,7 @@ def bind(scene: Scene) -> Dynamics:
     return Dynamics(build(scene.model), scene.effects, scene.solver.engine)
 
 
-def reactions(model: Model, q: Array, wrench: Array) -> Reactions | None:
+def reactions(model: Model, q: Array, wrench: Array, xp: Any = np) -> Reactions | None:
     """R1, R2, R3, M3, Mc (n, rods) from q (n, nv) and wrenches (n, joints, 6); None without universal joints."""
     if not model.rods:
         return None
@@ -137,6 +137,6 @@ def reactions(model: Model, q: Array, wrench: Array) -> Reactions | None:
     frames = np.array([rod.frame for rod in model.rods])
     R1, R2, minus_R3 = np.einsum("nri,rij->jnr", wrench[:, phi, :3], frames)
     M1, _, M3 = np.einsum("nri,rij->jnr", wrench[:, phi, 3:], frames)
-    s, c = np.sin(q[:, phi]), np.cos(q[:, phi])
+    s, c = xp.sin(q[:, phi]), xp.cos(q[:, phi])
     Mc = c * M3 - s * M1  # along a3
     return Reactions(R1, R2, -minus_R3, Mc * c, Mc)

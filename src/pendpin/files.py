@@ -13,7 +13,7 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError, inside, shown
 
 MAX_HEADER_BYTES = 10_000
 MAX_ARRAYS_BYTES = 4_000_000_000  # what the arrays of one file may hold in all
@@ -21,16 +21,21 @@ MAX_ARRAYS_BYTES = 4_000_000_000  # what the arrays of one file may hold in all
 
 def read_whole(path: Path, most: int, what: str) -> bytes:
     """The bytes of a file. Raises InputError, without the path, where it cannot be read or has more than `most`."""
+    with _reading(), path.open("rb") as file:
+        data = file.read(most + 1)
+    if len(data) > most:
+        raise InputError(f"larger than the {most / 1e6:g} MB that {what} may have")
+    return data
+
+
+@contextmanager
+def _reading() -> Iterator[None]:
     try:
-        with path.open("rb") as file:
-            data = file.read(most + 1)
+        yield
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}") from None
     except ValueError as error:  # a null byte in the path
         raise InputError(f"cannot be read: {error}") from None
-    if len(data) > most:
-        raise InputError(f"larger than the {most / 1e6:g} MB that {what} may have")
-    return data
 
 
 def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> Path:
@@ -115,25 +120,29 @@ class ArrayFile:
     def _header(self, name: str) -> Announced:
         with self._archive.open(f"{name}.npy") as member:
             head = BytesIO(member.read(MAX_HEADER_BYTES))  # a header that claims more is cut off, and refused
-        version = np.lib.format.read_magic(head)
-        if version not in {(1, 0), (2, 0)}:
-            raise ValueError(f"array {shown(name)} is of an unknown format")
-        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        shape, _, dtype = read(head)
+        try:
+            version = np.lib.format.read_magic(head)
+            read = _HEADERS[version]
+            shape, _, dtype = read(head)
+        except Exception:  # NumPy evaluates the header as a literal, which fails in many ways
+            raise ValueError(f"array {shown(name)} has no header that NumPy writes") from None
         if dtype.hasobject or min(shape, default=0) < 0:
             raise ValueError(f"array {shown(name)} holds no plain numbers or text")
         return Announced(dtype, shape)
 
 
+_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+
+
 @contextmanager
 def open_arrays(path: Path, what: str) -> Iterator[ArrayFile]:
     """Open an .npz file; whatever is wrong with it, here or in the block, raises InputError: it is not `what`."""
+    with inside(str(path)), _reading():
+        file = path.open("rb")
     try:
-        with zipfile.ZipFile(path) as archive:
+        with file, zipfile.ZipFile(file) as archive:
             yield ArrayFile(archive)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     except MemoryError:
         raise
-    except Exception as error:  # zipfile, zlib and numpy raise a dozen kinds for a damaged file
+    except Exception as error:  # zipfile, zlib and NumPy raise a dozen kinds for a damaged file
         raise InputError(f"{path}: not {what}: {str(error) or type(error).__name__}") from None

@@ -1,11 +1,12 @@
 """A run as one figure: energy, angles and joint reactions against time."""
 
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pendpin.errors import InputError
+from pendpin.errors import InputError, one_line
 from pendpin.files import write_whole
 from pendpin.trajectory import Trajectory
 
@@ -17,7 +18,9 @@ def save_plot(trajectory: Trajectory, path: str | Path) -> Path:
     """Write the figure of a run to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
     path = Path(path)
     kind, figure = picture_kind(path), draw(trajectory)
-    return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=150))
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
+        return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=150))
 
 
 def picture_kind(path: Path) -> str:
@@ -45,8 +48,15 @@ def draw(trajectory: Trajectory) -> Any:
             ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
     axes[-1].set_xlabel("time, s")
     stats = trajectory.stats
-    figure.suptitle(f"{stats.method}, tolerance {stats.tolerance:g}, {stats.evaluations} evaluations", fontsize=10)
+    title = f"{_plain(stats.method)}, tolerance {stats.tolerance:g}, {stats.evaluations} evaluations"
+    figure.suptitle(title, fontsize=10)
     return figure
+
+
+def _plain(name: str) -> str:
+    """A name as matplotlib shows it letter by letter: no mathematics between dollars, and never left out."""
+    text = one_line(name[:40]).replace("$", r"\$")
+    return f" {text}" if text.startswith("_") else text
 
 
 def _energy(ax: Any, trajectory: Trajectory) -> None:
@@ -66,7 +76,7 @@ def _drift(ax: Any, trajectory: Trajectory) -> None:
 
 def _angles(ax: Any, trajectory: Trajectory) -> None:
     for column in _shown(len(trajectory.joints)):
-        ax.plot(trajectory.t, trajectory.q[:, column], label=trajectory.joints[column], linewidth=1.2)
+        ax.plot(trajectory.t, trajectory.q[:, column], label=_plain(trajectory.joints[column]), linewidth=1.2)
     ax.set_ylabel("position, rad" if trajectory.rods is not None else "position, rad or m")
 
 
@@ -74,7 +84,7 @@ def _forces(ax: Any, trajectory: Trajectory) -> None:
     if trajectory.rods is None:
         for column in _shown(len(trajectory.joints)):
             size = np.linalg.norm(trajectory.wrench[:, column, :3], axis=-1)
-            ax.plot(trajectory.t, size, label=trajectory.joints[column], linewidth=1.2)
+            ax.plot(trajectory.t, size, label=_plain(trajectory.joints[column]), linewidth=1.2)
         ax.set_ylabel("joint force, N")
         return
     count = trajectory.rods.R1.shape[1]

@@ -10,6 +10,7 @@ from pendpin import kinematics
 from pendpin.bodies import Body, pinocchio
 from pendpin.derivations.base import Array
 from pendpin.drawing import WORLD, Drawing, Shape
+from pendpin.errors import InputError
 from pendpin.model import Model, build
 from pendpin.scene import Scene, UrdfModel
 from pendpin.trajectory import Trajectory
@@ -24,6 +25,8 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
     """The drawing of a run. Raises InputError where the run's model cannot be built again, as when its URDF is gone."""
     scene = Scene(**trajectory.scene)
     model = build(scene.model)
+    if model.joints != trajectory.joints or len(model.bodies) != trajectory.tip.shape[1]:
+        raise InputError("the run does not fit its model, which has changed since, or another has its name")
     points = trajectory.tip.reshape(-1, 3)
     extent = float(np.linalg.norm(points, axis=-1).max()) or 1.0
     if isinstance(scene.model, UrdfModel):

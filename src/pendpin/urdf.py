@@ -14,7 +14,7 @@ import numpy as np
 
 from pendpin.errors import InputError, choices, inside, shown
 from pendpin.files import read_whole
-from pendpin.urdf_xml import Element, named, needed, number, parse, plain, put, triple
+from pendpin.urdf_xml import Element, named, needed, number, numbers, parse, plain, put, triple
 
 MAX_BYTES = 8_000_000
 MAX_LINKS = 10_000
@@ -22,7 +22,7 @@ MAX_DEPTH = 1_000  # links in a row; Pinocchio's reader recurses and dies far be
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 _ROUNDING = 1e-3  # of the trace: what numbers written with four digits may miss in the triangle inequality
 _NO_LIMIT = {"lower": "-1e300", "upper": "1e300", "effort": "1e300", "velocity": "1e300"}
-_SIZES = {"box": "size", "cylinder": "radius length", "sphere": "radius", "mesh": "filename", "capsule": ""}
+_SIZES = {"box": "size", "cylinder": "radius length", "sphere": "radius", "mesh": "filename", "capsule": "radius length"}
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,8 @@ def _checked(source: str, folder: Path, robot: Element) -> Urdf:
         raise InputError("it has no <link>")
     if len(links) > MAX_LINKS:
         raise InputError(f"it has {len(links)} links; the limit is {MAX_LINKS}")
+    for material in robot.findall("material"):
+        _check_color(f"material {shown(material.get('name', ''))}", material)
     for name, link in links.items():
         _check_link(f"link {shown(name)}", link, folder)
     for name, joint in joints.items():
@@ -68,6 +70,7 @@ def _check_link(where: str, link: Element, folder: Path) -> None:
     for visual in link.findall("visual"):
         _check_origin(f"{where}: visual", visual)
         _check_geometry(where, visual.find("geometry"), folder)
+        _check_color(f"{where}: visual", visual.find("material"))
     inertial = link.find("inertial")
     if inertial is not None:
         _check_inertial(where, inertial)
@@ -110,11 +113,18 @@ def _check_geometry(where: str, geometry: Element | None, folder: Path) -> None:
         if not shape.get("filename"):
             raise InputError(f"{where}: <mesh> has no filename")
         mesh_file(folder, shape.get("filename", ""), where)
+        numbers(where, shape, "scale", 3)
         return
     for key in _SIZES[shape.tag].split():
         sizes = triple(where, shape, key) if shape.tag == "box" else (number(where, shape, key),)
         if min(sizes) < 0:
             raise InputError(f"{where}: {shape.tag} {key}: a size is negative")
+
+
+def _check_color(where: str, material: Element | None) -> None:
+    color = None if material is None else material.find("color")
+    if color is not None:
+        numbers(where, color, "rgba", 4)
 
 
 def mesh_file(folder: Path, filename: str, where: str) -> Path:

@@ -79,15 +79,21 @@ def number(where: str, element: Element, key: str) -> float:
 
 def triple(where: str, element: Element, key: str) -> tuple[float, float, float]:
     """Three finite numbers, which the element then holds in plain form; zeros where the key is absent."""
+    x, y, z = numbers(where, element, key, 3) or (0.0, 0.0, 0.0)
+    return x, y, z
+
+
+def numbers(where: str, element: Element, key: str, count: int) -> tuple[float, ...]:
+    """So many finite numbers, which the element then holds in plain form; none where the key is absent."""
     text = element.get(key)
     if text is None:
-        return 0.0, 0.0, 0.0
+        return ()
     parts = [part for part in re.split(f"[{_BLANK}]+", text) if part]
-    values = [_finite(f"{where}: {element.tag} {key}", part) for part in parts]
-    if len(values) != 3:
-        raise InputError(f"{where}: {element.tag} {key}: {shown(text)} is not three numbers with spaces between")
+    values = tuple(_finite(f"{where}: {element.tag} {key}", part) for part in parts)
+    if len(values) != count:
+        raise InputError(f"{where}: {element.tag} {key}: {shown(text)} is not {count} numbers with spaces between")
     put(element, key, values)
-    return values[0], values[1], values[2]
+    return values
 
 
 def put(element: Element, key: str, values: Iterable[float]) -> None:

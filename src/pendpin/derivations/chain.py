@@ -1,20 +1,20 @@
 """A chain of rods on universal joints, Newton-Euler: accelerations and every joint's reactions in one solve of O(n).
 
-The derivation is docs/derivation_chain.md. The reactions of all joints are the unknowns; `chain_system` holds the
-system, `chain_kinematics` says what the angles mean, and this module puts angles in and reads their accelerations out.
+The derivation is docs/derivation_chain.md. The reactions of all joints are the unknowns; `chain_balances` holds the
+equations, `chain_kinematics` says what the angles mean; here angles go in and their accelerations come out.
 """
 
 from dataclasses import dataclass
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import get_blas_funcs
 
 from pendpin.derivations.base import Array
+from pendpin.derivations.chain_balances import Axes, Balances, Mask
 from pendpin.derivations.chain_inertia import ChainInertia, Rods, above, below
 from pendpin.derivations.chain_kinematics import Joints, rods_first, rods_last
-from pendpin.derivations.chain_system import Axes, Balances, Mask, settle
+from pendpin.derivations.chain_solver import settle
 
 (_tbsv,) = get_blas_funcs(("tbsv",), dtype=np.float64)
 
@@ -77,12 +77,12 @@ def solve(
     """
     joints, rate = Joints.at(q), rods_last(v)
     omega = joints.omega(rate)
-    candidates = [rods.repeated(q[..., 0].size // chain.n) for rods in chain.rods]
-    known = _external(chain, candidates[0].m, joints, torque, force, moment)
+    rods = chain.rods.repeated(q[..., 0].size // chain.n)
+    known = _external(chain, rods.m, joints, torque, force, moment)
     axes = _axes(joints, known.balls)
     s, c = joints.phi
     drift = rate[0] * (omega[1] - rate[1]) + rate[1] * (c * omega[0] + s * omega[2])
-    x, alpha = settle(partial(_balances, joints, axes, field, omega, drift, known), candidates)
+    x, alpha = settle(_balances(rods, joints, axes, field, omega, drift, known))
     if axes.ball is not None:
         alpha = _with_spin(joints, axes.ball, omega, drift, alpha)
     shape = q.shape[:-1]
@@ -149,7 +149,7 @@ def _axes(joints: Joints, balls: int) -> Axes:
 
 
 def _balances(
-    joints: Joints, axes: Axes, field: Array, omega: Array, drift: Array, known: _External, rods: Rods
+    rods: Rods, joints: Joints, axes: Axes, field: Array, omega: Array, drift: Array, known: _External
 ) -> Balances:
     """The known terms. A rod on a ball is given no spin about its axis, which changes nothing else."""
     (o1, o2, o3), (I1, I2, I3) = omega, rods.inertia
@@ -166,7 +166,7 @@ def _balances(
     if axes.ball is not None:
         moment[2, axes.ball] = 0
     support = -np.reshape(field, (-1, 3)).T
-    return Balances(rods, rods.inertia, rods.inverse, support, known.push, moment, joints, axes, swing, drift)
+    return Balances(rods, rods.inverse, support, known.push, moment, joints, axes, swing, drift)
 
 
 def _with_spin(joints: Joints, ball: Mask, omega: Array, drift: Array, alpha: Array) -> Array:

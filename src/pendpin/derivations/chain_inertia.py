@@ -9,10 +9,9 @@ import numpy as np
 from pendpin.derivations.base import Array
 from pendpin.errors import InputError
 
-# A principal inertia that is zero stands in the factored matrix as this fraction of a small inertia of the chain.
-# Refinement on the true balances removes it again; the value only sets how many passes that takes (chain_system): the
-# first one serves nearly always, the others come closer to singular states.
-STAND_INS = (1e-7, 1e-10, 1e-13)
+# A principal inertia that is zero stands in the eliminated system as this fraction of a small inertia of the chain.
+# Refinement on the true balances removes it again (chain_solver); the value only sets how many passes that takes.
+STAND_IN = 1e-7
 
 
 class Rods(NamedTuple):
@@ -73,15 +72,11 @@ class ChainInertia:
         return int(thick[-1]) + 1 if thick.size else 0
 
     @cached_property
-    def rods(self) -> tuple[Rods, ...]:
-        """The constants of the equations, with each of the stand-ins to be tried; one if no inertia is 0."""
-        needed = (self.I1 == 0).any() or (self.I3 == 0).any()
-        return tuple(self._rods(fraction) for fraction in (STAND_INS if needed else STAND_INS[:1]))
-
-    def _rods(self, fraction: float) -> Rods:
+    def rods(self) -> Rods:
+        """The constants of the equations."""
         n, m, h, k = self.n, self.m, self.h, self.l - self.h
         inertia = np.array([self.I1, self.I2, self.I3])
-        inverse = 1 / np.where(inertia > 0, inertia, self._stand_ins(fraction))
+        inverse = 1 / np.where(inertia > 0, inertia, self._stand_ins())
         across = inverse[[1, 0]]  # a force along b1 turns the rod about b2, and the other way round
         base, cross, tip = np.tile(1 / m, (3, 3, 1))
         base[:2] += h * h * across
@@ -92,13 +87,13 @@ class ChainInertia:
         levers = h * across[:2], k * inverse[0], above(k, n) * above2
         return Rods(n, m, h, k, inertia, inverse, base, cross, above(tip, n), *levers, twist)
 
-    def _stand_ins(self, fraction: float) -> Array:
+    def _stand_ins(self) -> Array:
         """What stands for a zero inertia in the factored matrix: small beside all that the rod turns with."""
-        transverse = fraction * self.m * self.h**2
+        transverse = STAND_IN * self.m * self.h**2
         axial, thick = np.empty(self.n), np.inf
         for i in reversed(range(self.n)):
             thick = self.I3[i] if self.I3[i] > 0 else thick
-            axial[i] = fraction * min(self.I1[i] or transverse[i], thick)
+            axial[i] = STAND_IN * min(self.I1[i] or transverse[i], thick)
         return np.array([transverse, transverse, axial])
 
 

@@ -1,19 +1,20 @@
 """A chain of thin rods with directions as its state: regular at every position (docs/derivation_chain.md, section 8).
 
 A thin rod on a universal joint without joint effects is a spherical pendulum: its direction d = b3 says all about it.
-Here the equations are those of `chain_system` in the inertial frame I (z down), three reactions to a joint and no
+Here the equations are those of the chain in the inertial frame I (z down), three reactions to a joint and no
 angles. `chain_angles` reads the angles back afterwards, continuously through cos(phi) = 0.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from pendpin.derivations.base import Array
-from pendpin.derivations.chain_inertia import ChainInertia, Rods, above, below
+from pendpin.derivations.chain_inertia import ChainInertia, above, below
 from pendpin.derivations.chain_kinematics import Joints, along, rods_first, rods_last
-from pendpin.derivations.chain_system import Loads, System, empty_band, settle
+from pendpin.derivations.chain_solver import settle
+from pendpin.derivations.chain_system import Loads, System, empty_band
 from pendpin.errors import InputError
 
 
@@ -65,17 +66,13 @@ def solve(
     if chain.first_thin:
         raise InputError(f"rod {chain.first_thin} has an axial inertia: directions do not say all, use angles")
     shape = d.shape[:-1]
-    candidates = [rods.repeated(d[..., 0].size // chain.n) for rods in chain.rods]
+    rods = chain.rods.repeated(d[..., 0].size // chain.n)
     e, e_rate = (rods_last(x) for x in on_sphere(d, rate))
-    push = 0.0 if force is None else rods_last(force) / candidates[0].m
+    push = 0.0 if force is None else rods_last(force) / rods.m
     turning = np.zeros_like(e) if moment is None else np.cross(rods_last(moment), e, axis=0)
     centripetal = -e * np.add.reduce(e_rate * e_rate, 0)
     support = -np.reshape(field, (-1, 3)).T
-
-    def balances(rods: Rods) -> _ThinBalances:
-        return _ThinBalances(rods, rods.inertia[0], rods.inverse[0], support, push, turning, e, centripetal)
-
-    x, turn = settle(balances, candidates)
+    x, turn = settle(_ThinBalances(rods, rods.inverse[0], support, push, turning, e, centripetal))
     return ThinSolution(rods_first(turn + centripetal, shape), rods_first(x, shape))
 
 
@@ -86,7 +83,7 @@ class _ThinBalances(System):
     d: Array  # (3, K)
     centripetal: Array  # (3, K) 1/s², the part of d'' along the rod
 
-    def gaps(self, linear: Array, turn: Array) -> Array:
+    def gaps(self, linear: Array | float, turn: Array) -> Array:
         """Acceleration of the tip above less that of the base."""
         rods, swing = self.rods, turn + self.centripetal
         tip = above(linear + rods.k * swing, rods.n)
@@ -97,7 +94,20 @@ class _ThinBalances(System):
         """Force, and the moment's part that turns d: -(1 - d d^T)(h F + k F of the joint below)."""
         up = below(x, self.rods.n)
         lever = self.rods.h * x + self.rods.k * up
-        return Loads(x - up, self.d * np.add.reduce(self.d * lever, 0) - lever)
+        return Loads(x - up, -self._across(self._across(lever)))  # twice: what rounding leaves along a light rod counts
+
+    def resistance(self, turn: Array) -> Array:
+        """I d'' across the rod; along it, where there is no turning, anything that keeps turn at 0."""
+        across = self._across(turn)
+        return self.rods.inertia[0] * across + (turn - across) / self.inverse
+
+    def bare(self) -> "_ThinBalances":
+        """As `System.bare`."""
+        return replace(self, support=0 * self.support, centripetal=0 * self.centripetal)
+
+    def _across(self, x: Array) -> Array:
+        """The part of vectors (3, K) normal to the rods."""
+        return x - self.d * np.add.reduce(self.d * x, 0)
 
     def band(self) -> Array:
         """Own reactions on own gaps, and on the next joint's."""

@@ -1,0 +1,110 @@
+"""Odd but legal: what looks strange and is right works, to the last file, without a word on stderr."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pendpin
+from bad_input import ROD, SCENE, URDF_SCENE, Case, contents, edited, run_main
+from odd_input import CASES, NAMED_CASES
+from pendpin import Trajectory
+from pendpin.model import build
+from pendpin.scene import UrdfModel
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder to run in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_odd_input_runs(case: Case, folder: Path, capfd: pytest.CaptureFixture) -> None:
+    """Each case runs in silence, and what is saved can be read: finite numbers in the shapes they should have."""
+    case.lay_out(folder)
+    status = run_main(*case.arguments)
+    assert (status, capfd.readouterr().err) == (0, "")
+    assert Trajectory.load("run.npz").a.shape[1] == 2
+
+
+@pytest.mark.parametrize("case", NAMED_CASES, ids=str)
+def test_odd_names_are_drawn(case: Case, folder: Path, capfd: pytest.CaptureFixture) -> None:
+    """Names of joints that mean something to matplotlib, rich, HTML or the terminal."""
+    case.lay_out(folder)
+    before = set(contents(folder))
+    status = run_main(*case.arguments, "--plot", "run.png", "--html", "run.html")
+    assert (status, capfd.readouterr().err) == (0, "")
+    assert set(contents(folder)) - before == {"run.npz", "run.png", "run.html"}
+
+
+def test_markup_in_the_name_of_an_output(folder: Path, capfd: pytest.CaptureFixture) -> None:
+    """The table shows names of files letter by letter."""
+    (folder / "scene.toml").write_text(SCENE)
+    (folder / "a[").mkdir()
+    assert run_main("run", "scene.toml", "--out", "a[/red].npz") == 0
+    assert "a[/red].npz" in capfd.readouterr().out
+
+
+def test_link_as_output_stays_a_link(folder: Path) -> None:
+    """What a symbolic link points to is written."""
+    (folder / "scene.toml").write_text(SCENE)
+    (folder / "link.npz").symlink_to("real.npz")
+    assert run_main("run", "scene.toml", "--out", "link.npz") == 0
+    assert (folder / "link.npz").is_symlink()
+    assert (folder / "real.npz").is_file()
+
+
+def test_impossible_inertia_is_taken_with_a_note(folder: Path, capfd: pytest.CaptureFixture) -> None:
+    """A scene's own inertia may be that of no real body: the equations hold, and the user is told."""
+    (folder / "scene.toml").write_text(edited(SCENE, ("radius = 0.01", "inertia = [0.3, 0.2, 0.05]")))
+    assert run_main("run", "scene.toml") == 0
+    assert capfd.readouterr().err.startswith("pendpin: note: model.rods[0].inertia: no real body has this inertia")
+
+
+def test_damping_is_noted(folder: Path, capfd: pytest.CaptureFixture) -> None:
+    """What a URDF says and pendpin leaves out is told."""
+    (folder / "scene.toml").write_text(URDF_SCENE)
+    (folder / "rod.urdf").write_text(edited(ROD, ("</joint>", '<dynamics damping="0.5" friction="0"/></joint>')))
+    assert run_main("run", "scene.toml") == 0
+    assert capfd.readouterr().err == "pendpin: note: joint 'theta': <dynamics damping=0.5> is not applied\n"
+
+
+def test_default_axis_is_x(folder: Path) -> None:
+    """A joint without <axis> turns about x, as URDF has it."""
+    placed = {}
+    for name, axis in {"none": "", "x": '<axis xyz="1 0 0"/>'}.items():
+        path = folder / f"{name}.urdf"
+        path.write_text(edited(ROD, ('<axis xyz="-1 0 0"/>', axis), ('<axis xyz="0 -1 0"/>', '<axis xyz="0 1 0"/>')))
+        model = build(UrdfModel(path=path)).pin
+        assert model is not None
+        placed[name] = str(model.joints[1])
+    assert placed["none"] == placed["x"]
+
+
+def test_numbers_reach_pinocchio_to_the_last_digit(folder: Path) -> None:
+    """What was written is what is computed with."""
+    (folder / "rod.urdf").write_text(
+        edited(ROD, ('"0 0 -0.5"', '"0.1 5e-324 -0.3333333333333333"'), ('value="1.0"', 'value="1e-7"'))
+    )
+    model = build(UrdfModel(path=folder / "rod.urdf")).pin
+    assert model is not None
+    inertia = model.inertias[2]
+    assert inertia.mass == 1e-7
+    assert np.array_equal(inertia.lever, [0.1, 5e-324, -0.3333333333333333])
+
+
+@pytest.mark.parametrize("variables", [{"LC_ALL": "C", "PYTHONIOENCODING": "ascii"}, {"TERM": "dumb", "COLUMNS": "3"}])
+def test_poor_surroundings(variables: dict[str, str], folder: Path) -> None:
+    """No home, no display, a terminal of letters only: the run is made and the table printed."""
+    (folder / "scène 角.toml").write_text(SCENE)
+    surroundings = {k: v for k, v in os.environ.items() if k not in {"HOME", "DISPLAY"}} | variables
+    surroundings["PYTHONPATH"] = str(Path(pendpin.__file__).parents[1])
+    command = [sys.executable, "-c", "from pendpin.cli import main; main()", "run", "scène 角.toml", "--out", "角.npz"]
+    done = subprocess.run(command, env=surroundings, capture_output=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert (folder / "角.npz").is_file()
