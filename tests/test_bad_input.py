@@ -1,6 +1,5 @@
 """Whatever is fed to pendpin: one readable line that names the place, exit status 1, at once, nothing written."""
 
-import os
 import time
 from pathlib import Path
 

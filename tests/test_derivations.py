@@ -87,6 +87,7 @@ def assert_equal(first, second, sizes, roundings):
 
 
 def lagrange_solution(rod, q, v, field):
+    """What Lagrange says; the reactions, of which he says nothing, are None."""
     theta_dd, phi_dd = np.moveaxis(lagrange.accelerations(rod, q, v, field), -1, 0)
     return RodSolution(theta_dd, phi_dd, None, None, None, None, None)
 

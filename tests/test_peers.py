@@ -27,7 +27,7 @@ def urdf_of(rods):
       offset from its parent.
     - MuJoCo refuses moving bodies without mass, also zeros; <mujoco><compiler boundmass boundinertia> lets it take the
       least that it takes, 1e-15 kg and kg m². The other two skip this element.
-    - No <collision>: the cross is between rods that share a point, so they are not neighbours and MuJoCo has them collide.
+    - No <collision>: the cross is between rods that share a point; they are no neighbours and MuJoCo lets them collide.
     - No massless link at the tip: MuJoCo gives it the bound too, and refuses to fuse it with a rod without radius.
     - `revolute` with wide limits: Pinocchio makes two numbers, cos and sin, of a `continuous` joint.
     """

@@ -1,5 +1,6 @@
 """The bodies of a Pinocchio model and the rods among them that hang on universal joints."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -49,10 +50,11 @@ def pinocchio() -> Any:
     return pinocchio
 
 
-def find_bodies(model: Any) -> tuple[Body, ...]:
+def find_bodies(model: Any, drawn: Mapping[str, tuple[Array, float]]) -> tuple[Body, ...]:
     """The links with a mass of a pin.Model, in model order.
 
-    A body's tip is the farthest of its child joints and fixed frames, or twice as far as its centre of mass.
+    `drawn` gives the far end (3,) m, in the link frame, and the radius of links that are drawn as rods. A body's tip is
+    the farthest of its child joints and fixed frames, else its drawn end, else twice as far as its centre of mass.
     """
     ends: list[list[Array]] = [[] for _ in range(model.njoints)]
     for joint in range(1, model.njoints):
@@ -60,16 +62,17 @@ def find_bodies(model: Any) -> tuple[Body, ...]:
     for frame in model.frames:
         ends[frame.parentJoint].append(np.array(frame.placement.translation))
     return tuple(
-        _body(model, joint, ends[joint]) for joint in range(1, model.njoints) if model.inertias[joint].mass > 0
+        _body(model, joint, ends[joint], drawn) for joint in range(1, model.njoints) if model.inertias[joint].mass > 0
     )
 
 
-def _body(model: Any, joint: int, ends: list[Array]) -> Body:
-    inertia = model.inertias[joint]
+def _body(model: Any, joint: int, ends: list[Array], drawn: Mapping[str, tuple[Array, float]]) -> Body:
+    inertia, link = model.inertias[joint], _link(model, joint)
     com = np.array(inertia.lever)
     farthest = max(ends, key=np.linalg.norm, default=com)
-    tip = farthest if np.linalg.norm(farthest) > 1e-9 else 2 * com
-    return Body(_link(model, joint), joint - 1, inertia.mass, com, np.array(inertia.inertia), tip)
+    end, radius = drawn.get(link, (2 * com, 0.0))
+    tip = farthest if np.linalg.norm(farthest) > 1e-9 else end
+    return Body(link, joint - 1, inertia.mass, com, np.array(inertia.inertia), tip, radius)
 
 
 def _link(model: Any, joint: int) -> str:

@@ -157,6 +157,26 @@ def plot(
 
 
 @app.command()
+def urdf(
+    scene: Annotated[Path, typer.Argument(help="Scene file (TOML) of a chain.")],
+    out: Annotated[Path | None, typer.Option(help="Where to write it; to the terminal if absent.")] = None,
+) -> None:
+    """Write a chain as a URDF that Pinocchio, MuJoCo and Drake load to the same model."""
+    from pendpin.files import write_whole
+    from pendpin.scene import Chain
+    from pendpin.urdf_chain import chain_urdf
+
+    model = _scene(scene).model
+    if not isinstance(model, Chain):
+        raise PendpinError(f"{scene}: model.kind: it is a URDF already, {model.path}")
+    text = chain_urdf(model)
+    if out is None:
+        print(text, end="")
+    else:
+        _print_files([write_whole(out, lambda file: file.write(text.encode()))])
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON schema of a scene, for editors that complete and check TOML."""
     from json import dumps

@@ -10,7 +10,7 @@ from pendpin.derivations.base import Array
 from pendpin.derivations.chain_inertia import ChainInertia
 from pendpin.errors import InputError, choices, shown
 from pendpin.scene import Chain, Rod, Start, UrdfModel, Values
-from pendpin.urdf import read_urdf
+from pendpin.urdf import Urdf, read_urdf
 
 FLIP = np.diag([1.0, -1.0, -1.0])  # W to the inertial frame I, and a rod's link frame to its body frame B: exact signs
 DATA_BYTES_PER_CUBE = 64  # Pinocchio's Data grows like nv³: docs/pinocchio_notes.md
@@ -133,7 +133,18 @@ def _from_urdf(model: UrdfModel) -> Model:
         lost = sorted(set(urdf.moving_joints) - set(joints))
         raise InputError(f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, lost))}")
     _refuse_what_cannot_move(loaded, joints, urdf.source)
-    return Model(joints, loaded, None, find_rods(loaded), find_bodies(loaded), urdf.not_applied)
+    return Model(joints, loaded, None, find_rods(loaded), find_bodies(loaded, _drawn(urdf)), urdf.not_applied)
+
+
+def _drawn(urdf: Urdf) -> dict[str, tuple[Array, float]]:
+    """The far end from the link's origin, and the radius, of the cylinders that links are drawn with."""
+    rotate = pinocchio().rpy.rpyToMatrix
+    found = {}
+    for link, cylinder in urdf.cylinders.items():
+        half = rotate(np.array(cylinder.rpy))[:, 2] * (cylinder.length / 2)
+        ends = [np.array(cylinder.xyz) + half, np.array(cylinder.xyz) - half]
+        found[link] = (max(ends, key=np.linalg.norm), cylinder.radius)
+    return found
 
 
 def _refuse_size(nv: int, where: str) -> None:

@@ -8,6 +8,7 @@ import os
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -33,6 +34,16 @@ class Urdf:
     text: str
     moving_joints: tuple[str, ...]
     not_applied: tuple[str, ...]  # what the file says and pendpin leaves out, for the user to know
+    cylinders: dict[str, "Cylinder"]  # the longest that each link is drawn with
+
+
+class Cylinder(NamedTuple):
+    """A cylinder that a link is drawn with, in the link's frame."""
+
+    xyz: tuple[float, float, float]  # m, its centre
+    rpy: tuple[float, float, float]  # rad
+    radius: float  # m
+    length: float  # m
 
 
 def read_urdf(path: Path) -> Urdf:
@@ -60,7 +71,8 @@ def _checked(source: str, folder: Path, robot: Element) -> Urdf:
     ignored = _not_applied(joints)
     for joint in joints.values():
         _make_plain(joint)
-    return Urdf(source, plain(links, joints), moving, ignored)
+    drawn = {name: longest for name, link in links.items() if (longest := _longest_cylinder(link))}
+    return Urdf(source, plain(links, joints), moving, ignored, drawn)
 
 
 # --- links ----------------------------------------------------------------------------------------------------------
@@ -74,6 +86,17 @@ def _check_link(where: str, link: Element, folder: Path) -> None:
     inertial = link.find("inertial")
     if inertial is not None:
         _check_inertial(where, inertial)
+
+
+def _longest_cylinder(link: Element) -> Cylinder | None:
+    found = []
+    for visual in link.findall("visual"):
+        shape = visual.find("geometry/cylinder")
+        if shape is not None:
+            origin = visual.find("origin")
+            place = [(0.0, 0.0, 0.0) if origin is None else triple("", origin, key) for key in ("xyz", "rpy")]
+            found.append(Cylinder(*place, *(number("", shape, key) for key in ("radius", "length"))))
+    return max(found, key=lambda cylinder: cylinder.length, default=None)
 
 
 def _check_origin(where: str, element: Element) -> None:

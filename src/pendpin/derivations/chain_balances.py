@@ -59,12 +59,18 @@ class Balances(System):
     def loads(self, x: Array) -> Loads:
         """Force and moment about G, in B."""
         rods, joints, (s_t, s, c_t, c), F, Mc = self.rods, self.joints, self.axes.trig, x[:3], x[3]
-        next_F = below(joints.out_of(F), rods.n)
+        up = np.empty(
+            (5, Mc.size)
+        )  # what the joint below does: force in this rod's frame, the parts of Mc on b2 and b3
+        up[:3] = joints.out_of(F)
+        np.multiply(s_t, Mc, out=up[3])
+        np.multiply(c_t, Mc, out=up[4])
+        up = below(up, rods.n)
         moment = np.empty_like(F)
-        moment[0] = rods.h * F[1] + rods.k * next_F[1] - s * Mc
-        moment[1] = -rods.h * F[0] - rods.k * next_F[0] - below(s_t * Mc, rods.n)
-        moment[2] = c * Mc - below(c_t * Mc, rods.n)
-        return Loads(F - next_F, moment)
+        moment[0] = rods.h * F[1] + rods.k * up[1] - s * Mc
+        moment[1] = -rods.h * F[0] - rods.k * up[0] - up[3]
+        moment[2] = c * Mc - up[4]
+        return Loads(F - up[:3], moment)
 
     def band(self) -> Array:
         """Own reactions on own gaps, and on the next joint's."""

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.lib.stride_tricks import as_strided
 from scipy.linalg import get_lapack_funcs
 
 from pendpin.derivations.base import Array
@@ -87,7 +86,7 @@ class Joints(NamedTuple):
         """Solve x_i = R_i^T x_(i-1) + own_i from the support down, for r vectors at once: (r, 3, K)."""
         r, _, K = own.shape
         band = np.zeros((K, 3, 6))  # [i, column, diagonal]: LAPACK's lower band, a column after the other
-        blocks = as_strided(band, (K, 3, 6), (18 * 8, 5 * 8, 8))  # the same as [i, column, row]
+        blocks = np.ndarray((K, 3, 6), buffer=band, strides=(18 * 8, 5 * 8, 8))  # the same as [i, column, row]
         blocks[:-1, :, 3:] = -self.R[:, :, 1:].transpose(2, 0, 1)
         blocks[self.n - 1 :: self.n, :, 3:] = 0
         rhs = own.transpose(0, 2, 1).reshape(r, 3 * K)

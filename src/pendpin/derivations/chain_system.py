@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.lib.stride_tricks import as_strided
 
 from pendpin.derivations.base import Array
 from pendpin.derivations.chain_inertia import Rods
@@ -60,5 +59,5 @@ def empty_band(K: int, r: int) -> tuple[Array, Array]:
     Rows run over the joint itself and the next one. Only rows on and below the diagonal are to be written.
     """
     band = np.zeros((K, r, 2 * r))  # [joint, column, diagonal]
-    blocks = as_strided(band, (K, r, 2 * r), (16 * r * r, 16 * r - 8, 8))
+    blocks = np.ndarray((K, r, 2 * r), buffer=band, strides=(16 * r * r, 16 * r - 8, 8))
     return band.reshape(r * K, 2 * r).T, blocks

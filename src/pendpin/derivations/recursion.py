@@ -1,14 +1,14 @@
 """Trees of revolute and prismatic joints: the recursions of Newton-Euler and of the articulated body, for any number.
 
-Written once over plain arithmetic (docs/derivation.md): floats, mpmath's numbers and heyoka's symbols all pass through
-the same lines, the number type's functions coming in as `xp` (pendpin.derivations.numbers). After R. Featherstone,
-Rigid Body Dynamics Algorithms (2008), chapters 5 and 7, with three differences that save digits and symbols:
+Written once over plain arithmetic: floats, mpmath's numbers and heyoka's symbols all pass through the same lines, the
+number type's functions coming in as `xp` (pendpin.derivations.numbers). After R. Featherstone, Rigid Body Dynamics
+Algorithms (2008), chapters 5 and 7, with three differences that save digits and symbols:
 
 - every vector is taken in the frame of the joint it belongs to, as a pair of 3-vectors, and accelerations are those of
   points of the link, not spatial ones;
 - the forces at zero joint acceleration come from Newton-Euler first; the articulated bodies then carry no velocities;
-- what a matrix is known to be, it is made: symmetric, and zero in the row of a released joint. That keeps one to two
-  digits at 60 rods; for joints of more degrees of freedom, all of them (docs/pinocchio_notes.md).
+- what a matrix is known to be, it is made: symmetric, and zero in the row of a released joint. That keeps about one
+  digit at 60 rods; for joints of more degrees of freedom it would keep them all (docs/pinocchio_notes.md, section 2).
 """
 
 from typing import Any, Literal, NamedTuple

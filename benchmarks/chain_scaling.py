@@ -1,0 +1,115 @@
+"""Time and memory of one evaluation of a chain, accelerations and all reactions, against its number of rods.
+
+Each row is measured in a process of its own: peak memory beyond what the process had after its imports, then the
+minimum time of repeated calls after a warm-up. Run it on an idle machine: python benchmarks/chain_scaling.py
+"""
+
+import multiprocessing
+import platform
+import resource
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from pendpin.derivations import chain, chain_thin
+from pendpin.derivations.chain_inertia import ChainInertia
+
+GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s², in I
+BUDGET = 2.0  # s of repetitions per row
+
+
+def inertia(n: int, radius: float) -> ChainInertia:
+    """n rods of 1 m and 1 kg."""
+    one = np.ones(n)
+    across = one * (3 * radius**2 + 1) / 12
+    return ChainInertia(one, one / 2, one, across, across, one * radius**2 / 2)
+
+
+def state(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Angles and rates (n, 2) of a moderate random state."""
+    rng = np.random.default_rng(0)
+    return rng.uniform(-1, 1, (n, 2)), rng.uniform(-1, 1, (n, 2))
+
+
+def by_reactions(n: int) -> Callable[[], object]:
+    """The hand-derived O(n) route."""
+    rods, (q, v) = inertia(n, 0.01), state(n)
+    return lambda: chain.solve(rods, q, v, GRAVITY)
+
+
+def in_directions(n: int) -> Callable[[], object]:
+    """The same for thin rods, with directions as the state."""
+    rods, (d, rate) = inertia(n, 0.0), chain_thin.directions(*state(n))
+    return lambda: chain_thin.solve(rods, d, rate, GRAVITY)
+
+
+def by_pinocchio(n: int) -> Callable[[], object]:
+    """Pinocchio: aba for the accelerations, rnea for the reactions, two revolute joints per rod."""
+    import pinocchio as pin
+
+    rods, (q, v) = inertia(n, 0.01), state(n)
+    model, above = pin.Model(), 0
+    model.gravity = pin.Motion(np.array([0.0, 0.0, -9.81, 0.0, 0.0, 0.0]))
+    for i in range(n):
+        place = pin.SE3(np.eye(3), np.array([0.0, 0.0, -1.0 if i else 0.0]))
+        above = model.addJoint(above, pin.JointModelRevoluteUnaligned(-1, 0, 0), place, f"theta_{i + 1}")
+        axis = pin.JointModelRevoluteUnaligned(0, -1, 0)
+        above = model.addJoint(above, axis, pin.SE3.Identity(), f"phi_{i + 1}")
+        body = pin.Inertia(rods.m[i], np.array([0, 0, -rods.h[i]]), np.diag([rods.I1[i], rods.I2[i], rods.I3[i]]))
+        model.appendBodyToJoint(above, body, pin.SE3.Identity())
+    data, q, v, tau = model.createData(), q.ravel(), v.ravel(), np.zeros(2 * n)
+    return lambda: pin.rnea(model, data, q, v, pin.aba(model, data, q, v, tau))
+
+
+ROUTES = {
+    "reactions, O(n)": (by_reactions, (10, 100, 1000, 10_000)),
+    "directions (thin), O(n)": (in_directions, (10, 100, 1000, 10_000)),
+    "Pinocchio aba + rnea": (by_pinocchio, (10, 100, 200)),
+}
+
+
+def peak() -> float:
+    """Peak resident memory of this process in MB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def measure(route: str, n: int) -> tuple[float, float]:
+    """Seconds of one evaluation, and MB that setting up and evaluating took."""
+    ROUTES[route][0](1)()  # imports and warm-up
+    before = peak()
+    evaluate = ROUTES[route][0](n)
+    evaluate()
+    memory, best, end = peak() - before, np.inf, time.perf_counter() + BUDGET
+    while time.perf_counter() < end:
+        begin = time.perf_counter()
+        evaluate()
+        best = min(best, time.perf_counter() - begin)
+    return best, memory
+
+
+def main() -> None:
+    """Print the table, and how the time per rod grows from 1,000 to 10,000 rods."""
+    table = Table(title="one evaluation: accelerations and all reactions")
+    for title in ("route", "rods", "us", "us per rod", "MB"):
+        table.add_column(title, justify="left" if title == "route" else "right")
+    per_rod = {}
+    with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
+        for route, (_, sizes) in ROUTES.items():
+            for n in sizes:
+                seconds, memory = pool.apply(measure, (route, n))
+                per_rod[route, n] = seconds / n
+                table.add_row(route, f"{n:,}", f"{seconds * 1e6:,.0f}", f"{seconds / n * 1e6:.2f}", f"{memory:,.1f}")
+    growth = per_rod["reactions, O(n)", 10_000] / per_rod["reactions, O(n)", 1000]
+    console = Console()
+    console.print(table)
+    console.print(f"time per rod at 10,000 rods over that at 1,000: {growth:.2f} (bound 1.5)")
+    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "pin"))
+    console.print(f"{packages}, Python {platform.python_version()}, {platform.machine()}")
+
+
+if __name__ == "__main__":
+    main()
