@@ -273,6 +273,7 @@ def _print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> No
         return
     rows = {
         "method": f"{stats.method}, tolerance {stats.tolerance:g} ({stats.library} {stats.version})",
+        "engine": stats.engine,
         "steps": str(stats.steps),
         "evaluations": str(stats.evaluations),
         "seconds": f"{stats.seconds:.4f}",

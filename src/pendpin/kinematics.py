@@ -19,7 +19,7 @@ def joint_poses(model: Model, q: Array) -> Array:
     """Poses of what each joint moves, (n, joints, 4, 4) in W, from q (n, nv), by Pinocchio."""
     pin, (n, nv) = pinocchio(), q.shape
     assert model.pin is not None
-    data, out = model.pin.createData(), np.empty((n, nv, 4, 4))
+    data, out = pin.Data(model.pin), np.empty((n, nv, 4, 4))
     for sample, angles in zip(out, q, strict=True):
         pin.forwardKinematics(model.pin, data, angles)
         for joint in range(nv):
@@ -56,7 +56,7 @@ def kinetic_energy(model: Model, q: Array, v: Array) -> Array:
         return chain_kinematics.energy(model.chain, q.reshape(shape), v.reshape(shape), np.zeros(3))[0]
     pin = pinocchio()
     assert model.pin is not None
-    data = model.pin.createData()
+    data = pin.Data(model.pin)
     return np.array([pin.computeKineticEnergy(model.pin, data, *state) for state in zip(q, v, strict=True)])
 
 

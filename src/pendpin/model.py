@@ -13,7 +13,7 @@ from pendpin.scene import Chain, Rod, Start, UrdfModel, Values
 from pendpin.urdf import Urdf, read_urdf
 
 FLIP = np.diag([1.0, -1.0, -1.0])  # W to the inertial frame I, and a rod's link frame to its body frame B: exact signs
-DATA_BYTES_PER_CUBE = 64  # Pinocchio's Data grows like nv³: docs/pinocchio_notes.md
+DATA_BYTES_PER_CUBE = 32  # Pinocchio's Data grows like nv³: docs/pinocchio_notes.md
 MAX_DATA_BYTES = 1e9
 
 
@@ -158,8 +158,8 @@ def _refuse_size(nv: int, where: str) -> None:
 def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) -> None:
     """A joint that moves no inertia has no acceleration; Pinocchio would answer NaN or a huge number."""
     pin, generic = pinocchio(), np.sin(1.0 + np.arange(model.nq))
-    M = np.triu(pin.crba(model, model.createData(), generic))
-    a = pin.aba(model, model.createData(), generic, generic, np.zeros(model.nv))
+    M = np.triu(pin.crba(model, pin.Data(model), generic))
+    a = pin.aba(model, pin.Data(model), generic, generic, np.zeros(model.nv))
     if not np.isfinite(M).all():
         raise InputError(f"{where}: its masses, lengths or inertia are too large: the mass matrix overflows")
     M += np.triu(M, 1).T

@@ -100,6 +100,6 @@ def _fill_in(scene: Scene, dynamics: Dynamics, lane: Lane, run: _Run) -> Traject
         potential=kinematics.field_potential(model, poses, dynamics.loads.constant),
         tip=kinematics.tips(model, poses),
         rods=reactions(model, run.q, wrench),
-        stats=Stats(solver.method, solver.tolerance, *counts, lane.library, lane.version, run.failure),
+        stats=Stats(solver.method, solver.tolerance, *counts, dynamics.engine.name, lane.library, lane.version, run.failure),
         scene=scene.model_dump(mode="json"),
     )

@@ -81,7 +81,7 @@ def _state_sizes(
     model: Model, parents: tuple[int, ...], below: Array, slides: Array, field: Array, q: Array, v: Array, a: Array
 ) -> TreeSizes:
     pin = pinocchio()
-    data = model.pin.createData()  # pyright: ignore[reportOptionalMemberAccess]
+    data = pin.Data(model.pin)  # pyright: ignore[reportOptionalMemberAccess]
     pin.forwardKinematics(model.pin, data, q, v, a)
     inertias = list(model.pin.inertias)[1:]  # pyright: ignore[reportOptionalMemberAccess]
     mass, inertia, lever = np.array([(i.mass, np.linalg.norm(i.inertia), np.linalg.norm(i.lever)) for i in inertias]).T

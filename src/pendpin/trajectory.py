@@ -55,6 +55,7 @@ class Stats:
     evaluations: int
     seconds: float  # of integration with its sampling
     compile_seconds: float
+    engine: str
     library: str
     version: str
     stopped: str | None = None  # why the run ended before its time

@@ -5,8 +5,25 @@ from typing import Annotated, Any
 from pydantic import Discriminator, InstanceOf, Tag
 from pydantic.json_schema import SkipJsonSchema
 
-from pendpin.effects.base import Bodies, BodyEffect, Effect, FieldEffect, JointEffect, Motion
+from pendpin.effects.air import Drag
+from pendpin.effects.base import (
+    Bodies,
+    BodyEffect,
+    Effect,
+    FieldEffect,
+    FrameEffect,
+    JointEffect,
+    Motion,
+    OnJoints,
+    applied,
+    cross,
+    dot,
+)
 from pendpin.effects.gravity import Gravity
+from pendpin.effects.joints import Motor, Spring, Viscous
+from pendpin.effects.loads import Push
+from pendpin.effects.rotation import Rotation
+from pendpin.effects.support import Support
 
 
 def _branch(value: Any) -> str:
@@ -16,8 +33,37 @@ def _branch(value: Any) -> str:
 
 
 AnyEffect = Annotated[
-    Annotated[Gravity, Tag("~gravity")] | Annotated[SkipJsonSchema[InstanceOf[Effect]], Tag("~instance")],
+    Annotated[Gravity, Tag("~gravity")]
+    | Annotated[Viscous, Tag("~viscous")]
+    | Annotated[Spring, Tag("~spring")]
+    | Annotated[Motor, Tag("~motor")]
+    | Annotated[Push, Tag("~push")]
+    | Annotated[Drag, Tag("~drag")]
+    | Annotated[Support, Tag("~support")]
+    | Annotated[Rotation, Tag("~rotation")]
+    | Annotated[SkipJsonSchema[InstanceOf[Effect]], Tag("~instance")],
     Discriminator(_branch),
 ]
 
-__all__ = ["AnyEffect", "Bodies", "BodyEffect", "Effect", "FieldEffect", "Gravity", "JointEffect", "Motion"]
+__all__ = [
+    "AnyEffect",
+    "Bodies",
+    "BodyEffect",
+    "Drag",
+    "Effect",
+    "FieldEffect",
+    "FrameEffect",
+    "Gravity",
+    "JointEffect",
+    "Motion",
+    "Motor",
+    "OnJoints",
+    "Push",
+    "Rotation",
+    "Spring",
+    "Support",
+    "Viscous",
+    "applied",
+    "cross",
+    "dot",
+]

@@ -1,15 +1,18 @@
 """The seams through which a scene's effects enter the dynamics (docs/effects.md).
 
 An effect only ever adds. It is a frozen, validated record of its parameters with one method that is written once over
-plain arithmetic: the functions it needs (sqrt, sin, ...) come in as `xp`, so the same lines run on floats and symbols.
+plain arithmetic: the functions it needs (sqrt, sin, ...) come in as `xp`, so the same lines run on floats, on numbers
+of any precision and on symbols.
 """
 
 from abc import abstractmethod
-from typing import Any, ClassVar, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, field_validator
 
+from pendpin.errors import shown
 from pendpin.records import Record
 
 Array = NDArray[Any]  # floats, or symbols in an object array
@@ -18,8 +21,18 @@ Array = NDArray[Any]  # floats, or symbols in an object array
 class Effect(Record):
     """One effect of a scene; a subclass of one of the seams below says how it acts."""
 
-    smooth: ClassVar[bool] = True  # False keeps a scene off the Taylor lane
     kind: Any  # Literal["its name"] in each effect
+
+    @property
+    def smooth(self) -> bool:
+        """Whether it has all derivatives and needs no more than xp: False keeps a scene off the Taylor lane."""
+        return True
+
+    def check(self, duration: float) -> None:
+        """Raises ValueError where the effect does not last from 0 to `duration` s."""
+
+
+# --- fields ---------------------------------------------------------------------------------------------------------
 
 
 class FieldEffect(Effect):
@@ -35,18 +48,70 @@ class FieldEffect(Effect):
         """The field at time t in s: (3,) in m/s², in the world W."""
 
 
+class FrameEffect(FieldEffect):
+    """A motion of the origin of W, and so of the pivot, over the ground. W does not turn.
+
+    Positions and velocities are then relative to the pivot, and the equivalence of acceleration and gravity makes the
+    motion a uniform field: exact, whatever hangs there.
+    """
+
+    @abstractmethod
+    def position(self, t: Any, xp: Any = np) -> Array:
+        """Where the origin of W is over the ground at time t in s: (3,) in m."""
+
+    @abstractmethod
+    def velocity(self, t: Any, xp: Any = np) -> Array:
+        """How it moves: (3,) in m/s."""
+
+    @abstractmethod
+    def acceleration(self, t: Any, xp: Any = np) -> Array:
+        """How it accelerates: (3,) in m/s²."""
+
+    def field(self, t: Any, xp: Any = np) -> Array:
+        """As `FieldEffect.field`: minus the acceleration."""
+        return -self.acceleration(t, xp)
+
+
+# --- joints ---------------------------------------------------------------------------------------------------------
+
+
 class JointEffect(Effect):
     """A torque about joint axes (a force along the axis of a prismatic joint)."""
 
-    joints: tuple[str, ...] | None = None  # names; all if absent
+    @property
+    def on(self) -> tuple[str, ...] | None:
+        """The names of the k joints that it acts on; all if None."""
+        return None
 
     @abstractmethod
-    def torque(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
-        """Torques (k,) in N m on the k chosen joints, from their positions (rad) and rates (rad/s), each (k,)."""
+    def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
+        """Torques (k,) in N m on these joints, from their positions (rad) and rates (rad/s), each (k,)."""
 
     def potential(self, q: Array, xp: Any = np) -> Any:
         """Potential energy in J at positions (..., k), shape (...); None for an effect that has none."""
         return None
+
+
+class OnJoints(JointEffect):
+    """A joint effect with a list of joints as a parameter."""
+
+    joints: Annotated[tuple[str, ...], Field(min_length=1)] | None = Field(None, description="names; all if absent")
+
+    @field_validator("joints")
+    @classmethod
+    def _each_once(cls, joints: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        for i, name in enumerate(joints or ()):
+            if joints and name in joints[:i]:
+                raise ValueError(f"{shown(name)} is named twice")
+        return joints
+
+    @property
+    def on(self) -> tuple[str, ...] | None:
+        """As `JointEffect.on`."""
+        return self.joints
+
+
+# --- bodies ---------------------------------------------------------------------------------------------------------
 
 
 class Bodies(NamedTuple):
@@ -60,17 +125,69 @@ class Bodies(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Where the bodies are and how they move, in the world W."""
+    """Where the bodies are and how they move, in the world W, and where W is."""
 
     origin: Array  # (n, 3) m, the joint that moves the body
     rotation: Array  # (n, 3, 3), the link frame's axes as columns
     velocity: Array  # (n, 3) m/s, of the origin
     spin: Array  # (n, 3) rad/s
+    gravity: Array = np.zeros(3)  # (3,) m/s², the fields that are no motion of W: air feels them too
+    pivot: Array = np.zeros(3)  # (3,) m, the origin of W over the ground
+    pivot_velocity: Array = np.zeros(3)  # (3,) m/s
+
+    def levers(self, points: Array) -> Array:
+        """Vectors (n, 3) given in the link frames, in W."""
+        return applied(self.rotation, points)
+
+    def points(self, points: Array) -> Array:
+        """Where points fixed in the links are, (n, 3) m."""
+        return self.origin + self.levers(points)
+
+    def velocities(self, points: Array) -> Array:
+        """How points fixed in the links move, (n, 3) m/s."""
+        return self.velocity + cross(self.spin, self.levers(points))
 
 
 class BodyEffect(Effect):
     """A force and moment on each body, from its pose and velocity."""
 
+    @property
+    def on(self) -> tuple[str, ...] | None:
+        """The names of the n links that it acts on; all with a mass if None."""
+        return None
+
+    @property
+    def axial(self) -> bool:
+        """Whether it may turn a rod about its own axis, or asks how far it has turned.
+
+        False lets a chain of thin rods move as on balls, regular everywhere.
+        """
+        return True
+
     @abstractmethod
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """Forces (n, 3) in N and moments (n, 3) in N m about the centres of mass, in W, at time t in s."""
+
+    def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
+        """Potential energy in J; None for an effect that has none."""
+        return None
+
+
+# --- vectors, over floats and symbols -------------------------------------------------------------------------------
+
+_NEXT = np.array([1, 2, 0])
+
+
+def cross(a: Array, b: Array) -> Array:
+    """a x b over the last axis, without the overhead of numpy.cross."""
+    return (a * b.take(_NEXT, -1) - a.take(_NEXT, -1) * b).take(_NEXT, -1)
+
+
+def dot(a: Array, b: Array) -> Array:
+    """a . b over the last axis, (..., 1)."""
+    return (a * b).sum(-1, keepdims=True)
+
+
+def applied(M: Array, x: Array) -> Array:
+    """M x, (..., 3)."""
+    return (M @ x[..., None])[..., 0]

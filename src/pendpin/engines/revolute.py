@@ -21,7 +21,7 @@ class Revolute(Engine):
         pin = pinocchio()
         self._pin = pin.Model(model.pin)
         self._pin.gravity = pin.Motion(loads.constant, np.zeros(3))
-        self._data = self._pin.createData()
+        self._data = pinocchio().Data(self._pin)
         self._no_torque = np.zeros(self._pin.nv)
 
     def derivative(self, watch: Watch) -> tuple[Derivative, Callable[[], int]]:

@@ -123,7 +123,7 @@ class Spherical(Thin):
     def __init__(self, model: Model, loads: Loads) -> None:
         super().__init__(model, loads)
         self._pin = _spherical_chain(self.chain, loads.constant)
-        self._data = self._pin.createData()
+        self._data = pinocchio().Data(self._pin)
         self._no_torque = np.zeros(self._pin.nv)
 
     def pack(self, q: Array, v: Array) -> Array:

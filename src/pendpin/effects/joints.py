@@ -1,0 +1,99 @@
+"""Torques about joint axes: viscous damping, springs, motors. For prismatic joints read N for N m and m for rad."""
+
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pendpin.effects.base import Array, JointEffect, OnJoints
+from pendpin.records import NotNegative, Number, Positive
+
+
+class Viscous(OnJoints):
+    """Damping in proportion to the rate: tau = -coefficient q'.
+
+    coefficient in N m s/rad. In a lubricated bearing; it matters where the decrement of a free swing does.
+    """
+
+    kind: Literal["viscous"] = "viscous"
+    coefficient: NotNegative = Field(description="N m s/rad")
+
+    def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
+        """As `JointEffect.torques`."""
+        return -self.coefficient * v
+
+
+class Spring(OnJoints):
+    """A linear spring at the joint: tau = -stiffness (q - rest), potential stiffness (q - rest)² / 2.
+
+    stiffness in N m/rad, rest in rad, the same for all its joints.
+    """
+
+    kind: Literal["spring"] = "spring"
+    stiffness: NotNegative = Field(description="N m/rad")
+    rest: Number = Field(0.0, description="rad")
+
+    def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
+        """As `JointEffect.torques`."""
+        return -self.stiffness * (q - self.rest)
+
+    def potential(self, q: Array, xp: Any = np) -> Any:
+        """As `JointEffect.potential`."""
+        return self.stiffness / 2 * ((q - self.rest) ** 2).sum(-1)
+
+
+_DRIVE = ("torque", "amplitude", "frequency", "phase")
+_HOLD = ("target", "proportional", "derivative")
+
+
+class Motor(JointEffect):
+    """A motor on one joint: a given torque, or a hold.
+
+    torque + amplitude sin(frequency t + phase), in N m, N m, rad/s, rad; or
+    -proportional (q - target) - derivative q', in N m/rad, rad, N m s/rad. What is left out is 0.
+    """
+
+    kind: Literal["motor"] = "motor"
+    joint: str
+    torque: Number | None = Field(None, description="N m")
+    amplitude: Number | None = Field(None, description="N m")
+    frequency: Positive | None = Field(None, description="rad/s")
+    phase: Number | None = Field(None, description="rad")
+    target: Number | None = Field(None, description="rad")
+    proportional: NotNegative | None = Field(None, description="N m/rad")
+    derivative: NotNegative | None = Field(None, description="N m s/rad")
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Self:
+        given = [name for name in (*_DRIVE, *_HOLD) if getattr(self, name) is not None]
+        drive, hold = ([name for name in names if name in given] for names in (_DRIVE, _HOLD))
+        if drive and hold:
+            raise ValueError(f"{drive[0]} and {hold[0]} do not go together: a motor drives or holds; list two motors")
+        if not given:
+            raise ValueError("a motor needs a torque, an amplitude and frequency, or a proportional and target")
+        if (self.amplitude is None) != (self.frequency is None):
+            raise ValueError("amplitude and frequency go together")
+        if self.phase is not None and self.amplitude is None:
+            raise ValueError("a phase needs an amplitude and frequency")
+        if self.target is not None and self.proportional is None:
+            raise ValueError("a target needs a proportional gain")
+        return self
+
+    @property
+    def on(self) -> tuple[str, ...]:
+        """As `JointEffect.on`."""
+        return (self.joint,)
+
+    @property
+    def holds(self) -> bool:
+        """Whether it holds its joint, rather than drives it."""
+        return self.proportional is not None or self.derivative is not None
+
+    def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
+        """As `JointEffect.torques`."""
+        if self.holds:
+            return -(self.proportional or 0.0) * (q - (self.target or 0.0)) - (self.derivative or 0.0) * v
+        steady = self.torque or 0.0
+        if self.frequency is None:
+            return np.array([steady])
+        return np.array([steady + (self.amplitude or 0.0) * xp.sin(self.frequency * t + (self.phase or 0.0))])

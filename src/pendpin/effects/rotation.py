@@ -1,0 +1,70 @@
+"""A world that turns: the Earth, or a centrifuge."""
+
+import math
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pendpin.effects.base import Array, Bodies, BodyEffect, Motion, applied, cross
+from pendpin.records import Number, Vector
+
+EARTH = 7.292115e-5  # rad/s, Earth's rate of the World Geodetic System 1984
+
+
+class Rotation(BodyEffect):
+    """W turns at the constant rate Omega about an axis through its origin at rest: Coriolis and centrifugal forces.
+
+    Of every mass element -(2 Omega x v + Omega x (Omega x r)) dm, summed over a rigid body without approximation:
+    F = -m (2 Omega x v_G + Omega x (Omega x r_G)) and, about the centre of mass, M = (Omega + 2 omega) x (E Omega),
+    with the spread of mass E = integral of r r^T dm = tr(I) / 2 - I (docs/effects.md derives it).
+
+    latitude in degrees, north positive: the Earth, x east, y north, z up; or rate, Omega (3,) in rad/s in W. Gravity
+    turns with W. On the Earth, the centrifugal force at the pivot is part of the local gravity, and is not added again.
+    """
+
+    kind: Literal["rotation"] = "rotation"
+    latitude: Annotated[Number, Field(ge=-90, le=90)] | None = Field(None, description="degrees")
+    rate: Vector | None = Field(None, description="rad/s, in W")
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Self:
+        if (self.latitude is None) == (self.rate is None):
+            raise ValueError("a rotation needs a latitude or a rate, one of them")
+        return self
+
+    @property
+    def axial(self) -> bool:
+        """As `BodyEffect.axial`: what lies on the axis does not turn about it."""
+        return False
+
+    @property
+    def vector(self) -> Array:
+        """Omega, (3,) in rad/s, in W."""
+        if self.latitude is None:
+            return np.array(self.rate)
+        angle = math.radians(self.latitude)
+        return EARTH * np.array([0.0, math.cos(angle), math.sin(angle)])
+
+    def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
+        """As `BodyEffect.wrench`."""
+        omega, lever = self.vector, motion.levers(bodies.com)
+        r = motion.origin + lever + motion.pivot
+        v = motion.velocity + cross(motion.spin, lever) + motion.pivot_velocity
+        force = -bodies.mass[:, None] * cross(omega, 2 * v + cross(omega, r))
+        return force, cross(omega + 2 * motion.spin, _spread(bodies, motion, omega))
+
+    def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
+        """As `BodyEffect.potential`, of the centrifugal force: minus half the integral of |Omega x r|² dm."""
+        omega = self.vector
+        at_com = cross(omega, motion.points(bodies.com) + motion.pivot)
+        own = applied(motion.rotation.swapaxes(-1, -2), omega[None])  # Omega in the link frames
+        return -((bodies.mass * (at_com**2).sum(-1)).sum() + (own * applied(bodies.inertia, own)).sum()) / 2
+
+
+def _spread(bodies: Bodies, motion: Motion, omega: Array) -> Array:
+    """E Omega, (n, 3) in W: E is the integral of r r^T dm about the centre of mass, without a part across a thin rod."""
+    trace = np.trace(bodies.inertia, axis1=-2, axis2=-1)
+    E = trace[:, None, None] / 2 * np.eye(3) - bodies.inertia
+    R = motion.rotation
+    return applied(R, applied(E, applied(R.swapaxes(-1, -2), omega[None])))

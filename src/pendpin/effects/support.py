@@ -1,0 +1,88 @@
+"""Prescribed motion of the pivot."""
+
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pendpin.effects.base import Array, FrameEffect
+from pendpin.effects.track import Track, read_track
+from pendpin.errors import InputError, inside
+from pendpin.records import Number, Positive, Vector
+
+
+class Support(FrameEffect):
+    """The pivot is moved: W, whose origin it is, travels over the ground without turning.
+
+    position(t) = amplitude sin(frequency t + phase), in m, rad/s, rad; or a spline through the rows t, x, y, z, in s and
+    m, of a CSV file, which must cover the run. Exact, by the equivalence of acceleration and gravity: everything feels
+    the field -position''. What a run tells (positions, velocities, energies) is relative to the pivot.
+    """
+
+    kind: Literal["support"] = "support"
+    amplitude: Vector | None = Field(None, description="m, in W")
+    frequency: Positive | None = Field(None, description="rad/s")
+    phase: Number = Field(0.0, description="rad")
+    csv: Path | None = Field(None, description="columns t, x, y, z in s and m; relative to the scene file")
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Self:
+        if (self.amplitude is None) == (self.csv is None):
+            raise ValueError("a support needs an amplitude and a frequency, or a csv")
+        if (self.amplitude is None) != (self.frequency is None):
+            raise ValueError("amplitude and frequency go together")
+        if self.phase and self.amplitude is None:
+            raise ValueError("a phase needs an amplitude and frequency")
+        try:
+            self.track  # noqa: B018  what is wrong with the file is said when the scene is read
+        except InputError as error:
+            raise ValueError(str(error)) from None
+        return self
+
+    @cached_property
+    def track(self) -> Track | None:
+        """The path of the csv. Raises InputError where the file does not hold one."""
+        if self.csv is None:
+            return None
+        with inside(str(self.csv)):
+            return read_track(self.csv)
+
+    @property
+    def smooth(self) -> bool:
+        """As `Effect.smooth`: a spline is not."""
+        return self.csv is None
+
+    def check(self, duration: float) -> None:
+        """As `Effect.check`: the rows of the csv reach from 0 or before to the duration or beyond."""
+        if self.track and not self.track.start <= 0 <= duration <= self.track.end:
+            raise ValueError(
+                f"{self.csv}: its times, {self.track.start:.9g} to {self.track.end:.9g} s, do not cover the run, "
+                f"0 to {duration:.9g} s"
+            )
+
+    def position(self, t: Any, xp: Any = np) -> Array:
+        """As `FrameEffect.position`; times (n,) give (n, 3)."""
+        if self.track:
+            return self.track.position(t)
+        return self._wave(xp.sin(self._angle(t)), 1.0)
+
+    def velocity(self, t: Any, xp: Any = np) -> Array:
+        """As `FrameEffect.velocity`."""
+        if self.track:
+            return self.track.velocity(t)
+        return self._wave(xp.cos(self._angle(t)), self.frequency)
+
+    def acceleration(self, t: Any, xp: Any = np) -> Array:
+        """As `FrameEffect.acceleration`."""
+        if self.track:
+            return self.track.acceleration(t)
+        return self._wave(xp.sin(self._angle(t)), -((self.frequency or 0.0) ** 2))
+
+    def _angle(self, t: Any) -> Any:
+        return (self.frequency or 0.0) * t + self.phase
+
+    def _wave(self, value: Any, factor: Any) -> Array:
+        """A function of time along the amplitude, (..., 3)."""
+        return np.multiply.outer(value, np.array(self.amplitude) * factor)

@@ -1,0 +1,286 @@
+"""Chains and URDF trees: every engine, every route, and answers from outside."""
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from exact import direction, direction_rate, planar
+from scipy.special import jn_zeros, roots_laguerre
+
+import pendpin as pp
+from pendpin.model import build
+from pendpin.urdf_chain import chain_urdf
+
+GRAVITY = (pp.effects.Gravity(),)
+G = 9.81
+
+
+def chain_of(*rods: pp.Rod, copies: int = 1) -> pp.Chain:
+    """A chain of these rods."""
+    return pp.Chain(rods=rods, copies=copies)
+
+
+def mixed_rods(count: int, seed: int) -> pp.Chain:
+    """Thin and thick rods, masses 0.01 to 100 kg, lengths 0.01 to 10 m."""
+    random = np.random.default_rng(seed)
+    return chain_of(
+        *(
+            pp.Rod(
+                length=10 ** random.uniform(-2, 1),
+                mass=10 ** random.uniform(-2, 2),
+                radius=float(random.choice([0.0, 1e-3, 0.1])),
+            )
+            for _ in range(count)
+        )
+    )
+
+
+def scene_of(model: pp.Chain, q=(), v=(), duration: float = 2.0, **solver) -> pp.Scene:
+    """A chain under gravity; q, v are padded with zeros."""
+    pad = [0.0] * (2 * model.count)
+    start = pp.Start(positions=[*q, *pad[len(q) :]], velocities=[*v, *pad[len(v) :]])
+    return pp.Scene(duration=duration, model=model, start=start, effects=GRAVITY, solver=pp.Solver(**solver))
+
+
+# --- accelerations and reactions ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("count", "states"), [(2, 300), (3, 200), (10, 60), (50, 6)])
+def test_every_route_agrees_on_mixed_rods(count: int, states: int) -> None:
+    """Pinocchio, the chain equations, the recursion and 50 digits, within the bounds that follow from condition."""
+    report = pp.crosscheck(scene_of(mixed_rods(count, seed=count)), states=states, seed=1)
+    assert report.ok, report.fault
+    assert set(report.routes) == {"pinocchio", "chain", "recursion"}
+    assert report.worst_route is not None
+
+
+@pytest.mark.parametrize("rod", [pp.Rod(length=1.0, mass=1.0, radius=0.05), pp.Rod(length=1.0, mass=1.0)])
+def test_engines_give_the_same_motion(rod: pp.Rod) -> None:
+    """Pinocchio and the chain equations, thick rods and thin: tips, rates and reactions."""
+    q, v = [0.3, 0.4, 0.5, -0.6, 0.2, 0.1], [1.0, 2.0, -1.0, -2.0, 0.5, 0.7]
+    scenes = [scene_of(chain_of(rod, copies=3), q, v, tolerance=1e-12, engine=e) for e in ("pinocchio", "chain")]
+    one, other = (pp.simulate(scene) for scene in scenes)
+    assert np.abs(one.tips() - other.tips()).max() < 1e-9
+    assert np.abs(one.v - other.v).max() < 1e-8
+    assert np.abs(np.array(one.reactions()) - np.array(other.reactions())).max() < 1e-7
+    assert max(run.energy().drift for run in (one, other)) < 1e-10
+
+
+def test_a_hanging_chain_carries_its_weight() -> None:
+    """At rest the tension of each joint is the weight below it, exactly to rounding; R1, R2 and Mc are 0."""
+    model = mixed_rods(20, seed=3)
+    run = pp.simulate(scene_of(model, duration=0.0))
+    weights = np.cumsum([rod.mass for rod in model.rods][::-1])[::-1] * G
+    assert np.allclose(run.reactions().R3[0], weights, rtol=1e-14)
+    assert np.abs(run.reactions().R1).max() == 0
+
+
+def test_reactions_agree_with_wrenches_of_the_same_joint() -> None:
+    """The cross carries the rod's wrench, seen in its own frame: same lengths."""
+    run = pp.simulate(scene_of(mixed_rods(3, seed=1), [0.1, 0.2, 0.3, 0.4, 0.5, 0.6], duration=0.1, engine="chain"))
+    for part in (slice(0, 3), slice(3, 6)):
+        lengths = np.linalg.norm(run.wrench[..., part], axis=-1)
+        assert np.allclose(lengths[:, ::2], lengths[:, 1::2], rtol=1e-13)
+
+
+# --- small swings ---------------------------------------------------------------------------------------------------
+
+
+def frequencies(model: pp.Chain) -> np.ndarray:
+    """Squares of the small-swing frequencies, from Pinocchio's derivatives at rest."""
+    pin_model = pin.Model(build(model).pin)
+    pin_model.gravity.linear = np.array([0, 0, -G])
+    zero, data = np.zeros(pin_model.nv), pin.Data(pin_model)  # the results are views into data
+    stiffness, _, _ = pin.computeABADerivatives(pin_model, data, zero, zero, zero)
+    return np.sort(np.linalg.eigvals(-stiffness).real)
+
+
+def test_point_masses_swing_at_the_laguerre_frequencies() -> None:
+    """n equal point masses on massless rods: omega² = (g/l) times the roots of L_n, twice each (two planes)."""
+    n, length = 10, 0.5
+    found = frequencies(chain_of(pp.Rod(length=length, mass=0.0, payload=0.2), copies=n))
+    expected = np.repeat(G / length * roots_laguerre(n)[0], 2)
+    assert np.allclose(found, expected, rtol=1e-9)
+
+
+def long_frequencies(n: int, count: int) -> np.ndarray:
+    """The lowest frequencies of n thin links of length 1/n, by the chain equations at small angles."""
+    dynamics = pp.bind(scene_of(chain_of(pp.Rod(length=1.0 / n, mass=1.0 / n), copies=n), engine="chain"))
+    small = 1e-5
+    states = np.zeros((n, 2 * n))
+    states[:, ::2] = small * np.eye(n)
+    bend = dynamics.engine.evaluate(np.zeros(n), states, 0 * states).acceleration[:, ::2].T / small
+    compliance = -np.linalg.inv(bend)  # its largest eigenvalues are well conditioned, those of its inverse are not
+    return np.sort(1 / np.sqrt(np.sort(np.linalg.eigvals(compliance).real)[-count:]))
+
+
+def test_links_swing_like_a_hanging_chain() -> None:
+    """400 thin links approach the continuous chain, omega_k = j0k/2 sqrt(g/L), as 1/n² does."""
+    exact = jn_zeros(0, 3) / 2 * np.sqrt(G)
+    errors = {n: np.abs(long_frequencies(n, 3) / exact - 1) for n in (100, 200, 400)}
+    order = np.log2(errors[100] / errors[200]), np.log2(errors[200] / errors[400])
+    assert np.allclose(order, 2, atol=0.05)
+    assert errors[400].max() < 5e-5
+
+
+# --- thin rods through the pole -------------------------------------------------------------------------------------
+
+
+def test_a_thin_rod_through_the_pole_is_the_exact_swing() -> None:
+    """phi swings through pi/2 and on through full turns: 1e-9 after 20 s, no NaN, the steps of the turned swing."""
+    rod = chain_of(pp.Rod(length=1.0, mass=1.0))
+    through, turned = (
+        pp.simulate(scene_of(rod, *state, duration=20.0, tolerance=1e-13, samples=401))
+        for state in (([0.0, 0.3], [0.0, 9.0]), ([0.3, 0.0], [9.0, 0.0]))
+    )
+    exact = planar(0.3, 9.0, 2 / 3, G, through.t)
+    assert exact[-1] > 20 * np.pi
+    assert np.abs(through.q[:, 1] - exact).max() < 1e-9
+    assert np.abs(through.q[:, 0]).max() == 0
+    assert np.isfinite(through.a).all()
+    assert through.stats.steps < 3 * turned.stats.steps
+
+
+def test_a_thin_chain_whose_middle_rod_goes_through_the_pole() -> None:
+    """Against equations in directions, written down here on their own (Lagrange with multipliers): 1e-9 after 20 s."""
+    rods = [pp.Rod(length=1.0, mass=1.0), pp.Rod(length=0.8, mass=0.5), pp.Rod(length=0.6, mass=0.7)]
+    q, v = [0.05, 0.1, 0.0, 0.4, 0.02, 0.05], [0.0, 0.5, 0.0, 7.0, 0.0, 0.3]
+    run = pp.simulate(scene_of(chain_of(*rods), q, v, duration=20.0, tolerance=1e-13, samples=3))
+    assert np.abs(run.q[:, 3]).max() > np.pi  # it did go through
+    assert np.isfinite(run.a).all()
+    ends = directions_chain(rods, run.q[0], run.v[0], run.t)
+    assert np.abs(run.tips()[1:] - ends[1:]).max() < 1e-9
+    turned = pp.simulate(scene_of(chain_of(*rods), *([x[1], x[0], x[3], x[2], x[5], x[4]] for x in (q, v)), duration=20.0, tolerance=1e-13))
+    assert run.stats.steps < 3 * turned.stats.steps
+
+
+def directions_chain(rods: list[pp.Rod], q: np.ndarray, v: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Tips (n, rods, 3) in W of thin rods, from d/dt of the kinetic energy in directions, multipliers for |d| = 1."""
+    from scipy.integrate import solve_ivp
+
+    n, length = len(rods), np.array([rod.length for rod in rods])
+    mass = np.array([rod.mass for rod in rods])
+    beyond = np.array([mass[i + 1 :].sum() for i in range(n)])
+    A = np.zeros((n, n))  # T = sum A_ij d_i' . d_j' / 2
+    for i in range(n):
+        A[i, i] = (mass[i] / 3 + beyond[i]) * length[i] ** 2
+        for j in range(i):
+            A[i, j] = A[j, i] = (mass[i] / 2 + beyond[i]) * length[i] * length[j]
+    weight = (mass / 2 + beyond) * length
+
+    def rates(_, y):
+        d, w = y.reshape(2, n, 3)
+        system = np.zeros((4 * n, 4 * n))
+        right = np.zeros(4 * n)
+        system[: 3 * n, : 3 * n] = np.kron(A, np.eye(3))
+        for i in range(n):
+            system[3 * i : 3 * i + 3, 3 * n + i] = system[3 * n + i, 3 * i : 3 * i + 3] = d[i]
+            right[3 * i + 2], right[3 * n + i] = -weight[i] * G, -w[i] @ w[i]
+        bend = np.linalg.solve(system, right)[: 3 * n]
+        return np.concatenate([w.ravel(), bend])
+
+    d, w = start_directions(q, v)
+    y = solve_ivp(rates, (t[0], t[-1]), np.concatenate([d.ravel(), w.ravel()]), "DOP853", t, rtol=3e-14, atol=1e-14).y
+    return np.cumsum(length[:, None] * y.T[:, : 3 * n].reshape(-1, n, 3), 1)
+
+
+def start_directions(q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions of the rods and their rates in W, by Pinocchio's kinematics of the start."""
+    n = len(q) // 2
+    model = build(chain_of(pp.Rod(length=1.0, mass=1.0, radius=0.1), copies=n)).pin
+    data = model.createData()
+    pin.forwardKinematics(model, data, q, v)
+    d, w = np.empty((n, 3)), np.empty((n, 3))
+    for i in range(n):
+        R = data.oMi[2 * i + 2].rotation
+        d[i], w[i] = -R[:, 2], np.cross(R @ data.v[2 * i + 2].angular, -R[:, 2])
+    return d, w
+
+
+def test_exact_directions_are_pendpins() -> None:
+    """The test's own formulas for one rod's direction and rate say the same as Pinocchio's kinematics."""
+    q, v = np.array([0.3, 0.5]), np.array([1.1, -0.7])
+    d, w = start_directions(q, v)
+    assert np.allclose(d[0], direction(q), atol=1e-15)
+    assert np.allclose(w[0], direction_rate(q, v), atol=1e-15)
+
+
+# --- long chains ----------------------------------------------------------------------------------------------------
+
+
+def test_a_chain_too_long_for_pinocchio_runs_on_the_chain_equations() -> None:
+    """300 rods: chosen by itself, energy kept; naming Pinocchio is refused with the reason."""
+    model = chain_of(pp.Rod(length=1.0, mass=1.0, radius=0.01), copies=300)
+    run = pp.simulate(scene_of(model, duration=0.2, tolerance=1e-7))
+    assert run.stats.engine == "chain"
+    assert run.energy().drift < 1e-5
+    with pytest.raises(pp.InputError, match="too many for Pinocchio"):
+        pp.simulate(scene_of(model, duration=0.2, engine="pinocchio"))
+
+
+# --- URDF trees -----------------------------------------------------------------------------------------------------
+
+
+def test_a_chain_written_as_urdf_is_the_same_model(tmp_path: Path) -> None:
+    """Joints, tips, motion and reactions of the written chain are those of the scene's, bit for bit."""
+    model = chain_of(
+        pp.Rod(length=1.0, mass=1.0, radius=0.1), pp.Rod(length=0.7, mass=2.0, radius=0.05, payload=0.5)
+    )
+    path = tmp_path / "chain.urdf"
+    path.write_text(chain_urdf(model))
+    scene = scene_of(model, [0.3, 0.1, -0.2, 0.4])
+    one, other = pp.simulate(scene), pp.simulate(scene.model_copy(update={"model": pp.UrdfModel(path=path)}))
+    assert one.joints == other.joints
+    assert np.array_equal(one.q, other.q)
+    assert np.allclose(one.tips(), other.tips(), atol=1e-15)
+    assert np.allclose(one.reactions(), other.reactions(), atol=1e-13)
+
+
+def example_urdf(name: str) -> Path:
+    """A URDF of the installed example-robot-data."""
+    prefix = Path(pin.__file__).parents[4]
+    return prefix / "share/example-robot-data/robots/double_pendulum_description/urdf" / name
+
+
+@pytest.mark.parametrize("name", ["double_pendulum.urdf", "double_pendulum_continuous.urdf", "double_pendulum_simple.urdf"])
+def test_example_robot_datas_double_pendulums(name: str) -> None:
+    """They load, check, keep their energy, and say that their damping is not applied."""
+    scene = pp.Scene(
+        duration=5.0,
+        model=pp.UrdfModel(path=example_urdf(name)),
+        start=pp.Start(positions=[0.5, 0.3]),
+        effects=GRAVITY,
+    )
+    assert pp.crosscheck(scene, states=100).ok
+    assert pp.simulate(scene, tolerance=1e-12).energy().drift < 1e-10
+    damped = "damping" in example_urdf(name).read_text()
+    assert any("damping" in note and "not applied" in note for note in build(scene.model).notes) == damped
+
+
+def test_revolute_and_continuous_double_pendulum_move_alike() -> None:
+    """The same pendulum with joints of either type: 1e-10 after 5 s."""
+    ends = []
+    for name in ("double_pendulum.urdf", "double_pendulum_continuous.urdf"):
+        model = pp.UrdfModel(path=example_urdf(name))
+        start = pp.Start(positions=[0.5, 0.3])
+        ends.append(pp.simulate(pp.Scene(duration=5.0, model=model, start=start, effects=GRAVITY), tolerance=1e-12).q[-1])
+    assert np.abs(ends[0] - ends[1]).max() < 1e-10
+
+
+def test_several_rods_on_one_support(tmp_path: Path) -> None:
+    """A forest in one URDF: each universal joint is recognised, each rod moves as it would alone."""
+    one = chain_urdf(chain_of(pp.Rod(length=1.0, mass=1.0, radius=0.05)))
+    body = one[one.index('<joint name="theta"') : one.index("</robot>")]
+    second = body.replace('"theta"', '"theta_b"').replace('"phi"', '"phi_b"')
+    second = second.replace('"rod"', '"rod_b"').replace('"cross"', '"cross_b"')
+    second = second.replace('<origin xyz="0.0 0.0 0.0" />', '<origin xyz="2.0 0.0 0.0" rpy="0 0 0.7" />', 1)
+    path = tmp_path / "two.urdf"
+    path.write_text(one.replace("</robot>", second + "</robot>"))
+    scene = pp.Scene(duration=1.0, model=pp.UrdfModel(path=path), start=pp.Start(positions={"theta": 0.5, "phi_b": 0.3}), effects=GRAVITY)
+    run = pp.simulate(scene)
+    assert [rod.link for rod in build(scene.model).rods] == ["rod", "rod_b"]
+    assert pp.crosscheck(scene, states=100).ok
+    alone = pp.simulate(scene_of(chain_of(pp.Rod(length=1.0, mass=1.0, radius=0.05)), [0.5, 0.0], duration=1.0))
+    assert np.abs(run.q[:, :2] - alone.q).max() < 1e-8
+    assert run.reactions().R3.shape == (61, 2)
