@@ -25,7 +25,12 @@ TOP = {
     "no value": (DURATION, "duration =", "scene.toml: not a TOML file: Invalid value (at line 1"),
     "key twice": (DURATION, "duration = 1\nduration = 1", "not a TOML file: Cannot overwrite a value (at line 2"),
     "unknown key": (DURATION, "durations = 1", "scene.toml: durations: unknown key"),
-    "unknown key with control characters": (DURATION, r'"a\u001b[31m\nb" = 1', r"scene.toml: a\x1b[31m b: unknown key"),
+    "key of no letters": (DURATION, '"" = 1', "scene.toml: '': unknown key"),
+    "unknown key with control characters": (
+        DURATION,
+        r'"a\u001b[31m\nb" = 1',
+        r"scene.toml: 'a\x1b[31m\nb': unknown key",
+    ),
 }
 
 MODELS = {

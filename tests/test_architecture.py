@@ -19,6 +19,7 @@ ROWS = [
     {"urdf_chain"},
     {"kinematics"},
     {"engines"},
+    {"binding"},
     {"dynamics"},
     {"solvers"},
     {"simulation"},

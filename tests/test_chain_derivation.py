@@ -137,6 +137,34 @@ def test_hanging_at_rest_every_joint_carries_the_weight_below(radius):
     np.testing.assert_array_equal(found.wrench[:, 3:], 0)
 
 
+@pytest.mark.parametrize("size", [1e-3, 1e-9, 1e-17, 1e-30])
+@pytest.mark.parametrize("kind", ["ordinary", "mixed", "thin among mixed"])
+def test_close_to_rest_vs_fifty_digits(kind, size):
+    """Where the rods hardly move, rounding is to be measured by the weights, not by what little happens."""
+    rng = np.random.default_rng(4)
+    some = KINDS[kind](6, rng)
+    q, v = (size * x for x in state(6, rng))
+    a, F, _ = fifty_digits(some, q, v, G)
+    found = chain.solve(some, q, v, G)
+    assert np.abs(found.acceleration - a.astype(float)).max() < 1e-15 * max(9.81 / some.l.min(), np.abs(a).max())
+    assert error(found.force, F) < 2e-15
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-13, 1e-17, 1e-21])
+def test_long_chain_close_to_rest_swings_in_proportion(size):
+    some, (q, v) = alike(300, 0.01), state(300, np.random.default_rng(4))
+    one, two = (chain.solve(some, t * size * q, t * size * v, G).acceleration for t in (1, 2))
+    np.testing.assert_allclose(two, 2 * one, atol=1e-12 + 1e-6 * size * 9.81)
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.01])
+def test_forces_that_cancel_the_field_leave_no_reactions(radius):
+    some, (q, _) = alike(30, radius), state(30, np.random.default_rng(0))
+    found = chain.solve(some, q, np.zeros((30, 2)), TILTED, force=-some.m[:, None] * TILTED)
+    np.testing.assert_allclose(found.force, 0, atol=1e-13)
+    np.testing.assert_allclose(found.acceleration, 0, atol=1e-12)
+
+
 def test_nothing_acts_nothing_happens():
     found = chain.solve(alike(4, 0.1), np.full((4, 2), 0.3), np.zeros((4, 2)), np.zeros(3))
     np.testing.assert_array_equal(found.acceleration, 0)

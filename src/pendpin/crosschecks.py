@@ -112,7 +112,10 @@ def crosscheck(scene: Scene, states: int = 1000, seed: int = 0, routes: Mapping[
 
 def along(trajectory: Trajectory, most: int = 600) -> Report | None:
     """The same comparison at states of a run, at most so many; None where fewer than two routes cover its model."""
-    scene = Scene(**trajectory.scene)
+    try:
+        scene = Scene(**trajectory.scene)
+    except InputError:  # an effect that a scene file cannot name: a user's own class
+        return None
     chosen = slice(None, None, -(-len(trajectory.t) // most))
     dynamics = bind(scene)
     if dynamics.model.pin is None:

@@ -1,14 +1,15 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from pendpin import kinematics
+from pendpin.binding import bind_loads
 from pendpin.derivations.base import Array
-from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, JointEffect, Motion
-from pendpin.engines import MAX_SPHERICAL, Directions, Engine, Loads, LongChain, Revolute, Spherical
+from pendpin.contacts import Contacts, bind_contacts
+from pendpin.effects import ContactEffect, Effect
+from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
 from pendpin.errors import InputError
 from pendpin.model import Model, build
 from pendpin.scene import Scene
@@ -21,7 +22,11 @@ class Dynamics:
     def __init__(self, model: Model, effects: tuple[Effect, ...], engine: str = "auto") -> None:
         self.model = model
         self.loads = bind_loads(model, effects)
-        self.engine = choose_engine(model, self.loads, engine)
+        touching = any(isinstance(effect, ContactEffect) for effect in effects)
+        self.engine = choose_engine(model, self.loads, engine, touching)
+        self.contacts: Contacts | None = None
+        if touching and isinstance(self.engine, AngleEngine):
+            self.contacts = bind_contacts(model, effects, self.engine)
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
         """q'' (nv,) at time t. Raises InputError for arrays of another shape."""
@@ -46,77 +51,19 @@ class Dynamics:
         return tuple(state[None] for state in states)
 
 
-def bind_loads(model: Model, effects: tuple[Effect, ...]) -> Loads:
-    """What the effects add, seam by seam. Raises InputError for a joint or link that the model lacks."""
-    fields = [effect for effect in effects if isinstance(effect, FieldEffect)]
-    constant = sum((e.field(0.0) for e in fields if e.constant), np.zeros(3))
-    varying = [e.field for e in fields if not e.constant]
-    torques = [_torque(model, e, f"effects[{i}]") for i, e in enumerate(effects) if isinstance(e, JointEffect)]
-    wrenches = [_wrench(bodies_of(model), e) for e in effects if isinstance(e, BodyEffect)]
-    return Loads(constant, _total(varying), _total(torques), _total_wrench(wrenches))
-
-
-def chosen_joints(model: Model, effect: JointEffect, where: str) -> Any:
-    """The places of an effect's joints in model order: a slice for all, else an index array."""
-    if effect.joints is None:
-        return slice(None)
-    return np.array([model.index(name, f"{where}.joints") for name in effect.joints], dtype=int)
-
-
-def _torque(model: Model, effect: JointEffect, where: str) -> Callable[[float, Array, Array], Array]:
-    chosen, nv = chosen_joints(model, effect, where), len(model.joints)
-    if effect.joints is None:
-        return effect.torque
-
-    def torque(t: float, q: Array, v: Array) -> Array:
-        tau = np.zeros(nv)
-        np.add.at(tau, chosen, effect.torque(t, q[chosen], v[chosen]))
-        return tau
-
-    return torque
-
-
-def bodies_of(model: Model) -> Bodies:
-    """The bodies of a model as arrays, one row each."""
-    rows = [(body.mass, body.com, body.inertia, body.tip, body.radius) for body in model.bodies]
-    return Bodies(*(np.array(column) for column in zip(*rows, strict=True)))
-
-
-def _wrench(bodies: Bodies, effect: BodyEffect) -> Callable[[float, Motion], tuple[Array, Array]]:
-    return lambda t, motion: effect.wrench(t, bodies, motion)
-
-
-def _total(functions: list[Any]) -> Any:
-    """One function that adds the values of several; None for none."""
-    if len(functions) < 2:
-        return functions[0] if functions else None
-    first, *others = functions
-    return lambda *args: sum((function(*args) for function in others), first(*args))
-
-
-def _total_wrench(functions: list[Any]) -> Any:
-    if len(functions) < 2:
-        return functions[0] if functions else None
-
-    def total(t: float, motion: Motion) -> tuple[Array, Array]:
-        forces, moments = zip(*(function(t, motion) for function in functions), strict=True)
-        return sum(forces), sum(moments)
-
-    return total
-
-
-def choose_engine(model: Model, loads: Loads, name: str) -> Engine:
+def choose_engine(model: Model, loads: Loads, name: str, touching: bool = False) -> Engine:
     """The engine for a model; `name` is "auto", "pinocchio" or "chain".
 
-    Pinocchio on revolute joints serves every tree that its memory holds. A chain of thin rods without joint effects
-    is carried in directions, regular everywhere; a chain too long for Pinocchio goes on the chain equations. Raises
-    InputError where the named engine cannot carry the model.
+    Pinocchio on revolute joints serves every tree that its memory holds. A chain of thin rods that nothing turns about
+    its joints or about the rods is carried in directions, regular everywhere; a chain too long for Pinocchio goes on
+    the chain equations. Raises InputError where the named engine cannot carry the model.
     """
     if name == "chain" and model.chain is None:
         raise InputError('solver.engine: "chain" needs a model of kind "chain"')
     if name == "pinocchio" and model.pin is None:
         raise InputError(f"solver.engine: {len(model.joints)} joints are too many for Pinocchio's memory; use \"chain\"")
-    balls = model.chain is not None and model.chain.first_thin == 0 and loads.torque is None
+    thin = model.chain is not None and model.chain.first_thin == 0
+    balls = thin and loads.torque is None and not loads.axial and not touching
     if balls and name != "chain" and len(model.rods) <= MAX_SPHERICAL:
         return Spherical(model, loads)
     if balls and name != "pinocchio":

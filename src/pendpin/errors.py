@@ -77,7 +77,8 @@ def _path(fault: Any) -> str:
         if isinstance(part, int):
             path += f"[{part}]"
         elif not part.startswith("~"):  # names of union branches start with ~
-            path += f".{part}" if path else part
+            name = part if re.fullmatch(r"[\w-]+|\[key\]", part) else shown(part)
+            path += f".{name}" if path else name
     if fault["type"] == "union_tag_invalid" and fault["ctx"]["tag"] != "~no table":
         path += ".kind"
     return path.removesuffix(".[key]")

@@ -1,6 +1,5 @@
 """Scenes: what is simulated, as frozen, validated data; read from TOML, described by a JSON schema."""
 
-import math
 import re
 import tomllib
 from functools import cached_property
@@ -21,8 +20,11 @@ Method = Literal["dop853", "rk45", "rk23", "radau", "bdf", "lsoda"]
 MAX_SCENE_BYTES = 500_000  # more takes Python's TOML reader seconds
 MAX_SAMPLES = 2_000_000
 MAX_RODS = 100_000
+LARGEST = 1e100  # of a length, mass or inertia, and 1 over the least inertia: their products stay within doubles
 _DEEP_KEY = re.compile(rb"""(?<![\w-])(?:(?:[\w-]+|["'][^"'\n]*["'])[ \t]*\.[ \t]*){50}""")
 SAMPLES_PER_SECOND = 60
+
+Size = Annotated[NotNegative, Field(le=LARGEST)]
 
 
 class Rod(Record):
@@ -32,14 +34,16 @@ class Rod(Record):
     point mass on a massless rod.
     """
 
-    length: Positive  # m
-    mass: NotNegative  # kg, without the payload
-    radius: NotNegative = 0.0  # m
-    com: Number | None = Field(None, description="centre of mass from the joint along the rod, m; length/2 if absent")
-    inertia: tuple[NotNegative, NotNegative, NotNegative] | None = Field(
+    length: Annotated[Positive, Field(le=LARGEST)]  # m
+    mass: Size  # kg, without the payload
+    radius: Size = 0.0  # m
+    com: Annotated[Number, Field(ge=-LARGEST, le=LARGEST)] | None = Field(
+        None, description="centre of mass from the joint along the rod, m; length/2 if absent"
+    )
+    inertia: tuple[Size, Size, Size] | None = Field(
         None, description="central principal inertia (I1, I2, I3), kg m², without the payload; a uniform rod if absent"
     )
-    payload: NotNegative = Field(0.0, description="point mass at the tip, kg")
+    payload: Size = Field(0.0, description="point mass at the tip, kg")
 
     @cached_property
     def properties(self) -> RodInertia:
@@ -67,14 +71,11 @@ class Rod(Record):
             raise ValueError("a rod needs a mass or a payload above 0")
         if self.inertia and self.inertia[2] == 0 and self.inertia[0] != self.inertia[1]:
             raise ValueError(f"inertia {list(self.inertia)}: a rod with no inertia about its axis has I1 = I2")
-        try:
-            m, h, I1, I2, I3 = self.properties
-            about_joint = (I1 + m * h * h, I2 + m * h * h)
-        except OverflowError:
-            I3, about_joint = math.inf, (math.inf,)
-        if not math.isfinite(max(*about_joint, I3)) or min(about_joint) < 1e-280:
+        m, h, I1, I2, _ = self.properties
+        about_joint = (I1 + m * h * h, I2 + m * h * h)
+        if min(about_joint) < 1 / LARGEST or max(about_joint) > LARGEST:
             raise ValueError(
-                f"the inertia about the joint, {min(about_joint):g} kg m², is out of range (1e-280 to 1e308): "
+                f"the inertia about the joint, {min(about_joint):g} kg m², is out of range (1e-100 to 1e100): "
                 "a rod needs a centre of mass away from its joint, or an inertia about it"
             )
         return self
@@ -167,6 +168,15 @@ class Scene(Record):
             raise ValueError("a duration of 0 has 1 sample; leave solver.samples out")
         return self
 
+    @model_validator(mode="after")
+    def _effects_last(self) -> Self:
+        for i, effect in enumerate(self.effects):
+            try:
+                effect.check(self.duration)
+            except ValueError as error:
+                raise ValueError(f"effects[{i}]: {error}") from None
+        return self
+
 
 def builtin_scene() -> Scene:
     """The scene of a command that is given none: the rod of urdf/universal_rod.urdf under gravity, 10 s."""
@@ -185,17 +195,24 @@ def urdf_folder() -> Path:
 
 
 def load_scene(path: str | Path) -> Scene:
-    """Read a scene from a TOML file; a URDF's path is relative to that file. Raises InputError."""
+    """Read a scene from a TOML file; the files that it names are relative to that file. Raises InputError."""
     path = Path(path)
     with inside(str(path)):
         raw = _read_toml(path)
-        model = raw.get("model")
-        if isinstance(model, dict) and isinstance(model.get("path"), str):
-            raw = raw | {"model": model | {"path": str(path.parent / model["path"])}}
+        raw |= {"model": _placed(raw["model"], "path", path.parent)} if "model" in raw else {}
+        if isinstance(raw.get("effects"), list):
+            raw["effects"] = [_placed(effect, "csv", path.parent) for effect in raw["effects"]]
         try:
             return Scene(**raw)
         except InputError as error:  # the file's name says enough
             raise InputError(str(error).removeprefix("Scene: ")) from None
+
+
+def _placed(table: Any, key: str, folder: Path) -> Any:
+    """A table whose `key` names a file relative to `folder`, with the whole path; anything else as it is."""
+    if isinstance(table, dict) and isinstance(table.get(key), str):
+        return table | {key: str(folder / table[key])}
+    return table
 
 
 def _read_toml(path: Path) -> dict[str, Any]:

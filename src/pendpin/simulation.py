@@ -1,18 +1,18 @@
 """Running a scene: the lane is driven over the output times, stretch by stretch, and the motion is filled in."""
 
 import time
-from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin import kinematics
+from pendpin import hybrid, kinematics
+from pendpin.contacts import check_start
 from pendpin.derivations.base import Array
 from pendpin.dynamics import Dynamics, bind, reactions
 from pendpin.engines import Watch
 from pendpin.errors import RunError
 from pendpin.model import start_state
 from pendpin.scene import Scene, Solver
-from pendpin.solvers import Adaptive, Lane
+from pendpin.solvers import Adaptive, Lane, Run
 from pendpin.trajectory import Stats, Trajectory
 
 EVALUATIONS_A_STRETCH = 20_000
@@ -37,30 +37,20 @@ def simulate(
     solver = Solver(**(scene.solver.model_dump() | chosen))
     scene = scene.model_copy(update={"solver": solver})
     dynamics = bind(scene)
-    lane = Adaptive(solver.method, solver.tolerance)
-    run = _drive(lane, dynamics, *start_state(dynamics.model, scene.start), scene.times, watch)
-    trajectory = _fill_in(scene, dynamics, lane, run)
+    q, v = start_state(dynamics.model, scene.start)
+    if dynamics.contacts is None:
+        run = _drive(Adaptive(solver.method, solver.tolerance), dynamics, q, v, scene.times, watch)
+    else:
+        check_start(dynamics.contacts, dynamics.model, q)
+        run = hybrid.drive(dynamics.contacts, q, v, scene.times, solver.method, solver.tolerance, watch)
+    trajectory = _fill_in(scene, dynamics, run)
     if run.failure is None:
         return trajectory
     reason = f"the run ended at t = {run.t[-1]:g} s of {scene.duration:g} s: {run.failure}"
     raise (Interrupted if run.interrupted else RunError)(reason, trajectory)
 
 
-@dataclass(frozen=True)
-class _Run:
-    """What the lane has done."""
-
-    t: Array
-    q: Array
-    v: Array
-    steps: int
-    evaluations: int
-    seconds: float
-    failure: str | None
-    interrupted: bool
-
-
-def _drive(lane: Lane, dynamics: Dynamics, q: Array, v: Array, times: Array, watch: Watch) -> _Run:
+def _drive(lane: Lane, dynamics: Dynamics, q: Array, v: Array, times: Array, watch: Watch) -> Run:
     """Integrate over `times` in stretches of about EVALUATIONS_A_STRETCH, so that what is done is kept."""
     engine = dynamics.engine
     derivative, evaluations = engine.derivative(watch)
@@ -80,15 +70,16 @@ def _drive(lane: Lane, dynamics: Dynamics, q: Array, v: Array, times: Array, wat
         first_step = (span[-1] - span[0]) / max(stretch.steps, 1)
         size = max(1, size * EVALUATIONS_A_STRETCH // max(evaluations() - before, 1))
     seconds = time.perf_counter() - begin
-    return _Run(times[: len(q)], q, v, steps, evaluations(), seconds, failure, interrupted)
+    counts = (steps, evaluations(), 0, seconds)
+    return Run(times[: len(q)], q, v, None, *counts, lane.library, lane.version, failure, interrupted)
 
 
-def _fill_in(scene: Scene, dynamics: Dynamics, lane: Lane, run: _Run) -> Trajectory:
+def _fill_in(scene: Scene, dynamics: Dynamics, run: Run) -> Trajectory:
     """Accelerations, wrenches, energies and tips along the run."""
     model, solver = dynamics.model, scene.solver
-    a, wrench = dynamics.engine.evaluate(run.t, run.q, run.v)
+    a, wrench = dynamics.engine.evaluate(run.t, run.q, run.v, run.torque)
     poses = kinematics.poses(model, run.q)
-    counts = (run.steps, run.evaluations, run.seconds, 0.0)
+    counts = (run.steps, run.evaluations, run.events, run.seconds, 0.0)
     return Trajectory(
         joints=model.joints,
         t=run.t,
@@ -100,6 +91,6 @@ def _fill_in(scene: Scene, dynamics: Dynamics, lane: Lane, run: _Run) -> Traject
         potential=kinematics.field_potential(model, poses, dynamics.loads.constant),
         tip=kinematics.tips(model, poses),
         rods=reactions(model, run.q, wrench),
-        stats=Stats(solver.method, solver.tolerance, *counts, dynamics.engine.name, lane.library, lane.version, run.failure),
+        stats=Stats(solver.method, solver.tolerance, *counts, dynamics.engine.name, run.library, run.version, run.failure),
         scene=scene.model_dump(mode="json"),
     )

@@ -53,6 +53,7 @@ class Stats:
     tolerance: float
     steps: int
     evaluations: int
+    events: int  # impacts, and joints that stuck or came loose
     seconds: float  # of integration with its sampling
     compile_seconds: float
     engine: str

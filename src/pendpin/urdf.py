@@ -200,7 +200,8 @@ def _check_limits(where: str, joint: Element, kind: str) -> None:
     if limit is None:
         raise InputError(f"{where}: a {kind} joint needs <limit lower upper effort velocity>")
     for key in ("effort", "velocity"):
-        number(where, limit, key)
+        if number(where, limit, key) < 0:
+            raise InputError(f"{where}: limit {key} is negative")
     lower, upper = (number(where, limit, key) if limit.get(key) is not None else 0.0 for key in ("lower", "upper"))
     if lower > upper:
         raise InputError(f"{where}: its limits are swapped: lower {lower:g} > upper {upper:g}")

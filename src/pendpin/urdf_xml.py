@@ -1,7 +1,7 @@
 """A URDF's XML: parsed without the tricks that XML allows, its numbers checked, and written again in plain form."""
 
-import math
 import re
+import sys
 from collections.abc import Iterable
 from xml.etree import ElementTree
 
@@ -11,6 +11,8 @@ Element = ElementTree.Element
 
 _BLANK = " \t\r\n"  # other spaces of Unicode are no separators in XML
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+LARGEST = 1e100  # of a length, mass or inertia: their products stay within doubles
+_ONLY_COMPARED = {"limit", "axis"}  # or made a unit vector
 _KEPT = {  # what Pinocchio gets to see
     "origin": ("xyz", "rpy"),
     "mass": ("value",),
@@ -72,7 +74,7 @@ def number(where: str, element: Element, key: str) -> float:
     text = element.get(key)
     if text is None:
         raise InputError(f"{where}: <{element.tag}> has no {key}")
-    value = _finite(f"{where}: {element.tag} {key}", text.strip(_BLANK))
+    value = _read(where, element, key, text.strip(_BLANK))
     element.set(key, repr(value))
     return value
 
@@ -89,7 +91,7 @@ def numbers(where: str, element: Element, key: str, count: int) -> tuple[float, 
     if text is None:
         return ()
     parts = [part for part in re.split(f"[{_BLANK}]+", text) if part]
-    values = tuple(_finite(f"{where}: {element.tag} {key}", part) for part in parts)
+    values = tuple(_read(where, element, key, part) for part in parts)
     if len(values) != count:
         raise InputError(f"{where}: {element.tag} {key}: {shown(text)} is not {count} numbers with spaces between")
     put(element, key, values)
@@ -101,13 +103,15 @@ def put(element: Element, key: str, values: Iterable[float]) -> None:
     element.set(key, " ".join(repr(float(value)) for value in values))
 
 
-def _finite(what: str, text: str) -> float:
+def _read(where: str, element: Element, key: str, text: str) -> float:
+    what = f"{where}: {element.tag} {key}: {shown(text)}"
     if not _NUMBER.fullmatch(text):
         comma = "; it has a comma" if "," in text else ""
-        raise InputError(f"{what}: {shown(text)} is not a number such as 1.5 or 2e-3{comma}")
+        raise InputError(f"{what} is not a number such as 1.5 or 2e-3{comma}")
     value = float(text)
-    if not math.isfinite(value):
-        raise InputError(f"{what}: {shown(text)} is beyond double precision")
+    most = sys.float_info.max if element.tag in _ONLY_COMPARED else LARGEST
+    if abs(value) > most:
+        raise InputError(f"{what} is too large to compute with; the most is {most:.2g}")
     return value
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.linalg import get_lapack_funcs
 
 from pendpin.derivations.base import Array
+from pendpin.derivations.chain_inertia import Rods
 from pendpin.derivations.chain_system import Loads, System
 
 _pbtrf, _pbtrs = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
@@ -149,24 +150,33 @@ def _refined(system: System, correction: Correction) -> tuple[Array, Array]:
     """Repeated correction of the true balances, until what it corrects is rounding."""
     x, force, turning, turn, ratio = 0.0, 0.0, system.turning, np.zeros_like(system.turning), 1.0
     for attempt in range(PASSES):
-        lack = turning - system.resistance(turn)
-        step = correction.step(force / system.rods.m + system.push, turn, lack)
+        linear, lack = force / system.rods.m + system.push, turning - system.resistance(turn)
+        step = correction.step(linear, turn, lack)
         x, turn = x + step.x, turn + step.turn
         force, turning = force + step.loads.force, turning + step.loads.turning
         if attempt:
-            last, ratio = ratio, max(_relative(system, step.x[:3], x[:3]), _relative(system, step.turn, turn))
+            last, ratio = ratio, _relative(system.rods, linear, step, x, turn)
             if _settled(last, ratio):
                 return x, turn
     rod = int(np.abs(turn).max(0).argmax()) % system.rods.n + 1
     raise np.linalg.LinAlgError(f"no finite reactions at rod {rod}: a thin rod takes a moment at cos(phi) = 0")
 
 
-def _relative(system: System, change: Array, x: Array) -> float:
-    """Size of a change beside the size of x (i, K), the worst of the states."""
-    if system.rods.m.size == system.rods.n:  # one state: the quick way
-        return float(np.abs(change).max() / (np.abs(x).max() + TINY))
-    sizes = [np.abs(y).max(0).reshape(-1, system.rods.n).max(1) + TINY for y in (change, x)]
-    return float((sizes[0] / sizes[1]).max())
+def _relative(rods: Rods, linear: Array, step: Step, x: Array, turn: Array) -> float:
+    """Size of a step beside the size of the unknowns, or of what cancels in them; the worst of the states.
+
+    Near equilibrium the rods hardly turn, whereas their accelerations relative to free fall, linear, do not vanish:
+    what these mean in force and in turning is what rounding errors are to be measured by.
+    """
+    at_work = np.abs(linear).max(0)
+    forces = _share(rods.n, step.x[:3], x[:3], rods.m * at_work)
+    return max(forces, _share(rods.n, step.turn, turn, at_work / (np.abs(rods.h) + np.abs(rods.k))))
+
+
+def _share(n: int, change: Array, x: Array, floor: Array) -> float:
+    """Largest entry of change (i, K) over that of x (i, K) and floor (K,), in the worst of the states."""
+    top, bottom = np.abs(change).max(0), np.maximum(np.abs(x).max(0), floor)
+    return float((top.reshape(-1, n).max(1) / (bottom.reshape(-1, n).max(1) + TINY)).max())
 
 
 def _settled(last: float, ratio: float) -> bool:

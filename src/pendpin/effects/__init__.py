@@ -19,6 +19,7 @@ from pendpin.effects.base import (
     cross,
     dot,
 )
+from pendpin.effects.contact import ContactEffect, DryFriction, Stop
 from pendpin.effects.gravity import Gravity
 from pendpin.effects.joints import Motor, Spring, Viscous
 from pendpin.effects.loads import Push
@@ -41,6 +42,8 @@ AnyEffect = Annotated[
     | Annotated[Drag, Tag("~drag")]
     | Annotated[Support, Tag("~support")]
     | Annotated[Rotation, Tag("~rotation")]
+    | Annotated[DryFriction, Tag("~dry_friction")]
+    | Annotated[Stop, Tag("~stop")]
     | Annotated[SkipJsonSchema[InstanceOf[Effect]], Tag("~instance")],
     Discriminator(_branch),
 ]
@@ -49,7 +52,9 @@ __all__ = [
     "AnyEffect",
     "Bodies",
     "BodyEffect",
+    "ContactEffect",
     "Drag",
+    "DryFriction",
     "Effect",
     "FieldEffect",
     "FrameEffect",
@@ -61,6 +66,7 @@ __all__ = [
     "Push",
     "Rotation",
     "Spring",
+    "Stop",
     "Support",
     "Viscous",
     "applied",

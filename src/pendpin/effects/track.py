@@ -19,7 +19,7 @@ LONGEST_GAP = 50  # median intervals; what a spline does in a longer one has not
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Positions (3,) in m over time in s, with their derivatives; each function takes one time or many."""
+    """Positions (3,) in m over time in s, with their derivatives; each function takes one time or many, and is NaN outside."""
 
     start: float
     end: float
@@ -95,7 +95,7 @@ def _splined(t: Array, positions: Array) -> Track:
 
     with np.errstate(all="ignore"):
         try:
-            spline = PPoly.from_spline(make_interp_spline(t, positions, k=min(DEGREE, len(t) - 1)))
+            spline = PPoly.from_spline(make_interp_spline(t, positions, k=min(DEGREE, len(t) - 1)), extrapolate=False)
         except ValueError as error:
             raise InputError(f"no spline goes through its positions: {error}") from None
     velocity, acceleration = spline.derivative(1), spline.derivative(2)

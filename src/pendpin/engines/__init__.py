@@ -1,12 +1,13 @@
 """The engines: each computes a model's motion by its own equations, in its own coordinates."""
 
-from pendpin.engines.base import Derivative, Engine, Loads, Sample, Watch
+from pendpin.engines.base import AngleEngine, Derivative, Engine, Loads, Sample, Watch
 from pendpin.engines.long_chain import LongChain
 from pendpin.engines.revolute import Revolute
 from pendpin.engines.thin import MAX_SPHERICAL, Directions, Spherical
 
 __all__ = [
     "MAX_SPHERICAL",
+    "AngleEngine",
     "Derivative",
     "Directions",
     "Engine",

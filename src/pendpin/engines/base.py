@@ -25,6 +25,7 @@ class Loads:
     varying: Callable[[float], Array] | None = None  # t -> (3,) m/s², W: the sum of the others
     torque: Callable[[float, Array, Array], Array] | None = None  # t, q, v -> (nv,) N m, or N for slides
     wrench: Callable[[float, Motion], tuple[Array, Array]] | None = None  # force N, moment N m about com, (n, 3), W
+    axial: bool = False  # whether wrenches may turn a rod about its own axis, or ask how far it has turned
 
     def field(self, t: float) -> Array:
         """The sum of all uniform fields at time t, (3,) m/s², W."""
@@ -46,26 +47,50 @@ class Engine(ABC):
     def __init__(self, model: Model, loads: Loads) -> None:
         self.model, self.loads = model, loads
 
+    @abstractmethod
     def pack(self, q: Array, v: Array) -> Array:
         """The engine's state y from positions and velocities (nv,)."""
-        return np.concatenate([q, v])
 
+    @abstractmethod
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
         """Positions and velocities (n, nv) from states y (n, size) at t (n,); `near` (nv,): positions just before."""
-        nv = len(self.model.joints)
-        return y[:, :nv].copy(), y[:, nv:].copy()
 
+    @abstractmethod
     def settle(self, y: Array) -> Array:
         """A state with the drift off its constraints taken out."""
-        return y
 
     @abstractmethod
     def derivative(self, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
         """f(dy, t, y) that fills dy, and the count of its calls; `watch` gets t now and then, and may raise."""
 
     @abstractmethod
-    def evaluate(self, t: Array, q: Array, v: Array) -> Sample:
-        """Accelerations and joint wrenches at times (n,) and states (n, nv)."""
+    def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
+        """Accelerations and joint wrenches at times (n,) and states (n, nv), with joint torques (n, nv) added."""
+
+
+class AngleEngine(Engine):
+    """An engine whose state is y = (q, v)."""
+
+    def pack(self, q: Array, v: Array) -> Array:
+        """As `Engine.pack`."""
+        return np.concatenate([q, v])
+
+    def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
+        """As `Engine.unpack`."""
+        nv = len(self.model.joints)
+        return y[:, :nv].copy(), y[:, nv:].copy()
+
+    def settle(self, y: Array) -> Array:
+        """As `Engine.settle`: there are no constraints."""
+        return y
+
+    @abstractmethod
+    def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
+        """Accelerations (nv,) at one state, with joint torques (nv,) added."""
+
+    @abstractmethod
+    def compliance(self, q: Array, joints: Array) -> Array:
+        """Columns of the inverse mass matrix, (nv, k): accelerations for a unit torque on each of k joints."""
 
 
 def counted(function: Derivative, watch: Watch) -> tuple[Derivative, Callable[[], int]]:

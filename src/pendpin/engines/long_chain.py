@@ -8,14 +8,14 @@ from pendpin.derivations import chain
 from pendpin.derivations.base import Array
 from pendpin.derivations.chain_kinematics import motion
 from pendpin.effects import Motion
-from pendpin.engines.base import Derivative, Engine, Loads, Sample, Watch, counted
+from pendpin.engines.base import AngleEngine, Derivative, Loads, Sample, Watch, counted
 from pendpin.model import FLIP, Model
 
 SIGNS = np.diag(FLIP)
 BATCH = 1 << 15  # rods solved at once, which bounds the memory
 
 
-class LongChain(Engine):
+class LongChain(AngleEngine):
     """Every joint's reactions as the unknowns of one banded system; y = (q, v)."""
 
     name = "chain"
@@ -35,26 +35,43 @@ class LongChain(Engine):
 
         return counted(derivative, watch)
 
-    def evaluate(self, t: Array, q: Array, v: Array) -> Sample:
+    def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """As `Engine.evaluate`; the wrench on the massless cross is that on its rod, in the frame of the cross."""
         size = max(1, BATCH // self._chain.n)
-        parts = [self._evaluate(*(x[i : i + size] for x in (t, q, v))) for i in range(0, len(t), size)]
+        given = (t, q, v) if torque is None else (t, q, v, torque)
+        parts = [self._evaluate(*(x[i : i + size] for x in given)) for i in range(0, len(t), size)]
         return Sample(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
-    def _evaluate(self, t: Array, q: Array, v: Array) -> Sample:
-        found = self._solve(t, q, v)
+    def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
+        """As `AngleEngine.accelerate`."""
+        return self._solve(np.array([t]), q[None], v[None], torque[None]).acceleration.reshape(-1)
+
+    def compliance(self, q: Array, joints: Array) -> Array:
+        """As `AngleEngine.compliance`."""
+        k, shape = len(joints), (len(joints), self._chain.n, 2)
+        torque = np.zeros((k, len(q)))
+        torque[np.arange(k), joints] = 1.0
+        angles = np.broadcast_to(q.reshape(-1, 2), shape)
+        found = chain.solve(self._chain, angles, np.zeros(shape), np.zeros(3), torque=torque.reshape(shape))
+        return found.acceleration.reshape(k, -1).T
+
+    def _evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
+        found = self._solve(t, q, v, torque)
         wrench = np.empty((*q.shape, 6))
         wrench[:, 1::2] = found.wrench * np.tile(SIGNS, 2)
         wrench[:, ::2] = _on_cross(found.wrench, q[:, 1::2])
         return Sample(found.acceleration.reshape(q.shape), wrench)
 
-    def _solve(self, t: Array, q: Array, v: Array) -> chain.ChainSolution:
+    def _solve(self, t: Array, q: Array, v: Array, extra: Array | None = None) -> chain.ChainSolution:
         """The chain equations at times (n,) and states (n, nv), all at once."""
         loads = self.loads
         angles, rates = (x.reshape(len(t), -1, 2) for x in (q, v))
-        torque, force, moment = None, None, None
+        torque, force, moment = extra, None, None
         if loads.torque is not None:
-            torque = np.array([loads.torque(*state) for state in zip(t, q, v, strict=True)]).reshape(angles.shape)
+            own = np.array([loads.torque(*state) for state in zip(t, q, v, strict=True)])
+            torque = own if extra is None else own + extra
+        if torque is not None:
+            torque = torque.reshape(angles.shape)
         if loads.wrench is not None:
             states = zip(t, angles, rates, strict=True)
             wrenches = [loads.wrench(time, self._motion(*state)) for time, *state in states]

@@ -6,12 +6,12 @@ import numpy as np
 
 from pendpin.bodies import pinocchio
 from pendpin.derivations.base import Array
-from pendpin.engines.base import WATCH_EVERY, Derivative, Engine, Loads, Sample, Watch
+from pendpin.engines.base import WATCH_EVERY, AngleEngine, Derivative, Loads, Sample, Watch
 from pendpin.engines.external import external_forces
 from pendpin.model import Model
 
 
-class Revolute(Engine):
+class Revolute(AngleEngine):
     """Accelerations by ABA, wrenches by RNEA; y = (q, v). It owns its Pinocchio data: use one in each thread."""
 
     name = "pinocchio"
@@ -45,23 +45,33 @@ class Revolute(Engine):
 
         return derivative, lambda: calls
 
-    def evaluate(self, t: Array, q: Array, v: Array) -> Sample:
+    def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """As `Engine.evaluate`."""
         a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
+        extra = np.zeros(q.shape) if torque is None else torque
         for i in range(len(q)):
-            a[i] = self._accelerate(t[i], q[i], v[i])
+            a[i] = self.accelerate(t[i], q[i], v[i], extra[i])
             wrench[i] = self._wrenches(t[i], q[i], v[i], a[i])
         return Sample(a, wrench)
+
+    def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
+        """As `AngleEngine.accelerate`."""
+        return self._accelerate(t, q, v, torque)
+
+    def compliance(self, q: Array, joints: Array) -> Array:
+        """As `AngleEngine.compliance`."""
+        inverse = pinocchio().computeMinverse(self._pin, self._data, q)
+        return (np.triu(inverse) + np.triu(inverse, 1).T)[:, joints]
 
     @property
     def _loaded(self) -> bool:
         return any((self.loads.varying, self.loads.torque, self.loads.wrench))
 
-    def _accelerate(self, t: float, q: Array, v: Array) -> Array:
+    def _accelerate(self, t: float, q: Array, v: Array, torque: Array | float = 0.0) -> Array:
         loads = self.loads
         if loads.varying:
             self._pin.gravity.linear = loads.field(t)
-        tau = self._no_torque if loads.torque is None else loads.torque(t, q, v)
+        tau = (self._no_torque if loads.torque is None else loads.torque(t, q, v)) + torque
         if loads.wrench is None:
             return pinocchio().aba(self._pin, self._data, q, v, tau)
         return pinocchio().aba(self._pin, self._data, q, v, tau, self._external(t, q, v))

@@ -52,9 +52,9 @@ class Thin(Engine):
         field = loads.constant if loads.varying is None else np.array([loads.field(time) for time in t])
         return chain_thin.solve(self.chain, d, rate, field * SIGNS, force=force, moment=moment).acceleration
 
-    def evaluate(self, t: Array, q: Array, v: Array) -> Sample:
+    def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """As `Engine.evaluate`, by the chain equations, whose reactions are regular at the pole too."""
-        return self._at_angles.evaluate(t, q, v)
+        return self._at_angles.evaluate(t, q, v, torque)
 
 
 def _motion(chain: ChainInertia, d: Array, rate: Array) -> Motion:

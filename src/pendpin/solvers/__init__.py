@@ -1,6 +1,6 @@
 """The lanes: each integrates a first-order system over one stretch of output times."""
 
 from pendpin.solvers.adaptive import Adaptive
-from pendpin.solvers.base import Lane, Stretch
+from pendpin.solvers.base import Lane, Run, Stretch
 
-__all__ = ["Adaptive", "Lane", "Stretch"]
+__all__ = ["Adaptive", "Lane", "Run", "Stretch"]

@@ -16,6 +16,24 @@ class Stretch:
     failure: str | None = None  # why the lane had to stop
 
 
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What has been integrated, at the output times that were reached."""
+
+    t: Array  # (n,)
+    q: Array  # (n, nv)
+    v: Array  # (n, nv)
+    torque: Array | None  # (n, nv) N m, what contacts exert on the joints; None without contacts
+    steps: int
+    evaluations: int
+    events: int
+    seconds: float
+    library: str
+    version: str
+    failure: str | None = None  # why it ended before its time
+    interrupted: bool = False
+
+
 class Lane(ABC):
     """One integrator with its setting; `library` and `version` say who carries it."""
 

@@ -1,0 +1,274 @@
+"""The laws that every effect keeps: the same on both engines and in all numbers, additive, nothing for nothing."""
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+from effect_cases import EFFECTS, MODELS, URDF, ZERO, on_both, planar, states
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pendpin as pp
+from pendpin import effects as fx
+from pendpin.binding import bodies_of
+from pendpin.derivations import numbers
+from pendpin.dynamics import Dynamics
+from pendpin.engines import Directions, LongChain, Revolute, Spherical
+from pendpin.model import build
+
+GRAVITY = fx.Gravity()
+THICK = {name: model for name, model in MODELS.items() if not name.startswith("thin")}
+
+
+def largest(x: np.ndarray) -> float:
+    return float(np.abs(x).max())
+
+
+@pytest.mark.parametrize("model", THICK.values(), ids=THICK)
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+def test_both_engines_feel_the_same(model: pp.Chain, effect: fx.Effect) -> None:
+    """Pinocchio and the chain equations: the same accelerations to 1e-11."""
+    found, other = on_both(model, (GRAVITY, effect), *states(2 * model.count))
+    assert largest(found - other) < 1e-11 * largest(found)
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+def test_a_urdf_feels_the_same(effect: fx.Effect) -> None:
+    """The built-in URDF against the chain of the same rod: the same accelerations and wrenches."""
+    t, q, v = states(2)
+    rod = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.01),))
+    urdf, chain = (Dynamics(build(model), (GRAVITY, effect)) for model in (pp.UrdfModel(path=URDF), rod))
+    for quantity in ("acceleration", "wrench"):
+        found, other = (getattr(dynamics.engine.evaluate(t, q, v), quantity) for dynamics in (urdf, chain))
+        assert largest(found - other) < 1e-11 * largest(found)
+
+
+def test_a_urdf_rod_has_the_radius_of_its_inertia() -> None:
+    """So drag knows its diameter: that of the uniform cylinder."""
+    assert bodies_of(build(pp.UrdfModel(path=URDF))).radius == pytest.approx([0.01], rel=1e-14)
+
+
+@pytest.mark.parametrize("effect", ["push", "drag", "still air", "gust and buoyancy", "support", "rotation"])
+@pytest.mark.parametrize("engine", ["pinocchio", "chain"])
+def test_thin_rods_carried_as_on_balls_move_the_same(effect: str, engine: str) -> None:
+    """The engines in directions against Pinocchio on universal joints, after 1 s of motion."""
+    model = MODELS["thin chain of 3"]
+    start = pp.Start(positions=(0.4, 0.3, -0.2, 0.5, 0.1, 0.6), velocities=(1.0, -1.0, 0.5, 0.2, -0.3, 0.8))
+    solver = pp.Solver(tolerance=1e-12, samples=2, engine=engine)
+    scene = pp.Scene(duration=1.0, model=model, start=start, effects=(GRAVITY, EFFECTS[effect]), solver=solver)
+    assert isinstance(pp.bind(scene).engine, Spherical if engine == "pinocchio" else Directions)
+    on_joints = scene.model_copy(update={"effects": (*scene.effects, ZERO["viscous"])})
+    assert isinstance(pp.bind(on_joints).engine, Revolute if engine == "pinocchio" else LongChain)
+    found, other = pp.simulate(scene), pp.simulate(on_joints)
+    assert largest(found.tips()[-1] - other.tips()[-1]) < 1e-9
+
+
+def test_what_turns_a_thin_rod_about_its_axis_keeps_it_on_its_joint() -> None:
+    """A torque in W may do that, and a user's effect unless it says otherwise."""
+    model = build(MODELS["thin chain of 3"])
+    assert isinstance(Dynamics(model, (EFFECTS["push and torque"],)).engine, Revolute)
+    assert isinstance(Dynamics(model, (EFFECTS["push and torque"],), "chain").engine, LongChain)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.permutations(sorted(EFFECTS)), st.integers(1, 6), st.sampled_from(sorted(THICK)))
+def test_the_order_of_the_list_does_not_matter(names: list[str], count: int, model: str) -> None:
+    """Bit for bit, on both engines."""
+    some = [EFFECTS[name] for name in names[:count]]
+    given_states = states(2 * THICK[model].count, count=2)
+    for one, other in zip(*(on_both(THICK[model], order, *given_states) for order in (some, some[::-1])), strict=True):
+        assert (one == other).all()
+
+
+def test_the_order_of_three_of_a_kind_does_not_matter() -> None:
+    """Effects of one kind are told apart by their parameters."""
+    springs = [fx.Spring(stiffness=0.1), fx.Spring(stiffness=0.7, rest=0.3), fx.Spring(stiffness=1e-3, rest=-2.0)]
+    found = [on_both(MODELS["one rod"], order, *states(2))[0] for order in permutations(springs)]
+    assert all((x == found[0]).all() for x in found)
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+@pytest.mark.parametrize("effect", ZERO.values(), ids=ZERO)
+def test_no_strength_changes_nothing(model: pp.Chain, effect: fx.Effect) -> None:
+    """The same bits as without it, on both engines."""
+    given_states = states(2 * model.count)
+    without, with_it = (on_both(model, effects, *given_states) for effects in ((GRAVITY,), (GRAVITY, effect)))
+    for one, other in zip(without, with_it, strict=True):
+        assert (one == other).all()
+
+
+def test_effects_add() -> None:
+    """Twice the force moves the rod as two equal forces do."""
+    once, twice = fx.Viscous(coefficient=0.25), fx.Viscous(coefficient=0.5)
+    for one, other in zip(*(on_both(MODELS["one rod"], x, *states(2)) for x in ((once, once), (twice,))), strict=True):
+        assert (one == other).all()
+
+
+def test_nothing_is_bound_for_what_the_scene_lacks() -> None:
+    """With gravity alone no seam has a function; each effect fills its own only."""
+    model = build(MODELS["one rod"])
+    seams = {"gravity": "", "viscous": "torque", "motor": "torque", "push": "wrench", "drag": "wrench"}
+    seams |= {"rotation": "wrench", "support": "varying", "spring": "torque", "hold": "torque"}
+    for name, seam in seams.items():
+        loads = Dynamics(model, (GRAVITY, EFFECTS[name])).loads
+        assert [x for x in ("varying", "torque", "wrench") if getattr(loads, x) is not None] == ([seam] if seam else [])
+
+
+# --- potentials -----------------------------------------------------------------------------------------------------
+
+
+def test_a_spring_pulls_down_its_potential() -> None:
+    """By central differences."""
+    spring, q = EFFECTS["spring"], np.array([0.3, -0.8, 1.1])
+    slope = [(spring.potential(q + h) - spring.potential(q - h)) / 2e-4 for h in 1e-4 * np.eye(3)]
+    assert largest(spring.torques(0.0, q, np.zeros(3)) + slope) < 1e-10
+
+
+@pytest.mark.parametrize("name", ["push", "rotation"])
+def test_a_force_pulls_down_its_potential(name: str) -> None:
+    """Forces and moments on bodies at rest, by moving and turning each about its centre of mass a little."""
+    effect = EFFECTS[name]
+    bodies, motion = random_motion(1 if name == "push" else 3)
+    zero = np.zeros_like(motion.velocity)
+    still = motion._replace(velocity=zero, spin=zero, pivot_velocity=np.zeros(3))
+    force, moment = effect.wrench(0.0, bodies, still)
+    for i, axis in np.ndindex(*force.shape):
+        h = 1e-4 * np.eye(3)[axis]
+        ends = [effect.potential(bodies, _moved(bodies, still, i, sign * h, np.zeros(3))) for sign in (1, -1)]
+        assert force[i, axis] == pytest.approx((ends[1] - ends[0]) / 2e-4, abs=1e-8)
+        ends = [effect.potential(bodies, _moved(bodies, still, i, np.zeros(3), sign * h)) for sign in (1, -1)]
+        assert moment[i, axis] == pytest.approx((ends[1] - ends[0]) / 2e-4, abs=1e-8)
+
+
+def random_motion(n: int, seed: int = 3) -> tuple[fx.Bodies, fx.Motion]:
+    """Bodies of any inertia in any motion."""
+    random = np.random.default_rng(seed)
+    A, (m, radius) = random.uniform(-1, 1, (n, 3, 3)), random.uniform(0.1, 1, (2, n))
+    R = np.linalg.qr(random.normal(size=(n, 3, 3)))[0]
+    R *= np.linalg.det(R)[:, None, None]
+    com, tip, origin, velocity, spin = random.uniform(-1, 1, (5, n, 3))
+    surroundings = random.uniform(-1, 1, (3, 3))
+    return fx.Bodies(m, com, A @ A.transpose(0, 2, 1), tip, radius), fx.Motion(origin, R, velocity, spin, *surroundings)
+
+
+def _moved(bodies: fx.Bodies, motion: fx.Motion, i: int, shift: np.ndarray, turn: np.ndarray) -> fx.Motion:
+    """Body i shifted, and turned about its centre of mass, to second order."""
+    K = np.cross(np.eye(3), turn)
+    rotation, origin = motion.rotation.copy(), motion.origin.copy()
+    rotation[i] = (np.eye(3) + K + K @ K / 2) @ rotation[i]
+    origin[i] += shift + (motion.rotation[i] - rotation[i]) @ bodies.com[i]
+    return motion._replace(origin=origin, rotation=rotation)
+
+
+def test_energy_is_kept_in_a_turning_world() -> None:
+    """Kinetic energy and the potentials of gravity, spring and centrifugal force: constant to 1e-10 over 5 s."""
+    effects = (GRAVITY, EFFECTS["spring"], EFFECTS["rotation"])
+    start = pp.Start(positions=(0.7, 0.4), velocities=(1.3, -0.8))
+    scene = pp.Scene(duration=5.0, model=MODELS["one rod"], start=start, effects=effects)
+    run, dynamics = pp.simulate(scene, tolerance=1e-13), pp.bind(scene)
+    bodies = bodies_of(dynamics.model)
+    from pendpin import kinematics
+
+    poses, zero = kinematics.poses(dynamics.model, run.q), np.zeros((1, 3))
+    total = [
+        sum(dynamics.energy(q, v))
+        + effects[1].potential(q)
+        + effects[2].potential(bodies, fx.Motion(pose[:, :3, 3], pose[:, :3, :3], zero, zero))
+        for q, v, pose in zip(run.q, run.v, poses, strict=True)
+    ]
+    assert np.ptp(total) < 1e-10 * largest(run.kinetic)
+
+
+# --- other numbers --------------------------------------------------------------------------------------------------
+
+SMOOTH = [name for name, effect in EFFECTS.items() if effect.smooth]
+
+
+def test_what_is_smooth() -> None:
+    """All but drag in proportion to the square of the speed."""
+    assert sorted(set(EFFECTS) - set(SMOOTH)) == ["drag", "gust and buoyancy", "still air"]
+    assert fx.Drag(coefficient=0, linear=0.1).smooth
+
+
+def _values(effect: fx.Effect, xp, convert) -> list:
+    """What an effect answers, on numbers made by `convert` from floats."""
+    t = convert(np.array(0.7))[()]
+    if isinstance(effect, fx.FieldEffect):
+        return [effect.field(t, xp)]
+    if isinstance(effect, fx.JointEffect):
+        k = 1 if effect.on else 4
+        return [effect.torques(t, convert(np.linspace(-1, 1, k)), convert(np.linspace(3, -2, k)), xp)]
+    bodies, motion = random_motion(1 if effect.on else 3)
+    return list(effect.wrench(t, bodies, fx.Motion(*(convert(x) for x in motion)), xp))
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_the_same_lines_run_on_fifty_digits(name: str) -> None:
+    """Floats and mpmath's numbers agree to rounding."""
+    xp = numbers.exact(50)
+    for one, other in zip(_values(EFFECTS[name], np, np.asarray), _values(EFFECTS[name], xp, xp.asarray), strict=True):
+        assert largest(one - other.astype(float)) < 1e-13 * max(1.0, largest(one))
+
+
+@pytest.mark.parametrize("effect", [*(EFFECTS[name] for name in SMOOTH), fx.Drag(coefficient=0, linear=0.4, wind=(1, 2, 3))])
+def test_the_same_lines_run_on_symbols(effect: fx.Effect) -> None:
+    """Floats and heyoka's compiled expressions agree to rounding."""
+    hy = pytest.importorskip("heyoka")
+    names, numbers_in = [], []
+
+    def variables(x: np.ndarray) -> np.ndarray:
+        fresh = [f"x{len(names) + i}" for i in range(x.size)]
+        names.extend(fresh)
+        numbers_in.extend(x.ravel())
+        return np.array([hy.expression(name) for name in fresh] or [0.0], dtype=object).reshape(x.shape)
+
+    found = _values(effect, numbers.symbols(), variables)
+    expressions = [hy.expression(x) for x in np.concatenate([np.ravel(x) for x in found])]
+    compiled = hy.cfunc(expressions, [hy.expression(name) for name in names])
+    expected = np.concatenate([np.ravel(x) for x in _values(effect, np, np.asarray)])
+    assert largest(compiled(np.array(numbers_in)) - expected) < 1e-13 * max(1.0, largest(expected))
+
+
+# --- drag, in closed form -------------------------------------------------------------------------------------------
+
+
+def test_linear_drag_is_a_viscous_joint_for_one_rod() -> None:
+    """A rod turning in theta: the moment of linear drag is -linear l³/3 theta'."""
+    rod = pp.Chain(rods=(pp.Rod(length=1.3, mass=1.0, radius=0.05),))
+    t, q, v = states(2)
+    q[:, 1] = v[:, 1] = 0
+    drag = on_both(rod, (fx.Drag(coefficient=0, linear=0.4),), t, q, v)[0]
+    joint = on_both(rod, (fx.Viscous(coefficient=0.4 * 1.3**3 / 3, joints=("theta",)),), t, q, v)[0]
+    assert largest(drag - joint) < 1e-14
+
+
+def test_the_gauss_points_meet_a_rounded_kink() -> None:
+    """Force and moment against adaptive quadrature, with the flow turning round along the rod: within 2e-6."""
+    from scipy.integrate import quad
+
+    drag, worst = fx.Drag(density=2.0, coefficient=1.0, diameter=1.0), 0.0
+    for aside in (0.0, 1e-3, 1e-2, 0.05, 0.2, 1.0):
+        bodies, motion = random_motion(1)
+        bodies = bodies._replace(com=np.zeros((1, 3)), tip=np.array([[0, 0, -1.0]]))
+        flat = [np.zeros((1, 3)), np.eye(3)[None], np.array([[-0.3, aside, 7.0]]), np.array([[0, -1.0, 0.5]])]
+        force, moment = drag.wrench(0.0, bodies, fx.Motion(*flat))
+        speed = [lambda s: s - 0.3, lambda s, y=aside: y]
+        expected = [
+            -quad(lambda s, k=k, p=p: s**p * np.hypot(s - 0.3, aside) * speed[k](s), 0, 1, points=[0.3], epsabs=1e-13)[0]
+            for p in (0, 1)
+            for k in (0, 1)
+        ]
+        found = [force[0, 0], force[0, 1], -moment[0, 1], moment[0, 0]]
+        worst = max(worst, largest(np.subtract(found, expected)) / largest(np.array(expected)))
+    assert worst < 2e-6
+
+
+def test_quadratic_drag_in_still_air() -> None:
+    """A rod turning in theta without gravity: theta' = theta0' / (1 + k theta0' t), k = rho C D l⁴ / 8 J."""
+    rod = pp.Rod(length=1.2, mass=0.8, radius=0.03)
+    drag = fx.Drag(density=1.2, coefficient=1.1)
+    run = planar((drag,), rod, (0.2, 5.0), 4.0)
+    J = 0.8 * ((3 * 0.03**2 + 1.2**2) / 12 + 0.36)
+    k = 1.2 * 1.1 * 0.06 * 1.2**4 / (8 * J)
+    assert largest(run.v[:, 0] - 5.0 / (1 + 5.0 * k * run.t)) < 1e-11
+    assert largest(run.q[:, 0] - 0.2 - np.log1p(5.0 * k * run.t) / k) < 1e-11
