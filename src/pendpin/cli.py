@@ -72,6 +72,7 @@ def run(
     out: Annotated[Path, typer.Option(help="Where the run is saved.")] = Path("run.npz"),
     html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
+    ledger: Annotated[bool, typer.Option("--ledger", help="Book the work of every effect.")] = False,
     view: Annotated[bool, typer.Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
     json: Json = False,
 ) -> None:
@@ -90,7 +91,7 @@ def run(
     with inside(_place(scene)), _progress("integrating", chosen.duration, hidden=json) as watch:
         _print_notes(chosen)
         try:
-            trajectory = simulate(chosen, method=method, tolerance=tolerance, watch=watch)
+            trajectory = simulate(chosen, method=method, tolerance=tolerance, ledger=ledger, watch=watch)
         except RunError as error:
             stopped, trajectory = error, error.partial
     files = [trajectory.save(out)]
@@ -281,6 +282,10 @@ def _print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> No
         "cross-check": report and f"{report.worst.relative:.1e} at worst, {report.worst.quantity} along the run",
         "files": ", ".join(str(file) for file in files),
     }
+    rows |= {f"work of {kind}": f"{work[-1]:+.6g} J" for kind, work in trajectory.work.items()}
+    if trajectory.work:
+        rows["kinetic energy"] = f"{trajectory.kinetic[-1] - trajectory.kinetic[0]:+.6g} J"
+        rows["books are off by"] = f"{trajectory.imbalance:.1e} of the energy moved"
     _print_table(["run", ""], [[name, text] for name, text in rows.items() if text])
 
 
@@ -291,13 +296,23 @@ def _print_check(report: "Report", as_json: bool) -> None:
         _print_json(asdict(report) | {"ok": report.ok})
         return
     rows = [
-        [r.quantity, r.place, f"{r.first} / {r.second}", f"{r.relative:.1e}", f"{r.ulps:.1f}", str(r.state), _verdict(r.ok)]
+        [
+            r.quantity,
+            r.place,
+            f"{r.first} / {r.second}",
+            f"{r.relative:.1e}",
+            f"{r.ulps:.1f}",
+            str(r.state),
+            _verdict(r.ok),
+        ]
         for r in report.rows
     ]
     _print_table(["quantity", "of", "routes", "relative", "ulps", "state", ""], rows)
     if found := report.worst_route:
         name, row = found
-        print(f"farthest from {row.second} ({report.judged} states): {name}, {row.ulps:.1f} ulps in {row.quantity} of {row.place}")
+        print(
+            f"farthest from {row.second} ({report.judged} states): {name}, {row.ulps:.1f} ulps in {row.quantity} of {row.place}"
+        )
     print(f"{report.states} states, bound {report.bound:g} of the terms that enter: {_verdict(report.ok)}")
 
 

@@ -95,7 +95,9 @@ def _numbers(values: tuple[float, ...]) -> str:
     return f"({shown}{', ...' if len(values) > 6 else ''})"
 
 
-def crosscheck(scene: Scene, states: int = 1000, seed: int = 0, routes: Mapping[str, HandRoute] | None = None) -> Report:
+def crosscheck(
+    scene: Scene, states: int = 1000, seed: int = 0, routes: Mapping[str, HandRoute] | None = None
+) -> Report:
     """Compare the routes on random states: all angles, rates up to 100 rad/s; the worst states go before the judge.
 
     `routes` adds the user's own for a single rod: name -> f(rod, q, v, field) -> {quantity: values (states,)}, for any
@@ -178,10 +180,13 @@ def _sizes(dynamics: Dynamics, q: Array, v: Array, reference: Answer, by_hand: b
     found = tree_sizes(model, field, q, v, np.concatenate([reference[key] for key in keys], -1))
     at = [rod.phi for rod in model.rods]
     sizes = dict(zip(keys, np.split(found.acceleration, len(keys), -1), strict=True))
-    sizes |= {name: found.force[:, at] for name in ("R1", "R2", "R3")}
-    sizes |= {name: found.moment[:, at] for name in ("M3", "Mc")}
+    sizes |= dict.fromkeys(("R1", "R2", "R3"), found.force[:, at])
+    sizes |= dict.fromkeys(("M3", "Mc"), found.moment[:, at])
     others = other_joints(model)
-    return sizes | {"force": np.repeat(found.force[:, others], 3, -1), "moment": np.repeat(found.moment[:, others], 3, -1)}
+    return sizes | {
+        "force": np.repeat(found.force[:, others], 3, -1),
+        "moment": np.repeat(found.moment[:, others], 3, -1),
+    }
 
 
 def _places(dynamics: Dynamics) -> dict[str, list[str]]:
@@ -189,7 +194,7 @@ def _places(dynamics: Dynamics) -> dict[str, list[str]]:
     rods = [rod.link for rod in model.rods]
     others = [f"{model.joints[joint]} {axis}" for joint in other_joints(model) for axis in "xyz"]
     places = {"theta_dd": rods, "phi_dd": rods, "acceleration": list(model.joints), "force": others, "moment": others}
-    return places | {name: rods for name in ("R1", "R2", "R3", "M3", "Mc")}
+    return places | dict.fromkeys(("R1", "R2", "R3", "M3", "Mc"), rods)
 
 
 def _relative(first: Array, second: Array, size: Array) -> Array:

@@ -1,19 +1,22 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from pendpin import kinematics
-from pendpin.binding import bind_loads
-from pendpin.derivations.base import Array
+from pendpin.binding import bind_loads, chosen_joints
 from pendpin.contacts import Contacts, bind_contacts
-from pendpin.effects import ContactEffect, Effect
+from pendpin.derivations.base import Array
+from pendpin.effects import ContactEffect, Effect, FieldEffect, JointEffect
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
 from pendpin.errors import InputError
 from pendpin.model import Model, build
 from pendpin.scene import Scene
 from pendpin.trajectory import Reactions
+
+Potential = Callable[[Array, Array], Array]  # q (n, nv), poses (n, bodies, 4, 4) -> J (n,)
 
 
 class Dynamics:
@@ -24,6 +27,8 @@ class Dynamics:
         self.loads = bind_loads(model, effects)
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
         self.engine = choose_engine(model, self.loads, engine, touching)
+        found = (potential_of(model, effect, f"effects[{i}]") for i, effect in enumerate(effects))
+        self._potentials = [potential for potential in found if potential is not None]
         self.contacts: Contacts | None = None
         if touching and isinstance(self.engine, AngleEngine):
             self.contacts = bind_contacts(model, effects, self.engine)
@@ -39,8 +44,12 @@ class Dynamics:
     def energy(self, q: Array, v: Array) -> tuple[float, float]:
         """Kinetic energy and the potential of the conservative effects, J; zero potential at W's origin."""
         q, v = self._states(q, v)
-        potential = kinematics.field_potential(self.model, kinematics.poses(self.model, q), self.loads.constant)
+        potential = self.potential(q, kinematics.poses(self.model, q))
         return float(kinematics.kinetic_energy(self.model, q, v)[0]), float(potential[0])
+
+    def potential(self, q: Array, poses: Array) -> Array:
+        """The potential of the conservative effects (n,) in J, from q (n, nv) and the bodies' poses."""
+        return sum((potential(q, poses) for potential in self._potentials), np.zeros(len(q)))
 
     def _states(self, *arrays: Any) -> tuple[Array, ...]:
         nv = len(self.model.joints)
@@ -49,6 +58,18 @@ class Dynamics:
             if state.shape != (nv,):
                 raise InputError(f"{name} has shape {state.shape}; this model has {nv} joints")
         return tuple(state[None] for state in states)
+
+
+def potential_of(model: Model, effect: Effect, where: str) -> Potential | None:
+    """The potential energy of one effect; None for one that has none."""
+    if isinstance(effect, FieldEffect) and effect.constant:
+        field = effect.field(0.0)
+        return lambda q, poses: kinematics.field_potential(model, poses, field)
+    if isinstance(effect, JointEffect):
+        chosen = slice(None) if effect.on is None else chosen_joints(model, effect.on, where)
+        if effect.potential(np.zeros(len(model.joints))[chosen]) is not None:
+            return lambda q, poses: effect.potential(q[:, chosen])
+    return None
 
 
 def choose_engine(model: Model, loads: Loads, name: str, touching: bool = False) -> Engine:
@@ -61,7 +82,7 @@ def choose_engine(model: Model, loads: Loads, name: str, touching: bool = False)
     if name == "chain" and model.chain is None:
         raise InputError('solver.engine: "chain" needs a model of kind "chain"')
     if name == "pinocchio" and model.pin is None:
-        raise InputError(f"solver.engine: {len(model.joints)} joints are too many for Pinocchio's memory; use \"chain\"")
+        raise InputError(f'solver.engine: {len(model.joints)} joints are too many for Pinocchio\'s memory; use "chain"')
     thin = model.chain is not None and model.chain.first_thin == 0
     balls = thin and loads.torque is None and not loads.axial and not touching
     if balls and name != "chain" and len(model.rods) <= MAX_SPHERICAL:

@@ -1,15 +1,18 @@
 """Driving a scene with contacts: from event to event, each leg with its own joints held and sliding."""
 
 import time
-from dataclasses import dataclass, field
 from importlib.metadata import version
 
 import numpy as np
 
-from pendpin.contacts import Contacts, Mode
+from pendpin import kinematics
+from pendpin.contacts import Mode
 from pendpin.derivations.base import Array
-from pendpin.engines import Watch
+from pendpin.dynamics import Dynamics
+from pendpin.effects import DryFriction, Stop
+from pendpin.engines import Derivative, Watch
 from pendpin.errors import RunError
+from pendpin.ledger import Ledger
 from pendpin.solvers import Run
 from pendpin.solvers.events import leg
 
@@ -17,85 +20,99 @@ SAMPLES_A_LEG = 64  # output times between two looks at the clock
 MOST_AT_ONCE = 200  # events without time going on
 
 
-@dataclass
-class _Progress:
-    """What has been done; it grows from leg to leg."""
+class Hybrid:
+    """A run with contacts, growing from leg to leg; what it holds is good at any moment."""
 
-    q: list[Array] = field(default_factory=list)
-    v: list[Array] = field(default_factory=list)
-    torque: list[Array] = field(default_factory=list)
-    steps: int = 0
-    events: int = 0
-    calls: int = 0
+    def __init__(self, dynamics: Dynamics, books: Ledger | None, method: str, tolerance: float) -> None:
+        assert dynamics.contacts is not None
+        self.model, self.contacts, self.books = dynamics.model, dynamics.contacts, books
+        self.method, self.tolerance, self.nv = method, tolerance, len(dynamics.model.joints)
+        self.states: list[Array] = []  # (q, v, work) at the output times
+        self.torques: list[Array] = []
+        self.steps = self.events = self.calls = 0
+
+    def drive(self, q: Array, v: Array, times: Array, watch: Watch) -> Run:
+        """Integrate over `times` from q, v (nv,). What is done is kept when the run fails or is interrupted."""
+        begin, failure, interrupted = time.perf_counter(), None, False
+        try:
+            failure = self._legs(q, v, times, watch)
+        except KeyboardInterrupt:
+            failure, interrupted = "stopped by the user", True
+        except (RunError, np.linalg.LinAlgError) as error:
+            failure = str(error)
+        n, nv, seconds = len(self.torques), self.nv, time.perf_counter() - begin
+        states, torques = np.array(self.states[:n]), np.array(self.torques)
+        counts = (self.steps, self.calls, self.events, seconds)
+        arrays = (states[:, :nv], states[:, nv : 2 * nv], torques, states[:, 2 * nv :])
+        return Run(times[:n], *arrays, *counts, "scipy", version("scipy"), failure, interrupted)
+
+    def _legs(self, q: Array, v: Array, times: Array, watch: Watch) -> str | None:
+        t, at_once = float(times[0]), 0
+        y = self._struck(t, np.concatenate([q, v, np.zeros(len(self.books.kinds) if self.books else 0)]))
+        mode = self.contacts.choose(t, *self._angles(y))
+        self._keep(y[None], times[:1], mode)
+        while len(self.states) < len(times):
+            watch(t)
+            ahead = times[len(self.states) :][:SAMPLES_A_LEG]
+            found = leg(self._derivative(mode), self._margins(mode), t, y, ahead, self.method, self.tolerance)
+            self._keep(found.samples, ahead[: len(found.samples)], mode)
+            self.steps += found.steps
+            if found.failure:
+                return found.failure
+            at_once = at_once + 1 if found.t <= t else 0
+            if at_once > MOST_AT_ONCE:
+                return f"events at t = {t:g} s do not come to an end"
+            t, y = found.t, found.y.copy()
+            if found.fired is not None:
+                self.events += 1
+                y[: 2 * self.nv] = np.concatenate(self.contacts.land(*self._angles(y), found.fired, mode))
+                y = self._struck(t, y)
+                mode = self.contacts.choose(t, *self._angles(y))
+            y[self.nv : 2 * self.nv][mode.held] = 0.0
+        return None
+
+    def _angles(self, y: Array) -> tuple[Array, Array]:
+        return y[: self.nv], y[self.nv : 2 * self.nv]
+
+    def _struck(self, t: float, y: Array) -> Array:
+        """The state after the impacts that are due, and their loss in the books."""
+        q, v = self._angles(y)
+        after = self.contacts.strike(q, v, t)
+        out = y.copy()
+        out[self.nv : 2 * self.nv] = after
+        if self.books is not None and not np.array_equal(after, v):
+            energies = kinematics.kinetic_energy(self.model, np.stack([q, q]), np.stack([v, after]))
+            out[2 * self.nv + self.books.kinds.index(_kind(Stop))] += energies[1] - energies[0]
+        return out
+
+    def _derivative(self, mode: Mode) -> Derivative:
+        contacts, books, nv = self.contacts, self.books, self.nv
+        friction = contacts.friction(mode)
+        rubs = books is not None and friction.any()
+        account = 2 * nv + books.kinds.index(_kind(DryFriction)) if books is not None and rubs else 0
+
+        def derivative(dy: Array, t: float, y: Array) -> None:
+            self.calls += 1
+            dy[:nv] = y[nv : 2 * nv]
+            dy[nv : 2 * nv], _ = contacts.accelerate(t, y[:nv], y[nv : 2 * nv], mode)
+            if books is not None:
+                dy[2 * nv :] = books.powers(t, y[: 2 * nv])
+                if rubs:
+                    dy[account] += friction @ y[nv : 2 * nv]
+
+        return derivative
+
+    def _margins(self, mode: Mode):
+        return lambda t, y: self.contacts.margins(t, *self._angles(y), mode)
+
+    def _keep(self, states: Array, times: Array, mode: Mode) -> None:
+        """Note the states at output times, with the torques of the contacts there."""
+        for t, y in zip(times, states.copy(), strict=True):
+            y[self.nv : 2 * self.nv][mode.held] = 0.0
+            _, holding = self.contacts.accelerate(t, *self._angles(y), mode)
+            self.states.append(y)
+            self.torques.append(self.contacts.friction(mode) + holding)
 
 
-def drive(
-    contacts: Contacts, q: Array, v: Array, times: Array, method: str, tolerance: float, watch: Watch
-) -> Run:
-    """Integrate over `times` from q, v (nv,). What is done is kept when the run fails or is interrupted."""
-    done, begin, failure, interrupted = _Progress(), time.perf_counter(), None, False
-    try:
-        failure = _legs(contacts, q, v, times, method, tolerance, watch, done)
-    except KeyboardInterrupt:
-        failure, interrupted = "stopped by the user", True
-    except RunError as error:
-        failure = str(error)
-    seconds, n = time.perf_counter() - begin, len(done.torque)
-    arrays = (np.array(x[:n]) for x in (done.q, done.v, done.torque))
-    counts = (done.steps, done.calls, done.events, seconds)
-    return Run(times[:n], *arrays, *counts, "scipy", version("scipy"), failure, interrupted)
-
-
-def _legs(
-    contacts: Contacts, q: Array, v: Array, times: Array, method: str, tolerance: float, watch: Watch, done: _Progress
-) -> str | None:
-    t, nv, at_once = float(times[0]), len(q), 0
-    v = contacts.strike(q, v, t)
-    mode = contacts.choose(t, q, v)
-    _keep(contacts, np.concatenate([q, v])[None], times[:1], mode, done)
-    while len(done.q) < len(times):
-        watch(t)
-        ahead = times[len(done.q) :][:SAMPLES_A_LEG]
-        y = np.concatenate([q, np.where(mode.held, 0.0, v)])
-        found = leg(_derivative(contacts, mode, done), _margins(contacts, mode), t, y, ahead, method, tolerance)
-        _keep(contacts, found.samples, ahead[: len(found.samples)], mode, done)
-        done.steps += found.steps
-        if found.failure:
-            return found.failure
-        at_once = at_once + 1 if found.t <= t else 0
-        if at_once > MOST_AT_ONCE:
-            return f"events at t = {t:g} s do not come to an end"
-        t, q, v = found.t, found.y[:nv], found.y[nv:]
-        if found.fired is not None:
-            done.events += 1
-            q, v = contacts.land(q, v, found.fired, mode)
-            v = contacts.strike(q, v, t)
-            mode = contacts.choose(t, q, v)
-    return None
-
-
-def _derivative(contacts: Contacts, mode: Mode, done: _Progress):
-    nv = len(contacts.kinetic)
-
-    def derivative(dy: Array, t: float, y: Array) -> None:
-        done.calls += 1
-        dy[:nv] = y[nv:]
-        dy[nv:], _ = contacts.accelerate(t, y[:nv], y[nv:], mode)
-
-    return derivative
-
-
-def _margins(contacts: Contacts, mode: Mode):
-    nv = len(contacts.kinetic)
-    return lambda t, y: contacts.margins(t, y[:nv], y[nv:], mode)
-
-
-def _keep(contacts: Contacts, states: Array, times: Array, mode: Mode, done: _Progress) -> None:
-    """Note the states at output times, with the torques of the contacts there."""
-    nv = states.shape[1] // 2
-    for t, y in zip(times, states, strict=True):
-        q, v = y[:nv], np.where(mode.held, 0.0, y[nv:])
-        _, holding = contacts.accelerate(t, q, v, mode)
-        done.q.append(q)
-        done.v.append(v)
-        done.torque.append(contacts.friction(mode) + holding)
+def _kind(effect: type[DryFriction] | type[Stop]) -> str:
+    return effect.model_fields["kind"].default

@@ -166,7 +166,9 @@ def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) ->
     diagonal = np.diag(M)
     for name, inertia in zip(joints, diagonal, strict=True):
         if not inertia > 0:
-            raise InputError(f"{where}: joint {shown(name)} moves no inertia: its links are massless, or points on its axis")
+            raise InputError(
+                f"{where}: joint {shown(name)} moves no inertia: its links are massless, or points on its axis"
+            )
     scale = 1 / np.sqrt(diagonal)
     values, vectors = np.linalg.eigh(scale[:, None] * M * scale)
     if values[0] < 1e-15:

@@ -4,12 +4,14 @@ import time
 
 import numpy as np
 
-from pendpin import hybrid, kinematics
+from pendpin import kinematics
 from pendpin.contacts import check_start
 from pendpin.derivations.base import Array
 from pendpin.dynamics import Dynamics, bind, reactions
 from pendpin.engines import Watch
 from pendpin.errors import RunError
+from pendpin.hybrid import Hybrid
+from pendpin.ledger import Ledger
 from pendpin.model import start_state
 from pendpin.scene import Scene, Solver
 from pendpin.solvers import Adaptive, Lane, Run
@@ -24,11 +26,17 @@ class Interrupted(RunError):
 
 
 def simulate(
-    scene: Scene, *, method: str | None = None, tolerance: float | None = None, watch: Watch = lambda t: None
+    scene: Scene,
+    *,
+    method: str | None = None,
+    tolerance: float | None = None,
+    ledger: bool = False,
+    watch: Watch = lambda t: None,
 ) -> Trajectory:
     """The motion of a scene at its output times.
 
-    method and tolerance stand in for those of scene.solver. `watch` is called with the time reached, for progress.
+    method and tolerance stand in for those of scene.solver; `ledger` books the work of every effect along the way, in
+    the trajectory's `work`. `watch` is called with the time reached, for progress.
     Raises InputError for a scene that cannot be run, RunError for a run that cannot reach its end: the error's
     `partial` is the Trajectory up to there.
     """
@@ -38,43 +46,51 @@ def simulate(
     scene = scene.model_copy(update={"solver": solver})
     dynamics = bind(scene)
     q, v = start_state(dynamics.model, scene.start)
+    books = Ledger(dynamics, scene.effects) if ledger else None
     if dynamics.contacts is None:
-        run = _drive(Adaptive(solver.method, solver.tolerance), dynamics, q, v, scene.times, watch)
+        run = _drive(Adaptive(solver.method, solver.tolerance), dynamics, books, q, v, scene.times, watch)
     else:
         check_start(dynamics.contacts, dynamics.model, q)
-        run = hybrid.drive(dynamics.contacts, q, v, scene.times, solver.method, solver.tolerance, watch)
-    trajectory = _fill_in(scene, dynamics, run)
+        run = Hybrid(dynamics, books, solver.method, solver.tolerance).drive(q, v, scene.times, watch)
+    trajectory = _fill_in(scene, dynamics, books, run)
     if run.failure is None:
         return trajectory
     reason = f"the run ended at t = {run.t[-1]:g} s of {scene.duration:g} s: {run.failure}"
     raise (Interrupted if run.interrupted else RunError)(reason, trajectory)
 
 
-def _drive(lane: Lane, dynamics: Dynamics, q: Array, v: Array, times: Array, watch: Watch) -> Run:
+def _drive(lane: Lane, dynamics: Dynamics, books: Ledger | None, q: Array, v: Array, times: Array, watch: Watch) -> Run:
     """Integrate over `times` in stretches of about EVALUATIONS_A_STRETCH, so that what is done is kept."""
     engine = dynamics.engine
     derivative, evaluations = engine.derivative(watch)
     y, q, v = engine.pack(q, v), q[None], v[None]
-    steps, failure, interrupted, first_step, size = 0, None, False, None, FIRST_STRETCH
+    size, work = len(y), np.zeros((1, 0))
+    if books is not None:
+        derivative, work = books.booked(derivative, size), np.zeros((1, len(books.kinds)))
+    steps, failure, interrupted, first_step, ahead = 0, None, False, None, FIRST_STRETCH
     begin = time.perf_counter()
     while len(q) < len(times) and failure is None and not interrupted:
-        before, span = evaluations(), times[len(q) - 1 :][: size + 1]
+        before, span = evaluations(), times[len(q) - 1 :][: ahead + 1]
         try:
-            stretch = lane.integrate(derivative, y, span, first_step)
+            stretch = lane.integrate(derivative, np.concatenate([y, work[-1]]), span, first_step)
         except KeyboardInterrupt:
             failure, interrupted = "stopped by the user", True
             continue
-        more_q, more_v = engine.unpack(span[1 : len(stretch.y)], stretch.y[1:], q[-1])
-        q, v, y = np.concatenate([q, more_q]), np.concatenate([v, more_v]), engine.settle(stretch.y[-1])
+        except np.linalg.LinAlgError as error:
+            failure = f"{error}; a rod with a radius has no such place"
+            continue
+        more_q, more_v = engine.unpack(span[1 : len(stretch.y)], stretch.y[1:, :size], q[-1])
+        q, v, y = np.concatenate([q, more_q]), np.concatenate([v, more_v]), engine.settle(stretch.y[-1, :size])
+        work = np.concatenate([work, stretch.y[1:, size:]])
         steps, failure = steps + stretch.steps, stretch.failure
         first_step = (span[-1] - span[0]) / max(stretch.steps, 1)
-        size = max(1, size * EVALUATIONS_A_STRETCH // max(evaluations() - before, 1))
+        ahead = max(1, ahead * EVALUATIONS_A_STRETCH // max(evaluations() - before, 1))
     seconds = time.perf_counter() - begin
     counts = (steps, evaluations(), 0, seconds)
-    return Run(times[: len(q)], q, v, None, *counts, lane.library, lane.version, failure, interrupted)
+    return Run(times[: len(q)], q, v, None, work, *counts, lane.library, lane.version, failure, interrupted)
 
 
-def _fill_in(scene: Scene, dynamics: Dynamics, run: Run) -> Trajectory:
+def _fill_in(scene: Scene, dynamics: Dynamics, books: Ledger | None, run: Run) -> Trajectory:
     """Accelerations, wrenches, energies and tips along the run."""
     model, solver = dynamics.model, scene.solver
     a, wrench = dynamics.engine.evaluate(run.t, run.q, run.v, run.torque)
@@ -88,9 +104,12 @@ def _fill_in(scene: Scene, dynamics: Dynamics, run: Run) -> Trajectory:
         a=a,
         wrench=wrench,
         kinetic=kinematics.kinetic_energy(model, run.q, run.v),
-        potential=kinematics.field_potential(model, poses, dynamics.loads.constant),
+        potential=dynamics.potential(run.q, poses),
         tip=kinematics.tips(model, poses),
         rods=reactions(model, run.q, wrench),
-        stats=Stats(solver.method, solver.tolerance, *counts, dynamics.engine.name, run.library, run.version, run.failure),
+        stats=Stats(
+            solver.method, solver.tolerance, *counts, dynamics.engine.name, run.library, run.version, run.failure
+        ),
+        work={} if books is None else books.close(run.work, run.q, poses),
         scene=scene.model_dump(mode="json"),
     )

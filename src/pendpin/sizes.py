@@ -100,9 +100,7 @@ def _state_sizes(
     inverse = _inverse(M)
     through = (np.abs(_unit_wrenches(model.pin, data, q) @ inverse) @ own).reshape(-1, 2, 3)
     force, moment = np.linalg.norm(through, axis=-1).T
-    return TreeSizes(
-        np.abs(inverse) @ own, force + below @ weight, moment + (below * reach) @ weight + below @ turning
-    )
+    return TreeSizes(np.abs(inverse) @ own, force + below @ weight, moment + (below * reach) @ weight + below @ turning)
 
 
 def _unit_wrenches(model: Any, data: Any, q: Array) -> Array:

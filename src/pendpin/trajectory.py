@@ -82,6 +82,7 @@ class Trajectory:
     tip: Array  # (n, rods, 3), world frame W
     rods: Reactions | None  # None for a model without universal joints
     stats: Stats
+    work: dict[str, Array] = field(default_factory=dict)  # J (n,), of each kind of effect, where a ledger was asked for
     scene: dict[str, Any] = field(default_factory=dict)  # as in a scene file
 
     def reactions(self) -> Reactions:
@@ -94,6 +95,15 @@ class Trajectory:
         """Kinetic and potential energy over time."""
         return Energy(self.kinetic, self.potential)
 
+    @property
+    def imbalance(self) -> float:
+        """How far the books are off: the largest change of kinetic energy not accounted for, over the energy moved."""
+        if not self.work:
+            return 0.0
+        total = sum(self.work.values(), np.zeros(len(self.t)))
+        moved = max(self.kinetic.max(), *(np.ptp(work) for work in self.work.values()), np.finfo(float).tiny)
+        return float(np.abs(self.kinetic - self.kinetic[0] - total).max() / moved)
+
     def tips(self) -> Array:
         """The far end of each rod, (n, rods, 3) in m, world frame W."""
         return self.tip
@@ -103,6 +113,7 @@ class Trajectory:
         arrays: dict[str, Any] = {name: getattr(self, name) for name in _ARRAYS} | {"joints": np.array(self.joints)}
         if self.rods is not None:
             arrays |= self.rods._asdict()
+        arrays |= {f"work_{kind}": work for kind, work in self.work.items()}
         meta = {"format": FORMAT, "scene": self.scene, **asdict(self.stats)}
         arrays["meta"] = np.array(json.dumps(meta))
         return write_whole(Path(path), lambda file: np.savez_compressed(file, **arrays))
@@ -129,7 +140,9 @@ def _checked(file: ArrayFile) -> dict[str, Any]:
         raise ValueError("array 't' does not rise")
     universal = (n, _length(file, "R1", 1)) if "R1" in file.headers else None
     reactions = Reactions(*(_read(file, name, universal) for name in Reactions._fields)) if universal else None
-    return found | {"joints": joints, "rods": reactions, "stats": stats, "scene": scene}
+    kinds = [name.removeprefix("work_") for name in file.headers if name.startswith("work_")]
+    work = {kind: _read(file, f"work_{kind}", (n,)) for kind in kinds}
+    return found | {"joints": joints, "rods": reactions, "work": work, "stats": stats, "scene": scene}
 
 
 def _length(file: ArrayFile, name: str, axis: int) -> int:

@@ -23,7 +23,13 @@ MAX_DEPTH = 1_000  # links in a row; Pinocchio's reader recurses and dies far be
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 _ROUNDING = 1e-3  # of the trace: what numbers written with four digits may miss in the triangle inequality
 _NO_LIMIT = {"lower": "-1e300", "upper": "1e300", "effort": "1e300", "velocity": "1e300"}
-_SIZES = {"box": "size", "cylinder": "radius length", "sphere": "radius", "mesh": "filename", "capsule": "radius length"}
+_SIZES = {
+    "box": "size",
+    "cylinder": "radius length",
+    "sphere": "radius",
+    "mesh": "filename",
+    "capsule": "radius length",
+}
 
 
 @dataclass(frozen=True)

@@ -95,9 +95,10 @@ def _splined(t: Array, positions: Array) -> Track:
 
     with np.errstate(all="ignore"):
         try:
-            spline = PPoly.from_spline(make_interp_spline(t, positions, k=min(DEGREE, len(t) - 1)), extrapolate=False)
+            columns = [PPoly.from_spline(make_interp_spline(t, x, k=min(DEGREE, len(t) - 1))) for x in positions.T]
         except ValueError as error:
             raise InputError(f"no spline goes through its positions: {error}") from None
+    spline = PPoly(np.stack([column.c for column in columns], -1), columns[0].x, extrapolate=False)
     velocity, acceleration = spline.derivative(1), spline.derivative(2)
     if not (np.isfinite(spline.c).all() and np.isfinite(acceleration.c).all()):
         raise InputError("its positions are too large, or too close in time, for accelerations")

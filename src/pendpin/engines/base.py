@@ -64,6 +64,10 @@ class Engine(ABC):
         """f(dy, t, y) that fills dy, and the count of its calls; `watch` gets t now and then, and may raise."""
 
     @abstractmethod
+    def motion(self, y: Array) -> Motion:
+        """Where the bodies are and how they move at a state y."""
+
+    @abstractmethod
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """Accelerations and joint wrenches at times (n,) and states (n, nv), with joint torques (n, nv) added."""
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from pendpin.bodies import Body, pinocchio
 from pendpin.derivations.base import Array
-from pendpin.effects import Motion
+from pendpin.effects import Motion, cross
 
 
 def external_forces(
@@ -17,17 +17,18 @@ def external_forces(
 
     joints are the bodies' places in Pinocchio's model; wrench gives forces N and moments N m about com, (n, 3), in W.
     """
-    pin = pinocchio()
-    motion = _motion(data, joints)
-    out = [pin.Force.Zero() for _ in range(len(data.oMi))]
-    for joint, body, R, force, moment in zip(joints, bodies, motion.rotation, *wrench(motion), strict=True):
-        linear = R.T @ force
-        out[joint] = pin.Force(linear, R.T @ moment + np.cross(body.com, linear))
+    pin, motion = pinocchio(), motion_of(data, joints)
+    R, com = motion.rotation, np.array([body.com for body in bodies])
+    linear, angular = ((part[:, None] @ R)[:, 0] for part in wrench(motion))  # R^T x
+    out = [pin.Force.Zero()] * len(data.oMi)
+    for joint, both in zip(joints, np.concatenate([linear, angular + cross(com, linear)], -1), strict=True):
+        out[joint] = pin.Force(both)
     return out
 
 
-def _motion(data: Any, joints: Sequence[int]) -> Motion:
+def motion_of(data: Any, joints: Sequence[int]) -> Motion:
+    """The motion of bodies from data whose forward kinematics has run; joints are their places in the model."""
     R = np.array([data.oMi[joint].rotation for joint in joints])
-    twists = np.array([data.v[joint].vector for joint in joints])
-    velocity, spin = (np.einsum("nij,nj->ni", R, part) for part in (twists[:, :3], twists[:, 3:]))
+    twists = np.array([data.v[joint].vector for joint in joints]).reshape(-1, 2, 3)
+    velocity, spin = (twists @ R.swapaxes(-1, -2)).swapaxes(0, 1)  # R x
     return Motion(np.array([data.oMi[joint].translation for joint in joints]), R, velocity, spin)

@@ -35,6 +35,10 @@ class LongChain(AngleEngine):
 
         return counted(derivative, watch)
 
+    def motion(self, y: Array) -> Motion:
+        """As `Engine.motion`."""
+        return self._motion(*y.reshape(2, -1, 2))
+
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """As `Engine.evaluate`; the wrench on the massless cross is that on its rod, in the frame of the cross."""
         size = max(1, BATCH // self._chain.n)

@@ -6,8 +6,9 @@ import numpy as np
 
 from pendpin.bodies import pinocchio
 from pendpin.derivations.base import Array
+from pendpin.effects import Motion
 from pendpin.engines.base import WATCH_EVERY, AngleEngine, Derivative, Loads, Sample, Watch
-from pendpin.engines.external import external_forces
+from pendpin.engines.external import external_forces, motion_of
 from pendpin.model import Model
 
 
@@ -44,6 +45,12 @@ class Revolute(AngleEngine):
             dv[:] = accelerate(t, q, v) if accelerate else aba(pin, data, q, v, tau)
 
         return derivative, lambda: calls
+
+    def motion(self, y: Array) -> Motion:
+        """As `Engine.motion`."""
+        nv = self._pin.nv
+        pinocchio().forwardKinematics(self._pin, self._data, y[:nv], y[nv:])
+        return motion_of(self._data, [body.joint + 1 for body in self.model.bodies])
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """As `Engine.evaluate`."""

@@ -52,6 +52,11 @@ class Thin(Engine):
         field = loads.constant if loads.varying is None else np.array([loads.field(time) for time in t])
         return chain_thin.solve(self.chain, d, rate, field * SIGNS, force=force, moment=moment).acceleration
 
+    def motion(self, y: Array) -> Motion:
+        """As `Engine.motion`; the rods do not spin."""
+        d, rate = self.directions(y[None])
+        return _motion(self.chain, d[0], rate[0])
+
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """As `Engine.evaluate`, by the chain equations, whose reactions are regular at the pole too."""
         return self._at_angles.evaluate(t, q, v, torque)

@@ -43,7 +43,7 @@ class Adaptive(Lane):
             first_step=first_step or 0.0,
             pass_dy_as_arg=True,
         )
-        states = np.array(result.y).T.copy()
+        states = np.array(result.y).T.copy() if np.size(result.y) else np.array(y[None])  # it may fail at once
         failure = None if result.success else result.message
         return Stretch(*_finite_part(states, result.steps_taken, failure))
 
@@ -75,4 +75,4 @@ def _finite_part(states: Array, steps: int, failure: str | None) -> tuple[Array,
     good = np.isfinite(states).all(1)
     if good.all():
         return states, steps, failure
-    return states[: int(np.argmin(good))], steps, NOT_FINITE
+    return states[: max(1, int(np.argmin(good)))], steps, NOT_FINITE  # the first is what was given

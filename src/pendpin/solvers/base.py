@@ -24,6 +24,7 @@ class Run:
     q: Array  # (n, nv)
     v: Array  # (n, nv)
     torque: Array | None  # (n, nv) N m, what contacts exert on the joints; None without contacts
+    work: Array  # (n, accounts) J, what was integrated for the ledger; no accounts without one
     steps: int
     evaluations: int
     events: int
