@@ -6,12 +6,11 @@ import struct
 import zipfile
 from io import BytesIO
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any
 
 import numpy as np
 
 from bad_input import SCENE, Case, Content
-from pendpin.trajectory import Stats
 
 N, NV = 4, 2
 STATS = {"method": "dop853", "tolerance": 1e-8, "steps": 3, "evaluations": 40, "events": 0, "seconds": 0.1}

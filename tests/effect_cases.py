@@ -38,7 +38,9 @@ EFFECTS = {
     "sinusoid motor": fx.Motor(joint="phi_1", torque=0.1, amplitude=0.7, frequency=3.0, phase=0.5),
     "hold": fx.Motor(joint="theta_1", target=0.5, proportional=3.0, derivative=0.4),
     "push": fx.Push(link="rod_1", force=(0.3, -0.5, 0.7), point=0.8),
-    "push and torque": fx.Push(link="rod_1", force=(1, 2, 3), torque=(0.1, 0.4, -0.2), amplitude=(0, 1, 0), frequency=2.0),
+    "push and torque": fx.Push(
+        link="rod_1", force=(1, 2, 3), torque=(0.1, 0.4, -0.2), amplitude=(0, 1, 0), frequency=2.0
+    ),
     "drag": fx.Drag(diameter=0.1, wind=(3, -2, 1), linear=0.2, density=3.0),
     "still air": fx.Drag(diameter=0.3),
     "gust and buoyancy": fx.Drag(gust=(4, 0, 1), frequency=2.0, buoyancy=True, density=20.0, diameter=0.05),
@@ -71,10 +73,12 @@ def states(nv: int, count: int = 20, seed: int = 1, rate: float = 3.0) -> tuple[
 def on_both(model: pp.Chain, effects: Sequence[fx.Effect], t, q, v) -> tuple[np.ndarray, np.ndarray]:
     """Accelerations (n, nv) by Pinocchio on revolute joints and by the chain equations."""
     dynamics = Dynamics(build(model), tuple(effects))
-    return tuple(engine(dynamics.model, dynamics.loads).evaluate(t, q, v).acceleration for engine in (Revolute, LongChain))
+    return tuple(
+        engine(dynamics.model, dynamics.loads).evaluate(t, q, v).acceleration for engine in (Revolute, LongChain)
+    )
 
 
-def planar(effects: Sequence[fx.Effect], rod: pp.Rod, start: tuple[float, float], duration: float, **solver) -> pp.Trajectory:
+def planar(effects: Sequence[fx.Effect], rod: pp.Rod, start: tuple, duration: float, **solver) -> pp.Trajectory:
     """A run of one rod that swings in theta alone; `start` is its angle and rate."""
     theta, rate = start
     chosen = pp.Start(positions=(theta, 0.0), velocities=(rate, 0.0))

@@ -56,7 +56,7 @@ def point_mass(Q: sp.Matrix, s: sp.Matrix, length: float, gravity: float, r0, v0
     return np.array(out)
 
 
-def rigid_rod(Q: sp.Matrix, s: sp.Matrix, inertia: Sequence[float], gravity: float, q0, v0, t: np.ndarray) -> np.ndarray:
+def rigid_rod(Q: sp.Matrix, s: sp.Matrix, inertia: Sequence, gravity: float, q0, v0, t: np.ndarray) -> np.ndarray:
     """theta, phi (n, 2) of a rod by d'Alembert's principle: m (r'' - g) . dr + H' . dturn = 0, in the inertial frame.
 
     inertia is m, h, I1, I2, I3, the last three about the centre of mass; q0, v0 (2,) at t = 0.
@@ -100,7 +100,7 @@ def _frame(xp, theta, phi):
 Path = Callable[[mpf], list[tuple[mp.matrix, mp.matrix]]]
 
 
-def residual(Q: sp.Matrix, s: sp.Matrix, rods: Sequence, gravity: float, t: float, q, v, a) -> tuple[np.ndarray, np.ndarray]:
+def residual(Q: sp.Matrix, s: sp.Matrix, rods: Sequence, gravity: float, t: float, q, v, a) -> tuple:
     """What is left of d'Alembert's principle for a chain: sum of (m (r'' - g) . dr + H' . dturn), for each joint.
 
     rods has m, h, I1, I2, I3, length; q, v, a are (n, 2). Returns that and the sum of the sizes of its terms, (2 n,).
@@ -116,7 +116,8 @@ def residual(Q: sp.Matrix, s: sp.Matrix, rods: Sequence, gravity: float, t: floa
 
         before, now, after = (moving(k * step) for k in (-1, 0, 1))
         g = Q(time) * mp.matrix([0, 0, -mpf(gravity)])
-        forces = [rod[0] * ((y[1] - 2 * n[1] + x[1]) / step**2 - g) for rod, x, n, y in zip(rods, before, now, after, strict=True)]
+        paths = zip(rods, before, now, after, strict=True)
+        forces = [rod[0] * ((y[1] - 2 * n[1] + x[1]) / step**2 - g) for rod, x, n, y in paths]
         early, late = (_momenta(moving, k * step, step, rods) for k in (-1, 1))
         moments = [(y - x) / (2 * step) for x, y in zip(early, late, strict=True)]
         total, sizes = [], []
@@ -149,7 +150,8 @@ def _momenta(moving: Path, tau: mpf, step: mpf, rods) -> list[mp.matrix]:
     out = []
     for rod, x, n, y in zip(rods, before, now, after, strict=True):
         B = n[0]
-        out.append(B * mp.diag([mpf(float(I)) for I in rod[2:5]]) * (B.T * _turn(x[0], B, y[0], step)))
+        inertia = mp.diag([mpf(float(principal)) for principal in rod[2:5]])
+        out.append(B * inertia * (B.T * _turn(x[0], B, y[0], step)))
     return out
 
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from exact import direction, direction_rate, planar
 from scipy.special import jn_zeros, roots_laguerre
 
 import pendpin as pp
+from exact import direction, direction_rate, planar
 from pendpin.model import build
 from pendpin.urdf_chain import chain_urdf
 
@@ -155,7 +155,9 @@ def test_a_thin_chain_whose_middle_rod_goes_through_the_pole() -> None:
     assert np.isfinite(run.a).all()
     ends = directions_chain(rods, run.q[0], run.v[0], run.t[::300])
     assert np.abs(run.tips()[::300] - ends).max() < 1e-9
-    turned = pp.simulate(scene_of(chain_of(*rods), *(np.reshape(x, (3, 2))[:, ::-1].ravel() for x in (q, v)), **settings))
+    turned = pp.simulate(
+        scene_of(chain_of(*rods), *(np.reshape(x, (3, 2))[:, ::-1].ravel() for x in (q, v)), **settings)
+    )
     assert run.stats.steps < 3 * turned.stats.steps
 
 
@@ -230,9 +232,7 @@ def test_a_chain_too_long_for_pinocchio_runs_on_the_chain_equations() -> None:
 
 def test_a_chain_written_as_urdf_is_the_same_model(tmp_path: Path) -> None:
     """Joints, tips, motion and reactions of the written chain are those of the scene's, bit for bit."""
-    model = chain_of(
-        pp.Rod(length=1.0, mass=1.0, radius=0.1), pp.Rod(length=0.7, mass=2.0, radius=0.05, payload=0.5)
-    )
+    model = chain_of(pp.Rod(length=1.0, mass=1.0, radius=0.1), pp.Rod(length=0.7, mass=2.0, radius=0.05, payload=0.5))
     path = tmp_path / "chain.urdf"
     path.write_text(chain_urdf(model))
     scene = scene_of(model, [0.3, 0.1, -0.2, 0.4])
@@ -249,7 +249,9 @@ def example_urdf(name: str) -> Path:
     return prefix / "share/example-robot-data/robots/double_pendulum_description/urdf" / name
 
 
-@pytest.mark.parametrize("name", ["double_pendulum.urdf", "double_pendulum_continuous.urdf", "double_pendulum_simple.urdf"])
+@pytest.mark.parametrize(
+    "name", ["double_pendulum.urdf", "double_pendulum_continuous.urdf", "double_pendulum_simple.urdf"]
+)
 def test_example_robot_datas_double_pendulums(name: str) -> None:
     """They load, check, keep their energy, and say that their damping is not applied."""
     scene = pp.Scene(
@@ -270,7 +272,9 @@ def test_revolute_and_continuous_double_pendulum_move_alike() -> None:
     for name in ("double_pendulum.urdf", "double_pendulum_continuous.urdf"):
         model = pp.UrdfModel(path=example_urdf(name))
         start = pp.Start(positions=[0.5, 0.3])
-        ends.append(pp.simulate(pp.Scene(duration=5.0, model=model, start=start, effects=GRAVITY), tolerance=1e-12).q[-1])
+        ends.append(
+            pp.simulate(pp.Scene(duration=5.0, model=model, start=start, effects=GRAVITY), tolerance=1e-12).q[-1]
+        )
     assert np.abs(ends[0] - ends[1]).max() < 1e-10
 
 
@@ -283,7 +287,12 @@ def test_several_rods_on_one_support(tmp_path: Path) -> None:
     second = second.replace('<origin xyz="0.0 0.0 0.0" />', '<origin xyz="2.0 0.0 0.0" rpy="0 0 0.7" />', 1)
     path = tmp_path / "two.urdf"
     path.write_text(one.replace("</robot>", second + "</robot>"))
-    scene = pp.Scene(duration=1.0, model=pp.UrdfModel(path=path), start=pp.Start(positions={"theta": 0.5, "phi_b": 0.3}), effects=GRAVITY)
+    scene = pp.Scene(
+        duration=1.0,
+        model=pp.UrdfModel(path=path),
+        start=pp.Start(positions={"theta": 0.5, "phi_b": 0.3}),
+        effects=GRAVITY,
+    )
     run = pp.simulate(scene)
     assert [rod.link for rod in build(scene.model).rods] == ["rod", "rod_b"]
     assert pp.crosscheck(scene, states=100).ok

@@ -11,7 +11,9 @@ INERTIA = ROD.rods[0].properties.I1 + 0.25  # kg m² about the joint
 G = 9.81
 
 
-def run_of(*effects, q=(), v=(), duration=5.0, model=ROD, samples=None, engine="auto", tolerance=1e-11) -> pp.Trajectory:
+def run_of(
+    *effects, q=(), v=(), duration=5.0, model=ROD, samples=None, engine="auto", tolerance=1e-11
+) -> pp.Trajectory:
     """A run of a model with these effects."""
     pad = [0.0] * (2 * model.count)
     start = pp.Start(positions=[*q, *pad[len(q) :]], velocities=[*v, *pad[len(v) :]])
@@ -44,7 +46,9 @@ def test_small_torques_do_not_start_a_joint() -> None:
 def test_coulomb_decay_is_linear_with_the_exact_number_of_half_swings() -> None:
     """A spring of stiffness k and friction mu: each half swing loses 2 mu / k, until it sticks within mu / k."""
     k, mu, start = 4.0, 0.13, 1.0
-    run = run_of(pp.effects.Spring(stiffness=k, joints=["theta"]), DryFriction(kinetic=mu), q=(start,), duration=16.0, samples=2)
+    run = run_of(
+        pp.effects.Spring(stiffness=k, joints=["theta"]), DryFriction(kinetic=mu), q=(start,), duration=16.0, samples=2
+    )
     rest, amplitude, halves = mu / k, start, 0
     while amplitude > rest:
         amplitude, halves = amplitude - 2 * rest, halves + 1
@@ -53,7 +57,11 @@ def test_coulomb_decay_is_linear_with_the_exact_number_of_half_swings() -> None:
     assert run.v[-1, 0] == 0
     assert run.stats.events == halves
     before = run_of(
-        pp.effects.Spring(stiffness=k, joints=["theta"]), DryFriction(kinetic=mu), q=(start,), duration=3.5 * half_period, samples=8
+        pp.effects.Spring(stiffness=k, joints=["theta"]),
+        DryFriction(kinetic=mu),
+        q=(start,),
+        duration=3.5 * half_period,
+        samples=8,
     )
     turning = [start - 2 * rest * n for n in range(4)]
     assert np.allclose(np.abs(before.q[::2, 0])[:4], np.abs(turning), atol=1e-9)
@@ -69,7 +77,9 @@ def test_bounces_come_in_a_geometric_series() -> None:
     for end, speed in zip(ends, a * first * e ** np.arange(1, 4), strict=True):
         run = run_of(motor, Stop(upper=0.0, restitution=e, joints=["theta"]), q=(-1.0,), duration=end + 1e-6, samples=2)
         assert run.v[-1, 0] == pytest.approx(-speed + a * 1e-6, rel=1e-7)
-    after = run_of(motor, Stop(upper=0.0, restitution=e, joints=["theta"]), q=(-1.0,), duration=first * (1 + 2 * e / (1 - e)) + 0.1)
+    after = run_of(
+        motor, Stop(upper=0.0, restitution=e, joints=["theta"]), q=(-1.0,), duration=first * (1 + 2 * e / (1 - e)) + 0.1
+    )
     assert after.q[-1, 0] == 0.0
     assert after.v[-1, 0] == 0.0
     assert 15 < after.stats.events < 40
@@ -110,12 +120,21 @@ def test_two_stops_hit_at_once() -> None:
 def test_several_joints_stick_at_once() -> None:
     """A chain under strong friction ends with every rate exactly 0, hanging crooked."""
     model = pp.Chain(rods=(pp.Rod(length=0.5, mass=1.0, radius=0.02),) * 3)
-    run = run_of(Gravity(), DryFriction(kinetic=0.8), q=(0.5, 0.3, -0.4, 0.2, 0.3, -0.1), model=model, duration=6.0, tolerance=1e-9)
+    run = run_of(
+        Gravity(),
+        DryFriction(kinetic=0.8),
+        q=(0.5, 0.3, -0.4, 0.2, 0.3, -0.1),
+        model=model,
+        duration=6.0,
+        tolerance=1e-9,
+    )
     assert (run.v[-1] == 0).all()
     assert np.abs(run.q[-1]).max() > 0.01
 
 
-@pytest.mark.parametrize("effects", [(DryFriction(kinetic=0.3, static=0.4),), (Stop(lower=-0.3, upper=0.3, restitution=0.6),)])
+@pytest.mark.parametrize(
+    "effects", [(DryFriction(kinetic=0.3, static=0.4),), (Stop(lower=-0.3, upper=0.3, restitution=0.6),)]
+)
 def test_both_engines_agree(effects) -> None:
     """Pinocchio and the chain equations, through sticking and impacts."""
     model = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),) * 2)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from effect_cases import FIVE, POINT, ROD
-from inertial import point_mass, residual, rigid_rod, rotation, sinusoid
 
 import pendpin as pp
+from effect_cases import FIVE, POINT, ROD
+from inertial import point_mass, residual, rigid_rod, rotation, sinusoid
 from pendpin import effects as fx
 from pendpin.bodies import pinocchio
 

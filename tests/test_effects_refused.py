@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from bad_input import SCENE, contents, run_main
 
 import pendpin as pp
+from bad_input import SCENE, contents, run_main
 
 TRACK = "t, x, y, z\n" + "".join(f"{i / 10}, 0, 0, {i * i / 100}\n" for i in range(11))
 
@@ -13,17 +13,26 @@ EFFECTS = {
     "no coefficient": ('"viscous"', "effects[1].coefficient: missing"),
     "negative viscosity": ('"viscous"\ncoefficient = -0.1', "effects[1].coefficient: -0.1 is below 0"),
     "infinite viscosity": ('"viscous"\ncoefficient = inf', "effects[1].coefficient: inf is not a finite number"),
-    "unknown joint": ('"viscous"\ncoefficient = 1\njoints = ["knee"]', "effects[1]: joint 'knee' is not one of: theta, phi"),
+    "unknown joint": (
+        '"viscous"\ncoefficient = 1\njoints = ["knee"]',
+        "effects[1]: joint 'knee' is not one of: theta, phi",
+    ),
     "joint twice": ('"viscous"\ncoefficient = 1\njoints = ["phi", "phi"]', "effects[1].joints: 'phi' is named twice"),
     "joint by both names": (
         '"viscous"\ncoefficient = 1\njoints = ["phi", "phi_1"]',
         "effects[1]: a joint is named twice: 'phi', 'phi_1'",
     ),
-    "no joints": ('"viscous"\ncoefficient = 1\njoints = []', "effects[1].joints: 0 values, where at least 1 are wanted"),
+    "no joints": (
+        '"viscous"\ncoefficient = 1\njoints = []',
+        "effects[1].joints: 0 values, where at least 1 are wanted",
+    ),
     "joints as text": ('"viscous"\ncoefficient = 1\njoints = "phi"', "effects[1].joints: 'phi' is not a list"),
     "negative spring": ('"spring"\nstiffness = -1', "effects[1].stiffness: -1 is below 0"),
     "motor without joint": ('"motor"\ntorque = 1', "effects[1].joint: missing"),
-    "motor on an unknown joint": ('"motor"\njoint = "elbow"\ntorque = 1', "effects[1]: joint 'elbow' is not one of: theta,"),
+    "motor on an unknown joint": (
+        '"motor"\njoint = "elbow"\ntorque = 1',
+        "effects[1]: joint 'elbow' is not one of: theta,",
+    ),
     "idle motor": ('"motor"\njoint = "phi"', "effects[1]: a motor needs a torque, an amplitude and frequency, or"),
     "motor that does both": (
         '"motor"\njoint = "phi"\ntorque = 1\ntarget = 0.1',
@@ -33,7 +42,10 @@ EFFECTS = {
     "motor at rest": ('"motor"\njoint = "phi"\namplitude = 1\nfrequency = 0', "effects[1].frequency: 0 is not above 0"),
     "motor without gain": ('"motor"\njoint = "phi"\ntarget = 1', "effects[1]: a target needs a proportional gain"),
     "unstable motor": ('"motor"\njoint = "phi"\nproportional = -1', "effects[1].proportional: -1 is below 0"),
-    "motor with a lost phase": ('"motor"\njoint = "phi"\ntorque = 1\nphase = 1', "effects[1]: a phase needs an amplitude"),
+    "motor with a lost phase": (
+        '"motor"\njoint = "phi"\ntorque = 1\nphase = 1',
+        "effects[1]: a phase needs an amplitude",
+    ),
     "push without link": ('"push"', "effects[1].link: missing"),
     "unknown link": ('"push"\nlink = "rod_9"', "effects[1]: link 'rod_9' is not one of: rod"),
     "nan push": ('"push"\nlink = "rod"\nforce = [0, nan, 0]', "effects[1].force[1]: nan is not a finite number"),
@@ -46,14 +58,20 @@ EFFECTS = {
     "frequency without gust": ('"drag"\nfrequency = 1', "effects[1]: gust and frequency go together"),
     "buoyancy as number": ('"drag"\nbuoyancy = 1', "effects[1].buoyancy: 1"),
     "idle support": ('"support"', "effects[1]: a support needs an amplitude and a frequency, or a csv"),
-    "support that does both": ('"support"\namplitude = [1, 0, 0]\nfrequency = 1\ncsv = "track.csv"', "effects[1]: a support"),
-    "support without frequency": ('"support"\namplitude = [1, 0, 0]', "effects[1]: amplitude and frequency go together"),
+    "support that does both": ('"support"\namplitude = [1, 0, 0]\ncsv = "track.csv"', "effects[1]: a support needs an"),
+    "support without frequency": (
+        '"support"\namplitude = [1, 0, 0]',
+        "effects[1]: amplitude and frequency go together",
+    ),
     "support with a lost phase": ('"support"\ncsv = "track.csv"\nphase = 1', "effects[1]: a phase needs an amplitude"),
     "support by no file": ('"support"\ncsv = "gone.csv"', "gone.csv: cannot be read: No such file or directory"),
     "support by a folder": ('"support"\ncsv = "."', ": cannot be read: Is a directory"),
     "support by a number": ('"support"\ncsv = 3', "effects[1].csv: 3 is not a path"),
     "no rotation": ('"rotation"', "effects[1]: a rotation needs a latitude or a rate, one of them"),
-    "rotation twice": ('"rotation"\nlatitude = 4\nrate = [0, 0, 1]', "effects[1]: a rotation needs a latitude or a rate"),
+    "rotation twice": (
+        '"rotation"\nlatitude = 4\nrate = [0, 0, 1]',
+        "effects[1]: a rotation needs a latitude or a rate",
+    ),
     "beyond the pole": ('"rotation"\nlatitude = 91', "effects[1].latitude: 91 is above 90"),
     "rate as number": ('"rotation"\nrate = 3', "effects[1].rate: 3 is not a list"),
 }
@@ -71,7 +89,10 @@ TRACKS = {
     "beyond a double": (TRACK.replace("0.3, 0, 0", "0.3, 0, 1e400"), "line 5: y: '1e400' is not a finite number"),
     "times that go back": (TRACK.replace("0.3, 0, 0", "0.15, 0, 0"), "line 5: t = 0.15 does not come after 0.2"),
     "a time twice": (TRACK.replace("0.3, 0, 0", "0.2, 0, 0"), "line 5: t = 0.2 does not come after 0.2"),
-    "a gap in time": (TRACK + "9, 0, 0, 0\n", "nothing between t = 1 and 9, where a row comes every 0.1 s: a spline cannot"),
+    "a gap in time": (
+        TRACK + "9, 0, 0, 0\n",
+        "nothing between t = 1 and 9, where a row comes every 0.1 s: a spline cannot",
+    ),
     "starts late": ("0.01, 0, 0, 0\n1, 0, 0, 0\n", "its times, 0.01 to 1 s, do not cover the run, 0 to 0.1 s"),
     "ends early": ("0, 0, 0, 0\n0.09, 0, 0, 0\n", "its times, 0 to 0.09 s, do not cover the run, 0 to 0.1 s"),
     "huge": (TRACK.replace("0.3, 0, 0", "0.3, 0, 1e308"), "its positions are too large, or too close in time"),

@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import pendpin as pp
-from pendpin.effects import DryFriction, Drag, Gravity, Motor, Push, Rotation, Spring, Stop, Support, Viscous
+from pendpin.effects import Drag, DryFriction, Gravity, Motor, Push, Rotation, Spring, Stop, Support, Viscous
 
 SMOOTH = {
     "gravity": Gravity(),

@@ -40,7 +40,9 @@ def test_the_universal_joint_of_a_urdf_is_recognised() -> None:
 def test_a_joint_that_turns_the_other_way_is_recognised_with_its_sign(tmp_path: Path) -> None:
     """theta counter-clockwise, phi clockwise, mounted turned: all routes still agree."""
     text = URDF.path.read_text().replace('<axis xyz="-1 0 0"/>', '<axis xyz="1 0 0"/>')
-    text = text.replace('<origin xyz="0 0 0" rpy="0 0 0"/>\n    <axis', '<origin xyz="0 0 0" rpy="0.1 0.2 0.3"/>\n    <axis', 1)
+    text = text.replace(
+        '<origin xyz="0 0 0" rpy="0 0 0"/>\n    <axis', '<origin xyz="0 0 0" rpy="0.1 0.2 0.3"/>\n    <axis', 1
+    )
     (tmp_path / "turned.urdf").write_text(text)
     scene = pp.Scene(model=pp.UrdfModel(path=tmp_path / "turned.urdf"), effects=GRAVITY)
     assert build(scene.model).rods[0].sign == -1
@@ -75,6 +77,6 @@ def test_payload_is_folded_in() -> None:
     point = pp.Rod(length=2.0, mass=0.0, payload=3.0).properties
     assert point == (3.0, 2.0, 0.0, 0.0, 0.0)
     rod = pp.Rod(length=2.0, mass=1.0, payload=3.0)
-    about_joint = rod.properties.I1 + rod.properties.m * rod.properties.h ** 2
+    about_joint = rod.properties.I1 + rod.properties.m * rod.properties.h**2
     assert about_joint == pytest.approx(1.0 * 2.0**2 / 3 + 3.0 * 2.0**2, rel=1e-15)
     assert rod.properties.h == pytest.approx((1.0 * 1.0 + 3.0 * 2.0) / 4.0, rel=1e-15)

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from exact import planar, spherical
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pendpin as pp
+from exact import planar, spherical
 from pendpin.scene import builtin_scene
 
 GRAVITY = (pp.effects.Gravity(),)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.derivations.base import Array
+from pendpin.derivations.base import Array, Indices
 from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion
 from pendpin.engines import Loads
 from pendpin.errors import InputError, shown
@@ -54,12 +54,12 @@ def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np) ->
     return torque
 
 
-def chosen_joints(model: Model, names: Sequence[str], where: str) -> Array:
+def chosen_joints(model: Model, names: Sequence[str], where: str) -> Indices:
     """The places of joints in model order. Raises InputError for a joint that the model lacks, or given twice."""
     chosen = [model.index(name, where) for name in names]
     if len(set(chosen)) < len(chosen):
         raise InputError(f"{where}: a joint is named twice: {', '.join(map(shown, names))}")
-    return np.array(chosen, dtype=int)
+    return np.array(chosen, dtype=np.intp)
 
 
 def body_wrench(model: Model, effect: BodyEffect, where: str, xp: Any = np) -> Wrench:
@@ -76,18 +76,17 @@ def body_wrench(model: Model, effect: BodyEffect, where: str, xp: Any = np) -> W
         return out
 
     def on_some(t: float, motion: Motion) -> tuple[Array, Array]:
-        rows = (column[chosen] for column in motion[:4])  # what each body has its own of
-        force, moment = wrench(t, some, Motion(*rows, *motion[4:]))
+        force, moment = wrench(t, some, motion.of(chosen))
         return scattered(force), scattered(moment)
 
     return on_some
 
 
-def chosen_bodies(model: Model, names: Sequence[str], where: str) -> Array:
+def chosen_bodies(model: Model, names: Sequence[str], where: str) -> Indices:
     """The places of links among the bodies; a single rod may be called rod_1. Raises InputError for an unknown one."""
     links = tuple(body.link for body in model.bodies)
     alias = {"rod_1": "rod"} if links == ("rod",) else {}
-    return np.array([find(links, alias.get(name, name), f"{where}: link") for name in names], dtype=int)
+    return np.array([find(links, alias.get(name, name), f"{where}: link") for name in names], dtype=np.intp)
 
 
 def bodies_of(model: Model) -> Bodies:
@@ -131,6 +130,6 @@ def _total_wrench(functions: list[Wrench]) -> Wrench | None:
 
     def total(t: float, motion: Motion) -> tuple[Array, Array]:
         forces, moments = zip(*(function(t, motion) for function in functions), strict=True)
-        return sum(forces), sum(moments)
+        return sum(forces, np.zeros(3)), sum(moments, np.zeros(3))
 
     return total

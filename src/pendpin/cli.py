@@ -29,7 +29,7 @@ SceneFile = Annotated[Path | None, typer.Argument(help="Scene file (TOML); the b
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 
 
-UsageError: type[Any] = typer.BadParameter.__mro__[1]  # its base: whatever is wrong with the command line itself
+UsageError: Any = typer.BadParameter.__mro__[1]  # its base: whatever is wrong with the command line itself
 
 
 def main() -> None:
@@ -310,9 +310,8 @@ def _print_check(report: "Report", as_json: bool) -> None:
     _print_table(["quantity", "of", "routes", "relative", "ulps", "state", ""], rows)
     if found := report.worst_route:
         name, row = found
-        print(
-            f"farthest from {row.second} ({report.judged} states): {name}, {row.ulps:.1f} ulps in {row.quantity} of {row.place}"
-        )
+        place = f"{row.quantity} of {row.place}"
+        print(f"farthest from {row.second} ({report.judged} states): {name}, {row.ulps:.1f} ulps in {place}")
     print(f"{report.states} states, bound {report.bound:g} of the terms that enter: {_verdict(report.ok)}")
 
 

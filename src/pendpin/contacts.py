@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.derivations.base import Array
+from pendpin.derivations.base import Array, Mask
 from pendpin.effects import Effect
 from pendpin.effects.contact import ContactEffect
 from pendpin.engines import AngleEngine
@@ -27,7 +27,7 @@ _BEYOND = 1e-13  # rad, rad/s: how far past 0 a distance or rate goes before it 
 class Mode:
     """Which joints are held, and which way the others slide, from one event to the next."""
 
-    held: Array  # (nv,) bool
+    held: Mask  # (nv,)
     sign: Array  # (nv,) -1 or 1, the way that a sliding joint slides; 0 where there is no friction
 
 
@@ -83,7 +83,7 @@ class Contacts:
 
     # --- at an event ------------------------------------------------------------------------------------------------
 
-    def land(self, q: Array, v: Array, fired: Array, mode: Mode) -> tuple[Array, Array]:
+    def land(self, q: Array, v: Array, fired: Mask, mode: Mode) -> tuple[Array, Array]:
         """The state with what has just reached 0 put there exactly: rates that stopped, positions on stops."""
         nv, (q, v) = len(q), (q.copy(), v.copy())
         stopped, arrived = fired[:nv], fired[nv : 2 * nv]
@@ -101,10 +101,10 @@ class Contacts:
             v = self._impact(q, v, into, t)
         raise RunError(f"at t = {t:g} s impacts on several stops at once do not come to an end")
 
-    def _into_stop(self, q: Array, v: Array) -> Array:
+    def _into_stop(self, q: Array, v: Array) -> Mask:
         return ((q >= self.upper) & (v > 0)) | ((q <= self.lower) & (v < 0))
 
-    def _impact(self, q: Array, v: Array, into: Array, t: float) -> Array:
+    def _impact(self, q: Array, v: Array, into: Mask, t: float) -> Array:
         touching = ((q >= self.upper) | (q <= self.lower)) & (into | (v == 0))
         joints = np.flatnonzero(touching)
         side = np.where(q[joints] >= self.upper[joints], -1.0, 1.0)  # the way the stop pushes
@@ -124,7 +124,7 @@ class Contacts:
         after[joints[pushing]] = target[pushing]
         return np.where(touching & self._too_small(q, after, t), 0.0, after)
 
-    def _too_small(self, q: Array, v: Array, t: float) -> Array:
+    def _too_small(self, q: Array, v: Array, t: float) -> Mask:
         """Whether a joint would come back to its stop after a bounce of no more than REST."""
         a = self.engine.accelerate(t, q, v, np.zeros_like(v))
         back = np.where(q >= self.upper, a, -a)
@@ -146,7 +146,7 @@ class Contacts:
             mode = self._mended(t, q, v, mode, int(np.argmax(unfit)))
         raise RunError(f"at t = {t:g} s it does not come out which joints stick")
 
-    def _unfit(self, t: float, q: Array, v: Array, mode: Mode) -> Array:
+    def _unfit(self, t: float, q: Array, v: Array, mode: Mode) -> Mask:
         """Held joints out of their range, and joints that set out against their acceleration."""
         a, holding = self.accelerate(t, q, v, mode)
         least, most = self.range(q)

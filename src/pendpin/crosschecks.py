@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from pendpin.derivations.base import Array, RodSolution
+from pendpin.derivations.base import Array, Indices, RodSolution
 from pendpin.dynamics import Dynamics, bind
 from pendpin.errors import InputError
 from pendpin.routes import JUDGE, Answer, HandRoute, engine_routes, hand_routes, judge, other_joints
@@ -139,7 +139,7 @@ def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute
     if judged:
         chosen = _worst_states(answers, sizes, judged)
         answers = {name: {k: x[chosen] for k, x in answer.items()} for name, answer in answers.items()}
-        answers[JUDGE] = judge(dynamics)(q[chosen], v[chosen])
+        answers |= {JUDGE: dict(judge(dynamics)(q[chosen], v[chosen]))}
         sizes, judged = {k: x[chosen] for k, x in sizes.items()}, len(chosen)
         states = _States(chosen, q[chosen], v[chosen], sizes, states.places)
         rows += [row for name in routes for row in _rows((name, JUDGE), answers, states)]
@@ -157,7 +157,7 @@ def _one_free_rod(dynamics: Dynamics) -> bool:
 class _States:
     """The states of a comparison, how large the terms are there, and the names of each quantity's columns."""
 
-    index: Array  # (n,)
+    index: Indices  # (n,)
     q: Array  # (n, nv)
     v: Array
     sizes: dict[str, Array]  # quantity -> (n, places)
@@ -203,7 +203,7 @@ def _relative(first: Array, second: Array, size: Array) -> Array:
         return np.abs(first - second).astype(float) / np.maximum(size, np.finfo(float).tiny)
 
 
-def _worst_states(answers: Mapping[str, Answer], sizes: dict[str, Array], count: int) -> Array:
+def _worst_states(answers: Mapping[str, Answer], sizes: dict[str, Array], count: int) -> Indices:
     """The states at which routes differ most, half of the count, and the first ones."""
     n = len(next(iter(sizes.values())))
     worst = np.zeros(n)

@@ -66,7 +66,7 @@ def potential_of(model: Model, effect: Effect, where: str) -> Potential | None:
         field = effect.field(0.0)
         return lambda q, poses: kinematics.field_potential(model, poses, field)
     if isinstance(effect, JointEffect):
-        chosen = slice(None) if effect.on is None else chosen_joints(model, effect.on, where)
+        chosen = np.arange(len(model.joints)) if effect.on is None else chosen_joints(model, effect.on, where)
         if effect.potential(np.zeros(len(model.joints))[chosen]) is not None:
             return lambda q, poses: effect.potential(q[:, chosen])
     return None

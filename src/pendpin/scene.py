@@ -4,18 +4,25 @@ import re
 import tomllib
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 import numpy as np
-from pydantic import Discriminator, Field, SerializeAsAny, Tag, model_validator
+from pydantic import Discriminator, Field, SerializeAsAny, Tag, ValidationInfo, field_validator, model_validator
+from pydantic_core import PydanticKnownError
 
 from pendpin.derivations.base import Array, RodInertia
 from pendpin.effects import AnyEffect, Gravity
-from pendpin.errors import InputError, inside
+from pendpin.errors import InputError, choices, inside
 from pendpin.files import read_whole
 from pendpin.records import NotNegative, Number, Positive, Record
 
-Method = Literal["dop853", "rk45", "rk23", "radau", "bdf", "lsoda"]
+AdaptiveMethod = Literal["dop853", "rk45", "rk23", "radau", "bdf", "lsoda"]
+FixedMethod = Literal["gauss2", "gauss4", "gauss6", "rk4", "euler"]
+Method = Literal[AdaptiveMethod, "taylor", FixedMethod]
+
+FIXED_METHODS = get_args(FixedMethod)
+TOLERANCE = 1e-10  # unless another is given
+LEAST_TOLERANCE = {"taylor": 1e-18}  # of a method; 1e-14 of the others
 
 MAX_SCENE_BYTES = 500_000  # more takes Python's TOML reader seconds
 MAX_SAMPLES = 2_000_000
@@ -133,14 +140,53 @@ class Start(Record):
 
 
 class Solver(Record):
-    """How the scene is integrated and how often the motion is recorded."""
+    """How the scene is integrated and how often the motion is recorded.
+
+    A method has a tolerance (relative and absolute, rad and rad/s) or, with fixed steps, a step. It is the largest that
+    is taken: the time from sample to sample is cut into equal steps, so that every sample falls on one.
+    """
 
     method: Method = "dop853"
     engine: Literal["auto", "pinocchio", "chain"] = "auto"
-    tolerance: Annotated[Number, Field(ge=1e-14, le=0.1)] = 1e-10
+    tolerance: Annotated[Number, Field(le=0.1)] | None = Field(
+        None, validate_default=True, description=f"for methods without a fixed step; {TOLERANCE:g} if absent"
+    )
+    step: Positive | None = Field(
+        None, validate_default=True, description=f"s, for methods with a fixed step: {', '.join(FIXED_METHODS)}"
+    )
     samples: Annotated[int, Field(strict=True, ge=1, le=MAX_SAMPLES)] | None = Field(
         None, description="evenly spaced output times from 0 to duration, both ends included; 60 a second if absent"
     )
+
+    @field_validator("tolerance")
+    @classmethod
+    def _tolerance_of(cls, tolerance: float | None, given: ValidationInfo) -> float | None:
+        method = given.data.get("method", "")
+        if method in FIXED_METHODS:
+            if tolerance is not None:
+                raise ValueError(f"{method} takes a step, not a tolerance")
+            return None
+        least = LEAST_TOLERANCE.get(method, 1e-14)
+        if tolerance is not None and tolerance < least:
+            raise PydanticKnownError("greater_than_equal", {"ge": least})
+        return TOLERANCE if tolerance is None else tolerance
+
+    @field_validator("step")
+    @classmethod
+    def _step_of(cls, step: float | None, given: ValidationInfo) -> float | None:
+        method = given.data.get("method", "")
+        if method in FIXED_METHODS and step is None:
+            raise ValueError(f"{method} takes a step, in s")
+        if step is not None and method and method not in FIXED_METHODS:
+            raise ValueError(f"{method} takes a tolerance, not a step; these take a step: {choices(FIXED_METHODS)}")
+        return step
+
+    def replaced(self, **given: Any) -> Self:
+        """The solver with other settings; its own tolerance or step is left out where it no longer fits."""
+        method = given.get("method", self.method)
+        other = "tolerance" if method in FIXED_METHODS else "step"
+        own = {name: value for name, value in self.model_dump().items() if value is not None and name != other}
+        return type(self)(**(own | given))
 
 
 class Scene(Record):

@@ -68,7 +68,7 @@ def _frame_along(z: Array) -> Array:
     """A rotation whose third axis is the unit vector z."""
     x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
     x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z], -1)
+    return np.array([x, np.cross(z, x), z], float).T
 
 
 def _at(x: float, y: float, z: float) -> Array:

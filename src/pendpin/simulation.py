@@ -9,13 +9,13 @@ from pendpin.contacts import check_start
 from pendpin.derivations.base import Array
 from pendpin.dynamics import Dynamics, bind, reactions
 from pendpin.engines import Watch
-from pendpin.errors import RunError
+from pendpin.errors import InputError, RunError
 from pendpin.hybrid import Hybrid
 from pendpin.ledger import Ledger
 from pendpin.model import start_state
 from pendpin.scene import Scene, Solver
 from pendpin.solvers import Adaptive, Lane, Run
-from pendpin.trajectory import Stats, Trajectory
+from pendpin.trajectory import LARGEST, Stats, Trajectory
 
 EVALUATIONS_A_STRETCH = 20_000
 FIRST_STRETCH = 16  # output times
@@ -25,6 +25,7 @@ class Interrupted(RunError):
     """The run was stopped by the user."""
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # what overflows is found, and said
 def simulate(
     scene: Scene,
     *,
@@ -46,6 +47,7 @@ def simulate(
     scene = scene.model_copy(update={"solver": solver})
     dynamics = bind(scene)
     q, v = start_state(dynamics.model, scene.start)
+    _refuse_overflow(scene, dynamics, q, v)
     books = Ledger(dynamics, scene.effects) if ledger else None
     if dynamics.contacts is None:
         run = _drive(Adaptive(solver.method, solver.tolerance), dynamics, books, q, v, scene.times, watch)
@@ -53,10 +55,24 @@ def simulate(
         check_start(dynamics.contacts, dynamics.model, q)
         run = Hybrid(dynamics, books, solver.method, solver.tolerance).drive(q, v, scene.times, watch)
     trajectory = _fill_in(scene, dynamics, books, run)
+    if trajectory.sound < len(run.t):
+        run = run.cut(trajectory.sound, f"its numbers grow beyond {LARGEST:g}")
+        trajectory = _fill_in(scene, dynamics, books, run)
     if run.failure is None:
         return trajectory
     reason = f"the run ended at t = {run.t[-1]:g} s of {scene.duration:g} s: {run.failure}"
     raise (Interrupted if run.interrupted else RunError)(reason, trajectory)
+
+
+def _refuse_overflow(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> None:
+    """Raise InputError for a start whose forces and energies cannot be computed."""
+    first = Run(np.zeros(1), q[None], v[None], None, np.zeros((1, 0)), 0, 0, 0, 0.0, "", "")
+    try:
+        sound = _fill_in(scene, dynamics, None, first).sound
+    except np.linalg.LinAlgError as error:
+        raise InputError(f"start: {error}") from None
+    if not sound:
+        raise InputError(f"start: positions, rates, forces or energies beyond {LARGEST:g}, too large to compute with")
 
 
 def _drive(lane: Lane, dynamics: Dynamics, books: Ledger | None, q: Array, v: Array, times: Array, watch: Watch) -> Run:

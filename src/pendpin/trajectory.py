@@ -15,6 +15,7 @@ from pendpin.files import ArrayFile, open_arrays, write_whole
 Array = NDArray[np.float64]
 
 FORMAT = 1
+LARGEST = 1e150  # of any number in a run: their squares stay within doubles
 
 
 class Reactions(NamedTuple):
@@ -108,6 +109,14 @@ class Trajectory:
         """The far end of each rod, (n, rods, 3) in m, world frame W."""
         return self.tip
 
+    @property
+    def sound(self) -> int:
+        """How many samples there are before the first with a number that is not finite or beyond LARGEST."""
+        n = len(self.t)
+        arrays = [getattr(self, name).reshape(n, -1) for name in _ARRAYS] + list(self.rods or ())
+        good = np.all([(np.abs(array) <= LARGEST).all(1) for array in arrays], 0)
+        return n if good.all() else int(np.argmin(good))
+
     def save(self, path: str | Path) -> Path:
         """Write everything to an .npz file, whole or not at all. Raises InputError where that cannot be."""
         arrays: dict[str, Any] = {name: getattr(self, name) for name in _ARRAYS} | {"joints": np.array(self.joints)}
@@ -161,8 +170,8 @@ def _read(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = False
         wanted = "text" if text else f"float64 {shape}"
         raise ValueError(f"array {name!r} is {dtype} {found}, not {wanted}")
     array = file.read(name)
-    if not np.isfinite(array).all():
-        raise ValueError(f"array {name!r} holds NaN or inf")
+    if not (np.abs(array) <= LARGEST).all():
+        raise ValueError(f"array {name!r} holds NaN or a number beyond {LARGEST:g}")
     return array
 
 

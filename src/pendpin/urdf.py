@@ -100,15 +100,16 @@ def _longest_cylinder(link: Element) -> Cylinder | None:
         shape = visual.find("geometry/cylinder")
         if shape is not None:
             origin = visual.find("origin")
-            place = [(0.0, 0.0, 0.0) if origin is None else triple("", origin, key) for key in ("xyz", "rpy")]
-            found.append(Cylinder(*place, *(number("", shape, key) for key in ("radius", "length"))))
+            xyz, rpy = ((0.0, 0.0, 0.0) if origin is None else triple("", origin, key) for key in ("xyz", "rpy"))
+            found.append(Cylinder(xyz, rpy, number("", shape, "radius"), number("", shape, "length")))
     return max(found, key=lambda cylinder: cylinder.length, default=None)
 
 
 def _check_origin(where: str, element: Element) -> None:
     origin = element.find("origin")
-    for key in () if origin is None else ("xyz", "rpy"):
-        triple(where, origin, key)
+    if origin is not None:
+        for key in ("xyz", "rpy"):
+            triple(where, origin, key)
 
 
 def _check_inertial(where: str, inertial: Element) -> None:

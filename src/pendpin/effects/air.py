@@ -42,7 +42,9 @@ class Drag(BodyEffect):
     gust: Vector | None = Field(None, description="m/s, in W, times sin(frequency t)")
     frequency: Positive | None = Field(None, description="rad/s")
     diameter: Positive | None = Field(None, description="m; twice the radius of each rod if absent")
-    buoyancy: Annotated[bool, Strict()] = Field(False, description="lift the rods by the weight of the air they displace")
+    buoyancy: Annotated[bool, Strict()] = Field(
+        False, description="lift the rods by the weight of the air they displace"
+    )
 
     @model_validator(mode="after")
     def _gust_has_a_frequency(self) -> Self:

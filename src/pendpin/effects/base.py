@@ -135,6 +135,11 @@ class Motion(NamedTuple):
     pivot: Array = np.zeros(3)  # (3,) m, the origin of W over the ground
     pivot_velocity: Array = np.zeros(3)  # (3,) m/s
 
+    def of(self, chosen: Array) -> "Motion":
+        """The motion of some of the bodies, by their places."""
+        own = (self.origin, self.rotation, self.velocity, self.spin)
+        return Motion(*(column[chosen] for column in own), self.gravity, self.pivot, self.pivot_velocity)
+
     def levers(self, points: Array) -> Array:
         """Vectors (n, 3) given in the link frames, in W."""
         return applied(self.rotation, points)

@@ -1,7 +1,7 @@
 """Dry friction and stops: joints that stick and strike. They act through events, which `pendpin.contacts` resolves."""
 
 import math
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -12,8 +12,12 @@ from pendpin.records import NotNegative, Number
 class ContactEffect(Effect):
     """What a joint can hold when it does not move, and what happens to it at an instant."""
 
-    smooth: ClassVar[bool] = False
     joints: tuple[str, ...] | None = None  # names; all if absent
+
+    @property
+    def smooth(self) -> bool:
+        """Sticking and impacts are not."""
+        return False
 
     def resistance(self) -> tuple[float, float]:
         """The torque against sliding, and the largest that holds, in N m."""

@@ -12,14 +12,17 @@ from pendpin.errors import InputError, shown
 from pendpin.files import read_whole
 
 COLUMNS = ("t", "x", "y", "z")
-MAX_BYTES = 20_000_000
+MAX_BYTES = 5_000_000  # more takes seconds
 DEGREE = 5  # of the spline: accelerations with two continuous derivatives
 LONGEST_GAP = 50  # median intervals; what a spline does in a longer one has nothing to do with the motion
 
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Positions (3,) in m over time in s, with their derivatives; each function takes one time or many, and is NaN outside."""
+    """Positions (3,) in m over time in s, and their derivatives.
+
+    Each function takes one time or many, and is NaN outside.
+    """
 
     start: float
     end: float

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.derivations.base import Array
+from pendpin.derivations.base import Array, Indices
 from pendpin.effects import Motion
 from pendpin.model import Model
 
@@ -93,7 +93,7 @@ class AngleEngine(Engine):
         """Accelerations (nv,) at one state, with joint torques (nv,) added."""
 
     @abstractmethod
-    def compliance(self, q: Array, joints: Array) -> Array:
+    def compliance(self, q: Array, joints: Indices) -> Array:
         """Columns of the inverse mass matrix, (nv, k): accelerations for a unit torque on each of k joints."""
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pendpin.derivations import chain
-from pendpin.derivations.base import Array
+from pendpin.derivations.base import Array, Indices
 from pendpin.derivations.chain_kinematics import motion
 from pendpin.effects import Motion
 from pendpin.engines.base import AngleEngine, Derivative, Loads, Sample, Watch, counted
@@ -50,7 +50,7 @@ class LongChain(AngleEngine):
         """As `AngleEngine.accelerate`."""
         return self._solve(np.array([t]), q[None], v[None], torque[None]).acceleration.reshape(-1)
 
-    def compliance(self, q: Array, joints: Array) -> Array:
+    def compliance(self, q: Array, joints: Indices) -> Array:
         """As `AngleEngine.compliance`."""
         k, shape = len(joints), (len(joints), self._chain.n, 2)
         torque = np.zeros((k, len(q)))

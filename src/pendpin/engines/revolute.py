@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pendpin.bodies import pinocchio
-from pendpin.derivations.base import Array
+from pendpin.derivations.base import Array, Indices
 from pendpin.effects import Motion
 from pendpin.engines.base import WATCH_EVERY, AngleEngine, Derivative, Loads, Sample, Watch
 from pendpin.engines.external import external_forces, motion_of
@@ -65,7 +65,7 @@ class Revolute(AngleEngine):
         """As `AngleEngine.accelerate`."""
         return self._accelerate(t, q, v, torque)
 
-    def compliance(self, q: Array, joints: Array) -> Array:
+    def compliance(self, q: Array, joints: Indices) -> Array:
         """As `AngleEngine.compliance`."""
         inverse = pinocchio().computeMinverse(self._pin, self._data, q)
         return (np.triu(inverse) + np.triu(inverse, 1).T)[:, joints]

@@ -1,10 +1,11 @@
 """What every lane offers."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 from pendpin.derivations.base import Array
-from pendpin.engines import Derivative
+from pendpin.engines import Derivative, Engine, Watch
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,13 @@ class Run:
     version: str
     failure: str | None = None  # why it ended before its time
     interrupted: bool = False
+    compile_seconds: float = 0.0
+
+    def cut(self, count: int, why: str) -> "Run":
+        """The run up to so many samples, and why it ends there."""
+        torque = None if self.torque is None else self.torque[:count]
+        arrays = {"t": self.t[:count], "q": self.q[:count], "v": self.v[:count], "work": self.work[:count]}
+        return replace(self, **arrays, torque=torque, failure=why)
 
 
 class Lane(ABC):
@@ -40,6 +48,14 @@ class Lane(ABC):
 
     library: str
     version: str
+    compile_seconds: float = 0.0
+
+    def equations(self, engine: Engine, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
+        """Take up an engine: its derivative, and the count of evaluations. `watch` gets t now and then, and may raise.
+
+        A lane with equations of its own counts those. Raises InputError for what the lane does not take.
+        """
+        return engine.derivative(watch)
 
     @abstractmethod
     def integrate(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy import integrate, optimize
 
-from pendpin.derivations.base import Array
+from pendpin.derivations.base import Array, Mask
 from pendpin.engines import Derivative
 from pendpin.solvers.adaptive import NAMES, NOT_FINITE
 
@@ -25,7 +25,7 @@ class Leg:
     y: Array  # the state there
     samples: Array  # (n, size), the states at the output times on the way
     steps: int
-    fired: Array | None = None  # which margins came down to 0; None if none did
+    fired: Mask | None = None  # which margins came down to 0; None if none did
     failure: str | None = None
 
 
@@ -71,7 +71,7 @@ def _solver(derivative: Derivative, method: str, tolerance: float) -> Callable[[
 
 def _first_event(
     margins: Margins, inside: Any, start: float, end: float, before: Array
-) -> tuple[float, Array | None, Array]:
+) -> tuple[float, Mask | None, Array]:
     """The time of the first event in a step and which margins fired, else the end and None; and the margins there."""
     last = start
     for t in np.linspace(start, end, LOOKS + 1)[1:]:
@@ -79,7 +79,7 @@ def _first_event(
         below = now < 0
         if below.any():
             at = np.full(len(now), np.inf)
-            at[below] = [_crossing(margins, inside, last, t, i) for i in np.flatnonzero(below)]
+            at[below] = [_crossing(margins, inside, last, t, int(i)) for i in np.flatnonzero(below)]
             return float(at.min()), at <= at.min() + AT_ONCE * max(1.0, abs(t)), before
         last, before = t, now
     return end, None, before
@@ -91,7 +91,7 @@ def _crossing(margins: Margins, inside: Any, start: float, end: float, which: in
 
     if margin(start) <= 0:  # it never rose: the event is at the start
         return start
-    return float(optimize.brentq(margin, start, end, xtol=1e-15 + 4e-16 * abs(end), rtol=1e-15))
+    return optimize.root_scalar(margin, bracket=(start, end), xtol=1e-15 + 4e-16 * abs(end), rtol=1e-15).root
 
 
 def _state_at(make: Callable[[float, Array, float], Any], start: float, y: Array, end: float) -> Array:

@@ -1,0 +1,107 @@
+"""The baseline of games and robot simulators: the classical Runge-Kutta method and semi-implicit Euler, fixed steps."""
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+
+import numpy as np
+
+from pendpin.derivations.base import Array
+from pendpin.engines import AngleEngine, Derivative, Engine, Watch
+from pendpin.errors import InputError
+from pendpin.solvers.adaptive import NOT_FINITE
+from pendpin.solvers.base import Lane, Stretch
+
+MAX_STEPS = 1e9
+LOOK_EVERY = 1024  # steps between two looks whether the numbers are finite
+
+Advance = Callable[[float, float], None]  # t, h: moves a state on in place
+
+
+def intervals(times: Array, step: float) -> Iterator[tuple[float, int, float]]:
+    """From sample to sample: where it starts, how many steps it takes, and their size h <= step in s.
+
+    Every sample falls on a step, so that samples have the order of the method.
+    """
+    for start, end in pairwise(times):
+        count = max(1, math.ceil((end - start) / step * (1 - 1e-12)))
+        yield start, count, (end - start) / count
+
+
+def refuse_steps(times: Array, step: float) -> None:
+    """Raise InputError for more steps than anyone waits for."""
+    span = times[-1] - times[0]
+    if span > MAX_STEPS * step:
+        raise InputError(f"solver.step: {step:g} s takes {span / step:.2g} steps, where {MAX_STEPS:g} are the most")
+
+
+class FixedStep(Lane):
+    """A method with one step for all, the largest that is taken."""
+
+    def __init__(self, step: float) -> None:
+        self.step, self.library, self.version = step, "numpy", np.__version__
+
+    def integrate(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
+        """As `Lane.integrate`."""
+        y = np.array(y)
+        advance, states, steps = self.advancing(derivative, y), [y.copy()], 0
+        for start, count, h in intervals(times, self.step):
+            for i in range(count):
+                if not i % LOOK_EVERY and not np.isfinite(y).all():
+                    return Stretch(np.array(states), steps, NOT_FINITE)
+                advance(start + i * h, h)
+                steps += 1
+            if not np.isfinite(y).all():
+                return Stretch(np.array(states), steps, NOT_FINITE)
+            states.append(y.copy())
+        return Stretch(np.array(states), steps)
+
+    @abstractmethod
+    def advancing(self, derivative: Derivative, y: Array) -> Advance:
+        """A function that moves y on, in place, by one step from t to t + h."""
+
+
+class RungeKutta4(FixedStep):
+    """The classical method of four stages, order 4 (W. Kutta 1901), on any engine's state."""
+
+    def advancing(self, derivative: Derivative, y: Array) -> Advance:
+        """As `FixedStep.advancing`."""
+        k1, k2, k3, k4, inner = (np.empty_like(y) for _ in range(5))
+
+        def stage(k: Array, t: float, before: Array, h: float) -> None:
+            np.multiply(before, h, out=inner)
+            np.add(y, inner, out=inner)
+            derivative(k, t, inner)
+
+        def advance(t: float, h: float) -> None:
+            derivative(k1, t, y)
+            stage(k2, t + h / 2, k1, h / 2)
+            stage(k3, t + h / 2, k2, h / 2)
+            stage(k4, t + h, k3, h)
+            y[:] += h / 6 * (k1 + 2 * (k2 + k3) + k4)
+
+        return advance
+
+
+class SemiImplicitEuler(FixedStep):
+    """v += h a(t, q, v), then q += h v with the new v: order 1, on angles (also called symplectic Euler)."""
+
+    def equations(self, engine: Engine, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
+        """As `Lane.equations`."""
+        if not isinstance(engine, AngleEngine):
+            raise InputError("solver.method: euler needs angles as the state")
+        self._nv = len(engine.model.joints)
+        return engine.derivative(watch)
+
+    def advancing(self, derivative: Derivative, y: Array) -> Advance:
+        """As `FixedStep.advancing`; what is integrated beside the motion comes with v."""
+        dy, nv = np.empty_like(y), self._nv
+        q, v, others, rates = y[:nv], y[nv : 2 * nv], y[nv:], dy[nv:]
+
+        def advance(t: float, h: float) -> None:
+            derivative(dy, t, y)
+            others[:] += h * rates
+            q[:] += h * v
+
+        return advance

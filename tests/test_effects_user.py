@@ -1,0 +1,106 @@
+"""Effects that users write: the example of docs/effects.md runs, is right, and its runs can be drawn without it."""
+
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+from effect_cases import MODELS, on_both, states
+from pendpin import kinematics
+from pendpin.binding import bodies_of
+from pendpin.crosschecks import along
+from pendpin.engines import Revolute, Spherical
+from pendpin.scenery import drawing_of
+
+DOCS = Path(__file__).parents[1] / "docs" / "effects.md"
+
+
+@pytest.fixture(scope="module")
+def example() -> dict[str, Any]:
+    """The names that the code of docs/effects.md leaves behind."""
+    names: dict[str, Any] = {"__name__": "example"}
+    exec(DOCS.read_text().split("```python\n")[1].split("```")[0], names)
+    return names
+
+
+class Draught(pp.effects.FieldEffect):
+    """A field of one's own: it grows with time."""
+
+    kind: Literal["draught"] = "draught"
+    growth: float
+
+    def field(self, t: Any, xp: Any = np) -> np.ndarray:
+        return np.array([self.growth * t, 0.0, 0.0])
+
+
+class Brake(pp.effects.JointEffect):
+    """A torque of one's own, on every joint: -strength v³."""
+
+    kind: Literal["brake"] = "brake"
+    strength: float
+
+    def torques(self, t: Any, q: np.ndarray, v: np.ndarray, xp: Any = np) -> np.ndarray:
+        return -self.strength * v**3
+
+
+def test_the_magnet_of_the_docs(example: dict[str, Any]) -> None:
+    """It pulls the tip: energy with its potential is kept, and the thin rod stays regular."""
+    run, dynamics = example["run"], pp.bind(example["scene"])
+    assert isinstance(dynamics.engine, Spherical)
+    bodies, zero = bodies_of(dynamics.model), np.zeros((1, 3))
+    magnet = example["scene"].effects[1]
+    total = [
+        energy + magnet.potential(bodies, pp.effects.Motion(pose[:, :3, 3], pose[:, :3, :3], zero, zero))
+        for energy, pose in zip(run.energy().total, kinematics.poses(dynamics.model, run.q), strict=True)
+    ]
+    assert np.ptp(total) < 1e-8 * run.kinetic.max()
+    without = example["scene"].model_copy(update={"effects": example["scene"].effects[:1]})
+    assert np.abs(pp.simulate(without).tips() - run.tips()).max() > 0.01
+
+
+def test_effects_of_ones_own_on_both_engines(example: dict[str, Any]) -> None:
+    """One of each seam, on a chain of five."""
+    magnet = example["Magnet"](link="rod_3", at=(0.5, 0.5, -2.5), strength=1.0)
+    found, other = on_both(MODELS["chain of 5"], (Draught(growth=0.3), Brake(strength=0.1), magnet), *states(10))
+    assert np.abs(found - other).max() < 1e-11 * np.abs(found).max()
+
+
+def test_a_saved_run_is_drawn_without_the_class(example: dict[str, Any], tmp_path: Path) -> None:
+    """Its scene cannot be built again, yet nothing that shows the run needs that."""
+    run = pp.Trajectory.load(example["run"].save(tmp_path / "run.npz"))
+    assert run.scene["effects"][1] == {"kind": "magnet", "link": "rod", "at": [0.1, 0.1, -1.1], "strength": 0.2}
+    assert len(drawing_of(run).t) == 301
+    assert along(run) is None
+    with pytest.raises(pp.InputError, match=r"effects\[1\]\.kind: 'magnet' is not one of: gravity, viscous"):
+        pp.Scene(**run.scene)
+
+
+def test_a_run_whose_file_of_positions_is_gone_is_drawn(tmp_path: Path) -> None:
+    """The picture needs the model alone."""
+    (tmp_path / "track.csv").write_text("0, 0, 0, 0\n1, 0, 0, 1\n2, 0, 0, 4\n")
+    support = pp.effects.Support(csv=tmp_path / "track.csv")
+    run = pp.simulate(pp.Scene(duration=0.5, model=MODELS["one rod"], effects=(support,)))
+    (tmp_path / "track.csv").unlink()
+    assert len(drawing_of(run).t) == 31
+    assert along(run) is None
+
+
+def test_parameters_of_ones_own_are_checked(example: dict[str, Any]) -> None:
+    """Like any other, in one line."""
+    for wrong, says in (({"strength": float("nan")}, "strength: nan is not a finite"), ({"radius": 1}, "unknown key")):
+        with pytest.raises(pp.InputError, match=says):
+            example["Magnet"](**({"link": "rod", "at": (0, 0, 0), "strength": 1.0} | wrong))
+
+
+def test_an_effect_of_ones_own_may_turn_thin_rods() -> None:
+    """Unless it says that it does not, they stay on their joints."""
+
+    class Twist(pp.effects.BodyEffect):
+        kind: Literal["twist"] = "twist"
+
+        def wrench(self, t: Any, bodies: Any, motion: Any, xp: Any = np) -> tuple[np.ndarray, np.ndarray]:
+            return np.zeros((len(bodies.mass), 3)), motion.rotation[:, :, 2]
+
+    assert isinstance(pp.bind(pp.Scene(model=MODELS["thin chain of 3"], effects=(Twist(),))).engine, Revolute)
