@@ -24,7 +24,7 @@ ROWS = [
     {"solvers"},
     {"simulation"},
     {"routes", "sizes"},
-    {"crosschecks"},
+    {"crosschecks", "relevance"},
     {"drawing", "plot"},
     {"page", "scenery"},
     {"view"},

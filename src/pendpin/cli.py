@@ -14,7 +14,8 @@ from pendpin.errors import InputError, PendpinError, RunError, inside, one_line
 
 if TYPE_CHECKING:
     from pendpin.crosschecks import Report
-    from pendpin.scene import Scene
+    from pendpin.relevance import Relevance
+    from pendpin.scene import Scene, Solver
     from pendpin.trajectory import Trajectory
 
 app = typer.Typer(
@@ -69,6 +70,7 @@ def run(
     scene: SceneFile = None,
     method: Annotated[str | None, typer.Option(help="Integration method, such as dop853.")] = None,
     tolerance: Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")] = None,
+    step: Annotated[float | None, typer.Option(help="Largest step in s, for methods with a fixed one.")] = None,
     out: Annotated[Path, typer.Option(help="Where the run is saved.")] = Path("run.npz"),
     html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
@@ -86,12 +88,12 @@ def run(
     if scene is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")
     _refuse_targets(scene, out, html, plot)
-    _check_options(method=method, tolerance=tolerance)
+    _check_options(chosen.solver, method=method, tolerance=tolerance, step=step)
     stopped: RunError | None = None
     with inside(_place(scene)), _progress("integrating", chosen.duration, hidden=json) as watch:
         _print_notes(chosen)
         try:
-            trajectory = simulate(chosen, method=method, tolerance=tolerance, ledger=ledger, watch=watch)
+            trajectory = simulate(chosen, method=method, tolerance=tolerance, step=step, ledger=ledger, watch=watch)
         except RunError as error:
             stopped, trajectory = error, error.partial
     files = [trajectory.save(out)]
@@ -158,6 +160,20 @@ def plot(
 
 
 @app.command()
+def effects(
+    scene: SceneFile = None,
+    accuracy: Annotated[float, typer.Option(help="What counts: tip distance over the chain's length.")] = 1e-3,
+    json: Json = False,
+) -> None:
+    """Say what each effect changes and costs, and which ones the scene calls for at an accuracy."""
+    from pendpin.relevance import relevance
+
+    with _waiting("comparing runs with and without each effect", hidden=json):
+        found = relevance(_scene(scene), accuracy)
+    _print_relevance(found, json)
+
+
+@app.command()
 def urdf(
     scene: Annotated[Path, typer.Argument(help="Scene file (TOML) of a chain.")],
     out: Annotated[Path | None, typer.Option(help="Where to write it; to the terminal if absent.")] = None,
@@ -197,12 +213,10 @@ def _place(path: Path | None) -> str:
     return str(path or "the built-in rod")
 
 
-def _check_options(**options: Any) -> None:
+def _check_options(solver: "Solver", **options: Any) -> None:
     """Options that stand in for those of a scene's solver are refused like those, under their own names."""
-    from pendpin.scene import Solver
-
     try:
-        Solver(**{name: value for name, value in options.items() if value is not None})
+        solver.replaced(**{name: value for name, value in options.items() if value is not None})
     except InputError as error:
         name, reason = str(error).split(": ", 1)
         raise typer.BadParameter(reason, param_hint=f"--{name}") from None
@@ -251,6 +265,19 @@ def _show(trajectory: "Trajectory") -> None:
 
 
 @contextmanager
+def _waiting(what: str, hidden: bool) -> Iterator[None]:
+    """A sign of life on stderr, only where a person watches."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if hidden or not console.is_terminal:
+        yield
+        return
+    with console.status(what):
+        yield
+
+
+@contextmanager
 def _progress(what: str, end: float, hidden: bool) -> Iterator[Callable[[float], None]]:
     """A progress bar on stderr, only where a person watches."""
     from rich.console import Console
@@ -273,7 +300,7 @@ def _print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> No
         _print_json(asdict(stats) | found | {"files": [str(file) for file in files]})
         return
     rows = {
-        "method": f"{stats.method}, tolerance {stats.tolerance:g} ({stats.library} {stats.version})",
+        "method": f"{stats.method}, {stats.setting} ({stats.library} {stats.version})",
         "engine": stats.engine,
         "steps": str(stats.steps),
         "evaluations": str(stats.evaluations),
@@ -317,6 +344,24 @@ def _print_check(report: "Report", as_json: bool) -> None:
 
 def _verdict(ok: bool) -> str:
     return "ok" if ok else "BROKEN"
+
+
+def _print_relevance(found: "Relevance", as_json: bool) -> None:
+    from dataclasses import asdict
+
+    if as_json:
+        _print_json(asdict(found))
+        return
+    rows = [
+        [row.effect, "yes" if row.listed else "no", f"{row.change:.1e}", _percent(row.share), row.verdict] for row in found.rows
+    ]
+    _print_table(["effect", "in the scene", "change", "share of time", "verdict"], rows)
+    if found.horizon < found.duration:
+        print(f"compared up to {found.horizon:.3g} s of {found.duration:g} s: beyond, the motion itself is known no better")
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{share:.0%}"
 
 
 def _print_table(head: list[str], rows: list[list[str]]) -> None:

@@ -1,7 +1,7 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -16,17 +16,21 @@ from pendpin.model import Model, build
 from pendpin.scene import Scene
 from pendpin.trajectory import Reactions
 
+Form = Literal["any", "angles", "directions"]  # of the state
+
+ON_ANGLES = ("euler", "gauss2", "gauss4", "gauss6")  # methods whose state is q and its rates or momenta
+
 Potential = Callable[[Array, Array], Array]  # q (n, nv), poses (n, bodies, 4, 4) -> J (n,)
 
 
 class Dynamics:
     """The equations of motion of one scene. Use one in each thread. q, v are (nv,) in model order; rad, m for slides."""
 
-    def __init__(self, model: Model, effects: tuple[Effect, ...], engine: str = "auto") -> None:
+    def __init__(self, model: Model, effects: tuple[Effect, ...], engine: str = "auto", form: Form = "any") -> None:
         self.model = model
         self.loads = bind_loads(model, effects)
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
-        self.engine = choose_engine(model, self.loads, engine, touching)
+        self.engine = choose_engine(model, self.loads, engine, "angles" if touching else form)
         found = (potential_of(model, effect, f"effects[{i}]") for i, effect in enumerate(effects))
         self._potentials = [potential for potential in found if potential is not None]
         self.contacts: Contacts | None = None
@@ -72,19 +76,22 @@ def potential_of(model: Model, effect: Effect, where: str) -> Potential | None:
     return None
 
 
-def choose_engine(model: Model, loads: Loads, name: str, touching: bool = False) -> Engine:
+def choose_engine(model: Model, loads: Loads, name: str, form: Form = "any") -> Engine:
     """The engine for a model; `name` is "auto", "pinocchio" or "chain".
 
     Pinocchio on revolute joints serves every tree that its memory holds. A chain of thin rods that nothing turns about
     its joints or about the rods is carried in directions, regular everywhere; a chain too long for Pinocchio goes on
-    the chain equations. Raises InputError where the named engine cannot carry the model.
+    the chain equations. `form` narrows the state: with "angles" thin rods stay on them, with "directions" they are on
+    no quaternions. Raises InputError where the named engine cannot carry the model.
     """
     if name == "chain" and model.chain is None:
         raise InputError('solver.engine: "chain" needs a model of kind "chain"')
     if name == "pinocchio" and model.pin is None:
         raise InputError(f'solver.engine: {len(model.joints)} joints are too many for Pinocchio\'s memory; use "chain"')
     thin = model.chain is not None and model.chain.first_thin == 0
-    balls = thin and loads.torque is None and not loads.axial and not touching
+    balls = thin and loads.torque is None and not loads.axial and form != "angles"
+    if balls and form == "directions":
+        return Directions(model, loads)
     if balls and name != "chain" and len(model.rods) <= MAX_SPHERICAL:
         return Spherical(model, loads)
     if balls and name != "pinocchio":
@@ -94,7 +101,9 @@ def choose_engine(model: Model, loads: Loads, name: str, touching: bool = False)
 
 def bind(scene: Scene) -> Dynamics:
     """The dynamics of a scene. Raises InputError for a model that cannot be simulated."""
-    return Dynamics(build(scene.model), scene.effects, scene.solver.engine)
+    method = scene.solver.method
+    form: Form = "directions" if method == "taylor" else "angles" if method in ON_ANGLES else "any"
+    return Dynamics(build(scene.model), scene.effects, scene.solver.engine, form)
 
 
 def reactions(model: Model, q: Array, wrench: Array, xp: Any = np) -> Reactions | None:

@@ -13,7 +13,7 @@ from pendpin.effects import DryFriction, Stop
 from pendpin.engines import Derivative, Watch
 from pendpin.errors import RunError
 from pendpin.ledger import Ledger
-from pendpin.solvers import Run
+from pendpin.solvers import Adaptive, Lane, Run
 from pendpin.solvers.events import leg
 
 SAMPLES_A_LEG = 64  # output times between two looks at the clock
@@ -23,10 +23,11 @@ MOST_AT_ONCE = 200  # events without time going on
 class Hybrid:
     """A run with contacts, growing from leg to leg; what it holds is good at any moment."""
 
-    def __init__(self, dynamics: Dynamics, books: Ledger | None, method: str, tolerance: float) -> None:
+    def __init__(self, dynamics: Dynamics, books: Ledger | None, lane: Lane) -> None:
         assert dynamics.contacts is not None
+        assert isinstance(lane, Adaptive)
         self.model, self.contacts, self.books = dynamics.model, dynamics.contacts, books
-        self.method, self.tolerance, self.nv = method, tolerance, len(dynamics.model.joints)
+        self.lane, self.nv = lane, len(dynamics.model.joints)
         self.states: list[Array] = []  # (q, v, work) at the output times
         self.torques: list[Array] = []
         self.steps = self.events = self.calls = 0
@@ -54,7 +55,7 @@ class Hybrid:
         while len(self.states) < len(times):
             watch(t)
             ahead = times[len(self.states) :][:SAMPLES_A_LEG]
-            found = leg(self._derivative(mode), self._margins(mode), t, y, ahead, self.method, self.tolerance)
+            found = leg(self._derivative(mode), self._margins(mode), t, y, ahead, self.lane.method, self.lane.tolerance)
             self._keep(found.samples, ahead[: len(found.samples)], mode)
             self.steps += found.steps
             if found.failure:

@@ -48,7 +48,7 @@ def draw(trajectory: Trajectory) -> Any:
             ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
     axes[-1].set_xlabel("time, s")
     stats = trajectory.stats
-    title = f"{_plain(stats.method)}, tolerance {stats.tolerance:g}, {stats.evaluations} evaluations"
+    title = f"{_plain(stats.method)}, {stats.setting}, {stats.evaluations} evaluations"
     figure.suptitle(title, fontsize=10)
     return figure
 

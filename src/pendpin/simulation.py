@@ -13,8 +13,8 @@ from pendpin.errors import InputError, RunError
 from pendpin.hybrid import Hybrid
 from pendpin.ledger import Ledger
 from pendpin.model import start_state
-from pendpin.scene import Scene, Solver
-from pendpin.solvers import Adaptive, Lane, Run
+from pendpin.scene import Scene
+from pendpin.solvers import Lane, Run, lane_for
 from pendpin.trajectory import LARGEST, Stats, Trajectory
 
 EVALUATIONS_A_STRETCH = 20_000
@@ -31,29 +31,30 @@ def simulate(
     *,
     method: str | None = None,
     tolerance: float | None = None,
+    step: float | None = None,
     ledger: bool = False,
     watch: Watch = lambda t: None,
 ) -> Trajectory:
     """The motion of a scene at its output times.
 
-    method and tolerance stand in for those of scene.solver; `ledger` books the work of every effect along the way, in
+    method, tolerance and step stand in for those of scene.solver; `ledger` books the work of every effect along the way, in
     the trajectory's `work`. `watch` is called with the time reached, for progress.
     Raises InputError for a scene that cannot be run, RunError for a run that cannot reach its end: the error's
     `partial` is the Trajectory up to there.
     """
-    wanted = {"method": method, "tolerance": tolerance}
-    chosen = {name: value for name, value in wanted.items() if value is not None}
-    solver = Solver(**(scene.solver.model_dump() | chosen))
+    wanted = {"method": method, "tolerance": tolerance, "step": step}
+    solver = scene.solver.replaced(**{name: value for name, value in wanted.items() if value is not None})
     scene = scene.model_copy(update={"solver": solver})
     dynamics = bind(scene)
+    lane = lane_for(scene, dynamics)
     q, v = start_state(dynamics.model, scene.start)
     _refuse_overflow(scene, dynamics, q, v)
     books = Ledger(dynamics, scene.effects) if ledger else None
     if dynamics.contacts is None:
-        run = _drive(Adaptive(solver.method, solver.tolerance), dynamics, books, q, v, scene.times, watch)
+        run = _drive(lane, dynamics, books, q, v, scene.times, watch)
     else:
         check_start(dynamics.contacts, dynamics.model, q)
-        run = Hybrid(dynamics, books, solver.method, solver.tolerance).drive(q, v, scene.times, watch)
+        run = Hybrid(dynamics, books, lane).drive(q, v, scene.times, watch)
     trajectory = _fill_in(scene, dynamics, books, run)
     if trajectory.sound < len(run.t):
         run = run.cut(trajectory.sound, f"its numbers grow beyond {LARGEST:g}")
@@ -78,7 +79,7 @@ def _refuse_overflow(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> No
 def _drive(lane: Lane, dynamics: Dynamics, books: Ledger | None, q: Array, v: Array, times: Array, watch: Watch) -> Run:
     """Integrate over `times` in stretches of about EVALUATIONS_A_STRETCH, so that what is done is kept."""
     engine = dynamics.engine
-    derivative, evaluations = engine.derivative(watch)
+    derivative, evaluations = lane.equations(engine, watch)
     y, q, v = engine.pack(q, v), q[None], v[None]
     size, work = len(y), np.zeros((1, 0))
     if books is not None:
@@ -103,7 +104,7 @@ def _drive(lane: Lane, dynamics: Dynamics, books: Ledger | None, q: Array, v: Ar
         ahead = max(1, ahead * EVALUATIONS_A_STRETCH // max(evaluations() - before, 1))
     seconds = time.perf_counter() - begin
     counts = (steps, evaluations(), 0, seconds)
-    return Run(times[: len(q)], q, v, None, work, *counts, lane.library, lane.version, failure, interrupted)
+    return Run(times[: len(q)], q, v, None, work, *counts, lane.library, lane.version, failure, interrupted, lane.compile_seconds)
 
 
 def _fill_in(scene: Scene, dynamics: Dynamics, books: Ledger | None, run: Run) -> Trajectory:
@@ -111,7 +112,7 @@ def _fill_in(scene: Scene, dynamics: Dynamics, books: Ledger | None, run: Run) -
     model, solver = dynamics.model, scene.solver
     a, wrench = dynamics.engine.evaluate(run.t, run.q, run.v, run.torque)
     poses = kinematics.poses(model, run.q)
-    counts = (run.steps, run.evaluations, run.events, run.seconds, 0.0)
+    counts = (run.steps, run.evaluations, run.events, run.seconds, run.compile_seconds)
     return Trajectory(
         joints=model.joints,
         t=run.t,
@@ -124,7 +125,7 @@ def _fill_in(scene: Scene, dynamics: Dynamics, books: Ledger | None, run: Run) -
         tip=kinematics.tips(model, poses),
         rods=reactions(model, run.q, wrench),
         stats=Stats(
-            solver.method, solver.tolerance, *counts, dynamics.engine.name, run.library, run.version, run.failure
+            solver.method, solver.tolerance, solver.step, *counts, dynamics.engine.name, run.library, run.version, run.failure
         ),
         work={} if books is None else books.close(run.work, run.q, poses),
         scene=scene.model_dump(mode="json"),

@@ -51,7 +51,8 @@ class Stats:
     """What a run took."""
 
     method: str
-    tolerance: float
+    tolerance: float | None  # of a method without a fixed step
+    step: float | None  # s, of a method with one
     steps: int
     evaluations: int
     events: int  # impacts, and joints that stuck or came loose
@@ -61,6 +62,11 @@ class Stats:
     library: str
     version: str
     stopped: str | None = None  # why the run ended before its time
+
+    @property
+    def setting(self) -> str:
+        """The tolerance or step, in words."""
+        return f"step {self.step:g} s" if self.tolerance is None else f"tolerance {self.tolerance:g}"
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """The engines: each computes a model's motion by its own equations, in its own coordinates."""
 
 from pendpin.engines.base import AngleEngine, Derivative, Engine, Loads, Sample, Watch
+from pendpin.engines.canonical import Canonical, CanonicalForm
 from pendpin.engines.long_chain import LongChain
 from pendpin.engines.revolute import Revolute
 from pendpin.engines.thin import MAX_SPHERICAL, Directions, Spherical
@@ -8,6 +9,8 @@ from pendpin.engines.thin import MAX_SPHERICAL, Directions, Spherical
 __all__ = [
     "MAX_SPHERICAL",
     "AngleEngine",
+    "Canonical",
+    "CanonicalForm",
     "Derivative",
     "Directions",
     "Engine",

@@ -81,14 +81,15 @@ class Revolute(AngleEngine):
         tau = (self._no_torque if loads.torque is None else loads.torque(t, q, v)) + torque
         if loads.wrench is None:
             return pinocchio().aba(self._pin, self._data, q, v, tau)
-        return pinocchio().aba(self._pin, self._data, q, v, tau, self._external(t, q, v))
+        return pinocchio().aba(self._pin, self._data, q, v, tau, self.external(t, q, v))
 
     def _wrenches(self, t: float, q: Array, v: Array, a: Array) -> Array:
-        external = () if self.loads.wrench is None else (self._external(t, q, v),)
+        external = () if self.loads.wrench is None else (self.external(t, q, v),)
         pinocchio().rnea(self._pin, self._data, q, v, a, *external)
         return np.array([self._data.f[joint].vector for joint in range(1, self._pin.njoints)])
 
-    def _external(self, t: float, q: Array, v: Array) -> list:
+    def external(self, t: float, q: Array, v: Array) -> list:
+        """What body effects exert: one pin.Force a joint, in its frame."""
         wrench, bodies = self.loads.wrench, self.model.bodies
         assert wrench is not None
         pinocchio().forwardKinematics(self._pin, self._data, q, v)

@@ -2,5 +2,6 @@
 
 from pendpin.solvers.adaptive import Adaptive
 from pendpin.solvers.base import Lane, Run, Stretch
+from pendpin.solvers.choice import lane_for
 
-__all__ = ["Adaptive", "Lane", "Run", "Stretch"]
+__all__ = ["Adaptive", "Lane", "Run", "Stretch", "lane_for"]

@@ -25,7 +25,7 @@ def intervals(times: Array, step: float) -> Iterator[tuple[float, int, float]]:
     Every sample falls on a step, so that samples have the order of the method.
     """
     for start, end in pairwise(times):
-        count = max(1, math.ceil((end - start) / step * (1 - 1e-12)))
+        count = max(1, math.ceil((end - start) / step * (1 - 1e-9)))
         yield start, count, (end - start) / count
 
 

@@ -1,0 +1,65 @@
+"""Pinocchio's model in Hamilton's form: positions and momenta, with the derivatives that an implicit method needs."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.bodies import pinocchio
+from pendpin.derivations.base import Array
+from pendpin.engines.revolute import Revolute
+
+
+class Canonical(NamedTuple):
+    """What enters p = M v and p' = F at one state."""
+
+    mass: Array  # (nv, nv), M
+    coupling: Array  # (nv, nv), dp/dq at given v; its transpose is dF/dv, but for that of joint and body effects
+    force: Array  # (nv,), F = dL/dq and what the effects add
+    slope: Array  # (nv, nv), dF/dq, of the fields alone
+
+
+class CanonicalForm:
+    """p = M(q) v and p' = F(t, q, v) = (dp/dq)^T v / 2 - g(q) + the effects' generalised forces.
+
+    (dp/dq)_ij = sum_k dM_ik/dq_j v_k is Pinocchio's derivative of RNEA at acceleration v and no rates; as the kinetic
+    energy is v M v / 2, its derivative in q is half of (dp/dq)^T v. Gauss methods are symplectic in (q, p), which they
+    are not in (q, v). It owns its Pinocchio data: use one in each thread.
+    """
+
+    def __init__(self, engine: Revolute) -> None:
+        pin = pinocchio()
+        self.engine, self.loads = engine, engine.loads
+        self._bare, self._heavy = pin.Model(engine.model.pin), pin.Model(engine.model.pin)
+        self._heavy.gravity = pin.Motion(self.loads.constant, np.zeros(3))
+        self._data, self._rest = pin.Data(self._bare), np.zeros(self._bare.nv)
+
+    def momentum(self, q: Array, v: Array) -> Array:
+        """p (nv,)."""
+        return self._mass(q) @ v
+
+    def velocity(self, q: Array, p: Array) -> Array:
+        """v (nv,). Raises LinAlgError where the mass matrix is singular."""
+        return np.linalg.solve(self._mass(q), p)
+
+    def at(self, t: float, q: Array, v: Array) -> Canonical:
+        """Everything at one state; the arrays are the caller's own."""
+        pin, loads = pinocchio(), self.loads
+        dp, _, upper = pin.computeRNEADerivatives(self._bare, self._data, q, self._rest, v)
+        coupling, mass = dp.copy(), np.triu(upper) + np.triu(upper, 1).T
+        if loads.varying:
+            self._heavy.gravity.linear = loads.field(t)
+        slope = -pin.computeGeneralizedGravityDerivatives(self._heavy, self._data, q)
+        force = v @ coupling / 2 - self._data.g
+        if loads.torque is not None:
+            force = force + loads.torque(t, q, v)
+        if loads.wrench is not None:
+            force = force + self._from_bodies(t, q, v)
+        return Canonical(mass, coupling, force, slope)
+
+    def _from_bodies(self, t: float, q: Array, v: Array) -> Array:
+        rest = self._rest
+        return -pinocchio().rnea(self._bare, self._data, q, rest, rest, self.engine.external(t, q, v))
+
+    def _mass(self, q: Array) -> Array:
+        upper = pinocchio().crba(self._bare, self._data, q)
+        return np.triu(upper) + np.triu(upper, 1).T

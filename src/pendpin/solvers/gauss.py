@@ -1,0 +1,192 @@
+"""Gauss-Legendre collocation in positions and momenta: symplectic, of order 2, 4 or 6, fixed steps.
+
+V_i are the velocities at the stages c_i of a step h, Q_i = q + h sum_j a_ij V_j, and the stage equations are
+    M(Q_i) V_i = p + h sum_j a_ij F(t_j, Q_j, V_j);
+then q += h sum_j b_j V_j, p += h sum_j b_j F_j. After E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration
+(2006), II.1.3 and VIII.6; on keeping round-off down: Hairer, McLachlan, Razakarivony, BIT 48 (2008).
+"""
+
+from collections.abc import Callable
+from functools import cache
+from importlib.metadata import version
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import lu_factor, lu_solve
+
+from pendpin.derivations.base import Array
+from pendpin.engines import CanonicalForm, Derivative, Engine, Revolute, Watch
+from pendpin.errors import InputError
+from pendpin.solvers.base import Lane, Stretch
+from pendpin.solvers.fixed import LOOK_EVERY, intervals
+
+STAGES = {"gauss2": 1, "gauss4": 2, "gauss6": 3}
+MOST_ITERATIONS = 40
+UNSOLVED = "the stage equations are not solved"
+EPS = np.finfo(float).eps
+
+
+class Rule(NamedTuple):
+    """The coefficients of s stages, as a_ij = (1/2 + w_ij) b_j with w antisymmetric.
+
+    In this form the conditions for a symplectic and symmetric method hold exactly, whatever the rounding of w.
+    """
+
+    c: Array  # (s,)
+    b: Array  # (s,)
+    w: Array  # (s, s)
+    a: Array  # (s, s), rounded
+
+    def within(self, x: Array) -> Array:
+        """sum_j a_ij x_j, from x (s, n)."""
+        weighted = self.b[:, None] * x
+        return weighted.sum(0) / 2 + self.w @ weighted
+
+
+@cache
+def rule(s: int) -> Rule:
+    """The Gauss-Legendre rule of s stages on [0, 1]."""
+    x, weights = np.polynomial.legendre.leggauss(s)
+    c, b = (1 + x) / 2, weights / 2
+    a = _integrals(c, lambda powers: c[:, None] ** (powers + 1) / (powers + 1))
+    w = a / b - 0.5
+    w = (w - w.T) / 2
+    return Rule(c, b, w, (0.5 + w) * b)
+
+
+def _integrals(nodes: Array, integrated: Callable[[Array], Array]) -> Array:
+    """Functionals (k,) of the Lagrange polynomials of nodes (s,), from those of the powers."""
+    powers = np.arange(len(nodes))
+    return np.linalg.solve(np.vander(nodes, increasing=True).T, integrated(powers).T).T
+
+
+@cache
+def extrapolation(s: int, steps: int) -> Array:
+    """From the stages of the last one or two steps, latest last, to those of the next: (s, steps s)."""
+    c = rule(s).c
+    nodes = np.concatenate([c - k for k in range(steps, 0, -1)])
+    return _integrals(nodes, lambda powers: c[:, None] ** powers)
+
+
+class Gauss(Lane):
+    """Gauss-Legendre collocation on Pinocchio's equations with revolute joints.
+
+    Every step is iterated to round-off: Newton's method with the first matrix of the step, which is exact for fields up
+    to the second derivatives of the kinetic energy and knows no joint or body effects. Sums are compensated.
+    """
+
+    def __init__(self, method: str, step: float) -> None:
+        self.step, self.rule = step, rule(STAGES[method])
+        self.library, self.version = "pinocchio", version("pin")
+
+    def equations(self, engine: Engine, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
+        """As `Lane.equations`."""
+        if not isinstance(engine, Revolute):
+            raise InputError("solver.method: gauss2, gauss4 and gauss6 need Pinocchio's equations, in solver.engine too")
+        self._form, self._watch, self._nv = CanonicalForm(engine), watch, len(engine.model.joints)
+        self._state, self._reached, self._calls = _State.at(np.zeros(0), np.zeros(0)), None, 0
+        return engine.derivative(lambda t: None)[0], lambda: self._calls
+
+    def integrate(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
+        """As `Lane.integrate`; what is integrated beside the motion goes by the same rule."""
+        q, v, others = np.split(y, [self._nv, 2 * self._nv])
+        if self._reached is None or not np.array_equal(self._reached, y[: 2 * self._nv]):
+            self._state = _State.at(q, self._form.momentum(q, v))
+        states, steps = [np.array(y)], 0
+        for start, count, h in intervals(times, self.step):
+            for i in range(count):
+                t = start + i * h
+                if not steps % LOOK_EVERY:
+                    self._watch(t)
+                stages = self._solve(t, h)
+                if stages is None:
+                    return Stretch(np.array(states), steps, f"{UNSOLVED} at t = {t:g} s: take a smaller step")
+                others = others + h * self._quadrature(derivative, t, h, stages, others)
+                self._state.advance(h * (self.rule.b @ stages.velocity), h * (self.rule.b @ stages.force), stages)
+                steps += 1
+            q = self._state.q
+            states.append(np.concatenate([q, self._form.velocity(q, self._state.p), others]))
+        self._reached = states[-1][: 2 * self._nv].copy()
+        return Stretch(np.array(states), steps)
+
+    def _solve(self, t: float, h: float) -> "_Stages | None":
+        """The stages of the step from t, or None where the iteration does not converge."""
+        q, p, V = self._state.q, self._state.p, self._guess()
+        factors, before = None, np.inf
+        for _ in range(MOST_ITERATIONS):
+            Q = q + h * self.rule.within(V)
+            M, N, F, K = self._evaluate(t + h * self.rule.c, Q, V)
+            if factors is None:
+                factors = lu_factor(self._matrix(h, M, N, K), check_finite=False)
+            residual = np.einsum("iab,ib->ia", M, V) - p - h * self.rule.within(F)
+            change = lu_solve(factors, residual.reshape(-1), check_finite=False).reshape(V.shape)
+            V = V - change
+            size, scale = np.abs(change).max(), max(np.abs(V).max(), 1e-300)
+            if not np.isfinite(size):
+                return None
+            ratio = min(size / before, 1.0) if np.isfinite(before) else 1.0
+            if size * ratio < EPS / 8 * scale or (size < 1e-9 * scale and size >= before / 2):
+                return _Stages(Q, V, F)
+            before = size
+        return None
+
+    def _guess(self) -> Array:
+        """The velocities at the stages, from the polynomial through those of the last two steps."""
+        s, past = len(self.rule.b), self._state.past
+        if past:
+            return extrapolation(s, len(past)) @ np.concatenate(past)
+        return np.tile(self._form.velocity(self._state.q, self._state.p), (s, 1))
+
+    def _evaluate(self, times: Array, Q: Array, V: Array) -> tuple[Array, ...]:
+        self._calls += len(times)
+        found = (self._form.at(*stage) for stage in zip(times, Q, V, strict=True))
+        return tuple(np.array(part) for part in zip(*found, strict=True))
+
+    def _matrix(self, h: float, M: Array, N: Array, K: Array) -> Array:
+        """The derivative of the residual in V, (s nv, s nv): M_i - h a_ij (N_j^T - N_i) - h² sum_k a_ik K_k a_kj."""
+        a, (s, nv, _) = self.rule.a, N.shape
+        J = h * a[:, None, :, None] * (N[:, :, None, :] - N.transpose(2, 0, 1)[None])
+        J -= h * h * np.einsum("ik,kab,kj->iajb", a, K, a)
+        J[np.arange(s), :, np.arange(s)] += M
+        return J.reshape(s * nv, s * nv)
+
+    def _quadrature(self, derivative: Derivative, t: float, h: float, stages: "_Stages", others: Array) -> Array:
+        """The mean rates over a step of what is integrated beside the motion."""
+        if not len(others):
+            return others
+        rates = np.empty((len(self.rule.b), 2 * self._nv + len(others)))
+        for rate, time, q, v in zip(rates, t + h * self.rule.c, stages.position, stages.velocity, strict=True):
+            derivative(rate, time, np.concatenate([q, v, others]))
+        return self.rule.b @ rates[:, 2 * self._nv :]
+
+
+class _Stages(NamedTuple):
+    position: Array  # (s, nv)
+    velocity: Array  # (s, nv)
+    force: Array  # (s, nv)
+
+
+class _State:
+    """Positions and momenta, what their sums have lost to rounding so far, and the last stages."""
+
+    def __init__(self, both: Array) -> None:
+        self._both, self._lost, self.past = both, np.zeros_like(both), ()
+
+    @classmethod
+    def at(cls, q: Array, p: Array) -> "_State":
+        return cls(np.array([q, p]))
+
+    @property
+    def q(self) -> Array:
+        return self._both[0]
+
+    @property
+    def p(self) -> Array:
+        return self._both[1]
+
+    def advance(self, dq: Array, dp: Array, stages: _Stages) -> None:
+        """Add with what was lost before (W. Kahan's summation)."""
+        due = np.array([dq, dp]) + self._lost
+        total = self._both + due
+        self._both, self._lost = total, due - (total - self._both)
+        self.past = (*self.past[-1:], stages.velocity)
