@@ -54,11 +54,8 @@ MODELS = {
         "{ length = 5e-324, mass = 1 }",
         "model.rods[0]: the inertia about the joint, 0 kg m², is out of",
     ),
-    "huge rod": (
-        "length = 1.0, mass = 1.0",
-        "length = 1e200, mass = 1e200",
-        "model.rods[0]: the inertia about the joint",
-    ),
+    "huge rod": ("length = 1.0", "length = 1e200", "model.rods[0].length: 1e+200 is above 1e+100"),
+    "huge inertia": ("length = 1.0", "length = 1e90", "model.rods[0]: the inertia about the joint, "),
     "negative radius": ("radius = 0.01", "radius = -0.01", "model.rods[0].radius: -0.01 is below 0"),
     "unknown rod key": ("radius = 0.01", "diameter = 0.02", "model.rods[0].diameter: unknown key"),
     "negative inertia": ("radius = 0.01", "inertia = [1, 1, -1]", "model.rods[0].inertia[2]: -1 is below 0"),
@@ -112,6 +109,9 @@ REST = {
     "direction of two": (KIND, f"{KIND}\ndirection = [0, 1]", "effects[0].direction[2]: missing"),
     "negative gravity": (KIND, f"{KIND}\nacceleration = -9.81", "effects[0].acceleration: -9.81 is below 0"),
     "nan gravity": (KIND, f"{KIND}\nacceleration = nan", "effects[0].acceleration: nan is not a finite number"),
+    "huge gravity": (KIND, f"{KIND}\nacceleration = 1e308", "scene.toml: start: positions, rates, forces or energies"),
+    "huge angle": ("theta_1 = 0.7", "theta_1 = 1e300", "scene.toml: start: positions, rates, forces or energies"),
+    "huge rate": ("positions = {", "velocities = { phi_1 = 1e90 }\npositions = {", "too large to compute with"),
     "unknown method": (TOLERANCE, 'method = "magic"', "solver.method: 'magic' is not one of: dop853, rk45"),
     "tolerance 0": (TOLERANCE, "tolerance = 0", "solver.tolerance: 0 is below 1e-14"),
     "negative tolerance": (TOLERANCE, "tolerance = -1e-8", "solver.tolerance: -1e-08 is below 1e-14"),
@@ -154,6 +154,26 @@ WHOLE: dict[str, tuple[Content, str]] = {
 }
 
 
+CSVS: dict[str, tuple[Content, str]] = {
+    "empty": ("", "0 positions, where at least 2 are wanted"),
+    "header only": ("t,x,y,z\n", "0 positions, where at least 2 are wanted"),
+    "one row": ("0,0,0,0\n", "1 positions, where at least 2 are wanted"),
+    "binary": (bytes(range(256)) * 40, "not a CSV file: byte "),
+    "null bytes": (b"\0" * 5000, "line 1: 1 values, where 4 are wanted"),
+    "three columns": ("0,0,0\n1,0,0\n", "line 1: 3 values, where 4 are wanted: t, x, y, z"),
+    "decimal commas": ("0,0;0,0;0,0;0,0\n", "line 1: 5 values, where 4 are wanted"),
+    "nan": ("0,0,0,0\n1,nan,0,0\n", "line 2: x: 'nan' is not a finite number"),
+    "unit": ("0,0,0,0\n1,1m,0,0\n", "line 2: x: '1m' is not a number"),
+    "empty cell": ("0,0,0,0\n1,,0,0\n", "line 2: x is missing"),
+    "time back": ("0,0,0,0\n1,0,0,0\n0.5,0,0,0\n", "line 3: t = 0.5 does not come after 1"),
+    "too far": ("0,0,0,0\n1,1e308,0,0\n2,0,0,0\n", "its positions are too large, or too close in time"),
+    "too short": ("0,0,0,0\n0.05,0,0,0\n", "effects[0]"),
+    "10 MB": ("#" * 10_000_000, "larger than the 5 MB that a CSV of positions may have"),
+    "a folder": (Path.mkdir, "cannot be read: Is a directory"),
+}
+MOVED = edited(SCENE, (KIND, 'kind = "support"\ncsv = "path.csv"'))
+
+
 def _cases() -> list[Case]:
     bad: dict[str, tuple[Content, str]] = {
         name: (edited(SCENE, (old, new)), says) for name, (old, new, says) in (TOP | MODELS | REST).items()
@@ -165,6 +185,11 @@ def _cases() -> list[Case]:
     return [
         *cases,
         Case("scene: missing", ("run", "scene.toml"), "scene.toml: cannot be read: No such file or directory"),
+        *(
+            Case(f"csv: {name}", ("run", "scene.toml"), says, {"scene.toml": MOVED, "path.csv": csv})
+            for name, (csv, says) in CSVS.items()
+        ),
+        Case("csv: missing", ("run", "scene.toml"), "cannot be read: No such file or directory", {"scene.toml": MOVED}),
         Case("scene: missing, to check", ("check", "scene.toml"), "scene.toml: cannot be read: No such file"),
         Case("scene: name without end", ("run", "s" * 5000), "cannot be read: File name too long"),
         Case("scene: escape codes in its name", ("run", "\x1b[31m\n.toml"), r"\x1b[31m .toml: cannot be read"),

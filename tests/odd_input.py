@@ -74,7 +74,7 @@ SCENES: dict[str, tuple[tuple[str, str], ...]] = {
     "an empty table": ((POSITIONS, "{}"),),
     "minus zero": (("radius = 0.01", "radius = -0.0"), ("0.7", "-0.0")),
     "denormal angle": (("0.7", "5e-324"),),
-    "huge angle": (("0.7", "1e300"),),
+    "huge angle": (("0.7", "1e100"),),
     "2^53": (("0.7", "9007199254740993"),),
     "no effects": (("[[effects]]\n" + KIND, ""), ("duration", "effects = []\nduration")),
     "two gravities": ((KIND, f"{KIND}\n[[effects]]\n{KIND}\ndirection = [1, 0, 0]"),),

@@ -21,7 +21,7 @@ ROWS = [
     {"engines"},
     {"binding"},
     {"dynamics"},
-    {"solvers"},
+    {"solvers", "explain"},
     {"simulation"},
     {"routes", "sizes"},
     {"crosschecks", "relevance"},

@@ -14,7 +14,8 @@ from pendpin.crosschecks import along
 from pendpin.engines import Revolute, Spherical
 from pendpin.scenery import drawing_of
 
-DOCS = Path(__file__).parents[1] / "docs" / "effects.md"
+TOP = Path(__file__).parents[1]
+DOCS, EXAMPLES = TOP / "docs" / "effects.md", TOP / "examples"
 
 
 @pytest.fixture(scope="module")
@@ -103,3 +104,17 @@ def test_an_effect_of_ones_own_may_turn_thin_rods() -> None:
             return np.zeros((len(bodies.mass), 3)), motion.rotation[:, :, 2]
 
     assert isinstance(pp.bind(pp.Scene(model=MODELS["thin chain of 3"], effects=(Twist(),))).engine, Revolute)
+
+
+@pytest.mark.parametrize("name", ["foucault", "crane"])
+def test_the_examples_run(name: str) -> None:
+    """As files, for their first second."""
+    scene = pp.load_scene(EXAMPLES / f"{name}.toml")
+    run = pp.simulate(scene.model_copy(update={"duration": 1.0, "solver": pp.Solver(tolerance=1e-8, samples=5)}))
+    assert np.isfinite(run.tips()).all()
+
+
+def test_the_example_of_kapitza_stands() -> None:
+    """It comes to rest upright."""
+    run = pp.simulate(pp.load_scene(EXAMPLES / "kapitza.toml"))
+    assert np.abs(run.q[-1] - [np.pi, 0]).max() < 0.02

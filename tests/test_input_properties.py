@@ -16,10 +16,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bad_input import ROD
-from pendpin import PendpinError, load_scene
+from pendpin import PendpinError, load_scene, simulate
 from pendpin.dynamics import Dynamics
-from pendpin.model import build, start_state
-from pendpin.scene import Chain, UrdfModel
+from pendpin.model import build
+from pendpin.scene import Chain, Solver, UrdfModel
 
 EXAMPLES = int(os.environ.get("PENDPIN_EXAMPLES", "0"))  # a longer search, other examples each time
 SETTINGS = settings(max_examples=EXAMPLES or 200, deadline=None, database=None, derandomize=not EXAMPLES)
@@ -35,7 +35,18 @@ SCENE: dict[str, Any] = {
         "copies": 2,
     },
     "start": {"positions": {"theta_1": 0.7, "phi_2": 0.4}, "velocities": [0.0] * 8},
-    "effects": [{"kind": "gravity", "acceleration": 9.81, "direction": [0.0, 0.0, -1.0]}],
+    "effects": [
+        {"kind": "gravity", "acceleration": 9.81, "direction": [0.0, 0.0, -1.0]},
+        {"kind": "viscous", "coefficient": 0.1},
+        {"kind": "spring", "stiffness": 1.0, "rest": 0.1, "joints": ["phi_1"]},
+        {"kind": "motor", "joint": "theta_1", "amplitude": 1.0, "frequency": 2.0},
+        {"kind": "push", "link": "rod_2", "force": [1.0, 0.0, 0.0], "point": 0.5},
+        {"kind": "drag", "density": 1.0, "linear": 0.1, "wind": [1.0, 0.0, 0.0], "diameter": 0.1, "buoyancy": True},
+        {"kind": "support", "amplitude": [0.1, 0.0, 0.0], "frequency": 3.0},
+        {"kind": "rotation", "latitude": 48.0},
+        {"kind": "dry_friction", "kinetic": 0.1, "static": 0.2},
+        {"kind": "stop", "lower": -2.0, "upper": 2.0, "restitution": 0.5, "joints": ["theta_1"]},
+    ],
     "solver": {"method": "dop853", "tolerance": 1e-8, "samples": 3},
 }
 
@@ -184,17 +195,16 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @SETTINGS
 @given(scene=damaged_scenes())
 def test_damaged_scenes(folder: Path, scene: dict[str, Any]) -> None:
-    """From the file to the first acceleration."""
+    """From the file to the first instant of its run."""
     path = folder / "scene.toml"
     path.write_text("".join(f"{text(key)} = {toml(part)}\n" for key, part in scene.items()), encoding="utf-8")
 
     def load() -> Dynamics:
-        loaded = load_scene(path)
-        if isinstance(loaded.model, Chain) and loaded.model.count > 50:
-            loaded = loaded.model_copy(update={"model": loaded.model.model_copy(update={"copies": 1})})
-        dynamics = Dynamics(build(loaded.model), loaded.effects)
-        start_state(dynamics.model, loaded.start)
-        return dynamics
+        scene = load_scene(path)
+        if isinstance(scene.model, Chain) and scene.model.count > 50:
+            scene = scene.model_copy(update={"model": scene.model.model_copy(update={"copies": 1})})
+        simulate(scene.model_copy(update={"duration": 0.0, "solver": Solver(engine=scene.solver.engine)}))
+        return Dynamics(build(scene.model), ())
 
     moves_or_is_refused(load)
 

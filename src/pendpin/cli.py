@@ -75,6 +75,7 @@ def run(
     html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
     ledger: Annotated[bool, typer.Option("--ledger", help="Book the work of every effect.")] = False,
+    explain: Annotated[bool, typer.Option("--explain", help="Say first what was bound, and what an evaluation calls.")] = False,
     view: Annotated[bool, typer.Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
     json: Json = False,
 ) -> None:
@@ -89,6 +90,8 @@ def run(
         html, plot = html or Path("run.html"), plot or Path("run.png")
     _refuse_targets(scene, out, html, plot)
     _check_options(chosen.solver, method=method, tolerance=tolerance, step=step)
+    if explain:
+        _print_binding(chosen)
     stopped: RunError | None = None
     with inside(_place(scene)), _progress("integrating", chosen.duration, hidden=json) as watch:
         _print_notes(chosen)
@@ -244,6 +247,14 @@ def _print_notes(scene: "Scene") -> None:
         print(f"pendpin: note: {note}", file=sys.stderr)
 
 
+def _print_binding(scene: "Scene") -> None:
+    from pendpin.dynamics import bind
+    from pendpin.explain import explain
+
+    for line in explain(bind(scene), scene.effects):
+        print(line)
+
+
 def _save_plot(trajectory: "Trajectory", path: Path) -> Path:
     from pendpin.plot import save_plot
 
@@ -305,7 +316,8 @@ def _print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> No
         "steps": str(stats.steps),
         "evaluations": str(stats.evaluations),
         "seconds": f"{stats.seconds:.4f}",
-        "energy drift": f"{trajectory.energy().drift:.1e} of the energy moved",
+        "energy drift": f"{trajectory.energy().drift:.1e} of the energy moved" if stats.conservative else "",
+        "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
         "cross-check": report and f"{report.worst.relative:.1e} at worst, {report.worst.quantity} along the run",
         "files": ", ".join(str(file) for file in files),
     }
@@ -314,6 +326,11 @@ def _print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> No
         rows["kinetic energy"] = f"{trajectory.kinetic[-1] - trajectory.kinetic[0]:+.6g} J"
         rows["books are off by"] = f"{trajectory.imbalance:.1e} of the energy moved"
     _print_table(["run", ""], [[name, text] for name, text in rows.items() if text])
+
+
+def _change(trajectory: "Trajectory") -> float:
+    total = trajectory.energy().total
+    return float(total[-1] - total[0])
 
 
 def _print_check(report: "Report", as_json: bool) -> None:
@@ -353,7 +370,8 @@ def _print_relevance(found: "Relevance", as_json: bool) -> None:
         _print_json(asdict(found))
         return
     rows = [
-        [row.effect, "yes" if row.listed else "no", f"{row.change:.1e}", _percent(row.share), row.verdict] for row in found.rows
+        [row.effect, "yes" if row.listed else "no", f"{row.change:.1e}", _percent(row.share), row.verdict]
+        for row in found.rows
     ]
     _print_table(["effect", "in the scene", "change", "share of time", "verdict"], rows)
     if found.horizon < found.duration:

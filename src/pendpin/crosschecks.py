@@ -16,6 +16,7 @@ from pendpin.trajectory import Trajectory
 
 BOUND = 1e-13  # of the terms that enter, weighed by their condition, for each rod that errors are handed through
 LARGEST_RATE = 100.0  # rad/s
+ALONG_JOINTS = 1_200  # states times joints that are compared along a run: about a second
 JUDGED_JOINTS = 400  # states times joints that the judge is given: some seconds
 
 
@@ -112,12 +113,13 @@ def crosscheck(
     return _compare(dynamics, q, v, routes or {}, judged=max(2, JUDGED_JOINTS // nv))
 
 
-def along(trajectory: Trajectory, most: int = 600) -> Report | None:
-    """The same comparison at states of a run, at most so many; None where fewer than two routes cover its model."""
+def along(trajectory: Trajectory) -> Report | None:
+    """The same comparison at some states of a run; None where fewer than two routes cover its model."""
     try:
         scene = Scene(**trajectory.scene)
     except InputError:  # an effect that a scene file cannot name: a user's own class
         return None
+    most = max(8, ALONG_JOINTS // len(trajectory.joints))
     chosen = slice(None, None, -(-len(trajectory.t) // most))
     dynamics = bind(scene)
     if dynamics.model.pin is None:

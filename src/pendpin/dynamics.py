@@ -33,6 +33,7 @@ class Dynamics:
         self.engine = choose_engine(model, self.loads, engine, "angles" if touching else form)
         found = (potential_of(model, effect, f"effects[{i}]") for i, effect in enumerate(effects))
         self._potentials = [potential for potential in found if potential is not None]
+        self.conservative = len(self._potentials) == len(effects)
         self.contacts: Contacts | None = None
         if touching and isinstance(self.engine, AngleEngine):
             self.contacts = bind_contacts(model, effects, self.engine)

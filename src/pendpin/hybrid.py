@@ -11,7 +11,7 @@ from pendpin.derivations.base import Array
 from pendpin.dynamics import Dynamics
 from pendpin.effects import DryFriction, Stop
 from pendpin.engines import Derivative, Watch
-from pendpin.errors import RunError
+from pendpin.errors import InputError, RunError
 from pendpin.ledger import Ledger
 from pendpin.solvers import Adaptive, Lane, Run
 from pendpin.solvers.events import leg
@@ -41,6 +41,8 @@ class Hybrid:
             failure, interrupted = "stopped by the user", True
         except (RunError, np.linalg.LinAlgError) as error:
             failure = str(error)
+        if not self.torques and not interrupted:
+            raise InputError(f"start: {failure}")
         n, nv, seconds = len(self.torques), self.nv, time.perf_counter() - begin
         states, torques = np.array(self.states[:n]), np.array(self.torques)
         counts = (self.steps, self.calls, self.events, seconds)

@@ -103,8 +103,8 @@ def _drive(lane: Lane, dynamics: Dynamics, books: Ledger | None, q: Array, v: Ar
         first_step = (span[-1] - span[0]) / max(stretch.steps, 1)
         ahead = max(1, ahead * EVALUATIONS_A_STRETCH // max(evaluations() - before, 1))
     seconds = time.perf_counter() - begin
-    counts = (steps, evaluations(), 0, seconds)
-    return Run(times[: len(q)], q, v, None, work, *counts, lane.library, lane.version, failure, interrupted, lane.compile_seconds)
+    carried = (lane.library, lane.version, failure, interrupted, lane.compile_seconds)
+    return Run(times[: len(q)], q, v, None, work, steps, evaluations(), 0, seconds, *carried)
 
 
 def _fill_in(scene: Scene, dynamics: Dynamics, books: Ledger | None, run: Run) -> Trajectory:
@@ -112,7 +112,6 @@ def _fill_in(scene: Scene, dynamics: Dynamics, books: Ledger | None, run: Run) -
     model, solver = dynamics.model, scene.solver
     a, wrench = dynamics.engine.evaluate(run.t, run.q, run.v, run.torque)
     poses = kinematics.poses(model, run.q)
-    counts = (run.steps, run.evaluations, run.events, run.seconds, run.compile_seconds)
     return Trajectory(
         joints=model.joints,
         t=run.t,
@@ -125,7 +124,9 @@ def _fill_in(scene: Scene, dynamics: Dynamics, books: Ledger | None, run: Run) -
         tip=kinematics.tips(model, poses),
         rods=reactions(model, run.q, wrench),
         stats=Stats(
-            solver.method, solver.tolerance, solver.step, *counts, dynamics.engine.name, run.library, run.version, run.failure
+            *(solver.method, solver.tolerance, solver.step),
+            *(run.steps, run.evaluations, run.events, run.seconds, run.compile_seconds),
+            *(dynamics.engine.name, run.library, run.version, dynamics.conservative, run.failure),
         ),
         work={} if books is None else books.close(run.work, run.q, poses),
         scene=scene.model_dump(mode="json"),

@@ -61,6 +61,7 @@ class Stats:
     engine: str
     library: str
     version: str
+    conservative: bool = False  # whether every effect has a potential, so that the energy should not change
     stopped: str | None = None  # why the run ended before its time
 
     @property
@@ -189,6 +190,7 @@ def _read_meta(file: ArrayFile) -> tuple[dict[str, Any], Stats]:
     if not isinstance(scene, dict):
         raise ValueError("meta holds no scene")
     try:
-        return scene, TypeAdapter(Stats).validate_python({f.name: meta.get(f.name) for f in fields(Stats)})
+        known = {f.name: meta[f.name] for f in fields(Stats) if f.name in meta}
+        return scene, TypeAdapter(Stats).validate_python(known)
     except ValidationError as error:
         raise ValueError(f"meta: {explain(error.errors(include_url=False), 'meta')}") from None

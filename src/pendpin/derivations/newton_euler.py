@@ -1,11 +1,13 @@
 """One rod, Newton-Euler in closed form (docs/derivation.md, section 4)."""
 
+from typing import Any
+
 import numpy as np
 
 from pendpin.derivations.base import Array, RodInertia, RodSolution
 
 
-def solve(rod: RodInertia, q: Array, v: Array, field: Array) -> RodSolution:
+def solve(rod: RodInertia, q: Array, v: Array, field: Array, xp: Any = np) -> RodSolution:
     """Accelerations and reactions of a rod on a universal joint.
 
     The moment balance about the joint, projected on a1, a2 and a3, gives theta'', phi'' and Mc one by one; the force
@@ -13,12 +15,13 @@ def solve(rod: RodInertia, q: Array, v: Array, field: Array) -> RodSolution:
     rod's theta'' grows without bound towards cos(phi) = 0: a fault of the angles, not of the motion (section 6).
 
     Parameters: q, v (..., 2) hold theta, phi in rad and rad/s; field (3,) or (..., 3) is the uniform acceleration
-    field in the inertial frame I (z down), m/s²; gravity is (0, 0, 9.81).
+    field in the inertial frame I (z down), m/s²; gravity is (0, 0, 9.81). xp
+    brings the functions of the number type (pendpin.derivations.numbers).
     """
     m, h, I1, I2, I3 = rod
     J1, J2 = I1 + m * h**2, I2 + m * h**2  # about the joint
-    s_t, c_t = np.sin(q[..., 0]), np.cos(q[..., 0])
-    s, c = np.sin(q[..., 1]), np.cos(q[..., 1])
+    s_t, c_t = xp.sin(q[..., 0]), xp.cos(q[..., 0])
+    s, c = xp.sin(q[..., 1]), xp.cos(q[..., 1])
     dt, dp = v[..., 0], v[..., 1]
 
     along = s_t * field[..., 1] + c_t * field[..., 2]  # the field along the turned z

@@ -127,6 +127,21 @@ def accelerations(
     return signs * _outward(joints, answers)
 
 
+def motions(tree: Tree, q: Array, v: Array, xp: Any = np) -> tuple[Array, Array, Array, Array]:
+    """What each joint moves, in the base frame: origin (n, 3) m, axes (n, 3, 3), its velocity and spin (n, 3)."""
+    tree, signs = _prepared(tree, xp)
+    zero = np.zeros(3)
+    moving = {-1: (zero, _UNIT, zero, zero)}
+    for i, (joint, rate) in enumerate(zip(_joints(tree, signs * q, xp), signs * v, strict=True)):
+        origin, R, velocity, spin = moving[joint.parent]
+        lever, axis = applied(R, joint.r), applied(R @ joint.R, joint.axis) * rate
+        velocity = velocity + np.cross(spin, lever)
+        turned = (velocity, spin + axis) if joint.turns else (velocity + axis, spin)
+        moving[i] = (origin + lever, R @ joint.R, *turned)
+    origin, R, velocity, spin = (np.stack(part) for part in zip(*(moving[i] for i in range(len(q))), strict=True))
+    return origin, R, velocity, spin
+
+
 # --- Newton-Euler ---------------------------------------------------------------------------------------------------
 
 

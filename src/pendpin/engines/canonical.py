@@ -27,11 +27,12 @@ class CanonicalForm:
     """
 
     def __init__(self, engine: Revolute) -> None:
-        pin = pinocchio()
+        pin = self._pinocchio = pinocchio()
         self.engine, self.loads = engine, engine.loads
         self._bare, self._heavy = pin.Model(engine.model.pin), pin.Model(engine.model.pin)
         self._heavy.gravity = pin.Motion(self.loads.constant, np.zeros(3))
         self._data, self._rest = pin.Data(self._bare), np.zeros(self._bare.nv)
+        self._upper = np.triu(np.ones((self._bare.nv, self._bare.nv), dtype=bool))
 
     def momentum(self, q: Array, v: Array) -> Array:
         """p (nv,)."""
@@ -43,9 +44,9 @@ class CanonicalForm:
 
     def at(self, t: float, q: Array, v: Array) -> Canonical:
         """Everything at one state; the arrays are the caller's own."""
-        pin, loads = pinocchio(), self.loads
+        pin, loads = self._pinocchio, self.loads
         dp, _, upper = pin.computeRNEADerivatives(self._bare, self._data, q, self._rest, v)
-        coupling, mass = dp.copy(), np.triu(upper) + np.triu(upper, 1).T
+        coupling, mass = dp.copy(), np.where(self._upper, upper, upper.T)
         if loads.varying:
             self._heavy.gravity.linear = loads.field(t)
         slope = -pin.computeGeneralizedGravityDerivatives(self._heavy, self._data, q)
@@ -58,8 +59,8 @@ class CanonicalForm:
 
     def _from_bodies(self, t: float, q: Array, v: Array) -> Array:
         rest = self._rest
-        return -pinocchio().rnea(self._bare, self._data, q, rest, rest, self.engine.external(t, q, v))
+        return -self._pinocchio.rnea(self._bare, self._data, q, rest, rest, self.engine.external(t, q, v))
 
     def _mass(self, q: Array) -> Array:
-        upper = pinocchio().crba(self._bare, self._data, q)
-        return np.triu(upper) + np.triu(upper, 1).T
+        upper = self._pinocchio.crba(self._bare, self._data, q)
+        return np.where(self._upper, upper, upper.T)

@@ -7,6 +7,7 @@ from pendpin.solvers.adaptive import NAMES, Adaptive
 from pendpin.solvers.base import Lane
 from pendpin.solvers.fixed import RungeKutta4, SemiImplicitEuler, refuse_steps
 from pendpin.solvers.gauss import STAGES, Gauss
+from pendpin.solvers.taylor import Taylor
 
 
 def lane_for(scene: Scene, dynamics: Dynamics) -> Lane:
@@ -21,4 +22,6 @@ def lane_for(scene: Scene, dynamics: Dynamics) -> Lane:
             return Gauss(method, step)
         return RungeKutta4(step) if method == "rk4" else SemiImplicitEuler(step)
     assert solver.tolerance is not None
+    if method == "taylor":
+        return Taylor(scene.effects, solver.tolerance)
     return Adaptive(method, solver.tolerance)

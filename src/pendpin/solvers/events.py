@@ -9,7 +9,7 @@ from scipy import integrate, optimize
 
 from pendpin.derivations.base import Array, Mask
 from pendpin.engines import Derivative
-from pendpin.solvers.adaptive import NAMES, NOT_FINITE
+from pendpin.solvers.adaptive import NOT_FINITE
 
 LOOKS = 8  # places inside a step at which the margins are looked at
 AT_ONCE = 1e-13  # s, or of the time: events no farther apart happen together
@@ -65,7 +65,7 @@ def _solver(derivative: Derivative, method: str, tolerance: float) -> Callable[[
             raise FloatingPointError
         return dy
 
-    kind = getattr(integrate, NAMES[method])
+    kind = getattr(integrate, method)
     return lambda t, y, end: kind(function, t, y, end, rtol=tolerance, atol=tolerance)
 
 

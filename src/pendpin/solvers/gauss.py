@@ -12,7 +12,7 @@ from importlib.metadata import version
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg.lapack import dgetrf, dgetrs
 
 from pendpin.derivations.base import Array
 from pendpin.engines import CanonicalForm, Derivative, Engine, Revolute, Watch
@@ -40,7 +40,7 @@ class Rule(NamedTuple):
     def within(self, x: Array) -> Array:
         """sum_j a_ij x_j, from x (s, n)."""
         weighted = self.b[:, None] * x
-        return weighted.sum(0) / 2 + self.w @ weighted
+        return np.add.reduce(weighted, 0) / 2 + self.w @ weighted
 
 
 @cache
@@ -117,9 +117,9 @@ class Gauss(Lane):
             Q = q + h * self.rule.within(V)
             M, N, F, K = self._evaluate(t + h * self.rule.c, Q, V)
             if factors is None:
-                factors = lu_factor(self._matrix(h, M, N, K), check_finite=False)
-            residual = np.einsum("iab,ib->ia", M, V) - p - h * self.rule.within(F)
-            change = lu_solve(factors, residual.reshape(-1), check_finite=False).reshape(V.shape)
+                factors = dgetrf(self._matrix(h, M, N, K))[:2]
+            residual = (M @ V[..., None])[..., 0] - p - h * self.rule.within(F)
+            change = dgetrs(*factors, residual.reshape(-1))[0].reshape(V.shape)
             V = V - change
             size, scale = np.abs(change).max(), max(np.abs(V).max(), 1e-300)
             if not np.isfinite(size):
@@ -139,8 +139,8 @@ class Gauss(Lane):
 
     def _evaluate(self, times: Array, Q: Array, V: Array) -> tuple[Array, ...]:
         self._calls += len(times)
-        found = (self._form.at(*stage) for stage in zip(times, Q, V, strict=True))
-        return tuple(np.array(part) for part in zip(*found, strict=True))
+        found = [self._form.at(*stage) for stage in zip(times, Q, V, strict=True)]
+        return tuple(map(np.array, zip(*found, strict=True)))
 
     def _matrix(self, h: float, M: Array, N: Array, K: Array) -> Array:
         """The derivative of the residual in V, (s nv, s nv): M_i - h a_ij (N_j^T - N_i) - h² sum_k a_ik K_k a_kj."""

@@ -1,0 +1,83 @@
+"""The Taylor lane: series of the solution to rounding, by heyoka, from the equations of motion run on its symbols."""
+
+import time
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from pendpin.derivations.base import Array
+from pendpin.effects import Effect
+from pendpin.engines import Derivative, Engine, LongChain, Watch
+from pendpin.errors import InputError, MissingLibrary
+from pendpin.solvers.adaptive import NAMES, NOT_FINITE
+from pendpin.solvers.base import Lane, Stretch
+from pendpin.solvers.symbolic import right_hand_side
+
+MAX_JOINTS = 20  # ten rods compile in about 20 s; the time grows with their square
+SMALL = 2  # joints, up to which the code is written out whole
+HIGH = 1e-15  # tolerances below are met with compensated sums in the series
+STEPS_AT_ONCE = 4096  # between two calls of the watcher
+
+
+class Taylor(Lane):
+    """Adaptive order and step (A. Jorba, M. Zou, Experimental Mathematics 14 (2005)); an evaluation is a whole series.
+
+    The state is kept from stretch to stretch, so that nothing is lost between them.
+    """
+
+    def __init__(self, effects: Sequence[Effect], tolerance: float) -> None:
+        try:
+            import heyoka
+        except ImportError:
+            raise MissingLibrary("solver.method: taylor needs heyoka: pip install 'pendpin[fast]'") from None
+        for i, effect in enumerate(effects):
+            if not effect.smooth:
+                others = ", ".join(NAMES)
+                raise InputError(f"effects[{i}]: {effect.kind} is not smooth, as taylor needs it; these take it: {others}")
+        self._heyoka, self._effects, self._tolerance = heyoka, effects, tolerance
+        self.library, self.version = "heyoka", version("heyoka")
+
+    def equations(self, engine: Engine, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
+        """As `Lane.equations`: the integrator is compiled here."""
+        joints = len(engine.model.joints)
+        if joints > MAX_JOINTS or isinstance(engine, LongChain):
+            raise InputError(
+                f"solver.method: taylor takes up to {MAX_JOINTS // 2} rods or {MAX_JOINTS} joints, as its series are "
+                f"compiled, and no solver.engine: this model has {joints} joints; dop853 takes it"
+            )
+        begin = time.perf_counter()
+        self._integrator = self._compiled(engine)
+        self.compile_seconds, self._steps, self._watch = time.perf_counter() - begin, 0, watch
+        return engine.derivative(lambda t: None)[0], lambda: self._steps
+
+    def integrate(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
+        """As `Lane.integrate`."""
+        series, before, size = self._integrator, self._steps, len(self._integrator.state)
+        if len(y) > size:
+            raise InputError("ledger: taylor keeps no books of work; these do: " + ", ".join(NAMES))
+        if not self._steps or series.time != times[0]:
+            series.time, series.state[:] = times[0], y
+        states, failure = y[None], None
+        while len(states) < len(times) and failure is None:
+            self._watch(series.time)
+            ahead = np.concatenate([[series.time], times[len(states) :]])
+            outcome, _, _, steps, _, found = series.propagate_grid(ahead, max_steps=STEPS_AT_ONCE)
+            states, self._steps = np.concatenate([states, found[1:]]), self._steps + steps
+            if outcome == self._heyoka.taylor_outcome.err_nf_state:
+                failure = NOT_FINITE
+        return Stretch(states, self._steps - before, failure)
+
+    def _compiled(self, engine: Engine) -> Any:
+        hy = self._heyoka
+        size = len(engine.pack(*np.zeros((2, len(engine.model.joints)))))
+        y = np.array(hy.make_vars(*(f"y{i}" for i in range(size))), dtype=object)
+        right = right_hand_side(engine, self._effects)(hy.time, y)
+        return hy.taylor_adaptive(
+            [(symbol, hy.expression(rate)) for symbol, rate in zip(y, right, strict=True)],
+            np.zeros(size),
+            tol=self._tolerance,
+            high_accuracy=self._tolerance < HIGH,
+            compact_mode=len(engine.model.joints) > SMALL,
+        )
