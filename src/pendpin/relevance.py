@@ -54,9 +54,12 @@ def relevance(scene: Scene, accuracy: float = 1e-3) -> Relevance:
     if not 0 < accuracy < 1:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
     base, finer = (simulate(scene, method="dop853", tolerance=tolerance) for tolerance in TOLERANCES)
-    good = int(np.argmax(np.append(_distance(base, finer) > MARGIN * accuracy, True)))
-    rows = [_row(name, listed, other, scene, base, good, accuracy) for name, listed, other in _variants(scene)]
-    return Relevance(tuple(rows), accuracy, scene.duration, float(base.t[max(good - 1, 0)]))
+    good = int(np.argmax(np.append(_distance(base.tips(), finer.tips()) > MARGIN * accuracy, True)))
+    horizon = float(base.t[max(good - 1, 0)])
+    solver = scene.solver.model_copy(update={"samples": max(good, 1)})
+    compared = scene.model_copy(update={"duration": horizon, "solver": solver})
+    rows = [_row(name, listed, other, compared, base, accuracy) for name, listed, other in _variants(compared)]
+    return Relevance(tuple(rows), accuracy, scene.duration, horizon)
 
 
 def _variants(scene: Scene) -> Iterator[tuple[str, bool, Scene]]:
@@ -86,12 +89,12 @@ def _with(scene: Scene, *effects: Effect) -> Scene:
     return scene.model_copy(update={"effects": effects})
 
 
-def _row(name: str, listed: bool, other: Scene, scene: Scene, base: Trajectory, good: int, accuracy: float) -> Row:
+def _row(name: str, listed: bool, other: Scene, scene: Scene, base: Trajectory, accuracy: float) -> Row:
     try:
         run = simulate(other, method="dop853", tolerance=TOLERANCES[0])
     except PendpinError as error:
         return Row(name, listed, float("nan"), None, f"not compared: {error}")
-    change = float(_distance(base, run)[:good].max(initial=0.0))
+    change = float(_distance(base.tips()[: len(run.t)], run.tips()).max())
     more, less = (scene, other) if listed else (other, scene)
     share = 1 - _evaluation(less) / _evaluation(more) if less.effects != more.effects else None
     return Row(name, listed, change, None if share is None else max(share, 0.0), _verdict(listed, change, accuracy))
@@ -103,10 +106,9 @@ def _verdict(listed: bool, change: float, accuracy: float) -> str:
     return "below the accuracy asked"
 
 
-def _distance(one: Trajectory, other: Trajectory) -> Array:
-    """The largest distance of any tip at each output time, over the chain's length, (n,)."""
-    reach = np.linalg.norm(one.tips(), axis=-1).max()
-    return np.linalg.norm(one.tips() - other.tips(), axis=-1).max(-1) / reach
+def _distance(one: Array, other: Array) -> Array:
+    """The largest distance of any tip at each output time, over the chain's length, (n,), from tips (n, rods, 3)."""
+    return np.linalg.norm(one - other, axis=-1).max(-1) / np.linalg.norm(one, axis=-1).max()
 
 
 def _evaluation(scene: Scene) -> float:

@@ -9,13 +9,15 @@ from pendpin.derivations.base import Array
 from pendpin.engines.revolute import Revolute
 
 
+DELTA = 1e-7  # rad, rad/s: of forward differences
+
+
 class Canonical(NamedTuple):
     """What enters p = M v and p' = F at one state."""
 
-    mass: Array  # (nv, nv), M
+    mass: Array  # (nv, nv), M = dp/dv
     coupling: Array  # (nv, nv), dp/dq at given v; its transpose is dF/dv, but for that of joint and body effects
     force: Array  # (nv,), F = dL/dq and what the effects add
-    slope: Array  # (nv, nv), dF/dq, of the fields alone
 
 
 class CanonicalForm:
@@ -49,13 +51,21 @@ class CanonicalForm:
         coupling, mass = dp.copy(), np.where(self._upper, upper, upper.T)
         if loads.varying:
             self._heavy.gravity.linear = loads.field(t)
-        slope = -pin.computeGeneralizedGravityDerivatives(self._heavy, self._data, q)
-        force = v @ coupling / 2 - self._data.g
+        force = v @ coupling / 2 - pin.computeGeneralizedGravity(self._heavy, self._data, q)
         if loads.torque is not None:
             force = force + loads.torque(t, q, v)
         if loads.wrench is not None:
             force = force + self._from_bodies(t, q, v)
-        return Canonical(mass, coupling, force, slope)
+        return Canonical(mass, coupling, force)
+
+    def slopes(self, t: float, q: Array, v: Array, now: Canonical) -> tuple[Array, Array]:
+        """dF/dq and dF/dv (nv, nv): by forward differences what is not in `coupling`."""
+        steps = DELTA * np.eye(len(q))
+        in_q = np.array([self.at(t, q + step, v).force for step in steps]) - now.force
+        if self.loads.torque is None and self.loads.wrench is None:
+            return in_q.T / DELTA, now.coupling.T
+        in_v = np.array([self.at(t, q, v + step).force for step in steps]) - now.force
+        return in_q.T / DELTA, in_v.T / DELTA
 
     def _from_bodies(self, t: float, q: Array, v: Array) -> Array:
         rest = self._rest

@@ -15,13 +15,14 @@ import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from pendpin.derivations.base import Array
-from pendpin.engines import CanonicalForm, Derivative, Engine, Revolute, Watch
+from pendpin.engines import Canonical, CanonicalForm, Derivative, Engine, Revolute, Watch
 from pendpin.errors import InputError
 from pendpin.solvers.base import Lane, Stretch
 from pendpin.solvers.fixed import LOOK_EVERY, intervals
 
 STAGES = {"gauss2": 1, "gauss4": 2, "gauss6": 3}
 MOST_ITERATIONS = 40
+PATIENCE = 8  # iterations with the first matrix; then each has its own
 UNSOLVED = "the stage equations are not solved"
 EPS = np.finfo(float).eps
 
@@ -71,8 +72,8 @@ def extrapolation(s: int, steps: int) -> Array:
 class Gauss(Lane):
     """Gauss-Legendre collocation on Pinocchio's equations with revolute joints.
 
-    Every step is iterated to round-off: Newton's method with the first matrix of the step, which is exact for fields up
-    to the second derivatives of the kinetic energy and knows no joint or body effects. Sums are compensated.
+    Every step is iterated to round-off: Newton's method with the first matrix of the step, and where that does not
+    settle, with its own for every iteration. Sums are compensated.
     """
 
     def __init__(self, method: str, step: float) -> None:
@@ -112,12 +113,13 @@ class Gauss(Lane):
     def _solve(self, t: float, h: float) -> "_Stages | None":
         """The stages of the step from t, or None where the iteration does not converge."""
         q, p, V = self._state.q, self._state.p, self._guess()
-        factors, before = None, np.inf
-        for _ in range(MOST_ITERATIONS):
+        times, factors, before = t + h * self.rule.c, None, np.inf
+        for i in range(MOST_ITERATIONS):
             Q = q + h * self.rule.within(V)
-            M, N, F, K = self._evaluate(t + h * self.rule.c, Q, V)
-            if factors is None:
-                factors = dgetrf(self._matrix(h, M, N, K))[:2]
+            now = self._evaluate(times, Q, V)
+            M, N, F = map(np.array, zip(*now, strict=True))
+            if factors is None or i >= PATIENCE:
+                factors = dgetrf(self._matrix(h, M, N, *self._slopes(times, Q, V, now)))[:2]
             residual = (M @ V[..., None])[..., 0] - p - h * self.rule.within(F)
             change = dgetrs(*factors, residual.reshape(-1))[0].reshape(V.shape)
             V = V - change
@@ -137,16 +139,24 @@ class Gauss(Lane):
             return extrapolation(s, len(past)) @ np.concatenate(past)
         return np.tile(self._form.velocity(self._state.q, self._state.p), (s, 1))
 
-    def _evaluate(self, times: Array, Q: Array, V: Array) -> tuple[Array, ...]:
+    def _evaluate(self, times: Array, Q: Array, V: Array) -> list[Canonical]:
         self._calls += len(times)
-        found = [self._form.at(*stage) for stage in zip(times, Q, V, strict=True)]
-        return tuple(map(np.array, zip(*found, strict=True)))
+        return [self._form.at(*stage) for stage in zip(times, Q, V, strict=True)]
 
-    def _matrix(self, h: float, M: Array, N: Array, K: Array) -> Array:
-        """The derivative of the residual in V, (s nv, s nv): M_i - h a_ij (N_j^T - N_i) - h² sum_k a_ik K_k a_kj."""
+    def _slopes(self, times: Array, Q: Array, V: Array, now: list[Canonical]) -> tuple[Array, Array]:
+        self._calls += len(times) * self._nv
+        found = [self._form.slopes(*stage) for stage in zip(times, Q, V, now, strict=True)]
+        in_q, in_v = map(np.array, zip(*found, strict=True))
+        return in_q, in_v
+
+    def _matrix(self, h: float, M: Array, N: Array, in_q: Array, in_v: Array) -> Array:
+        """The derivative of the residual in V, (s nv, s nv).
+
+        M_i delta_ij + h a_ij (N_i - dF_j/dv) - h² sum_k a_ik dF_k/dq a_kj, with N = dp/dq.
+        """
         a, (s, nv, _) = self.rule.a, N.shape
-        J = h * a[:, None, :, None] * (N[:, :, None, :] - N.transpose(2, 0, 1)[None])
-        J -= h * h * np.einsum("ik,kab,kj->iajb", a, K, a)
+        J = h * a[:, None, :, None] * (N[:, :, None, :] - in_v.transpose(1, 0, 2)[None])
+        J -= h * h * np.einsum("ik,kab,kj->iajb", a, in_q, a)
         J[np.arange(s), :, np.arange(s)] += M
         return J.reshape(s * nv, s * nv)
 
