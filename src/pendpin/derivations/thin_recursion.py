@@ -39,13 +39,13 @@ def turning(
     n, answers = chain.n, []
     A, b = np.zeros((3, 3)), np.zeros(3)  # of what hangs on the tip
     for i in reversed(range(n)):
-        m, h, l, J = chain.m[i], chain.h[i], chain.l[i], chain.I1[i] + chain.m[i] * chain.h[i] ** 2
+        m, h, length, J = chain.m[i], chain.h[i], chain.l[i], chain.I1[i] + chain.m[i] * chain.h[i] ** 2
         f = m * field + (0.0 if force is None else force[i])
         inward = d[i] * dot(rate[i], rate[i])
-        B = m * h * _UNIT + l * A
+        B = m * h * _UNIT + length * A
         P = _UNIT - outer(d[i], d[i])
-        Y = _UNIT / J if i == n - 1 else _inverse(J * _UNIT + l * l * (P @ A @ P)) @ P
-        c = h * f + l * applied(l * A, inward) - l * b
+        Y = _UNIT / J if i == n - 1 else _inverse(J * _UNIT + length**2 * (P @ A @ P)) @ P
+        c = h * f + length * (length * applied(A, inward) - b)
         if moment is not None:
             c = c + np.cross(moment[i], d[i])
         answers.append(_Answer(P, Y, c, B, inward))

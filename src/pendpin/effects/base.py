@@ -137,8 +137,8 @@ class Motion(NamedTuple):
 
     def of(self, chosen: Array) -> "Motion":
         """The motion of some of the bodies, by their places."""
-        own = (self.origin, self.rotation, self.velocity, self.spin)
-        return Motion(*(column[chosen] for column in own), self.gravity, self.pivot, self.pivot_velocity)
+        origin, rotation, velocity, spin, *shared = self
+        return Motion(origin[chosen], rotation[chosen], velocity[chosen], spin[chosen], *shared)
 
     def levers(self, points: Array) -> Array:
         """Vectors (n, 3) given in the link frames, in W."""

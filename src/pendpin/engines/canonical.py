@@ -8,7 +8,6 @@ from pendpin.bodies import pinocchio
 from pendpin.derivations.base import Array
 from pendpin.engines.revolute import Revolute
 
-
 DELTA = 1e-7  # rad, rad/s: of forward differences
 
 
@@ -58,8 +57,10 @@ class CanonicalForm:
             force = force + self._from_bodies(t, q, v)
         return Canonical(mass, coupling, force)
 
-    def slopes(self, t: float, q: Array, v: Array, now: Canonical) -> tuple[Array, Array]:
-        """dF/dq and dF/dv (nv, nv): by forward differences what is not in `coupling`."""
+    def slopes(self, t: float, q: Array, v: Array, now: Canonical, thorough: bool) -> tuple[Array, Array]:
+        """dF/dq and dF/dv (nv, nv): those of fields, less what is of second order in v; or all, by differences."""
+        if not thorough:
+            return -self._pinocchio.computeGeneralizedGravityDerivatives(self._heavy, self._data, q), now.coupling.T
         steps = DELTA * np.eye(len(q))
         in_q = np.array([self.at(t, q + step, v).force for step in steps]) - now.force
         if self.loads.torque is None and self.loads.wrench is None:

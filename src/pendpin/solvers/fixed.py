@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.derivations.base import Array
 from pendpin.engines import AngleEngine, Derivative, Engine, Watch
-from pendpin.errors import InputError
+from pendpin.errors import InputError, shown
 from pendpin.solvers.adaptive import NOT_FINITE
 from pendpin.solvers.base import Lane, Stretch
 
@@ -31,9 +31,8 @@ def intervals(times: Array, step: float) -> Iterator[tuple[float, int, float]]:
 
 def refuse_steps(times: Array, step: float) -> None:
     """Raise InputError for more steps than anyone waits for."""
-    span = times[-1] - times[0]
-    if span > MAX_STEPS * step:
-        raise InputError(f"solver.step: {step:g} s takes {span / step:.2g} steps, where {MAX_STEPS:g} are the most")
+    if times[-1] - times[0] > MAX_STEPS * step:
+        raise InputError(f"solver.step: {shown(step)} s takes more than {MAX_STEPS:g} steps")
 
 
 class FixedStep(Lane):

@@ -72,8 +72,8 @@ def extrapolation(s: int, steps: int) -> Array:
 class Gauss(Lane):
     """Gauss-Legendre collocation on Pinocchio's equations with revolute joints.
 
-    Every step is iterated to round-off: Newton's method with the first matrix of the step, and where that does not
-    settle, with its own for every iteration. Sums are compensated.
+    Every step is iterated to round-off: Newton's method with one matrix a step, of the fields alone, and
+    where that does not settle with the whole one of every iteration. Sums are compensated.
     """
 
     def __init__(self, method: str, step: float) -> None:
@@ -83,7 +83,9 @@ class Gauss(Lane):
     def equations(self, engine: Engine, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
         """As `Lane.equations`."""
         if not isinstance(engine, Revolute):
-            raise InputError("solver.method: gauss2, gauss4 and gauss6 need Pinocchio's equations, in solver.engine too")
+            raise InputError(
+                "solver.method: gauss2, gauss4 and gauss6 need Pinocchio's equations, in solver.engine too"
+            )
         self._form, self._watch, self._nv = CanonicalForm(engine), watch, len(engine.model.joints)
         self._state, self._reached, self._calls = _State.at(np.zeros(0), np.zeros(0)), None, 0
         return engine.derivative(lambda t: None)[0], lambda: self._calls
@@ -112,14 +114,17 @@ class Gauss(Lane):
 
     def _solve(self, t: float, h: float) -> "_Stages | None":
         """The stages of the step from t, or None where the iteration does not converge."""
-        q, p, V = self._state.q, self._state.p, self._guess()
-        times, factors, before = t + h * self.rule.c, None, np.inf
+        return self._iterated(t, h, self._guess()) or self._iterated(t, h, self._start())
+
+    def _iterated(self, t: float, h: float, V: Array) -> "_Stages | None":
+        """Newton's iteration from velocities V (s, nv) at the stages."""
+        q, p, times, factors, before = self._state.q, self._state.p, t + h * self.rule.c, None, np.inf
         for i in range(MOST_ITERATIONS):
             Q = q + h * self.rule.within(V)
             now = self._evaluate(times, Q, V)
             M, N, F = map(np.array, zip(*now, strict=True))
             if factors is None or i >= PATIENCE:
-                factors = dgetrf(self._matrix(h, M, N, *self._slopes(times, Q, V, now)))[:2]
+                factors = dgetrf(self._matrix(h, M, N, *self._slopes(times, Q, V, now, i >= PATIENCE)))[:2]
             residual = (M @ V[..., None])[..., 0] - p - h * self.rule.within(F)
             change = dgetrs(*factors, residual.reshape(-1))[0].reshape(V.shape)
             V = V - change
@@ -134,18 +139,20 @@ class Gauss(Lane):
 
     def _guess(self) -> Array:
         """The velocities at the stages, from the polynomial through those of the last two steps."""
-        s, past = len(self.rule.b), self._state.past
-        if past:
-            return extrapolation(s, len(past)) @ np.concatenate(past)
-        return np.tile(self._form.velocity(self._state.q, self._state.p), (s, 1))
+        past = self._state.past
+        return extrapolation(len(self.rule.b), len(past)) @ np.concatenate(past) if past else self._start()
+
+    def _start(self) -> Array:
+        """The velocities at the start of the step, for all stages."""
+        return np.tile(self._form.velocity(self._state.q, self._state.p), (len(self.rule.b), 1))
 
     def _evaluate(self, times: Array, Q: Array, V: Array) -> list[Canonical]:
         self._calls += len(times)
         return [self._form.at(*stage) for stage in zip(times, Q, V, strict=True)]
 
-    def _slopes(self, times: Array, Q: Array, V: Array, now: list[Canonical]) -> tuple[Array, Array]:
-        self._calls += len(times) * self._nv
-        found = [self._form.slopes(*stage) for stage in zip(times, Q, V, now, strict=True)]
+    def _slopes(self, times: Array, Q: Array, V: Array, now: list[Canonical], thorough: bool) -> tuple[Array, Array]:
+        self._calls += thorough * len(times) * self._nv
+        found = [self._form.slopes(*stage, thorough) for stage in zip(times, Q, V, now, strict=True)]
         in_q, in_v = map(np.array, zip(*found, strict=True))
         return in_q, in_v
 

@@ -35,7 +35,9 @@ class Taylor(Lane):
         for i, effect in enumerate(effects):
             if not effect.smooth:
                 others = ", ".join(NAMES)
-                raise InputError(f"effects[{i}]: {effect.kind} is not smooth, as taylor needs it; these take it: {others}")
+                raise InputError(
+                    f"effects[{i}]: {effect.kind} is not smooth, as taylor needs it; these take it: {others}"
+                )
         self._heyoka, self._effects, self._tolerance = heyoka, effects, tolerance
         self.library, self.version = "heyoka", version("heyoka")
 
