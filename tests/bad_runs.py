@@ -14,7 +14,11 @@ from bad_input import SCENE, Case, Content
 from pendpin.trajectory import Stats
 
 N, NV = 4, 2
-STATS = {name: kind(1) if kind in (int, float, bool) else "x" for name, kind in get_type_hints(Stats).items()}
+SAMPLES = {"bool": True, "float": 1.0, "int": 1, "str": "x"}
+STATS = {
+    name: next(sample for word, sample in SAMPLES.items() if word in str(kind))
+    for name, kind in get_type_hints(Stats).items()
+}
 META = {"format": 1, "scene": {}, **STATS}
 
 
@@ -162,7 +166,7 @@ RUNS: dict[str, tuple[Content, str]] = {
     "meta of a newer version": (run_file(meta=meta(format=99)), f"{NOT}its format is of another version"),
     "meta without scene": (run_file(meta=meta(scene=[])), f"{NOT}meta holds no scene"),
     "meta without steps": (run_file(meta=meta(steps=None)), f"{NOT}meta: steps: None is not a whole number"),
-    "meta with text for a number": (run_file(meta=meta(tolerance="x")), f"{NOT}meta: tolerance: 'x'"),
+    "meta with text for a number": (run_file(meta=meta(tolerance="x")), f"{NOT}meta: tolerance: 'x' is not a number"),
     "meta with a list for a name": (run_file(meta=meta(method=[1])), f"{NOT}meta: method: [1] is not text"),
 }
 

@@ -84,6 +84,22 @@ def test_reactions_agree_with_wrenches_of_the_same_joint() -> None:
         assert np.allclose(lengths[:, ::2], lengths[:, 1::2], rtol=1e-13)
 
 
+@pytest.mark.parametrize("count", [1, 3])
+def test_routes_agree_under_torques_and_wrenches(count: int) -> None:
+    """Every route feels the scene's other effects: viscous joints, drag in wind, a push, a spring."""
+    effects = pp.effects
+    loaded = (
+        effects.Viscous(coefficient=0.1),
+        effects.Spring(stiffness=3.0),
+        effects.Drag(wind=(3.0, 1.0, 0.0)),
+        effects.Push(link="rod_1", force=(1.0, -2.0, 0.5), point=0.2),
+    )
+    scene = scene_of(chain_of(pp.Rod(length=1.0, mass=1.0, radius=0.05), copies=count))
+    report = pp.crosscheck(scene.model_copy(update={"effects": (*GRAVITY, *loaded)}), states=60)
+    assert report.ok, report.fault
+    assert set(report.routes) == {"pinocchio", "chain", "recursion"}
+
+
 # --- small swings ---------------------------------------------------------------------------------------------------
 
 

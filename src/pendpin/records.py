@@ -6,7 +6,10 @@ from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, Validati
 
 from pendpin.errors import InputError, explain
 
-Number = Annotated[float, Strict(), AllowInfNan(False)]  # an int or float that is finite; never text or a bool
+LARGEST = 1e150  # of any number in a scene or a run: its square stays within doubles
+Number = Annotated[  # an int or float; never text or a bool
+    float, Strict(), AllowInfNan(False), Field(ge=-LARGEST, le=LARGEST)
+]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 Vector = tuple[Number, Number, Number]

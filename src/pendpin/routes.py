@@ -29,7 +29,7 @@ def engine_routes(dynamics: Dynamics) -> dict[str, Route]:
     for name, engine, covers in (("pinocchio", Revolute, model.pin), ("chain", LongChain, model.chain)):
         if covers is not None:
             routes[name] = _engine_route(dynamics, engine(model, loads))
-    if loads.torque is None and loads.wrench is None and model.pin is not None:
+    if model.pin is not None:
         routes["recursion"] = recursion_route(dynamics, np)
     return routes
 
@@ -44,11 +44,29 @@ def recursion_route(dynamics: Dynamics, xp) -> Route:
 
     def route(q: Array, v: Array) -> Answer:
         q_, v_, g = (xp.asarray(x) for x in (q, v, field))
-        a = recursion.accelerations(tree, q_, v_, g, xp=xp)
-        wrench = recursion.wrenches(tree, q_, v_, a, g, xp=xp)
+        tau, external = (None if x is None else xp.asarray(x) for x in _loads(dynamics, q, v))
+        a = recursion.accelerations(tree, q_, v_, g, tau, external, xp=xp)
+        wrench = recursion.wrenches(tree, q_, v_, a, g, external, xp=xp)
         return _named(dynamics, q_, a, wrench, xp)
 
     return route
+
+
+def _loads(dynamics: Dynamics, q: Array, v: Array) -> tuple[Array | None, Array | None]:
+    """What the effects exert at each state: torques (n, nv), and wrenches (n, joints, 6) at the joints, in their frames."""
+    loads, tau, external = dynamics.loads, None, None
+    if loads.torque is not None:
+        tau = np.array([loads.torque(0.0, *state) for state in zip(q, v, strict=True)])
+    if loads.wrench is not None:
+        engine = Revolute(dynamics.model, loads)
+        external = np.zeros((*q.shape, 6))
+        for out, *state in zip(external, q, v, strict=True):
+            motion = engine.motion(np.concatenate(state))
+            forces, moments = loads.wrench(0.0, motion)
+            for body, R, force, moment in zip(dynamics.model.bodies, motion.rotation, forces, moments, strict=True):
+                linear = R.T @ force
+                out[body.joint] += np.concatenate([linear, R.T @ moment + np.cross(body.com, linear)])
+    return tau, external
 
 
 def judge(dynamics: Dynamics) -> Route:

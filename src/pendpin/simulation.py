@@ -13,9 +13,10 @@ from pendpin.errors import InputError, RunError
 from pendpin.hybrid import Hybrid
 from pendpin.ledger import Ledger
 from pendpin.model import start_state
+from pendpin.records import LARGEST
 from pendpin.scene import Scene
 from pendpin.solvers import Lane, Run, lane_for
-from pendpin.trajectory import LARGEST, Stats, Trajectory
+from pendpin.trajectory import Stats, Trajectory
 
 EVALUATIONS_A_STRETCH = 20_000
 FIRST_STRETCH = 16  # output times

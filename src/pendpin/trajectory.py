@@ -11,11 +11,11 @@ from pydantic import TypeAdapter, ValidationError
 
 from pendpin.errors import InputError, explain
 from pendpin.files import ArrayFile, open_arrays, write_whole
+from pendpin.records import LARGEST
 
 Array = NDArray[np.float64]
 
 FORMAT = 1
-LARGEST = 1e150  # of any number in a run: their squares stay within doubles
 
 
 class Reactions(NamedTuple):

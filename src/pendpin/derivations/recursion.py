@@ -131,7 +131,7 @@ def motions(tree: Tree, q: Array, v: Array, xp: Any = np) -> tuple[Array, Array,
     """What each joint moves, in the base frame: origin (n, 3) m, axes (n, 3, 3), its velocity and spin (n, 3)."""
     tree, signs = _prepared(tree, xp)
     zero = np.zeros(3)
-    moving = {-1: (zero, _UNIT, zero, zero)}
+    moving: dict[int, tuple[Array, ...]] = {-1: (zero, _UNIT, zero, zero)}
     for i, (joint, rate) in enumerate(zip(_joints(tree, signs * q, xp), signs * v, strict=True)):
         origin, R, velocity, spin = moving[joint.parent]
         lever, axis = applied(R, joint.r), applied(R @ joint.R, joint.axis) * rate

@@ -41,7 +41,7 @@ class CanonicalForm:
 
     def velocity(self, q: Array, p: Array) -> Array:
         """v (nv,). Raises LinAlgError where the mass matrix is singular."""
-        return np.linalg.solve(self._mass(q), p)
+        return np.asarray(np.linalg.solve(self._mass(q), p), float)
 
     def at(self, t: float, q: Array, v: Array) -> Canonical:
         """Everything at one state; the arrays are the caller's own."""

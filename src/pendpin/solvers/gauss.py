@@ -12,7 +12,7 @@ from importlib.metadata import version
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dgetrf, dgetrs
+from scipy.linalg import get_lapack_funcs
 
 from pendpin.derivations.base import Array
 from pendpin.engines import Canonical, CanonicalForm, Derivative, Engine, Revolute, Watch
@@ -25,6 +25,7 @@ MOST_ITERATIONS = 40
 PATIENCE = 8  # iterations with the first matrix; then each has its own
 UNSOLVED = "the stage equations are not solved"
 EPS = np.finfo(float).eps
+FACTOR, SOLVE = get_lapack_funcs(("getrf", "getrs"))  # of scipy.linalg.lu_factor, without their overhead
 
 
 class Rule(NamedTuple):
@@ -57,8 +58,8 @@ def rule(s: int) -> Rule:
 
 def _integrals(nodes: Array, integrated: Callable[[Array], Array]) -> Array:
     """Functionals (k,) of the Lagrange polynomials of nodes (s,), from those of the powers."""
-    powers = np.arange(len(nodes))
-    return np.linalg.solve(np.vander(nodes, increasing=True).T, integrated(powers).T).T
+    powers = np.arange(float(len(nodes)))
+    return np.asarray(np.linalg.solve(np.vander(nodes, increasing=True).T, integrated(powers).T).T, float)
 
 
 @cache
@@ -124,9 +125,9 @@ class Gauss(Lane):
             now = self._evaluate(times, Q, V)
             M, N, F = map(np.array, zip(*now, strict=True))
             if factors is None or i >= PATIENCE:
-                factors = dgetrf(self._matrix(h, M, N, *self._slopes(times, Q, V, now, i >= PATIENCE)))[:2]
+                factors = FACTOR(self._matrix(h, M, N, *self._slopes(times, Q, V, now, i >= PATIENCE)))[:2]
             residual = (M @ V[..., None])[..., 0] - p - h * self.rule.within(F)
-            change = dgetrs(*factors, residual.reshape(-1))[0].reshape(V.shape)
+            change = SOLVE(*factors, residual.reshape(-1))[0].reshape(V.shape)
             V = V - change
             size, scale = np.abs(change).max(), max(np.abs(V).max(), 1e-300)
             if not np.isfinite(size):
