@@ -115,6 +115,10 @@ RUNS: dict[str, tuple[Content, str]] = {
         zipped(q=header("__import__('os').system('touch trapped')\n")),
         f"{NOT}array 'q' has no header that NumPy writes",
     ),
+    "odd literal": (
+        zipped(q=header("{'descr': '<f8', 'shape': (1if 1else 2,), '\\d': 1}\n")),
+        f"{NOT}array 'q' has no header",
+    ),
     "negative shape": (zipped(q=claiming("(-1,)")), f"{NOT}array 'q' holds no plain numbers"),
     "shape of no number": (zipped(q=claiming("('a',)")), NOT),
     "claims 2^62 numbers": (zipped(q=claiming(HUGE)), f"{NOT}its arrays claim 3.69e+19 bytes, more than 4e+09"),

@@ -30,6 +30,7 @@ ROWS = [
     {"drawing", "plot"},
     {"page", "scenery"},
     {"view"},
+    {"console"},
     {"cli"},
 ]
 ROW_OF = {room: row for row, rooms in enumerate(ROWS) for room in rooms}

@@ -16,7 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bad_input import ROD
-from pendpin import PendpinError, load_scene, simulate
+from bad_runs import run_file
+from pendpin import PendpinError, Trajectory, load_scene, simulate
 from pendpin.dynamics import Dynamics
 from pendpin.model import build
 from pendpin.scene import Chain, Solver, UrdfModel
@@ -216,6 +217,32 @@ def test_damaged_urdfs(folder: Path, text: str) -> None:
     path = folder / "rod.urdf"
     path.write_text(text, encoding="utf-8")
     moves_or_is_refused(lambda: Dynamics(build(UrdfModel(path=path)), ()))
+
+
+@st.composite
+def damaged_runs(draw: st.DrawFn) -> bytes:
+    """A saved run with bytes changed, left out, or put in."""
+    data = bytearray(run_file())
+    for _ in range(draw(st.integers(1, 3))):
+        at, length = draw(st.integers(0, len(data) - 1)), draw(st.integers(0, 40))
+        data[at : at + length] = draw(st.binary(max_size=8))
+    return bytes(data)
+
+
+@SETTINGS
+@given(data=damaged_runs())
+def test_damaged_runs(folder: Path, data: bytes) -> None:
+    """A damaged file is refused as such, unless the damage is where nobody looks."""
+    path = folder / "run.npz"
+    path.write_bytes(data)
+    try:
+        loaded = Trajectory.load(path)
+    except PendpinError as error:
+        message = str(error)
+    else:
+        message = str(path) if loaded.sound == len(loaded.t) else "unsound"
+    assert message.startswith(str(path))
+    assert message.isprintable()
 
 
 def test_undamaged_scene_and_urdf_move(folder: Path) -> None:

@@ -2,19 +2,16 @@
 
 import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pendpin.console import print_check, print_files, print_relevance, print_run, progress, waiting
 from pendpin.errors import InputError, PendpinError, RunError, inside, one_line
 
 if TYPE_CHECKING:
-    from pendpin.crosschecks import Report
-    from pendpin.relevance import Relevance
     from pendpin.scene import Scene, Solver
     from pendpin.trajectory import Trajectory
 
@@ -75,7 +72,7 @@ def run(
     html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
     ledger: Annotated[bool, typer.Option("--ledger", help="Book the work of every effect.")] = False,
-    explain: Annotated[bool, typer.Option("--explain", help="Say first what was bound, and what an evaluation calls.")] = False,
+    explain: Annotated[bool, typer.Option("--explain", help="Say first what was bound.")] = False,
     view: Annotated[bool, typer.Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
     json: Json = False,
 ) -> None:
@@ -93,7 +90,7 @@ def run(
     if explain:
         _print_binding(chosen)
     stopped: RunError | None = None
-    with inside(_place(scene)), _progress("integrating", chosen.duration, hidden=json) as watch:
+    with inside(_place(scene)), progress("integrating", chosen.duration, hidden=json) as watch:
         _print_notes(chosen)
         try:
             trajectory = simulate(chosen, method=method, tolerance=tolerance, step=step, ledger=ledger, watch=watch)
@@ -104,7 +101,7 @@ def run(
         files.append(_save_plot(trajectory, plot))
     if html:
         files.append(_write_page(trajectory, html))
-    _print_run(trajectory, files, json)
+    print_run(trajectory, files, json)
     if stopped:
         raise stopped
     if view:
@@ -130,7 +127,7 @@ def check(
     with inside(_place(urdf or scene)):
         _print_notes(chosen)
         report = crosscheck(chosen, states=states, seed=seed)
-    _print_check(report, json)
+    print_check(report, json)
     if report.fault:
         raise PendpinError(report.fault)
 
@@ -148,7 +145,7 @@ def view(
         if html is None:
             _show(trajectory)
         else:
-            _print_files([_write_page(trajectory, html)])
+            print_files([_write_page(trajectory, html)])
 
 
 @app.command()
@@ -159,7 +156,7 @@ def plot(
     """Draw a saved run: energy, angles and reactions against time."""
     from pendpin.trajectory import Trajectory
 
-    _print_files([_save_plot(Trajectory.load(run), out or run.with_suffix(".png"))])
+    print_files([_save_plot(Trajectory.load(run), out or run.with_suffix(".png"))])
 
 
 @app.command()
@@ -171,9 +168,9 @@ def effects(
     """Say what each effect changes and costs, and which ones the scene calls for at an accuracy."""
     from pendpin.relevance import relevance
 
-    with _waiting("comparing runs with and without each effect", hidden=json):
+    with waiting("comparing runs with and without each effect", hidden=json):
         found = relevance(_scene(scene), accuracy)
-    _print_relevance(found, json)
+    print_relevance(found, json)
 
 
 @app.command()
@@ -193,7 +190,7 @@ def urdf(
     if out is None:
         print(text, end="")
     else:
-        _print_files([write_whole(out, lambda file: file.write(text.encode()))])
+        print_files([write_whole(out, lambda file: file.write(text.encode()))])
 
 
 @app.command()
@@ -273,133 +270,3 @@ def _show(trajectory: "Trajectory") -> None:
     from pendpin.view import serve
 
     serve(drawing_of(trajectory), ready=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True), open_browser=True)
-
-
-@contextmanager
-def _waiting(what: str, hidden: bool) -> Iterator[None]:
-    """A sign of life on stderr, only where a person watches."""
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if hidden or not console.is_terminal:
-        yield
-        return
-    with console.status(what):
-        yield
-
-
-@contextmanager
-def _progress(what: str, end: float, hidden: bool) -> Iterator[Callable[[float], None]]:
-    """A progress bar on stderr, only where a person watches."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=hidden or not console.is_terminal) as progress:
-        task = progress.add_task(what, total=end)
-        yield lambda t: progress.update(task, completed=t)
-
-
-def _print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> None:
-    from dataclasses import asdict
-
-    from pendpin.crosschecks import along
-
-    stats, report = trajectory.stats, along(trajectory)
-    if as_json:
-        found = {"energy_drift": trajectory.energy().drift, "crosscheck": report and report.worst.relative}
-        _print_json(asdict(stats) | found | {"files": [str(file) for file in files]})
-        return
-    rows = {
-        "method": f"{stats.method}, {stats.setting} ({stats.library} {stats.version})",
-        "engine": stats.engine,
-        "steps": str(stats.steps),
-        "evaluations": str(stats.evaluations),
-        "seconds": f"{stats.seconds:.4f}",
-        "energy drift": f"{trajectory.energy().drift:.1e} of the energy moved" if stats.conservative else "",
-        "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
-        "cross-check": report and f"{report.worst.relative:.1e} at worst, {report.worst.quantity} along the run",
-        "files": ", ".join(str(file) for file in files),
-    }
-    rows |= {f"work of {kind}": f"{work[-1]:+.6g} J" for kind, work in trajectory.work.items()}
-    if trajectory.work:
-        rows["kinetic energy"] = f"{trajectory.kinetic[-1] - trajectory.kinetic[0]:+.6g} J"
-        rows["books are off by"] = f"{trajectory.imbalance:.1e} of the energy moved"
-    _print_table(["run", ""], [[name, text] for name, text in rows.items() if text])
-
-
-def _change(trajectory: "Trajectory") -> float:
-    total = trajectory.energy().total
-    return float(total[-1] - total[0])
-
-
-def _print_check(report: "Report", as_json: bool) -> None:
-    from dataclasses import asdict
-
-    if as_json:
-        _print_json(asdict(report) | {"ok": report.ok})
-        return
-    rows = [
-        [
-            r.quantity,
-            r.place,
-            f"{r.first} / {r.second}",
-            f"{r.relative:.1e}",
-            f"{r.ulps:.1f}",
-            str(r.state),
-            _verdict(r.ok),
-        ]
-        for r in report.rows
-    ]
-    _print_table(["quantity", "of", "routes", "relative", "ulps", "state", ""], rows)
-    if found := report.worst_route:
-        name, row = found
-        place = f"{row.quantity} of {row.place}"
-        print(f"farthest from {row.second} ({report.judged} states): {name}, {row.ulps:.1f} ulps in {place}")
-    print(f"{report.states} states, bound {report.bound:g} of the terms that enter: {_verdict(report.ok)}")
-
-
-def _verdict(ok: bool) -> str:
-    return "ok" if ok else "BROKEN"
-
-
-def _print_relevance(found: "Relevance", as_json: bool) -> None:
-    from dataclasses import asdict
-
-    if as_json:
-        _print_json(asdict(found))
-        return
-    rows = [
-        [row.effect, "yes" if row.listed else "no", f"{row.change:.1e}", _percent(row.share), row.verdict]
-        for row in found.rows
-    ]
-    _print_table(["effect", "in the scene", "change", "share of time", "verdict"], rows)
-    if found.horizon < found.duration:
-        print(f"compared up to {found.horizon:.3g} s of {found.duration:g} s: beyond, the motion itself is known no better")
-
-
-def _percent(share: float | None) -> str:
-    return "" if share is None else f"{share:.0%}"
-
-
-def _print_table(head: list[str], rows: list[list[str]]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(*head, show_header=any(head[1:]))
-    for row in rows:
-        table.add_row(*map(Text, row))  # no markup in what users named
-    console = Console()
-    console.print(table)
-
-
-def _print_json(value: Any) -> None:
-    from json import dumps
-
-    print(dumps(value, indent=2, default=str))
-
-
-def _print_files(files: list[Path]) -> None:
-    for file in files:
-        print(f"wrote {file}")

@@ -18,11 +18,14 @@ def _lines(dynamics: Dynamics, effects: tuple[Effect, ...]) -> Iterator[str]:
     yield f"engine: {dynamics.engine.name}, {len(model.joints)} joints, {len(model.bodies)} bodies"
     constant = [e.kind for e in effects if isinstance(e, FieldEffect) and e.constant]
     yield f"constant fields: {_names(constant)}, summed once: {np.array2string(loads.constant, precision=6)} m/s²"
-    yield from _seam("fields that vary with time", [e for e in effects if isinstance(e, FieldEffect) and not e.constant])
+    yield from _seam(
+        "fields that vary with time", [e for e in effects if isinstance(e, FieldEffect) and not e.constant]
+    )
     for effect in effects:
         if isinstance(effect, JointEffect):
             yield f"joint torques: {effect.kind} on {_names(effect.on or model.joints)}"
-    yield from _seam("body wrenches, from the poses and velocities of all bodies", [e for e in effects if isinstance(e, BodyEffect)])
+    wrenches = [e for e in effects if isinstance(e, BodyEffect)]
+    yield from _seam("body wrenches, from the poses and velocities of all bodies", wrenches)
     for effect in effects:
         if isinstance(effect, ContactEffect):
             yield f"events: {effect.kind} on {_names(effect.joints or model.joints)}"

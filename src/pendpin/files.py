@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+import warnings
 import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -121,9 +122,9 @@ class ArrayFile:
         with self._archive.open(f"{name}.npy") as member:
             head = BytesIO(member.read(MAX_HEADER_BYTES))  # a header that claims more is cut off, and refused
         try:
-            version = np.lib.format.read_magic(head)
-            read = _HEADERS[version]
-            shape, _, dtype = read(head)
+            with warnings.catch_warnings():  # of the literal's syntax, in newer Pythons
+                warnings.simplefilter("ignore")
+                shape, _, dtype = _HEADERS[np.lib.format.read_magic(head)](head)
         except Exception:  # NumPy evaluates the header as a literal, which fails in many ways
             raise ValueError(f"array {shown(name)} has no header that NumPy writes") from None
         if dtype.hasobject or min(shape, default=0) < 0:

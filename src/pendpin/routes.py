@@ -60,12 +60,12 @@ def _loads(dynamics: Dynamics, q: Array, v: Array) -> tuple[Array | None, Array 
     if loads.wrench is not None:
         engine = Revolute(dynamics.model, loads)
         external = np.zeros((*q.shape, 6))
-        for out, *state in zip(external, q, v, strict=True):
-            motion = engine.motion(np.concatenate(state))
+        for i, state in enumerate(np.concatenate([q, v], -1)):
+            motion = engine.motion(state)
             forces, moments = loads.wrench(0.0, motion)
             for body, R, force, moment in zip(dynamics.model.bodies, motion.rotation, forces, moments, strict=True):
                 linear = R.T @ force
-                out[body.joint] += np.concatenate([linear, R.T @ moment + np.cross(body.com, linear)])
+                external[i, body.joint] += np.concatenate([linear, R.T @ moment + np.cross(body.com, linear)])
     return tau, external
 
 

@@ -20,6 +20,7 @@ from pendpin.trajectory import Stats, Trajectory
 
 EVALUATIONS_A_STRETCH = 20_000
 FIRST_STRETCH = 16  # output times
+START_OVERFLOWS = f"start: positions, rates, forces or energies beyond {LARGEST:g}, too large to compute with"
 
 
 class Interrupted(RunError):
@@ -57,6 +58,8 @@ def simulate(
         check_start(dynamics.contacts, dynamics.model, q)
         run = Hybrid(dynamics, books, lane).drive(q, v, scene.times, watch)
     trajectory = _fill_in(scene, dynamics, books, run)
+    if trajectory.sound == 0:
+        raise InputError(START_OVERFLOWS)
     if trajectory.sound < len(run.t):
         run = run.cut(trajectory.sound, f"its numbers grow beyond {LARGEST:g}")
         trajectory = _fill_in(scene, dynamics, books, run)
@@ -74,7 +77,7 @@ def _refuse_overflow(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> No
     except np.linalg.LinAlgError as error:
         raise InputError(f"start: {error}") from None
     if not sound:
-        raise InputError(f"start: positions, rates, forces or energies beyond {LARGEST:g}, too large to compute with")
+        raise InputError(START_OVERFLOWS)
 
 
 def _drive(lane: Lane, dynamics: Dynamics, books: Ledger | None, q: Array, v: Array, times: Array, watch: Watch) -> Run:

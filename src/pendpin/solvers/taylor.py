@@ -15,7 +15,7 @@ from pendpin.solvers.adaptive import NAMES, NOT_FINITE
 from pendpin.solvers.base import Lane, Stretch
 from pendpin.solvers.symbolic import right_hand_side
 
-MAX_JOINTS = 20  # ten rods compile in about 20 s; the time grows with their square
+MAX_JOINTS = 20  # ten rods compile in about half a minute
 SMALL = 2  # joints, up to which the code is written out whole
 HIGH = 1e-15  # tolerances below are met with compensated sums in the series
 STEPS_AT_ONCE = 4096  # between two calls of the watcher

@@ -1,0 +1,149 @@
+"""What the commands show: tables, JSON, progress."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pendpin.crosschecks import Report
+    from pendpin.relevance import Relevance
+    from pendpin.trajectory import Trajectory
+
+
+@contextmanager
+def waiting(what: str, hidden: bool) -> Iterator[None]:
+    """A sign of life on stderr, only where a person watches."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if hidden or not console.is_terminal:
+        yield
+        return
+    with console.status(what):
+        yield
+
+
+@contextmanager
+def progress(what: str, end: float, hidden: bool) -> Iterator[Callable[[float], None]]:
+    """A progress bar on stderr, only where a person watches."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=hidden or not console.is_terminal) as progress:
+        task = progress.add_task(what, total=end)
+        yield lambda t: progress.update(task, completed=t)
+
+
+def print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> None:
+    """What a run took, how far it can be trusted, where its energy went."""
+    from dataclasses import asdict
+
+    from pendpin.crosschecks import along
+
+    stats, report = trajectory.stats, along(trajectory)
+    if as_json:
+        found = {"energy_drift": trajectory.energy().drift, "crosscheck": report and report.worst.relative}
+        print_json(asdict(stats) | found | {"files": [str(file) for file in files]})
+        return
+    rows = {
+        "method": f"{stats.method}, {stats.setting} ({stats.library} {stats.version})",
+        "engine": stats.engine,
+        "steps": str(stats.steps),
+        "evaluations": str(stats.evaluations),
+        "seconds": f"{stats.seconds:.4f}",
+        "energy drift": f"{trajectory.energy().drift:.1e} of the energy moved" if stats.conservative else "",
+        "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
+        "cross-check": report and f"{report.worst.relative:.1e} at worst, {report.worst.quantity} along the run",
+        "files": ", ".join(str(file) for file in files),
+    }
+    rows |= {f"work of {kind}": f"{work[-1]:+.6g} J" for kind, work in trajectory.work.items()}
+    if trajectory.work:
+        rows["kinetic energy"] = f"{trajectory.kinetic[-1] - trajectory.kinetic[0]:+.6g} J"
+        rows["books are off by"] = f"{trajectory.imbalance:.1e} of the energy moved"
+    print_table(["run", ""], [[name, text] for name, text in rows.items() if text])
+
+
+def _change(trajectory: "Trajectory") -> float:
+    total = trajectory.energy().total
+    return float(total[-1] - total[0])
+
+
+def print_check(report: "Report", as_json: bool) -> None:
+    """The rows of a cross-check, and the route farthest from the judge."""
+    from dataclasses import asdict
+
+    if as_json:
+        print_json(asdict(report) | {"ok": report.ok})
+        return
+    rows = [
+        [
+            r.quantity,
+            r.place,
+            f"{r.first} / {r.second}",
+            f"{r.relative:.1e}",
+            f"{r.ulps:.1f}",
+            str(r.state),
+            _verdict(r.ok),
+        ]
+        for r in report.rows
+    ]
+    print_table(["quantity", "of", "routes", "relative", "ulps", "state", ""], rows)
+    if found := report.worst_route:
+        name, row = found
+        place = f"{row.quantity} of {row.place}"
+        print(f"farthest from {row.second} ({report.judged} states): {name}, {row.ulps:.1f} ulps in {place}")
+    print(f"{report.states} states, bound {report.bound:g} of the terms that enter: {_verdict(report.ok)}")
+
+
+def _verdict(ok: bool) -> str:
+    return "ok" if ok else "BROKEN"
+
+
+def print_relevance(found: "Relevance", as_json: bool) -> None:
+    """What each effect changes and costs."""
+    from dataclasses import asdict
+
+    if as_json:
+        print_json(asdict(found))
+        return
+    rows = [
+        [row.effect, "yes" if row.listed else "no", f"{row.change:.1e}", _percent(row.share), row.verdict]
+        for row in found.rows
+    ]
+    print_table(["effect", "in the scene", "change", "share of time", "verdict"], rows)
+    if found.horizon < found.duration:
+        print(
+            f"compared up to {found.horizon:.3g} s of {found.duration:g} s: beyond, the motion itself is known no better"
+        )
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{share:.0%}"
+
+
+def print_table(head: list[str], rows: list[list[str]]) -> None:
+    """A table on the terminal."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(*head, show_header=any(head[1:]))
+    for row in rows:
+        table.add_row(*map(Text, row))  # no markup in what users named
+    console = Console()
+    console.print(table)
+
+
+def print_json(value: Any) -> None:
+    """JSON on the terminal."""
+    from json import dumps
+
+    print(dumps(value, indent=2, default=str))
+
+
+def print_files(files: list[Path]) -> None:
+    """The files written, a line each."""
+    for file in files:
+        print(f"wrote {file}")
