@@ -1,6 +1,8 @@
 """The laws that every effect keeps: the same on both engines and in all numbers, additive, nothing for nothing."""
 
+import sys
 from itertools import permutations
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -268,3 +270,39 @@ def test_quadratic_drag_in_still_air() -> None:
     k = 1.2 * 1.1 * 0.06 * 1.2**4 / (8 * J)
     assert largest(run.v[:, 0] - 5.0 / (1 + 5.0 * k * run.t)) < 1e-11
     assert largest(run.q[:, 0] - 0.2 - np.log1p(5.0 * k * run.t) / k) < 1e-11
+
+
+# --- nothing for nothing --------------------------------------------------------------------------------------------
+
+
+def code_run(effects: tuple[fx.Effect, ...]) -> set[str]:
+    """The functions of pendpin that evaluations of a scene run, as module.function."""
+    dynamics, seen = Dynamics(build(MODELS["one rod"]), effects), set()
+    derivative, _ = dynamics.engine.derivative(lambda t: None)
+    y, dy = np.array([0.3, 0.2, 1.0, -2.0]), np.empty(4)
+
+    def note(frame, event: str, _) -> None:
+        if event == "call" and "pendpin" in frame.f_code.co_filename:
+            seen.add(f"{Path(frame.f_code.co_filename).stem}.{frame.f_code.co_name}")
+
+    sys.setprofile(note)
+    try:
+        for t in (0.0, 0.1, 0.2):
+            derivative(dy, t, y)
+    finally:
+        sys.setprofile(None)
+    return seen
+
+
+def test_gravity_alone_runs_no_code_of_any_effect() -> None:
+    """One evaluation is the derivative itself and Pinocchio's call: no pose, no effect."""
+    assert code_run((GRAVITY,)) == {"revolute.derivative"}
+
+
+@pytest.mark.parametrize("name", ["viscous", "spring", "motor", "push", "drag", "rotation", "support"])
+def test_an_effect_runs_no_code_of_another(name: str) -> None:
+    """The modules of the effects that run are those of the effects that the scene lists."""
+    homes = {path.stem for path in Path(fx.__file__).parent.glob("*.py")} - {"__init__", "base", "track"}
+    run = {function.partition(".")[0] for function in code_run((GRAVITY, EFFECTS[name]))} & homes
+    own = type(EFFECTS[name]).__module__.rpartition(".")[2]
+    assert run == {own}

@@ -36,12 +36,15 @@ def main() -> None:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # names that no terminal can show
     try:
-        sys.exit(app(prog_name="pendpin", standalone_mode=False))
+        status = app(prog_name="pendpin", standalone_mode=False)
+        if status == 130:  # what newer typers make of Ctrl-C
+            raise KeyboardInterrupt
+        sys.exit(status)
     except PendpinError as error:
         _fail(str(error))
     except UsageError as error:
         _fail_usage(error)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, typer.Abort):
         _fail("stopped by the user", 130)
     except BrokenPipeError:  # the reader of our output is gone
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

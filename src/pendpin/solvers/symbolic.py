@@ -22,7 +22,7 @@ Right = Callable[[Any, Array], Array]  # t, y (size,) -> y' (size,), all symbols
 def right_hand_side(engine: Engine, effects: Sequence[Effect]) -> Right:
     """y' for the engine's state: angles and rates, or directions and angular velocities of thin rods.
 
-    A single rod in fields alone goes by the closed form (a quarter of the time of the recursion).
+    A single rod in fields alone goes by the closed form (measured at 12 digits: 15 % less time than the recursion).
     """
     loads = bind_loads(engine.model, effects, symbols())
     if isinstance(engine, Directions):
