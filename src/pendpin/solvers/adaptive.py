@@ -1,5 +1,6 @@
 """The adaptive lane: embedded Runge-Kutta and multistep methods, on CyRK where installed, else on SciPy."""
 
+from collections.abc import Callable
 from importlib.metadata import version
 
 import numpy as np
@@ -48,17 +49,16 @@ class Adaptive(Lane):
         return Stretch(*_finite_part(states, result.steps_taken, failure))
 
     def _scipy(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
-        def function(t: float, y: Array) -> Array:
-            dy = np.empty_like(y)
-            derivative(dy, t, y)
-            if not np.isfinite(dy).all():  # SciPy's own loops do not end on NaN
-                raise FloatingPointError
-            return dy
-
-        states, steps, failure = [np.array(y)], 0, None
+        states, steps, failure, function = [np.array(y)], 0, None, returning(derivative)
         try:
             solver = self._scipy_method(
-                function, times[0], y, times[-1], rtol=self.tolerance, atol=self.tolerance, first_step=first_step
+                returning(derivative),
+                times[0],
+                y,
+                times[-1],
+                rtol=self.tolerance,
+                atol=self.tolerance,
+                first_step=first_step,
             )
             while solver.status == "running":
                 failure = solver.step()
@@ -69,6 +69,19 @@ class Adaptive(Lane):
         except FloatingPointError:
             failure = NOT_FINITE
         return Stretch(*_finite_part(np.array(states), steps, failure))
+
+
+def returning(derivative: Derivative) -> Callable[[float, Array], Array]:
+    """A derivative as SciPy takes it. Raises FloatingPointError on NaN and inf, on which SciPy's own loops do not end."""
+
+    def function(t: float, y: Array) -> Array:
+        dy = np.empty_like(y)
+        derivative(dy, t, y)
+        if not np.isfinite(dy).all():
+            raise FloatingPointError
+        return dy
+
+    return function
 
 
 def _finite_part(states: Array, steps: int, failure: str | None) -> tuple[Array, int, str | None]:

@@ -9,7 +9,7 @@ from scipy import integrate, optimize
 
 from pendpin.derivations.base import Array, Mask
 from pendpin.engines import Derivative
-from pendpin.solvers.adaptive import NOT_FINITE
+from pendpin.solvers.adaptive import NOT_FINITE, returning
 
 LOOKS = 8  # places inside a step at which the margins are looked at
 AT_ONCE = 1e-13  # s, or of the time: events no farther apart happen together
@@ -58,14 +58,7 @@ def leg(
 
 
 def _solver(derivative: Derivative, method: str, tolerance: float) -> Callable[[float, Array, float], Any]:
-    def function(t: float, y: Array) -> Array:
-        dy = np.empty_like(y)
-        derivative(dy, t, y)
-        if not np.isfinite(dy).all():  # SciPy's own loops do not end on NaN
-            raise FloatingPointError
-        return dy
-
-    kind = getattr(integrate, method)
+    kind, function = getattr(integrate, method), returning(derivative)
     return lambda t, y, end: kind(function, t, y, end, rtol=tolerance, atol=tolerance)
 
 
