@@ -52,7 +52,7 @@ class Adaptive(Lane):
         states, steps, failure, function = [np.array(y)], 0, None, returning(derivative)
         try:
             solver = self._scipy_method(
-                returning(derivative),
+                function,
                 times[0],
                 y,
                 times[-1],
