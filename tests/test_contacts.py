@@ -1,9 +1,12 @@
 """Dry friction and stops against exact answers: they stick exactly, slide by Coulomb, bounce in a geometric series."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import pendpin as pp
+from pendpin.cli import main
 from pendpin.effects import DryFriction, Gravity, Stop
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))
@@ -150,3 +153,34 @@ def test_a_start_beyond_a_stop_is_refused() -> None:
     """One line that names the joint and its limits."""
     with pytest.raises(pp.InputError, match=r"start\.positions\.theta: 1 rad is beyond its stop"):
         run_of(Stop(upper=0.5), q=(1.0,))
+
+
+NONSENSE = {
+    'kind = "dry_friction"': "effects[0].kinetic: missing",
+    'kind = "dry_friction"\nkinetic = -1': "effects[0].kinetic: -1",
+    'kind = "dry_friction"\nkinetic = 1\nstatic = 0.5': "effects[0]: static, 0.5 N m, is below kinetic, 1 N m",
+    'kind = "dry_friction"\nkinetic = nan': "effects[0].kinetic: nan",
+    'kind = "dry_friction"\nkinetic = 1\njoints = ["knee"]': "effects[0].joints: joint 'knee' is not one of: theta, phi",
+    'kind = "stop"': "effects[0]: a stop needs lower, upper or both",
+    'kind = "stop"\nupper = 1\nrestitution = 1.5': "effects[0].restitution: 1.5",
+    'kind = "stop"\nlower = 1\nupper = -1': "effects[0]: lower, 1 rad, is not below upper, -1 rad",
+    'kind = "stop"\nupper = inf': "effects[0].upper: inf",
+    'kind = "stop"\nupper = 0.5\njoints = "theta"': "effects[0].joints: 'theta'",
+}
+
+
+@pytest.mark.parametrize("text", NONSENSE)
+def test_nonsense_is_refused_in_one_line(text: str, tmp_path: Path, capfd, monkeypatch) -> None:
+    """`pendpin run` ends with exit status 1 and one line that names the place; nothing is written."""
+    (tmp_path / "scene.toml").write_text(
+        f'[model]\nkind = "chain"\nrods = [{{ length = 1, mass = 1 }}]\n[[effects]]\n{text}\n'
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["pendpin", "run", "scene.toml"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = capfd.readouterr().err
+    assert ended.value.code == 1
+    assert said.count("\n") == 1
+    assert NONSENSE[text] in said
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
