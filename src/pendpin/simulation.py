@@ -19,7 +19,8 @@ from pendpin.solvers import Lane, Run, lane_for
 from pendpin.trajectory import Stats, Trajectory
 
 EVALUATIONS_A_STRETCH = 20_000
-FIRST_STRETCH = 16  # output times
+FIRST_STRETCH = 1  # output times
+NEAR_POLE = 0.3  # of cos(phi)
 START_OVERFLOWS = f"start: positions, rates, forces or energies beyond {LARGEST:g}, too large to compute with"
 
 
@@ -65,8 +66,20 @@ def simulate(
         trajectory = _fill_in(scene, dynamics, books, run)
     if run.failure is None:
         return trajectory
-    reason = f"the run ended at t = {run.t[-1]:g} s of {scene.duration:g} s: {run.failure}"
+    reason = f"the run ended at t = {run.t[-1]:g} s of {scene.duration:g} s: {run.failure}{_remedy(dynamics, run)}"
     raise (Interrupted if run.interrupted else RunError)(reason, trajectory)
+
+
+def _remedy(dynamics: Dynamics, run: Run) -> str:
+    """What may be behind a failure: a thin rod near the pole that something turns about its joint."""
+    chain = dynamics.model.chain
+    if run.interrupted or chain is None:
+        return ""
+    near = (np.abs(np.cos(run.q[-1, 1::2])) < NEAR_POLE) & (chain.I3 == 0)
+    if not near.any():
+        return ""
+    rod = dynamics.model.rods[int(np.argmax(near))].link
+    return f"; {rod} is thin and near phi = 90 degrees, where nothing resists a torque about theta: give it a radius"
 
 
 def _refuse_overflow(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> None:

@@ -192,14 +192,17 @@ class _State:
 
     @classmethod
     def at(cls, q: Array, p: Array) -> "_State":
+        """A state with nothing lost and no past."""
         return cls(np.array([q, p]))
 
     @property
     def q(self) -> Array:
+        """Positions (nv,)."""
         return self._both[0]
 
     @property
     def p(self) -> Array:
+        """Momenta (nv,)."""
         return self._both[1]
 
     def advance(self, dq: Array, dp: Array, stages: _Stages) -> None:
