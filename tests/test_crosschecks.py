@@ -4,13 +4,14 @@ import inspect
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.derivations import balances, lagrange, newton_euler
+from pendpin.derivations import balances, chain, lagrange, newton_euler
 from pendpin.scene import builtin_scene
 
 RODS = {
@@ -110,6 +111,27 @@ def test_a_user_route_that_is_wrong_is_found() -> None:
     assert all(row.quantity == "phi_dd" and "mine" in (row.first, row.second) for row in broken)
     assert len(broken) == len(report.routes)  # against each other route, and the judge
     assert {row.quantity for row in report.rows if "mine" in (row.first, row.second)} == {"phi_dd"}
+
+
+@pytest.mark.parametrize("count", [3, 10])
+@pytest.mark.parametrize(("part", "quantity"), [("acceleration", "acceleration"), ("force", "R3"), ("moment", "Mc")])
+def test_a_small_fault_in_the_chain_equations_is_found(
+    count: int, part: str, quantity: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One part in 1e8 off, on mixed rods: the sizes that differences are held against do not hide it."""
+    random, solve = np.random.default_rng(count), chain.solve
+
+    def faulty(*args, **given) -> chain.ChainSolution:
+        found = solve(*args, **given)
+        return replace(found, **{part: getattr(found, part) * (1 + 1e-8)})
+
+    monkeypatch.setattr(chain, "solve", faulty)
+    sizes = zip(10 ** random.uniform(-1, 0.5, count), 10 ** random.uniform(-1, 1, count), strict=True)
+    rods = tuple(pp.Rod(length=length, mass=mass, radius=0.05) for length, mass in sizes)
+    report = pp.crosscheck(pp.Scene(model=pp.Chain(rods=rods), effects=GRAVITY), states=10)
+    assert report.fault is not None
+    assert report.fault.startswith("chain disagrees")
+    assert quantity in report.fault.partition(";")[0]
 
 
 def test_a_route_that_answers_nan_is_broken() -> None:
