@@ -88,7 +88,7 @@ MODELS = {
         '[model]\nkind = "urdf"\npath = "a\\u0000b"',
         r"a\x00b: cannot be read: embedded null",
     ),
-    "path of a folder": (SCENE, '[model]\nkind = "urdf"\npath = ""', ".: cannot be read: Is a directory"),
+    "path of a folder": (SCENE, '[model]\nkind = "urdf"\npath = ""', ".: cannot be read: it is a folder, not a file"),
     "path without end": (SCENE, f'[model]\nkind = "urdf"\npath = "{"p" * 5000}"', "cannot be read: File name too long"),
     "model as number": ('[model]\nkind = "chain"\nrods =', "model = 3\nx =", "model: 3 is not a table with a `kind`"),
 }
@@ -116,9 +116,14 @@ REST = {
         f"{KIND}\nacceleration = 1e150",
         "scene.toml: start: positions, rates, forces or energies",
     ),
+    "angles lost in rounding": (
+        "theta_1 = 0.7",
+        "theta_1 = 9007199254740993",
+        "start.positions.theta_1: 9.0072e+15: doubles",
+    ),
     "huge angle": ("theta_1 = 0.7", "theta_1 = 1e300", "scene.toml: start.positions.theta_1: 1e+300 is above 1e+150"),
     "huge rate": ("positions = {", "velocities = { phi_1 = 1e90 }\npositions = {", "too large to compute with"),
-    "unknown method": (TOLERANCE, 'method = "magic"', "solver.method: 'magic' is not one of: dop853, rk45"),
+    "unknown method": (TOLERANCE, 'method = "magic"', "solver.method: 'magic' is not one of: auto, dop853, rk45"),
     "tolerance 0": (TOLERANCE, "tolerance = 0", "solver.tolerance: 0 is below 1e-14"),
     "negative tolerance": (TOLERANCE, "tolerance = -1e-8", "solver.tolerance: -1e-08 is below 1e-14"),
     "large tolerance": (TOLERANCE, "tolerance = 1", "solver.tolerance: 1 is above 0.1"),
@@ -156,7 +161,7 @@ WHOLE: dict[str, tuple[Content, str]] = {
     "tables 10,000 deep, quoted": ('"a b".' * 10_000 + "c = 1", "keys are nested too deep"),
     "nested 400 deep": (f"{SCENE}x = {'[' * 400}{']' * 400}", "scene.toml: solver.x: unknown key"),
     "40,000 unknown keys": ("".join(f"k{i} = 1\n" for i in range(40_000)), "k0: unknown key (and 40000 more)"),
-    "a folder": (Path.mkdir, "scene.toml: cannot be read: Is a directory"),
+    "a folder": (Path.mkdir, "scene.toml: cannot be read: it is a folder, not a file"),
 }
 
 
@@ -172,10 +177,12 @@ CSVS: dict[str, tuple[Content, str]] = {
     "unit": ("0,0,0,0\n1,1m,0,0\n", "line 2: x: '1m' is not a number"),
     "empty cell": ("0,0,0,0\n1,,0,0\n", "line 2: x is missing"),
     "time back": ("0,0,0,0\n1,0,0,0\n0.5,0,0,0\n", "line 3: t = 0.5 does not come after 1"),
-    "too far": ("0,0,0,0\n1,1e308,0,0\n2,0,0,0\n", "its positions are too large, or too close in time"),
+    "too far": ("0,0,0,0\n1,1e308,0,0\n2,0,0,0\n", "line 2: x: '1e308' is beyond 1e+150"),
+    "from one end of time to the other": ("-1e308,0,0,0\n1e308,0,0,0\n", "line 1: t: '-1e308' is beyond 1e+150"),
+    "too fast": ("0,0,0,0\n1e-160,1,0,0\n2e-160,0,0,0\n", "its positions are too large, or too close in time"),
     "too short": ("0,0,0,0\n0.05,0,0,0\n", "effects[0]"),
     "10 MB": ("#" * 10_000_000, "larger than the 5 MB that a CSV of positions may have"),
-    "a folder": (Path.mkdir, "cannot be read: Is a directory"),
+    "a folder": (Path.mkdir, "cannot be read: it is a folder, not a file"),
 }
 MOVED = edited(SCENE, (KIND, 'kind = "support"\ncsv = "path.csv"'))
 

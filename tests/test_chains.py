@@ -8,7 +8,7 @@ import pytest
 from scipy.special import jn_zeros, roots_laguerre
 
 import pendpin as pp
-from exact import direction, direction_rate, planar
+from pendpin.derivations.exact import direction, direction_rate, planar
 from pendpin.model import build
 from pendpin.urdf_chain import chain_urdf
 

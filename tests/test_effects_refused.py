@@ -65,7 +65,7 @@ EFFECTS = {
     ),
     "support with a lost phase": ('"support"\ncsv = "track.csv"\nphase = 1', "effects[1]: a phase needs an amplitude"),
     "support by no file": ('"support"\ncsv = "gone.csv"', "gone.csv: cannot be read: No such file or directory"),
-    "support by a folder": ('"support"\ncsv = "."', ": cannot be read: Is a directory"),
+    "support by a folder": ('"support"\ncsv = "."', ": cannot be read: it is a folder, not a file"),
     "support by a number": ('"support"\ncsv = 3', "effects[1].csv: 3 is not a path"),
     "no rotation": ('"rotation"', "effects[1]: a rotation needs a latitude or a rate, one of them"),
     "rotation twice": (
@@ -95,7 +95,7 @@ TRACKS = {
     ),
     "starts late": ("0.01, 0, 0, 0\n1, 0, 0, 0\n", "its times, 0.01 to 1 s, do not cover the run, 0 to 0.1 s"),
     "ends early": ("0, 0, 0, 0\n0.09, 0, 0, 0\n", "its times, 0 to 0.09 s, do not cover the run, 0 to 0.1 s"),
-    "huge": (TRACK.replace("0.3, 0, 0", "0.3, 0, 1e308"), "its positions are too large, or too close in time"),
+    "huge": (TRACK.replace("0.3, 0, 0", "0.3, 0, 1e308"), "y: '1e308' is beyond 1e+150"),
     "binary": (bytes(range(256)), "not a CSV file: byte 128 is not UTF-8 text"),
     "a spreadsheet": (b"PK\x03\x04" + bytes(99), "line 1: 1 values, where 4 are wanted"),
 }

@@ -4,9 +4,18 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from exact import DIGITS, direction, direction_rate, planar, planar_at, spherical, spherical_at, turning_heights
 from pendpin.derivations import balances, newton_euler
 from pendpin.derivations.base import RodInertia
+from pendpin.derivations.exact import (
+    DIGITS,
+    direction,
+    direction_rate,
+    planar,
+    planar_at,
+    spherical,
+    spherical_at,
+    turning_heights,
+)
 
 G = 9.81  # m/s²
 TIMES = [0.0, 0.37, 4.1, 100.0]  # s

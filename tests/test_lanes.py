@@ -8,9 +8,9 @@ import pytest
 
 import pendpin as pp
 from effect_cases import EFFECTS, MODELS
-from exact import direction, direction_rate, planar, spherical
 from pendpin import effects as fx
 from pendpin.derivations import chain_thin, thin_recursion
+from pendpin.derivations.exact import direction, direction_rate, planar, spherical
 from pendpin.dynamics import Dynamics
 from pendpin.engines import CanonicalForm
 from pendpin.model import build
@@ -257,7 +257,7 @@ def test_thin_recursion_vs_reactions_as_unknowns(rods: int) -> None:
         ({"method": "gauss4", "tolerance": 1e-8}, "tolerance: gauss4 takes a step, not a tolerance"),
         ({"method": "rk4", "step": 0.01, "tolerance": 1e-8}, "tolerance: rk4 takes a step, not a tolerance"),
         ({"method": "dop853", "step": 0.01}, "step: dop853 takes a tolerance, not a step; these take a step: gauss2, "),
-        ({"step": 0.01, "tolerance": 1e-8}, "step: dop853 takes a tolerance, not a step"),
+        ({"step": 0.01, "tolerance": 1e-8}, "step: auto takes a tolerance, not a step"),
         ({"method": "taylor", "tolerance": 1e-19}, "tolerance: 1e-19 is below 1e-18"),
         ({"method": "rk4", "step": 1e-12}, "solver.step: 1e-12 s takes more than 1e+09 steps"),
         ({"method": "rk4", "step": 5e-324}, "solver.step: 5e-324 s takes"),
@@ -291,5 +291,5 @@ def test_a_step_far_too_large_ends_in_one_line() -> None:
     """Where the stage equations have no solution in reach, or the numbers overflow."""
     fast = {"v": (300.0, 200.0), "duration": 40.0}
     for method in ("gauss4", "rk4"):
-        with pytest.raises(pp.RunError, match=r"take a smaller step|not a finite number|grow beyond"):
+        with pytest.raises(pp.RunError, match=r"take a smaller (tolerance or )?step|not a finite number|grow beyond"):
             pp.simulate(scene(THICK, **fast), method=method, step=10.0)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pendpin as pp
-from exact import planar, spherical
+from pendpin.derivations.exact import planar, spherical
 from pendpin.scene import builtin_scene
 
 GRAVITY = (pp.effects.Gravity(),)

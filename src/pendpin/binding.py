@@ -20,8 +20,11 @@ Torque = Callable[[float, Array, Array], Array]  # t, q, v (nv,) -> (nv,)
 Wrench = Callable[[float, Motion], tuple[Array, Array]]  # force, moment about com, (bodies, 3)
 
 
-def bind_loads(model: Model, effects: Sequence[Effect], xp: Any = np) -> Loads:
-    """What the effects add, seam by seam. Raises InputError for a joint or link that the model lacks."""
+def bind_loads(model: Model, effects: Sequence[Effect], xp: Any = np, start: float = 0.0) -> Loads:
+    """What the effects add, seam by seam, at times since `start` in s.
+
+    Raises InputError for a joint or link that the model lacks.
+    """
     placed = [(effect, f"effects[{i}]") for i, effect in enumerate(effects)]
     placed.sort(key=lambda pair: repr(pair[0]))
     ordered = [effect for effect, _ in placed]
@@ -31,11 +34,18 @@ def bind_loads(model: Model, effects: Sequence[Effect], xp: Any = np) -> Loads:
     wrenches = [body_wrench(model, e, where, xp) for e, where in placed if isinstance(e, BodyEffect)]
     return Loads(
         sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3)),
-        _total(varying),
-        _total(torques),
-        _in_place(_total_wrench(wrenches), surroundings(ordered, xp)),
+        since(start, _total(varying)),
+        since(start, _total(torques)),
+        since(start, _in_place(_total_wrench(wrenches), surroundings(ordered, xp))),
         axial=any(effect.axial for effect in ordered if isinstance(effect, BodyEffect)),
     )
+
+
+def since(start: float, function: Any) -> Any:
+    """A function of time, or None, as one of the time since `start`, so that late times cost a run no digits."""
+    if function is None or start == 0:
+        return function
+    return lambda t, *state: function(start + t, *state)
 
 
 def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np) -> Torque:

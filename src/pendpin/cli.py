@@ -1,8 +1,6 @@
 """The commands. They read, call, print and write; the physics is elsewhere."""
 
-import os
 import sys
-from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +8,7 @@ import typer
 
 from pendpin.console import print_check, print_files, print_relevance, print_run, progress, waiting
 from pendpin.errors import InputError, PendpinError, RunError, inside, one_line
+from pendpin.terminal import drop_output, finish_output, prepare_streams, say
 
 if TYPE_CHECKING:
     from pendpin.scene import Scene, Solver
@@ -32,13 +31,12 @@ UsageError: Any = typer.BadParameter.__mro__[1]  # its base: whatever is wrong w
 
 def main() -> None:
     """Run the command line: every foreseen fault ends in one line on stderr and exit status 1, wrong usage in 2."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # names that no terminal can show
+    prepare_streams()
     try:
         status = app(prog_name="pendpin", standalone_mode=False)
         if status == 130:  # what newer typers make of Ctrl-C
             raise KeyboardInterrupt
+        sys.stdout.flush()
         sys.exit(status)
     except PendpinError as error:
         _fail(str(error))
@@ -47,14 +45,18 @@ def main() -> None:
     except (KeyboardInterrupt, typer.Abort):
         _fail("stopped by the user", 130)
     except BrokenPipeError:  # the reader of our output is gone
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        drop_output()
         sys.exit(1)
+    except OSError as error:  # of files, our own words are raised; what is left is the output, on a full disk or closed
+        drop_output()
+        _fail(f"{error.filename or 'the output cannot be written'}: {error.strerror or error}")
     except MemoryError:
         _fail("out of memory: ask for fewer samples or a smaller model")
 
 
 def _fail(message: str, status: int = 1) -> None:
-    print(f"pendpin: {one_line(message)}", file=sys.stderr)
+    finish_output()
+    say(f"pendpin: {one_line(message)}")
     sys.exit(status)
 
 
@@ -71,6 +73,10 @@ def run(
     method: Annotated[str | None, typer.Option(help="Integration method, such as dop853.")] = None,
     tolerance: Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")] = None,
     step: Annotated[float | None, typer.Option(help="Largest step in s, for methods with a fixed one.")] = None,
+    accuracy: Annotated[
+        float | None, typer.Option(help="The goal instead: largest tip error over the chain's length.")
+    ] = None,
+    limit: Annotated[float | None, typer.Option(min=0, help="End a run that takes longer, in s.")] = None,
     out: Annotated[Path, typer.Option(help="Where the run is saved.")] = Path("run.npz"),
     html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
@@ -89,14 +95,15 @@ def run(
     if scene is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")
     _refuse_targets(scene, out, html, plot)
-    _check_options(chosen.solver, method=method, tolerance=tolerance, step=step)
+    options = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
+    _check_options(chosen.solver, **options)
     if explain:
         _print_binding(chosen)
     stopped: RunError | None = None
     with inside(_place(scene)), progress("integrating", chosen.duration, hidden=json) as watch:
         _print_notes(chosen)
         try:
-            trajectory = simulate(chosen, method=method, tolerance=tolerance, step=step, ledger=ledger, watch=watch)
+            trajectory = simulate(chosen, **options, ledger=ledger, watch=watch, limit=limit)
         except RunError as error:
             stopped, trajectory = error, error.partial
     files = [trajectory.save(out)]
@@ -232,19 +239,19 @@ def _refuse_targets(scene: Path | None, out: Path, html: Path | None, plot: Path
 
     if plot:
         picture_kind(plot)
-    seen = {os.path.realpath(scene)} if scene else set()
+    seen: set[Path] = set()
     for path in filter(None, (out, html, plot)):
-        refuse_target(path)
-        if os.path.realpath(path) in seen:
+        target = refuse_target(path)
+        if target in seen or (scene and target.exists() and target.samefile(scene)):
             raise PendpinError(f"{path}: this name is given twice; every file needs its own")
-        seen.add(os.path.realpath(path))
+        seen.add(target)
 
 
 def _print_notes(scene: "Scene") -> None:
     from pendpin.model import build
 
     for note in build(scene.model).notes:
-        print(f"pendpin: note: {note}", file=sys.stderr)
+        say(f"pendpin: note: {note}")
 
 
 def _print_binding(scene: "Scene") -> None:

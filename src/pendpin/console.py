@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from pendpin.trajectory import Trajectory
 
 
+LEAST_WIDTH = 60  # letters: on a narrower terminal the lines of a table go on below
+
+
 @contextmanager
 def waiting(what: str, hidden: bool) -> Iterator[None]:
     """A sign of life on stderr, only where a person watches."""
@@ -49,10 +52,13 @@ def print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> Non
         return
     rows = {
         "method": f"{stats.method}, {stats.setting} ({stats.library} {stats.version})",
+        "accuracy": stats.accuracy and f"{stats.error:.1e} estimated, {stats.accuracy:g} asked",
         "engine": stats.engine,
         "steps": str(stats.steps),
         "evaluations": str(stats.evaluations),
-        "seconds": f"{stats.seconds:.4f}",
+        "seconds": f"{stats.seconds:.4f}"
+        + (f", {stats.all_seconds:.4f} with the runs that led there" if stats.all_seconds else ""),
+        "compiling": stats.compile_seconds and f"{stats.compile_seconds:.4f} s",
         "energy drift": f"{trajectory.energy().drift:.1e} of the energy moved" if stats.conservative else "",
         "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
         "cross-check": report and f"{report.worst.relative:.1e} at worst, {report.worst.quantity} along the run",
@@ -133,6 +139,7 @@ def print_table(head: list[str], rows: list[list[str]]) -> None:
     for row in rows:
         table.add_row(*map(Text, row))  # no markup in what users named
     console = Console()
+    console.width = max(console.width, LEAST_WIDTH)
     console.print(table)
 
 

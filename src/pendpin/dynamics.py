@@ -24,11 +24,16 @@ Potential = Callable[[Array, Array], Array]  # q (n, nv), poses (n, bodies, 4, 4
 
 
 class Dynamics:
-    """The equations of motion of one scene. Use one in each thread. q, v are (nv,) in model order; rad, m for slides."""
+    """The equations of motion of one scene. Use one in each thread. q, v are (nv,) in model order; rad, m for slides.
 
-    def __init__(self, model: Model, effects: tuple[Effect, ...], engine: str = "auto", form: Form = "any") -> None:
-        self.model = model
-        self.loads = bind_loads(model, effects)
+    Its engine and loads count the time from `start` in s.
+    """
+
+    def __init__(
+        self, model: Model, effects: tuple[Effect, ...], engine: str = "auto", form: Form = "any", start: float = 0.0
+    ) -> None:
+        self.model, self.start = model, start
+        self.loads = bind_loads(model, effects, start=start)
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
         self.engine = choose_engine(model, self.loads, engine, "angles" if touching else form)
         found = (potential_of(model, effect, f"effects[{i}]") for i, effect in enumerate(effects))
@@ -40,11 +45,11 @@ class Dynamics:
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
         """q'' (nv,) at time t. Raises InputError for arrays of another shape."""
-        return self.engine.evaluate(np.array([t]), *self._states(q, v)).acceleration[0]
+        return self.engine.evaluate(np.array([t - self.start]), *self._states(q, v)).acceleration[0]
 
     def wrenches(self, t: float, q: Array, v: Array) -> Array:
         """What each joint's parent exerts on its child, (joints, 6): force N, then moment N m, in the joint's frame."""
-        return self.engine.evaluate(np.array([t]), *self._states(q, v)).wrench[0]
+        return self.engine.evaluate(np.array([t - self.start]), *self._states(q, v)).wrench[0]
 
     def energy(self, q: Array, v: Array) -> tuple[float, float]:
         """Kinetic energy and the potential of the conservative effects, J; zero potential at W's origin."""
@@ -104,7 +109,7 @@ def bind(scene: Scene) -> Dynamics:
     """The dynamics of a scene. Raises InputError for a model that cannot be simulated."""
     method = scene.solver.method
     form: Form = "directions" if method == "taylor" else "angles" if method in ON_ANGLES else "any"
-    return Dynamics(build(scene.model), scene.effects, scene.solver.engine, form)
+    return Dynamics(build(scene.model), scene.effects, scene.solver.engine, form, scene.start.time)
 
 
 def reactions(model: Model, q: Array, wrench: Array, xp: Any = np) -> Reactions | None:

@@ -22,11 +22,24 @@ MAX_ARRAYS_BYTES = 4_000_000_000  # what the arrays of one file may hold in all
 
 def read_whole(path: Path, most: int, what: str) -> bytes:
     """The bytes of a file. Raises InputError, without the path, where it cannot be read or has more than `most`."""
-    with _reading(), path.open("rb") as file:
+    with _reading(), _opened(path) as file:
         data = file.read(most + 1)
     if len(data) > most:
         raise InputError(f"larger than the {most / 1e6:g} MB that {what} may have")
     return data
+
+
+def _opened(path: Path) -> IO[bytes]:
+    """A file to read from. A pipe is refused as a device is: it may never give anything, and has no end."""
+    number = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0))  # not to wait
+    if not os.path.isfile(number):
+        os.close(number)
+        raise InputError(f"cannot be read: it is a {_kind(path)}, not a file")
+    return os.fdopen(number, "rb")
+
+
+def _kind(path: Path) -> str:
+    return "folder" if path.is_dir() else "pipe" if path.is_fifo() else "device"
 
 
 @contextmanager
@@ -49,12 +62,12 @@ def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> Path:
     return path
 
 
-def refuse_target(path: Path) -> None:
-    """Raise InputError if `write_whole` could not write to this path: to know before the work is done."""
-    _write(path, lambda file: None, keep=False)
+def refuse_target(path: Path) -> Path:
+    """The file that `write_whole` would write for this path; InputError if it could not: to know before the work."""
+    return _write(path, lambda file: None, keep=False)
 
 
-def _write(path: Path, write: Callable[[IO[bytes]], object], keep: bool) -> None:
+def _write(path: Path, write: Callable[[IO[bytes]], object], keep: bool) -> Path:
     temporary = None
     try:
         target = _target(path)
@@ -64,6 +77,7 @@ def _write(path: Path, write: Callable[[IO[bytes]], object], keep: bool) -> None
         temporary.chmod(0o666 & ~_umask())
         if keep:
             os.replace(temporary, target)
+        return target
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
     finally:
@@ -76,7 +90,7 @@ def _target(path: Path) -> Path:
         raise InputError(f"{path}: cannot be written: a null byte in the path")
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():
-        raise InputError(f"{path}: cannot be written: it is a {'folder' if target.is_dir() else 'device'}")
+        raise InputError(f"{path}: cannot be written: it is a {_kind(target)}")
     if not target.parent.is_dir():
         raise InputError(f"{path}: cannot be written: there is no folder {shown(str(path.parent))}")
     return target
@@ -139,7 +153,7 @@ _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.r
 def open_arrays(path: Path, what: str) -> Iterator[ArrayFile]:
     """Open an .npz file; whatever is wrong with it, here or in the block, raises InputError: it is not `what`."""
     with inside(str(path)), _reading():
-        file = path.open("rb")
+        file = _opened(path)
     try:
         with file, zipfile.ZipFile(file) as archive:
             yield ArrayFile(archive)

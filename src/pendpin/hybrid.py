@@ -10,7 +10,7 @@ from pendpin.contacts import Mode
 from pendpin.derivations.base import Array
 from pendpin.dynamics import Dynamics
 from pendpin.effects import DryFriction, Stop
-from pendpin.engines import Derivative, Watch
+from pendpin.engines import WATCH_EVERY, Derivative, Watch
 from pendpin.errors import InputError, RunError
 from pendpin.ledger import Ledger
 from pendpin.solvers import Adaptive, Lane, Run
@@ -57,7 +57,9 @@ class Hybrid:
         while len(self.states) < len(times):
             watch(t)
             ahead = times[len(self.states) :][:SAMPLES_A_LEG]
-            found = leg(self._derivative(mode), self._margins(mode), t, y, ahead, self.lane.method, self.lane.tolerance)
+            found = leg(
+                self._derivative(mode, watch), self._margins(mode), t, y, ahead, self.lane.method, self.lane.tolerance
+            )
             self._keep(found.samples, ahead[: len(found.samples)], mode)
             self.steps += found.steps
             if found.failure:
@@ -88,7 +90,7 @@ class Hybrid:
             out[2 * self.nv + self.books.kinds.index(_kind(Stop))] += energies[1] - energies[0]
         return out
 
-    def _derivative(self, mode: Mode) -> Derivative:
+    def _derivative(self, mode: Mode, watch: Watch) -> Derivative:
         contacts, books, nv = self.contacts, self.books, self.nv
         friction = contacts.friction(mode)
         rubs = books is not None and friction.any()
@@ -96,6 +98,8 @@ class Hybrid:
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             self.calls += 1
+            if not self.calls % WATCH_EVERY:
+                watch(t)
             dy[:nv] = y[nv : 2 * nv]
             dy[nv : 2 * nv], _ = contacts.accelerate(t, y[:nv], y[nv : 2 * nv], mode)
             if books is not None:

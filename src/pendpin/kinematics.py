@@ -49,6 +49,23 @@ def centres(model: Model, link_poses: Array) -> Array:
     return link_poses[..., :3, 3] + np.einsum("nrij,rj->nri", link_poses[..., :3, :3], offsets)
 
 
+def reach(model: Model) -> float:
+    """How far from W's origin a body's far end can get, m: the length of a chain."""
+    if model.chain is not None:
+        return float(model.chain.l.sum())
+    pin = model.pin
+    assert pin is not None
+    away = [0.0]
+    for parent, placement in list(zip(pin.parents, pin.jointPlacements, strict=True))[1:]:
+        away.append(away[parent] + float(np.linalg.norm(placement.translation)))
+    return max(away[body.joint + 1] + float(np.linalg.norm(body.tip)) for body in model.bodies)
+
+
+def apart(one: Array, other: Array, length: float) -> Array:
+    """The largest distance of any tip at each time, over a length, (n,), from tips (n, rods, 3)."""
+    return np.linalg.norm(one - other, axis=-1).max(-1) / length
+
+
 def kinetic_energy(model: Model, q: Array, v: Array) -> Array:
     """Kinetic energy (n,) in J of states (n, nv)."""
     if model.chain is not None:

@@ -17,6 +17,7 @@ class Ledger:
     """The books of one scene: an account for each kind of effect."""
 
     def __init__(self, dynamics: Dynamics, effects: Sequence[Effect]) -> None:
+        self._start = dynamics.start
         self.kinds = tuple(dict.fromkeys(effect.kind for effect in effects))
         self._powers: list[tuple[int, Power]] = []
         self._potentials: list[tuple[int, Potential]] = []
@@ -29,10 +30,10 @@ class Ledger:
                 self._powers.append((account, _power(dynamics, effect, f"effects[{i}]", complete)))
 
     def powers(self, t: float, y: Array) -> Array:
-        """The power of each account (kinds,) in W, at a state of the engine, of what has no potential."""
+        """The power of each account (kinds,) in W, at a state of the engine, of what has no potential; t as its own."""
         out = np.zeros(len(self.kinds))
         for account, power in self._powers:
-            out[account] += power(t, y)
+            out[account] += power(self._start + t, y)
         return out
 
     def booked(self, derivative: Derivative, size: int) -> Derivative:

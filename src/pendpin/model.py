@@ -15,6 +15,7 @@ from pendpin.urdf import Urdf, read_urdf
 FLIP = np.diag([1.0, -1.0, -1.0])  # W to the inertial frame I, and a rod's link frame to its body frame B: exact signs
 DATA_BYTES_PER_CUBE = 32  # Pinocchio's Data grows like nv³: docs/pinocchio_notes.md
 MAX_DATA_BYTES = 1e9
+FARTHEST = 1e9  # rad, or m: positions of a start
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +50,17 @@ def build(model: Chain | UrdfModel) -> Model:
 
 
 def start_state(model: Model, start: Start) -> tuple[Array, Array]:
-    """Positions and velocities (nv,) of the start, in model order. Raises InputError for unknown joints."""
-    return _values(model, start.positions, "start.positions"), _values(model, start.velocities, "start.velocities")
+    """Positions and velocities (nv,) of the start, in model order.
+
+    Raises InputError for unknown joints, and for positions so far out that small motions are lost in rounding.
+    """
+    q, v = _values(model, start.positions, "start.positions"), _values(model, start.velocities, "start.velocities")
+    for joint in np.flatnonzero(np.abs(q) > FARTHEST):
+        name, apart = model.joints[joint], np.spacing(abs(q[joint]))
+        raise InputError(
+            f"start.positions.{name}: {q[joint]:g}: doubles are {apart:.1g} apart there; at most {FARTHEST:g}"
+        )
+    return q, v
 
 
 def _values(model: Model, values: Values, where: str) -> Array:

@@ -18,14 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendpin.drawing import WORLD, Array, Drawing, Shape
-from pendpin.errors import InputError, MissingLibrary, choices
-from pendpin.files import write_whole
+from pendpin.errors import InputError, MissingLibrary, choices, inside
+from pendpin.files import read_whole, write_whole
 
 FRAMES_PER_SECOND = 60  # at most: what a screen shows
 POSES = 200_000  # key poses in a page at most, 19 bytes each; with more bodies a page has fewer frames
 TRAIL_POINTS = 10_000  # at most
 THINNEST = 0.002  # radius of the thinnest solid, over the extent of the drawing: about 2 pixels
 SHADOWS = 500  # shapes that still throw shadows: beyond that they cost more than they show
+MESH_BYTES = 100_000_000  # of one mesh; the page holds all of it
 MESHES = {".obj": "obj", ".stl": "stl", ".dae": "dae"}
 
 SKY = {"top_color": [0.98, 0.985, 0.99], "bottom_color": [0.90, 0.92, 0.945]}
@@ -192,10 +193,8 @@ def _mesh_file(path: Path) -> dict[str, Any]:
     kind = MESHES.get(path.suffix.lower())
     if kind is None:
         raise InputError(f"{path}: a mesh to be drawn is one of: {choices(MESHES)}")
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: the mesh cannot be read: {error.strerror or error}") from None
+    with inside(str(path)):
+        data = read_whole(path, MESH_BYTES, "a mesh")
     content = {"base64": _base64(data)} if kind == "stl" else {"data": data.decode(errors="replace")}
     return {"type": "_meshfile_geometry", "format": kind} | content
 

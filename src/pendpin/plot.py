@@ -1,6 +1,8 @@
 """A run as one figure: energy, angles and joint reactions against time."""
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +19,22 @@ MOST_LINES = 6  # curves a panel names; of more, the first and the last are draw
 def save_plot(trajectory: Trajectory, path: str | Path) -> Path:
     """Write the figure of a run to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
     path = Path(path)
-    kind, figure = picture_kind(path), draw(trajectory)
-    with warnings.catch_warnings():
+    kind = picture_kind(path)
+    with _plain_text(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
+        figure = draw(trajectory)
         return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=150))
+
+
+@contextmanager
+def _plain_text() -> Iterator[None]:
+    """matplotlib with its own letters, whatever the user's settings: in LaTeX, names of joints would be commands."""
+    try:
+        from matplotlib import rc_context
+    except (OSError, ValueError) as error:  # no folder that it can write to, or settings of another version
+        raise InputError(f"matplotlib does not start: {error}") from None
+    with rc_context({"text.usetex": False}):
+        yield
 
 
 def picture_kind(path: Path) -> str:

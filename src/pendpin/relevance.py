@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.derivations.base import Array
 from pendpin.dynamics import bind
 from pendpin.effects import Drag, Effect, Rotation, Viscous
 from pendpin.errors import InputError, PendpinError
-from pendpin.model import start_state
+from pendpin.kinematics import apart, reach
+from pendpin.model import build, start_state
 from pendpin.scene import Chain, Rod, Scene
 from pendpin.simulation import simulate
 from pendpin.trajectory import Trajectory
@@ -54,7 +54,8 @@ def relevance(scene: Scene, accuracy: float = 1e-3) -> Relevance:
     if not 0 < accuracy < 1:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
     base, finer = (simulate(scene, method="dop853", tolerance=tolerance) for tolerance in TOLERANCES)
-    good = int(np.argmax(np.append(_distance(base.tips(), finer.tips()) > MARGIN * accuracy, True)))
+    length = reach(build(scene.model))
+    good = int(np.argmax(np.append(apart(base.tips(), finer.tips(), length) > MARGIN * accuracy, True)))
     horizon = float(base.t[max(good - 1, 0)])
     solver = scene.solver.model_copy(update={"samples": max(good, 1)})
     compared = scene.model_copy(update={"duration": horizon, "solver": solver})
@@ -94,7 +95,8 @@ def _row(name: str, listed: bool, other: Scene, scene: Scene, base: Trajectory, 
         run = simulate(other, method="dop853", tolerance=TOLERANCES[0])
     except PendpinError as error:
         return Row(name, listed, float("nan"), None, f"not compared: {error}")
-    change = float(_distance(base.tips()[: len(run.t)], run.tips()).max())
+    length = reach(build(scene.model))
+    change = float(apart(base.tips()[: len(run.t)], run.tips(), length).max())
     more, less = (scene, other) if listed else (other, scene)
     share = 1 - _evaluation(less) / _evaluation(more) if less.effects != more.effects else None
     return Row(name, listed, change, None if share is None else max(share, 0.0), _verdict(listed, change, accuracy))
@@ -104,11 +106,6 @@ def _verdict(listed: bool, change: float, accuracy: float) -> str:
     if change > accuracy:
         return "called for" if listed else "called for, and not listed"
     return "below the accuracy asked"
-
-
-def _distance(one: Array, other: Array) -> Array:
-    """The largest distance of any tip at each output time, over the chain's length, (n,), from tips (n, rods, 3)."""
-    return np.linalg.norm(one - other, axis=-1).max(-1) / np.linalg.norm(one, axis=-1).max()
 
 
 def _evaluation(scene: Scene) -> float:

@@ -18,11 +18,10 @@ from pendpin.records import NotNegative, Number, Positive, Record
 
 AdaptiveMethod = Literal["dop853", "rk45", "rk23", "radau", "bdf", "lsoda"]
 FixedMethod = Literal["gauss2", "gauss4", "gauss6", "rk4", "euler"]
-Method = Literal[AdaptiveMethod, "taylor", FixedMethod]
+Method = Literal["auto", AdaptiveMethod, "taylor", FixedMethod]
 
 FIXED_METHODS = get_args(FixedMethod)
 TOLERANCE = 1e-10  # unless another is given
-LEAST_TOLERANCE = {"taylor": 1e-18}  # of a method; 1e-14 of the others
 
 MAX_SCENE_BYTES = 500_000  # more takes Python's TOML reader seconds
 MAX_SAMPLES = 2_000_000
@@ -133,7 +132,9 @@ Values = Annotated[
 
 
 class Start(Record):
-    """Where the motion starts, by joint name (what is left out is 0) or as a full list in model order."""
+    """When and where the motion starts, by joint name (what is left out is 0) or as a full list in model order."""
+
+    time: Number = Field(0.0, description="s; the run goes from here to time + duration")
 
     positions: Values = Field(default_factory=dict, description="rad, m for prismatic joints")
     velocities: Values = Field(default_factory=dict, description="rad/s, m/s for prismatic joints")
@@ -143,13 +144,17 @@ class Solver(Record):
     """How the scene is integrated and how often the motion is recorded.
 
     A method has a tolerance (relative and absolute, rad and rad/s) or, with fixed steps, a step. It is the largest that
-    is taken: the time from sample to sample is cut into equal steps, so that every sample falls on one.
+    is taken: the time from sample to sample is cut into equal steps, so that every sample falls on one. An accuracy
+    stands for both: the tolerance or step that meets it is found, and with method "auto" the method as well.
     """
 
-    method: Method = "dop853"
+    method: Method = "auto"
     engine: Literal["auto", "pinocchio", "chain"] = "auto"
+    accuracy: Annotated[Positive, Field(le=0.1)] | None = Field(
+        None, description="the goal: largest tip error over the run, over the chain's length"
+    )
     tolerance: Annotated[Number, Field(le=0.1)] | None = Field(
-        None, validate_default=True, description=f"for methods without a fixed step; {TOLERANCE:g} if absent"
+        None, validate_default=True, description=f"for methods without a fixed step; {TOLERANCE:g} if none is given"
     )
     step: Positive | None = Field(
         None, validate_default=True, description=f"s, for methods with a fixed step: {', '.join(FIXED_METHODS)}"
@@ -162,11 +167,13 @@ class Solver(Record):
     @classmethod
     def _tolerance_of(cls, tolerance: float | None, given: ValidationInfo) -> float | None:
         method = given.data.get("method", "")
+        if given.data.get("accuracy") is not None:
+            return _none_beside_accuracy(tolerance)
         if method in FIXED_METHODS:
             if tolerance is not None:
                 raise ValueError(f"{method} takes a step, not a tolerance")
             return None
-        least = LEAST_TOLERANCE.get(method, 1e-14)
+        least = least_tolerance(method)
         if tolerance is not None and tolerance < least:
             raise PydanticKnownError("greater_than_equal", {"ge": least})
         return TOLERANCE if tolerance is None else tolerance
@@ -175,6 +182,8 @@ class Solver(Record):
     @classmethod
     def _step_of(cls, step: float | None, given: ValidationInfo) -> float | None:
         method = given.data.get("method", "")
+        if given.data.get("accuracy") is not None:
+            return _none_beside_accuracy(step)
         if method in FIXED_METHODS and step is None:
             raise ValueError(f"{method} takes a step, in s")
         if step is not None and method and method not in FIXED_METHODS:
@@ -182,11 +191,25 @@ class Solver(Record):
         return step
 
     def replaced(self, **given: Any) -> Self:
-        """The solver with other settings; its own tolerance or step is left out where it no longer fits."""
+        """The solver with other settings; of its own accuracy, tolerance and step those that no longer fit are left out."""
         method = given.get("method", self.method)
-        other = "tolerance" if method in FIXED_METHODS else "step"
-        own = {name: value for name, value in self.model_dump().items() if value is not None and name != other}
+        unfit = {"tolerance" if method in FIXED_METHODS else "step"}
+        if "accuracy" in given:
+            unfit = {"tolerance", "step"}
+        elif "tolerance" in given or "step" in given:
+            unfit |= {"accuracy"}
+        own = {name: value for name, value in self.model_dump().items() if value is not None and name not in unfit}
         return type(self)(**(own | given))
+
+
+def least_tolerance(method: str) -> float:
+    """The smallest tolerance that a method takes."""
+    return 1e-18 if method == "taylor" else 1e-14
+
+
+def _none_beside_accuracy(value: float | None) -> None:
+    if value is not None:
+        raise ValueError("accuracy is given, so that this is found; leave one of them out")
 
 
 class Scene(Record):
@@ -200,7 +223,7 @@ class Scene(Record):
 
     @property
     def times(self) -> Array:
-        """The output times, (n,) in s: evenly spaced from 0 to duration, both ends included."""
+        """The output times, (n,) in s since the start: evenly spaced from 0 to duration, both ends included."""
         count = self.solver.samples or round(SAMPLES_PER_SECOND * self.duration) + 1
         return np.linspace(0.0, self.duration, count)
 
@@ -212,13 +235,15 @@ class Scene(Record):
             )
         if self.duration == 0 and (self.solver.samples or 1) > 1:
             raise ValueError("a duration of 0 has 1 sample; leave solver.samples out")
+        if (np.diff(self.start.time + self.times) <= 0).any():
+            raise ValueError(f"start.time: samples so close together are the same double at {self.start.time:g} s")
         return self
 
     @model_validator(mode="after")
     def _effects_last(self) -> Self:
         for i, effect in enumerate(self.effects):
             try:
-                effect.check(self.duration)
+                effect.check(self.start.time, self.start.time + self.duration)
             except ValueError as error:
                 raise ValueError(f"effects[{i}]: {error}") from None
         return self

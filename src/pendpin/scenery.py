@@ -35,7 +35,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
         poses, shapes = kinematics.poses(model, trajectory.q), ()
     if not any(shape.body != WORLD for shape in shapes):
         poses, shapes = kinematics.poses(model, trajectory.q), tuple(_rod_shapes(model, extent))
-    return Drawing(_title(scene, model), trajectory.t, poses, shapes, trajectory.tip[:, -1], extent)
+    return Drawing(_title(scene, model), trajectory.t - trajectory.t[0], poses, shapes, trajectory.tip[:, -1], extent)
 
 
 def _title(scene: Scene, model: Model) -> str:

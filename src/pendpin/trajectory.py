@@ -63,6 +63,9 @@ class Stats:
     version: str
     conservative: bool = False  # whether every effect has a potential, so that the energy should not change
     stopped: str | None = None  # why the run ended before its time
+    accuracy: float | None = None  # the largest tip error over the chain's length that was asked for
+    error: float | None = None  # the one that is estimated
+    all_seconds: float | None = None  # of every run that led to this one
 
     @property
     def setting(self) -> str:

@@ -28,8 +28,8 @@ class Effect(Record):
         """Whether it has all derivatives and needs no more than xp: False keeps a scene off the Taylor lane."""
         return True
 
-    def check(self, duration: float) -> None:
-        """Raises ValueError where the effect does not last from 0 to `duration` s."""
+    def check(self, begin: float, end: float) -> None:
+        """Raises ValueError where the effect does not last from `begin` to `end`, in s."""
 
 
 # --- fields ---------------------------------------------------------------------------------------------------------

@@ -54,12 +54,12 @@ class Support(FrameEffect):
         """As `Effect.smooth`: a spline is not."""
         return self.csv is None
 
-    def check(self, duration: float) -> None:
-        """As `Effect.check`: the rows of the csv reach from 0 or before to the duration or beyond."""
-        if self.track and not self.track.start <= 0 <= duration <= self.track.end:
+    def check(self, begin: float, end: float) -> None:
+        """As `Effect.check`: the rows of the csv reach from the start or before to the end or beyond."""
+        if self.track and not self.track.start <= begin <= end <= self.track.end:
             raise ValueError(
                 f"{self.csv}: its times, {self.track.start:.9g} to {self.track.end:.9g} s, do not cover the run, "
-                f"0 to {duration:.9g} s"
+                f"{begin:.9g} to {end:.9g} s"
             )
 
     def position(self, t: Any, xp: Any = np) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 from pendpin.effects.base import Array
 from pendpin.errors import InputError, shown
 from pendpin.files import read_whole
+from pendpin.records import LARGEST
 
 COLUMNS = ("t", "x", "y", "z")
 MAX_BYTES = 5_000_000  # more takes seconds
@@ -80,6 +81,8 @@ def _value(number: int, name: str, cell: str) -> float:
         raise InputError(f"line {number}: {name}: {shown(cell)} is not a number") from None
     if not math.isfinite(value):
         raise InputError(f"line {number}: {name}: {shown(cell)} is not a finite number")
+    if abs(value) > LARGEST:
+        raise InputError(f"line {number}: {name}: {shown(cell)} is beyond {LARGEST:g}")
     return value
 
 

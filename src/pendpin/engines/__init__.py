@@ -1,6 +1,6 @@
 """The engines: each computes a model's motion by its own equations, in its own coordinates."""
 
-from pendpin.engines.base import AngleEngine, Derivative, Engine, Loads, Sample, Watch
+from pendpin.engines.base import WATCH_EVERY, AngleEngine, Derivative, Engine, Loads, Sample, Watch
 from pendpin.engines.canonical import Canonical, CanonicalForm
 from pendpin.engines.long_chain import LongChain
 from pendpin.engines.revolute import Revolute
@@ -8,6 +8,7 @@ from pendpin.engines.thin import MAX_SPHERICAL, Directions, Spherical
 
 __all__ = [
     "MAX_SPHERICAL",
+    "WATCH_EVERY",
     "AngleEngine",
     "Canonical",
     "CanonicalForm",

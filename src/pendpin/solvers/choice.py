@@ -1,13 +1,20 @@
 """From a scene's solver to its lane."""
 
+import numpy as np
+
+from pendpin.derivations.base import Array
 from pendpin.dynamics import Dynamics
 from pendpin.errors import InputError, choices
-from pendpin.scene import Scene
+from pendpin.scene import AdaptiveMethod, Scene
 from pendpin.solvers.adaptive import NAMES, Adaptive
 from pendpin.solvers.base import Lane
 from pendpin.solvers.fixed import RungeKutta4, SemiImplicitEuler, refuse_steps
 from pendpin.solvers.gauss import STAGES, Gauss
 from pendpin.solvers.taylor import Taylor
+
+LARGE = 100  # numbers in a state, above which no slopes are looked at
+STIFF = 3e5  # decay rate times duration, above which explicit steps are too many (about 6 of it to a step of dop853)
+OVERDAMPED = 0.5  # decay over the fastest rate: what swings as fast as it decays has to be followed anyway
 
 
 def lane_for(scene: Scene, dynamics: Dynamics) -> Lane:
@@ -23,5 +30,35 @@ def lane_for(scene: Scene, dynamics: Dynamics) -> Lane:
         return RungeKutta4(step) if method == "rk4" else SemiImplicitEuler(step)
     assert solver.tolerance is not None
     if method == "taylor":
-        return Taylor(scene.effects, solver.tolerance)
+        return Taylor(scene.effects, solver.tolerance, scene.start.time)
     return Adaptive(method, solver.tolerance)
+
+
+def automatic(dynamics: Dynamics, q: Array, v: Array, duration: float) -> AdaptiveMethod:
+    """The method where none is named: dop853, or radau where something decays too fast to be followed in its steps.
+
+    What decays is read off the eigenvalues of the equations' slopes at the start.
+    """
+    y = dynamics.engine.pack(q, v)
+    if len(y) > LARGE:
+        return "dop853"
+    slopes = _slopes(dynamics, y)
+    if not np.isfinite(slopes).all():
+        return "dop853"
+    rates = np.linalg.eigvals(slopes)
+    decay, fastest = -rates.real.min(), np.abs(rates).max()
+    return "radau" if decay * duration > STIFF and decay > OVERDAMPED * fastest else "dop853"
+
+
+def _slopes(dynamics: Dynamics, y: Array) -> Array:
+    """d y'/d y at the start, (n, n), by forward differences."""
+    derivative, _ = dynamics.engine.derivative(lambda t: None)
+    steps = np.sqrt(np.finfo(float).eps) * np.maximum(np.abs(y), 1.0)
+
+    def rate(y: Array) -> Array:
+        dy = np.empty_like(y)
+        derivative(dy, 0.0, y)
+        return dy
+
+    base = rate(y)
+    return np.array([(rate(y + step) - base) / size for step, size in zip(np.diag(steps), steps, strict=True)]).T

@@ -19,12 +19,12 @@ SIGNS = np.diag(FLIP)
 Right = Callable[[Any, Array], Array]  # t, y (size,) -> y' (size,), all symbols
 
 
-def right_hand_side(engine: Engine, effects: Sequence[Effect]) -> Right:
-    """y' for the engine's state: angles and rates, or directions and angular velocities of thin rods.
+def right_hand_side(engine: Engine, effects: Sequence[Effect], start: float = 0.0) -> Right:
+    """y' for the engine's state: angles and rates, or directions and angular velocities of thin rods; t is since start.
 
     A single rod in fields alone goes by the closed form (measured at 12 digits: 15 % less time than the recursion).
     """
-    loads = bind_loads(engine.model, effects, symbols())
+    loads = bind_loads(engine.model, effects, symbols(), start)
     if isinstance(engine, Directions):
         return _in_directions(engine, loads)
     assert isinstance(engine, AngleEngine)

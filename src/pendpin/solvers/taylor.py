@@ -27,7 +27,7 @@ class Taylor(Lane):
     The state is kept from stretch to stretch, so that nothing is lost between them.
     """
 
-    def __init__(self, effects: Sequence[Effect], tolerance: float) -> None:
+    def __init__(self, effects: Sequence[Effect], tolerance: float, start: float = 0.0) -> None:
         try:
             import heyoka
         except ImportError:
@@ -38,7 +38,7 @@ class Taylor(Lane):
                 raise InputError(
                     f"effects[{i}]: {effect.kind} is not smooth, as taylor needs it; these take it: {others}"
                 )
-        self._heyoka, self._effects, self._tolerance = heyoka, effects, tolerance
+        self._heyoka, self._effects, self._tolerance, self._start = heyoka, effects, tolerance, start
         self.library, self.version = "heyoka", version("heyoka")
 
     def equations(self, engine: Engine, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
@@ -75,7 +75,7 @@ class Taylor(Lane):
         hy = self._heyoka
         size = len(engine.pack(*np.zeros((2, len(engine.model.joints)))))
         y = np.array(hy.make_vars(*(f"y{i}" for i in range(size))), dtype=object)
-        right = right_hand_side(engine, self._effects)(hy.time, y)
+        right = right_hand_side(engine, self._effects, self._start)(hy.time, y)
         return hy.taylor_adaptive(
             [(symbol, hy.expression(rate)) for symbol, rate in zip(y, right, strict=True)],
             np.zeros(size),

@@ -1,0 +1,120 @@
+"""Accuracy as the goal: the method and its setting that bring the tips within a given error.
+
+A run is repeated with a finer setting, and the distance between the two is the error of the coarser one. Errors fall
+with the setting like a power of it, at least PACE of that which the method promises; so the error of the finer run
+follows, and what setting is fine enough. Rounding adds up to EPS a step.
+"""
+
+import time
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+
+import numpy as np
+
+from pendpin.derivations.base import Array
+from pendpin.dynamics import bind
+from pendpin.engines import Watch
+from pendpin.errors import RunError
+from pendpin.kinematics import apart
+from pendpin.kinematics import reach as length_of
+from pendpin.model import build, start_state
+from pendpin.runs import OFF_THE_BOOKS, run_scene
+from pendpin.scene import FIXED_METHODS, Scene, least_tolerance
+from pendpin.solvers import MAX_JOINTS, automatic
+from pendpin.trajectory import Trajectory
+
+PACE = 0.75  # of the power with which errors fall; measured on smooth scenes: 0.9 to 1.1
+ORDERS = {"gauss2": 2, "gauss4": 4, "gauss6": 6, "rk4": 4, "euler": 1}  # in the step; 1 in the tolerance
+GUESS = 0.1  # tolerance over accuracy, at first; errors were 0.4 to 10 times the tolerance of dop853
+COARSER = 100.0  # the pilot's error over that of the first guess
+LOOSEST = 1e-3  # tolerance of a pilot
+FEW_JOINTS = 4  # up to which the Taylor lane is the fastest at every accuracy
+FINE = 1e-12  # accuracies below are for the Taylor lane wherever it can
+FINEST = 1e6  # how much finer than the last the next run may be
+MOST_STEPS = 1e7  # of fixed size
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class _Way:
+    """A method, how its error falls with its setting, the coarsest setting worth a run and the finest there is."""
+
+    method: str
+    order: float
+    first: float
+    least: float
+
+    def finer(self, setting: float, factor: float) -> float:
+        """The setting with an error smaller by a factor."""
+        return max(setting * factor ** (-1 / self.order), self.least)
+
+    def at(self, scene: Scene, setting: float) -> Scene:
+        """The scene with this setting."""
+        name = "step" if self.method in FIXED_METHODS else "tolerance"
+        return scene.model_copy(update={"solver": scene.solver.replaced(method=self.method, **{name: setting})})
+
+
+def reach(scene: Scene, ledger: bool, watch: Watch, limit: float | None) -> Trajectory:
+    """The motion of a scene to the accuracy of its solver; as `simulate`, which see."""
+    goal, way, length = scene.solver.accuracy or 0.0, _way(scene, ledger), length_of(build(scene.model))
+    begin, coarse = time.perf_counter(), way.first
+    before, setting = _run(way.at(scene, coarse), ledger, watch, limit), way.finer(coarse, COARSER)
+    spent = before.stats.seconds
+    while True:
+        left = None if limit is None else limit - (time.perf_counter() - begin)
+        run = _run(way.at(scene, setting), ledger, watch, left)
+        gap, rounding = _gap(before, run, length, len(scene.times)), EPS * run.stats.steps
+        error, spent = float(gap.max()) * (setting / coarse) ** (PACE * way.order) + rounding, spent + run.stats.seconds
+        run = replace(run, stats=replace(run.stats, accuracy=goal, error=error, all_seconds=spent))
+        if error <= goal:
+            return run
+        if setting <= way.least or rounding > goal:
+            raise RunError(_missed(goal, run, gap), run)
+        factor = float(np.clip(2 * error / goal, 10, FINEST))
+        before, coarse, setting = run, setting, way.finer(setting, factor)
+
+
+def _gap(coarse: Trajectory, fine: Trajectory, length: float, count: int) -> Array:
+    """How far the tips are apart at `count` output times, over the length; inf where a run did not get that far."""
+    n = min(len(coarse.t), len(fine.t))
+    return np.append(apart(coarse.tips()[:n], fine.tips()[:n], length), np.full(count - n, np.inf))
+
+
+def _run(scene: Scene, ledger: bool, watch: Watch, limit: float | None) -> Trajectory:
+    """A run; one that is too coarse to get to its end is good up to there."""
+    try:
+        return run_scene(scene, ledger, watch, limit)
+    except RunError as error:
+        if error.partial.stats.stopped != OFF_THE_BOOKS:
+            raise
+        return error.partial
+
+
+def _missed(goal: float, run: Trajectory, gap: Array) -> str:
+    held = run.t[: int(np.argmax(np.append(gap[: len(run.t)] > goal, True)))]
+    up_to = f"two runs agree to it up to t = {held[-1]:g} s" if len(held) else "two runs agree to it nowhere"
+    return (
+        f"accuracy {goal:g} is not met: with {run.stats.method}, {run.stats.setting}, the error is about "
+        f"{run.stats.error:.1g}; {up_to}; beyond, the motion is chaotic or rounding too large"
+    )
+
+
+def _way(scene: Scene, ledger: bool) -> _Way:
+    solver, goal = scene.solver, scene.solver.accuracy or 0.0
+    method = solver.method if solver.method != "auto" else _fastest(scene, ledger)
+    if method in FIXED_METHODS:
+        pilot = scene.model_copy(update={"solver": solver.replaced(method="dop853", tolerance=LOOSEST)})
+        steps = run_scene(pilot, ledger=False, watch=lambda t: None).stats.steps
+        return _Way(method, ORDERS[method], scene.duration / max(steps, 1), scene.duration / MOST_STEPS)
+    least = least_tolerance(method)
+    return _Way(method, 1.0, min(COARSER * max(GUESS * goal, least), LOOSEST), least)
+
+
+def _fastest(scene: Scene, ledger: bool) -> str:
+    """The method for a scene that names none."""
+    dynamics, goal = bind(scene), scene.solver.accuracy or 0.0
+    found = automatic(dynamics, *start_state(dynamics.model, scene.start), scene.duration)
+    few = MAX_JOINTS if goal < FINE else FEW_JOINTS
+    smooth = all(effect.smooth for effect in scene.effects) and len(dynamics.model.joints) <= few
+    free = scene.solver.engine == "auto" and not ledger and find_spec("heyoka") is not None
+    return "taylor" if found == "dop853" and smooth and free else found
