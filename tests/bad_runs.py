@@ -1,16 +1,19 @@
 """Saved runs, output paths and command lines that pendpin refuses, each with a part of what it says."""
 
 import json
+import os
 import pickle
 import struct
+import warnings
 import zipfile
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 from typing import Any, get_type_hints
 
 import numpy as np
 
-from bad_input import SCENE, Case, Content
+from bad_input import ROD, SCENE, URDF_SCENE, Case, Content
 from pendpin.trajectory import Stats
 
 N, NV = 4, 2
@@ -93,6 +96,24 @@ def flagged(data: bytes, at: int, value: int) -> bytes:
     )
 
 
+def with_member(data: bytes, name: str, member: bytes) -> bytes:
+    """A zip with one more member, whose name may be there already."""
+    file = BytesIO(data)
+    with zipfile.ZipFile(file, "a") as archive, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a name that is there twice
+        archive.writestr(f"{name}.npy", member)
+    return file.getvalue()
+
+
+def _linked(name: str) -> Callable[[Path], object]:
+    return lambda path: path.symlink_to(name)
+
+
+def letters(*codes: int) -> np.ndarray:
+    """A text of these codes, whether Unicode has them or not."""
+    return np.array(codes, np.uint32).view(f"<U{len(codes)}").reshape(())
+
+
 NOT = "run.npz: not a run that pendpin saved: "
 GOOD = good_run()
 HUGE = "(4611686018427387904,)"
@@ -102,6 +123,7 @@ RUNS: dict[str, tuple[Content, str]] = {
     "binary": (bytes(range(256)) * 40, f"{NOT}File is not a zip file"),
     "a single array": (claiming("(3,)"), f"{NOT}File is not a zip file"),
     "a pickle": (pickle.dumps(Trap()), f"{NOT}File is not a zip file"),
+    "a pipe": (os.mkfifo, "run.npz: cannot be read: it is a pipe, not a file"),
     "a folder": (Path.mkdir, "run.npz: cannot be read: it is a folder, not a file"),
     "truncated": (run_file()[:-600], f"{NOT}File is not a zip file"),
     "first half lost": (run_file()[900:], NOT),
@@ -140,6 +162,32 @@ RUNS: dict[str, tuple[Content, str]] = {
     ),
     "encrypted": (flagged(run_file(), 8, 1), f"{NOT}File 'q.npy' is encrypted"),
     "unknown compression": (flagged(run_file(), 10, 99), f"{NOT}That compression method is not supported"),
+    **{
+        f"{part}0 % of it": (run_file()[: len(run_file()) * part // 10], f"{NOT}File is not a zip file")
+        for part in range(1, 10)
+    },
+    "other byte order": (run_file(q=GOOD["q"].astype(">f8")), f"{NOT}array 'q' is >f8 (4, 2), not float64"),
+    "single precision": (run_file(q=GOOD["q"].astype("f4")), f"{NOT}array 'q' is float32 (4, 2), not float64"),
+    "more than double precision": (run_file(q=GOOD["q"].astype("g")), f"{NOT}array 'q' is "),
+    "dates": (run_file(t=np.arange(N).astype("M8[s]")), f"{NOT}array 't' is datetime64[s] (4,), not float64"),
+    "records": (run_file(q=GOOD["q"].view([("a", "f8")])), f"{NOT}array 'q' is [('a', '<f8')] (4, 2), not float64"),
+    "bytes for names": (run_file(joints=np.array([b"theta", b"phi"])), f"{NOT}array 'joints' is |S5 (2,), not text"),
+    "a zip in the zip": (zipped(run=run_file()), f"{NOT}array 'run' has no header that NumPy writes"),
+    "q twice": (with_member(run_file(), "q", b"\x93NUMPY"), f"{NOT}array 'q' is there twice"),
+    "data after the data": (
+        with_member(run_file(q=None), "q", claiming("(4, 2)") + bytes(72)),
+        f"{NOT}array 'q' is longer than its header says",
+    ),
+    "2,000 arrays": (zipped(**{f"x{i}": b"" for i in range(2000)}), f"{NOT}it holds 2000 arrays, more than 1000"),
+    "claims a text of 800 MB": (
+        zipped(meta=claiming("()", "'<U200000000'")),
+        f"{NOT}its texts claim 8e+08 bytes, more than 4e+08",
+    ),
+    "text beyond Unicode": (run_file(meta=letters(0x7B, 0x69000000)), f"{NOT}array 'meta' holds what is no text"),
+    "names beyond Unicode": (
+        run_file(joints=letters(0x110000, 0x61).reshape(1).repeat(NV)),
+        f"{NOT}array 'joints' holds what is no text",
+    ),
     "no t": (run_file(t=None), f"{NOT}array 't' is missing"),
     "no meta": (run_file(meta=None), f"{NOT}array 'meta' is missing"),
     "no joints": (run_file(joints=None), f"{NOT}array 'joints' is missing"),
@@ -181,12 +229,25 @@ VIEWED = {
     "another scene": (TWO_RODS, "run.npz: the run does not fit its model"),
     "broken scene": ({"model": {"kind": "chain", "rods": 3}}, "run.npz: model.rods: 3 is not a list"),
     "lost URDF": (LOST_URDF, "run.npz: gone.urdf: cannot be read: No such file or directory"),
+    "half a letter in its scene": ({"model": {"kind": "\ud800"}}, "run.npz: model.kind: '"),
+    "half a letter for a key": ({"model": {"kind": "chain", "\ud800": 1}}, r"run.npz: model: '\ud800': "),
     "scene nested deep": ({"model": json.loads("[" * 900 + "]" * 900)}, "run.npz: model: "),
 }
 
 GIVEN = {"scene.toml": SCENE}
 RUN = ("run", "scene.toml")
+ONE_ROD = {"model": {"kind": "chain", "rods": [{"length": 1e40, "mass": 1}]}}
+FAR = run_file(meta=meta(scene=ONE_ROD), tip=np.full((N, 1, 3), 1e40))
+IN_A_SCENE = {"rod.urdf": ROD, "u.toml": URDF_SCENE}
+TWICE = "this name is given twice; every file needs its own"
 TARGETS = [
+    Case("view: too large to draw", ("view", "run.npz", "--html", "a.html"), "beyond 3.4e+38 s or m", {"run.npz": FAR}),
+    Case("html: the run", ("view", "run.npz", "--html", "run.npz"), f"run.npz: {TWICE}", {"run.npz": run_file()}),
+    Case("plot of a run: the run", ("plot", "run.png"), f"run.png: {TWICE}", {"run.png": run_file()}),
+    Case("out: the URDF of the scene", ("run", "u.toml", "--out", "rod.urdf"), f"rod.urdf: {TWICE}", IN_A_SCENE),
+    Case("urdf: the scene", ("urdf", "scene.toml", "--out", "scene.toml"), f"scene.toml: {TWICE}", GIVEN),
+    Case("out: a link to the scene", (*RUN, "--out", "l"), f"l: {TWICE}", GIVEN | {"l": _linked("scene.toml")}),
+    Case("out: a link to itself", (*RUN, "--out", "l"), "l: cannot be written: symbolic", GIVEN | {"l": _linked("l")}),
     Case(
         "out: a folder",
         (*RUN, "--out", "there"),

@@ -1,5 +1,6 @@
 """Scene files that pendpin refuses, each with a part of what it says."""
 
+import os
 from pathlib import Path
 
 from bad_input import SCENE, Case, Content, edited
@@ -119,7 +120,7 @@ REST = {
     "angles lost in rounding": (
         "theta_1 = 0.7",
         "theta_1 = 9007199254740993",
-        "start.positions.theta_1: 9.0072e+15: doubles",
+        "start.positions.theta: 9.0072e+15: doubles",
     ),
     "huge angle": ("theta_1 = 0.7", "theta_1 = 1e300", "scene.toml: start.positions.theta_1: 1e+300 is above 1e+150"),
     "huge rate": ("positions = {", "velocities = { phi_1 = 1e90 }\npositions = {", "too large to compute with"),
@@ -161,6 +162,8 @@ WHOLE: dict[str, tuple[Content, str]] = {
     "tables 10,000 deep, quoted": ('"a b".' * 10_000 + "c = 1", "keys are nested too deep"),
     "nested 400 deep": (f"{SCENE}x = {'[' * 400}{']' * 400}", "scene.toml: solver.x: unknown key"),
     "40,000 unknown keys": ("".join(f"k{i} = 1\n" for i in range(40_000)), "k0: unknown key (and 40000 more)"),
+    "a pipe": (os.mkfifo, "scene.toml: cannot be read: it is a pipe, not a file"),
+    "a device": (lambda path: path.symlink_to("/dev/zero"), "scene.toml: cannot be read: it is a device, not a file"),
     "a folder": (Path.mkdir, "scene.toml: cannot be read: it is a folder, not a file"),
 }
 
@@ -181,6 +184,15 @@ CSVS: dict[str, tuple[Content, str]] = {
     "from one end of time to the other": ("-1e308,0,0,0\n1e308,0,0,0\n", "line 1: t: '-1e308' is beyond 1e+150"),
     "too fast": ("0,0,0,0\n1e-160,1,0,0\n2e-160,0,0,0\n", "its positions are too large, or too close in time"),
     "too short": ("0,0,0,0\n0.05,0,0,0\n", "effects[0]"),
+    "quoted": ('"0","0","0","0"\n"1","0","0","0"\n', "line 1: t: '\"0\"' is not a number"),
+    "quoted names": ('"t","x","y","z"\n0,0,0,0\n1,0,0,0\n', "line 1: t: '\"t\"' is not a number"),
+    "tabs": ("0\t0\t0\t0\n1\t0\t0\t0\n", "line 1: 1 values, where 4 are wanted"),
+    "comma at the end": ("0,0,0,0,\n1,0,0,0,\n", "line 1: 5 values, where 4 are wanted"),
+    "null byte in a row": ("0,0,0,0\n1,0\0,0,0\n", r"line 2: x: '0\x00' is not a number"),
+    "UTF-16": ("0,0,0,0\n1,0,0,0\n".encode("utf-16"), "not a CSV file: byte 0 is not UTF-8 text"),
+    "underscores": ("0,0,0,0\n1_0,0,0,0\n", "line 2: t: '1_0' is not a finite number"),
+    "a cell without end": (f"0,0,0,0\n1,{'9' * 1_000_000},0,0\n", "line 2: x: '999"),
+    "a pipe": (os.mkfifo, "path.csv: cannot be read: it is a pipe, not a file"),
     "10 MB": ("#" * 10_000_000, "larger than the 5 MB that a CSV of positions may have"),
     "a folder": (Path.mkdir, "cannot be read: it is a folder, not a file"),
 }

@@ -1,5 +1,6 @@
 """URDFs that pendpin refuses, each with a part of what it says."""
 
+import os
 from pathlib import Path
 
 from bad_input import ROD, URDF_SCENE, Case, Content, edited
@@ -175,6 +176,7 @@ WHOLE: dict[str, tuple[Content, str]] = {
     "5,000 links in a row": (chain(5000), "5000 links hang in a row"),
     "5,000 children": (chain(5000, parent="l0"), "rod.urdf: 4999 joints need about"),
     "30,000 links": ("<robot>" + "".join(f'<link name="{i}"/>' for i in range(30_000)) + "</robot>", "30000 links"),
+    "a pipe": (os.mkfifo, "rod.urdf: cannot be read: it is a pipe, not a file"),
     "a folder": (Path.mkdir, "rod.urdf: cannot be read: it is a folder, not a file"),
     "a link to itself": (lambda path: path.symlink_to(path), "rod.urdf: cannot be read: Too many levels"),
     "a link to nothing": (lambda path: path.symlink_to("gone"), "rod.urdf: cannot be read: No such file"),

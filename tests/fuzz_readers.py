@@ -4,7 +4,7 @@
     python tests/fuzz_readers.py scene --minutes 20 --folder /tmp/fuzz     # or urdf, npz, csv
     python tests/fuzz_readers.py scene --replay FILE                       # one input again, with its traceback
 
-What is taken is used as well: a scene runs to its first instant, a URDF to its first acceleration, a run is drawn.
+What is taken is used as well: a scene and a URDF run to their first instant, URDFs and runs are drawn.
 Anything but PendpinError is a finding: another exception, a warning, a word on stderr from a C library, a number that
 is not finite, 10 s of processor time. Each kind is kept once, in FOLDER/READER/findings, with its traceback beside it;
 what ends the process (a crash, 60 s in C code, 4 GB) is kept there by libFuzzer. Exit status 1 if there is any.
@@ -34,6 +34,7 @@ ROOT = Path(__file__).parents[1]
 SECONDS = 10  # of processor time, for one input
 SECONDS_IN_C = 60  # where Python's alarm is not heard
 MEGABYTES = 4_000
+MANY = 40  # rods
 INSTRUMENTED = ["pendpin", "tomllib"]
 NUMBERS = "0 -1 1 2 0.5 -0.0 nan inf 1e100 1e101 -1e150 1e308 1e400 5e-324 1e-160 1e-14 true 1_0 0x10 1,5 1999-01-01"
 TOML = "[ ] [[ ]] { } = , . \" ' # \\u0000 \\ufeff \n"
@@ -67,14 +68,21 @@ def reader(name: str, folder: Path) -> Reader:
 
 def _scenes(folder: Path) -> Reader:
     from pendpin import simulate
+    from pendpin.dynamics import Dynamics
+    from pendpin.model import build
     from pendpin.scene import Chain, Scene, Solver, load_scene
 
     def take(path: Path) -> None:
         scene = load_scene(path)
-        if isinstance(scene.model, Chain) and scene.model.count > 20:  # binding many rods takes its time
-            smaller = scene.model.model_copy(update={"rods": scene.model.rods[:20], "copies": 1})
-            scene = scene.model_copy(update={"model": smaller})
-        simulate(scene.model_copy(update={"duration": 0.0, "solver": Solver(engine=scene.solver.engine)}))
+        if isinstance(scene.model, Chain) and scene.model.count > MANY:  # all of it would take seconds
+            first = scene.model.model_copy(update={"rods": scene.model.rods[:MANY], "copies": 1})
+            Dynamics(build(first), ())
+        else:
+            simulate(
+                scene.model_copy(
+                    update={"duration": 0.0, "solver": Solver(method="dop853", engine=scene.solver.engine)}
+                )
+            )
 
     texts = [path.read_text() for path in sorted((ROOT / "examples").glob("*.toml"))]
     schema = json.dumps(Scene.model_json_schema())
@@ -85,16 +93,19 @@ def _scenes(folder: Path) -> Reader:
 def _urdfs(folder: Path) -> Reader:
     import numpy as np
 
+    from pendpin import simulate
     from pendpin.dynamics import Dynamics
     from pendpin.model import build
-    from pendpin.scene import Chain, Rod, UrdfModel
+    from pendpin.scene import Chain, Rod, Scene, UrdfModel
     from pendpin.urdf_chain import chain_urdf
 
     def take(path: Path) -> None:
-        dynamics = Dynamics(build(UrdfModel(path=path)), ())
+        model = UrdfModel(path=path)
+        dynamics = Dynamics(build(model), ())
         state = np.sin(1.0 + np.arange(len(dynamics.model.joints)))
         if not np.isfinite(dynamics.acceleration(0.0, state, state)).all():
             raise Finding("an acceleration that is not finite")
+        _draw(simulate(Scene(model=model, duration=0.0)))
 
     texts = [path.read_text() for path in sorted((ROOT / "urdf").glob("*.urdf"))]
     texts.append(chain_urdf(Chain(rods=(Rod(length=1.0, mass=1.0, radius=0.01, payload=0.2),), copies=2)))
@@ -104,17 +115,15 @@ def _urdfs(folder: Path) -> Reader:
 
 
 def _runs(folder: Path) -> Reader:
-    import pendpin.page
     from pendpin import simulate
     from pendpin.scene import Scene, builtin_scene, load_scene
-    from pendpin.scenery import drawing_of
     from pendpin.trajectory import Trajectory
 
     def take(path: Path) -> None:
         run = Trajectory.load(path)
         if run.sound < len(run.t):
             raise Finding("numbers that are not finite")
-        pendpin.page.contents(drawing_of(run))
+        _draw(run)
         run.energy(), run.imbalance, run.stats.setting
 
     def short(scene: Scene, **options: Any) -> bytes:
@@ -128,6 +137,13 @@ def _runs(folder: Path) -> Reader:
     ]
     words = "descr fortran_order shape <f8 >f8 |O <U1 <i8 |V8 True False None (3,) (3,2) () (-1,) (0,) kind chain urdf"
     return Reader("run.npz", [unpacked(seed) for seed in seeds], [*words.split(), *NUMBERS.split()], take)
+
+
+def _draw(run: Any) -> None:
+    from pendpin.page import contents
+    from pendpin.scenery import drawing_of
+
+    json.dumps(contents(drawing_of(run)), allow_nan=False)
 
 
 def _csvs(folder: Path) -> Reader:
@@ -221,20 +237,28 @@ def _members(data: bytes) -> list[tuple[str, bytes]]:
 
 
 def mutate_text(data: bytes, words: list[str], random: Random) -> bytes:
-    """Text with one piece replaced by a word, left out, doubled, or moved."""
-    pieces = re.findall(r"\w[\w.+-]*|\s+|.", data.decode(errors="surrogateescape")) or [""]
+    """Text with one number replaced, or one piece of it replaced by a word, left out, doubled, or moved."""
+    pieces = re.findall(r"[\w.+-]+|\s+|.", data.decode(errors="surrogateescape")) or [""]
+    numbers = [i for i, piece in enumerate(pieces) if re.search(r"\d", piece)]
     at, other = random.randrange(len(pieces)), random.randrange(len(pieces))
     length = min(len(pieces), 1 + int(random.expovariate(0.2)))
-    match random.randrange(5):
+    match random.randrange(10):
         case 0:
             pieces[at : at + length] = []
         case 1:
             pieces[other:other] = pieces[at : at + length]
         case 2:
             pieces[at] = pieces[other]
-        case _:
+        case 3 | 4:
             pieces[at] = random.choice(words)
+        case _ if numbers:
+            pieces[random.choice(numbers)] = random.choice([random.choice(NUMBERS.split()), _number(random)])
     return "".join(pieces).encode(errors="surrogateescape")
+
+
+def _number(random: Random) -> str:
+    """A number of any sign and size, most of them moderate."""
+    return f"{random.choice([-1, 1, 1]) * 10 ** random.gauss(0, random.choice([1, 1, 30])):.3g}"
 
 
 def mutate_zip(data: bytes, words: list[str], random: Random, mutate: Callable[[bytes], bytes]) -> bytes:
@@ -279,6 +303,9 @@ def search(name: str, minutes: float, folder: Path) -> None:
     import atheris
 
     with atheris.instrument_imports(include=INSTRUMENTED):
+        import pendpin.page  # with what draws: later imports are not instrumented
+        import pendpin.scenery  # noqa: F401
+
         target = reader(name, _fresh(folder / "files"))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     seeds, findings = _fresh(folder / "seeds"), _fresh(folder / "findings")
@@ -289,7 +316,9 @@ def search(name: str, minutes: float, folder: Path) -> None:
     def one(data: bytes) -> None:
         try:
             found = verdict(target, folder / "files", data)
-        except (Exception, Finding) as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # Rust's panics are no Exception
             found = "findings"
             _keep(error, data, findings, kinds)
         counts[found] += 1
@@ -300,6 +329,8 @@ def search(name: str, minutes: float, folder: Path) -> None:
         random = Random(seed)
         if random.random() < 0.2:
             return atheris.Mutate(data, most)
+        if random.random() < 0.3:  # most of what has been found by now is refused early
+            data = random.choice(target.seeds)
         if name == "npz":
             return mutate_zip(data, target.words, random, lambda part: atheris.Mutate(part, most))[:most]
         return mutate_text(data, target.words, random)[:most]
@@ -311,6 +342,7 @@ def search(name: str, minutes: float, folder: Path) -> None:
         f"-artifact_prefix={findings}/",
         "-max_len=32768",
         "-len_control=0",
+        "-mutate_depth=2",
         "-print_final_stats=1",
     ]
     atheris.Setup([sys.argv[0], *options, str(_fresh(folder / "corpus")), str(seeds)], one, custom_mutator=mutated)

@@ -120,11 +120,25 @@ def _case(name: str, scene: Content, urdf: Content = "") -> Case:
     return Case(name, ("run", "scene.toml"), "", {"scene.toml": scene, "rod.urdf": urdf}, 0)
 
 
+CSV_OF_WINDOWS = "\ufefft,x,y,z\r\n# m\r\n0,0,0,0\r\n\r\n 1 ,1e-1,.2,-0\r\n".encode()
+BY_CSV = edited(SCENE, (KIND, 'kind = "support"\ncsv = "path.csv"'))
+
 CASES = [
+    Case("csv: as Windows writes it", ("run", "scene.toml"), "", {"scene.toml": BY_CSV, "path.csv": CSV_OF_WINDOWS}, 0),
     *(_case(f"urdf: {name}", URDF_SCENE, edited(ROD, *edits)) for name, edits in URDFS.items()),
     *(_case(f"urdf: {name}", URDF_SCENE, urdf) for name, urdf in WHOLE_URDFS.items()),
     *(_case(f"scene: {name}", edited(SCENE, *edits)) for name, edits in SCENES.items()),
     *(_case(f"scene: {name}", scene) for name, scene in WHOLE_SCENES.items()),
     *(Case(f"place: {name}", ("run", place), "", {place: SCENE}, 0) for name, place in PLACES.items()),
 ]
-NAMED_CASES = [_case(f"name: {name}", URDF_SCENE, edited(ROD, *edits)) for name, edits in NAMES.items()]
+ROTOR = edited(
+    ROD,
+    (ROD[ROD.index("<visual>") : ROD.index('</link>\n  <joint name="mount')], ""),
+    ('<origin xyz="0 0 -0.5"/>', ""),
+    (ROD[ROD.index('<joint name="mount') : ROD.index(END)], ""),
+)
+NAMED_CASES = [
+    *(_case(f"name: {name}", URDF_SCENE, edited(ROD, *edits)) for name, edits in NAMES.items()),
+    _case("urdf: a rotor without a length", URDF_SCENE, ROTOR),
+    _case("scene: a disc without a length", edited(SCENE, (ROD_LINE, "{ length = 5e-324, mass = 1, radius = 0.1 }"))),
+]

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pendpin import effects
+    from pendpin.costs import cost
     from pendpin.crosschecks import crosscheck
     from pendpin.dynamics import Dynamics, bind
     from pendpin.errors import InputError, MissingLibrary, PendpinError, RunError
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "costs": ("cost",),
     "crosschecks": ("crosscheck",),
     "dynamics": ("Dynamics", "bind"),
     "errors": ("InputError", "MissingLibrary", "PendpinError", "RunError"),
@@ -38,6 +40,7 @@ __all__ = [
     "Trajectory",
     "UrdfModel",
     "bind",
+    "cost",
     "crosscheck",
     "effects",
     "load_scene",

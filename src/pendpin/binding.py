@@ -11,11 +11,24 @@ from typing import Any
 import numpy as np
 
 from pendpin.derivations.base import Array, Indices
-from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion
+from pendpin.effects import (
+    Bodies,
+    BodyEffect,
+    Drag,
+    Effect,
+    FieldEffect,
+    FrameEffect,
+    JointEffect,
+    Motion,
+    Motor,
+    Push,
+    Support,
+)
 from pendpin.engines import Loads
 from pendpin.errors import InputError, shown
 from pendpin.model import Model, find
 
+LATEST = 340  # digits: more than a time times a frequency can have before its point
 Torque = Callable[[float, Array, Array], Array]  # t, q, v (nv,) -> (nv,)
 Wrench = Callable[[float, Motion], tuple[Array, Array]]  # force, moment about com, (bodies, 3)
 
@@ -29,23 +42,32 @@ def bind_loads(model: Model, effects: Sequence[Effect], xp: Any = np, start: flo
     placed.sort(key=lambda pair: repr(pair[0]))
     ordered = [effect for effect, _ in placed]
     fields = [effect for effect in ordered if isinstance(effect, FieldEffect)]
-    varying = [partial(effect.field, xp=xp) for effect in fields if not effect.constant]
-    torques = [joint_torque(model, e, where, xp) for e, where in placed if isinstance(e, JointEffect)]
-    wrenches = [body_wrench(model, e, where, xp) for e, where in placed if isinstance(e, BodyEffect)]
+    varying = [since(start, effect, partial(effect.field, xp=xp)) for effect in fields if not effect.constant]
+    torques = [since(start, e, joint_torque(model, e, where, xp)) for e, where in placed if isinstance(e, JointEffect)]
+    wrenches = [since(start, e, body_wrench(model, e, where, xp)) for e, where in placed if isinstance(e, BodyEffect)]
     return Loads(
         sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3)),
-        since(start, _total(varying)),
-        since(start, _total(torques)),
-        since(start, _in_place(_total_wrench(wrenches), surroundings(ordered, xp))),
+        _total(varying),
+        _total(torques),
+        _in_place(_total_wrench(wrenches), surroundings(ordered, xp, start)),
         axial=any(effect.axial for effect in ordered if isinstance(effect, BodyEffect)),
     )
 
 
-def since(start: float, function: Any) -> Any:
-    """A function of time, or None, as one of the time since `start`, so that late times cost a run no digits."""
-    if function is None or start == 0:
-        return function
-    return lambda t, *state: function(start + t, *state)
+def since(start: float, effect: Effect, function: Any) -> Any:
+    """A function of time, of one effect, as one of the time since `start`, so that late times cost a run no digits."""
+    early = _in_first_period(start, effect)
+    return (lambda t, *state: function(early + t, *state)) if early else function
+
+
+def _in_first_period(start: float, effect: Effect) -> float:
+    """The time at which a sinusoid first has the phase that it has at `start`, in s; for other effects `start`."""
+    if not start or not isinstance(effect, Drag | Motor | Push | Support) or effect.frequency is None:
+        return start
+    from mpmath import mp, mpf
+
+    with mp.workdps(LATEST):
+        return float(mp.fmod(mpf(start) * mpf(effect.frequency), 2 * mp.pi) / effect.frequency)
 
 
 def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np) -> Torque:
@@ -105,19 +127,21 @@ def bodies_of(model: Model) -> Bodies:
     return Bodies(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
-def surroundings(effects: Sequence[Effect], xp: Any = np) -> Callable[[float, Motion], Motion]:
-    """A function that completes a motion by what all bodies share: gravity, and where the origin of W is."""
+def surroundings(effects: Sequence[Effect], xp: Any = np, start: float = 0.0) -> Callable[[float, Motion], Motion]:
+    """A function that completes a motion, at a time since `start`, by what all bodies share: gravity, and where W is."""
     frames = [effect for effect in effects if isinstance(effect, FrameEffect)]
     fields = [effect for effect in effects if isinstance(effect, FieldEffect) and not isinstance(effect, FrameEffect)]
     steady = sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3))
-    varying = [effect for effect in fields if not effect.constant]
+    varying = [since(start, effect, partial(effect.field, xp=xp)) for effect in fields if not effect.constant]
+    positions = [since(start, effect, partial(effect.position, xp=xp)) for effect in frames]
+    velocities = [since(start, effect, partial(effect.velocity, xp=xp)) for effect in frames]
 
     def complete(t: float, motion: Motion) -> Motion:
-        motion = motion._replace(gravity=sum((effect.field(t, xp) for effect in varying), steady))
+        motion = motion._replace(gravity=sum((field(t) for field in varying), steady))
         if not frames:
             return motion
-        pivot = sum((effect.position(t, xp) for effect in frames), np.zeros(3))
-        return motion._replace(pivot=pivot, pivot_velocity=sum((e.velocity(t, xp) for e in frames), np.zeros(3)))
+        pivot, velocity = (sum((part(t) for part in parts), np.zeros(3)) for parts in (positions, velocities))
+        return motion._replace(pivot=pivot, pivot_velocity=velocity)
 
     return complete
 

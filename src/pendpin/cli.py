@@ -6,8 +6,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pendpin.console import print_check, print_files, print_relevance, print_run, progress, waiting
-from pendpin.errors import InputError, PendpinError, RunError, inside, one_line
+from pendpin.console import (
+    print_check,
+    print_cost,
+    print_files,
+    print_hard,
+    print_relevance,
+    print_run,
+    progress,
+    waiting,
+)
+from pendpin.errors import Halted, InputError, PendpinError, RunError, inside, one_line
 from pendpin.terminal import drop_output, finish_output, prepare_streams, say
 
 if TYPE_CHECKING:
@@ -77,6 +86,8 @@ def run(
         float | None, typer.Option(help="The goal instead: largest tip error over the chain's length.")
     ] = None,
     limit: Annotated[float | None, typer.Option(min=0, help="End a run that takes longer, in s.")] = None,
+    checkpoint: Annotated[Path | None, typer.Option(help="Save the run's state here, and go on from it.")] = None,
+    every: Annotated[float, typer.Option(min=0, help="Time between two saves of the state, in s.")] = 5.0,
     out: Annotated[Path, typer.Option(help="Where the run is saved.")] = Path("run.npz"),
     html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
@@ -87,31 +98,40 @@ def run(
 ) -> None:
     """Simulate a scene, save the run, and say what it took and how far it can be trusted.
 
-    Without SCENE the built-in rod is run, and run.html and run.png are written beside run.npz.
+    Without SCENE the built-in rod is run, and run.html and run.png are written beside run.npz. A run with a checkpoint
+    that was killed or stopped goes on from it when the same command is given again.
     """
+    from pendpin.checkpoint import resumable
+    from pendpin.plot import picture_kind
     from pendpin.simulation import simulate
 
     chosen = _scene(scene)
     if scene is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")
-    _refuse_targets(scene, out, html, plot)
+    if plot:
+        picture_kind(plot)
+    _refuse_targets([out, html, plot, checkpoint], [scene, *_files_of(chosen)])
     options = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
     _check_options(chosen.solver, **options)
     if explain:
         _print_binding(chosen)
     stopped: RunError | None = None
-    with inside(_place(scene)), progress("integrating", chosen.duration, hidden=json) as watch:
-        _print_notes(chosen)
-        try:
-            trajectory = simulate(chosen, **options, ledger=ledger, watch=watch, limit=limit)
-        except RunError as error:
-            stopped, trajectory = error, error.partial
-    files = [trajectory.save(out)]
-    if plot:
-        files.append(_save_plot(trajectory, plot))
-    if html:
-        files.append(_write_page(trajectory, html))
-    print_run(trajectory, files, json)
+    with resumable(checkpoint):
+        with inside(_place(scene)), progress("integrating", chosen.duration, hidden=json) as watch:
+            _print_notes(chosen)
+            options |= {"ledger": ledger, "limit": limit, "checkpoint": checkpoint, "every": every}
+            try:
+                trajectory = simulate(chosen, **options, watch=watch)
+            except RunError as error:
+                stopped, trajectory = error, error.partial
+        files = [trajectory.save(out)]
+        if plot:
+            files.append(_save_plot(trajectory, plot))
+        if html:
+            files.append(_write_page(trajectory, html))
+        print_run(trajectory, files, json)
+    if checkpoint and not isinstance(stopped, Halted):
+        checkpoint.resolve().unlink(missing_ok=True)
     if stopped:
         raise stopped
     if view:
@@ -151,6 +171,7 @@ def view(
     from pendpin.trajectory import Trajectory
 
     trajectory = Trajectory.load(run)
+    _refuse_targets([html], [run])
     with inside(str(run)):
         if html is None:
             _show(trajectory)
@@ -166,7 +187,10 @@ def plot(
     """Draw a saved run: energy, angles and reactions against time."""
     from pendpin.trajectory import Trajectory
 
-    print_files([_save_plot(Trajectory.load(run), out or run.with_suffix(".png"))])
+    trajectory = Trajectory.load(run)
+    picture = out or run.with_suffix(".png")
+    _refuse_targets([picture], [run])
+    print_files([_save_plot(trajectory, picture)])
 
 
 @app.command()
@@ -184,6 +208,56 @@ def effects(
 
 
 @app.command()
+def cost(
+    scene: SceneFile = None,
+    methods: Annotated[str | None, typer.Option(help="Lanes, separated by commas; all if absent.")] = None,
+    accuracy: Annotated[
+        float, typer.Option(help="The tip error, over the chain's length, that is asked about.")
+    ] = 1e-9,
+    peers: Annotated[bool, typer.Option("--peers", help="Beside them MuJoCo, Drake and plain SciPy.")] = False,
+    budget: Annotated[float, typer.Option(min=0, help="The longest run of a lane, in s.")] = 2.0,
+    plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
+    json: Json = False,
+) -> None:
+    """Say what accuracy costs: error against time for every lane, the cheapest at each accuracy."""
+    from pendpin.cost_plot import save_cost_plot
+    from pendpin.costs import METHODS
+    from pendpin.costs import cost as measure
+    from pendpin.plot import picture_kind
+
+    chosen = _scene(scene)
+    if plot:
+        picture_kind(plot)
+        _refuse_targets([plot], [scene, *_files_of(chosen)])
+    with inside(_place(scene)), waiting("the reference", hidden=json) as told:
+        names = [name.strip() for name in methods.split(",")] if methods else METHODS
+        report = measure(chosen, methods=names, accuracy=accuracy, peers=peers, budget=budget, told=told)
+    print_cost(report, json)
+    if plot:
+        print_files([save_cost_plot(report, plot)])
+    if report.interrupted:
+        raise KeyboardInterrupt
+
+
+@app.command()
+def hard(
+    cases: Annotated[list[str] | None, typer.Argument(help="Names of cases; all if absent.")] = None,
+    short: Annotated[bool, typer.Option("--short", help="The short forms, as in the tests.")] = False,
+    json: Json = False,
+) -> None:
+    """Run the hard cases (docs/hard_cases.md), each on its lanes against its bound."""
+    from pendpin.hardcases import hard as run_cases
+
+    with waiting("the hard cases", hidden=json) as told:
+        report = run_cases(cases or (), full=not short, progress=told)
+    print_hard(report, json)
+    if report.stopped:
+        raise KeyboardInterrupt
+    if report.fault:
+        raise PendpinError(report.fault)
+
+
+@app.command()
 def urdf(
     scene: Annotated[Path, typer.Argument(help="Scene file (TOML) of a chain.")],
     out: Annotated[Path | None, typer.Option(help="Where to write it; to the terminal if absent.")] = None,
@@ -196,6 +270,7 @@ def urdf(
     model = _scene(scene).model
     if not isinstance(model, Chain):
         raise PendpinError(f"{scene}: model.kind: it is a URDF already, {model.path}")
+    _refuse_targets([out], [scene])
     text = chain_urdf(model)
     if out is None:
         print(text, end="")
@@ -232,19 +307,15 @@ def _check_options(solver: "Solver", **options: Any) -> None:
         raise typer.BadParameter(reason, param_hint=f"--{name}") from None
 
 
-def _refuse_targets(scene: Path | None, out: Path, html: Path | None, plot: Path | None) -> None:
-    """What cannot be written is said before the work is done."""
-    from pendpin.files import refuse_target
-    from pendpin.plot import picture_kind
+def _refuse_targets(targets: list[Path | None], sources: list[Path | None]) -> None:
+    """What cannot be written, or would take the place of what is read, is said before the work is done."""
+    from pendpin.files import refuse_targets
 
-    if plot:
-        picture_kind(plot)
-    seen: set[Path] = set()
-    for path in filter(None, (out, html, plot)):
-        target = refuse_target(path)
-        if target in seen or (scene and target.exists() and target.samefile(scene)):
-            raise PendpinError(f"{path}: this name is given twice; every file needs its own")
-        seen.add(target)
+    refuse_targets(filter(None, targets), list(filter(None, sources)))
+
+
+def _files_of(scene: "Scene") -> list[Path | None]:
+    return [getattr(scene.model, "path", None), *(getattr(effect, "csv", None) for effect in scene.effects)]
 
 
 def _print_notes(scene: "Scene") -> None:

@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pendpin.cost_report import CostReport, Curve
     from pendpin.crosschecks import Report
+    from pendpin.hardcases import Report as HardReport
     from pendpin.relevance import Relevance
     from pendpin.trajectory import Trajectory
 
@@ -15,16 +17,16 @@ LEAST_WIDTH = 60  # letters: on a narrower terminal the lines of a table go on b
 
 
 @contextmanager
-def waiting(what: str, hidden: bool) -> Iterator[None]:
-    """A sign of life on stderr, only where a person watches."""
+def waiting(what: str, hidden: bool) -> Iterator[Callable[[str], None]]:
+    """A sign of life on stderr, only where a person watches; what it is about can be told as it goes on."""
     from rich.console import Console
 
     console = Console(stderr=True)
     if hidden or not console.is_terminal:
-        yield
+        yield lambda what: None
         return
-    with console.status(what):
-        yield
+    with console.status(what) as status:
+        yield status.update
 
 
 @contextmanager
@@ -123,6 +125,55 @@ def print_relevance(found: "Relevance", as_json: bool) -> None:
         print(
             f"compared up to {found.horizon:.3g} s of {found.duration:g} s: beyond, the motion itself is known no better"
         )
+
+
+def print_cost(report: "CostReport", as_json: bool) -> None:
+    """Error against time: the time of every lane at some errors, the run that meets the one asked for, and words."""
+    from dataclasses import asdict
+
+    from pendpin.cost_report import time_text
+
+    if as_json:
+        print_json(asdict(report) | {"words": report.words})
+        return
+    errors = [error for error in (1e-3, 1e-6, 1e-9, 1e-12) if error >= report.error]
+    head = ["error:", *(f"{error:.0e}" for error in errors)]
+    asked = [f"{report.accuracy:g} by", "steps", "evals"]
+    print_table(head + asked, [_cost_row(curve, errors, report.accuracy) for curve in report.curves])
+    for curve in report.curves:
+        if curve.failures and not curve.points:
+            print(f"{curve.name} failed: {curve.failures[-1]}")
+    compiled = [f"{curve.name} {time_text(curve.compile_seconds)}" for curve in report.curves if curve.compile_seconds]
+    if compiled:
+        print(f"Compiling, on its own: {', '.join(compiled)}.")
+    for sentence in report.words:
+        print(sentence)
+    carried = ", ".join(f"{name} {number}" for name, number in report.versions.items())
+    print(f"{report.machine}; {carried}. Least of {report.repetitions} repetitions after a first; compiling apart.")
+
+
+def _cost_row(curve: "Curve", errors: list[float], accuracy: float) -> list[str]:
+    from pendpin.cost_report import time_text
+
+    times = (curve.seconds_at(error) for error in errors)
+    point = curve.point_at(accuracy)
+    unit = " s" if curve.kind == "step" else ""
+    asked = [f"{point.setting:.0e}{unit}", str(point.steps), str(point.evaluations)] if point else ["", "", ""]
+    return [curve.name, *("" if t is None else time_text(t) for t in times), *asked]
+
+
+def print_hard(report: "HardReport", as_json: bool) -> None:
+    """The hard cases, what was measured of each on each lane, and the claims that are broken."""
+    if as_json:
+        print_json(report.as_dict())
+        return
+    rows = [[o.case, o.lane, o.shown, f"{o.bound:.1e}", o.verdict, f"{o.seconds:.2f}"] for o in report.outcomes]
+    print_table(["case", "lane", "measured", "bound", "verdict", "seconds"], rows)
+    for outcome in report.outcomes:
+        if outcome.failure:
+            print(f"{outcome.case} on {outcome.lane}: {outcome.failure}")
+    claims = [outcome for outcome in report.outcomes if outcome.claimed]
+    print(f"{len(claims)} claims, {len(report.broken)} broken, {sum(o.seconds for o in report.outcomes):.0f} s")
 
 
 def _percent(share: float | None) -> str:

@@ -1,6 +1,7 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from importlib.util import find_spec
 from typing import Any, Literal
 
 import numpy as np
@@ -9,15 +10,28 @@ from pendpin import kinematics
 from pendpin.binding import bind_loads, chosen_joints
 from pendpin.contacts import Contacts, bind_contacts
 from pendpin.derivations.base import Array
+from pendpin.derivations.numbers import symbols
 from pendpin.effects import ContactEffect, Effect, FieldEffect, JointEffect
-from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
-from pendpin.errors import InputError
+from pendpin.engines import (
+    MAX_SPHERICAL,
+    AngleEngine,
+    Compiled,
+    Directions,
+    Engine,
+    Loads,
+    LongChain,
+    Revolute,
+    Spherical,
+)
+from pendpin.errors import InputError, MissingLibrary
 from pendpin.model import Model, build
 from pendpin.scene import Scene
+from pendpin.symbolic import right_hand_side
 from pendpin.trajectory import Reactions
 
 Form = Literal["any", "angles", "directions"]  # of the state
 
+MAX_COMPILED = 200  # joints: a hundred rods compile in some ten seconds
 ON_ANGLES = ("euler", "gauss2", "gauss4", "gauss6")  # methods whose state is q and its rates or momenta
 
 Potential = Callable[[Array, Array], Array]  # q (n, nv), poses (n, bodies, 4, 4) -> J (n,)
@@ -35,13 +49,28 @@ class Dynamics:
         self.model, self.start = model, start
         self.loads = bind_loads(model, effects, start=start)
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
-        self.engine = choose_engine(model, self.loads, engine, "angles" if touching else form)
+        if engine == "compiled":
+            self.engine: Engine = self._compiled(effects, form)
+        else:
+            self.engine = choose_engine(model, self.loads, engine, "angles" if touching else form)
         found = (potential_of(model, effect, f"effects[{i}]") for i, effect in enumerate(effects))
         self._potentials = [potential for potential in found if potential is not None]
         self.conservative = len(self._potentials) == len(effects)
         self.contacts: Contacts | None = None
         if touching and isinstance(self.engine, AngleEngine):
             self.contacts = bind_contacts(model, effects, self.engine)
+
+    def _compiled(self, effects: tuple[Effect, ...], form: Form) -> Engine:
+        """The equations in symbols, compiled. Raises InputError for what has no symbols, MissingLibrary for heyoka."""
+        if find_spec("heyoka") is None:
+            raise MissingLibrary("solver.engine: \"compiled\" needs heyoka: pip install 'pendpin[fast]'")
+        if len(self.model.joints) > MAX_COMPILED:
+            raise InputError(
+                f'solver.engine: "compiled" takes up to {MAX_COMPILED // 2} rods, or {MAX_COMPILED} joints'
+            )
+        refuse_kinks(effects, "solver.engine: compiled")
+        base = choose_engine(self.model, self.loads, "auto", "directions" if form == "any" else form)
+        return Compiled(base, right_hand_side(base, bind_loads(self.model, effects, symbols(), self.start)))
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
         """q'' (nv,) at time t. Raises InputError for arrays of another shape."""
@@ -80,6 +109,15 @@ def potential_of(model: Model, effect: Effect, where: str) -> Potential | None:
         if effect.potential(np.zeros(len(model.joints))[chosen]) is not None:
             return lambda q, poses: effect.potential(q[:, chosen])
     return None
+
+
+def refuse_kinks(effects: Sequence[Effect], what: str) -> None:
+    """Raise InputError for an effect that cannot be run on symbols."""
+    for i, effect in enumerate(effects):
+        if not effect.smooth:
+            raise InputError(
+                f"effects[{i}]: {effect.kind} is not smooth, as {what} needs it; dop853 on Pinocchio takes it"
+            )
 
 
 def choose_engine(model: Model, loads: Loads, name: str, form: Form = "any") -> Engine:

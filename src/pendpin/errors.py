@@ -27,6 +27,14 @@ class RunError(PendpinError):
         self.partial = partial
 
 
+class Halted(RunError):
+    """A run that was ended from outside (by the user, for lack of time or of room on the disk) and could go on."""
+
+
+class Interrupted(Halted):
+    """A run that the user stopped."""
+
+
 class MissingLibrary(PendpinError):
     """An optional library is needed and not installed; the message holds the command that brings it."""
 

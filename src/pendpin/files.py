@@ -1,10 +1,12 @@
 """Reading files no further than is sane, and writing them whole or not at all."""
 
 import os
+import sys
 import tempfile
 import warnings
 import zipfile
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from math import prod
@@ -18,6 +20,8 @@ from pendpin.errors import InputError, inside, shown
 
 MAX_HEADER_BYTES = 10_000
 MAX_ARRAYS_BYTES = 4_000_000_000  # what the arrays of one file may hold in all
+MAX_TEXT_BYTES = 400_000_000  # of that, as text; a scene of 100,000 rods takes a tenth
+MAX_ARRAYS = 1_000
 
 
 def read_whole(path: Path, most: int, what: str) -> bytes:
@@ -62,9 +66,18 @@ def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> Path:
     return path
 
 
-def refuse_target(path: Path) -> Path:
-    """The file that `write_whole` would write for this path; InputError if it could not: to know before the work."""
-    return _write(path, lambda file: None, keep=False)
+def refuse_targets(targets: Iterable[Path], sources: Iterable[Path]) -> None:
+    """Raise InputError if `write_whole` could not write to each of these paths: to know before the work is done.
+
+    Each needs a file of its own, and none that is read: what is in that would be lost.
+    """
+    seen: set[Path] = set()
+    for path in targets:
+        target = _write(path, lambda file: None, keep=False)
+        read = target.exists() and any(os.path.exists(source) and target.samefile(source) for source in sources)
+        if read or target in seen:
+            raise InputError(f"{path}: this name is given twice; every file needs its own")
+        seen.add(target)
 
 
 def _write(path: Path, write: Callable[[IO[bytes]], object], keep: bool) -> Path:
@@ -74,7 +87,9 @@ def _write(path: Path, write: Callable[[IO[bytes]], object], keep: bool) -> Path
         with tempfile.NamedTemporaryFile(dir=target.parent, prefix=f".{target.name[:16]}.", delete=False) as file:
             temporary = Path(file.name)
             write(file)
-        temporary.chmod(0o666 & ~_umask())
+            file.flush()
+            os.fsync(file.fileno())  # or a power cut could leave the new name with nothing in it
+        temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask())
         if keep:
             os.replace(temporary, target)
         return target
@@ -89,8 +104,12 @@ def _target(path: Path) -> Path:
     if "\0" in str(path):
         raise InputError(f"{path}: cannot be written: a null byte in the path")
     target = Path(os.path.realpath(path))
+    if target.is_symlink():
+        raise InputError(f"{path}: cannot be written: symbolic links that go round in a circle")
     if target.exists() and not target.is_file():
         raise InputError(f"{path}: cannot be written: it is a {_kind(target)}")
+    if target.exists() and not os.access(target, os.W_OK, effective_ids=os.access in os.supports_effective_ids):
+        raise InputError(f"{path}: cannot be written: it is write-protected")
     if not target.parent.is_dir():
         raise InputError(f"{path}: cannot be written: there is no folder {shown(str(path.parent))}")
     return target
@@ -115,10 +134,13 @@ class ArrayFile:
     def __init__(self, archive: zipfile.ZipFile) -> None:
         self._archive = archive
         names = [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
+        if twice := [name for name, count in Counter(names).items() if count > 1]:
+            raise ValueError(f"array {shown(twice[0])} is there twice")
+        if len(names) > MAX_ARRAYS:
+            raise ValueError(f"it holds {len(names)} arrays, more than {MAX_ARRAYS}")
         self.headers = {name: self._header(name) for name in names}
-        size = sum(header.dtype.itemsize * prod(header.shape) for header in self.headers.values())
-        if size > MAX_ARRAYS_BYTES:
-            raise ValueError(f"its arrays claim {size:.3g} bytes, more than {MAX_ARRAYS_BYTES:.3g}")
+        _refuse_large("arrays", self.headers.values(), MAX_ARRAYS_BYTES)
+        _refuse_large("texts", [x for x in self.headers.values() if x.dtype.kind == "U"], MAX_TEXT_BYTES)
 
     def header(self, name: str) -> Announced:
         """The type and shape of an array; ValueError if there is none of this name."""
@@ -130,7 +152,14 @@ class ArrayFile:
         """An array; ValueError if there is none of this name or its data are damaged."""
         self.header(name)
         with self._archive.open(f"{name}.npy") as member:
-            return np.lib.format.read_array(member, allow_pickle=False)
+            array = np.lib.format.read_array(member, allow_pickle=False)
+            if member.read(1):  # at the end its checksum is looked at
+                raise ValueError(f"array {name!r} is longer than its header says")
+        if array.dtype.kind == "U" and _letters(array).max(initial=0) > sys.maxunicode:
+            raise ValueError(
+                f"array {name!r} holds what is no text"
+            )  # Python would make a text of it that breaks others
+        return array
 
     def _header(self, name: str) -> Announced:
         with self._archive.open(f"{name}.npy") as member:
@@ -144,6 +173,16 @@ class ArrayFile:
         if dtype.hasobject or min(shape, default=0) < 0:
             raise ValueError(f"array {shown(name)} holds no plain numbers or text")
         return Announced(dtype, shape)
+
+
+def _letters(text: NDArray[Any]) -> NDArray[np.uint32]:
+    return np.frombuffer(text.astype(text.dtype.newbyteorder("=")).tobytes(), np.uint32)
+
+
+def _refuse_large(what: str, headers: Iterable[Announced], most: int) -> None:
+    size = sum(header.dtype.itemsize * prod(header.shape) for header in headers)
+    if size > most:
+        raise ValueError(f"its {what} claim {size:.3g} bytes, more than {most:.3g}")
 
 
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}

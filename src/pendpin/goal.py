@@ -12,7 +12,8 @@ from importlib.util import find_spec
 import numpy as np
 
 from pendpin.derivations.base import Array
-from pendpin.dynamics import bind
+from pendpin.dynamics import MAX_COMPILED, bind
+from pendpin.effects import BodyEffect
 from pendpin.engines import Watch
 from pendpin.errors import RunError
 from pendpin.kinematics import apart
@@ -20,17 +21,18 @@ from pendpin.kinematics import reach as length_of
 from pendpin.model import build, start_state
 from pendpin.runs import OFF_THE_BOOKS, run_scene
 from pendpin.scene import FIXED_METHODS, Scene, least_tolerance
-from pendpin.solvers import MAX_JOINTS, automatic
+from pendpin.solvers import ADAPTIVE, FEW_JOINTS, MAX_JOINTS, automatic, taylor_takes
 from pendpin.trajectory import Trajectory
 
-PACE = 0.75  # of the power with which errors fall; measured on smooth scenes: 0.9 to 1.1
+PACE = 0.85  # of the power with which errors fall; measured on smooth scenes: 0.9 to 1.1
 ORDERS = {"gauss2": 2, "gauss4": 4, "gauss6": 6, "rk4": 4, "euler": 1}  # in the step; 1 in the tolerance
-GUESS = 0.1  # tolerance over accuracy, at first; errors were 0.4 to 10 times the tolerance of dop853
-COARSER = 100.0  # the pilot's error over that of the first guess
-LOOSEST = 1e-3  # tolerance of a pilot
-FEW_JOINTS = 4  # up to which the Taylor lane is the fastest at every accuracy
+GUESS = {"taylor": 1.0}  # tolerance over accuracy, at first; 0.1 of the others, whose errors are larger
+COARSER = {"taylor": 1e4}  # the pilot's error over that of the first guess; 1000 of the others
+LOOSEST = 1e-2  # tolerance of a pilot
 FINE = 1e-12  # accuracies below are for the Taylor lane wherever it can
 FINEST = 1e6  # how much finer than the last the next run may be
+COMING = 5.0  # the time of the runs to come, over that of the pilot
+COMPILING = 0.02  # s a joint
 MOST_STEPS = 1e7  # of fixed size
 EPS = float(np.finfo(float).eps)
 
@@ -48,21 +50,22 @@ class _Way:
         """The setting with an error smaller by a factor."""
         return max(setting * factor ** (-1 / self.order), self.least)
 
-    def at(self, scene: Scene, setting: float) -> Scene:
-        """The scene with this setting."""
-        name = "step" if self.method in FIXED_METHODS else "tolerance"
-        return scene.model_copy(update={"solver": scene.solver.replaced(method=self.method, **{name: setting})})
-
 
 def reach(scene: Scene, ledger: bool, watch: Watch, limit: float | None) -> Trajectory:
     """The motion of a scene to the accuracy of its solver; as `simulate`, which see."""
     goal, way, length = scene.solver.accuracy or 0.0, _way(scene, ledger), length_of(build(scene.model))
+    scene = _compiled(scene, way.method) if _has_wrenches(scene) else scene
     begin, coarse = time.perf_counter(), way.first
-    before, setting = _run(way.at(scene, coarse), ledger, watch, limit), way.finer(coarse, COARSER)
+    before, setting = (
+        _run(scene.by(way.method, coarse), ledger, watch, limit),
+        way.finer(coarse, COARSER.get(way.method, 1e3)),
+    )
     spent = before.stats.seconds
+    if COMING * spent > COMPILING * len(before.joints):
+        scene = _compiled(scene, way.method)
     while True:
         left = None if limit is None else limit - (time.perf_counter() - begin)
-        run = _run(way.at(scene, setting), ledger, watch, left)
+        run = _run(scene.by(way.method, setting), ledger, watch, left)
         gap, rounding = _gap(before, run, length, len(scene.times)), EPS * run.stats.steps
         error, spent = float(gap.max()) * (setting / coarse) ** (PACE * way.order) + rounding, spent + run.stats.seconds
         run = replace(run, stats=replace(run.stats, accuracy=goal, error=error, all_seconds=spent))
@@ -72,6 +75,21 @@ def reach(scene: Scene, ledger: bool, watch: Watch, limit: float | None) -> Traj
             raise RunError(_missed(goal, run, gap), run)
         factor = float(np.clip(2 * error / goal, 10, FINEST))
         before, coarse, setting = run, setting, way.finer(setting, factor)
+
+
+def _compiled(scene: Scene, method: str) -> Scene:
+    """The scene on compiled equations, where it and its method take them."""
+    smooth = all(effect.smooth for effect in scene.effects)
+    if not (smooth and method in ADAPTIVE and scene.solver.engine == "auto" and find_spec("heyoka")):
+        return scene
+    if len(build(scene.model).joints) > MAX_COMPILED:
+        return scene
+    return scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": "compiled"})})
+
+
+def _has_wrenches(scene: Scene) -> bool:
+    """Whether an evaluation computes what acts on the bodies, which takes far longer than all else."""
+    return any(isinstance(effect, BodyEffect) for effect in scene.effects)
 
 
 def _gap(coarse: Trajectory, fine: Trajectory, length: float, count: int) -> Array:
@@ -103,11 +121,10 @@ def _way(scene: Scene, ledger: bool) -> _Way:
     solver, goal = scene.solver, scene.solver.accuracy or 0.0
     method = solver.method if solver.method != "auto" else _fastest(scene, ledger)
     if method in FIXED_METHODS:
-        pilot = scene.model_copy(update={"solver": solver.replaced(method="dop853", tolerance=LOOSEST)})
-        steps = run_scene(pilot, ledger=False, watch=lambda t: None).stats.steps
+        steps = run_scene(scene.by("dop853", LOOSEST), ledger=False, watch=lambda t: None).stats.steps
         return _Way(method, ORDERS[method], scene.duration / max(steps, 1), scene.duration / MOST_STEPS)
     least = least_tolerance(method)
-    return _Way(method, 1.0, min(COARSER * max(GUESS * goal, least), LOOSEST), least)
+    return _Way(method, 1.0, min(COARSER.get(method, 1e3) * max(GUESS.get(method, 0.1) * goal, least), LOOSEST), least)
 
 
 def _fastest(scene: Scene, ledger: bool) -> str:
@@ -115,6 +132,4 @@ def _fastest(scene: Scene, ledger: bool) -> str:
     dynamics, goal = bind(scene), scene.solver.accuracy or 0.0
     found = automatic(dynamics, *start_state(dynamics.model, scene.start), scene.duration)
     few = MAX_JOINTS if goal < FINE else FEW_JOINTS
-    smooth = all(effect.smooth for effect in scene.effects) and len(dynamics.model.joints) <= few
-    free = scene.solver.engine == "auto" and not ledger and find_spec("heyoka") is not None
-    return "taylor" if found == "dop853" and smooth and free else found
+    return "taylor" if found == "dop853" and taylor_takes(scene, dynamics, ledger, few) else found

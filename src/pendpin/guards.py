@@ -6,7 +6,7 @@ import numpy as np
 
 from pendpin.derivations.base import Array
 from pendpin.engines import Watch
-from pendpin.errors import RunError
+from pendpin.errors import Halted
 from pendpin.trajectory import Trajectory
 
 WINDOW = 5.0  # s of wall time between two looks at how far a run gets
@@ -16,7 +16,7 @@ ROUNDING = 1e-9  # of the energies themselves, which may be large where little m
 
 
 class Patience:
-    """A watch that passes the time on, and raises RunError where a run takes over `limit` s or would take days."""
+    """A watch that passes the time on, and raises Halted where a run takes over `limit` s or would take days."""
 
     def __init__(self, duration: float, limit: float | None, watch: Watch) -> None:
         self._duration, self._limit, self._watch = duration, limit, watch
@@ -28,18 +28,18 @@ class Patience:
         now = time.perf_counter()
         self._reached = max(self._reached, t)
         if self._limit is not None and now - self._begin > self._limit:
-            raise RunError(f"it takes over {self._limit:g} s")
+            raise Halted(f"it takes over {self._limit:g} s")
         if now - self._marked > WINDOW:
             self._refuse_days(now)
 
     def _refuse_days(self, now: float) -> None:
-        """Raise RunError if the rest, at the pace of the last window, takes longer than anyone waits."""
+        """Raise Halted if the rest, at the pace of the last window, takes longer than anyone waits."""
         gained, took = self._reached - self._before, now - self._marked
         rest = self._duration - self._reached
         if rest * took > LONGEST * gained:
             days = rest * took / gained / LONGEST if gained > 0 else np.inf
             how_long = f"about {days:.0e} days" if np.isfinite(days) else "for ever"
-            raise RunError(f"at its pace of {gained:.1e} s in {took:.0f} s the rest takes {how_long}")
+            raise Halted(f"at its pace of {gained:.1e} s in {took:.0f} s the rest takes {how_long}")
         self._marked, self._before = now, self._reached
 
 

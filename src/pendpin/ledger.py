@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pendpin.binding import bodies_of, body_wrench, joint_torque, surroundings
+from pendpin.binding import bodies_of, body_wrench, joint_torque, since, surroundings
 from pendpin.derivations.base import Array
 from pendpin.dynamics import Dynamics, Potential, potential_of
 from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
@@ -17,11 +17,10 @@ class Ledger:
     """The books of one scene: an account for each kind of effect."""
 
     def __init__(self, dynamics: Dynamics, effects: Sequence[Effect]) -> None:
-        self._start = dynamics.start
         self.kinds = tuple(dict.fromkeys(effect.kind for effect in effects))
         self._powers: list[tuple[int, Power]] = []
         self._potentials: list[tuple[int, Potential]] = []
-        complete = surroundings(effects)
+        complete = surroundings(effects, start=dynamics.start)
         for i, effect in enumerate(effects):
             account = self.kinds.index(effect.kind)
             if (potential := potential_of(dynamics.model, effect, f"effects[{i}]")) is not None:
@@ -33,7 +32,7 @@ class Ledger:
         """The power of each account (kinds,) in W, at a state of the engine, of what has no potential; t as its own."""
         out = np.zeros(len(self.kinds))
         for account, power in self._powers:
-            out[account] += power(self._start + t, y)
+            out[account] += power(t, y)
         return out
 
     def booked(self, derivative: Derivative, size: int) -> Derivative:
@@ -55,15 +54,16 @@ class Ledger:
 
 
 def _power(dynamics: Dynamics, effect: Effect, where: str, complete: Callable[[float, Motion], Motion]) -> Power:
-    model, engine = dynamics.model, dynamics.engine
+    model, engine, start = dynamics.model, dynamics.engine, dynamics.start
     bodies, nv = bodies_of(model), len(model.joints)
     if isinstance(effect, JointEffect):
-        torque = joint_torque(model, effect, where)
+        torque = since(start, effect, joint_torque(model, effect, where))
         return lambda t, y: float(torque(t, y[:nv], y[nv:]) @ y[nv:])
     if isinstance(effect, FieldEffect):
-        return lambda t, y: float(bodies.mass @ (_centre_velocities(bodies.com, engine.motion(y)) @ effect.field(t)))
+        field = since(start, effect, effect.field)
+        return lambda t, y: float(bodies.mass @ (_centre_velocities(bodies.com, engine.motion(y)) @ field(t)))
     assert isinstance(effect, BodyEffect)
-    wrench = body_wrench(model, effect, where)
+    wrench = since(start, effect, body_wrench(model, effect, where))
 
     def power(t: float, y: Array) -> float:
         motion = engine.motion(y)

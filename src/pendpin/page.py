@@ -50,11 +50,16 @@ def page(drawing: Drawing, *, live: bool = False) -> str:
         "style": _own("player.css"),
         "licenses": _viewer("main.min.js.LICENSE.txt"),
         "viewer": _viewer("main.min.js"),
-        "drawing": json.dumps(contents(drawing) | {"live": live}, separators=(",", ":")).replace("<", "\\u003c"),
+        "drawing": _json(contents(drawing) | {"live": live}),
         "scene": _own("scene.js"),
         "player": _own("player.js"),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], _own("page.html"))
+
+
+def _json(value: Any) -> str:
+    """JSON that may stand in a page; NaN, which a browser would not read, raises ValueError."""
+    return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
 def contents(drawing: Drawing) -> dict[str, Any]:
@@ -200,6 +205,8 @@ def _mesh_file(path: Path) -> dict[str, Any]:
 
 
 def _floats(values: Array) -> str:
+    if (np.abs(values) > np.finfo("f4").max).any():
+        raise InputError(f"times or lengths beyond {np.finfo('f4').max:.2g} s or m cannot be drawn in a browser")
     return _base64(values.astype("<f4").tobytes())
 
 

@@ -149,7 +149,7 @@ class Solver(Record):
     """
 
     method: Method = "auto"
-    engine: Literal["auto", "pinocchio", "chain"] = "auto"
+    engine: Literal["auto", "pinocchio", "chain", "compiled"] = "auto"
     accuracy: Annotated[Positive, Field(le=0.1)] | None = Field(
         None, description="the goal: largest tip error over the run, over the chain's length"
     )
@@ -226,6 +226,11 @@ class Scene(Record):
         """The output times, (n,) in s since the start: evenly spaced from 0 to duration, both ends included."""
         count = self.solver.samples or round(SAMPLES_PER_SECOND * self.duration) + 1
         return np.linspace(0.0, self.duration, count)
+
+    def by(self, method: str, setting: float) -> Self:
+        """The scene with a method and its setting, a tolerance or a step. Raises InputError where they do not fit."""
+        name = "step" if method in FIXED_METHODS else "tolerance"
+        return self.model_copy(update={"solver": self.solver.replaced(method=method, **{name: setting})})
 
     @model_validator(mode="after")
     def _samples_fit(self) -> Self:

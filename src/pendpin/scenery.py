@@ -1,5 +1,6 @@
 """From a run to what is drawn: the solids of its model, their poses over time, the trail of the last tip."""
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -49,15 +50,17 @@ def _rod_shapes(model: Model, extent: float) -> Iterator[Shape]:
     yield Shape("box", (12 * thick, 12 * thick, thick), _at(0, 0, 3.5 * thick), STEEL, WORLD)
     for index, body in enumerate(model.bodies):
         radius = max(body.radius, thick * (0.4 if many else 1.0))
-        yield _rod(body, index, radius, COPPER if index % 2 == 0 else BRASS)
-        if not many:
+        long = any(body.tip)  # a rotor about its own centre is not
+        if long:
+            yield _rod(body, index, radius, COPPER if index % 2 == 0 else BRASS)
+        if not (many and long):
             yield Shape("sphere", (1.5 * radius,), np.eye(4), STEEL, index)
     if model.bodies:
         yield Shape("sphere", (1.5 * thick,), _at(*model.bodies[-1].tip), STEEL, len(model.bodies) - 1)
 
 
 def _rod(body: Body, index: int, radius: float, color: int) -> Shape:
-    length = float(np.linalg.norm(body.tip))
+    length = math.hypot(*body.tip)  # the norm of a tiny vector is 0
     placement = np.eye(4)
     placement[:3, :3] = _frame_along(body.tip / length)
     placement[:3, 3] = body.tip / 2

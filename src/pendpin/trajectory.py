@@ -150,17 +150,17 @@ _ARRAYS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tip")
 def _checked(file: ArrayFile) -> dict[str, Any]:
     """The fields of a Trajectory from a file's arrays; ValueError where they do not fit together."""
     scene, stats = _read_meta(file)
-    joints = tuple(str(name) for name in _read(file, "joints", ("joints",), text=True))
+    joints = tuple(str(name) for name in read_array(file, "joints", ("joints",), text=True))
     n, nv, rods = _length(file, "t", 0), len(joints), _length(file, "tip", 1)
     shapes = {"t": (n,), "q": (n, nv), "v": (n, nv), "a": (n, nv), "wrench": (n, nv, 6)}
     shapes |= {"kinetic": (n,), "potential": (n,), "tip": (n, rods, 3)}
-    found: dict[str, Any] = {name: _read(file, name, shape) for name, shape in shapes.items()}
+    found: dict[str, Any] = {name: read_array(file, name, shape) for name, shape in shapes.items()}
     if np.any(np.diff(found["t"]) <= 0):
         raise ValueError("array 't' does not rise")
     universal = (n, _length(file, "R1", 1)) if "R1" in file.headers else None
-    reactions = Reactions(*(_read(file, name, universal) for name in Reactions._fields)) if universal else None
+    reactions = Reactions(*(read_array(file, name, universal) for name in Reactions._fields)) if universal else None
     kinds = [name.removeprefix("work_") for name in file.headers if name.startswith("work_")]
-    work = {kind: _read(file, f"work_{kind}", (n,)) for kind in kinds}
+    work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
     return found | {"joints": joints, "rods": reactions, "work": work, "stats": stats, "scene": scene}
 
 
@@ -171,7 +171,7 @@ def _length(file: ArrayFile, name: str, axis: int) -> int:
     return shape[axis]
 
 
-def _read(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = False) -> NDArray[Any]:
+def read_array(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = False) -> NDArray[Any]:
     """An array of finite numbers of this shape, or a list of texts; refused by its header before it is read."""
     dtype, found = file.header(name)
     if text and dtype.kind == "U" and len(found) == len(shape) and all(found):
@@ -186,7 +186,7 @@ def _read(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = False
 
 
 def _read_meta(file: ArrayFile) -> tuple[dict[str, Any], Stats]:
-    meta = json.loads(str(_read(file, "meta", (), text=True)))
+    meta = json.loads(str(read_array(file, "meta", (), text=True)))
     if not isinstance(meta, dict) or meta.get("format") != FORMAT:
         raise ValueError("its format is of another version of pendpin")
     scene = meta.get("scene")

@@ -170,7 +170,9 @@ def _relative(rods: Rods, linear: Array, step: Step, x: Array, turn: Array) -> f
     """
     at_work = np.abs(linear).max(0)
     forces = _share(rods.n, step.x[:3], x[:3], rods.m * at_work)
-    return max(forces, _share(rods.n, step.turn, turn, at_work / (np.abs(rods.h) + np.abs(rods.k))))
+    with np.errstate(over="ignore"):  # levers next to nothing
+        turning = at_work / (np.abs(rods.h) + np.abs(rods.k))
+    return max(forces, _share(rods.n, step.turn, turn, turning))
 
 
 def _share(n: int, change: Array, x: Array, floor: Array) -> float:

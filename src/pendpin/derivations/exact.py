@@ -27,9 +27,7 @@ def planar(angle0: float, rate0: float, reduced_length: float, g: float, t: Arra
         return np.array([float(angle(mpf(float(x)))) for x in np.atleast_1d(t)])
 
 
-def spherical(
-    direction0: Array, rate0: Array, reduced_length: float, g: float, t: Array
-) -> np.ndarray:
+def spherical(direction0: Array, rate0: Array, reduced_length: float, g: float, t: Array) -> np.ndarray:
     """Unit direction from the joint to the mass at times t, (n, 3) in W, z up; rate0 (3,) is its derivative, 1/s.
 
     direction0 is normalised, and of rate0 the part across it is taken.

@@ -25,7 +25,7 @@ class Effect(Record):
 
     @property
     def smooth(self) -> bool:
-        """Whether it has all derivatives and needs no more than xp: False keeps a scene off the Taylor lane."""
+        """Whether it has all derivatives and needs no more than xp: False keeps it from being run on symbols."""
         return True
 
     def check(self, begin: float, end: float) -> None:

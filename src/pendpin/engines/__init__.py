@@ -2,6 +2,7 @@
 
 from pendpin.engines.base import WATCH_EVERY, AngleEngine, Derivative, Engine, Loads, Sample, Watch
 from pendpin.engines.canonical import Canonical, CanonicalForm
+from pendpin.engines.compiled import Compiled, Symbolic
 from pendpin.engines.long_chain import LongChain
 from pendpin.engines.revolute import Revolute
 from pendpin.engines.thin import MAX_SPHERICAL, Directions, Spherical
@@ -12,6 +13,7 @@ __all__ = [
     "AngleEngine",
     "Canonical",
     "CanonicalForm",
+    "Compiled",
     "Derivative",
     "Directions",
     "Engine",
@@ -20,5 +22,6 @@ __all__ = [
     "Revolute",
     "Sample",
     "Spherical",
+    "Symbolic",
     "Watch",
 ]

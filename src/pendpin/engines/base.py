@@ -43,6 +43,7 @@ class Engine(ABC):
     """One way to compute a model's motion: its own state y, its own equations."""
 
     name: str
+    compile_seconds: float = 0.0
 
     def __init__(self, model: Model, loads: Loads) -> None:
         self.model, self.loads = model, loads

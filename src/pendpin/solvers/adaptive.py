@@ -7,7 +7,7 @@ import numpy as np
 
 from pendpin.derivations.base import Array
 from pendpin.engines import Derivative
-from pendpin.solvers.base import Lane, Stretch
+from pendpin.solvers.base import Lane, Memory, Stretch
 
 NAMES = {"dop853": "DOP853", "rk45": "RK45", "rk23": "RK23", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 NOT_FINITE = "the acceleration is not a finite number"
@@ -28,9 +28,11 @@ class Adaptive(Lane):
             self.library, self._solve, self._cyrk_solve = "CyRK", self._cyrk, CyRK.pysolve_ivp
         self.version = version(self.library)
 
-    def integrate(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
+    def integrate(
+        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+    ) -> Stretch:
         """As `Lane.integrate`."""
-        return self._solve(derivative, y, times, first_step)
+        return self._solve(derivative, y, times, first_step and min(first_step, (times[-1] - times[0]) / 2))
 
     def _cyrk(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
         result = self._cyrk_solve(

@@ -1,11 +1,14 @@
 """What every lane offers."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 from pendpin.derivations.base import Array
 from pendpin.engines import Derivative, Engine, Watch
+from pendpin.errors import RunError
+
+Memory = Mapping[str, Array]  # what a lane carries from stretch to stretch
 
 
 @dataclass(frozen=True)
@@ -15,6 +18,7 @@ class Stretch:
     y: Array  # (n, 2 nv); shorter than the times where the lane had to stop
     steps: int
     failure: str | None = None  # why the lane had to stop
+    memory: Memory = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,15 +36,15 @@ class Run:
     seconds: float
     library: str
     version: str
-    failure: str | None = None  # why it ended before its time
-    interrupted: bool = False
     compile_seconds: float = 0.0
+    failure: str | None = None  # why it ended before its time
+    ended: type[RunError] = RunError  # what a failure is
 
     def cut(self, count: int, why: str) -> "Run":
         """The run up to so many samples, and why it ends there."""
         torque = None if self.torque is None else self.torque[:count]
         arrays = {"t": self.t[:count], "q": self.q[:count], "v": self.v[:count], "work": self.work[:count]}
-        return replace(self, **arrays, torque=torque, failure=why)
+        return replace(self, **arrays, torque=torque, failure=why, ended=RunError)
 
 
 class Lane(ABC):
@@ -57,6 +61,15 @@ class Lane(ABC):
         """
         return engine.derivative(watch)
 
+    def memory(self, y: Array) -> Memory:
+        """What the lane carries from stretch to stretch, beside the state, when it starts at y; always of one shape."""
+        return {}
+
     @abstractmethod
-    def integrate(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
-        """The states at `times` (n,), from y at times[0]; `first_step` in s is a proposal, where there is one."""
+    def integrate(
+        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+    ) -> Stretch:
+        """The states at `times` (n,), from y at times[0]; `first_step` in s is a proposal, where there is one.
+
+        `memory` is that of the stretch before, if there was one; it may hold more.
+        """

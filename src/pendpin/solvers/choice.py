@@ -1,5 +1,8 @@
 """From a scene's solver to its lane."""
 
+from importlib.util import find_spec
+from typing import Literal
+
 import numpy as np
 
 from pendpin.derivations.base import Array
@@ -14,6 +17,10 @@ from pendpin.solvers.taylor import Taylor
 
 LARGE = 100  # numbers in a state, above which no slopes are looked at
 STIFF = 3e5  # decay rate times duration, above which explicit steps are too many (about 6 of it to a step of dop853)
+LONG = (
+    1e5  # rad that the fastest motion goes through, from where on the Taylor lane is ten times as fast and keeps more
+)
+FEW_JOINTS = 4  # up to which it is
 OVERDAMPED = 0.5  # decay over the fastest rate: what swings as fast as it decays has to be followed anyway
 
 
@@ -34,10 +41,19 @@ def lane_for(scene: Scene, dynamics: Dynamics) -> Lane:
     return Adaptive(method, solver.tolerance)
 
 
-def automatic(dynamics: Dynamics, q: Array, v: Array, duration: float) -> AdaptiveMethod:
+def taylor_takes(scene: Scene, dynamics: Dynamics, ledger: bool, most: int = FEW_JOINTS) -> bool:
+    """Whether the Taylor lane is there and takes a scene of up to `most` joints."""
+    few = len(dynamics.model.joints) <= most and all(effect.smooth for effect in scene.effects)
+    return few and scene.solver.engine == "auto" and not ledger and find_spec("heyoka") is not None
+
+
+def automatic(
+    dynamics: Dynamics, q: Array, v: Array, duration: float, taylor: bool = False
+) -> AdaptiveMethod | Literal["taylor"]:
     """The method where none is named: dop853, or radau where something decays too fast to be followed in its steps.
 
-    What decays is read off the eigenvalues of the equations' slopes at the start.
+    What decays is read off the eigenvalues of the equations' slopes at the start. `taylor` says whether that lane takes
+    the scene: then it is the method over long horizons.
     """
     y = dynamics.engine.pack(q, v)
     if len(y) > LARGE:
@@ -47,7 +63,9 @@ def automatic(dynamics: Dynamics, q: Array, v: Array, duration: float) -> Adapti
         return "dop853"
     rates = np.linalg.eigvals(slopes)
     decay, fastest = -rates.real.min(), np.abs(rates).max()
-    return "radau" if decay * duration > STIFF and decay > OVERDAMPED * fastest else "dop853"
+    if decay * duration > STIFF and decay > OVERDAMPED * fastest:
+        return "radau"
+    return "taylor" if taylor and fastest * duration > LONG else "dop853"
 
 
 def _slopes(dynamics: Dynamics, y: Array) -> Array:

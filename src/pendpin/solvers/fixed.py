@@ -3,15 +3,17 @@
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from pendpin.derivations.base import Array
-from pendpin.engines import AngleEngine, Derivative, Engine, Watch
+from pendpin.engines import AngleEngine, Compiled, Derivative, Engine, Symbolic, Watch
 from pendpin.errors import InputError, shown
 from pendpin.solvers.adaptive import NOT_FINITE
-from pendpin.solvers.base import Lane, Stretch
+from pendpin.solvers.base import Lane, Memory, Stretch
 
 MAX_STEPS = 1e9
 LOOK_EVERY = 1024  # steps between two looks whether the numbers are finite
@@ -41,16 +43,18 @@ class FixedStep(Lane):
     def __init__(self, step: float) -> None:
         self.step, self.library, self.version = step, "numpy", np.__version__
 
-    def integrate(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
+    def integrate(
+        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+    ) -> Stretch:
         """As `Lane.integrate`."""
         y = np.array(y)
         advance, states, steps = self.advancing(derivative, y), [y.copy()], 0
         for start, count, h in intervals(times, self.step):
             for i in range(count):
-                if not i % LOOK_EVERY and not np.isfinite(y).all():
-                    return Stretch(np.array(states), steps, NOT_FINITE)
+                if i and not i % LOOK_EVERY and not np.isfinite(y).all():
+                    break
                 advance(start + i * h, h)
-                steps += 1
+            steps += count
             if not np.isfinite(y).all():
                 return Stretch(np.array(states), steps, NOT_FINITE)
             states.append(y.copy())
@@ -62,10 +66,22 @@ class FixedStep(Lane):
 
 
 class RungeKutta4(FixedStep):
-    """The classical method of four stages, order 4 (W. Kutta 1901), on any engine's state."""
+    """The classical method of four stages, order 4 (W. Kutta 1901), on any engine's state.
+
+    On a compiled engine a whole step is compiled.
+    """
+
+    def equations(self, engine: Engine, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
+        """As `Lane.equations`."""
+        self._leap = engine.compiled(partial(_classical, engine.right)) if isinstance(engine, Compiled) else None
+        self._watch, self._leaps = watch, 0
+        derivative, calls = engine.derivative(watch)
+        return derivative, lambda: calls() + 4 * self._leaps
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
         """As `FixedStep.advancing`."""
+        if self._leap is not None and len(y) == self._leap.nouts:
+            return self._leaping(y)
         k1, k2, k3, k4, inner = (np.empty_like(y) for _ in range(5))
 
         def stage(k: Array, t: float, before: Array, h: float) -> None:
@@ -81,6 +97,28 @@ class RungeKutta4(FixedStep):
             y[:] += h / 6 * (k1 + 2 * (k2 + k3) + k4)
 
         return advance
+
+    def _leaping(self, y: Array) -> Advance:
+        leap, before, step = self._leap, y.copy(), np.empty(1)
+        assert leap is not None
+
+        def advance(t: float, h: float) -> None:
+            step[0], before[:] = h, y
+            leap(before, outputs=y, pars=step, time=t)
+            self._leaps += 1
+            if not self._leaps % LOOK_EVERY:
+                self._watch(t)
+
+        return advance
+
+
+def _classical(right: Symbolic, t: Any, y: Array, h: Any) -> Array:
+    """A step of the classical method on symbols."""
+    k1 = right(t, y)
+    k2 = right(t + h / 2, y + h / 2 * k1)
+    k3 = right(t + h / 2, y + h / 2 * k2)
+    k4 = right(t + h, y + h * k3)
+    return y + h / 6 * (k1 + 2 * (k2 + k3) + k4)
 
 
 class SemiImplicitEuler(FixedStep):

@@ -17,11 +17,12 @@ from scipy.linalg import get_lapack_funcs
 from pendpin.derivations.base import Array
 from pendpin.engines import Canonical, CanonicalForm, Derivative, Engine, Revolute, Watch
 from pendpin.errors import InputError
-from pendpin.solvers.base import Lane, Stretch
+from pendpin.solvers.base import Lane, Memory, Stretch
 from pendpin.solvers.fixed import LOOK_EVERY, intervals
 
 STAGES = {"gauss2": 1, "gauss4": 2, "gauss6": 3}
 MOST_ITERATIONS = 40
+STEPS = 2  # whose stages are kept, to guess the next from
 PATIENCE = 8  # iterations with the first matrix; then each has its own
 UNSOLVED = "the stage equations are not solved"
 EPS = np.finfo(float).eps
@@ -88,14 +89,19 @@ class Gauss(Lane):
                 "solver.method: gauss2, gauss4 and gauss6 need Pinocchio's equations, in solver.engine too"
             )
         self._form, self._watch, self._nv = CanonicalForm(engine), watch, len(engine.model.joints)
-        self._state, self._reached, self._calls = _State.at(np.zeros(0), np.zeros(0)), None, 0
+        self._calls = 0
         return engine.derivative(lambda t: None)[0], lambda: self._calls
 
-    def integrate(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
+    def memory(self, y: Array) -> Memory:
+        """As `Lane.memory`: positions and momenta, what their sums have lost, and the last stages."""
+        q, v = y[: self._nv], y[self._nv : 2 * self._nv]
+        return _State.at(q, self._form.momentum(q, v), len(self.rule.b)).memory
+
+    def integrate(
+        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+    ) -> Stretch:
         """As `Lane.integrate`; what is integrated beside the motion goes by the same rule."""
-        q, v, others = np.split(y, [self._nv, 2 * self._nv])
-        if self._reached is None or not np.array_equal(self._reached, y[: 2 * self._nv]):
-            self._state = _State.at(q, self._form.momentum(q, v))
+        self._state, others = _State.recalled(memory or self.memory(y)), y[2 * self._nv :]
         states, steps = [np.array(y)], 0
         for start, count, h in intervals(times, self.step):
             for i in range(count):
@@ -110,8 +116,7 @@ class Gauss(Lane):
                 steps += 1
             q = self._state.q
             states.append(np.concatenate([q, self._form.velocity(q, self._state.p), others]))
-        self._reached = states[-1][: 2 * self._nv].copy()
-        return Stretch(np.array(states), steps)
+        return Stretch(np.array(states), steps, None, self._state.memory)
 
     def _solve(self, t: float, h: float) -> "_Stages | None":
         """The stages of the step from t, or None where the iteration does not converge."""
@@ -139,9 +144,11 @@ class Gauss(Lane):
         return None
 
     def _guess(self) -> Array:
-        """The velocities at the stages, from the polynomial through those of the last two steps."""
+        """The velocities at the stages, from the polynomial through those of the last steps."""
         past = self._state.past
-        return extrapolation(len(self.rule.b), len(past)) @ np.concatenate(past) if past else self._start()
+        if not len(past):
+            return self._start()
+        return extrapolation(len(self.rule.b), len(past)) @ past.reshape(-1, self._nv)
 
     def _start(self) -> Array:
         """The velocities at the start of the step, for all stages."""
@@ -185,15 +192,28 @@ class _Stages(NamedTuple):
 
 
 class _State:
-    """Positions and momenta, what their sums have lost to rounding so far, and the last stages."""
+    """Positions and momenta, what their sums have lost to rounding so far, and the stages of the last steps."""
 
-    def __init__(self, both: Array) -> None:
-        self._both, self._lost, self.past = both, np.zeros_like(both), ()
+    def __init__(self, both: Array, lost: Array, past: Array) -> None:
+        self._both, self._lost, self.past = both, lost, past
 
     @classmethod
-    def at(cls, q: Array, p: Array) -> "_State":
+    def at(cls, q: Array, p: Array, stages: int) -> "_State":
         """A state with nothing lost and no past."""
-        return cls(np.array([q, p]))
+        return cls(np.array([q, p]), np.zeros((2, len(q))), np.zeros((0, stages, len(q))))
+
+    @classmethod
+    def recalled(cls, memory: Memory) -> "_State":
+        """The state that a memory holds."""
+        known = int(memory["steps_known"])
+        return cls(memory["canonical"], memory["lost"], memory["stages"][STEPS - known :])
+
+    @property
+    def memory(self) -> Memory:
+        """As `Lane.memory`."""
+        known, *shape = self.past.shape
+        stages = np.concatenate([np.zeros((STEPS - known, *shape)), self.past])
+        return {"canonical": self._both, "lost": self._lost, "stages": stages, "steps_known": np.array(float(known))}
 
     @property
     def q(self) -> Array:
@@ -210,4 +230,4 @@ class _State:
         due = np.array([dq, dp]) + self._lost
         total = self._both + due
         self._both, self._lost = total, due - (total - self._both)
-        self.past = (*self.past[-1:], stages.velocity)
+        self.past = np.concatenate([self.past[1 - STEPS :], stages.velocity[None]])

@@ -7,13 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.binding import bind_loads
 from pendpin.derivations.base import Array
+from pendpin.derivations.numbers import symbols
+from pendpin.dynamics import refuse_kinks
 from pendpin.effects import Effect
 from pendpin.engines import Derivative, Engine, LongChain, Watch
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.solvers.adaptive import NAMES, NOT_FINITE
-from pendpin.solvers.base import Lane, Stretch
-from pendpin.solvers.symbolic import right_hand_side
+from pendpin.solvers.base import Lane, Memory, Stretch
+from pendpin.symbolic import right_hand_side
 
 MAX_JOINTS = 20  # ten rods compile in about half a minute
 SMALL = 2  # joints, up to which the code is written out whole
@@ -24,7 +27,7 @@ STEPS_AT_ONCE = 4096  # between two calls of the watcher
 class Taylor(Lane):
     """Adaptive order and step (A. Jorba, M. Zou, Experimental Mathematics 14 (2005)); an evaluation is a whole series.
 
-    The state is kept from stretch to stretch, so that nothing is lost between them.
+    Its own state goes from stretch to stretch, so that nothing is lost between them.
     """
 
     def __init__(self, effects: Sequence[Effect], tolerance: float, start: float = 0.0) -> None:
@@ -32,12 +35,7 @@ class Taylor(Lane):
             import heyoka
         except ImportError:
             raise MissingLibrary("solver.method: taylor needs heyoka: pip install 'pendpin[fast]'") from None
-        for i, effect in enumerate(effects):
-            if not effect.smooth:
-                others = ", ".join(NAMES)
-                raise InputError(
-                    f"effects[{i}]: {effect.kind} is not smooth, as taylor needs it; these take it: {others}"
-                )
+        refuse_kinks(effects, "solver.method: taylor")
         self._heyoka, self._effects, self._tolerance, self._start = heyoka, effects, tolerance, start
         self.library, self.version = "heyoka", version("heyoka")
 
@@ -54,13 +52,18 @@ class Taylor(Lane):
         self.compile_seconds, self._steps, self._watch = time.perf_counter() - begin, 0, watch
         return engine.derivative(lambda t: None)[0], lambda: self._steps
 
-    def integrate(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
+    def memory(self, y: Array) -> Memory:
+        """As `Lane.memory`: the state of the series, before any drift is taken out of it."""
+        return {"series": y}
+
+    def integrate(
+        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+    ) -> Stretch:
         """As `Lane.integrate`."""
         series, before, size = self._integrator, self._steps, len(self._integrator.state)
         if len(y) > size:
             raise InputError("ledger: taylor keeps no books of work; these do: " + ", ".join(NAMES))
-        if not self._steps or series.time != times[0]:
-            series.time, series.state[:] = times[0], y
+        series.time, series.state[:] = times[0], (memory or self.memory(y))["series"]
         states, failure = y[None], None
         while len(states) < len(times) and failure is None:
             self._watch(series.time)
@@ -69,13 +72,13 @@ class Taylor(Lane):
             states, self._steps = np.concatenate([states, found[1:]]), self._steps + steps
             if outcome == self._heyoka.taylor_outcome.err_nf_state:
                 failure = NOT_FINITE
-        return Stretch(states, self._steps - before, failure)
+        return Stretch(states, self._steps - before, failure, {"series": series.state.copy()})
 
     def _compiled(self, engine: Engine) -> Any:
         hy = self._heyoka
         size = len(engine.pack(*np.zeros((2, len(engine.model.joints)))))
         y = np.array(hy.make_vars(*(f"y{i}" for i in range(size))), dtype=object)
-        right = right_hand_side(engine, self._effects, self._start)(hy.time, y)
+        right = right_hand_side(engine, bind_loads(engine.model, self._effects, symbols(), self._start))(hy.time, y)
         return hy.taylor_adaptive(
             [(symbol, hy.expression(rate)) for symbol, rate in zip(y, right, strict=True)],
             np.zeros(size),

@@ -1,0 +1,28 @@
+"""The hard cases: scenes that break simulators, each with a bound from physics or analysis (docs/hard_cases.md)."""
+
+from collections.abc import Sequence
+
+from pendpin.hardcases import chains, chaos, contacts, long_runs, poles, scales, starts, stiff
+from pendpin.hardcases.base import Case, Outcome
+from pendpin.hardcases.running import Progress, Report, chosen, run_cases
+
+__all__ = ["CASES", "Case", "Outcome", "Report", "hard"]
+
+_FAMILIES = (poles, starts, long_runs, chains, stiff, contacts, scales, chaos)
+CASES = {
+    case.name: case for case in sorted((c for family in _FAMILIES for c in family.CASES), key=lambda case: case.group)
+}
+
+
+def hard(
+    names: Sequence[str] = (),
+    lanes: Sequence[str] | None = None,
+    full: bool = True,
+    progress: Progress = lambda what: None,
+) -> Report:
+    """Run the hard cases of these names, or all, on the lanes that they claim, or on those of `lanes` alone.
+
+    full=False takes the short forms. `progress` gets the name of what is being run. Raises InputError for an unknown
+    case; Ctrl-C ends it with what is done.
+    """
+    return run_cases(chosen(CASES, names), lanes, full, progress)

@@ -1,0 +1,93 @@
+"""Running the catalogue: every case on every lane that it claims, and what came of it."""
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from pendpin.errors import InputError, Interrupted, PendpinError, choices, shown
+from pendpin.hardcases.base import Case, Outcome, on_lane
+
+Progress = Callable[[str], None]  # gets what is being run
+
+
+@dataclass(frozen=True)
+class Report:
+    """The outcomes so far, and the cases that they are of."""
+
+    outcomes: tuple[Outcome, ...]
+    cases: tuple[Case, ...]
+    stopped: bool = False  # by the user, before their end
+
+    @property
+    def broken(self) -> tuple[Outcome, ...]:
+        """The claims that did not hold."""
+        return tuple(outcome for outcome in self.outcomes if outcome.claimed and not outcome.ok)
+
+    @property
+    def fault(self) -> str | None:
+        """What is broken, in one line; None if all claims hold."""
+        if not self.broken:
+            return None
+        return "broken: " + "; ".join(map(_told, self.broken))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as plain data, for JSON."""
+        outcomes = [asdict(o) | {"ok": o.ok, "verdict": o.verdict} for o in self.outcomes]
+        cases = [{name: getattr(case, name) for name in _TOLD} for case in self.cases]
+        return {"ok": not self.broken, "stopped": self.stopped, "outcomes": outcomes, "cases": cases}
+
+
+_TOLD = ("name", "group", "title", "physics", "why", "figure", "bound", "derivation", "lanes")
+
+
+def _told(outcome: Outcome) -> str:
+    why = outcome.failure or f"{outcome.measured:.3g} is above {outcome.bound:.3g}"
+    return f"{outcome.case} on {outcome.lane}: {why}"
+
+
+def run_cases(
+    cases: Sequence[Case], lanes: Sequence[str] | None, full: bool, progress: Progress = lambda what: None
+) -> Report:
+    """Every case on its lanes, or on those of `lanes` that it claims; what is done is kept at Ctrl-C."""
+    outcomes: list[Outcome] = []
+    try:
+        for case in cases:
+            outcomes.extend(_outcomes(case, lanes, full, progress))
+    except (KeyboardInterrupt, Interrupted):
+        return Report(tuple(outcomes), tuple(cases), stopped=True)
+    return Report(tuple(outcomes), tuple(cases))
+
+
+def _outcomes(case: Case, lanes: Sequence[str] | None, full: bool, progress: Progress) -> Iterator[Outcome]:
+    for lane in case.lanes:
+        if lanes is None or lane in lanes:
+            progress(f"{case.name} on {lane}")
+            yield outcome(case, lane, full)
+    if case.beside is not None and lanes is None:
+        progress(f"{case.name}, beside")
+        begin = time.perf_counter()
+        found = case.beside()
+        seconds = (time.perf_counter() - begin) / max(len(found), 1)
+        for name, measured in found.items():
+            yield Outcome(case.name, name, measured, case.bound, seconds, claimed=False)
+
+
+def outcome(case: Case, lane: str, full: bool) -> Outcome:
+    """One case on one lane; what it raises is an outcome too."""
+    begin, measured, failure = time.perf_counter(), None, None
+    try:
+        measured = case.measure(on_lane(case, lane), full)
+    except Interrupted:
+        raise
+    except PendpinError as error:
+        failure = str(error)
+    return Outcome(case.name, lane, measured, case.bound, time.perf_counter() - begin, failure)
+
+
+def chosen(cases: Mapping[str, Case], names: Sequence[str]) -> tuple[Case, ...]:
+    """The cases of these names, or all. Raises InputError for a name that there is not."""
+    for name in names:
+        if name not in cases:
+            raise InputError(f"{shown(name)} is not one of the cases: {choices(cases)}")
+    return tuple(cases[name] for name in names or cases)

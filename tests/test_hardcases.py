@@ -1,0 +1,129 @@
+"""The hard cases: every one in its short form on every lane that it claims, and what the catalogue promises."""
+
+from importlib.util import find_spec
+from json import loads
+
+import pytest
+
+from pendpin import hardcases
+from pendpin.cli import main
+from pendpin.errors import InputError, Interrupted
+from pendpin.hardcases import CASES, hard
+from pendpin.hardcases.base import Case
+from pendpin.hardcases.running import outcome
+
+CLAIMS = [(case, lane) for case in CASES.values() for lane in case.lanes]
+GROUPS = 15  # of the list that the catalogue answers
+CHEAP = "no-duration"
+
+
+@pytest.mark.parametrize(("case", "lane"), CLAIMS, ids=[f"{case.name}-{lane}" for case, lane in CLAIMS])
+def test_a_hard_case_is_within_its_bound(case: Case, lane: str) -> None:
+    """What was measured is at most the bound that was derived for it."""
+    if lane == "taylor" and find_spec("heyoka") is None:
+        pytest.skip("heyoka is not installed: pip install heyoka")
+    found = outcome(case, lane, full=False)
+    assert found.ok, f"{found.failure or found.measured} against {found.bound}: {case.figure}"
+
+
+def test_the_catalogue_is_whole() -> None:
+    """Every group has a case, every case claims "auto", and all say what they are."""
+    assert {case.group for case in CASES.values()} == set(range(1, GROUPS + 1))
+    for case in CASES.values():
+        assert "auto" in case.lanes
+        assert case.bound >= 0
+        assert all((case.title, case.physics, case.why, case.figure, case.derivation))
+
+
+def test_pinocchios_own_joints_fail_where_ours_hold() -> None:
+    """In chains of 100 rods joints of several degrees of freedom are shown beside, without a claim."""
+    outcomes = hard(["chain-100-digits"], full=False).outcomes
+    beside = {found.lane: found for found in outcomes if not found.claimed}
+    assert [found.verdict for found in outcomes if found.claimed] == ["ok"]
+    assert set(beside) == {f"pin {joint}, {way}" for joint in ("Universal", "Spherical") for way in ("LOCAL", "WORLD")}
+    assert all(beside[f"pin {joint}, WORLD"].verdict == "fails" for joint in ("Universal", "Spherical"))
+    assert beside["pin Spherical, LOCAL"].verdict == "fails"
+
+
+def run(*arguments: str, monkeypatch: pytest.MonkeyPatch) -> int:
+    """The exit status of `pendpin hard` with these arguments."""
+    monkeypatch.setattr("sys.argv", ["pendpin", "hard", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    return int(ended.value.code or 0)
+
+
+def with_bound(bound: float) -> dict[str, Case]:
+    """The catalogue with another bound for the cheap case, which measures 0."""
+    fields = {**CASES[CHEAP].__dict__, "bound": bound, "lanes": {"auto": {}}}
+    return CASES | {CHEAP: Case(**fields)}
+
+
+def test_all_is_well(monkeypatch, capfd) -> None:
+    """A table with a row a lane, and exit status 0."""
+    assert run(CHEAP, "--short", monkeypatch=monkeypatch) == 0
+    printed = capfd.readouterr()
+    assert printed.out.count(" ok ") == len(CASES[CHEAP].lanes)
+    assert not printed.err
+
+
+def test_a_broken_bound_is_named(monkeypatch, capfd) -> None:
+    """Exit status 1 and one line with the case, the lane and both numbers; the table is printed all the same."""
+    monkeypatch.setattr(hardcases, "CASES", with_bound(-1.0))
+    assert run(CHEAP, "--short", monkeypatch=monkeypatch) == 1
+    printed = capfd.readouterr()
+    assert "BROKEN" in printed.out
+    assert printed.err == f"pendpin: broken: {CHEAP} on auto: 0 is above -1\n"
+
+
+def test_json_has_all(monkeypatch, capfd) -> None:
+    """Outcomes and cases with all their fields."""
+    assert run(CHEAP, "--short", "--json", monkeypatch=monkeypatch) == 0
+    found = loads(capfd.readouterr().out)
+    assert found["ok"] is True
+    assert found["stopped"] is False
+    fields = {"case", "lane", "measured", "bound", "seconds", "failure", "claimed", "ok", "verdict"}
+    assert all(set(row) == fields for row in found["outcomes"])
+    (case,) = found["cases"]
+    assert set(case) == {"name", "group", "title", "physics", "why", "figure", "bound", "derivation", "lanes"}
+
+
+def test_an_unknown_case_is_refused(monkeypatch, capfd) -> None:
+    """One line with the choices."""
+    assert run("no-such-case", monkeypatch=monkeypatch) == 1
+    said = capfd.readouterr().err
+    assert said.count("\n") == 1
+    assert "'no-such-case' is not one of the cases: thin-pole, " in said
+
+
+def stop(*_: object) -> float:
+    """What Ctrl-C does between runs."""
+    raise KeyboardInterrupt
+
+
+def interrupt(*_: object) -> float:
+    """What Ctrl-C does inside a run."""
+    raise Interrupted("stopped by the user")
+
+
+@pytest.mark.parametrize("way", [stop, interrupt])
+def test_ctrl_c_keeps_what_is_done(way, monkeypatch, capfd) -> None:
+    """The table so far, one line, and the exit status of an interrupt."""
+    after = Case(**{**CASES["one-sample"].__dict__, "measure": way})
+    monkeypatch.setattr(hardcases, "CASES", CASES | {"one-sample": after})
+    assert run(CHEAP, "one-sample", "--short", monkeypatch=monkeypatch) == 130
+    printed = capfd.readouterr()
+    assert printed.out.count(" ok ") == len(CASES[CHEAP].lanes)
+    assert printed.err == "pendpin: stopped by the user\n"
+
+
+def test_a_run_that_fails_is_an_outcome() -> None:
+    """What a case raises is told; the others go on."""
+    failing = Case(**{**CASES[CHEAP].__dict__, "measure": refuse})
+    found = outcome(failing, "auto", full=False)
+    assert (found.measured, found.failure, found.verdict) == (None, "no such thing", "BROKEN")
+
+
+def refuse(*_: object) -> float:
+    """A case that cannot be run."""
+    raise InputError("no such thing")
