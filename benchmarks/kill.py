@@ -94,7 +94,7 @@ def state() -> tuple[str, str]:
         Trajectory.load(RESULT)  # whole, or it raises
     result = "whole" if RESULT.exists() else ""
     if not CHECKPOINT.exists():
-        return "removed" if result else "not yet", result
+        return "not yet", result
     with np.load(CHECKPOINT) as file:
         return f"{len(file['samples'])} samples, {int(file['counts'][1])} evaluations", result
 
@@ -105,14 +105,15 @@ def main() -> None:
     random, table = np.random.default_rng(seed), Table("kill", "s after start", "run", "checkpoint", "result")
     ready, took = unbroken()
     RESULT.unlink()
-    count, runs, open_ended, faults = 0, 0, False, []
-    while count < kills or open_ended:
+    count, runs, unfinished, faults = 0, 0, False, []
+    while count < kills or unfinished:
         after = random.uniform(ready, took) if count < kills else None
-        if killed(after):
+        was_killed, unfinished = killed(after), CHECKPOINT.exists() or not RESULT.exists()
+        if unfinished:
+            assert was_killed
             count += 1
             table.add_row(str(count), f"{after:.2f}", str(runs + 1), *state())
-        open_ended = CHECKPOINT.exists() or not RESULT.exists()
-        if not open_ended:
+        else:
             runs += 1
             faults += [(runs, name) for name in differing(RESULT, WHOLE)]
             RESULT.unlink()
@@ -120,8 +121,12 @@ def main() -> None:
     console = Console()
     console.print(table)
     console.print(f"first save {ready:.2f} s after the start, {took:.2f} s for the whole run; seed {seed}")
-    console.print(f"{kills} kills, {runs} runs completed; different from the unbroken run: {faults or 'none'}")
-    console.print(f"compared: {', '.join(contents(WHOLE)[0])} and every count; files left behind: {left or 'none'}")
+    console.print(
+        f"{count} kills, {count} resumes, {runs} runs completed; different from the unbroken run: {faults or 'none'}"
+    )
+    console.print(
+        f"compared: {', '.join(contents(WHOLE)[0])} and every count; unfinished neighbours left behind: {len(left)}"
+    )
     sys.exit(bool(faults))
 
 

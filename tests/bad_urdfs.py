@@ -105,6 +105,7 @@ STRUCTURE = {
     "unknown geometry": (VISUAL, "<cone/>", "link 'rod': a visual needs a <geometry> with one of: box"),
     "negative radius": (VISUAL, VISUAL.replace("0.01", "-1"), "link 'rod': cylinder radius: a size is negative"),
     "box of two numbers": (VISUAL, '<box size="1 1"/>', "link 'rod': box size: '1 1' is not 3 numbers"),
+    "box without size": (VISUAL, "<box/>", "link 'rod': <box> has no size"),
     "capsule without radius": (VISUAL, '<capsule length="1"/>', "link 'rod': <capsule> has no radius"),
     "color by name": (
         "</geometry>",

@@ -121,6 +121,16 @@ def test_a_broken_run_is_the_unbroken_one(given: pp.Scene, setting: Setting, tmp
     assert_same(run, pp.simulate(given, **setting))
 
 
+@pytest.mark.parametrize("library", ["CyRK", "scipy"])
+def test_a_stretch_may_be_shorter_than_a_step(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The step that is proposed for it fits into it, which both libraries insist on."""
+    if library == "scipy":
+        monkeypatch.setitem(sys.modules, "CyRK", None)
+    monkeypatch.setattr(stretches, "EVALUATIONS", 1)
+    monkeypatch.setattr(stretches, "LEAST_EVALUATIONS", 1)
+    assert len(pp.simulate(scene(samples=401, duration=1.0), tolerance=1e-3).t) == 401
+
+
 def test_an_interrupt_says_how_to_go_on(tmp_path: Path) -> None:
     """Ctrl-C in the middle of a stretch: what is done is told, and nothing of it is done again."""
     given, path, seen = scene(samples=None, duration=20.0), tmp_path / "run.ckpt", []

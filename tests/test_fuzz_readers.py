@@ -8,7 +8,8 @@ from random import Random
 
 import pytest
 
-from fuzz_readers import Finding, Reader, mutate_text, mutate_zip, reader, verdict
+from fuzz_readers import Finding, Reader, reader, verdict
+from mutations import mutate_text, mutate_zip
 
 READERS = ("scene", "urdf", "npz", "csv")
 MUTANTS = 60

@@ -5,15 +5,16 @@ from json import loads
 
 import pytest
 
+from pendpin import effects as fx
 from pendpin import hardcases
 from pendpin.cli import main
 from pendpin.errors import InputError, Interrupted
 from pendpin.hardcases import CASES, hard
-from pendpin.hardcases.base import Case
+from pendpin.hardcases.base import GROUPS, THICK, Case, scene
 from pendpin.hardcases.running import outcome
+from pendpin.simulation import simulate
 
 CLAIMS = [(case, lane) for case in CASES.values() for lane in case.lanes]
-GROUPS = 15  # of the list that the catalogue answers
 CHEAP = "no-duration"
 
 
@@ -28,7 +29,7 @@ def test_a_hard_case_is_within_its_bound(case: Case, lane: str) -> None:
 
 def test_the_catalogue_is_whole() -> None:
     """Every group has a case, every case claims "auto", and all say what they are."""
-    assert {case.group for case in CASES.values()} == set(range(1, GROUPS + 1))
+    assert {case.group for case in CASES.values()} == set(GROUPS)
     for case in CASES.values():
         assert "auto" in case.lanes
         assert case.bound >= 0
@@ -43,6 +44,25 @@ def test_pinocchios_own_joints_fail_where_ours_hold() -> None:
     assert set(beside) == {f"pin {joint}, {way}" for joint in ("Universal", "Spherical") for way in ("LOCAL", "WORLD")}
     assert all(beside[f"pin {joint}, WORLD"].verdict == "fails" for joint in ("Universal", "Spherical"))
     assert beside["pin Spherical, LOCAL"].verdict == "fails"
+
+
+SINUSOIDS = {
+    "motor": fx.Motor(joint="theta", amplitude=100.0, frequency=1e3),
+    "push": fx.Push(link="rod", amplitude=(0.0, 100.0, 0.0), frequency=1e3),
+    "drag": fx.Drag(gust=(0.0, 30.0, 0.0), frequency=1e3),
+    "support": fx.Support(amplitude=(0.0, 1e-4, 0.0), frequency=1e3),
+}
+
+
+@pytest.mark.parametrize("effect", SINUSOIDS.values(), ids=SINUSOIDS)
+@pytest.mark.parametrize("ledger", [False, True], ids=["", "ledger"])
+def test_sinusoids_are_smooth_at_late_times(effect: fx.Effect, ledger: bool) -> None:
+    """At t = 1e9 s doubles are 1e-7 s apart: a force that is taken there jumps, and steps collapse."""
+    early, late = (
+        simulate(scene(THICK, effect, q=(0.3,), duration=0.02, time=time), tolerance=1e-12, ledger=ledger).stats.steps
+        for time in (0.0, 1e9)
+    )
+    assert late < 1.5 * early
 
 
 def run(*arguments: str, monkeypatch: pytest.MonkeyPatch) -> int:

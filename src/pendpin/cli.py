@@ -243,13 +243,14 @@ def cost(
 def hard(
     cases: Annotated[list[str] | None, typer.Argument(help="Names of cases; all if absent.")] = None,
     short: Annotated[bool, typer.Option("--short", help="The short forms, as in the tests.")] = False,
+    peers: Annotated[bool, typer.Option("--peers", help="The short forms in MuJoCo, Drake and plain SciPy.")] = False,
     json: Json = False,
 ) -> None:
     """Run the hard cases (docs/hard_cases.md), each on its lanes against its bound."""
     from pendpin.hardcases import hard as run_cases
 
     with waiting("the hard cases", hidden=json) as told:
-        report = run_cases(cases or (), full=not short, progress=told)
+        report = run_cases(cases or (), full=not short, peers=peers, progress=told)
     print_hard(report, json)
     if report.stopped:
         raise KeyboardInterrupt

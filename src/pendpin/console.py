@@ -173,7 +173,8 @@ def print_hard(report: "HardReport", as_json: bool) -> None:
         if outcome.failure:
             print(f"{outcome.case} on {outcome.lane}: {outcome.failure}")
     claims = [outcome for outcome in report.outcomes if outcome.claimed]
-    print(f"{len(claims)} claims, {len(report.broken)} broken, {sum(o.seconds for o in report.outcomes):.0f} s")
+    if claims:
+        print(f"{len(claims)} claims, {len(report.broken)} broken, {sum(o.seconds for o in claims):.0f} s")
 
 
 def _percent(share: float | None) -> str:

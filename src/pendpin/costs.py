@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING
 
 from pendpin.cost_report import CostReport, Curve, Point
 from pendpin.derivations.base import Array
-from pendpin.errors import InputError, PendpinError, choices, one_line
+from pendpin.errors import InputError, Interrupted, PendpinError, RunError, choices, one_line
 from pendpin.kinematics import apart, poses, reach, tips
 from pendpin.model import Model, build
 from pendpin.references import Reference, reference
-from pendpin.runs import Interrupted
 from pendpin.scene import FIXED_METHODS, Scene, least_tolerance
 from pendpin.simulation import simulate
 
@@ -45,6 +44,7 @@ class _Outcome:
     evaluations: int = 0
     compile_seconds: float = 0.0
     failure: str | None = None
+    hopeless: bool = False  # whether other settings fail as well
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +135,8 @@ def _lane(bench: _Bench, method: str) -> Curve:
         except Interrupted:
             raise
         except PendpinError as error:
-            return _Outcome(None, time.perf_counter() - begin, failure=one_line(str(error)))
+            hopeless = not isinstance(error, RunError)
+            return _Outcome(None, time.perf_counter() - begin, failure=one_line(str(error)), hopeless=hopeless)
         stats = found.stats
         library = f"{stats.library} {stats.version}"
         return _Outcome(found.tips(), stats.seconds, stats.steps, stats.evaluations, stats.compile_seconds)
@@ -180,7 +181,7 @@ def _climb(
         else:
             error = float(apart(bench.known.tips, found.tips, length).max())
             points.append(Point(setting, error, _least(bench, found, setting, run), found.steps, found.evaluations))
-        if _enough(bench, points, failures, found.seconds):
+        if found.hopeless or _enough(bench, points, found.seconds):
             break
     return tuple(points), tuple(failures), compiling
 
@@ -194,10 +195,10 @@ def _least(bench: _Bench, first: _Outcome, setting: float, run: Callable[[float]
     return min(times, default=first.seconds)
 
 
-def _enough(bench: _Bench, points: list[Point], failures: list[str], seconds: float) -> bool:
-    """Whether a ladder ends: nothing works, the next run takes too long, or the reference can tell no more."""
+def _enough(bench: _Bench, points: list[Point], seconds: float) -> bool:
+    """Whether a ladder ends: the next run takes too long, or the reference can tell no more."""
     if not points:
-        return len(set(failures)) < len(failures) or seconds > bench.budget
+        return seconds > bench.budget
     growth = points[-1].seconds / points[-2].seconds if len(points) > 1 else 1.0
     return seconds * max(growth, 1.0) > bench.budget or points[-1].error <= bench.known.error
 

@@ -53,9 +53,9 @@ class _Way:
 
 def reach(scene: Scene, ledger: bool, watch: Watch, limit: float | None) -> Trajectory:
     """The motion of a scene to the accuracy of its solver; as `simulate`, which see."""
-    goal, way, length = scene.solver.accuracy or 0.0, _way(scene, ledger), length_of(build(scene.model))
-    scene = _compiled(scene, way.method) if _has_wrenches(scene) else scene
-    begin, coarse = time.perf_counter(), way.first
+    begin, goal, length = time.perf_counter(), scene.solver.accuracy or 0.0, length_of(build(scene.model))
+    way = _way(scene, ledger, watch, limit)
+    scene, coarse = _compiled(scene, way.method) if _has_wrenches(scene) else scene, way.first
     before, setting = (
         _run(scene.by(way.method, coarse), ledger, watch, limit),
         way.finer(coarse, COARSER.get(way.method, 1e3)),
@@ -117,11 +117,11 @@ def _missed(goal: float, run: Trajectory, gap: Array) -> str:
     )
 
 
-def _way(scene: Scene, ledger: bool) -> _Way:
+def _way(scene: Scene, ledger: bool, watch: Watch, limit: float | None) -> _Way:
     solver, goal = scene.solver, scene.solver.accuracy or 0.0
     method = solver.method if solver.method != "auto" else _fastest(scene, ledger)
     if method in FIXED_METHODS:
-        steps = run_scene(scene.by("dop853", LOOSEST), ledger=False, watch=lambda t: None).stats.steps
+        steps = _run(scene.by("dop853", LOOSEST), False, watch, limit).stats.steps
         return _Way(method, ORDERS[method], scene.duration / max(steps, 1), scene.duration / MOST_STEPS)
     least = least_tolerance(method)
     return _Way(method, 1.0, min(COARSER.get(method, 1e3) * max(GUESS.get(method, 0.1) * goal, least), LOOSEST), least)

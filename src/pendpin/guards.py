@@ -20,7 +20,7 @@ class Patience:
 
     def __init__(self, duration: float, limit: float | None, watch: Watch) -> None:
         self._duration, self._limit, self._watch = duration, limit, watch
-        self._begin = self._marked = time.perf_counter()
+        self._begin, self._marked = time.perf_counter(), np.inf  # until the first call: compiling is no standstill
         self._reached = self._before = 0.0
 
     def __call__(self, t: float) -> None:
@@ -31,6 +31,7 @@ class Patience:
             raise Halted(f"it takes over {self._limit:g} s")
         if now - self._marked > WINDOW:
             self._refuse_days(now)
+        self._marked = min(self._marked, now)
 
     def _refuse_days(self, now: float) -> None:
         """Raise Halted if the rest, at the pace of the last window, takes longer than anyone waits."""

@@ -37,6 +37,7 @@ class Hybrid(Course):
         y = np.concatenate([q, v, np.zeros(self.accounts)])
         try:
             y = self._struck(t, y)
+            y[2 * self.nv :] = 0.0  # what an impact at the start takes is gone before the first sample
             mode = self.contacts.choose(t, *self._angles(y))
             first = self._rows(y[None], self.times[:1], mode)[0]
         except (RunError, np.linalg.LinAlgError) as error:

@@ -14,10 +14,9 @@ from pendpin.derivations import exact
 from pendpin.derivations.base import Array
 from pendpin.dynamics import bind
 from pendpin.effects import ContactEffect, Effect, Gravity
-from pendpin.errors import InputError, PendpinError
+from pendpin.errors import InputError, Interrupted, PendpinError
 from pendpin.kinematics import apart, reach
 from pendpin.model import Model, build, start_state
-from pendpin.runs import Interrupted
 from pendpin.scene import Scene
 from pendpin.simulation import simulate
 from pendpin.solvers import MAX_JOINTS

@@ -146,6 +146,8 @@ def _check_geometry(where: str, geometry: Element | None, folder: Path) -> None:
         numbers(where, shape, "scale", 3)
         return
     for key in _SIZES[shape.tag].split():
+        if shape.get(key) is None:
+            raise InputError(f"{where}: <{shape.tag}> has no {key}")
         sizes = triple(where, shape, key) if shape.tag == "box" else (number(where, shape, key),)
         if min(sizes) < 0:
             raise InputError(f"{where}: {shape.tag} {key}: a size is negative")

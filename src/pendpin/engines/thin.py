@@ -38,6 +38,8 @@ class Thin(Engine):
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
         """As `Engine.unpack`."""
+        if not len(y):
+            return np.empty((0, len(near))), np.empty((0, len(near)))
         d, rate = self.directions(y)
         reading = chain_angles.read(d, rate, self.bend(t, d, rate), near.reshape(-1, 2))
         return reading.q.reshape(len(y), -1), reading.v.reshape(len(y), -1)

@@ -18,11 +18,18 @@ def hard(
     names: Sequence[str] = (),
     lanes: Sequence[str] | None = None,
     full: bool = True,
+    peers: bool = False,
     progress: Progress = lambda what: None,
 ) -> Report:
     """Run the hard cases of these names, or all, on the lanes that they claim, or on those of `lanes` alone.
 
-    full=False takes the short forms. `progress` gets the name of what is being run. Raises InputError for an unknown
-    case; Ctrl-C ends it with what is done.
+    full=False takes the short forms; with `peers` other simulators run those, where gravity acts alone, beside "auto".
+    `progress` gets the name of what is being run. Raises InputError for an unknown case, MissingLibrary for a missing
+    simulator; Ctrl-C ends it with what is done.
     """
-    return run_cases(chosen(CASES, names), lanes, full, progress)
+    cases = chosen(CASES, names)
+    if not peers:
+        return run_cases(cases, lanes, full, progress)
+    from pendpin.hardcases.rivals import hard_peers
+
+    return hard_peers(cases, progress)

@@ -9,7 +9,6 @@ import numpy as np
 from pendpin.derivations.base import Array
 from pendpin.effects import Effect, Gravity
 from pendpin.errors import InputError, Interrupted, RunError
-from pendpin.model import build
 from pendpin.scene import Chain, Rod, Scene, Solver, Start
 from pendpin.simulation import simulate
 from pendpin.trajectory import Trajectory
@@ -23,6 +22,25 @@ THIN = Chain(rods=(Rod(length=1.0, mass=1.0),))
 THICK = Chain(rods=(Rod(length=1.0, mass=1.0, radius=0.05),))
 REDUCED = 2 / 3  # m, of the uniform thin rod of 1 m
 SWING = float(np.sqrt(G / REDUCED))  # rad/s, its small swings, and the rate at which it leaves the upright
+
+
+GROUPS = {
+    1: "Thin rods through the pole",
+    2: "Thick rods past the pole",
+    3: "Starts on the pole",
+    4: "Fast spin",
+    5: "Upright",
+    6: "Long horizons",
+    7: "Unlike neighbours",
+    8: "Long chains",
+    9: "Stiff springs and dampers",
+    10: "A fast-driven support",
+    11: "Sticking, stops and bounces",
+    12: "Scales and gravities",
+    13: "Times and samples",
+    14: "Chaos",
+    15: "Symmetry",
+}
 
 
 @dataclass(frozen=True)
@@ -144,10 +162,3 @@ def turned_rates(run: Trajectory, scene: Scene) -> Scene:
     """A scene that starts where a run ended, with all rates turned round."""
     start = Start(positions=tuple(run.q[-1].tolist()), velocities=tuple((-run.v[-1]).tolist()))
     return scene.model_copy(update={"start": start})
-
-
-def lengths(model: Chain) -> Array:
-    """The lengths of the rods, (n,) m."""
-    chain = build(model).chain
-    assert chain is not None
-    return chain.l

@@ -7,18 +7,20 @@ import numpy as np
 from pendpin.derivations.base import Array
 from pendpin.derivations.exact import planar
 from pendpin.hardcases.base import EPS, REDUCED, SWING, THICK, THIN, Case, G, Solve, chain_of, scene, tip_errors
+from pendpin.scene import Scene
 
 # --- conical motion -------------------------------------------------------------------------------------------------
 
 
-def _cone(solve: Solve, full: bool, rate: float) -> float:
+def cone(rate: float, turns: int, samples: int = 3) -> Scene:
     """A thin rod on the cone whose slope carries it at this rate: cos = g / (reduced length rate²)."""
-    turns, slope = 10_000 if full else 50, G / (REDUCED * rate**2)
-    phi = float(np.arccos(slope))
-    given = scene(
-        THIN, q=(0.0, phi), v=(-rate * np.tan(phi), 0.0), duration=2 * np.pi * turns / rate, samples=11 if full else 3
-    )
-    return solve(given).energy().drift
+    phi = float(np.arccos(G / (REDUCED * rate**2)))
+    v = (-rate * np.tan(phi), 0.0)
+    return scene(THIN, q=(0.0, phi), v=v, duration=2 * np.pi * turns / rate, samples=samples)
+
+
+def _cone(solve: Solve, full: bool, rate: float) -> float:
+    return solve(cone(rate, 10_000 if full else 50)).energy().drift
 
 
 def _spinning(rate: float) -> Case:
@@ -71,9 +73,13 @@ def _thousand(solve: Solve, full: bool) -> float:
 TRIPLE = chain_of(THICK.rods[0], copies=3)
 
 
+def triple(duration: float) -> Scene:
+    """Three thick rods from a wild start."""
+    return scene(TRIPLE, q=(1.5, 0.3, 1.0, -0.2, 0.5, 0.1), duration=duration, samples=101)
+
+
 def _triple(solve: Solve, full: bool) -> float:
-    q = (1.5, 0.3, 1.0, -0.2, 0.5, 0.1)
-    return solve(scene(TRIPLE, q=q, duration=10_000.0 if full else 10.0, samples=101)).energy().drift
+    return solve(triple(10_000.0 if full else 10.0)).energy().drift
 
 
 CASES = (

@@ -30,7 +30,7 @@ def _straight_through(solve: Solve, full: bool) -> float:
 
 
 def _close_by(solve: Solve, full: bool) -> float:
-    q, v = (1e-9, 0.3), (1e-8, FAST)
+    q, v = np.array([1e-9, 0.3]), np.array([1e-8, FAST])
     run = solve(scene(THIN, q=q, v=v, duration=20.0 if full else 4.0, samples=11))
     exact = spherical(direction(q), direction_rate(q, v), REDUCED, G, run.t)
     return float(np.linalg.norm(run.tips()[:, 0] - exact, axis=-1).max())

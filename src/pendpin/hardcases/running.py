@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from pendpin.errors import InputError, Interrupted, PendpinError, choices, shown
-from pendpin.hardcases.base import Case, Outcome, on_lane
+from pendpin.hardcases.base import Case, Outcome, Solve, on_lane
 
 Progress = Callable[[str], None]  # gets what is being run
 
@@ -74,15 +74,20 @@ def _outcomes(case: Case, lanes: Sequence[str] | None, full: bool, progress: Pro
 
 
 def outcome(case: Case, lane: str, full: bool) -> Outcome:
-    """One case on one lane; what it raises is an outcome too."""
-    begin, measured, failure = time.perf_counter(), None, None
+    """One case on one of its lanes."""
+    return measured(case, lane, on_lane(case, lane), full)
+
+
+def measured(case: Case, lane: str, solve: Solve, full: bool) -> Outcome:
+    """One case solved in some way; what that raises is an outcome too."""
+    begin, figure, failure = time.perf_counter(), None, None
     try:
-        measured = case.measure(on_lane(case, lane), full)
+        figure = case.measure(solve, full)
     except Interrupted:
         raise
     except PendpinError as error:
         failure = str(error)
-    return Outcome(case.name, lane, measured, case.bound, time.perf_counter() - begin, failure)
+    return Outcome(case.name, lane, figure, case.bound, time.perf_counter() - begin, failure)
 
 
 def chosen(cases: Mapping[str, Case], names: Sequence[str]) -> tuple[Case, ...]:

@@ -17,7 +17,7 @@ from pendpin.peers.scipy import scipy_peers
 from pendpin.peers.text import same_for_all
 from pendpin.scene import Scene
 
-__all__ = ["Peer", "PeerRun", "peers"]
+__all__ = ["Peer", "PeerRun", "peers", "require_libraries", "task_of"]
 
 MODULES = {"mujoco": "mujoco", "drake": "pydrake"}  # by the names of their packages
 
@@ -27,15 +27,21 @@ def peers(scene: Scene) -> tuple[Peer, ...]:
 
     Raises InputError for a scene with others, or that one of them does not take; MissingLibrary without MuJoCo or Drake.
     """
+    require_libraries()
+    task = task_of(scene)
+    return *mujoco_peers(task), *drake_peers(task), *scipy_peers(task)
+
+
+def require_libraries() -> None:
+    """Raises MissingLibrary without MuJoCo or Drake."""
     missing = [name for name, module in MODULES.items() if find_spec(module) is None]
     if missing:
         are = "is" if len(missing) == 1 else "are"
         raise MissingLibrary(f"peers: {' and '.join(missing)} {are} not installed: pip install 'pendpin[peers]'")
-    task = _task(scene)
-    return *mujoco_peers(task), *drake_peers(task), *scipy_peers(task)
 
 
-def _task(scene: Scene) -> Task:
+def task_of(scene: Scene) -> Task:
+    """A scene as the peers get it; raises InputError for effects other than gravity."""
     fields = [np.zeros(3)]
     for i, effect in enumerate(scene.effects):
         if not isinstance(effect, Gravity):

@@ -10,6 +10,7 @@ from pendpin.engines import Derivative
 from pendpin.solvers.base import Lane, Memory, Stretch
 
 NAMES = {"dop853": "DOP853", "rk45": "RK45", "rk23": "RK23", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
+LEAST_RTOL = 2.3e-14  # SciPy raises smaller ones to 100 times the rounding, with a warning
 NOT_FINITE = "the acceleration is not a finite number"
 
 
@@ -58,7 +59,7 @@ class Adaptive(Lane):
                 times[0],
                 y,
                 times[-1],
-                rtol=self.tolerance,
+                rtol=max(self.tolerance, LEAST_RTOL),
                 atol=self.tolerance,
                 first_step=first_step,
             )

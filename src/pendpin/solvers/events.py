@@ -9,7 +9,7 @@ from scipy import integrate, optimize
 
 from pendpin.derivations.base import Array, Mask
 from pendpin.engines import Derivative
-from pendpin.solvers.adaptive import NOT_FINITE, returning
+from pendpin.solvers.adaptive import LEAST_RTOL, NOT_FINITE, returning
 
 LOOKS = 8  # places inside a step at which the margins are looked at
 AT_ONCE = 1e-13  # s, or of the time: events no farther apart happen together
@@ -59,7 +59,7 @@ def leg(
 
 def _solver(derivative: Derivative, method: str, tolerance: float) -> Callable[[float, Array, float], Any]:
     kind, function = getattr(integrate, method), returning(derivative)
-    return lambda t, y, end: kind(function, t, y, end, rtol=tolerance, atol=tolerance)
+    return lambda t, y, end: kind(function, t, y, end, rtol=max(tolerance, LEAST_RTOL), atol=tolerance)
 
 
 def _first_event(

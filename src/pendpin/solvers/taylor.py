@@ -21,6 +21,7 @@ from pendpin.symbolic import right_hand_side
 MAX_JOINTS = 20  # ten rods compile in about half a minute
 SMALL = 2  # joints, up to which the code is written out whole
 HIGH = 1e-15  # tolerances below are met with compensated sums in the series
+FIRST_STEP = float(np.exp(-2))  # of the radius of convergence: the best there is (Jorba, Zou)
 STEPS_AT_ONCE = 4096  # between two calls of the watcher
 
 
@@ -41,14 +42,8 @@ class Taylor(Lane):
 
     def equations(self, engine: Engine, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
         """As `Lane.equations`: the integrator is compiled here."""
-        joints = len(engine.model.joints)
-        if joints > MAX_JOINTS or isinstance(engine, LongChain):
-            raise InputError(
-                f"solver.method: taylor takes up to {MAX_JOINTS // 2} rods or {MAX_JOINTS} joints, as its series are "
-                f"compiled, and no solver.engine: this model has {joints} joints; dop853 takes it"
-            )
         begin = time.perf_counter()
-        self._integrator = self._compiled(engine)
+        self._integrator = self.compiled(engine)
         self.compile_seconds, self._steps, self._watch = time.perf_counter() - begin, 0, watch
         return engine.derivative(lambda t: None)[0], lambda: self._steps
 
@@ -64,6 +59,8 @@ class Taylor(Lane):
         if len(y) > size:
             raise InputError("ledger: taylor keeps no books of work; these do: " + ", ".join(NAMES))
         series.time, series.state[:] = times[0], (memory or self.memory(y))["series"]
+        if times[0] == 0:
+            self._set_out(float(times[-1]))
         states, failure = y[None], None
         while len(states) < len(times) and failure is None:
             self._watch(series.time)
@@ -74,15 +71,37 @@ class Taylor(Lane):
                 failure = NOT_FINITE
         return Stretch(states, self._steps - before, failure, {"series": series.state.copy()})
 
-    def _compiled(self, engine: Engine) -> Any:
-        hy = self._heyoka
-        size = len(engine.pack(*np.zeros((2, len(engine.model.joints)))))
+    def _set_out(self, end: float) -> None:
+        """A first step by all coefficients: by the last two, as heyoka's are, it may go far beyond where series converge.
+
+        From rest at right angles to gravity, three of four coefficients vanish.
+        """
+        series = self._integrator
+        series.step(max_delta_t=0.0, write_tc=True)
+        coefficients = np.abs(series.tc[:, 1:]) / max(1.0, np.abs(series.state).max())
+        fastest = (coefficients ** (1 / np.arange(1, coefficients.shape[1] + 1))).max()
+        if fastest > 0:
+            series.step(max_delta_t=min(FIRST_STEP / fastest, end - series.time))
+            self._steps += 1
+
+    def compiled(self, engine: Engine, width: int | None = None) -> Any:
+        """heyoka's integrator of the engine's state; of `width` states side by side, where a width is given.
+
+        Raises InputError for what the lane does not take.
+        """
+        joints = len(engine.model.joints)
+        if joints > MAX_JOINTS or isinstance(engine, LongChain):
+            raise InputError(
+                f"solver.method: taylor takes up to {MAX_JOINTS // 2} rods or {MAX_JOINTS} joints, as its series are "
+                f"compiled, and no solver.engine: this model has {joints} joints; dop853 takes it"
+            )
+        hy, size = self._heyoka, len(engine.pack(*np.zeros((2, joints))))
         y = np.array(hy.make_vars(*(f"y{i}" for i in range(size))), dtype=object)
         right = right_hand_side(engine, bind_loads(engine.model, self._effects, symbols(), self._start))(hy.time, y)
-        return hy.taylor_adaptive(
+        return (hy.taylor_adaptive if width is None else hy.taylor_adaptive_batch)(
             [(symbol, hy.expression(rate)) for symbol, rate in zip(y, right, strict=True)],
-            np.zeros(size),
+            np.zeros(size if width is None else (size, width)),
             tol=self._tolerance,
             high_accuracy=self._tolerance < HIGH,
-            compact_mode=len(engine.model.joints) > SMALL,
+            compact_mode=joints > SMALL,
         )

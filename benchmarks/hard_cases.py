@@ -1,0 +1,92 @@
+"""Writes the figures into docs/hard_cases.md, from what the command printed.
+
+pendpin hard --json > hard.json
+pendpin hard --peers --json > peers.json
+python benchmarks/hard_cases.py hard.json peers.json
+"""
+
+import sys
+from itertools import groupby
+from json import loads
+from pathlib import Path
+from typing import Any
+
+from pendpin.hardcases.base import GROUPS
+
+PAGE = Path(__file__).parents[1] / "docs" / "hard_cases.md"
+
+
+def number(value: float | None) -> str:
+    """A figure in a cell."""
+    return "none" if value is None else "0" if value == 0 else f"{value:.1e}"
+
+
+def settings(lane: dict[str, float]) -> str:
+    """A lane's setting in words."""
+    return ", ".join(f"{name} {value:g}{' s' if name == 'step' else ''}" for name, value in lane.items())
+
+
+def told(case: dict[str, Any], rows: list[dict[str, Any]]) -> list[str]:
+    """One case: what it is, its bound, and a row a lane."""
+    lines = [f"### {case['name']}: {case['title']}", "", f"{case['physics']} {case['why']}", ""]
+    lines += [f"Measured: {case['figure']}. Bound {number(case['bound'])}: {case['derivation']}.", ""]
+    lines += ["| lane | setting | measured | verdict | s |", "|---|---|---|---|---|"]
+    for row in rows:
+        setting = settings(case["lanes"].get(row["lane"], {}))
+        cells = (row["lane"], setting, number(row["measured"]), row["verdict"], f"{row['seconds']:.2f}")
+        lines.append(f"| {' | '.join(cells)} |")
+    return [*lines, *(f"\n{row['lane']}: {row['failure']}" for row in rows if row["failure"]), ""]
+
+
+def figures(found: dict[str, Any]) -> list[str]:
+    """All cases, group by group."""
+    rows = {case["name"]: [r for r in found["outcomes"] if r["case"] == case["name"]] for case in found["cases"]}
+    lines = []
+    for group, cases in groupby(found["cases"], key=lambda case: case["group"]):
+        lines += [f"## {group}. {GROUPS[group]}", ""]
+        for case in cases:
+            lines += told(case, rows[case["name"]])
+    return lines
+
+
+def survivors(found: dict[str, Any]) -> list[str]:
+    """A row a case and a column a simulator: the figure, bold where it is within the bound; why there is none."""
+    lanes = list(dict.fromkeys(row["lane"].split(",")[0] for row in found["outcomes"]))
+    lines = [f"| case | bound | {' | '.join(lanes)} |", "|---|---|" + "---|" * len(lanes)]
+    reasons: dict[str, list[str]] = {}
+    for name, rows in groupby(found["outcomes"], key=lambda row: row["case"]):
+        cells, bound = {}, 0.0
+        for row in rows:
+            lane, bound = row["lane"].split(",")[0], row["bound"]
+            if row["failure"]:
+                reasons.setdefault(f"{lane}: {row['failure'].split('; it got')[0]}", []).append(name)
+            text = "failed" if row["measured"] is None else number(row["measured"])
+            cells[lane] = f"**{text}**" if row["ok"] else text
+        lines.append(f"| {name} | {number(bound)} | {' | '.join(cells.get(lane, '') for lane in lanes)} |")
+    held = {lane: sum(r["ok"] for r in found["outcomes"] if r["lane"].split(",")[0] == lane) for lane in lanes}
+    total = len({row["case"] for row in found["outcomes"]})
+    lines += [
+        "",
+        "Within the bound: " + ", ".join(f"{lane} {count}" for lane, count in held.items()) + f" of {total}.",
+        "",
+    ]
+    return lines + [f"- {reason} ({', '.join(names)})" for reason, names in reasons.items()]
+
+
+def put(page: str, name: str, lines: list[str]) -> str:
+    """The page with the part between two marks replaced."""
+    begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+    head, rest = page.split(begin)
+    return head + begin + "\n".join(lines).rstrip() + "\n" + end + rest.split(end)[1]
+
+
+def main() -> None:
+    """Read the two files of figures and rewrite the page."""
+    page = PAGE.read_text()
+    for name, path, part in zip(("figures", "peers"), sys.argv[1:], (figures, survivors), strict=False):
+        page = put(page, name, part(loads(Path(path).read_text())))
+    PAGE.write_text(page)
+
+
+if __name__ == "__main__":
+    main()

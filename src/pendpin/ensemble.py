@@ -1,0 +1,249 @@
+"""Many starts of one scene at once.
+
+A smooth scene of few joints is compiled once, as Taylor series of several starts side by side in the processor's
+vectors, each with steps of its own; threads share the starts. Any other scene is simulated start by start, in
+processes. docs/accuracy.md has what else was measured.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from queue import SimpleQueue
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pendpin import kinematics
+from pendpin.derivations.base import Array
+from pendpin.dynamics import Dynamics, bind
+from pendpin.engines import Engine
+from pendpin.errors import InputError, Interrupted, PendpinError, RunError, shown
+from pendpin.guards import OFF, ROUNDING
+from pendpin.model import FARTHEST, Model, build
+from pendpin.processes import cores, spread
+from pendpin.records import LARGEST
+from pendpin.scene import Scene, Start
+from pendpin.simulation import simulate
+from pendpin.solvers import automatic, lane_for, taylor_takes
+from pendpin.solvers.taylor import Taylor
+
+MAX_BYTES = 4e9  # of the result
+MOST_JOINTS = 10  # for which series are chosen: five rods compile in 2 s and are ten times as fast as one by one
+SAMPLES_AT_ONCE = 256  # between two chances to stop
+STEPS_AT_ONCE = 65_536  # in so many samples; starts that need more go one by one, under the eyes of `simulate`
+MOST_IN_A_JOB = 32  # starts that a process is sent at once
+
+Watch = Callable[[int], None]
+Stop = Callable[[], bool]
+
+
+@dataclass(frozen=True)
+class EnsembleStats:
+    """What the runs took, all together."""
+
+    method: str
+    tolerance: float | None  # of a method without a fixed step
+    step: float | None  # s, of a method with one
+    steps: int
+    evaluations: int
+    seconds: float  # of integration with its sampling, summed over the workers
+    compile_seconds: float
+    workers: int
+    library: str
+    version: str
+    failures: dict[int, str] = field(default_factory=dict)  # starts that ended early, by their place, and why
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """Motions of one scene from k starts, at the same times; NaN from where a start ended early."""
+
+    joints: tuple[str, ...]
+    t: Array  # (n,) s
+    q: Array  # (k, n, nv) rad, m for prismatic joints
+    v: Array  # (k, n, nv)
+    stats: EnsembleStats
+    scene: Scene  # its own start counts for nothing but the time
+
+    def tips(self, starts: slice | Sequence[int] = slice(None)) -> Array:
+        """The far end of each rod, (starts, n, rods, 3) m in W, of all starts or of some: a URDF takes 5 us a sample."""
+        q = self.q[starts]
+        flat = kinematics.tips(self._model, kinematics.poses(self._model, q.reshape(-1, q.shape[-1])))
+        return flat.reshape(*q.shape[:2], *flat.shape[1:])
+
+    @cached_property
+    def _model(self) -> Model:
+        return build(self.scene.model)
+
+
+def simulate_many(
+    scene: Scene,
+    positions: ArrayLike,
+    velocities: ArrayLike,
+    *,
+    method: str | None = None,
+    tolerance: float | None = None,
+    workers: int | None = None,
+    watch: Watch = lambda done: None,
+) -> Ensemble:
+    """The motions of a scene from many starts, positions and velocities (k, nv) in model order, rad and rad/s.
+
+    method and tolerance stand in for those of scene.solver; with method "auto" smooth scenes of up to MOST_JOINTS
+    joints take taylor. Each row is what `simulate` gives for that start, within the tolerance; it does not depend on
+    the others. `workers` is how many threads or processes share the work, all processors unless given. `watch` is
+    called with the number of starts done.
+
+    A start that ends early is NaN from there on, and is named with the reason in `stats.failures`.
+    Raises InputError for starts or a scene that cannot be run; Interrupted (Ctrl-C), with what there is as `partial`.
+    """
+    given = {"method": method, "tolerance": tolerance}
+    solver = scene.solver.replaced(**{name: value for name, value in given.items() if value is not None})
+    scene = scene.model_copy(update={"solver": solver})
+    dynamics = bind(scene)
+    q, v = _starts(dynamics.model, scene, positions, velocities)
+    workers = _workers(workers, len(q))
+    scene = _with_method(scene, dynamics, q[0], v[0])
+    dynamics = bind(scene)
+    lane = None if scene.solver.accuracy else lane_for(scene, dynamics)
+    table = _Table(q, v, len(scene.times), watch)
+    try:
+        if isinstance(lane, Taylor):
+            _by_series(scene, dynamics, lane, table, workers)
+        _one_by_one(scene, table, workers)
+    except (KeyboardInterrupt, Interrupted):
+        reason = f"stopped by the user after {table.done.sum()} of {len(q)} starts"
+        raise Interrupted(reason, table.ensemble(scene, dynamics, workers, "not run: stopped by the user")) from None
+    except RunError as error:
+        raise RunError(str(error), table.ensemble(scene, dynamics, workers, f"not run: {error}")) from None
+    return table.ensemble(scene, dynamics, workers)
+
+
+def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> Scene:
+    """The scene with taylor where that is the method to take: its first start says whether it is stiff."""
+    solver = scene.solver
+    if solver.method != "auto" or solver.accuracy or not taylor_takes(scene, dynamics, False, MOST_JOINTS):
+        return scene
+    if automatic(dynamics, q, v, scene.duration) != "dop853":
+        return scene
+    return scene.model_copy(update={"solver": solver.replaced(method="taylor")})
+
+
+# --- what is refused ------------------------------------------------------------------------------------------------
+
+
+def _starts(model: Model, scene: Scene, positions: ArrayLike, velocities: ArrayLike) -> tuple[Array, Array]:
+    q, v = _numbers("positions", positions, model, FARTHEST), _numbers("velocities", velocities, model, LARGEST)
+    if len(q) != len(v):
+        raise InputError(f"velocities: {len(v)} starts, where positions have {len(q)}")
+    n, nv = len(scene.times), len(model.joints)
+    if (size := 16.0 * len(q) * n * nv) > MAX_BYTES:
+        raise InputError(
+            f"positions: {len(q)} starts with {n} samples of {nv} joints are {size / 1e9:.3g} GB, where "
+            f"{MAX_BYTES / 1e9:g} GB are the most: take fewer starts, or fewer solver.samples"
+        )
+    return q, v
+
+
+def _numbers(name: str, given: ArrayLike, model: Model, most: float) -> Array:
+    """Rows of finite numbers, (k, nv), as an array of their own."""
+    nv = len(model.joints)
+    try:
+        rows = np.array(given)
+    except ValueError:
+        raise InputError(f"{name}: rows of different lengths, where each start has {nv} numbers") from None
+    if rows.dtype.kind not in "iuf":
+        raise InputError(f"{name}: {shown(given)} is no array of numbers")
+    if rows.ndim != 2 or rows.shape[1] != nv or not len(rows):
+        raise InputError(f"{name}: shape {rows.shape}, where (starts, {nv}) is wanted, with at least one start")
+    rows = rows.astype(float)
+    if (bad := ~(np.abs(rows) <= most)).any():
+        start, joint = np.argwhere(bad)[0]
+        wanted = f"a finite number up to {most:g}"
+        raise InputError(f"{name}[{start}]: {model.joints[joint]} is {rows[start, joint]:g}, not {wanted}")
+    return rows
+
+
+def _workers(given: int | None, starts: int) -> int:
+    if given is None:
+        return min(cores(), starts)
+    if not isinstance(given, int) or isinstance(given, bool) or given < 1:
+        raise InputError(f"workers: {shown(given)} is not a whole number above 0")
+    return min(given, starts)
+
+
+# --- what is done ---------------------------------------------------------------------------------------------------
+
+
+class _Table:
+    """The starts, and the rows that there are; several threads may write, each its own rows."""
+
+    def __init__(self, q: Array, v: Array, samples: int, watch: Watch) -> None:
+        shape = (len(q), samples, q.shape[1])
+        self.starts, self.q, self.v = (q, v), np.full(shape, np.nan), np.full(shape, np.nan)
+        self.done, self._watch = np.zeros(len(q), dtype=bool), watch
+        self.took, self.methods, self.failures = _Took(), set[str](), dict[int, str]()
+
+    def finish(self, places: NDArray[Any], took: "_Took") -> None:
+        """Book rows as done."""
+        self.done[places] = True
+        self.took = self.took.plus(took)
+        self._watch(int(self.done.sum()))
+
+    def ensemble(self, scene: Scene, dynamics: Dynamics, workers: int, left: str = "") -> Ensemble:
+        """The result; `left` says why the rest was not run."""
+        failures = self.failures | {int(place): left for place in np.flatnonzero(~self.done)}
+        solver, took = scene.solver, self.took
+        method = ", ".join(sorted(self.methods)) or solver.method
+        stats = EnsembleStats(
+            *(method, solver.tolerance, solver.step, took.steps, took.evaluations, took.seconds),
+            *(took.compile_seconds, workers, took.library, took.version, dict(sorted(failures.items()))),
+        )
+        return Ensemble(dynamics.model.joints, scene.start.time + scene.times, self.q, self.v, stats, scene)
+
+
+class _Took(NamedTuple):
+    """What some runs took."""
+
+    steps: int = 0
+    evaluations: int = 0
+    seconds: float = 0.0
+    compile_seconds: float = 0.0
+    library: str = ""
+    version: str = ""
+
+    def plus(self, other: "_Took") -> "_Took":
+        """The sum of both."""
+        counts = (mine + theirs for mine, theirs in zip(self[:4], other[:4], strict=True))
+        return _Took(*counts, self.library or other.library, self.version or other.version)
+
+
+# --- as series, side by side ----------------------------------------------------------------------------------------
+
+
+def _by_series(scene: Scene, dynamics: Dynamics, lane: Taylor, table: _Table, workers: int) -> None:
+    """Fill in the rows that end well; what is not done after that wants a closer look."""
+    import heyoka
+
+    begin, width = time.perf_counter(), 2 * heyoka.recommended_simd_size()
+    series = lane.compiled(dynamics.engine, width)
+    spent = _Took(0, 0, 0.0, time.perf_counter() - begin, lane.library, lane.version)
+    table.finish(np.arange(0), spent)
+    stopped: list[bool] = []
+    spare: SimpleQueue[Any] = SimpleQueue()
+    for _ in range(workers):
+        spare.put(replica(series))
+    run = partial(_batch, spare, dynamics.engine, scene.times, table, lambda: bool(stopped))
+    batches = [np.arange(first, min(first + width, len(table.done))) for first in range(0, len(table.done), width)]
+    pool = ThreadPoolExecutor(workers)
+    try:
+        for done in as_completed([pool.submit(run, places) for places in batches]):
+            places, steps, seconds = done.result()
+            good = places[_sound(dynamics, table.q[places], table.v[places])]
+            table.finish(good, _Took(steps, steps, seconds))
+    finally:
+        stopped.append(True)
+        pool.shutdown(cancel_futures=True)

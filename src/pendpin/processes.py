@@ -1,0 +1,71 @@
+"""Work spread over processes, which end with the one that started them, however it ends."""
+
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from threading import Thread
+
+from pendpin.errors import RunError
+
+DIED = (
+    "a process that does a part of the work has died; in a script the call belongs under "
+    '`if __name__ == "__main__":`, else memory may have run out: take fewer workers'
+)
+
+
+def cores() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def spread[Job, Result](
+    task: Callable[[Job], Result], jobs: Sequence[Job], workers: int
+) -> Iterator[tuple[int, Result]]:
+    """The results of `task`, as they come, each with its job's place; by one worker here, by more in processes.
+
+    Close the iterator to end them: they stop at once, as they do where this process is killed. What a task raises is
+    raised here; RunError where a process dies.
+    """
+    if workers == 1:
+        yield from ((place, task(job)) for place, job in enumerate(jobs))
+        return
+    context = get_context("spawn")  # heyoka and BLAS have threads, which a fork does not survive
+    listening, held = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(workers, context, _tied, (listening,))
+    try:
+        with _without_interrupts():
+            places = {pool.submit(task, job): place for place, job in enumerate(jobs)}
+        for done in as_completed(places):
+            yield places.pop(done), done.result()
+        pool.shutdown()
+    except BrokenProcessPool:
+        raise RunError(DIED) from None
+    finally:
+        held.close()  # ends the processes that are at work
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Processes that start in the block never hear Ctrl-C, which is for this one to answer; here it waits that long."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _tied(link: Connection) -> None:
+    Thread(target=_end_with, args=(link,), daemon=True).start()
+
+
+def _end_with(link: Connection) -> None:
+    """Wait until the other end of the link is closed, by hand or by death; then end this process, whatever it does."""
+    with suppress(EOFError, OSError):
+        link.recv_bytes()
+    os._exit(1)
