@@ -25,7 +25,7 @@ KINDS = {
     "stop": 14,
 }
 MOST_COMPILED = 2  # rods on symbols, in most scenes: more compile for seconds
-LIMITS = {0.5: 92, 2.0: 6, 10.0: 2}  # s
+LIMITS = {0.25: 92, 2.0: 6, 10.0: 2}  # s
 SPECIAL = (0.0, -0.0, 1e-300, 5e-324, 1e-9, 1e-3, 1.0, 1e3, 1e9)
 
 
@@ -299,7 +299,9 @@ class _Maker:
 
     def set_off(self, v: Table) -> None:
         """The rates to start with: what there is, none, or far more."""
-        match self.one_of({"as it is": 70, "rest": 17, "fast": 8, "huge": 5 * (self.wild > 0), "beyond": self.wild > 1}):
+        match self.one_of(
+            {"as it is": 70, "rest": 17, "fast": 8, "huge": 5 * (self.wild > 0), "beyond": self.wild > 1}
+        ):
             case "rest":
                 v |= dict.fromkeys(v, 0.0)
             case "fast":
@@ -327,7 +329,7 @@ class _Maker:
             return self.random.choice((0.0, 1e-12, 1e-300, 1e-3))
         if self.chance(0.02):
             return 20.0
-        return min(10 ** self.random.uniform(-0.5, 1.5) / self.fast, 20.0)
+        return min(10 ** self.random.uniform(-0.5, 1.3) / self.fast, 20.0)
 
     def solver(self, duration: float, kinds: set[str]) -> Table:
         method, engine = self.one_of(METHODS), self.one_of(ENGINES)

@@ -46,6 +46,18 @@ def test_pinocchios_own_joints_fail_where_ours_hold() -> None:
     assert beside["pin Spherical, LOCAL"].verdict == "fails"
 
 
+@pytest.mark.skipif(not (find_spec("mujoco") and find_spec("pydrake")), reason="pip install mujoco drake")
+def test_other_simulators_run_the_same_cases() -> None:
+    """Beside "auto", without claims: all of them start and stop; none falls from the pole with a thin rod's spin."""
+    found = hard([CHEAP, "pole-spin-thin", "late"], peers=True)  # "late" is not for them
+    assert not found.broken
+    held = {(row.case, row.lane.split(",")[0]): row.ok for row in found.outcomes}
+    lanes = ("auto", "MuJoCo RK4", "Drake RK5", "SciPy DOP853")
+    assert held == {
+        (name, lane): name == CHEAP or lane == "auto" for name in (CHEAP, "pole-spin-thin") for lane in lanes
+    }
+
+
 SINUSOIDS = {
     "motor": fx.Motor(joint="theta", amplitude=100.0, frequency=1e3),
     "push": fx.Push(link="rod", amplitude=(0.0, 100.0, 0.0), frequency=1e3),

@@ -196,7 +196,7 @@ def test_drake_keeps_the_derivative_of_a_rejected_step():
 
     from pendpin.peers.drake import _plant, _set
 
-    task = pendpin.peers._task(chain(3))
+    task = pendpin.peers.task_of(chain(3))
     plant = _plant(task)
 
     def end(caching):

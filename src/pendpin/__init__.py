@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from pendpin.costs import cost
     from pendpin.crosschecks import crosscheck
     from pendpin.dynamics import Dynamics, bind
+    from pendpin.ensemble import Ensemble, simulate_many
     from pendpin.errors import InputError, MissingLibrary, PendpinError, RunError
     from pendpin.scene import Chain, Rod, Scene, Solver, Start, UrdfModel, load_scene
     from pendpin.simulation import simulate
@@ -19,6 +20,7 @@ _HOMES = {
     "costs": ("cost",),
     "crosschecks": ("crosscheck",),
     "dynamics": ("Dynamics", "bind"),
+    "ensemble": ("Ensemble", "simulate_many"),
     "errors": ("InputError", "MissingLibrary", "PendpinError", "RunError"),
     "scene": ("Chain", "Rod", "Scene", "Solver", "Start", "UrdfModel", "load_scene"),
     "simulation": ("simulate",),
@@ -29,6 +31,7 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 __all__ = [
     "Chain",
     "Dynamics",
+    "Ensemble",
     "InputError",
     "MissingLibrary",
     "PendpinError",
@@ -45,6 +48,7 @@ __all__ = [
     "effects",
     "load_scene",
     "simulate",
+    "simulate_many",
 ]
 
 

@@ -99,7 +99,7 @@ class Contacts:
             if not into.any():
                 return v
             v = self._impact(q, v, into, t)
-        raise RunError(f"at t = {t:g} s impacts on several stops at once do not come to an end")
+        raise RunError(f"{t:g} s after the start impacts on several stops at once do not come to an end")
 
     def _into_stop(self, q: Array, v: Array) -> Mask:
         return ((q >= self.upper) & (v > 0)) | ((q <= self.lower) & (v < 0))
@@ -144,7 +144,7 @@ class Contacts:
             if not unfit.any():
                 return mode
             mode = self._mended(t, q, v, mode, int(np.argmax(unfit)))
-        raise RunError(f"at t = {t:g} s it does not come out which joints stick")
+        raise RunError(f"{t:g} s after the start it does not come out which joints stick")
 
     def _unfit(self, t: float, q: Array, v: Array, mode: Mode) -> Mask:
         """Held joints out of their range, and joints that set out against their acceleration."""

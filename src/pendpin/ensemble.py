@@ -5,14 +5,11 @@ vectors, each with steps of its own; threads share the starts. Any other scene i
 processes. docs/accuracy.md has what else was measured.
 """
 
-import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import closing
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
-from queue import SimpleQueue
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,25 +17,22 @@ from numpy.typing import ArrayLike, NDArray
 from pendpin import kinematics
 from pendpin.derivations.base import Array
 from pendpin.dynamics import Dynamics, bind
-from pendpin.engines import Engine
-from pendpin.errors import InputError, Interrupted, PendpinError, RunError, shown
+from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.guards import OFF, ROUNDING
 from pendpin.model import FARTHEST, Model, build
 from pendpin.processes import cores, spread
 from pendpin.records import LARGEST
 from pendpin.scene import Scene, Start
+from pendpin.side_by_side import Places, side_by_side
 from pendpin.simulation import simulate
 from pendpin.solvers import automatic, lane_for, taylor_takes
 from pendpin.solvers.taylor import Taylor
+from pendpin.trajectory import Stats
 
 MAX_BYTES = 4e9  # of the result
 MOST_JOINTS = 10  # for which series are chosen: five rods compile in 2 s and are ten times as fast as one by one
-SAMPLES_AT_ONCE = 256  # between two chances to stop
-STEPS_AT_ONCE = 65_536  # in so many samples; starts that need more go one by one, under the eyes of `simulate`
-MOST_IN_A_JOB = 32  # starts that a process is sent at once
 
 Watch = Callable[[int], None]
-Stop = Callable[[], bool]
 
 
 @dataclass(frozen=True)
@@ -58,7 +52,7 @@ class EnsembleStats:
     failures: dict[int, str] = field(default_factory=dict)  # starts that ended early, by their place, and why
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ensemble:
     """Motions of one scene from k starts, at the same times; NaN from where a start ended early."""
 
@@ -80,6 +74,7 @@ class Ensemble:
         return build(self.scene.model)
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # what overflows is found, and said
 def simulate_many(
     scene: Scene,
     positions: ArrayLike,
@@ -108,7 +103,7 @@ def simulate_many(
     workers = _workers(workers, len(q))
     scene = _with_method(scene, dynamics, q[0], v[0])
     dynamics = bind(scene)
-    lane = None if scene.solver.accuracy else lane_for(scene, dynamics)
+    lane = None if scene.solver.accuracy or scene.solver.method == "auto" else lane_for(scene, dynamics)
     table = _Table(q, v, len(scene.times), watch)
     try:
         if isinstance(lane, Taylor):
@@ -116,10 +111,12 @@ def simulate_many(
         _one_by_one(scene, table, workers)
     except (KeyboardInterrupt, Interrupted):
         reason = f"stopped by the user after {table.done.sum()} of {len(q)} starts"
-        raise Interrupted(reason, table.ensemble(scene, dynamics, workers, "not run: stopped by the user")) from None
+        raise Interrupted(
+            reason, table.ensemble(scene, dynamics.model.joints, workers, "not run: stopped by the user")
+        ) from None
     except RunError as error:
-        raise RunError(str(error), table.ensemble(scene, dynamics, workers, f"not run: {error}")) from None
-    return table.ensemble(scene, dynamics, workers)
+        raise RunError(str(error), table.ensemble(scene, dynamics.model.joints, workers, f"not run: {error}")) from None
+    return table.ensemble(scene, dynamics.model.joints, workers)
 
 
 def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> Scene:
@@ -178,33 +175,6 @@ def _workers(given: int | None, starts: int) -> int:
 # --- what is done ---------------------------------------------------------------------------------------------------
 
 
-class _Table:
-    """The starts, and the rows that there are; several threads may write, each its own rows."""
-
-    def __init__(self, q: Array, v: Array, samples: int, watch: Watch) -> None:
-        shape = (len(q), samples, q.shape[1])
-        self.starts, self.q, self.v = (q, v), np.full(shape, np.nan), np.full(shape, np.nan)
-        self.done, self._watch = np.zeros(len(q), dtype=bool), watch
-        self.took, self.methods, self.failures = _Took(), set[str](), dict[int, str]()
-
-    def finish(self, places: NDArray[Any], took: "_Took") -> None:
-        """Book rows as done."""
-        self.done[places] = True
-        self.took = self.took.plus(took)
-        self._watch(int(self.done.sum()))
-
-    def ensemble(self, scene: Scene, dynamics: Dynamics, workers: int, left: str = "") -> Ensemble:
-        """The result; `left` says why the rest was not run."""
-        failures = self.failures | {int(place): left for place in np.flatnonzero(~self.done)}
-        solver, took = scene.solver, self.took
-        method = ", ".join(sorted(self.methods)) or solver.method
-        stats = EnsembleStats(
-            *(method, solver.tolerance, solver.step, took.steps, took.evaluations, took.seconds),
-            *(took.compile_seconds, workers, took.library, took.version, dict(sorted(failures.items()))),
-        )
-        return Ensemble(dynamics.model.joints, scene.start.time + scene.times, self.q, self.v, stats, scene)
-
-
 class _Took(NamedTuple):
     """What some runs took."""
 
@@ -212,38 +182,122 @@ class _Took(NamedTuple):
     evaluations: int = 0
     seconds: float = 0.0
     compile_seconds: float = 0.0
-    library: str = ""
-    version: str = ""
 
     def plus(self, other: "_Took") -> "_Took":
         """The sum of both."""
-        counts = (mine + theirs for mine, theirs in zip(self[:4], other[:4], strict=True))
-        return _Took(*counts, self.library or other.library, self.version or other.version)
+        steps, evaluations = self.steps + other.steps, self.evaluations + other.evaluations
+        return _Took(steps, evaluations, self.seconds + other.seconds, self.compile_seconds + other.compile_seconds)
+
+
+class _Table:
+    """The starts, and the rows that there are."""
+
+    def __init__(self, q: Array, v: Array, samples: int, watch: Watch) -> None:
+        shape = (len(q), samples, q.shape[1])
+        self.starts, self.q, self.v = (q, v), np.full(shape, np.nan), np.full(shape, np.nan)
+        self.done, self._watch = np.zeros(len(q), dtype=bool), watch
+        self.took, self.failures = _Took(), dict[int, str]()
+        self.methods, self.libraries = set[str](), set[tuple[str, str]]()
+
+    def finish(self, places: Places | int, took: _Took) -> None:
+        """Book rows as done, and what they took."""
+        self.done[places] = True
+        self.took = self.took.plus(took)
+        self._watch(int(self.done.sum()))
+
+    def ensemble(self, scene: Scene, joints: tuple[str, ...], workers: int, left: str = "") -> Ensemble:
+        """The result; `left` says why the rest was not run."""
+        self.q[~self.done], self.v[~self.done] = np.nan, np.nan
+        failures = self.failures | {int(place): left for place in np.flatnonzero(~self.done)}
+        solver, took = scene.solver, self.took
+        stats = EnsembleStats(
+            method=_listed(self.methods) or solver.method,
+            tolerance=solver.tolerance,
+            step=solver.step,
+            steps=took.steps,
+            evaluations=took.evaluations,
+            seconds=took.seconds,
+            compile_seconds=took.compile_seconds,
+            workers=workers,
+            library=_listed({name for name, _ in self.libraries}),
+            version=_listed({version for _, version in self.libraries}),
+            failures=dict(sorted(failures.items())),
+        )
+        return Ensemble(joints, scene.start.time + scene.times, self.q, self.v, stats, scene)
+
+
+def _listed(names: set[str]) -> str:
+    return ", ".join(sorted(names))
 
 
 # --- as series, side by side ----------------------------------------------------------------------------------------
 
 
 def _by_series(scene: Scene, dynamics: Dynamics, lane: Taylor, table: _Table, workers: int) -> None:
-    """Fill in the rows that end well; what is not done after that wants a closer look."""
-    import heyoka
+    """Fill in what ends well; the rest wants the closer look of `simulate`."""
+    table.methods.add("taylor")
+    table.libraries.add((lane.library, lane.version))
+    with closing(side_by_side(lane, dynamics.engine, scene.times, *table.starts, workers)) as batches:
+        for places, q, v, steps, seconds in batches:
+            table.q[places], table.v[places] = q, v
+            table.finish(places[_sound(dynamics, q, v)], _Took(steps, steps, seconds))
+    table.took = table.took.plus(_Took(compile_seconds=lane.compile_seconds))
 
-    begin, width = time.perf_counter(), 2 * heyoka.recommended_simd_size()
-    series = lane.compiled(dynamics.engine, width)
-    spent = _Took(0, 0, 0.0, time.perf_counter() - begin, lane.library, lane.version)
-    table.finish(np.arange(0), spent)
-    stopped: list[bool] = []
-    spare: SimpleQueue[Any] = SimpleQueue()
-    for _ in range(workers):
-        spare.put(replica(series))
-    run = partial(_batch, spare, dynamics.engine, scene.times, table, lambda: bool(stopped))
-    batches = [np.arange(first, min(first + width, len(table.done))) for first in range(0, len(table.done), width)]
-    pool = ThreadPoolExecutor(workers)
+
+def _sound(dynamics: Dynamics, q: Array, v: Array) -> NDArray[np.bool_]:
+    """Whether each start (c,) came to its end, in numbers that are not too large, with the energy it should have."""
+    good = np.asarray(((np.abs(q) <= LARGEST) & (np.abs(v) <= LARGEST)).all((1, 2)))
+    if not dynamics.conservative or not good.any():
+        return good
+    ends = [rows[good][:, [0, -1]].reshape(-1, q.shape[2]) for rows in (q, v)]
+    kinetic = kinematics.kinetic_energy(dynamics.model, *ends).reshape(-1, 2)
+    potential = dynamics.potential(ends[0], kinematics.poses(dynamics.model, ends[0])).reshape(-1, 2)
+    off, moved = np.abs(np.diff(kinetic + potential))[:, 0], kinetic.max(1) + np.ptp(potential, axis=1)
+    good[good] = off <= OFF * moved + ROUNDING * (moved + np.abs(potential).max(1))
+    return good
+
+
+# --- one by one -----------------------------------------------------------------------------------------------------
+
+
+class _Row(NamedTuple):
+    """One start's motion, as far as it came."""
+
+    q: Array  # (n, nv)
+    v: Array
+    took: _Took
+    stats: Stats | None  # None where it did not begin
+    failure: str | None  # why it ended early
+
+
+def _one_by_one(scene: Scene, table: _Table, workers: int) -> None:
+    """Run what is not done yet."""
+    left = np.flatnonzero(~table.done)
+    jobs = [(table.starts[0][place], table.starts[1][place]) for place in left]
+    with closing(spread(partial(_alone, scene), jobs, max(1, min(workers, len(jobs))))) as results:
+        for job, row in results:
+            place, n = int(left[job]), len(row.q)
+            for room, rows in ((table.q, row.q), (table.v, row.v)):
+                room[place, :n], room[place, n:] = rows, np.nan
+            if row.stats:
+                table.methods.add(row.stats.method)
+                table.libraries.add((row.stats.library, row.stats.version))
+            table.failures |= {place: row.failure} if row.failure else {}
+            table.finish(place, row.took)
+
+
+def _alone(scene: Scene, start: tuple[Array, Array]) -> _Row:
+    q, v = start
+    at = Start(time=scene.start.time, positions=tuple(q.tolist()), velocities=tuple(v.tolist()))
     try:
-        for done in as_completed([pool.submit(run, places) for places in batches]):
-            places, steps, seconds = done.result()
-            good = places[_sound(dynamics, table.q[places], table.v[places])]
-            table.finish(good, _Took(steps, steps, seconds))
-    finally:
-        stopped.append(True)
-        pool.shutdown(cancel_futures=True)
+        run, failure = simulate(scene.model_copy(update={"start": at})), None
+    except Interrupted:
+        raise
+    except RunError as error:
+        run, failure = error.partial, str(error)
+    except InputError as error:
+        none = np.empty((0, len(q)))
+        return _Row(none, none, _Took(), None, str(error))
+    stats = run.stats
+    took = _Took(stats.steps, stats.evaluations, stats.seconds, stats.compile_seconds)
+    return _Row(run.q, run.v, took, stats, failure)

@@ -30,7 +30,8 @@ GUESS = {"taylor": 1.0}  # tolerance over accuracy, at first; 0.1 of the others,
 COARSER = {"taylor": 1e4}  # the pilot's error over that of the first guess; 1000 of the others
 LOOSEST = 1e-2  # tolerance of a pilot
 FINE = 1e-12  # accuracies below are for the Taylor lane wherever it can
-FINEST = 1e6  # how much finer than the last the next run may be
+FINEST = 1e6  # how much smaller than the last error the next may be
+BLIND = 16.0  # the same, after a run that did not get to its end
 COMING = 5.0  # the time of the runs to come, over that of the pilot
 COMPILING = 0.02  # s a joint
 MOST_STEPS = 1e7  # of fixed size
@@ -56,10 +57,8 @@ def reach(scene: Scene, ledger: bool, watch: Watch, limit: float | None) -> Traj
     begin, goal, length = time.perf_counter(), scene.solver.accuracy or 0.0, length_of(build(scene.model))
     way = _way(scene, ledger, watch, limit)
     scene, coarse = _compiled(scene, way.method) if _has_wrenches(scene) else scene, way.first
-    before, setting = (
-        _run(scene.by(way.method, coarse), ledger, watch, limit),
-        way.finer(coarse, COARSER.get(way.method, 1e3)),
-    )
+    before = _run(scene.by(way.method, coarse), ledger, watch, limit)
+    setting = way.finer(coarse, COARSER.get(way.method, 1e3))
     spent = before.stats.seconds
     if COMING * spent > COMPILING * len(before.joints):
         scene = _compiled(scene, way.method)
@@ -73,7 +72,7 @@ def reach(scene: Scene, ledger: bool, watch: Watch, limit: float | None) -> Traj
             return run
         if setting <= way.least or rounding > goal:
             raise RunError(_missed(goal, run, gap), run)
-        factor = float(np.clip(2 * error / goal, 10, FINEST))
+        factor = float(np.clip(2 * error / goal, 10, FINEST)) if np.isfinite(error) else BLIND
         before, coarse, setting = run, setting, way.finer(setting, factor)
 
 

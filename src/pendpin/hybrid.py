@@ -11,7 +11,7 @@ from pendpin.derivations.base import Array
 from pendpin.driving import Course
 from pendpin.dynamics import Dynamics
 from pendpin.effects import DryFriction, Stop
-from pendpin.engines import WATCH_EVERY, Derivative, Watch
+from pendpin.engines import WATCH_SLOW, Derivative, Watch
 from pendpin.errors import InputError, RunError
 from pendpin.ledger import Ledger
 from pendpin.solvers import Adaptive, Lane
@@ -53,7 +53,7 @@ class Hybrid(Course):
         rows, failure = self._rows(found.samples, ahead[: len(found.samples)], mode), found.failure
         at_once, events = at_once + 1 if found.t <= t else 0.0, int(found.fired is not None)
         if at_once > MOST_AT_ONCE:
-            failure = f"events at t = {t:g} s do not come to an end"
+            failure = f"events {t:g} s after the start do not come to an end"
         if not failure:
             try:
                 y, mode = self._after(found, mode)
@@ -94,7 +94,7 @@ class Hybrid(Course):
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             self.calls += 1
-            if not self.calls % WATCH_EVERY:
+            if not self.calls % WATCH_SLOW:
                 self.watch(t)
             dy[:nv] = y[nv : 2 * nv]
             dy[nv : 2 * nv], _ = contacts.accelerate(t, y[:nv], y[nv : 2 * nv], mode)

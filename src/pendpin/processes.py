@@ -2,15 +2,19 @@
 
 import os
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from threading import Thread
+from typing import TypeVar
 
 from pendpin.errors import RunError
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
 
 DIED = (
     "a process that does a part of the work has died; in a script the call belongs under "
@@ -23,9 +27,9 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def spread[Job, Result](
+def spread(
     task: Callable[[Job], Result], jobs: Sequence[Job], workers: int
-) -> Iterator[tuple[int, Result]]:
+) -> Generator[tuple[int, Result], None, None]:
     """The results of `task`, as they come, each with its job's place; by one worker here, by more in processes.
 
     Close the iterator to end them: they stop at once, as they do where this process is killed. What a task raises is

@@ -1,6 +1,6 @@
 """The engines: each computes a model's motion by its own equations, in its own coordinates."""
 
-from pendpin.engines.base import WATCH_EVERY, AngleEngine, Derivative, Engine, Loads, Sample, Watch
+from pendpin.engines.base import WATCH_SLOW, AngleEngine, Derivative, Engine, Loads, Sample, Watch
 from pendpin.engines.canonical import Canonical, CanonicalForm
 from pendpin.engines.compiled import Compiled, Symbolic
 from pendpin.engines.long_chain import LongChain
@@ -9,7 +9,7 @@ from pendpin.engines.thin import MAX_SPHERICAL, Directions, Spherical
 
 __all__ = [
     "MAX_SPHERICAL",
-    "WATCH_EVERY",
+    "WATCH_SLOW",
     "AngleEngine",
     "Canonical",
     "CanonicalForm",

@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.derivations.base import Array
 from pendpin.effects import Motion
-from pendpin.engines.base import Derivative, Engine, Sample, Watch, counted
+from pendpin.engines.base import WATCH_EVERY, Derivative, Engine, Sample, Watch, counted
 
 Symbolic = Callable[[Any, Array], Array]  # t, y (size,) -> (size,), all symbols
 
@@ -52,7 +52,7 @@ class Compiled(Engine):
         def derivative(dy: Array, t: float, y: Array) -> None:
             function(y, outputs=dy, time=t)
 
-        return counted(derivative, watch)
+        return counted(derivative, watch, WATCH_EVERY)
 
     @cached_property
     def _rate(self) -> Any:

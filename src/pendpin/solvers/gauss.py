@@ -18,11 +18,12 @@ from pendpin.derivations.base import Array
 from pendpin.engines import Canonical, CanonicalForm, Derivative, Engine, Revolute, Watch
 from pendpin.errors import InputError
 from pendpin.solvers.base import Lane, Memory, Stretch
-from pendpin.solvers.fixed import LOOK_EVERY, intervals
+from pendpin.solvers.fixed import intervals
 
 STAGES = {"gauss2": 1, "gauss4": 2, "gauss6": 3}
 MOST_ITERATIONS = 40
 STEPS = 2  # whose stages are kept, to guess the next from
+WATCH_STEPS = 16  # between two calls of a watcher: a step takes 0.1 ms, and a hundred times that where it goes badly
 PATIENCE = 8  # iterations with the first matrix; then each has its own
 UNSOLVED = "the stage equations are not solved"
 EPS = np.finfo(float).eps
@@ -106,11 +107,11 @@ class Gauss(Lane):
         for start, count, h in intervals(times, self.step):
             for i in range(count):
                 t = start + i * h
-                if not steps % LOOK_EVERY:
+                if not steps % WATCH_STEPS:
                     self._watch(t)
                 stages = self._solve(t, h)
                 if stages is None:
-                    return Stretch(np.array(states), steps, f"{UNSOLVED} at t = {t:g} s: take a smaller step")
+                    return Stretch(np.array(states), steps, f"{UNSOLVED} {t:g} s after the start: take a smaller step")
                 others = others + h * self._quadrature(derivative, t, h, stages, others)
                 self._state.advance(h * (self.rule.b @ stages.velocity), h * (self.rule.b @ stages.force), stages)
                 steps += 1

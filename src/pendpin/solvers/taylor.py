@@ -60,7 +60,7 @@ class Taylor(Lane):
             raise InputError("ledger: taylor keeps no books of work; these do: " + ", ".join(NAMES))
         series.time, series.state[:] = times[0], (memory or self.memory(y))["series"]
         if times[0] == 0:
-            self._set_out(float(times[-1]))
+            self._set_out(float(times[1]))
         states, failure = y[None], None
         while len(states) < len(times) and failure is None:
             self._watch(series.time)
@@ -81,7 +81,7 @@ class Taylor(Lane):
         coefficients = np.abs(series.tc[:, 1:]) / max(1.0, np.abs(series.state).max())
         fastest = (coefficients ** (1 / np.arange(1, coefficients.shape[1] + 1))).max()
         if fastest > 0:
-            series.step(max_delta_t=min(FIRST_STEP / fastest, end - series.time))
+            series.step(max_delta_t=min(FIRST_STEP / fastest, end / 2))
             self._steps += 1
 
     def compiled(self, engine: Engine, width: int | None = None) -> Any:

@@ -1,0 +1,180 @@
+"""A slice of the campaign of random scenes; and its judge sees what it is there to see."""
+
+import os
+import signal
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+import random_scenes
+from pendpin.effects import JointEffect
+from random_scenes import FAULT, keep, outcome, outcomes
+from scene_generator import ENGINES, KINDS, METHODS, RODS, Case, case_of
+
+SEED, COUNT = 2026, 60
+LIMIT = 0.2  # s of a scene: one that takes longer is stopped, which is no fault
+SWING = Case(
+    {
+        "duration": 1.0,
+        "model": {"kind": "chain", "rods": [{"length": 1.0, "mass": 1.0, "radius": 0.02}]},
+        "start": {"positions": {"theta": 1.0}},
+        "effects": [{"kind": "gravity"}],
+        "solver": {"method": "dop853", "samples": 11},
+    },
+    True,
+    10.0,
+)
+
+
+class Wrong(JointEffect):
+    """A spring of 1 N m/rad whose potential is too large by a millionth, or whatever `act` does."""
+
+    kind: Literal["wrong"] = "wrong"
+    act: Any = None
+
+    def torques(self, t: Any, q: Any, v: Any, xp: Any = np) -> Any:
+        """As `JointEffect.torques`."""
+        return -q if self.act is None else self.act(q)
+
+    def potential(self, q: Any, xp: Any = np) -> Any:
+        """As `JointEffect.potential`."""
+        return (1 + 1e-6) / 2 * (q**2).sum(-1)
+
+
+def swing(*effects: Any, **changed: Any) -> Case:
+    """One rod that swings, with other effects."""
+    return SWING._replace(scene=SWING.scene | {"effects": [*SWING.scene["effects"], *effects]} | changed)
+
+
+def test_no_fault_in_a_slice(tmp_path: Path) -> None:
+    """Every scene ends in a run whose books balance or in one line; most in a run."""
+    found = [outcome(case_of(SEED, number, tmp_path)._replace(limit=LIMIT)) for number in range(COUNT)]
+    assert [result for result in found if result.kind == FAULT] == []
+    assert {"balanced", "stopped"} <= {result.kind for result in found}
+
+
+def test_scenes_are_of_every_kind_and_come_from_their_seed_alone(tmp_path: Path) -> None:
+    """All effects, methods, engines and numbers of rods are among them; the same number is the same scene."""
+    cases = [case_of(SEED, number, tmp_path) for number in range(600)]
+    assert cases[500] == case_of(SEED, 500, tmp_path)
+    effects = [effect for case in cases for effect in case.scene["effects"]]
+    assert {effect["kind"] for effect in effects} == {"gravity", *KINDS}
+    assert any("csv" in effect for effect in effects)
+    assert {case.scene["solver"]["method"] for case in cases} == set(METHODS)
+    assert {case.scene["solver"]["engine"] for case in cases} == set(ENGINES)
+    assert {pp.Chain(**case.scene["model"]).count for case in cases} == set(RODS)
+
+
+@pytest.mark.parametrize(
+    ("case", "kind"),
+    [
+        (swing(), "balanced"),
+        (swing({"kind": "viscous", "coefficient": 0.1})._replace(ledger=False), "no books"),
+        (swing(solver={"method": "euler", "step": 0.01, "samples": 11}), "coarse"),
+        (swing(duration=-1.0), "refused"),
+        (swing(solver={"method": "rk4", "step": 1.0, "samples": 11}, duration=50.0), "stopped"),
+        (swing(Wrong()), FAULT),
+        (swing(Wrong(act=lambda q: 1 / 0)), FAULT),
+    ],
+    ids=["balanced", "no books", "coarse", "refused", "stopped", "a wrong potential", "an exception"],
+)
+def test_outcomes(case: Case, kind: str) -> None:
+    """What each outcome stands for; a potential that is off by a millionth is seen."""
+    assert outcome(case).kind == kind
+
+
+def test_numbers_that_are_not_finite_are_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wherever they are in the run."""
+    run = pp.simulate(pp.Scene(**SWING.scene))
+    monkeypatch.setattr(pp, "simulate", lambda *_, **__: replace(run, wrench=run.wrench * np.nan), raising=False)
+    assert outcome(SWING).kind == FAULT
+
+
+def _spin() -> None:
+    while True:
+        pass
+
+
+@pytest.mark.parametrize(
+    ("act", "words"),
+    [
+        (_spin, "no end"),
+        (lambda: os._exit(3), "ended with 3"),
+        (lambda: os.kill(os.getpid(), signal.SIGKILL), "ended with -9"),
+        (lambda: os.write(2, b"a word from C"), "stderr"),
+    ],
+    ids=["hang", "exit", "crash", "noise"],
+)
+def test_what_happens_to_a_worker_is_a_fault(
+    act: Callable[[], object], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A hang, an end, a crash, a word on stderr; and the next scene has a worker again."""
+    judge = random_scenes.outcome
+
+    def acting(case: Case) -> random_scenes.Outcome:
+        if case == case_of(SEED, 0, tmp_path):
+            act()
+        return judge(SWING)
+
+    monkeypatch.setattr(random_scenes, "outcome", acting)
+    monkeypatch.setattr(random_scenes, "LATE", 0.2 if act is _spin else random_scenes.LATE)
+    first, second = (result for _, result in outcomes(range(2), SEED, tmp_path))
+    assert first.kind == FAULT
+    assert words in first.words
+    assert act is _spin or second.kind == "balanced"
+
+
+def test_a_fault_is_kept_as_a_scene_that_can_be_run_again(tmp_path: Path) -> None:
+    """The file holds the scene to the last bit, with its csv."""
+    (tmp_path / "files").mkdir()
+    for number in range(40):
+        keep(SEED, number, tmp_path, outcome(SWING)._replace(kind=FAULT, words="off"))
+        try:
+            scene = pp.Scene(**case_of(SEED, number, tmp_path / "files").scene)
+        except pp.InputError:
+            continue
+        assert pp.load_scene(tmp_path / f"fault_{SEED}_{number}.toml") == scene
+
+
+# --- what the campaign found ----------------------------------------------------------------------------------------
+
+
+def test_books_begin_after_the_impacts_at_the_start() -> None:
+    """What a stop takes from a joint that sets out into it is gone before the first sample."""
+    case = swing(
+        {"kind": "stop", "upper": 1.0, "joints": ["theta"]},
+        start={"positions": {"theta": 1.0}, "velocities": {"theta": 2.0, "phi": 1.0}},
+    )
+    run = pp.simulate(pp.Scene(**case.scene), ledger=True)
+    assert run.work["stop"][0] == 0
+    assert run.imbalance < 1e-9
+
+
+@pytest.mark.parametrize("engine", ["auto", "pinocchio", "chain"])
+def test_a_lane_that_fails_at_once_leaves_no_states_to_read(engine: str) -> None:
+    """No states of an engine are no positions and no rates."""
+    thin = {"kind": "chain", "rods": [{"length": 1.0, "mass": 1.0}], "copies": 3}
+    dynamics = pp.bind(pp.Scene(model=thin, solver={"engine": engine}))  # pyright: ignore[reportArgumentType]
+    none = dynamics.engine.pack(np.zeros(6), np.zeros(6))[None][:0]
+    q, v = dynamics.engine.unpack(np.empty(0), none, np.zeros(6))
+    assert q.shape == v.shape == (0, 6)
+
+
+@pytest.mark.parametrize("solver", [{"engine": "chain"}, {"method": "gauss6", "step": 0.002}], ids=["chain", "gauss6"])
+def test_slow_equations_look_at_the_clock_often(solver: dict[str, Any]) -> None:
+    """Where an evaluation takes milliseconds, the time reached is told every hundred of them or so."""
+    seen: list[float] = []
+    run = pp.simulate(pp.Scene(**swing(solver=solver).scene), watch=seen.append)
+    assert len(seen) > run.stats.evaluations / 200
+
+
+def test_a_late_start_and_the_time_of_a_failure() -> None:
+    """What is said about a failure does not mix two clocks."""
+    scene = swing(start={"time": 1e6, "positions": {"theta": 1.0}}, solver={"method": "gauss2", "step": 1e3}).scene
+    with pytest.raises(pp.RunError, match=r"t = 1000000 s of 1000020 s: .* 0 s after the start"):
+        pp.simulate(pp.Scene(**scene | {"duration": 20.0, "solver": scene["solver"] | {"samples": 2}}))
