@@ -95,7 +95,7 @@ def _urdfs(folder: Path) -> Reader:
     from pendpin import simulate
     from pendpin.dynamics import Dynamics
     from pendpin.model import build
-    from pendpin.scene import Chain, Rod, Scene, UrdfModel
+    from pendpin.scene import Chain, Rod, Scene, Solver, UrdfModel
     from pendpin.urdf_chain import chain_urdf
 
     def take(path: Path) -> None:
@@ -104,7 +104,7 @@ def _urdfs(folder: Path) -> Reader:
         state = np.sin(1.0 + np.arange(len(dynamics.model.joints)))
         if not np.isfinite(dynamics.acceleration(0.0, state, state)).all():
             raise Finding("an acceleration that is not finite")
-        _draw(simulate(Scene(model=model, duration=0.0)))
+        _draw(simulate(Scene(model=model, duration=0.0, solver=Solver(method="dop853"))))
 
     texts = [path.read_text() for path in sorted((ROOT / "urdf").glob("*.urdf"))]
     texts.append(chain_urdf(Chain(rods=(Rod(length=1.0, mass=1.0, radius=0.01, payload=0.2),), copies=2)))

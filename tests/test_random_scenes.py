@@ -175,6 +175,7 @@ def test_slow_equations_look_at_the_clock_often(solver: dict[str, Any]) -> None:
 
 def test_a_late_start_and_the_time_of_a_failure() -> None:
     """What is said about a failure does not mix two clocks."""
-    scene = swing(start={"time": 1e6, "positions": {"theta": 1.0}}, solver={"method": "gauss2", "step": 1e3}).scene
+    start = {"time": 1e6, "positions": {"theta": 1.0, "phi": 1.0}, "velocities": {"theta": 30.0}}
+    solver = {"method": "gauss4", "step": 20.0, "samples": 2}
     with pytest.raises(pp.RunError, match=r"t = 1000000 s of 1000020 s: .* 0 s after the start"):
-        pp.simulate(pp.Scene(**scene | {"duration": 20.0, "solver": scene["solver"] | {"samples": 2}}))
+        pp.simulate(pp.Scene(**swing(duration=20.0, start=start, solver=solver).scene))

@@ -72,6 +72,12 @@ class Dynamics:
         base = choose_engine(self.model, self.loads, "auto", "directions" if form == "any" else form)
         return Compiled(base, right_hand_side(base, bind_loads(self.model, effects, symbols(), self.start)))
 
+    @property
+    def on_angles(self) -> bool:
+        """Whether the state is angles, so that phi = ±pi/2 is singular for thin rods."""
+        engine = self.engine
+        return isinstance(engine.base if isinstance(engine, Compiled) else engine, AngleEngine)
+
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
         """q'' (nv,) at time t. Raises InputError for arrays of another shape."""
         return self.engine.evaluate(np.array([t - self.start]), *self._states(q, v)).acceleration[0]

@@ -211,7 +211,7 @@ class _Table:
         failures = self.failures | {int(place): left for place in np.flatnonzero(~self.done)}
         solver, took = scene.solver, self.took
         stats = EnsembleStats(
-            method=_listed(self.methods) or solver.method,
+            method=", ".join(sorted(self.methods)) or solver.method,
             tolerance=solver.tolerance,
             step=solver.step,
             steps=took.steps,
@@ -219,15 +219,11 @@ class _Table:
             seconds=took.seconds,
             compile_seconds=took.compile_seconds,
             workers=workers,
-            library=_listed({name for name, _ in self.libraries}),
-            version=_listed({version for _, version in self.libraries}),
+            library=", ".join(name for name, _ in sorted(self.libraries)),
+            version=", ".join(version for _, version in sorted(self.libraries)),
             failures=dict(sorted(failures.items())),
         )
         return Ensemble(joints, scene.start.time + scene.times, self.q, self.v, stats, scene)
-
-
-def _listed(names: set[str]) -> str:
-    return ", ".join(sorted(names))
 
 
 # --- as series, side by side ----------------------------------------------------------------------------------------

@@ -67,13 +67,15 @@ def _told(scene: Scene, dynamics: Dynamics, books: Ledger | None, run: Run, note
 def _remedy(dynamics: Dynamics, run: Run) -> str:
     """What may be behind a failure: a thin rod near the pole that something turns about its joint; the fastest joint."""
     model, v = dynamics.model, np.abs(run.v[-1])
-    if run.ended is Interrupted or run.failure == OFF_THE_BOOKS:
+    if run.ended is Interrupted:
         return ""
-    if model.chain is not None:
+    if model.chain is not None and dynamics.on_angles:
         near = (np.abs(np.cos(run.q[-1, 1::2])) < NEAR_POLE) & (model.chain.I3 == 0)
         if near.any():
             rod = model.rods[int(np.argmax(near))].link
             return f"; {rod} is thin and near phi = 90 degrees, where nothing resists a torque about theta: give it a radius"
+    if run.failure == OFF_THE_BOOKS:
+        return ""
     return f"; fastest there: {model.joints[int(np.argmax(v))]}, at {v.max():.3g} (rad/s)"
 
 

@@ -135,10 +135,10 @@ def tip_errors(run: Trajectory, angles: Array, exact: Array) -> float:
 
 
 def departure(run: Trajectory, angle: Array, far: float) -> float:
-    """The first time, in s, at which an angle (n,) is `far`, by logarithms between samples; inf if it never is."""
+    """The first time, in s, at which an angle (n,) is `far`, by logarithms between samples. Raises RunError if it never is."""
     beyond = np.abs(angle) > far
     if not beyond.any():
-        return np.inf
+        raise RunError(f"it does not get {far:g} rad away", run)
     i = int(np.argmax(beyond))
     if i == 0:
         return float(run.t[0])

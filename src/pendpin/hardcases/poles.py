@@ -92,7 +92,7 @@ def passage(radius: float, aim: float) -> tuple[Scene, tuple[float, float]]:
 def _passing(radius: float, aim: float) -> Case:
     rod = Rod(length=1.0, mass=1.0, radius=radius)
     narrow = float(np.sqrt(rod.properties.I3 / inertia_about_joint(rod)))
-    where = f"{1e3 * radius:g} mm thick, aimed {aim:g} rad past the pole"
+    where = f"radius {1e3 * radius:g} mm, aimed {aim:g} rad past the pole"
 
     def measure(solve: Solve, full: bool) -> float:
         given, end = passage(radius, aim)

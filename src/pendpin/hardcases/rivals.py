@@ -107,7 +107,7 @@ def _best(case: Case, name: str) -> Outcome:
         found.append(replace(measured(case, f"{name}, {setting:g}", solve, full=False), claimed=False))
         if found[-1].seconds > LIMIT:
             break
-    return min(found, key=lambda o: np.inf if o.measured is None or np.isnan(o.measured) else o.measured)
+    return min(found, key=lambda o: np.inf if o.measured is None else o.measured)
 
 
 def _by_peer(build_peers: Callable[..., Iterator[Peer]], method: str, setting: float, given: Scene) -> Trajectory:

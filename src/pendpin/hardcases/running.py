@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from math import isfinite
 from typing import Any
 
 from pendpin.errors import InputError, Interrupted, PendpinError, choices, shown
@@ -82,11 +83,13 @@ def measured(case: Case, lane: str, solve: Solve, full: bool) -> Outcome:
     """One case solved in some way; what that raises is an outcome too."""
     begin, figure, failure = time.perf_counter(), None, None
     try:
-        figure = case.measure(solve, full)
+        figure = float(case.measure(solve, full))  # NumPy's own make no JSON
     except Interrupted:
         raise
     except PendpinError as error:
         failure = str(error)
+    if figure is not None and not isfinite(figure):
+        figure, failure = None, "its numbers are not finite"
     return Outcome(case.name, lane, figure, case.bound, time.perf_counter() - begin, failure)
 
 
