@@ -14,7 +14,8 @@ import pendpin as pp
 import random_scenes
 from pendpin.effects import JointEffect
 from random_scenes import FAULT, keep, outcome, outcomes
-from scene_generator import ENGINES, KINDS, METHODS, RODS, Case, case_of
+from scene_effects import KINDS
+from scene_generator import ENGINES, METHODS, RODS, Case, case_of
 
 SEED, COUNT = 2026, 60
 LIMIT = 0.2  # s of a scene: one that takes longer is stopped, which is no fault

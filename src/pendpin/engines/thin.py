@@ -37,11 +37,15 @@ class Thin(Engine):
         """Unit directions of the rods and their rates, (n, rods, 3) in I, from states y (n, size)."""
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """As `Engine.unpack`."""
+        """As `Engine.unpack`. d'' is computed only where a rate is read from it, at a pole."""
         if not len(y):
             return np.empty((0, len(near))), np.empty((0, len(near)))
         d, rate = self.directions(y)
-        reading = chain_angles.read(d, rate, self.bend(t, d, rate), near.reshape(-1, 2))
+        bend, near = np.zeros_like(d), near.reshape(-1, 2)
+        reading = chain_angles.read(d, rate, bend, near)
+        if (pole := (np.abs(np.cos(reading.q[..., 1])) < 2 * chain_angles.POLE).any(1)).any():
+            bend[pole] = self.bend(t[pole], d[pole], rate[pole])
+            reading = chain_angles.read(d, rate, bend, near)
         return reading.q.reshape(len(y), -1), reading.v.reshape(len(y), -1)
 
     def bend(self, t: Array, d: Array, rate: Array) -> Array:

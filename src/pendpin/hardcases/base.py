@@ -76,7 +76,7 @@ class Outcome:
     @property
     def ok(self) -> bool:
         """Whether the figure is within the bound; NaN is not."""
-        return self.measured is not None and self.measured <= self.bound
+        return self.measured is not None and bool(self.measured <= self.bound)
 
     @property
     def shown(self) -> str:
@@ -135,7 +135,7 @@ def tip_errors(run: Trajectory, angles: Array, exact: Array) -> float:
 
 
 def departure(run: Trajectory, angle: Array, far: float) -> float:
-    """The first time, in s, at which an angle (n,) is `far`, by logarithms between samples. Raises RunError if it never is."""
+    """When an angle (n,) is `far` first, in s, by logarithms between samples. Raises RunError if it never is."""
     beyond = np.abs(angle) > far
     if not beyond.any():
         raise RunError(f"it does not get {far:g} rad away", run)

@@ -12,7 +12,7 @@ from pendpin.derivations.base import Array
 from pendpin.derivations.numbers import symbols
 from pendpin.dynamics import refuse_kinks
 from pendpin.effects import Effect
-from pendpin.engines import Derivative, Engine, LongChain, Watch
+from pendpin.engines import Compiled, Derivative, Engine, LongChain, Watch
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.solvers.adaptive import NAMES, NOT_FINITE
 from pendpin.solvers.base import Lane, Memory, Stretch
@@ -90,7 +90,7 @@ class Taylor(Lane):
         Raises InputError for what the lane does not take.
         """
         joints = len(engine.model.joints)
-        if joints > MAX_JOINTS or isinstance(engine, LongChain):
+        if joints > MAX_JOINTS or isinstance(engine, LongChain | Compiled):
             raise InputError(
                 f"solver.method: taylor takes up to {MAX_JOINTS // 2} rods or {MAX_JOINTS} joints, as its series are "
                 f"compiled, and no solver.engine: this model has {joints} joints; dop853 takes it"
