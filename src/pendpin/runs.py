@@ -50,7 +50,11 @@ def run_scene(
 
 def _told(scene: Scene, dynamics: Dynamics, books: Ledger | None, run: Run, note: str) -> Trajectory:
     """The trajectory of a run that came to its end; else RunError with the good part of it, and how to go on."""
-    trajectory = _fill_in(scene, dynamics, books, run)
+    try:
+        trajectory = _fill_in(scene, dynamics, books, run)
+    except np.linalg.LinAlgError as error:
+        run = _solvable(scene, dynamics, books, run, str(error))
+        trajectory = _fill_in(scene, dynamics, books, run)
     if trajectory.sound == 0:
         raise InputError(START_OVERFLOWS)
     for count, why in ((trajectory.sound, TOO_LARGE), (balanced(trajectory), OFF_THE_BOOKS)):
@@ -62,6 +66,22 @@ def _told(scene: Scene, dynamics: Dynamics, books: Ledger | None, run: Run, note
     end = scene.start.time + scene.duration
     reason = f"the run ended at t = {trajectory.t[-1]:.10g} s of {end:.10g} s: {run.failure}"
     raise run.ended(reason + _remedy(dynamics, run) + (note if issubclass(run.ended, Halted) else ""), trajectory)
+
+
+def _solvable(scene: Scene, dynamics: Dynamics, books: Ledger | None, run: Run, why: str) -> Run:
+    """The run up to the first sample at which the equations have no solution. Raises InputError if that is the start."""
+    good, bad = 0, len(run.t)
+    while bad - good > 1:
+        middle = (good + bad) // 2
+        try:
+            _fill_in(scene, dynamics, books, run.cut(middle, why))
+        except np.linalg.LinAlgError:
+            bad = middle
+        else:
+            good = middle
+    if good == 0:
+        raise InputError(f"start: {why}")
+    return run.cut(good, why)
 
 
 def _remedy(dynamics: Dynamics, run: Run) -> str:

@@ -155,24 +155,26 @@ def _refined(system: System, correction: Correction) -> tuple[Array, Array]:
         x, turn = x + step.x, turn + step.turn
         force, turning = force + step.loads.force, turning + step.loads.turning
         if attempt:
-            last, ratio = ratio, _relative(system.rods, linear, step, x, turn)
+            last, ratio = ratio, _relative(system, linear, step, x, turn)
             if _settled(last, ratio):
                 return x, turn
     rod = int(np.abs(turn).max(0).argmax()) % system.rods.n + 1
     raise np.linalg.LinAlgError(f"no finite reactions at rod {rod}: a thin rod takes a moment at cos(phi) = 0")
 
 
-def _relative(rods: Rods, linear: Array, step: Step, x: Array, turn: Array) -> float:
+def _relative(system: System, linear: Array, step: Step, x: Array, turn: Array) -> float:
     """Size of a step beside the size of the unknowns, or of what cancels in them; the worst of the states.
 
     Near equilibrium the rods hardly turn, whereas their accelerations relative to free fall, linear, do not vanish:
-    what these mean in force and in turning is what rounding errors are to be measured by.
+    what these mean in force and in turning is what rounding errors are to be measured by. So are known moments that
+    others balance: a joint that friction holds.
     """
-    at_work = np.abs(linear).max(0)
+    rods, at_work = system.rods, np.abs(linear).max(0)
     forces = _share(rods.n, step.x[:3], x[:3], rods.m * at_work)
     with np.errstate(over="ignore"):  # levers next to nothing
         turning = at_work / (np.abs(rods.h) + np.abs(rods.k))
-    return max(forces, _share(rods.n, step.turn, turn, turning))
+        known = np.abs(system.turning).max(0) / (rods.m * (rods.h**2 + rods.k**2) + rods.inertia[0])
+    return max(forces, _share(rods.n, step.turn, turn, np.maximum(turning, known)))
 
 
 def _share(n: int, change: Array, x: Array, floor: Array) -> float:
