@@ -7,8 +7,9 @@ a step's local error adds to F stays as it is, however chaotic the motion, and t
 
 as a method with tolerance e keeps the local error of each of its numbers y_i below e (1 + |y_i|), in the mean. The sum
 is taken where it is largest among the samples, by differences as large as the tolerance, so that what is of second
-order (a stiff spring about its rest) is in it. A method with a step h has, with Omega the fastest rate in the motion
-and T its duration, local errors of (Omega h)^(p + 1) of the energy and T / h steps: (Omega h)^p Omega T in all.
+order (a stiff spring about its rest) is in it; e includes the rounding of doubles. A method with a step h has, with
+Omega the fastest rate in the motion and T its duration, local errors of (Omega h)^(p + 1) of the energy and T / h
+steps: (Omega h)^p Omega T in all.
 """
 
 from typing import NamedTuple
@@ -52,9 +53,9 @@ def books_of(scene: Scene, run: Trajectory) -> Books | None:
         moved = moved + np.abs(works).sum(0)
     size = float((moved + np.abs(run.potential)).max())
     dynamics = _dynamics(scene, run)
-    bound = _of_step(scene, dynamics, run, size) if run.stats.step else _of_tolerance(dynamics, run)
+    own = _of_step(scene, dynamics, run, size) if run.stats.step else 0.0
     rounding = EPS * (run.stats.steps + 100) * size
-    return Books(float(off.max()), bound + rounding, float(moved.max()))
+    return Books(float(off.max()), own + _of_tolerance(dynamics, run) + rounding, float(moved.max()))
 
 
 def _dynamics(scene: Scene, run: Trajectory) -> Dynamics:
@@ -68,8 +69,7 @@ def _setting(run: Trajectory) -> dict[str, float | None]:
 
 
 def _of_tolerance(dynamics: Dynamics, run: Trajectory) -> float:
-    e = run.stats.tolerance
-    assert e is not None
+    e = (run.stats.tolerance or 0.0) + EPS
     slopes = max(_sum_of_slopes(dynamics, q, v, e) for q, v in _states(run, STATES))
     accounts = sum(1 + float(np.abs(work).max()) for work in run.work.values())
     return run.stats.steps * e * (slopes + accounts)

@@ -13,6 +13,7 @@ import pytest
 import pendpin as pp
 import random_scenes
 from pendpin.effects import JointEffect
+from pendpin.engines import Revolute
 from random_scenes import FAULT, keep, outcome, outcomes
 from scene_effects import KINDS
 from scene_generator import ENGINES, METHODS, RODS, Case, case_of
@@ -180,3 +181,45 @@ def test_a_late_start_and_the_time_of_a_failure() -> None:
     solver = {"method": "gauss4", "step": 20.0, "samples": 2}
     with pytest.raises(pp.RunError, match=r"t = 1000000 s of 1000020 s: .* 0 s after the start"):
         pp.simulate(pp.Scene(**swing(duration=20.0, start=start, solver=solver).scene))
+
+
+def test_a_rod_held_by_friction_alone_has_reactions() -> None:
+    """Nothing but the Earth's rotation acts, and is balanced to the last digit: what remains is rounding, no motion."""
+    found = outcome(
+        SWING._replace(
+            scene={
+                "duration": 1.0,
+                "model": {"kind": "chain", "rods": [{"length": 1.0, "mass": 0.6}]},
+                "start": {"positions": {"theta": -0.18, "phi": -0.04}},
+                "effects": [{"kind": "rotation", "latitude": -90.0}, {"kind": "dry_friction", "kinetic": 0.4}],
+                "solver": {"method": "rk23", "engine": "chain", "samples": 3},
+            }
+        )
+    )
+    assert found.kind == "balanced", found.words
+
+
+@pytest.mark.parametrize("duration", [1e-300, 1e-14])
+def test_a_thin_rod_that_rests_at_a_pole_keeps_its_angles(duration: float) -> None:
+    """It moves along with the rod above; what is left of its own rate is rounding, and no theta is read from that."""
+    start = pp.Start(positions=(0.01, 0.17, 0.8, np.pi / 2), velocities=(-1.8, 4.0, 0.0, 0.0))
+    model = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),), copies=2)
+    run = pp.simulate(pp.Scene(model=model, start=start, duration=duration, solver=pp.Solver(samples=5)))
+    assert np.abs(run.q - run.q[0]).max() < 1e-12
+    assert np.abs(run.v - run.v[0]).max() < 1e-10
+    assert np.ptp(run.kinetic) < 1e-12 * run.kinetic[0]
+
+
+def test_a_run_keeps_what_is_before_a_sample_without_a_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where accelerations at a sample have no finite values, the run ends with the sample before it, and says why."""
+    evaluate = Revolute.evaluate
+
+    def singular(engine: Revolute, t: Any, *state: Any) -> Any:
+        if (t > 0.55).any():
+            raise np.linalg.LinAlgError("no finite reactions")
+        return evaluate(engine, t, *state)
+
+    monkeypatch.setattr(Revolute, "evaluate", singular)
+    with pytest.raises(pp.RunError, match=r"ended at t = 0.5 s of 1 s: no finite reactions") as error:
+        pp.simulate(pp.Scene(**SWING.scene))
+    assert np.allclose(error.value.partial.t, np.linspace(0, 0.5, 6))

@@ -6,14 +6,14 @@ motion itself. Where the two differ by far more than that, one of them is wrong,
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from importlib.util import find_spec
 
 import numpy as np
 
 from pendpin.derivations import exact
 from pendpin.derivations.base import Array
-from pendpin.dynamics import bind
-from pendpin.effects import ContactEffect, Effect, Gravity
+from pendpin.dynamics import MAX_COMPILED, bind
+from pendpin.effects import Effect, Gravity
 from pendpin.errors import InputError, Interrupted, PendpinError
 from pendpin.kinematics import apart, reach
 from pendpin.model import Model, build, start_state
@@ -150,13 +150,11 @@ def by_runge_kutta(scene: Scene, model: Model, length: float) -> Witness:
 
 
 def by_collocation(scene: Scene, model: Model, length: float) -> Witness:
-    """Gauss's method in positions and momenta, two step sizes extrapolated to order 8; Radau's with contacts."""
-    if any(isinstance(effect, ContactEffect) for effect in scene.effects):
-        return _of_runs("collocation (radau)", scene, length, "radau", 1e-12, 1e-11)
-    h = scene.duration / simulate(scene.by("dop853", 1e-6)).stats.steps / 2
-    runs = [simulate(scene.by("gauss6", size)) for size in (h, h / 2, h / 4)]
-    coarse, fine = (b.tips() + (b.tips() - a.tips()) / 63 for a, b in pairwise(runs))
-    return Witness("collocation (gauss6)", fine, apart(coarse, fine, length), EPS * runs[-1].stats.steps)
+    """Radau's method of order 5, on the recursion in machine code where it can be compiled."""
+    smooth = all(effect.smooth for effect in scene.effects) and len(model.joints) <= MAX_COMPILED
+    engine = "compiled" if smooth and find_spec("heyoka") else scene.solver.engine
+    scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": engine})})
+    return _of_runs(f"collocation (radau) on {bind(scene).engine.name}", scene, length, "radau", 1e-11, 1e-10)
 
 
 def _of_runs(name: str, scene: Scene, length: float, method: str, fine: float, coarse: float) -> Witness:

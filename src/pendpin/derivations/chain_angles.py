@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from pendpin.derivations.base import Array
 
 POLE = 1e-8  # |cos(phi)| below which theta, theta' are read from what the direction does next; the errors meet there
+RESTING = (
+    1e-12  # of the rates of the rod and of the one above: one that passes a pole no faster rests there, to rounding
+)
 
 
 class Reading(NamedTuple):
@@ -57,15 +60,17 @@ def _angles(above: _Turning, d: Array, rate: Array, start: Array | None) -> Arra
     theta = np.arctan2(u[:, 1], u[:, 2])
     if (pole := across < POLE).any():
         u_rate = _into(above.frame, rate) - np.cross(above.omega, u)
-        theta = _theta_at_pole(theta, u_rate, pole, start)
+        speed = np.hypot(u_rate[:, 1], u_rate[:, 2])
+        moving = speed > RESTING * (np.linalg.norm(rate, axis=1) + np.linalg.norm(above.omega, axis=1))
+        theta = np.where(pole & moving, np.arctan2(u_rate[:, 1], u_rate[:, 2]), theta)
+        theta = _theta_at_rest(theta, pole & ~moving, start)
     return _continuous(theta, np.arctan2(u[:, 0], across), start)
 
 
-def _theta_at_pole(theta: Array, u_rate: Array, pole: NDArray[np.bool_], start: Array | None) -> Array:
-    """theta (k,), at the pole from the direction in which it is crossed, or else from the sample before."""
-    speed = np.hypot(u_rate[:, 1], u_rate[:, 2])
-    theta = np.where(pole & (speed > 0), np.arctan2(u_rate[:, 1], u_rate[:, 2]), theta)
-    for sample in np.flatnonzero(pole & (speed == 0)):
+def _theta_at_rest(theta: Array, resting: NDArray[np.bool_], start: Array | None) -> Array:
+    """theta (k,), of a rod that rests at a pole from the sample before."""
+    theta = theta.copy()
+    for sample in np.flatnonzero(resting):
         if sample:
             theta[sample] = theta[sample - 1]
         elif start is not None:
@@ -103,7 +108,8 @@ def _rates(above: _Turning, q: Array, rate: Array, acceleration: Array) -> tuple
     safe_c = np.where(pole, 1.0, c)
     o1, o2 = -d2, d1
     phi_d = o2 - p[1]
-    at_pole = _theta_rate_at_pole(s, phi_d, o2, p[2], e2 + pa[0])
+    moving = np.abs(phi_d) > RESTING * (np.abs(p).sum(0) + np.abs(o1) + np.abs(o2))
+    at_pole = _theta_rate_at_pole(s, phi_d, o2, p[2], e2 + pa[0], moving)
     theta_d = np.where(pole, at_pole, (p[0] - o1) / safe_c)
     w1, w3 = -theta_d * c, -theta_d * s
     o3 = p[2] + w3
@@ -116,7 +122,6 @@ def _rates(above: _Turning, q: Array, rate: Array, acceleration: Array) -> tuple
     return turning, np.stack([theta_d, phi_d], -1), np.stack([theta_dd, phi_dd], -1)
 
 
-def _theta_rate_at_pole(s: Array, phi_d: Array, o2: Array, p3: Array, bend: Array) -> Array:
+def _theta_rate_at_pole(s: Array, phi_d: Array, o2: Array, p3: Array, bend: Array, moving: NDArray[np.bool_]) -> Array:
     """The limit of theta' at cos(phi) = 0, where d' does not show it but d'' does; 0 for a rod at rest there."""
-    moving = phi_d != 0
     return np.where(moving, -s * (bend - (o2 + phi_d) * p3) / np.where(moving, 2 * phi_d, 1.0), 0.0)

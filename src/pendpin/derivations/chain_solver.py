@@ -14,7 +14,6 @@ import numpy as np
 from scipy.linalg import get_lapack_funcs
 
 from pendpin.derivations.base import Array
-from pendpin.derivations.chain_inertia import Rods
 from pendpin.derivations.chain_system import Loads, System
 
 _pbtrf, _pbtrs = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
