@@ -132,6 +132,7 @@ def curve(name: str, *points: tuple[float, float], peer: bool = False) -> Curve:
 
 
 REPORT = CostReport(
+    subject="2 rods",
     curves=(
         curve("cheap", (1e-2, 1e-3), (1e-4, 1e-2), (1e-6, 1e-1)),
         curve("fine", (1e-2, 2e-2), (1e-8, 2e-2 * 10**0.6)),

@@ -215,7 +215,7 @@ def cost(
         float, typer.Option(help="The tip error, over the chain's length, that is asked about.")
     ] = 1e-9,
     peers: Annotated[bool, typer.Option("--peers", help="Beside them MuJoCo, Drake and plain SciPy.")] = False,
-    budget: Annotated[float, typer.Option(min=0, help="The longest run of a lane, in s.")] = 2.0,
+    budget: Annotated[float, typer.Option(min=0, help="The longest run of a lane, in s.")] = 1.0,
     plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
     json: Json = False,
 ) -> None:

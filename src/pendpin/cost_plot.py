@@ -46,7 +46,7 @@ def draw_cost(report: CostReport) -> Any:
         _line(ax, curve, report.error, i)
     _front(ax, report)
     _frame(ax, report)
-    title = f"What accuracy costs: {report.horizon:.3g} s of motion"
+    title = f"What accuracy costs: {report.subject}, {report.horizon:.3g} s"
     ax.set_title(title, loc="left", fontsize=13, fontweight="bold")
     figure.supxlabel(f"{report.machine}; {_versions(report)}", fontsize=7, color="#4a5568")
     return figure

@@ -62,6 +62,7 @@ def _between(cheaper: Point, dearer: Point, error: float) -> float:
 class CostReport:
     """Error against time on one scene and one machine."""
 
+    subject: str  # what moves, in words
     curves: tuple[Curve, ...]
     accuracy: float  # the one that was asked about
     error: float  # of the reference

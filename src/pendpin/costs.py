@@ -28,7 +28,7 @@ ACCURACY = 1e-9
 SAMPLES = 201  # output times of a comparison, unless the scene says how many
 KNOWN = 0.1  # of the accuracy: how well the reference has to be known
 REPETITIONS = 3
-BUDGET = 2.0  # s, of the slowest run of a lane
+BUDGET = 1.0  # s, of the slowest run of a lane
 PATIENCE = 5.0  # times the budget: how long a run may take that was thought to be within it
 FEW_JOINTS = 6
 MOST_STEPS = 20  # rungs of a ladder of steps
@@ -97,7 +97,7 @@ def cost(
         interrupted = True
     known = bench.known
     return CostReport(
-        *(tuple(curves), accuracy, known.error, known.witnesses, known.duration, known.horizon),
+        *(_subject(bench.model), tuple(curves), accuracy, known.error, known.witnesses, known.duration, known.horizon),
         *(machine(), _versions(), repetitions, interrupted),
     )
 
@@ -111,6 +111,11 @@ def _bench(scene: Scene, accuracy: float, repetitions: int, budget: float, told:
     steps = simulate(scene, method="dop853", tolerance=1e-3).stats.steps
     first_step = scene.duration / max(steps, len(known.t) - 1, 1)
     return _Bench(scene, known, build(scene.model), repetitions, budget, told, first_step)
+
+
+def _subject(model: Model) -> str:
+    count, name = (len(model.rods), "rod") if model.rods else (len(model.joints), "joint")
+    return f"{count} {name}{'s' if count > 1 else ''}"
 
 
 def _peers(scene: Scene) -> "tuple[Peer, ...]":

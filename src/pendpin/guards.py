@@ -47,7 +47,8 @@ class Patience:
 def balanced(trajectory: Trajectory) -> int:
     """How many samples there are before the first where the energy is off by more than OFF of what has moved.
 
-    The total is watched where every effect has a potential, the ledger where there is one.
+    The total is watched where every effect has a potential, the ledger where there is one. Where little moves, as at the
+    start from an unstable rest, off by the tolerance's share of the energies themselves is what was asked for.
     """
     off, moved, size = np.zeros(len(trajectory.t)), np.abs(trajectory.kinetic), np.abs(trajectory.potential)
     if trajectory.stats.conservative:
@@ -57,7 +58,8 @@ def balanced(trajectory: Trajectory) -> int:
         works = np.array(list(trajectory.work.values()))
         off = np.maximum(off, np.abs(trajectory.kinetic - trajectory.kinetic[0] - works.sum(0)))
         moved = moved + np.abs(works).sum(0)
-    bad = off > OFF * _so_far(moved) + ROUNDING * _so_far(moved + size)
+    allowed = max(ROUNDING, trajectory.stats.tolerance or 0.0)
+    bad = off > OFF * _so_far(moved) + allowed * _so_far(moved + size)
     return int(np.argmax(bad)) if bad.any() else len(bad)
 
 

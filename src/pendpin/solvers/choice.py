@@ -17,9 +17,7 @@ from pendpin.solvers.taylor import Taylor
 
 LARGE = 100  # numbers in a state, above which no slopes are looked at
 STIFF = 3e5  # decay rate times duration, above which explicit steps are too many (about 6 of it to a step of dop853)
-LONG = (
-    1e5  # rad that the fastest motion goes through, from where on the Taylor lane is ten times as fast and keeps more
-)
+LONG = 1e5  # rad that the fastest motion goes through: beyond, the Taylor lane is ten times as fast and keeps more
 FEW_JOINTS = 4  # up to which it is
 OVERDAMPED = 0.5  # decay over the fastest rate: what swings as fast as it decays has to be followed anyway
 
