@@ -103,7 +103,7 @@ def test_a_start_that_cannot_begin_is_named() -> None:
 def test_a_start_that_ends_early_is_named(setting: tuple[str, float]) -> None:
     """A setting too coarse for one start of two: `simulate` says where and why it ends, and so does its row."""
     scene = ROD.model_copy(update={"duration": 20.0}).by(*setting)
-    q, v = np.array([[0.1, 0.0], [0.7, 0.4]]), np.array([[0.0, 0.0], [8.0, 5.0]])
+    q, v = np.array([[0.1, 0.0], [0.7, 0.4]]), np.array([[0.0, 0.0], [80.0, 50.0]])
     many = pp.simulate_many(scene, q, v, workers=1)
     start = pp.Start(positions=tuple(q[1].tolist()), velocities=tuple(v[1].tolist()))
     with pytest.raises(pp.RunError) as caught:
