@@ -38,8 +38,8 @@ def drake_peers(task: Task) -> Iterator[Peer]:
 
 
 def _plant(task: Task) -> Any:
-    from pydrake.multibody.parsing import Parser
-    from pydrake.multibody.plant import MultibodyPlant
+    from pydrake.multibody.parsing import Parser  # pyright: ignore[reportMissingImports]
+    from pydrake.multibody.plant import MultibodyPlant  # pyright: ignore[reportMissingImports]
 
     plant: Any = MultibodyPlant(time_step=0.0)
     Parser(plant).AddModelsFromString(task.text, "urdf")
@@ -93,7 +93,7 @@ def _motion(plant: Any, scheme: str, kind: Kind, task: Task) -> Callable[[float]
 
 
 def _simulator(plant: Any, scheme: str, kind: Kind, setting: float, interval: float) -> Any:
-    from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+    from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig  # pyright: ignore[reportMissingImports]
 
     config = SimulatorConfig(integration_scheme=scheme, publish_every_time_step=False)
     config.use_error_control = kind == "tolerance"
