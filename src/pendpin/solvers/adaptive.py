@@ -49,7 +49,7 @@ class Adaptive(Lane):
         )
         states = np.array(result.y).T.copy() if np.size(result.y) else np.array(y[None])  # it may fail at once
         failure = None if result.success else result.message
-        return Stretch(*_finite_part(states, result.steps_taken, failure))
+        return Stretch(*finite_part(states, result.steps_taken, failure))
 
     def _scipy(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Stretch:
         states, steps, failure, function = [np.array(y)], 0, None, returning(derivative)
@@ -71,7 +71,7 @@ class Adaptive(Lane):
                     states.extend(solver.dense_output()(due).T)
         except FloatingPointError:
             failure = NOT_FINITE
-        return Stretch(*_finite_part(np.array(states), steps, failure))
+        return Stretch(*finite_part(np.array(states), steps, failure))
 
 
 def returning(derivative: Derivative) -> Callable[[float, Array], Array]:
@@ -87,7 +87,8 @@ def returning(derivative: Derivative) -> Callable[[float, Array], Array]:
     return function
 
 
-def _finite_part(states: Array, steps: int, failure: str | None) -> tuple[Array, int, str | None]:
+def finite_part(states: Array, steps: int, failure: str | None) -> tuple[Array, int, str | None]:
+    """The states (n, size) before the first that is not finite, and the failure that it is."""
     good = np.isfinite(states).all(1)
     if good.all():
         return states, steps, failure

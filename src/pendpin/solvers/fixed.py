@@ -12,7 +12,7 @@ import numpy as np
 from pendpin.derivations.base import Array
 from pendpin.engines import AngleEngine, Compiled, Derivative, Engine, Symbolic, Watch
 from pendpin.errors import InputError, shown
-from pendpin.solvers.adaptive import NOT_FINITE
+from pendpin.solvers.adaptive import NOT_FINITE, finite_part
 from pendpin.solvers.base import Lane, Memory, Stretch
 
 MAX_STEPS = 1e9
@@ -47,18 +47,16 @@ class FixedStep(Lane):
         self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
     ) -> Stretch:
         """As `Lane.integrate`."""
-        y = np.array(y)
-        advance, states, steps = self.advancing(derivative, y), [y.copy()], 0
-        for start, count, h in intervals(times, self.step):
+        y, states, steps = np.array(y), np.full((len(times), len(y)), np.nan), 0
+        advance, states[0] = self.advancing(derivative, y), y
+        for sample, (start, count, h) in enumerate(intervals(times, self.step), 1):
             for i in range(count):
                 if i and not i % LOOK_EVERY and not np.isfinite(y).all():
-                    break
+                    return Stretch(*finite_part(states, steps + i, NOT_FINITE))
                 advance(start + i * h, h)
             steps += count
-            if not np.isfinite(y).all():
-                return Stretch(np.array(states), steps, NOT_FINITE)
-            states.append(y.copy())
-        return Stretch(np.array(states), steps)
+            states[sample] = y
+        return Stretch(*finite_part(states, steps, None))
 
     @abstractmethod
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
