@@ -84,6 +84,15 @@ def test_rounding_is_said() -> None:
         pp.simulate(scene(), accuracy=1e-16)
 
 
+@pytest.mark.parametrize("method", ["auto", "rk4", "gauss4"])
+def test_a_start_alone_is_exact(method: str) -> None:
+    """A duration of 0: one sample, and no error to make."""
+    alone = scene().model_copy(update={"duration": 0.0, "solver": pp.Solver()})
+    run = pp.simulate(alone, method=method, accuracy=1e-6)
+    assert run.stats.error == 0
+    assert run.q.tolist() == [[0.7, 0.4]]
+
+
 def test_rest_is_exact() -> None:
     """Nothing moves: any accuracy is met at once."""
     run = pp.simulate(scene(start=pp.Start()), accuracy=1e-10)

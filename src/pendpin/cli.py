@@ -124,12 +124,7 @@ def run(
                 trajectory = simulate(chosen, **options, watch=watch)
             except RunError as error:
                 stopped, trajectory = error, error.partial
-        files = [trajectory.save(out)]
-        if plot:
-            files.append(_save_plot(trajectory, plot))
-        if html:
-            files.append(_write_page(trajectory, html))
-        print_run(trajectory, files, json)
+        print_run(trajectory, _write_run(trajectory, out, plot, html), json)
     if checkpoint and not isinstance(stopped, Halted):
         checkpoint.resolve().unlink(missing_ok=True)
     if stopped:
@@ -332,6 +327,16 @@ def _print_binding(scene: "Scene") -> None:
 
     for line in explain(bind(scene), scene.effects):
         print(line)
+
+
+def _write_run(trajectory: "Trajectory", out: Path, plot: Path | None, html: Path | None) -> list[Path]:
+    """The files of a run: its numbers first, then the figure and the page where they are asked for."""
+    files = [trajectory.save(out)]
+    if plot:
+        files.append(_save_plot(trajectory, plot))
+    if html:
+        files.append(_write_page(trajectory, html))
+    return files
 
 
 def _save_plot(trajectory: "Trajectory", path: Path) -> Path:

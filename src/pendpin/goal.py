@@ -121,7 +121,8 @@ def _way(scene: Scene, ledger: bool, watch: Watch, limit: float | None) -> _Way:
     method = solver.method if solver.method != "auto" else _fastest(scene, ledger)
     if method in FIXED_METHODS:
         steps = _run(scene.by("dop853", LOOSEST), False, watch, limit).stats.steps
-        return _Way(method, ORDERS[method], scene.duration / max(steps, 1), scene.duration / MOST_STEPS)
+        span = scene.duration or 1.0  # without a duration any step will do
+        return _Way(method, ORDERS[method], span / max(steps, 1), span / MOST_STEPS)
     least = least_tolerance(method)
     return _Way(method, 1.0, min(COARSER.get(method, 1e3) * max(GUESS.get(method, 0.1) * goal, least), LOOSEST), least)
 
