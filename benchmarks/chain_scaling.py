@@ -15,8 +15,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from pendpin.derivations import chain, chain_thin
-from pendpin.derivations.chain_inertia import ChainInertia
+from pendpin.equations.chain import solution, thin
+from pendpin.equations.chain.inertia import ChainInertia
 
 GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s², in I
 BUDGET = 2.0  # s of repetitions per row
@@ -38,13 +38,13 @@ def state(n: int) -> tuple[np.ndarray, np.ndarray]:
 def by_reactions(n: int) -> Callable[[], object]:
     """The hand-derived O(n) route."""
     rods, (q, v) = inertia(n, 0.01), state(n)
-    return lambda: chain.solve(rods, q, v, GRAVITY)
+    return lambda: solution.solve(rods, q, v, GRAVITY)
 
 
 def in_directions(n: int) -> Callable[[], object]:
     """The same for thin rods, with directions as the state."""
-    rods, (d, rate) = inertia(n, 0.0), chain_thin.directions(*state(n))
-    return lambda: chain_thin.solve(rods, d, rate, GRAVITY)
+    rods, (d, rate) = inertia(n, 0.0), thin.directions(*state(n))
+    return lambda: thin.solve(rods, d, rate, GRAVITY)
 
 
 def by_pinocchio(n: int) -> Callable[[], object]:

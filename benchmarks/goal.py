@@ -1,6 +1,6 @@
-"""Accuracy as a goal: random smooth scenes, the true error of what is returned, and its time over the cheapest setting.
+"""Accuracy as a target: random smooth scenes, the true error of what is returned, and its time over the cheapest setting.
 
-Run it on an idle machine: python benchmarks/goal.py [--scenes 30] [--seed 1]
+Run it on an idle machine: python benchmarks/target.py [--scenes 30] [--seed 1]
 """
 
 import argparse
@@ -12,8 +12,8 @@ from rich.table import Table
 
 import pendpin as pp
 from pendpin import effects as fx
-from pendpin.kinematics import apart, reach
-from pendpin.model import build
+from pendpin.model.build import build
+from pendpin.model.kinematics import apart, reach
 from pendpin.trajectory import Trajectory
 
 ACCURACIES = (1e-4, 1e-7, 1e-10)
@@ -49,7 +49,7 @@ def _rod(random: np.random.Generator) -> pp.Rod:
 
 
 def ladder(scene: pp.Scene, truth: np.ndarray, length: float) -> Iterator[tuple[float, float]]:
-    """Error and seconds (the least of two) of every setting of the lanes that may be the cheapest."""
+    """Error and seconds (the least of two) of every setting of the methods that may be the cheapest."""
     for method, exponents in (("taylor", range(2, 17)), ("dop853", range(2, 15)), ("lsoda", range(3, 15))):
         for k in exponents:
             try:

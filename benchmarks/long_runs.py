@@ -1,4 +1,4 @@
-"""A hundred thousand swings: how the energy error of the Gauss and Taylor lanes grows.
+"""A hundred thousand swings: how the energy error of the Gauss and Taylor methods grows.
 
 The energy of a symplectic method oscillates with the step's error and does not drift: what is left in the means over
 windows is rounding, which grows like sqrt(t) where it is random. python benchmarks/long_runs.py [--swings 100000]

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 import pendpin as pp
-from pendpin.bodies import pinocchio
+from pendpin.model.bodies import pinocchio
 from pendpin.scene import builtin_scene
 
 REPETITIONS = 7

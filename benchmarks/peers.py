@@ -1,8 +1,8 @@
 """pendpin beside MuJoCo, Drake and plain SciPy on pin.aba: error against time, on one rod and chains of 3, 10 and 30.
 
 Run it on an idle machine: python benchmarks/peers.py [--rods 1 3 10 30] [--pictures docs/images]
-It prints, at tip errors of 1e-3, 1e-6 and 1e-9, the best of pendpin's lanes, the best of the others, and the ratio of
-their times; and for one rod the Taylor lane beside heyoka fed with the closed form by hand.
+It prints, at tip errors of 1e-3, 1e-6 and 1e-9, the best of pendpin's methods, the best of the others, and the ratio of
+their times; and for one rod the Taylor integrator beside heyoka fed with the closed form by hand.
 """
 
 import argparse
@@ -14,9 +14,9 @@ from rich.console import Console
 from rich.table import Table
 
 import pendpin as pp
-from pendpin.cost_plot import save_cost_plot
-from pendpin.cost_report import CostReport, time_text
-from pendpin.costs import METHODS, cost
+from pendpin.analysis.work_precision import METHODS, cost
+from pendpin.analysis.work_precision_figure import save_cost_plot
+from pendpin.analysis.work_precision_report import CostReport, time_text
 from pendpin.scene import builtin_scene
 
 ERRORS = (1e-3, 1e-6, 1e-9)
@@ -38,7 +38,7 @@ def scene(rods: int) -> pp.Scene:
 
 
 def compared(console: Console, rods: int, report: CostReport) -> None:
-    """The best lane and the best other, and their ratio, at each error."""
+    """The best integrator and the best other, and their ratio, at each error."""
     table = Table("error", "pendpin", "time", "others", "time", "ratio", title=f"{rods} rods, {report.horizon:g} s")
     for error in ERRORS:
         own, other = report.best(error), report.best(error, peers=True)
@@ -47,7 +47,7 @@ def compared(console: Console, rods: int, report: CostReport) -> None:
         ]
         table.add_row(f"{error:g}", *cells, f"{other[1] / own[1]:.3g}" if own and other else "")
     console.print(table)
-    console.print(f"the reference is known to {report.error:.0e}: {report.witnesses[0]} against {report.witnesses[1]}")
+    console.print(f"the reference is known to {report.error:.0e}: {report.solutions[0]} against {report.solutions[1]}")
 
 
 def raw_heyoka(given: pp.Scene, tolerance: float, samples: int) -> float:
@@ -75,7 +75,7 @@ def raw_heyoka(given: pp.Scene, tolerance: float, samples: int) -> float:
 
 
 def beside_raw_heyoka(console: Console, given: pp.Scene) -> None:
-    """The Taylor lane's time over that of heyoka alone."""
+    """The Taylor integrator's time over that of heyoka alone."""
     table = Table("tolerance", "pendpin", "heyoka alone", "ratio", title="one rod, 100 s, 201 output times")
     given = given.model_copy(update={"solver": pp.Solver(samples=201)})
     for tolerance in (1e-9, 1e-12, 1e-15, 1e-18):

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 import pendpin as pp
-from pendpin.derivations import newton_euler
+from pendpin.equations import newton_euler
 
 SCENE = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), effects=[pp.effects.Gravity()])
 QUANTITIES = ("theta_dd", "phi_dd", "R1", "R2", "R3", "Mc")

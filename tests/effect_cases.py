@@ -7,9 +7,9 @@ import numpy as np
 
 import pendpin as pp
 from pendpin import effects as fx
-from pendpin.dynamics import Dynamics
+from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import LongChain, Revolute
-from pendpin.model import build
+from pendpin.model.build import build
 
 URDF = Path(__file__).parents[1] / "urdf" / "universal_rod.urdf"
 

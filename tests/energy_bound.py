@@ -1,6 +1,6 @@
 """How far a run's energy books may be off, from its own tolerance or step and nothing else.
 
-What the books watch, F = kinetic + potential - work, does not change along the exact flow, from whatever state. So what
+What the books progress, F = kinetic + potential - work, does not change along the exact flow, from whatever state. So what
 a step's local error adds to F stays as it is, however chaotic the motion, and the whole is at most the sum over steps:
 
     |F - F0| <= steps . sum_i |dF/dy_i| e (1 + |y_i|),
@@ -16,15 +16,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin import kinematics
-from pendpin.derivations import chain_kinematics
-from pendpin.derivations.base import Array
-from pendpin.dynamics import Dynamics, bind
+from pendpin.arrays import Array
+from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.effects import Drag, Motor, Push, Rotation, Support
 from pendpin.engines import Compiled
-from pendpin.goal import ORDERS
-from pendpin.model import FLIP
+from pendpin.equations.chain.kinematics import along
+from pendpin.model import kinematics
+from pendpin.model.build import FLIP
 from pendpin.scene import Scene
+from pendpin.simulation.target_accuracy import ORDERS
 from pendpin.trajectory import Trajectory
 
 EPS = float(np.finfo(float).eps)
@@ -33,7 +33,7 @@ FEW = 6  # samples at which rates are taken
 LEAST = 1e-7  # of a difference: below, rounding is larger
 
 
-class Books(NamedTuple):
+class Balance(NamedTuple):
     """What the books of a run say, all in J."""
 
     off: float  # the largest departure
@@ -41,7 +41,7 @@ class Books(NamedTuple):
     moved: float  # the energy that went from one account to another
 
 
-def books_of(scene: Scene, run: Trajectory) -> Books | None:
+def balance_of(scene: Scene, run: Trajectory) -> Balance | None:
     """The books of a run; None where it has none."""
     if not (run.work or run.stats.conservative):
         return None
@@ -55,7 +55,7 @@ def books_of(scene: Scene, run: Trajectory) -> Books | None:
     dynamics = _dynamics(scene, run)
     own = _of_step(scene, dynamics, run, size) if run.stats.step else 0.0
     rounding = EPS * (run.stats.steps + 100) * size
-    return Books(float(off.max()), own + _of_tolerance(dynamics, run) + rounding, float(moved.max()))
+    return Balance(float(off.max()), own + _of_tolerance(dynamics, run) + rounding, float(moved.max()))
 
 
 def _dynamics(scene: Scene, run: Trajectory) -> Dynamics:
@@ -105,7 +105,7 @@ def _energies_of_thin(dynamics: Dynamics, d: Array, rate: Array) -> Array:
     """The same from directions and their rates (n, rods, 3) in I; only fields have a potential there."""
     chain = dynamics.model.chain
     assert chain is not None
-    (centres, _), (speeds, _) = chain_kinematics.along(chain, d), chain_kinematics.along(chain, rate)
+    (centres, _), (speeds, _) = along(chain, d), along(chain, rate)
     kinetic = 0.5 * (chain.m * (speeds**2).sum(-1) + chain.I1 * (rate**2).sum(-1)).sum(-1)
     return kinetic - (chain.m * (centres @ (FLIP @ dynamics.loads.constant))).sum(-1)
 

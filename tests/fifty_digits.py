@@ -1,4 +1,4 @@
-"""Chains to test with, and the judge of the chain equations: the ten balances of every rod, solved in 50 digits.
+"""Chains to test with, and the reference_route of the chain equations: the ten balances of every rod, solved in 50 digits.
 
 Written in the inertial frame I with nothing eliminated beforehand, so that it shares no step with what it judges.
 """
@@ -8,7 +8,7 @@ from itertools import pairwise
 import mpmath as mp
 import numpy as np
 
-from pendpin.derivations.chain_inertia import ChainInertia
+from pendpin.equations.chain.inertia import ChainInertia
 
 G = np.array([0.0, 0.0, 9.81])  # m/s², in I
 TILTED = np.array([0.4, -0.3, 9.7])  # m/s²

@@ -67,8 +67,8 @@ def reader(name: str, folder: Path) -> Reader:
 
 def _scenes(folder: Path) -> Reader:
     from pendpin import simulate
-    from pendpin.dynamics import Dynamics
-    from pendpin.model import build
+    from pendpin.dynamics.dynamics import Dynamics
+    from pendpin.model.build import build
     from pendpin.scene import Chain, Scene, Solver, load_scene
 
     def take(path: Path) -> None:
@@ -93,10 +93,10 @@ def _urdfs(folder: Path) -> Reader:
     import numpy as np
 
     from pendpin import simulate
-    from pendpin.dynamics import Dynamics
-    from pendpin.model import build
+    from pendpin.dynamics.dynamics import Dynamics
+    from pendpin.model.build import build
+    from pendpin.model.write_urdf import chain_urdf
     from pendpin.scene import Chain, Rod, Scene, Solver, UrdfModel
-    from pendpin.urdf_chain import chain_urdf
 
     def take(path: Path) -> None:
         model = UrdfModel(path=path)
@@ -131,7 +131,7 @@ def _runs(folder: Path) -> Reader:
 
     seeds = [
         short(builtin_scene()),
-        short(load_scene(ROOT / "examples" / "stops.toml"), ledger=True),
+        short(load_scene(ROOT / "examples" / "stops.toml"), energy_balance=True),
         short(load_scene(ROOT / "examples" / "double_pendulum.toml")),
     ]
     words = "descr fortran_order shape <f8 >f8 |O <U1 <i8 |V8 True False None (3,) (3,2) () (-1,) (0,) kind chain urdf"
@@ -139,8 +139,8 @@ def _runs(folder: Path) -> Reader:
 
 
 def _draw(run: Any) -> None:
-    from pendpin.page import contents
-    from pendpin.scenery import drawing_of
+    from pendpin.graphics.page import contents
+    from pendpin.graphics.run_drawing import drawing_of
 
     json.dumps(contents(drawing_of(run)), allow_nan=False)
 
@@ -220,8 +220,8 @@ def search(name: str, minutes: float, folder: Path) -> None:
     import atheris
 
     with atheris.instrument_imports(include=INSTRUMENTED):
-        import pendpin.page  # with what draws: later imports are not instrumented
-        import pendpin.scenery  # noqa: F401
+        import pendpin.graphics.page  # with what draws: later imports are not instrumented
+        import pendpin.graphics.run_drawing  # noqa: F401
 
         target = reader(name, _fresh(folder / "files"))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

@@ -6,7 +6,7 @@
 Outcomes of a scene (energy_bound.py derives the bound):
   balanced   the run came to its end and its energy is off by no more than its tolerance or step allows
   coarse     so too, but its tolerance or step allows a tenth of the energy moved and more, at which pendpin itself stops
-  no books   it came to its end; without a ledger nothing says what its energy should be
+  no books   it came to its end; without an energy balance nothing says what its energy should be
   refused    InputError, in one line
   stopped    RunError, in one line, with what there is of the run, whose books are held to the same bound
 Everything else is a fault: another exception, a warning, a message of several lines, a number that is not finite, books
@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from energy_bound import STATES, Books, books_of
+from energy_bound import STATES, Balance, balance_of
 from scene_generator import Case, case_of
 from test_input_properties import toml
 
@@ -56,7 +56,7 @@ class Outcome(NamedTuple):
 
 
 def outcome(case: Case) -> Outcome:
-    """Run a scene and judge what comes of it; nothing is raised."""
+    """Run a scene and reference_route what comes of it; nothing is raised."""
     begin, ticks = time.perf_counter(), time.process_time()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -73,7 +73,7 @@ def _judged(case: Case) -> Outcome:
     method = _method(case)
     try:
         scene = Scene(**case.scene)
-        run, kind, words = simulate(scene, ledger=case.ledger, limit=case.limit), "balanced", ""
+        run, kind, words = simulate(scene, energy_balance=case.energy_balance, limit=case.limit), "balanced", ""
     except InputError as error:
         return _readable(Outcome("refused", method, str(error)))
     except RunError as error:
@@ -82,14 +82,14 @@ def _judged(case: Case) -> Outcome:
         return Outcome(FAULT, method, f"numbers that are not finite; {words}")
     found = _readable(Outcome(kind, method, words))
     with np.errstate(all="ignore"):
-        books = books_of(scene, run)
+        books = balance_of(scene, run)
     few = len(run.t) < STATES and scene.solver.samples != MANY
     if few and books is not None and not books.off <= MARGIN * books.bound:
         return _judged(case._replace(scene=case.scene | {"solver": case.scene["solver"] | {"samples": MANY}}))
     return found if found.kind == FAULT else _balanced(found, books)
 
 
-def _balanced(found: Outcome, books: Books | None) -> Outcome:
+def _balanced(found: Outcome, books: Balance | None) -> Outcome:
     """The outcome of a run with these books."""
     if books is None:
         return found if found.kind == "stopped" else found._replace(kind="no books")
@@ -220,7 +220,7 @@ def campaign(numbers: range, seed: int, folder: Path) -> int:
 def keep(seed: int, number: int, folder: Path, result: Outcome) -> None:
     """Write a scene as TOML."""
     case = case_of(seed, number, folder / "files")
-    head = f"# {result.words}\n# number {number}, seed {seed}, ledger {case.ledger}, limit {case.limit} s\n"
+    head = f"# {result.words}\n# number {number}, seed {seed}, energy_balance {case.energy_balance}, limit {case.limit} s\n"
     (folder / f"fault_{seed}_{number}.toml").write_text(
         head + "".join(f"{key} = {toml(value)}\n" for key, value in case.scene.items())
     )
@@ -254,7 +254,7 @@ def table(found: dict[int, Outcome]) -> str:
 
 def main() -> None:
     """Run the campaign, or one scene of it."""
-    parser = argparse.ArgumentParser(description="Run random scenes and judge what comes of them.")
+    parser = argparse.ArgumentParser(description="Run random scenes and reference_route what comes of them.")
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seed", type=int, default=0)

@@ -20,7 +20,7 @@ class Case(NamedTuple):
     """A scene as plain data, as in a scene file, and how it is run."""
 
     scene: Table
-    ledger: bool
+    energy_balance: bool
     limit: float  # s
 
 
@@ -129,8 +129,8 @@ class _Maker(EffectMaker):
         scene = {"duration": duration, "model": model, "start": start, "effects": effects}
         kinds = {effect["kind"] for effect in effects}
         solver = self.solver(duration, kinds)
-        ledger = solver["method"] != "taylor" and self.chance(0.3 if kinds <= {"gravity", "spring"} else 0.75)
-        return Case(scene | {"solver": solver}, ledger, self.one_of(LIMITS))
+        energy_balance = solver["method"] != "taylor" and self.chance(0.3 if kinds <= {"gravity", "spring"} else 0.75)
+        return Case(scene | {"solver": solver}, energy_balance, self.one_of(LIMITS))
 
     def duration(self) -> float:
         """Most last for a few swings of what is fastest; up to 20 s."""

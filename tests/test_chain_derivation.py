@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fifty_digits import KINDS, TILTED, G, alike, error, fifty_digits, mixed, rods, state
-from pendpin.derivations import chain, chain_kinematics, chain_solver, newton_euler
-from pendpin.derivations.base import RodInertia
-from pendpin.derivations.chain_inertia import ChainInertia
+from pendpin.equations import newton_euler
+from pendpin.equations.base import RodInertia
+from pendpin.equations.chain import kinematics, refinement, solution
+from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.errors import InputError
 
 seeds = st.integers(0, 2**32 - 1)
@@ -27,7 +28,7 @@ def test_chain_vs_fifty_digits(kind, loaded):
     if loaded and kind != "point masses":  # a point mass takes no moment
         loads = {"torque": rng.normal(size=(n, 2)), "force": rng.normal(size=(n, 3)), "moment": rng.normal(size=(n, 3))}
     a, F, Mc = fifty_digits(some, q, v, TILTED, **loads)
-    found = chain.solve(some, q, v, TILTED, **loads)
+    found = solution.solve(some, q, v, TILTED, **loads)
     assert error(found.acceleration, a) < 5e-15
     assert error(found.force, F) < 2e-15
     assert error(found.Mc, Mc) < 2e-14
@@ -37,7 +38,7 @@ def test_hundred_rods_vs_fifty_digits():
     rng = np.random.default_rng(1)
     some, (q, v) = mixed(100, rng), state(100, rng)
     a, F, Mc = fifty_digits(some, q, v, G)
-    found = chain.solve(some, q, v, G)
+    found = solution.solve(some, q, v, G)
     assert max(error(found.acceleration, a), error(found.force, F), error(found.Mc, Mc)) < 5e-15
 
 
@@ -46,9 +47,9 @@ def test_direct_solution_vs_elimination(kind, monkeypatch):
     """The two ways to the same balances, on a batch; the direct one is what hard states fall back to."""
     rng = np.random.default_rng(12)
     some, (q, v) = KINDS[kind](5, rng), rng.uniform(-1, 1, (2, 3, 5, 2))
-    usual = chain.solve(some, q, v, G)
-    monkeypatch.setattr(chain_solver, "Eliminated", chain_solver.Direct)
-    direct = chain.solve(some, q, v, G)
+    usual = solution.solve(some, q, v, G)
+    monkeypatch.setattr(refinement, "Eliminated", refinement.Direct)
+    direct = solution.solve(some, q, v, G)
     np.testing.assert_allclose(direct.wrench, usual.wrench, atol=1e-13 * abs(usual.wrench).max())
     np.testing.assert_allclose(direct.acceleration, usual.acceleration, atol=1e-13 * abs(usual.acceleration).max())
 
@@ -93,7 +94,7 @@ def test_chain_vs_pinocchio_with_loads(seed):
     data = model.createData()
     outside = external(model, data, some, q, force, moment)
     a = pin.aba(model, data, q.ravel(), v.ravel(), torque.ravel(), outside)
-    found = chain.solve(some, q, v, G, torque=torque, force=force, moment=moment)
+    found = solution.solve(some, q, v, G, torque=torque, force=force, moment=moment)
     np.testing.assert_allclose(found.acceleration.ravel(), a, rtol=1e-9, atol=1e-10 * abs(a).max())
     pin.rnea(model, data, q.ravel(), v.ravel(), found.acceleration.ravel(), outside)
     wrench = np.array([data.f[2 * i + 2].vector for i in range(n)]) * np.tile(FLIP, 2)
@@ -107,7 +108,7 @@ def test_energies_vs_pinocchio(seed):
     some, (q, v) = mixed(n, rng), state(n, rng, np.pi)
     model = two_revolutes(some)
     data = model.createData()
-    kinetic, potential = chain_kinematics.energy(some, q, v, G)
+    kinetic, potential = kinematics.energy(some, q, v, G)
     scale = (some.m * 9.81 * np.cumsum(some.l)).sum()
     assert kinetic == pytest.approx(pin.computeKineticEnergy(model, data, q.ravel(), v.ravel()), rel=1e-12)
     assert potential == pytest.approx(pin.computePotentialEnergy(model, data, q.ravel()), rel=1e-12, abs=1e-13 * scale)
@@ -120,7 +121,7 @@ def test_one_rod_vs_closed_form(seed):
     inertia = rng.uniform(0.1, 0.2, 3)
     one = ChainInertia(*(np.array([x]) for x in (1.3, 0.4, 1.0, *inertia)))
     q, v = state(1, rng, np.pi)
-    found, exact = chain.solve(one, q, v, TILTED), newton_euler.solve(RodInertia(1.3, 0.4, *inertia), q, v, TILTED)
+    found, exact = solution.solve(one, q, v, TILTED), newton_euler.solve(RodInertia(1.3, 0.4, *inertia), q, v, TILTED)
     for name in ("R1", "R2", "R3", "M3", "Mc"):
         np.testing.assert_allclose(getattr(found, name), getattr(exact, name), rtol=1e-12, atol=1e-13)
     np.testing.assert_allclose(found.acceleration, np.stack([exact.theta_dd, exact.phi_dd], -1), rtol=1e-12, atol=1e-12)
@@ -130,7 +131,7 @@ def test_one_rod_vs_closed_form(seed):
 def test_hanging_at_rest_every_joint_carries_the_weight_below(radius):
     n = 50
     some = rods(np.geomspace(0.01, 100, n), np.geomspace(10, 0.01, n), np.full(n, radius))
-    found = chain.solve(some, np.zeros((n, 2)), np.zeros((n, 2)), G)
+    found = solution.solve(some, np.zeros((n, 2)), np.zeros((n, 2)), G)
     np.testing.assert_allclose(found.R3, 9.81 * np.cumsum(some.m[::-1])[::-1], rtol=1e-14)
     np.testing.assert_array_equal(found.force[:, :2], 0)
     np.testing.assert_array_equal(found.acceleration, 0)
@@ -145,7 +146,7 @@ def test_close_to_rest_vs_fifty_digits(kind, size):
     some = KINDS[kind](6, rng)
     q, v = (size * x for x in state(6, rng))
     a, F, _ = fifty_digits(some, q, v, G)
-    found = chain.solve(some, q, v, G)
+    found = solution.solve(some, q, v, G)
     assert np.abs(found.acceleration - a.astype(float)).max() < 1e-15 * max(9.81 / some.l.min(), np.abs(a).max())
     assert error(found.force, F) < 2e-15
 
@@ -153,20 +154,20 @@ def test_close_to_rest_vs_fifty_digits(kind, size):
 @pytest.mark.parametrize("size", [1e-9, 1e-13, 1e-17, 1e-21])
 def test_long_chain_close_to_rest_swings_in_proportion(size):
     some, (q, v) = alike(300, 0.01), state(300, np.random.default_rng(4))
-    one, two = (chain.solve(some, t * size * q, t * size * v, G).acceleration for t in (1, 2))
+    one, two = (solution.solve(some, t * size * q, t * size * v, G).acceleration for t in (1, 2))
     np.testing.assert_allclose(two, 2 * one, atol=1e-12 + 1e-6 * size * 9.81)
 
 
 @pytest.mark.parametrize("radius", [0.0, 0.01])
 def test_forces_that_cancel_the_field_leave_no_reactions(radius):
     some, (q, _) = alike(30, radius), state(30, np.random.default_rng(0))
-    found = chain.solve(some, q, np.zeros((30, 2)), TILTED, force=-some.m[:, None] * TILTED)
+    found = solution.solve(some, q, np.zeros((30, 2)), TILTED, force=-some.m[:, None] * TILTED)
     np.testing.assert_allclose(found.force, 0, atol=1e-13)
     np.testing.assert_allclose(found.acceleration, 0, atol=1e-12)
 
 
 def test_nothing_acts_nothing_happens():
-    found = chain.solve(alike(4, 0.1), np.full((4, 2), 0.3), np.zeros((4, 2)), np.zeros(3))
+    found = solution.solve(alike(4, 0.1), np.full((4, 2), 0.3), np.zeros((4, 2)), np.zeros(3))
     np.testing.assert_array_equal(found.acceleration, 0)
     np.testing.assert_array_equal(found.force, 0)
 
@@ -177,13 +178,13 @@ def test_power_of_torques_and_pushes_is_the_change_of_energy(seed):
     n, rng = 5, np.random.default_rng(seed)
     some, (q, v) = alike(n, 0.3), state(n, rng)
     torque, force, moment = rng.normal(size=(n, 2)), rng.normal(size=(n, 3)), rng.normal(size=(n, 3))
-    a = chain.solve(some, q, v, TILTED, torque=torque, force=force, moment=moment).acceleration
-    moving = chain_kinematics.motion(some, q, v)
+    a = solution.solve(some, q, v, TILTED, torque=torque, force=force, moment=moment).acceleration
+    moving = kinematics.motion(some, q, v)
     spin = np.einsum("nij,nj->ni", moving.frames, moving.omega)
     power = (torque * v).sum() + (force * moving.centre_velocities).sum() + (moment * spin).sum()
     h = 1e-5
-    ahead, back = (sum(chain_kinematics.energy(some, q + t * v, v + t * a, TILTED)) for t in (h, -h))
-    scale = chain_kinematics.energy(some, q, v, TILTED)[0] * (1 + np.abs(v).max() + np.abs(a).max())
+    ahead, back = (sum(kinematics.energy(some, q + t * v, v + t * a, TILTED)) for t in (h, -h))
+    scale = kinematics.energy(some, q, v, TILTED)[0] * (1 + np.abs(v).max() + np.abs(a).max())
     assert (ahead - back) / (2 * h) == pytest.approx(power, abs=1e-8 * scale)
 
 
@@ -192,15 +193,15 @@ def test_batch_equals_single_states():
     some = mixed(n, rng, thin=0.3)
     q, v = (rng.uniform(-1, 1, (2, 3, n, 2)) for _ in range(2))
     field = rng.normal(size=(2, 3, 3))
-    found = chain.solve(some, q, v, field)
-    kinetic, potential = chain_kinematics.energy(some, q, v, G)
-    moving, at = chain_kinematics.motion(some, q, v), chain_kinematics.positions(some, q)
+    found = solution.solve(some, q, v, field)
+    kinetic, potential = kinematics.energy(some, q, v, G)
+    moving, at = kinematics.motion(some, q, v), kinematics.positions(some, q)
     for i in np.ndindex(2, 3):
-        single = chain.solve(some, q[i], v[i], field[i])
+        single = solution.solve(some, q[i], v[i], field[i])
         np.testing.assert_allclose(found.acceleration[i], single.acceleration, rtol=1e-11)
         np.testing.assert_allclose(found.wrench[i], single.wrench, rtol=1e-11, atol=1e-11 * abs(single.wrench).max())
-        np.testing.assert_allclose((kinetic[i], potential[i]), chain_kinematics.energy(some, q[i], v[i], G), rtol=1e-14)
-        for ours, alone in zip(moving, chain_kinematics.motion(some, q[i], v[i]), strict=True):
+        np.testing.assert_allclose((kinetic[i], potential[i]), kinematics.energy(some, q[i], v[i], G), rtol=1e-14)
+        for ours, alone in zip(moving, kinematics.motion(some, q[i], v[i]), strict=True):
             np.testing.assert_allclose(ours[i], alone, rtol=0, atol=1e-13 * abs(alone).max())
         np.testing.assert_array_equal(at.tips[i], moving.tips[i])
 
@@ -208,8 +209,8 @@ def test_batch_equals_single_states():
 def test_velocities_are_the_rates_of_positions():
     n, rng = 6, np.random.default_rng(6)
     some, (q, v) = mixed(n, rng), state(n, rng)
-    moving, h = chain_kinematics.motion(some, q, v), 1e-6
-    ahead, back = (chain_kinematics.positions(some, q + t * v) for t in (h, -h))
+    moving, h = kinematics.motion(some, q, v), 1e-6
+    ahead, back = (kinematics.positions(some, q + t * v) for t in (h, -h))
     np.testing.assert_allclose(moving.tip_velocities, (ahead.tips - back.tips) / (2 * h), atol=1e-7)
     np.testing.assert_allclose(moving.centre_velocities, (ahead.centres - back.centres) / (2 * h), atol=1e-7)
 
@@ -217,9 +218,9 @@ def test_velocities_are_the_rates_of_positions():
 def test_memory_grows_with_the_rods_only():
     def peak(n):
         some, (q, v) = alike(n, 0.05), state(n, np.random.default_rng(0))
-        chain.solve(some, q, v, G)
+        solution.solve(some, q, v, G)
         tracemalloc.start()
-        chain.solve(some, q, v, G)
+        solution.solve(some, q, v, G)
         size = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return size
@@ -229,14 +230,14 @@ def test_memory_grows_with_the_rods_only():
 
 def test_orientation_keeps_its_digits_down_a_long_chain():
     q, _ = state(2000, np.random.default_rng(2))
-    B = chain_kinematics.positions(alike(2000, 0.1), q).frames
+    B = kinematics.positions(alike(2000, 0.1), q).frames
     np.testing.assert_allclose(B.swapaxes(1, 2) @ B, np.broadcast_to(np.eye(3), B.shape), atol=2e-13)
 
 
 def test_nan_passes_through():
     q = np.full((3, 2), 0.1)
     q[1, 0] = np.nan
-    assert np.isnan(chain.solve(alike(3, 0.1), q, np.zeros((3, 2)), G).acceleration).all()
+    assert np.isnan(solution.solve(alike(3, 0.1), q, np.zeros((3, 2)), G).acceleration).all()
 
 
 def test_a_rod_that_cannot_be_is_named():

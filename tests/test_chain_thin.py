@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fifty_digits import TILTED, G, alike, error, fifty_digits, mixed, point_masses, state
-from pendpin.derivations import chain, chain_angles, chain_kinematics, chain_solver, chain_thin
+from pendpin.equations.chain import angles, kinematics, refinement, solution, thin
 from pendpin.errors import InputError
 
 seeds = st.integers(0, 2**32 - 1)
@@ -23,21 +23,21 @@ def test_thin_chain_in_directions_vs_angles(seed):
     n, rng = 8, np.random.default_rng(seed)
     some, (q, v) = mixed(n, rng, thin=1.0), state(n, rng)
     force = rng.normal(size=(n, 3))
-    d, rate = chain_thin.directions(q, v)
+    d, rate = thin.directions(q, v)
     moment = np.cross(d, rng.normal(size=(n, 3)))
-    there = chain_thin.solve(some, d, rate, TILTED, force=force, moment=moment)
-    here = chain.solve(some, q, v, TILTED, force=force, moment=moment)
-    frames = chain_kinematics.positions(some, q).frames
+    there = thin.solve(some, d, rate, TILTED, force=force, moment=moment)
+    here = solution.solve(some, q, v, TILTED, force=force, moment=moment)
+    frames = kinematics.positions(some, q).frames
     F = np.einsum("nij,ni->nj", frames, there.force)
     np.testing.assert_allclose(F, here.force, rtol=0, atol=1e-12 * abs(F).max())
     np.testing.assert_array_equal(here.Mc, 0)
-    reading = chain_angles.read(d[None], rate[None], there.acceleration[None], q)
+    reading = angles.read(d[None], rate[None], there.acceleration[None], q)
     np.testing.assert_allclose(reading.q[0], q, atol=1e-13)
     np.testing.assert_allclose(reading.v[0], v, atol=1e-9)
     scale = abs(here.acceleration).max()
     np.testing.assert_allclose(reading.a[0], here.acceleration, atol=1e-9 * scale)
-    energies = chain_kinematics.energy(some, q, v, G)
-    np.testing.assert_allclose(chain_thin.energy(some, d, rate, G), energies, rtol=1e-11)
+    energies = kinematics.energy(some, q, v, G)
+    np.testing.assert_allclose(thin.energy(some, d, rate, G), energies, rtol=1e-11)
 
 
 @pytest.mark.parametrize("pole", [np.pi / 2, -np.pi / 2])
@@ -46,26 +46,26 @@ def test_thin_chain_is_regular_at_the_pole(pole):
     some, rng = alike(3, 0.0), np.random.default_rng(8)
     q, v = state(3, rng)
     q[1, 1] = pole
-    d, rate = chain_thin.directions(q, v)
-    here = chain_thin.solve(some, d, rate, G)
+    d, rate = thin.directions(q, v)
+    here = thin.solve(some, d, rate, G)
     turn = about_z(0.9)
-    turned = chain_thin.solve(some, d @ turn.T, rate @ turn.T, G)
+    turned = thin.solve(some, d @ turn.T, rate @ turn.T, G)
     np.testing.assert_allclose(turned.acceleration, here.acceleration @ turn.T, atol=1e-13)
     np.testing.assert_allclose(turned.force, here.force @ turn.T, atol=1e-13)
-    F = np.einsum("nij,ni->nj", chain_kinematics.positions(some, q).frames, here.force)
-    np.testing.assert_allclose(chain.solve(some, q, v, G).force, F, atol=1e-13)
+    F = np.einsum("nij,ni->nj", kinematics.positions(some, q).frames, here.force)
+    np.testing.assert_allclose(solution.solve(some, q, v, G).force, F, atol=1e-13)
 
 
 def test_thin_solution_ignores_what_leads_off_the_sphere():
     some, rng = alike(3, 0.0), np.random.default_rng(9)
-    d, rate = chain_thin.directions(*state(3, rng))
-    straight, off = chain_thin.solve(some, d, rate, G), chain_thin.solve(some, 1.01 * d, rate + 0.1 * d, G)
+    d, rate = thin.directions(*state(3, rng))
+    straight, off = thin.solve(some, d, rate, G), thin.solve(some, 1.01 * d, rate + 0.1 * d, G)
     np.testing.assert_allclose(off.acceleration, straight.acceleration, atol=1e-12)
     np.testing.assert_allclose((straight.acceleration * d).sum(-1), -(rate**2).sum(-1), atol=1e-13)
 
 
 def path(n, rng, times):
-    """Smooth angles, their rates and accelerations (k, n, 2), that go through several poles and turns."""
+    """SmoothLoop angles, their rates and accelerations (k, n, 2), that go through several poles and turns."""
     amplitude, speed, phase = rng.uniform(0.5, 2.5, (3, n, 2))
     angle = speed * times[:, None, None] + phase
     return amplitude * np.sin(angle), amplitude * speed * np.cos(angle), -amplitude * speed**2 * np.sin(angle)
@@ -77,9 +77,9 @@ def test_angles_are_read_back_along_a_path(seed):
     """Directions of a path, and its second derivatives by differences; compared away from the poles."""
     rng, times, h = np.random.default_rng(seed), np.linspace(0, 4, 1600), 1e-5
     q, v, a = path(2, rng, times)
-    d, rate = chain_thin.directions(q, v)
-    after, before = (chain_thin.directions(q + t * v + t * t / 2 * a, v + t * a)[1] for t in (h, -h))
-    found = chain_angles.read(d, rate, (after - before) / (2 * h), q[0])
+    d, rate = thin.directions(q, v)
+    after, before = (thin.directions(q + t * v + t * t / 2 * a, v + t * a)[1] for t in (h, -h))
+    found = angles.read(d, rate, (after - before) / (2 * h), q[0])
     clear = np.abs(np.cos(q[..., 1])).min(1) > 0.05
     same_pair = (
         np.abs(np.exp(1j * (found.q - q)) - 1).max((1, 2)) < 1e-9
@@ -97,8 +97,8 @@ def test_full_turns_through_the_pole_are_read_as_such(theta):
     phi = np.linspace(-0.25 * np.pi, 4.75 * np.pi, 241)  # hits every pole on the way exactly
     q = np.stack([np.full_like(phi, theta), phi], -1)[:, None]
     v = np.broadcast_to([0.0, 2.0], q.shape)
-    d, rate = chain_thin.directions(q, v)
-    found = chain_angles.read(d, rate, -4 * d, q[0])
+    d, rate = thin.directions(q, v)
+    found = angles.read(d, rate, -4 * d, q[0])
     np.testing.assert_allclose(found.q, q, atol=1e-12)
     np.testing.assert_allclose(found.v, v, atol=1e-7)
     np.testing.assert_allclose(found.a[np.abs(np.cos(phi)) > 1e-3], 0, atol=1e-9)
@@ -106,9 +106,9 @@ def test_full_turns_through_the_pole_are_read_as_such(theta):
 
 def test_a_rod_at_rest_at_the_pole_keeps_the_angle_before():
     q = np.array([[[0.3, 1.5]], [[0.3, np.pi / 2]], [[0.3, np.pi / 2]]])
-    d, rate = chain_thin.directions(q, np.zeros_like(q))
+    d, rate = thin.directions(q, np.zeros_like(q))
     d[1:] = [1.0, 0.0, 0.0]
-    found = chain_angles.read(d, rate, np.zeros_like(d), q[0, :])
+    found = angles.read(d, rate, np.zeros_like(d), q[0, :])
     np.testing.assert_allclose(found.q, q, atol=1e-12)
     np.testing.assert_array_equal(found.v, 0)
 
@@ -120,21 +120,21 @@ def test_thin_rods_under_torques_at_the_pole_vs_fifty_digits(distance):
     (q, v), torque = state(4, rng), rng.normal(size=(4, 2))
     q[-1, 1] = np.pi / 2 - distance
     a, F, Mc = fifty_digits(some, q, v, G, torque)
-    found = chain.solve(some, q, v, G, torque=torque)
+    found = solution.solve(some, q, v, G, torque=torque)
     assert max(error(found.acceleration, a), error(found.force, F), error(found.Mc, Mc)) < 3e-15
 
 
 def test_point_masses_in_directions_vs_direct_solution(monkeypatch):
     rng = np.random.default_rng(13)
     some = point_masses(20, rng)
-    d, rate = chain_thin.directions(*state(20, rng))
-    usual = chain_thin.solve(some, d, rate, G)
-    monkeypatch.setattr(chain_solver, "Eliminated", chain_solver.Direct)
-    direct = chain_thin.solve(some, d, rate, G)
+    d, rate = thin.directions(*state(20, rng))
+    usual = thin.solve(some, d, rate, G)
+    monkeypatch.setattr(refinement, "Eliminated", refinement.Direct)
+    direct = thin.solve(some, d, rate, G)
     np.testing.assert_allclose(direct.force, usual.force, atol=1e-13 * abs(usual.force).max())
     np.testing.assert_allclose(np.cross(usual.force, d), 0, atol=1e-13 * abs(usual.force).max())
 
 
 def test_a_thick_rod_has_no_place_in_directions():
     with pytest.raises(InputError, match="axial inertia"):
-        chain_thin.solve(alike(2, 0.1), np.eye(3)[:2], np.zeros((2, 3)), G)
+        thin.solve(alike(2, 0.1), np.eye(3)[:2], np.zeros((2, 3)), G)

@@ -8,9 +8,9 @@ import pytest
 from scipy.special import jn_zeros, roots_laguerre
 
 import pendpin as pp
-from pendpin.derivations.exact import direction, direction_rate, planar
-from pendpin.model import build
-from pendpin.urdf_chain import chain_urdf
+from pendpin.equations.exact import direction, direction_rate, planar
+from pendpin.model.build import build
+from pendpin.model.write_urdf import chain_urdf
 
 GRAVITY = (pp.effects.Gravity(),)
 G = 9.81

@@ -17,12 +17,12 @@ import pendpin as pp
 from bad_input import ROD as URDF
 from bad_input import SCENE, URDF_SCENE, run_main
 from bad_runs import Trap
-from pendpin import checkpoint, stretches
 from pendpin import effects as fx
-from pendpin.driving import Course
 from pendpin.errors import Interrupted
-from pendpin.hybrid import Hybrid
-from pendpin.stretches import Smooth
+from pendpin.simulation import checkpoint, smooth_motion
+from pendpin.simulation.loop import IntegrationLoop
+from pendpin.simulation.motion_with_events import LoopWithEvents
+from pendpin.simulation.smooth_motion import SmoothLoop
 
 THICK = (pp.Rod(length=1.0, mass=1.0, radius=0.05), pp.Rod(length=0.7, mass=0.5, radius=0.03))
 THIN = (pp.Rod(length=1.0, mass=1.0), pp.Rod(length=0.7, mass=0.5))
@@ -30,7 +30,7 @@ CONTACTS = (fx.DryFriction(kinetic=0.05, static=0.07), fx.Stop(lower=-0.8, upper
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed: pip install heyoka")
 
 Setting = dict[str, Any]
-LANES: dict[str, tuple[pp.Scene, Setting]] = {}
+METHODS: dict[str, tuple[pp.Scene, Setting]] = {}
 
 
 def scene(rods=THICK, *effects: fx.Effect, duration=4.0, samples=61, engine="auto") -> pp.Scene:
@@ -41,25 +41,30 @@ def scene(rods=THICK, *effects: fx.Effect, duration=4.0, samples=61, engine="aut
     return pp.Scene(duration=duration, model=pp.Chain(rods=rods), start=start, effects=acting, solver=solver)
 
 
-LANES |= {m: (scene(), {"method": m, "tolerance": 1e-9}) for m in ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")}
-LANES |= {m: (scene(), {"method": m, "step": 0.01}) for m in ("rk4", "gauss2", "gauss4", "gauss6")}
-LANES |= {
+METHODS |= {m: (scene(), {"method": m, "tolerance": 1e-9}) for m in ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")}
+METHODS |= {m: (scene(), {"method": m, "step": 0.01}) for m in ("rk4", "gauss2", "gauss4", "gauss6")}
+METHODS |= {
     "euler": (scene(), {"method": "euler", "step": 0.002}),
     "taylor": (scene(duration=9.0), {"method": "taylor", "tolerance": 1e-18}),
     "taylor in directions": (scene(THIN, duration=12.0), {"method": "taylor", "tolerance": 1e-15}),
-    "ledger": (scene(THICK, fx.Viscous(coefficient=0.1)), {"tolerance": 1e-9, "ledger": True}),
-    "ledger of gauss6": (
+    "energy_balance": (scene(THICK, fx.Viscous(coefficient=0.1)), {"tolerance": 1e-9, "energy_balance": True}),
+    "energy_balance of gauss6": (
         scene(THICK, fx.Viscous(coefficient=0.1)),
-        {"method": "gauss6", "step": 0.02, "ledger": True},
+        {"method": "gauss6", "step": 0.02, "energy_balance": True},
     ),
     "driven": (scene(THICK, fx.Support(amplitude=(0.1, 0.0, 0.2), frequency=7.0)), {"tolerance": 1e-9}),
     "chain engine": (scene(engine="chain", duration=2.0), {"tolerance": 1e-7}),
     "spherical joints": (scene(THIN), {"tolerance": 1e-10}),
     "directions": (scene(THIN, engine="chain", duration=2.0), {"tolerance": 1e-8}),
     "contacts": (scene(THICK, *CONTACTS), {"tolerance": 1e-8}),
-    "contacts and ledger": (scene(THICK, *CONTACTS, fx.Viscous(coefficient=0.02)), {"tolerance": 1e-8, "ledger": True}),
+    "contacts and energy_balance": (
+        scene(THICK, *CONTACTS, fx.Viscous(coefficient=0.02)),
+        {"tolerance": 1e-8, "energy_balance": True},
+    ),
 }
-CASES = [pytest.param(*lane, id=n, marks=[needs_heyoka] if "taylor" in n else []) for n, lane in LANES.items()]
+CASES = [
+    pytest.param(*integrator, id=n, marks=[needs_heyoka] if "taylor" in n else []) for n, integrator in METHODS.items()
+]
 
 
 class Killed(BaseException):
@@ -67,17 +72,17 @@ class Killed(BaseException):
 
 
 @pytest.fixture(autouse=True)
-def short_stretches(monkeypatch: pytest.MonkeyPatch) -> None:
+def short_segments(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stretches of a few dozen evaluations, so that short runs have many."""
-    monkeypatch.setattr(stretches, "EVALUATIONS", 160)
-    monkeypatch.setattr(stretches, "LEAST_EVALUATIONS", 16)
+    monkeypatch.setattr(smooth_motion, "EVALUATIONS", 160)
+    monkeypatch.setattr(smooth_motion, "LEAST_EVALUATIONS", 16)
 
 
-def killing(course: type[Course], after: int) -> Any:
-    """A course's `go_on` that is killed in its stretch of this number, with the work done and nothing handed back."""
-    go_on, count = course.go_on, 0
+def killing(loop: type[IntegrationLoop], after: int) -> Any:
+    """A loop's `go_on` that is killed in its segment of this number, with the work done and nothing handed back."""
+    go_on, count = loop.go_on, 0
 
-    def killed(self: Course, done: checkpoint.Progress) -> Any:
+    def killed(self: IntegrationLoop, done: checkpoint.RunState) -> Any:
         nonlocal count
         result, count = go_on(self, done), count + 1
         if count == after:
@@ -88,11 +93,11 @@ def killing(course: type[Course], after: int) -> Any:
 
 
 def broken(given: pp.Scene, setting: Setting, path: Path) -> tuple[pp.Trajectory, int]:
-    """A run that is killed in its second stretch, twice, then in the third from where it is, and so on; and how often."""
+    """A run that is killed in its second segment, twice, then in the third from where it is, and so on; and how often."""
     for kills in range(1000):
         with pytest.MonkeyPatch.context() as patch:
-            for course in (Smooth, Hybrid):
-                patch.setattr(course, "go_on", killing(course, 2 + kills // 2))
+            for loop in (SmoothLoop, LoopWithEvents):
+                patch.setattr(loop, "go_on", killing(loop, 2 + kills // 2))
             try:
                 return pp.simulate(given, **setting, checkpoint=path, every=0), kills
             except Killed:
@@ -115,7 +120,7 @@ def assert_same(one: pp.Trajectory, other: pp.Trajectory) -> None:
 
 @pytest.mark.parametrize(("given", "setting"), CASES)
 def test_a_broken_run_is_the_unbroken_one(given: pp.Scene, setting: Setting, tmp_path: Path) -> None:
-    """Every lane, killed again and again at different places: all arrays and all counts."""
+    """Every integrator, killed again and again at different places: all arrays and all counts."""
     run, kills = broken(given, setting, tmp_path / "run.ckpt")
     assert kills >= 3
     assert_same(run, pp.simulate(given, **setting))
@@ -126,25 +131,25 @@ def test_a_stretch_may_be_shorter_than_a_step(library: str, monkeypatch: pytest.
     """The step that is proposed for it fits into it, which both libraries insist on."""
     if library == "scipy":
         monkeypatch.setitem(sys.modules, "CyRK", None)
-    monkeypatch.setattr(stretches, "EVALUATIONS", 1)
-    monkeypatch.setattr(stretches, "LEAST_EVALUATIONS", 1)
+    monkeypatch.setattr(smooth_motion, "EVALUATIONS", 1)
+    monkeypatch.setattr(smooth_motion, "LEAST_EVALUATIONS", 1)
     assert len(pp.simulate(scene(samples=401, duration=1.0), tolerance=1e-3).t) == 401
 
 
 def test_an_interrupt_says_how_to_go_on(tmp_path: Path) -> None:
-    """Ctrl-C in the middle of a stretch: what is done is told, and nothing of it is done again."""
+    """Ctrl-C in the middle of a segment: what is done is told, and nothing of it is done again."""
     given, path, seen = scene(samples=None, duration=20.0), tmp_path / "run.ckpt", []
 
-    def watch(t: float) -> None:
+    def progress(t: float) -> None:
         seen.append(t)
         if t > 10:
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted, match=rf"stopped by the user; {path} holds what is done") as caught:
-        pp.simulate(given, watch=watch, checkpoint=path, every=np.inf)
+        pp.simulate(given, progress=progress, checkpoint=path, every=np.inf)
     partial = caught.value.partial
     seen.clear()
-    run = pp.simulate(given, watch=seen.append, checkpoint=path)
+    run = pp.simulate(given, progress=seen.append, checkpoint=path)
     assert_same(run, pp.simulate(given))
     assert np.array_equal(run.q[: len(partial.q)], partial.q)
     assert 5 < partial.t[-1] <= min(seen)
@@ -155,7 +160,7 @@ def test_a_finished_run_is_told_again(tmp_path: Path) -> None:
     """The file stays: the same call gives the same result without integrating."""
     path, seen = tmp_path / "run.ckpt", []
     run = pp.simulate(scene(), checkpoint=path)
-    assert_same(pp.simulate(scene(), checkpoint=path, watch=seen.append), run)
+    assert_same(pp.simulate(scene(), checkpoint=path, progress=seen.append), run)
     assert not seen
 
 
@@ -243,9 +248,9 @@ CHANGED: dict[str, tuple[Any, str]] = {
         lambda s: {"meta": with_meta(s, lambda run: run["scene"]["model"]["rods"][1].update(length=2.0))},
         f"{OTHER}scene.model.rods[1].length is 2.0 in it, 0.7 here; delete it or name another file",
     ),
-    "with a ledger": (
-        lambda s: {"meta": with_meta(s, lambda run: run.update(ledger=True))},
-        f"{OTHER}ledger is True in it, False here; delete it or name another file",
+    "with an energy balance": (
+        lambda s: {"meta": with_meta(s, lambda run: run.update(energy_balance=True))},
+        f"{OTHER}energy_balance is True in it, False here; delete it or name another file",
     ),
     "an older NumPy": (
         lambda s: {"meta": with_meta(s, lambda run: run["versions"].update(numpy="1.0"))},
@@ -345,7 +350,10 @@ REFUSED = {
     "the scene": (("scene.toml", "--checkpoint", "scene.toml"), "scene.toml: this name is given twice"),
     "the URDF": (("urdf.toml", "--checkpoint", "rod.urdf"), "rod.urdf: this name is given twice"),
     "no folder": (("scene.toml", "--checkpoint", "a/b"), "a/b: cannot be written: there is no folder 'a'"),
-    "a goal": (("scene.toml", "--checkpoint", "c", "--accuracy", "1e-3"), "checkpoint: an accuracy takes several runs"),
+    "a target": (
+        ("scene.toml", "--checkpoint", "c", "--accuracy", "1e-3"),
+        "checkpoint: an accuracy takes several runs",
+    ),
 }
 
 
@@ -364,7 +372,7 @@ def test_kill_9(folder: Path) -> None:
     Path("scene.toml").write_text(
         SCENE.replace("duration = 0.1", "duration = 600.0").replace("1e-8", "1e-12\nsamples = 3001")
     )
-    command = [sys.executable, "-c", "from pendpin.cli import main; main()", *COMMAND, "--every", "0.05"]
+    command = [sys.executable, "-c", "from pendpin.cli.commands import main; main()", *COMMAND, "--every", "0.05"]
     environment = os.environ | {"PYTHONPATH": str(Path(pp.__file__).parents[1])}
     random, kills = np.random.default_rng(), 0
     for longest in (0.02, 0.3, 0.3):
@@ -384,7 +392,7 @@ def test_kill_9(folder: Path) -> None:
         assert subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, check=False).returncode == 0
     assert not Path("run.ckpt").exists()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stretches, "EVALUATIONS", 20_000)
-        patch.setattr(stretches, "LEAST_EVALUATIONS", 2_000)
+        patch.setattr(smooth_motion, "EVALUATIONS", 20_000)
+        patch.setattr(smooth_motion, "LEAST_EVALUATIONS", 2_000)
         assert run_main("run", "scene.toml", "--out", "whole.npz") == 0
     assert_same(pp.Trajectory.load("run.npz"), pp.Trajectory.load("whole.npz"))

@@ -6,8 +6,8 @@ import pytest
 import pendpin as pp
 from effect_cases import EFFECTS, MODELS, URDF
 from pendpin import effects as fx
-from pendpin.dynamics import Dynamics
-from pendpin.model import build
+from pendpin.dynamics.dynamics import Dynamics
+from pendpin.model.build import build
 
 pytest.importorskip("heyoka", reason="heyoka is not installed: pip install heyoka")
 

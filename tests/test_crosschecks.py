@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.derivations import balances, chain, lagrange, newton_euler
+from pendpin.equations import balances, lagrange, newton_euler
+from pendpin.equations.chain import solution
 from pendpin.scene import builtin_scene
 
 RODS = {
@@ -90,7 +91,7 @@ def test_a_broken_route_fails_the_check(module, right: str, wrong: str, quantity
         f"import sys, {name} as route\n"
         f"exec({source.replace(right, wrong)!r}, route.__dict__)\n"
         f"sys.argv = ['pendpin', 'check', {str(tmp_path / 'scene.toml')!r}, '--states', '50', '--json']\n"
-        "from pendpin.cli import main; main()"
+        "from pendpin.cli.commands import main; main()"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.returncode == 1
@@ -109,7 +110,7 @@ def test_a_user_route_that_is_wrong_is_found() -> None:
     report = pp.crosscheck(builtin_scene(), states=100, routes={"mine": mine})
     broken = [row for row in report.rows if not row.ok]
     assert all(row.quantity == "phi_dd" and "mine" in (row.first, row.second) for row in broken)
-    assert len(broken) == len(report.routes)  # against each other route, and the judge
+    assert len(broken) == len(report.routes)  # against each other route, and the reference_route
     assert {row.quantity for row in report.rows if "mine" in (row.first, row.second)} == {"phi_dd"}
 
 
@@ -119,13 +120,13 @@ def test_a_small_fault_in_the_chain_equations_is_found(
     count: int, part: str, quantity: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One part in 1e8 off, on mixed rods: the sizes that differences are held against do not hide it."""
-    random, solve = np.random.default_rng(count), chain.solve
+    random, solve = np.random.default_rng(count), solution.solve
 
-    def faulty(*args, **given) -> chain.ChainSolution:
+    def faulty(*args, **given) -> solution.ChainSolution:
         found = solve(*args, **given)
         return replace(found, **{part: getattr(found, part) * (1 + 1e-8)})
 
-    monkeypatch.setattr(chain, "solve", faulty)
+    monkeypatch.setattr(solution, "solve", faulty)
     sizes = zip(10 ** random.uniform(-1, 0.5, count), 10 ** random.uniform(-1, 1, count), strict=True)
     rods = tuple(pp.Rod(length=length, mass=mass, radius=0.05) for length, mass in sizes)
     report = pp.crosscheck(pp.Scene(model=pp.Chain(rods=rods), effects=GRAVITY), states=10)

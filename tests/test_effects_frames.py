@@ -7,7 +7,7 @@ import pendpin as pp
 from effect_cases import FIVE, POINT, ROD
 from inertial import point_mass, residual, rigid_rod, rotation, sinusoid
 from pendpin import effects as fx
-from pendpin.bodies import pinocchio
+from pendpin.model.bodies import pinocchio
 
 G = 9.81
 STILL, SHAKEN = ((0.0, 0.0, 0.0), 1.0, 0.0), ((0.05, -0.08, 0.1), 7.0, 0.4)

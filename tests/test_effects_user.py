@@ -8,11 +8,11 @@ import pytest
 
 import pendpin as pp
 from effect_cases import MODELS, on_both, states
-from pendpin import kinematics
-from pendpin.binding import bodies_of
-from pendpin.crosschecks import along
+from pendpin.analysis.crosscheck import along
+from pendpin.dynamics.binding import bodies_of
 from pendpin.engines import Revolute, Spherical
-from pendpin.scenery import drawing_of
+from pendpin.graphics.run_drawing import drawing_of
+from pendpin.model import kinematics
 
 TOP = Path(__file__).parents[1]
 DOCS, EXAMPLES = TOP / "docs" / "effects.md", TOP / "examples"

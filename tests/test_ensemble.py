@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.derivations.base import Array
+from pendpin.arrays import Array
 from pendpin.effects import Gravity, Stop
-from pendpin.processes import spread
 from pendpin.scene import Scene, builtin_scene
+from pendpin.simulation.processes import spread
 
 ROD = builtin_scene().model_copy(update={"duration": 3.0})
 THIN = pp.Scene(duration=2.0, model=pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),), copies=2), effects=(Gravity(),))
@@ -50,7 +50,7 @@ def test_rows_are_simulate_of_their_starts(scene: Scene) -> None:
 
 
 def test_neighbours_and_workers_do_not_matter() -> None:
-    """Bit for bit: every lane of a vector does its own arithmetic, with steps of its own."""
+    """Bit for bit: every integrator of a vector does its own arithmetic, with steps of its own."""
     q, v = starts(37)
     order = np.random.default_rng(2).permutation(37)
     many, shuffled = pp.simulate_many(ROD, q, v), pp.simulate_many(ROD, q[order], v[order], workers=1)
@@ -96,7 +96,7 @@ def test_a_start_that_cannot_begin_is_named() -> None:
     assert "too large" in many.stats.failures[2]
     assert np.isnan(many.q[2]).all()
     others = [0, 1, 3]
-    assert np.abs(many.q[others] - calm.q[others]).max() < 1e-8  # one by one, from stretch to stretch
+    assert np.abs(many.q[others] - calm.q[others]).max() < 1e-8  # one by one, from segment to segment
 
 
 @pytest.mark.parametrize("setting", [("rk4", 0.2), ("taylor", 0.1)])
@@ -125,7 +125,7 @@ def test_an_interrupt_keeps_what_is_done(method: str) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(pp.RunError, match="stopped by the user") as caught:
-        pp.simulate_many(ROD, q, v, method=method, workers=1, watch=stop)
+        pp.simulate_many(ROD, q, v, method=method, workers=1, progress=stop)
     partial = caught.value.partial
     done = np.isfinite(partial.q).all((1, 2))
     assert 0 < done.sum() < 40

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from pendpin.derivations import balances, newton_euler
-from pendpin.derivations.base import RodInertia
-from pendpin.derivations.exact import (
+from pendpin.equations import balances, newton_euler
+from pendpin.equations.base import RodInertia
+from pendpin.equations.exact import (
     DIGITS,
     direction,
     direction_rate,

@@ -1,4 +1,4 @@
-"""The hard cases: every one in its short form on every lane that it claims, and what the catalogue promises."""
+"""The hard cases: every one in its short form on every integrator that it claims, and what the catalogue promises."""
 
 from importlib.util import find_spec
 from json import loads
@@ -6,24 +6,26 @@ from json import loads
 import pytest
 
 from pendpin import effects as fx
-from pendpin import hardcases
-from pendpin.cli import main
+from pendpin.analysis import hardcases
+from pendpin.analysis.hardcases import CASES, hard
+from pendpin.analysis.hardcases.base import GROUPS, THICK, Case, scene
+from pendpin.analysis.hardcases.running import outcome
+from pendpin.cli.commands import main
 from pendpin.errors import InputError, Interrupted
-from pendpin.hardcases import CASES, hard
-from pendpin.hardcases.base import GROUPS, THICK, Case, scene
-from pendpin.hardcases.running import outcome
-from pendpin.simulation import simulate
+from pendpin.simulation.simulate import simulate
 
-CLAIMS = [(case, lane) for case in CASES.values() for lane in case.lanes]
+CLAIMS = [(case, integrator) for case in CASES.values() for integrator in case.methods]
 CHEAP = "no-duration"
 
 
-@pytest.mark.parametrize(("case", "lane"), CLAIMS, ids=[f"{case.name}-{lane}" for case, lane in CLAIMS])
-def test_a_hard_case_is_within_its_bound(case: Case, lane: str) -> None:
+@pytest.mark.parametrize(
+    ("case", "integrator"), CLAIMS, ids=[f"{case.name}-{integrator}" for case, integrator in CLAIMS]
+)
+def test_a_hard_case_is_within_its_bound(case: Case, integrator: str) -> None:
     """What was measured is at most the bound that was derived for it."""
-    if lane == "taylor" and find_spec("heyoka") is None:
+    if integrator == "taylor" and find_spec("heyoka") is None:
         pytest.skip("heyoka is not installed: pip install heyoka")
-    found = outcome(case, lane, full=False)
+    found = outcome(case, integrator, full=False)
     assert found.ok, f"{found.failure or found.measured} against {found.bound}: {case.figure}"
 
 
@@ -31,7 +33,7 @@ def test_the_catalogue_is_whole() -> None:
     """Every group has a case, every case claims "auto", and all say what they are."""
     assert {case.group for case in CASES.values()} == set(GROUPS)
     for case in CASES.values():
-        assert "auto" in case.lanes
+        assert "auto" in case.methods
         assert case.bound >= 0
         assert all((case.title, case.physics, case.why, case.figure, case.derivation))
 
@@ -39,7 +41,7 @@ def test_the_catalogue_is_whole() -> None:
 def test_pinocchios_own_joints_fail_where_ours_hold() -> None:
     """In chains of 100 rods joints of several degrees of freedom are shown beside, without a claim."""
     outcomes = hard(["chain-100-digits"], full=False).outcomes
-    beside = {found.lane: found for found in outcomes if not found.claimed}
+    beside = {found.integrator: found for found in outcomes if not found.claimed}
     assert [found.verdict for found in outcomes if found.claimed] == ["ok"]
     assert set(beside) == {f"pin {joint}, {way}" for joint in ("Universal", "Spherical") for way in ("LOCAL", "WORLD")}
     assert all(beside[f"pin {joint}, WORLD"].verdict == "fails" for joint in ("Universal", "Spherical"))
@@ -51,10 +53,12 @@ def test_other_simulators_run_the_same_cases() -> None:
     """Beside "auto", without claims: all of them start and stop; none falls from the pole with a thin rod's spin."""
     found = hard([CHEAP, "pole-spin-thin", "late"], peers=True)  # "late" is not for them
     assert not found.broken
-    held = {(row.case, row.lane.split(",")[0]): row.ok for row in found.outcomes}
-    lanes = ("auto", "MuJoCo RK4", "Drake RK5", "SciPy DOP853")
+    held = {(row.case, row.integrator.split(",")[0]): row.ok for row in found.outcomes}
+    methods = ("auto", "MuJoCo RK4", "Drake RK5", "SciPy DOP853")
     assert held == {
-        (name, lane): name == CHEAP or lane == "auto" for name in (CHEAP, "pole-spin-thin") for lane in lanes
+        (name, integrator): name == CHEAP or integrator == "auto"
+        for name in (CHEAP, "pole-spin-thin")
+        for integrator in methods
     }
 
 
@@ -67,11 +71,13 @@ SINUSOIDS = {
 
 
 @pytest.mark.parametrize("effect", SINUSOIDS.values(), ids=SINUSOIDS)
-@pytest.mark.parametrize("ledger", [False, True], ids=["", "ledger"])
-def test_sinusoids_are_smooth_at_late_times(effect: fx.Effect, ledger: bool) -> None:
+@pytest.mark.parametrize("energy_balance", [False, True], ids=["", "energy_balance"])
+def test_sinusoids_are_smooth_at_late_times(effect: fx.Effect, energy_balance: bool) -> None:
     """At t = 1e9 s doubles are 1e-7 s apart: a force that is taken there jumps, and steps collapse."""
     early, late = (
-        simulate(scene(THICK, effect, q=(0.3,), duration=0.02, time=time), tolerance=1e-12, ledger=ledger).stats.steps
+        simulate(
+            scene(THICK, effect, q=(0.3,), duration=0.02, time=time), tolerance=1e-12, energy_balance=energy_balance
+        ).stats.steps
         for time in (0.0, 1e9)
     )
     assert late < 1.5 * early
@@ -87,20 +93,20 @@ def run(*arguments: str, monkeypatch: pytest.MonkeyPatch) -> int:
 
 def with_bound(bound: float) -> dict[str, Case]:
     """The catalogue with another bound for the cheap case, which measures 0."""
-    fields = {**CASES[CHEAP].__dict__, "bound": bound, "lanes": {"auto": {}}}
+    fields = {**CASES[CHEAP].__dict__, "bound": bound, "methods": {"auto": {}}}
     return CASES | {CHEAP: Case(**fields)}
 
 
 def test_all_is_well(monkeypatch, capfd) -> None:
-    """A table with a row a lane, and exit status 0."""
+    """A table with a row for each method, and exit status 0."""
     assert run(CHEAP, "--short", monkeypatch=monkeypatch) == 0
     printed = capfd.readouterr()
-    assert printed.out.count(" ok ") == len(CASES[CHEAP].lanes)
+    assert printed.out.count(" ok ") == len(CASES[CHEAP].methods)
     assert not printed.err
 
 
 def test_a_broken_bound_is_named(monkeypatch, capfd) -> None:
-    """Exit status 1 and one line with the case, the lane and both numbers; the table is printed all the same."""
+    """Exit status 1 and one line with the case, the integrator and both numbers; the table is printed all the same."""
     monkeypatch.setattr(hardcases, "CASES", with_bound(-1.0))
     assert run(CHEAP, "--short", monkeypatch=monkeypatch) == 1
     printed = capfd.readouterr()
@@ -114,10 +120,10 @@ def test_json_has_all(monkeypatch, capfd) -> None:
     found = loads(capfd.readouterr().out)
     assert found["ok"] is True
     assert found["stopped"] is False
-    fields = {"case", "lane", "measured", "bound", "seconds", "failure", "claimed", "ok", "verdict"}
+    fields = {"case", "integrator", "measured", "bound", "seconds", "failure", "claimed", "ok", "verdict"}
     assert all(set(row) == fields and row["ok"] is True for row in found["outcomes"])
     case, _ = found["cases"]
-    assert set(case) == {"name", "group", "title", "physics", "why", "figure", "bound", "derivation", "lanes"}
+    assert set(case) == {"name", "group", "title", "physics", "why", "figure", "bound", "derivation", "methods"}
 
 
 def test_an_unknown_case_is_refused(monkeypatch, capfd) -> None:
@@ -145,7 +151,7 @@ def test_ctrl_c_keeps_what_is_done(way, monkeypatch, capfd) -> None:
     monkeypatch.setattr(hardcases, "CASES", CASES | {"one-sample": after})
     assert run(CHEAP, "one-sample", "--short", monkeypatch=monkeypatch) == 130
     printed = capfd.readouterr()
-    assert printed.out.count(" ok ") == len(CASES[CHEAP].lanes)
+    assert printed.out.count(" ok ") == len(CASES[CHEAP].methods)
     assert printed.err == "pendpin: stopped by the user\n"
 
 

@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 from bad_input import ROD
 from bad_runs import run_file
 from pendpin import PendpinError, Trajectory, load_scene, simulate
-from pendpin.dynamics import Dynamics
-from pendpin.model import build
+from pendpin.dynamics.dynamics import Dynamics
+from pendpin.model.build import build
 from pendpin.scene import Chain, Solver, UrdfModel
 
 EXAMPLES = int(os.environ.get("PENDPIN_EXAMPLES", "0"))  # a longer search, other examples each time

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
-from pendpin.model import build
+from pendpin.model.build import build
 from pendpin.scene import urdf_folder
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.01),))

@@ -12,7 +12,7 @@ import pendpin
 from bad_input import ROD, SCENE, URDF_SCENE, Case, contents, edited, run_main
 from odd_input import CASES, NAMED_CASES
 from pendpin import Trajectory
-from pendpin.model import build
+from pendpin.model.build import build
 from pendpin.scene import UrdfModel
 
 
@@ -104,7 +104,15 @@ def test_poor_surroundings(variables: dict[str, str], folder: Path) -> None:
     (folder / "scène 角.toml").write_text(SCENE)
     surroundings = {k: v for k, v in os.environ.items() if k not in {"HOME", "DISPLAY"}} | variables
     surroundings["PYTHONPATH"] = str(Path(pendpin.__file__).parents[1])
-    command = [sys.executable, "-c", "from pendpin.cli import main; main()", "run", "scène 角.toml", "--out", "角.npz"]
+    command = [
+        sys.executable,
+        "-c",
+        "from pendpin.cli import main; main()",
+        "run",
+        "scène 角.toml",
+        "--out",
+        "角.npz",
+    ]
     done = subprocess.run(command, env=surroundings, capture_output=True, timeout=60, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
     assert (folder / "角.npz").is_file()

@@ -1,4 +1,4 @@
-"""A slice of the campaign of random scenes; and its judge sees what it is there to see."""
+"""A slice of the campaign of random scenes; and its reference_route sees what it is there to see."""
 
 import os
 import signal
@@ -76,7 +76,7 @@ def test_scenes_are_of_every_kind_and_come_from_their_seed_alone(tmp_path: Path)
     ("case", "kind"),
     [
         (swing(), "balanced"),
-        (swing({"kind": "viscous", "coefficient": 0.1})._replace(ledger=False), "no books"),
+        (swing({"kind": "viscous", "coefficient": 0.1})._replace(energy_balance=False), "no books"),
         (swing(solver={"method": "euler", "step": 0.01, "samples": 11}), "coarse"),
         (swing(duration=-1.0), "refused"),
         (swing(solver={"method": "rk4", "step": 1.0, "samples": 11}, duration=50.0), "stopped"),
@@ -116,12 +116,12 @@ def test_what_happens_to_a_worker_is_a_fault(
     act: Callable[[], object], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A hang, an end, a crash, a word on stderr; and the next scene has a worker again."""
-    judge = random_scenes.outcome
+    reference_route = random_scenes.outcome
 
     def acting(case: Case) -> random_scenes.Outcome:
         if case == case_of(SEED, 0, tmp_path):
             act()
-        return judge(SWING)
+        return reference_route(SWING)
 
     monkeypatch.setattr(random_scenes, "outcome", acting)
     monkeypatch.setattr(random_scenes, "LATE", 0.2 if act is _spin else random_scenes.LATE)
@@ -152,7 +152,7 @@ def test_books_begin_after_the_impacts_at_the_start() -> None:
         {"kind": "stop", "upper": 1.0, "joints": ["theta"]},
         start={"positions": {"theta": 1.0}, "velocities": {"theta": 2.0, "phi": 1.0}},
     )
-    run = pp.simulate(pp.Scene(**case.scene), ledger=True)
+    run = pp.simulate(pp.Scene(**case.scene), energy_balance=True)
     assert run.work["stop"][0] == 0
     assert run.imbalance < 1e-9
 
@@ -171,7 +171,7 @@ def test_a_lane_that_fails_at_once_leaves_no_states_to_read(engine: str) -> None
 def test_slow_equations_look_at_the_clock_often(solver: dict[str, Any]) -> None:
     """Where an evaluation takes milliseconds, the time reached is told every hundred of them or so."""
     seen: list[float] = []
-    run = pp.simulate(pp.Scene(**swing(solver=solver).scene), watch=seen.append)
+    run = pp.simulate(pp.Scene(**swing(solver=solver).scene), progress=seen.append)
     assert len(seen) > run.stats.evaluations / 200
 
 

@@ -14,9 +14,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pendpin.bodies import tree_of
-from pendpin.derivations.numbers import exact, floats, symbols
-from pendpin.derivations.recursion import Tree, accelerations, wrenches
+from pendpin.equations.numbers import exact, floats, symbols
+from pendpin.equations.recursion import Tree, accelerations, wrenches
+from pendpin.model.bodies import tree_of
 
 EPS = np.finfo(float).eps
 GRAVITY = np.array([0.0, 0.0, -9.81])  # m/s²
@@ -207,8 +207,11 @@ def test_floats_vs_50_digits_in_chains(rods, alike, mixed):
     for tree, bound in ((chain(rods), alike), (chain(rods, mixed=rods), mixed)):
         for seed in range(max(1, 40 // rods)):
             q, v = state(2 * rods, seed)
-            judge = accelerations(tree, q, v, GRAVITY, xp=exact(50))
-            assert np.abs(accelerations(tree, q, v, GRAVITY) - judge).max() < bound * np.abs(judge).max()
+            reference_route = accelerations(tree, q, v, GRAVITY, xp=exact(50))
+            assert (
+                np.abs(accelerations(tree, q, v, GRAVITY) - reference_route).max()
+                < bound * np.abs(reference_route).max()
+            )
 
 
 def test_exact_numbers_take_floats_over_unrounded():
@@ -223,7 +226,7 @@ def test_libraries_of_other_number_types_load_late():
     """Importing the recursion brings neither mpmath nor heyoka nor Pinocchio."""
     code = """if True:
         import sys
-        import pendpin.derivations.numbers, pendpin.derivations.recursion
+        import pendpin.equations.numbers, pendpin.equations.recursion
         print({'mpmath', 'heyoka', 'pinocchio', 'scipy'} & set(sys.modules))"""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pendpin as pp
-from pendpin.derivations.exact import planar, spherical
+from pendpin.equations.exact import planar, spherical
 from pendpin.scene import builtin_scene
 
 GRAVITY = (pp.effects.Gravity(),)
@@ -109,13 +109,13 @@ def test_an_interrupt_keeps_what_is_done() -> None:
     """Ctrl-C in the middle: the error carries the run up to there."""
     seen = []
 
-    def watch(t: float) -> None:
+    def progress(t: float) -> None:
         seen.append(t)
         if t > 50:
             raise KeyboardInterrupt
 
     with pytest.raises(pp.RunError, match="stopped by the user") as caught:
-        pp.simulate(swing(THICK, 100.0), watch=watch)
+        pp.simulate(swing(THICK, 100.0), progress=progress)
     partial = caught.value.partial
     assert 10 < partial.t[-1] <= seen[-1]
     assert partial.stats.stopped == "stopped by the user"

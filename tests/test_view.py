@@ -19,10 +19,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from browser import Browser, chromium
-from pendpin import view
-from pendpin.drawing import WORLD, Drawing, Shape
 from pendpin.errors import InputError
-from pendpin.page import POSES, contents, page, pick, quaternions, write_page
+from pendpin.graphics import view
+from pendpin.graphics.drawing import WORLD, Drawing, Shape
+from pendpin.graphics.page import POSES, contents, page, pick, quaternions, write_page
 
 ORANGE, STEEL, BLUE = 0xD9622B, 0x7A8696, 0x2B6CB0
 LEFT, RIGHT = 1.5, 0.5  # s: when the rod of `swinging` is seen on the left and on the right
@@ -135,7 +135,7 @@ def test_writing_the_page_opens_no_socket_and_starts_no_library_that_would(tmp_p
         def refuse(*args, **kwargs): raise AssertionError("a socket or process was asked for")
         socket.socket.__init__ = subprocess.Popen.__init__ = refuse
         from test_view import swinging
-        from pendpin.view import write_page
+        from pendpin.graphics.view import write_page
         write_page({str(tmp_path / "run.html")!r}, swinging())
         assert not {{"zmq", "meshcat", "tornado", "IPython"}} & set(sys.modules)
     """)
@@ -296,7 +296,7 @@ def live(options: str = "") -> Iterator[tuple[subprocess.Popen, str]]:
         import signal
         signal.signal(signal.SIGINT, signal.default_int_handler)  # where the tests run in the background it is off
         from test_view import swinging
-        from pendpin.view import serve
+        from pendpin.graphics.view import serve
         serve(swinging(), ready=lambda url: print(url, flush=True), {options})
     """)
     try:

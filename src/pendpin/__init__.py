@@ -3,27 +3,29 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from pendpin.versions import VERSION
+
 if TYPE_CHECKING:
     from pendpin import effects
-    from pendpin.costs import cost
-    from pendpin.crosschecks import crosscheck
-    from pendpin.dynamics import Dynamics, bind
-    from pendpin.ensemble import Ensemble, simulate_many
+    from pendpin.analysis.crosscheck import crosscheck
+    from pendpin.analysis.work_precision import cost
+    from pendpin.dynamics.dynamics import Dynamics, bind
     from pendpin.errors import InputError, MissingLibrary, PendpinError, RunError
     from pendpin.scene import Chain, Rod, Scene, Solver, Start, UrdfModel, load_scene
-    from pendpin.simulation import simulate
+    from pendpin.simulation.ensemble import Ensemble, simulate_many
+    from pendpin.simulation.simulate import simulate
     from pendpin.trajectory import Trajectory
 
-__version__ = "0.1.0"
+__version__ = VERSION
 
 _HOMES = {
-    "costs": ("cost",),
-    "crosschecks": ("crosscheck",),
-    "dynamics": ("Dynamics", "bind"),
-    "ensemble": ("Ensemble", "simulate_many"),
+    "analysis.crosscheck": ("crosscheck",),
+    "analysis.work_precision": ("cost",),
+    "dynamics.dynamics": ("Dynamics", "bind"),
     "errors": ("InputError", "MissingLibrary", "PendpinError", "RunError"),
     "scene": ("Chain", "Rod", "Scene", "Solver", "Start", "UrdfModel", "load_scene"),
-    "simulation": ("simulate",),
+    "simulation.ensemble": ("Ensemble", "simulate_many"),
+    "simulation.simulate": ("simulate",),
     "trajectory": ("Trajectory",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
@@ -59,3 +61,8 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME_OF:
         raise AttributeError(f"module 'pendpin' has no attribute {name!r}")
     return getattr(import_module(f"pendpin.{_HOME_OF[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """The public names and nothing else."""
+    return __all__

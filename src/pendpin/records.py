@@ -7,6 +7,7 @@ from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, Validati
 from pendpin.errors import InputError, explain
 
 LARGEST = 1e150  # of any number in a scene or a run: its square stays within doubles
+LARGEST_SIZE = 1e100  # of a length, mass or inertia, and 1 over the least inertia: their products stay within doubles
 Number = Annotated[  # an int or float; never text or a bool
     float, Strict(), AllowInfNan(False), Field(ge=-LARGEST, le=LARGEST)
 ]

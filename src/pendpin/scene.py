@@ -10,11 +10,12 @@ import numpy as np
 from pydantic import Discriminator, Field, SerializeAsAny, Tag, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticKnownError
 
-from pendpin.derivations.base import Array, RodInertia
+from pendpin.arrays import Array
 from pendpin.effects import AnyEffect, Gravity
+from pendpin.equations.base import RodInertia
 from pendpin.errors import InputError, choices, inside
 from pendpin.files import read_whole
-from pendpin.records import NotNegative, Number, Positive, Record
+from pendpin.records import LARGEST_SIZE, NotNegative, Number, Positive, Record
 
 AdaptiveMethod = Literal["dop853", "rk45", "rk23", "radau", "bdf", "lsoda"]
 FixedMethod = Literal["gauss2", "gauss4", "gauss6", "rk4", "euler"]
@@ -26,11 +27,10 @@ TOLERANCE = 1e-10  # unless another is given
 MAX_SCENE_BYTES = 500_000  # more takes Python's TOML reader seconds
 MAX_SAMPLES = 2_000_000
 MAX_RODS = 100_000
-LARGEST = 1e100  # of a length, mass or inertia, and 1 over the least inertia: their products stay within doubles
 _DEEP_KEY = re.compile(rb"""(?<![\w-])(?:(?:[\w-]+|["'][^"'\n]*["'])[ \t]*\.[ \t]*){50}""")
 SAMPLES_PER_SECOND = 60
 
-Size = Annotated[NotNegative, Field(le=LARGEST)]
+Size = Annotated[NotNegative, Field(le=LARGEST_SIZE)]
 
 
 class Rod(Record):
@@ -40,10 +40,10 @@ class Rod(Record):
     point mass on a massless rod.
     """
 
-    length: Annotated[Positive, Field(le=LARGEST)]  # m
+    length: Annotated[Positive, Field(le=LARGEST_SIZE)]  # m
     mass: Size  # kg, without the payload
     radius: Size = 0.0  # m
-    com: Annotated[Number, Field(ge=-LARGEST, le=LARGEST)] | None = Field(
+    com: Annotated[Number, Field(ge=-LARGEST_SIZE, le=LARGEST_SIZE)] | None = Field(
         None, description="centre of mass from the joint along the rod, m; length/2 if absent"
     )
     inertia: tuple[Size, Size, Size] | None = Field(
@@ -79,7 +79,7 @@ class Rod(Record):
             raise ValueError(f"inertia {list(self.inertia)}: a rod with no inertia about its axis has I1 = I2")
         m, h, I1, I2, _ = self.properties
         about_joint = (I1 + m * h * h, I2 + m * h * h)
-        if min(about_joint) < 1 / LARGEST or max(about_joint) > LARGEST:
+        if min(about_joint) < 1 / LARGEST_SIZE or max(about_joint) > LARGEST_SIZE:
             raise ValueError(
                 f"the inertia about the joint, {min(about_joint):g} kg m², is out of range (1e-100 to 1e100): "
                 "a rod needs a centre of mass away from its joint, or an inertia about it"
@@ -151,7 +151,7 @@ class Solver(Record):
     method: Method = "auto"
     engine: Literal["auto", "pinocchio", "chain", "compiled"] = "auto"
     accuracy: Annotated[Positive, Field(le=0.1)] | None = Field(
-        None, description="the goal: largest tip error over the run, over the chain's length"
+        None, description="the target: largest tip error over the run, over the chain's length"
     )
     tolerance: Annotated[Number, Field(le=0.1)] | None = Field(
         None, validate_default=True, description=f"for methods without a fixed step; {TOLERANCE:g} if none is given"

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
+from pendpin.arrays import Array
 from pendpin.errors import InputError, explain
 from pendpin.files import ArrayFile, open_arrays, write_whole
 from pendpin.records import LARGEST
-
-Array = NDArray[np.float64]
 
 FORMAT = 1
 
@@ -93,7 +92,7 @@ class Trajectory:
     tip: Array  # (n, rods, 3), world frame W
     rods: Reactions | None  # None for a model without universal joints
     stats: Stats
-    work: dict[str, Array] = field(default_factory=dict)  # J (n,), of each kind of effect, where a ledger was asked for
+    work: dict[str, Array] = field(default_factory=dict)  # J (n,), of each kind of effect, with energy_balance
     scene: dict[str, Any] = field(default_factory=dict)  # as in a scene file
 
     def reactions(self) -> Reactions:

@@ -1,11 +1,15 @@
-"""The effects a scene may call for, one module a family; `AnyEffect` lists those that a scene file can name."""
+"""What acts in a scene: one file per family of effects, and the interfaces that they use (docs/effects.md).
+
+May import: the ground (errors, records, files, arrays). No engine.
+To add an effect: a class in a file here, and its name in `AnyEffect` below if a scene file may name it.
+"""
 
 from typing import Annotated, Any
 
 from pydantic import Discriminator, InstanceOf, Tag
 from pydantic.json_schema import SkipJsonSchema
 
-from pendpin.effects.air import Drag
+from pendpin.arrays import applied, cross, dot
 from pendpin.effects.base import (
     Bodies,
     BodyEffect,
@@ -15,14 +19,12 @@ from pendpin.effects.base import (
     JointEffect,
     Motion,
     OnJoints,
-    applied,
-    cross,
-    dot,
 )
-from pendpin.effects.contact import ContactEffect, DryFriction, Stop
+from pendpin.effects.drag import Drag
+from pendpin.effects.friction_and_stops import ContactEffect, DryFriction, Stop
 from pendpin.effects.gravity import Gravity
 from pendpin.effects.joints import Motor, Spring, Viscous
-from pendpin.effects.loads import Push
+from pendpin.effects.push import Push
 from pendpin.effects.rotation import Rotation
 from pendpin.effects.support import Support
 

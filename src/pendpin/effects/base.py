@@ -9,13 +9,11 @@ from abc import abstractmethod
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
+from pendpin.arrays import Array, applied, cross
 from pendpin.errors import shown
 from pendpin.records import Record
-
-Array = NDArray[Any]  # floats, or symbols in an object array
 
 
 class Effect(Record):
@@ -165,7 +163,7 @@ class BodyEffect(Effect):
     def axial(self) -> bool:
         """Whether it may turn a rod about its own axis, or asks how far it has turned.
 
-        False lets a chain of thin rods move as on balls, regular everywhere.
+        False lets a chain of thin rods move as on spherical, regular everywhere.
         """
         return True
 
@@ -176,23 +174,3 @@ class BodyEffect(Effect):
     def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
         """Potential energy in J; None for an effect that has none."""
         return None
-
-
-# --- vectors, over floats and symbols -------------------------------------------------------------------------------
-
-_NEXT = np.array([1, 2, 0])
-
-
-def cross(a: Array, b: Array) -> Array:
-    """a x b over the last axis, without the overhead of numpy.cross."""
-    return (a * b.take(_NEXT, -1) - a.take(_NEXT, -1) * b).take(_NEXT, -1)
-
-
-def dot(a: Array, b: Array) -> Array:
-    """a . b over the last axis, (..., 1)."""
-    return (a * b).sum(-1, keepdims=True)
-
-
-def applied(M: Array, x: Array) -> Array:
-    """M x, (..., 3)."""
-    return (M @ x[..., None])[..., 0]

@@ -5,7 +5,8 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import field_validator
 
-from pendpin.effects.base import Array, FieldEffect
+from pendpin.arrays import Array
+from pendpin.effects.base import FieldEffect
 from pendpin.records import NotNegative, Vector
 
 

@@ -5,7 +5,8 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.effects.base import Array, JointEffect, OnJoints
+from pendpin.arrays import Array
+from pendpin.effects.base import JointEffect, OnJoints
 from pendpin.records import NotNegative, Number, Positive
 
 

@@ -6,7 +6,8 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.effects.base import Array, Bodies, BodyEffect, Motion, applied, cross
+from pendpin.arrays import Array, applied, cross
+from pendpin.effects.base import Bodies, BodyEffect, Motion
 from pendpin.records import Number, Vector
 
 EARTH = 7.292115e-5  # rad/s, Earth's rate of the World Geodetic System 1984

@@ -7,7 +7,8 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.effects.base import Array, FrameEffect
+from pendpin.arrays import Array
+from pendpin.effects.base import FrameEffect
 from pendpin.effects.track import Track, read_track
 from pendpin.errors import InputError, inside
 from pendpin.records import Number, Positive, Vector

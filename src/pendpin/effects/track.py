@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pendpin.effects.base import Array
+from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
 from pendpin.files import read_whole
 from pendpin.records import LARGEST

@@ -1,15 +1,15 @@
 """The engines: each computes a model's motion by its own equations, in its own coordinates."""
 
-from pendpin.engines.base import WATCH_SLOW, AngleEngine, Derivative, Engine, Loads, Sample, Watch
-from pendpin.engines.canonical import Canonical, CanonicalForm
+from pendpin.engines.base import CALLBACK_EVERY_SLOW, AngleEngine, Derivative, Engine, Loads, ProgressCallback, Sample
+from pendpin.engines.chain import LongChain
 from pendpin.engines.compiled import Compiled, Symbolic
-from pendpin.engines.long_chain import LongChain
-from pendpin.engines.revolute import Revolute
-from pendpin.engines.thin import MAX_SPHERICAL, Directions, Spherical
+from pendpin.engines.hamilton import Canonical, CanonicalForm
+from pendpin.engines.pinocchio import Revolute
+from pendpin.engines.spherical import MAX_SPHERICAL, Directions, Spherical
 
 __all__ = [
+    "CALLBACK_EVERY_SLOW",
     "MAX_SPHERICAL",
-    "WATCH_SLOW",
     "AngleEngine",
     "Canonical",
     "CanonicalForm",
@@ -19,9 +19,9 @@ __all__ = [
     "Engine",
     "Loads",
     "LongChain",
+    "ProgressCallback",
     "Revolute",
     "Sample",
     "Spherical",
     "Symbolic",
-    "Watch",
 ]

@@ -7,15 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.derivations.base import Array, Indices
+from pendpin.arrays import Array, Indices
 from pendpin.effects import Motion
-from pendpin.model import Model
+from pendpin.model.build import Model
 
 Derivative = Callable[[Array, float, Array], None]  # f(dy, t, y) fills dy
-Watch = Callable[[float], None]
+ProgressCallback = Callable[[float], None]
 
-WATCH_EVERY = 2048  # evaluations between two calls of a watcher
-WATCH_SLOW = 64  # of those that numpy carries: some 0.1 ms each, 3 ms near a pole of a thin rod
+CALLBACK_EVERY = 2048  # evaluations between two calls of a watcher
+CALLBACK_EVERY_SLOW = 64  # of those that numpy carries: some 0.1 ms each, 3 ms near a pole of a thin rod
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +58,12 @@ class Engine(ABC):
         """Positions and velocities (n, nv) from states y (n, size) at t (n,); `near` (nv,): positions just before."""
 
     @abstractmethod
-    def settle(self, y: Array) -> Array:
+    def project(self, y: Array) -> Array:
         """A state with the drift off its constraints taken out."""
 
     @abstractmethod
-    def derivative(self, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
-        """f(dy, t, y) that fills dy, and the count of its calls; `watch` gets t now and then, and may raise."""
+    def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """f(dy, t, y) that fills dy, and the count of its calls; `progress` gets t now and then, and may raise."""
 
     @abstractmethod
     def motion(self, y: Array) -> Motion:
@@ -86,8 +86,8 @@ class AngleEngine(Engine):
         nv = len(self.model.joints)
         return y[:, :nv].copy(), y[:, nv:].copy()
 
-    def settle(self, y: Array) -> Array:
-        """As `Engine.settle`: there are no constraints."""
+    def project(self, y: Array) -> Array:
+        """As `Engine.project`: there are no constraints."""
         return y
 
     @abstractmethod
@@ -99,15 +99,17 @@ class AngleEngine(Engine):
         """Columns of the inverse mass matrix, (nv, k): accelerations for a unit torque on each of k joints."""
 
 
-def counted(function: Derivative, watch: Watch, every: int = WATCH_SLOW) -> tuple[Derivative, Callable[[], int]]:
-    """A derivative that counts its calls and shows the time to `watch` at `every` so many."""
+def counted(
+    function: Derivative, progress: ProgressCallback, every: int = CALLBACK_EVERY_SLOW
+) -> tuple[Derivative, Callable[[], int]]:
+    """A derivative that counts its calls and shows the time to `progress` at `every` so many."""
     calls = 0
 
     def derivative(dy: Array, t: float, y: Array) -> None:
         nonlocal calls
         calls += 1
         if not calls % every:
-            watch(t)
+            progress(t)
         function(dy, t, y)
 
     return derivative, lambda: calls

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.derivations.base import Array
+from pendpin.arrays import Array
 from pendpin.effects import Motion
-from pendpin.engines.base import WATCH_EVERY, Derivative, Engine, Sample, Watch, counted
+from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, counted
 
 Symbolic = Callable[[Any, Array], Array]  # t, y (size,) -> (size,), all symbols
 
@@ -33,9 +33,9 @@ class Compiled(Engine):
         """As `Engine.unpack`."""
         return self.base.unpack(t, y, near)
 
-    def settle(self, y: Array) -> Array:
-        """As `Engine.settle`."""
-        return self.base.settle(y)
+    def project(self, y: Array) -> Array:
+        """As `Engine.project`."""
+        return self.base.project(y)
 
     def motion(self, y: Array) -> Motion:
         """As `Engine.motion`."""
@@ -45,14 +45,14 @@ class Compiled(Engine):
         """As `Engine.evaluate`."""
         return self.base.evaluate(t, q, v, torque)
 
-    def derivative(self, watch: Watch) -> tuple[Derivative, Callable[[], int]]:
+    def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """As `Engine.derivative`: the equations are compiled here."""
         function = self._rate
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             function(y, outputs=dy, time=t)
 
-        return counted(derivative, watch, WATCH_EVERY)
+        return counted(derivative, progress, CALLBACK_EVERY)
 
     @cached_property
     def _rate(self) -> Any:

@@ -1,0 +1,238 @@
+"""The routes side by side: the same states through every route, the worst difference of every pair."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from pendpin.analysis.rounding_scale import rod_scale, tree_scale
+from pendpin.analysis.routes import (
+    REFERENCE,
+    Answer,
+    HandRoute,
+    engine_routes,
+    hand_routes,
+    other_joints,
+    reference_route,
+)
+from pendpin.arrays import Array, Indices
+from pendpin.dynamics.dynamics import Dynamics, bind
+from pendpin.equations.base import RodSolution
+from pendpin.errors import InputError
+from pendpin.scene import Scene
+from pendpin.trajectory import Trajectory
+
+BOUND = 1e-13  # of the terms that enter, weighed by their condition, for each rod that errors are handed through
+LARGEST_RATE = 100.0  # rad/s
+ALONG_JOINTS = 1_200  # states times joints that are compared along a run: about a second
+REFERENCE_JOINTS = 400  # states times joints that the reference_route is given: some seconds
+
+
+@dataclass(frozen=True)
+class Row:
+    """The worst difference between two routes in one quantity."""
+
+    quantity: str
+    place: str  # the joint or rod
+    first: str
+    second: str
+    relative: float  # to the sizes of the terms that enter the quantity (pendpin.analysis.rounding_scale)
+    ulps: float  # of that size
+    state: int  # where: index of the state
+    q: tuple[float, ...]
+    v: tuple[float, ...]
+    bound: float
+
+    @property
+    def ok(self) -> bool:
+        """Whether the difference is within the bound; a NaN is not."""
+        return self.relative <= self.bound
+
+
+@dataclass(frozen=True)
+class Report:
+    """A cross-check: one row for each quantity and pair of routes."""
+
+    rows: tuple[Row, ...]
+    states: int
+    judged: int  # how many of the states the reference_route in 50 digits was given
+    routes: tuple[str, ...]
+    bound: float
+
+    @property
+    def ok(self) -> bool:
+        """Whether every row is within the bound."""
+        return all(row.ok for row in self.rows)
+
+    @property
+    def worst(self) -> Row:
+        """The row with the largest relative difference, NaN above all."""
+        return max(self.rows, key=_badness)
+
+    @property
+    def worst_route(self) -> tuple[str, Row] | None:
+        """The route farthest from the reference_route, and the row that says so; None without a reference_route."""
+        judged = [row for row in self.rows if REFERENCE in (row.first, row.second)]
+        if not judged:
+            return None
+        row = max(judged, key=_badness)
+        return (row.first if row.second == REFERENCE else row.second), row
+
+    @property
+    def fault(self) -> str | None:
+        """What is broken, as one line that names the quantities, the suspect and the worst state; None if all is ok."""
+        broken = [row for row in self.rows if not row.ok]
+        if not broken:
+            return None
+        quantities = ", ".join(dict.fromkeys(row.quantity for row in broken))
+        suspects = [name for name in self.routes if all(name in (row.first, row.second) for row in broken)]
+        who = f"{suspects[0]} disagrees" if len(suspects) == 1 else "the routes disagree"
+        worst = self.worst
+        return (
+            f"{who} in {quantities}; worst: {worst.quantity} of {worst.place}, {worst.first} against {worst.second}, by "
+            f"{worst.relative:.2g} of its terms (bound {self.bound:g}), at state {worst.state}: q = {_numbers(worst.q)}, "
+            f"v = {_numbers(worst.v)}"
+        )
+
+
+def _badness(row: Row) -> float:
+    return np.inf if np.isnan(row.relative) else row.relative
+
+
+def _numbers(values: tuple[float, ...]) -> str:
+    shown = ", ".join(f"{value:.6g}" for value in values[:6])
+    return f"({shown}{', ...' if len(values) > 6 else ''})"
+
+
+def crosscheck(
+    scene: Scene, states: int = 1000, seed: int = 0, routes: Mapping[str, HandRoute] | None = None
+) -> Report:
+    """Compare the routes on random states: all angles, rates up to 100 rad/s; the worst are computed in 50 digits too.
+
+    `routes` adds the user's own for a single rod: name -> f(rod, q, v, field) -> {quantity: values (states,)}, for any
+    of theta_dd, phi_dd, R1, R2, R3, M3, Mc; rod is a RodInertia, q, v are (states, 2), the uniform field (3,) is in the
+    inertial frame I (z down). Raises InputError where fewer than two routes cover the model.
+    """
+    if states < 1:
+        raise InputError(f"states: {states} is not a count of 1 or more")
+    dynamics, random = bind(scene), np.random.default_rng(seed)
+    nv = len(dynamics.model.joints)
+    q, v = random.uniform(-np.pi, np.pi, (states, nv)), random.uniform(-LARGEST_RATE, LARGEST_RATE, (states, nv))
+    return _compare(dynamics, q, v, routes or {}, judged=max(2, REFERENCE_JOINTS // nv))
+
+
+def along(trajectory: Trajectory) -> Report | None:
+    """The same comparison at some states of a run; None where fewer than two routes cover its model."""
+    try:
+        scene = Scene(**trajectory.scene)
+    except InputError:  # an effect that a scene file cannot name: a user's own class
+        return None
+    most = max(8, ALONG_JOINTS // len(trajectory.joints))
+    chosen = slice(None, None, -(-len(trajectory.t) // most))
+    dynamics = bind(scene)
+    if dynamics.model.pin is None:
+        return None
+    return _compare(dynamics, trajectory.q[chosen], trajectory.v[chosen], {}, judged=0)
+
+
+def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute], judged: int) -> Report:
+    by_hand = _one_free_rod(dynamics)
+    if own and not by_hand:
+        raise InputError("own routes need a single rod on a universal joint, its centre of mass on its axis")
+    if dynamics.model.pin is None:
+        raise InputError(f"{len(dynamics.model.joints)} joints are too many for Pinocchio: no second route to compare")
+    routes = engine_routes(dynamics) | (hand_routes(dynamics, own) if by_hand else {})
+    answers = {name: route(q, v) for name, route in routes.items()}
+    sizes = _sizes(dynamics, q, v, answers["pinocchio"], by_hand)
+    states = _States(np.arange(len(q)), q, v, sizes, _places(dynamics))
+    rows = [row for pair in combinations(answers, 2) for row in _rows(pair, answers, states)]
+    if judged:
+        chosen = _worst_states(answers, sizes, judged)
+        answers = {name: {k: x[chosen] for k, x in answer.items()} for name, answer in answers.items()}
+        answers |= {REFERENCE: dict(reference_route(dynamics)(q[chosen], v[chosen]))}
+        sizes, judged = {k: x[chosen] for k, x in sizes.items()}, len(chosen)
+        states = _States(chosen, q[chosen], v[chosen], sizes, states.places)
+        rows += [row for name in routes for row in _rows((name, REFERENCE), answers, states)]
+    return Report(tuple(rows), len(q), judged, tuple(routes), states.bound)
+
+
+def _one_free_rod(dynamics: Dynamics) -> bool:
+    """Whether the hand routes for one rod apply: a single rod on its axis, and fields alone."""
+    model, loads = dynamics.model, dynamics.loads
+    one = len(model.joints) == 2 and len(model.rods) == 1 and model.rods[0].inertia is not None
+    return one and loads.torque is None and loads.wrench is None
+
+
+@dataclass(frozen=True, eq=False)
+class _States:
+    """The states of a comparison, how large the terms are there, and the names of each quantity's columns."""
+
+    index: Indices  # (n,)
+    q: Array  # (n, nv)
+    v: Array
+    sizes: dict[str, Array]  # quantity -> (n, places)
+    places: dict[str, list[str]]
+
+    @property
+    def bound(self) -> float:
+        """BOUND for every rod, or two joints, that rounding errors are handed through."""
+        return BOUND * max(1, self.q.shape[1] / 2)
+
+
+def _sizes(dynamics: Dynamics, q: Array, v: Array, reference: Answer, by_hand: bool) -> dict[str, Array]:
+    model, field = dynamics.model, dynamics.loads.field(0.0)
+    if by_hand:
+        rod = model.rods[0]
+        solution = RodSolution(*(np.ravel(reference[name]) for name in RodSolution._fields))
+        found = rod_scale(rod.inertia, q, v, rod.base.T @ field, solution)  # pyright: ignore[reportArgumentType]
+        return {name: x[:, None] for name, x in found._asdict().items()}
+    keys = ("theta_dd", "phi_dd") if "theta_dd" in reference else ("acceleration",)
+    found = tree_scale(model, field, q, v, np.concatenate([reference[key] for key in keys], -1))
+    at = [rod.phi for rod in model.rods]
+    sizes = dict(zip(keys, np.split(found.acceleration, len(keys), -1), strict=True))
+    sizes |= dict.fromkeys(("R1", "R2", "R3"), found.force[:, at])
+    sizes |= dict.fromkeys(("M3", "Mc"), found.moment[:, at])
+    others = other_joints(model)
+    return sizes | {
+        "force": np.repeat(found.force[:, others], 3, -1),
+        "moment": np.repeat(found.moment[:, others], 3, -1),
+    }
+
+
+def _places(dynamics: Dynamics) -> dict[str, list[str]]:
+    model = dynamics.model
+    rods = [rod.link for rod in model.rods]
+    others = [f"{model.joints[joint]} {axis}" for joint in other_joints(model) for axis in "xyz"]
+    places = {"theta_dd": rods, "phi_dd": rods, "acceleration": list(model.joints), "force": others, "moment": others}
+    return places | dict.fromkeys(("R1", "R2", "R3", "M3", "Mc"), rods)
+
+
+def _relative(first: Array, second: Array, size: Array) -> Array:
+    """Differences over sizes (n, places); the numbers may be of the reference_route."""
+    with np.errstate(invalid="ignore"):  # NaN is an answer too, and a broken one
+        return np.abs(first - second).astype(float) / np.maximum(size, np.finfo(float).tiny)
+
+
+def _worst_states(answers: Mapping[str, Answer], sizes: dict[str, Array], count: int) -> Indices:
+    """The states at which routes differ most, half of the count, and the first ones."""
+    n = len(next(iter(sizes.values())))
+    worst = np.zeros(n)
+    for one, other in combinations(answers.values(), 2):
+        for quantity in one.keys() & other.keys():
+            worst = np.fmax(worst, _relative(one[quantity], other[quantity], sizes[quantity]).max(-1))
+    return np.unique([*np.argsort(worst)[-max(1, count // 2) :], *range(min(n, count - count // 2))])
+
+
+def _rows(pair: tuple[str, str], answers: Mapping[str, Answer], states: _States) -> list[Row]:
+    one, other = (answers[name] for name in pair)
+    return [_row(quantity, pair, one[quantity], other[quantity], states) for quantity in one if quantity in other]
+
+
+def _row(quantity: str, pair: tuple[str, str], first: Array, second: Array, states: _States) -> Row:
+    size = states.sizes[quantity]
+    relative = _relative(first, second, size)
+    i, j = np.unravel_index(int(np.argmax(np.where(np.isnan(relative), np.inf, relative))), relative.shape)
+    ulps = float(relative[i, j] * size[i, j] / np.spacing(max(size[i, j], np.finfo(float).tiny)))
+    state = (int(states.index[i]), tuple(states.q[i].tolist()), tuple(states.v[i].tolist()))
+    return Row(quantity, states.places[quantity][j], *pair, float(relative[i, j]), ulps, *state, states.bound)

@@ -1,0 +1,55 @@
+"""What was bound: which engine, which seams, and what one evaluation calls."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pendpin.dynamics.dynamics import Dynamics
+from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect
+
+
+def explain(dynamics: Dynamics, effects: tuple[Effect, ...]) -> tuple[str, ...]:
+    """Lines of text for a person, in the order in which an evaluation goes."""
+    return tuple(_lines(dynamics, effects))
+
+
+def _lines(dynamics: Dynamics, effects: tuple[Effect, ...]) -> Iterator[str]:
+    model, loads = dynamics.model, dynamics.loads
+    yield f"engine: {dynamics.engine.name}, {len(model.joints)} joints, {len(model.bodies)} bodies"
+    constant = [e.kind for e in effects if isinstance(e, FieldEffect) and e.constant]
+    yield f"constant fields: {_names(constant)}, summed once: {np.array2string(loads.constant, precision=6)} m/s²"
+    yield from _seam(
+        "fields that vary with time", [e for e in effects if isinstance(e, FieldEffect) and not e.constant]
+    )
+    for effect in effects:
+        if isinstance(effect, JointEffect):
+            yield f"joint torques: {effect.kind} on {_names(effect.on or model.joints)}"
+    wrenches = [e for e in effects if isinstance(e, BodyEffect)]
+    yield from _seam("body wrenches, from the poses and velocities of all bodies", wrenches)
+    for effect in effects:
+        if isinstance(effect, ContactEffect):
+            yield f"events: {effect.kind} on {_names(effect.joints or model.joints)}"
+    yield f"an evaluation calls: {', '.join(_calls(dynamics))}"
+
+
+def _seam(title: str, effects: list) -> Iterator[str]:
+    if effects:
+        yield f"{title}: {_names([effect.kind for effect in effects])}"
+
+
+def _calls(dynamics: Dynamics) -> Iterator[str]:
+    loads = dynamics.loads
+    if loads.varying is not None:
+        yield "the fields of the moment"
+    if loads.torque is not None:
+        yield "the joint torques"
+    if loads.wrench is not None:
+        yield "the bodies' kinematics, their wrenches"
+    yield "one solve for the accelerations"
+    if dynamics.contacts is not None:
+        yield "another for the torques that hold joints, where any are held"
+
+
+def _names(names) -> str:
+    shown = list(names)
+    return ", ".join(shown[:6]) + (f", ... ({len(shown)} in all)" if len(shown) > 6 else "") if shown else "none"

@@ -1,0 +1,164 @@
+"""What a hard case is, what came of it on one integrator, and the scenes that the cases share."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.effects import Effect, Gravity
+from pendpin.errors import InputError, Interrupted, RunError
+from pendpin.scene import Chain, Rod, Scene, Solver, Start
+from pendpin.simulation.simulate import simulate
+from pendpin.trajectory import Trajectory
+
+Solve = Callable[[Scene], Trajectory]
+Settings = Mapping[str, float]  # tolerance, or step in s
+
+G = 9.81  # m/s²
+EPS = float(np.finfo(float).eps)
+THIN = Chain(rods=(Rod(length=1.0, mass=1.0),))
+THICK = Chain(rods=(Rod(length=1.0, mass=1.0, radius=0.05),))
+REDUCED = 2 / 3  # m, of the uniform thin rod of 1 m
+SWING = float(np.sqrt(G / REDUCED))  # rad/s, its small swings, and the rate at which it leaves the upright
+
+
+GROUPS = {
+    1: "Thin rods through the pole",
+    2: "Thick rods past the pole",
+    3: "Starts on the pole",
+    4: "Fast spin",
+    5: "Upright",
+    6: "Long horizons",
+    7: "Unlike neighbours",
+    8: "Long chains",
+    9: "Stiff springs and dampers",
+    10: "A fast-driven support",
+    11: "Sticking, stops and bounces",
+    12: "Scales and gravities",
+    13: "Times and samples",
+    14: "Chaos",
+    15: "Symmetry",
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One hard case. `measure` solves its scenes, in the full or the short form, and gives the figure to hold against
+    the bound; `beside` gives figures of others that make no claim."""
+
+    name: str
+    group: int  # of GROUPS
+    title: str
+    physics: str
+    why: str
+    figure: str  # what is measured, with its unit
+    bound: float
+    derivation: str  # of the bound
+    methods: Mapping[str, Settings]  # by method; "auto" among them
+    measure: Callable[[Solve, bool], float]
+    beside: Callable[[], Mapping[str, float]] | None = None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What was measured of one case on one integrator."""
+
+    case: str
+    integrator: str
+    measured: float | None  # None where there is no figure
+    bound: float
+    seconds: float
+    failure: str | None = None
+    claimed: bool = True  # False for what is shown beside
+
+    @property
+    def ok(self) -> bool:
+        """Whether the figure is within the bound; NaN is not."""
+        return self.measured is not None and bool(self.measured <= self.bound)
+
+    @property
+    def shown(self) -> str:
+        """The figure in a table."""
+        return "none" if self.measured is None else f"{self.measured:.1e}"
+
+    @property
+    def verdict(self) -> str:
+        """The outcome in a word."""
+        if self.claimed:
+            return "ok" if self.ok else "BROKEN"
+        return "holds" if self.ok else "fails"
+
+
+def on_method(case: Case, integrator: str) -> Solve:
+    """How a case is solved on one of its methods."""
+    settings: dict[str, Any] = dict(case.methods[integrator])
+    return lambda scene: simulate(scene, method=integrator, **settings)
+
+
+def scene(
+    model: Chain,
+    *effects: Effect,
+    q: Any = (),
+    v: Any = (),
+    duration: float,
+    samples: int | None = None,
+    gravity: Gravity | None = Gravity(),  # noqa: B008  frozen
+    time: float = 0.0,
+) -> Scene:
+    """A chain under gravity and other effects; angles and rates that are left out are 0."""
+    pad = np.zeros(2 * model.count)
+    start = Start(
+        time=time,
+        positions=tuple(map(float, [*q, *pad[len(q) :]])),
+        velocities=tuple(map(float, [*v, *pad[len(v) :]])),
+    )
+    acting = effects if gravity is None else (gravity, *effects)
+    return Scene(duration=duration, model=model, start=start, effects=acting, solver=Solver(samples=samples))
+
+
+def chain_of(*rods: Rod, copies: int = 1) -> Chain:
+    """A chain of these rods."""
+    return Chain(rods=rods, copies=copies)
+
+
+def inertia_about_joint(rod: Rod) -> float:
+    """Transverse inertia of a rod about its joint, kg m²."""
+    m, h, transverse, _, _ = rod.properties
+    return transverse + m * h * h
+
+
+def tip_errors(run: Trajectory, angles: Array, exact: Array) -> float:
+    """The largest distance of the tip of a rod of 1 m to its true place, in m, from angles in a plane (n,) in rad."""
+    return float(np.abs(2 * np.sin((angles - exact) / 2)).max()) if len(run.t) else np.nan
+
+
+def departure(run: Trajectory, angle: Array, far: float) -> float:
+    """When an angle (n,) is `far` first, in s, by logarithms between samples. Raises RunError if it never is."""
+    beyond = np.abs(angle) > far
+    if not beyond.any():
+        raise RunError(f"it does not get {far:g} rad away", run)
+    i = int(np.argmax(beyond))
+    if i == 0:
+        return float(run.t[0])
+    low, high = np.log(np.maximum(np.abs(angle[i - 1 : i + 1]), 1e-300))
+    return float(run.t[i - 1] + (np.log(far) - low) / (high - low) * (run.t[i] - run.t[i - 1]))
+
+
+def refused(solve: Solve, given: Callable[[], Scene], *words: str) -> float:
+    """0 if a scene is refused, or its run ended, in one line with these words; else 1."""
+    try:
+        solve(given())
+    except Interrupted:
+        raise
+    except (InputError, RunError) as error:
+        said = str(error)
+        return float("\n" in said or not all(word in said for word in words))
+    return 1.0
+
+
+def turned_rates(run: Trajectory, scene: Scene) -> Scene:
+    """A scene that starts where a run ended, with all rates turned round."""
+    start = Start(positions=tuple(run.q[-1].tolist()), velocities=tuple((-run.v[-1]).tolist()))
+    return scene.model_copy(update={"start": start})

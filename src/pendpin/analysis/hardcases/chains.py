@@ -1,0 +1,251 @@
+"""Chains whose neighbours are far apart in mass or length, and chains of many rods."""
+
+from collections.abc import Callable
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+
+from pendpin.analysis.hardcases.base import EPS, Case, Solve, chain_of, scene
+from pendpin.arrays import Array
+from pendpin.equations.chain import solution
+from pendpin.model.bodies import pinocchio
+from pendpin.model.build import build
+from pendpin.scene import Chain, Rod, Scene, Solver
+from pendpin.simulation.simulate import simulate
+
+# --- ratios ---------------------------------------------------------------------------------------------------------
+
+
+Scale = tuple[tuple[float, float], ...]  # mass in kg and length in m of each rod
+
+
+def _swinging(sizes: Scale, duration: float) -> Scene:
+    model = chain_of(*(Rod(length=length, mass=mass, radius=0.02 * length) for mass, length in sizes))
+    return scene(model, q=np.resize([0.4, 0.2, 0.3, -0.1], 2 * len(sizes)), duration=duration, samples=11)
+
+
+@cache
+def _by_reactions(sizes: Scale, duration: float) -> Array:
+    """The tips by the other equations: the reactions of all joints as unknowns, at a tight tolerance."""
+    solver = Solver(engine="chain", method="dop853", tolerance=1e-12, samples=11)
+    return simulate(_swinging(sizes, duration).model_copy(update={"solver": solver})).tips()
+
+
+def _ratio(solve: Solve, full: bool, sizes: Scale, most: float, short: float) -> float:
+    duration = most if full else short
+    apart = solve(_swinging(sizes, duration)).tips() - _by_reactions(sizes, duration)
+    relative = np.diff(apart, axis=1, prepend=0.0)  # of each rod's tip to its own joint
+    return float((np.linalg.norm(relative, axis=-1) / [length for _, length in sizes]).max())
+
+
+def _unlike(
+    name: str, title: str, sizes: Scale, why: str, tolerance: float, steps: int, growth: float, **span: float
+) -> Case:
+    return Case(
+        name=name,
+        group=7,
+        title=title,
+        physics="Rods of very unlike size swing below each other under gravity.",
+        why=why,
+        figure="tips against those by the chain equations, each rod's in its own length",
+        bound=tolerance * steps * growth,
+        derivation=f"tolerance {tolerance:g}, at most {steps:,} steps, errors grow {growth:g} times",
+        methods={"auto": {"tolerance": tolerance}} | ({"taylor": {"tolerance": 1e-14}} if len(sizes) == 2 else {}),
+        measure=partial(_ratio, sizes=sizes, **span),
+    )
+
+
+# --- many rods ------------------------------------------------------------------------------------------------------
+
+LINK = Rod(length=1.0, mass=1.0, radius=0.05)
+HUNDRED = chain_of(LINK, copies=100)
+
+
+def tumbling(model: Chain, duration: float) -> Scene:
+    """A chain bent and moving at random."""
+    random = np.random.default_rng(0)
+    q, v = random.normal(size=(2, 2 * model.count))
+    return scene(model, q=0.3 * q, v=v, duration=duration, samples=3)
+
+
+def _energy(solve: Solve, full: bool, model: Chain, most: float, short: float) -> float:
+    return solve(tumbling(model, most if full else short)).energy().drift
+
+
+def _difference(a: Array, exact: Array) -> float:
+    return float(np.abs(a - exact).max() / np.abs(exact).max())
+
+
+def _states(model: Chain) -> Array:
+    return np.random.default_rng(1).uniform(-1, 1, (2, 3, 2 * model.count))
+
+
+def _accelerations(model: Chain, q: Array, v: Array) -> Array:
+    """(k, 2n) by the chain equations."""
+    inertia = build(model).chain
+    assert inertia is not None
+    angles, rates = (x.reshape(len(x), -1, 2) for x in (q, v))
+    return solution.solve(inertia, angles, rates, np.array([0.0, 0.0, 9.81])).acceleration.reshape(q.shape)
+
+
+def _digits(solve: Solve, full: bool) -> float:
+    """Accelerations of runs that start in random states, against the chain equations."""
+    starts = [scene(HUNDRED, q=q, v=v, duration=0.0) for q, v in zip(*_states(HUNDRED), strict=True)]
+    found = np.array([solve(start).a[0] for start in (starts if full else starts[:1])])
+    q, v = _states(HUNDRED)
+    return _difference(found, _accelerations(HUNDRED, q, v)[: len(found)])
+
+
+def _other_joints() -> dict[str, float]:
+    """The same with Pinocchio's own joints of two and three degrees of freedom."""
+    pin = pinocchio()
+    x, y = np.eye(3)[:2]
+    kinds: dict[str, Callable[[], Any]] = {
+        "pin Universal": lambda: pin.JointModelUniversal(-x, -y),
+        "pin Spherical": pin.JointModelSpherical,
+    }
+    conventions = {"LOCAL": pin.Convention.LOCAL, "WORLD": pin.Convention.WORLD}
+    return {
+        f"{name}, {word}": _with_joints(kind(), convention)
+        for name, kind in kinds.items()
+        for word, convention in conventions.items()
+    }
+
+
+def _with_joints(joint: Any, convention: Any) -> float:
+    """How far aba is from its own inverse, rnea: the largest torque that it leaves, over that which holds the chain."""
+    pin = pinocchio()
+    model, parent, (m, h, *principal) = pin.Model(), 0, LINK.properties
+    body = pin.Inertia(m, np.array([0, 0, -h]), np.diag(principal))
+    for i in range(HUNDRED.count):
+        place = pin.SE3(np.eye(3), np.array([0.0, 0.0, -LINK.length if i else 0.0]))
+        parent = model.addJoint(parent, joint, place, str(i))
+        model.appendBodyToJoint(parent, body, pin.SE3.Identity())
+    data, random, none = pin.Data(model), np.random.default_rng(1), [pin.Force.Zero()] * model.njoints
+    step, v = random.uniform(-1, 1, (2, model.nv))
+    q = pin.integrate(model, pin.neutral(model), step)
+    a = pin.aba(model, data, q, v, 0 * v, none, convention)
+    left = np.abs(pin.rnea(model, data, q, v, a)).max()
+    return float(left / np.abs(pin.rnea(model, data, q, 0 * v, 0 * v)).max())
+
+
+def whip(n: int, duration: float) -> Scene:
+    """A chain of 1 m, of thin links, level and at rest, that is released at its far end."""
+    model = chain_of(Rod(length=1 / n, mass=1 / n), copies=n)
+    return scene(model, q=(np.pi / 2,), duration=duration, samples=31)
+
+
+def _whip(solve: Solve, full: bool) -> float:
+    return solve(whip(40, 0.9) if full else whip(12, 0.3)).energy().drift
+
+
+BAD = "The mass matrix has entries from {} to 1: digits go wherever they are subtracted."
+FAST = "The short rod turns at {} rad/s while the long one swings once."
+
+CASES = (
+    _unlike(
+        "mass-light-below",
+        "a rod of 1e-6 kg below one of 1 kg",
+        ((1.0, 1.0), (1e-6, 1.0)),
+        BAD.format(1e-6),
+        *(1e-11, 1000, 100),
+        most=3.0,
+        short=1.0,
+    ),
+    _unlike(
+        "mass-light-above",
+        "a rod of 1e-6 kg above one of 1 kg",
+        ((1e-6, 1.0), (1.0, 1.0)),
+        BAD.format(1e-6),
+        *(1e-11, 1000, 100),
+        most=3.0,
+        short=1.0,
+    ),
+    _unlike(
+        "mass-heavy-below",
+        "a rod of 1e6 kg below one of 1 kg",
+        ((1.0, 1.0), (1e6, 1.0)),
+        BAD.format(1e-6),
+        *(1e-11, 1000, 100),
+        most=3.0,
+        short=1.0,
+    ),
+    _unlike(
+        "mass-mixed",
+        "1, 1e-6, 1 and 1e6 kg below each other",
+        ((1.0, 1.0), (1e-6, 1.0), (1.0, 1.0), (1e6, 1.0)),
+        BAD.format(1e-12) + " Small differences grow 40 times in 0.3 s and 10,000 times in 0.7 s.",
+        *(1e-10, 1000, 100),
+        most=0.3,
+        short=0.05,
+    ),
+    _unlike(
+        "length-short-below",
+        "a rod of 0.1 mm below one of 1 m",
+        ((1.0, 1.0), (1.0, 1e-4)),
+        FAST.format(200),
+        *(1e-11, 2000, 100),
+        most=0.5,
+        short=0.05,
+    ),
+    _unlike(
+        "length-short-above",
+        "a rod of 0.1 mm above one of 1 m",
+        ((1.0, 1e-4), (1.0, 1.0)),
+        FAST.format(100) + " It carries inertias 1e8 times its own: accelerations are good to 1e-8.",
+        *(1e-9, 2000, 1000),
+        most=0.2,
+        short=0.05,
+    ),
+    Case(
+        name="chain-100",
+        group=8,
+        title="100 rods in Pinocchio",
+        physics="A chain of 100 rods of 1 m and 1 kg, bent and moving at random.",
+        why="Errors that one joint hands to the next grow through 200 joints.",
+        figure="energy drift over the energy moved",
+        bound=1e-9 * 1000 * 10,
+        derivation="tolerance 1e-9, at most 1,000 steps, 10 for the share of the fast rods",
+        methods={"auto": {"tolerance": 1e-9}},
+        measure=partial(_energy, model=HUNDRED, most=0.5, short=0.02),
+    ),
+    Case(
+        name="chain-100-digits",
+        group=8,
+        title="accelerations of 100 rods, beside Pinocchio's own universal and spherical joints",
+        physics="The same chain in random states; universal joints as two revolute ones.",
+        why="Pinocchio's joints of several degrees of freedom lose digits exponentially in chains "
+        "(docs/pinocchio_notes.md).",
+        figure="accelerations against the chain equations, relative; beside: the torque that rnea finds after aba, relative",
+        bound=200 * 100 * EPS,
+        derivation="rounding through 200 joints, each with some 100 operations on the way",
+        methods={"auto": {}},
+        measure=_digits,
+        beside=_other_joints,
+    ),
+    Case(
+        name="chain-2000",
+        group=8,
+        title="2,000 rods by the chain equations",
+        physics="A chain of 2,000 rods of 1 m and 1 kg, bent and moving at random.",
+        why="Pinocchio would need 2 TB; the equations have to be solved in O(n) and keep their digits.",
+        figure="energy drift over the energy moved",
+        bound=1e-8 * 1000 * 10,
+        derivation="tolerance 1e-8, at most 1,000 steps, 10 for the share of the fast rods",
+        methods={"auto": {"tolerance": 1e-8}},
+        measure=partial(_energy, model=chain_of(LINK, copies=2000), most=0.02, short=0.001),
+    ),
+    Case(
+        name="whip",
+        group=8,
+        title="a chain held level and released at one end",
+        physics="40 thin links of a chain of 1 m fall from rest, the far end free; the end cracks like a whip.",
+        why="The energy of the whole runs into the last links, which turn faster and faster.",
+        figure="energy drift over the energy moved",
+        bound=1e-10 * 2000 * 100,
+        derivation="tolerance 1e-10, at most 2,000 steps, 100 for rates of 100 rad/s",
+        methods={"auto": {"tolerance": 1e-10}, "rk45": {"tolerance": 1e-10}},
+        measure=_whip,
+    ),
+)

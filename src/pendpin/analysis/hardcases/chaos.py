@@ -1,0 +1,190 @@
+"""Chaos, where errors grow exponentially and at a rate that can be measured; and symmetry, where they should not show."""
+
+from functools import cache
+
+import numpy as np
+
+from pendpin.analysis.hardcases.base import EPS, THICK, Case, Solve, chain_of, scene, turned_rates
+from pendpin.arrays import Array
+from pendpin.equations.chain import angles, thin
+from pendpin.scene import Rod, Scene
+from pendpin.simulation.simulate import simulate
+from pendpin.trajectory import Trajectory
+
+DOUBLE = chain_of(THICK.rods[0], copies=2)
+WILD = np.array([2.0, 0.5, 1.0, 0.3])
+APART = 1e-8  # rad, of two starts
+FAR = 1e-2  # m: two runs this far apart have little in common
+
+# --- chaos ----------------------------------------------------------------------------------------------------------
+
+
+def wild(duration: float, q: Array = WILD) -> Scene:
+    """A double pendulum from a start that leads to chaos."""
+    return scene(DOUBLE, q=q, duration=duration, samples=round(20 * duration) + 1)
+
+
+def _gap(one: Trajectory, other: Trajectory) -> Array:
+    return np.linalg.norm(one.tips() - other.tips(), axis=-1).max(-1)
+
+
+@cache
+def _reference(duration: float) -> tuple[Trajectory, Array]:
+    """A run at the smallest tolerance, and how far a difference at the start has grown at most up to each sample."""
+    one, other = (
+        simulate(wild(duration, WILD + off), method="dop853", tolerance=1e-14) for off in (0.0, [APART, 0.0, 0.0, 0.0])
+    )
+    return one, np.maximum.accumulate(np.maximum(_gap(one, other) / APART, 1.0))
+
+
+def _foretold(run: Trajectory, growth: Array) -> Array:
+    """The error at every sample, m: the tolerance of the steps so far, grown as two nearby runs part."""
+    assert run.stats.tolerance is not None
+    steps = 1 + run.stats.steps * run.t / run.t[-1]
+    return run.stats.tolerance * steps * growth
+
+
+def _methods_agree(solve: Solve, full: bool) -> float:
+    duration = 20.0 if full else 10.0
+    reference, growth = _reference(duration)
+    run = solve(wild(duration))
+    foretold = _foretold(run, growth)
+    within = (foretold < FAR) & (growth < FAR / APART)
+    return float((_gap(run, reference) / foretold)[within].max())
+
+
+def _there_and_back(solve: Solve, full: bool) -> float:
+    duration = 8.0 if full else 4.0
+    there = solve(wild(duration))
+    back = solve(turned_rates(there, wild(duration)))
+    foretold = 2 * _foretold(there, _reference(duration)[1])[-1]
+    return float(np.abs(np.concatenate([back.q[-1] - WILD, back.v[-1]])).max() / foretold)
+
+
+# --- symmetry -------------------------------------------------------------------------------------------------------
+
+CALM_Q, CALM_V = np.array([0.7, 0.4, -0.3, 0.2]), np.array([1.3, -0.8, 0.2, 0.5])
+SIGNS = {"x to -x": (1.0, -1.0), "y to -y": (-1.0, 1.0), "half a turn": (-1.0, -1.0)}  # of theta, phi
+
+
+def _calm(q: Array, v: Array, full: bool) -> Scene:
+    return scene(DOUBLE, q=q, v=v, duration=4.0 if full else 1.0, samples=11)
+
+
+def _mirrored(solve: Solve, full: bool) -> float:
+    plain, worst = solve(_calm(CALM_Q, CALM_V, full)), 0.0
+    for signs in SIGNS.values():
+        both = np.tile(signs, 2)
+        image = solve(_calm(both * CALM_Q, both * CALM_V, full))
+        worst = max(worst, float(np.abs(image.q - both * plain.q).max()))
+    return worst
+
+
+THIN_PAIR = chain_of(Rod(length=1.0, mass=1.0), Rod(length=0.5, mass=0.3))
+
+
+def _quarter(solve: Solve, full: bool) -> float:
+    """Thin rods, whose joint has no preferred axes, turned by 90 degrees about the vertical."""
+    q, v = CALM_Q.reshape(2, 2), CALM_V.reshape(2, 2)
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    d, rate = (x @ turn for x in thin.directions(q, v))  # in I, whose z points down, the turn is the other way
+    image = angles.read(d[None], rate[None], np.zeros((1, *d.shape)))
+    tips = [
+        solve(scene(THIN_PAIR, q=a.ravel(), v=b.ravel(), duration=4.0 if full else 1.0, samples=11)).tips()
+        for a, b in ((q, v), (image.q, image.v))
+    ]
+    return float(np.abs(tips[1] - tips[0] @ turn.T).max())
+
+
+def _reversed(solve: Solve, full: bool) -> float:
+    given = _calm(CALM_Q, CALM_V, full)
+    back = solve(turned_rates(solve(given), given))
+    return float(np.abs(np.concatenate([back.q[-1] - CALM_Q, back.v[-1] + CALM_V])).max())
+
+
+GROWTH = 100  # of a small difference in the calm double pendulum within 4 s
+ALIKE = {
+    "auto": {"tolerance": 1e-12},
+    "rk45": {"tolerance": 1e-9},
+    "radau": {"tolerance": 1e-9},
+    "taylor": {"tolerance": 1e-16},
+    "gauss6": {"step": 0.01},
+    "rk4": {"step": 0.002},
+    "euler": {"step": 0.002},
+}
+
+CASES = (
+    Case(
+        name="chaos-methods",
+        group=14,
+        title="two methods on a double pendulum in chaos",
+        physics="A double pendulum from a wild start; the distance of two runs that start 1e-8 rad apart gives the growth "
+        "of errors at every moment.",
+        why="Errors double several times a second: a run is right up to a time that its tolerance sets.",
+        figure="distance to a run at 1e-14 over the error foretold, up to 1 cm",
+        bound=1.0,
+        derivation="tolerance times steps times the growth of a small difference: two methods agree up to the time at which "
+        "that reaches 1 cm",
+        methods={
+            "auto": {"tolerance": 1e-10},
+            "rk45": {"tolerance": 1e-9},
+            "radau": {"tolerance": 1e-9},
+            "lsoda": {"tolerance": 1e-10},
+            "taylor": {"tolerance": 1e-10},
+        },
+        measure=_methods_agree,
+    ),
+    Case(
+        name="chaos-back",
+        group=14,
+        title="a double pendulum in chaos, there and back",
+        physics="The motion is run for 8 s, its rates are turned round, and it is run again: it comes back to its start.",
+        why="Within the horizon the way back has to undo a growth of a thousand and more.",
+        figure="distance to the start, rad and rad/s, over the error foretold",
+        bound=1.0,
+        derivation="tolerance times the steps there and back times the growth of a small difference",
+        methods={"auto": {"tolerance": 1e-10}, "lsoda": {"tolerance": 1e-10}, "taylor": {"tolerance": 1e-10}},
+        measure=_there_and_back,
+    ),
+    Case(
+        name="mirrored",
+        group=15,
+        title="two thick rods mirrored, and turned by 180 degrees",
+        physics="x to -x turns the sign of phi, y to -y that of theta, half a turn both: the images move as images.",
+        why="One lost sign, one asymmetric rounding, and they part.",
+        figure="angles against the images of those of the first run, rad",
+        bound=100 * EPS * 1000 * GROWTH,
+        derivation="rounding, 100 operations a step, at most 1,000 steps, errors grow 100 times in 4 s; at any tolerance",
+        methods=ALIKE,
+        measure=_mirrored,
+    ),
+    Case(
+        name="turned",
+        group=15,
+        title="two thin rods turned by 90 degrees",
+        physics="Thin rods do not know the axes of their joints: turned about the vertical they move as before.",
+        why="The angles of the two scenes have nothing in common.",
+        figure="tips against those of the first scene, turned, m",
+        bound=2 * 1e-12 * 1000 * GROWTH,
+        derivation="two runs at tolerance 1e-12 or finer, at most 1,000 steps, errors grow 100 times in 4 s",
+        methods={"auto": {"tolerance": 1e-12}, "rk45": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}},
+        measure=_quarter,
+    ),
+    Case(
+        name="reversed",
+        group=15,
+        title="two thick rods there and back",
+        physics="With all rates turned round the motion runs back to its start.",
+        why="What a method loses on the way there it loses again on the way back.",
+        figure="distance to the start, rad and rad/s",
+        bound=2 * 1e-12 * 1000 * GROWTH,
+        derivation="two runs at tolerance 1e-12 or finer, at most 1,000 steps, errors grow 100 times in 4 s; a symmetric "
+        "method comes back to rounding",
+        methods={
+            "auto": {"tolerance": 1e-12},
+            "taylor": {"tolerance": 1e-16},
+            **{name: {"step": 0.02} for name in ("gauss2", "gauss4", "gauss6")},
+        },
+        measure=_reversed,
+    ),
+)

@@ -1,0 +1,145 @@
+"""The hard cases in other simulators: MuJoCo, Drake, and SciPy on Pinocchio's accelerations, each at its best."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+
+from pendpin.analysis.hardcases import chains, chaos, long_runs
+from pendpin.analysis.hardcases.base import Case, Outcome, Solve, on_method, scene
+from pendpin.analysis.hardcases.running import Progress, Report, measured
+from pendpin.analysis.simulators import Peer, PeerRun, require_libraries, task_of
+from pendpin.analysis.simulators.base import Kind
+from pendpin.analysis.simulators.drake import drake_peers
+from pendpin.analysis.simulators.mujoco import mujoco_peers
+from pendpin.analysis.simulators.scipy import scipy_peers
+from pendpin.errors import Interrupted, RunError
+from pendpin.model import kinematics
+from pendpin.model.build import build
+from pendpin.scene import Scene
+from pendpin.simulation.simulate import simulate
+from pendpin.trajectory import Stats, Trajectory
+
+SETTINGS = {"tolerance": (1e-9, 1e-12), "step": (1e-3, 1e-4, 1e-5)}  # steps as parts of the run: the best is shown
+LIMIT = 20.0  # s that a run may take
+CLOSE = 1e-6  # of the chain's length: the bound where tips are held against ours at a tight tolerance
+RIVALS: Mapping[str, tuple[Callable[..., Iterator[Peer]], str, Kind]] = {
+    "MuJoCo RK4": (mujoco_peers, "mujoco rk4", "step"),
+    "Drake RK5": (drake_peers, "drake rk5", "tolerance"),
+    "SciPy DOP853": (scipy_peers, "scipy dop853", "tolerance"),
+}
+GRAVITY_ALONE = (
+    1,
+    2,
+    3,
+    5,
+    6,
+    7,
+    12,
+    13,
+    14,
+    15,
+)  # the groups whose figures come from angles alone, but for some cases
+NOT_FOR_PEERS = (  # effects beside gravity, rates or settings of ours in the figure, a start at another time
+    *("pole-torque-thick", "pole-phi-torque-thin", "pole-torque-thin", "swings-in-space", "triple-1e4"),
+    *("late", "late-driven", "chaos-methods", "chaos-back", "reversed"),
+)
+
+
+def contests(cases: Sequence[Case]) -> tuple[Case, ...]:
+    """The cases, in their short forms, as others can run them: by their angles, or by the tips against ours."""
+    direct = [case for case in cases if case.group in GRAVITY_ALONE and case.name not in NOT_FOR_PEERS]
+    compared = [_against_ours(case, COMPARED[case.name]) for case in cases if case.name in COMPARED]
+    return tuple(sorted([*direct, *compared], key=lambda case: case.group))
+
+
+def _cone(rate: float) -> Scene:
+    return long_runs.cone(rate, 50)
+
+
+COMPARED: Mapping[str, Callable[[], Scene]] = {
+    **{f"cone-{rate:g}": partial(_cone, rate) for rate in (1e2, 1e3, 1e4)},
+    "swings-in-space": lambda: scene(long_runs.THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=40.0, samples=41),
+    "triple-1e4": lambda: long_runs.triple(3.0),
+    "chain-100": lambda: chains.tumbling(chains.HUNDRED, 0.1),
+    "whip": lambda: chains.whip(12, 0.3),
+    "chaos-methods": lambda: chaos.wild(5.0),
+}
+
+
+def _against_ours(case: Case, given: Callable[[], Scene]) -> Case:
+    @cache
+    def ours() -> Trajectory:
+        return simulate(given(), method="dop853", tolerance=1e-13)
+
+    def measure(solve: Solve, full: bool) -> float:
+        reach = kinematics.reach(build(given().model))
+        return float(kinematics.apart(solve(given()).tips(), ours().tips(), reach).max())
+
+    words = {"figure": "tips against ours at tolerance 1e-13, over the chain's length", "derivation": "a round figure"}
+    return replace(case, measure=measure, bound=CLOSE, beside=None, **words)
+
+
+def hard_peers(cases: Sequence[Case], progress: Progress) -> Report:
+    """What the others and `auto` make of the cases; what is done is kept at Ctrl-C. Raises MissingLibrary."""
+    require_libraries()
+    chosen, outcomes = contests(cases), []
+    try:
+        for case in chosen:
+            progress(f"{case.name} on auto")
+            outcomes.append(replace(measured(case, "auto", on_method(case, "auto"), full=False), claimed=False))
+            for name in RIVALS:
+                progress(f"{case.name} on {name}")
+                outcomes.append(_best(case, name))
+    except (KeyboardInterrupt, Interrupted):
+        return Report(tuple(outcomes), chosen, stopped=True)
+    return Report(tuple(outcomes), chosen)
+
+
+def _best(case: Case, name: str) -> Outcome:
+    """The best of some settings, from coarse to fine, as long as they end in time."""
+    build_peers, method, kind = RIVALS[name]
+    found: list[Outcome] = []
+    for setting in SETTINGS[kind]:
+        solve = partial(_by_peer, build_peers, method, setting)
+        found.append(replace(measured(case, f"{name}, {setting:g}", solve, full=False), claimed=False))
+        if found[-1].seconds > LIMIT:
+            break
+    return min(found, key=lambda o: np.inf if o.measured is None else o.measured)
+
+
+def _by_peer(build_peers: Callable[..., Iterator[Peer]], method: str, setting: float, given: Scene) -> Trajectory:
+    """A scene run by a peer. Raises RunError where it does not reach its end."""
+    peer = next(peer for peer in build_peers(task_of(given)) if peer.name == method)
+    if peer.kind == "step":
+        setting *= given.duration or 1.0
+    try:
+        run = peer.run(setting, LIMIT)
+    except RuntimeError as error:  # Drake's, before its first step
+        raise RunError(str(error)) from None
+    if run.failure:
+        raise RunError(run.failure)
+    return _trajectory(given, peer, setting, run)
+
+
+def _trajectory(given: Scene, peer: Peer, setting: float, run: PeerRun) -> Trajectory:
+    """A peer's run as ours, with what it does not tell as NaN."""
+    model, (n, nv) = build(given.model), run.q.shape
+    unknown: Any = np.full((n, nv), np.nan)
+    tolerance, step = (setting if peer.kind == kind else None for kind in ("tolerance", "step"))
+    stats = Stats(peer.name, tolerance, step, run.steps, run.evaluations, 0, run.seconds, 0.0, "", peer.library, "")
+    return Trajectory(
+        joints=model.joints,
+        t=run.t,
+        q=run.q,
+        v=unknown,
+        a=unknown,
+        wrench=np.full((n, nv, 6), np.nan),
+        kinetic=unknown[:, 0],
+        potential=unknown[:, 0],
+        tip=kinematics.tips(model, kinematics.poses(model, run.q)),
+        rods=None,
+        stats=stats,
+    )

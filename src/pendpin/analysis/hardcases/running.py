@@ -1,0 +1,101 @@
+"""Running the catalogue: every case on every integrator that it claims, and what came of it."""
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from math import isfinite
+from typing import Any
+
+from pendpin.analysis.hardcases.base import Case, Outcome, Solve, on_method
+from pendpin.errors import InputError, Interrupted, PendpinError, choices, shown
+
+Progress = Callable[[str], None]  # gets what is being run
+
+
+@dataclass(frozen=True)
+class Report:
+    """The outcomes so far, and the cases that they are of."""
+
+    outcomes: tuple[Outcome, ...]
+    cases: tuple[Case, ...]
+    stopped: bool = False  # by the user, before their end
+
+    @property
+    def broken(self) -> tuple[Outcome, ...]:
+        """The claims that did not hold."""
+        return tuple(outcome for outcome in self.outcomes if outcome.claimed and not outcome.ok)
+
+    @property
+    def fault(self) -> str | None:
+        """What is broken, in one line; None if all claims hold."""
+        if not self.broken:
+            return None
+        return "broken: " + "; ".join(map(_told, self.broken))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as plain data, for JSON."""
+        outcomes = [asdict(o) | {"ok": o.ok, "verdict": o.verdict} for o in self.outcomes]
+        cases = [{name: getattr(case, name) for name in _TOLD} for case in self.cases]
+        return {"ok": not self.broken, "stopped": self.stopped, "outcomes": outcomes, "cases": cases}
+
+
+_TOLD = ("name", "group", "title", "physics", "why", "figure", "bound", "derivation", "methods")
+
+
+def _told(outcome: Outcome) -> str:
+    why = outcome.failure or f"{outcome.measured:.3g} is above {outcome.bound:.3g}"
+    return f"{outcome.case} on {outcome.integrator}: {why}"
+
+
+def run_cases(
+    cases: Sequence[Case], methods: Sequence[str] | None, full: bool, progress: Progress = lambda what: None
+) -> Report:
+    """Every case on its methods, or on those of `methods` that it claims; what is done is kept at Ctrl-C."""
+    outcomes: list[Outcome] = []
+    try:
+        for case in cases:
+            outcomes.extend(_outcomes(case, methods, full, progress))
+    except (KeyboardInterrupt, Interrupted):
+        return Report(tuple(outcomes), tuple(cases), stopped=True)
+    return Report(tuple(outcomes), tuple(cases))
+
+
+def _outcomes(case: Case, methods: Sequence[str] | None, full: bool, progress: Progress) -> Iterator[Outcome]:
+    for integrator in case.methods:
+        if methods is None or integrator in methods:
+            progress(f"{case.name} on {integrator}")
+            yield outcome(case, integrator, full)
+    if case.beside is not None and methods is None:
+        progress(f"{case.name}, beside")
+        begin = time.perf_counter()
+        found = case.beside()
+        seconds = (time.perf_counter() - begin) / max(len(found), 1)
+        for name, measured in found.items():
+            yield Outcome(case.name, name, measured, case.bound, seconds, claimed=False)
+
+
+def outcome(case: Case, integrator: str, full: bool) -> Outcome:
+    """One case on one of its methods."""
+    return measured(case, integrator, on_method(case, integrator), full)
+
+
+def measured(case: Case, integrator: str, solve: Solve, full: bool) -> Outcome:
+    """One case solved in some way; what that raises is an outcome too."""
+    begin, figure, failure = time.perf_counter(), None, None
+    try:
+        figure = float(case.measure(solve, full))  # NumPy's own make no JSON
+    except Interrupted:
+        raise
+    except PendpinError as error:
+        failure = str(error)
+    if figure is not None and not isfinite(figure):
+        figure, failure = None, "its numbers are not finite"
+    return Outcome(case.name, integrator, figure, case.bound, time.perf_counter() - begin, failure)
+
+
+def chosen(cases: Mapping[str, Case], names: Sequence[str]) -> tuple[Case, ...]:
+    """The cases of these names, or all. Raises InputError for a name that there is not."""
+    for name in names:
+        if name not in cases:
+            raise InputError(f"{shown(name)} is not one of the cases: {choices(cases)}")
+    return tuple(cases[name] for name in names or cases)

@@ -1,0 +1,225 @@
+"""Starts on the pole and upright, where rounding decides when the motion begins."""
+
+from functools import partial
+
+import numpy as np
+
+from pendpin.analysis.hardcases.base import (
+    EPS,
+    REDUCED,
+    SWING,
+    THICK,
+    THIN,
+    Case,
+    G,
+    Solve,
+    chain_of,
+    departure,
+    inertia_about_joint,
+    refused,
+    scene,
+    tip_errors,
+)
+from pendpin.effects import Gravity, Motor
+from pendpin.equations.exact import planar
+from pendpin.scene import Chain
+
+POLE = np.pi / 2
+OFF_POLE = 6.123233995736766e-17  # rad, the double nearest to pi/2 below it
+SPIN = 5.0  # rad/s
+TORQUE = 1e-2  # N m
+UPWARDS = Gravity(direction=(0.0, 0.0, 1.0))  # so that hanging straight, 0 rad, is upright
+ROD = THICK.rods[0]
+J, I3 = inertia_about_joint(ROD), ROD.properties.I3
+FINEST = 1e-14  # the smallest tolerance of the Runge-Kutta methods
+
+
+def _fall(model: Chain, reduced: float, q: tuple[float, float], v: tuple[float, float]):
+    def measure(solve: Solve, full: bool) -> float:
+        run = solve(scene(model, q=q, v=v, duration=20.0 if full else 3.0, samples=21 if full else 4))
+        return tip_errors(run, run.q[:, 1], planar(POLE, 0.0, reduced, G, run.t))
+
+    return measure
+
+
+def _spinning(solve: Solve, full: bool) -> float:
+    """How far the time of leaving the pole is from that of OFF_POLE cosh(rate t)."""
+    rate, far = SPIN * np.sqrt(1 - I3 / J), 1e-3
+    run = solve(scene(THICK, q=(0.0, POLE), v=(SPIN, 0.0), duration=9.0, samples=1801, gravity=None))
+    return abs(departure(run, run.q[:, 1] - POLE, far) - float(np.arccosh(far / OFF_POLE)) / rate)
+
+
+def _about_itself(solve: Solve, full: bool) -> float:
+    turned = 20.0 if full else 10.0  # rad: before the growth exp(turned) of OFF_POLE is seen
+    motor = Motor(joint="theta", torque=TORQUE)
+    run = solve(scene(THICK, motor, q=(0.0, POLE), duration=np.sqrt(2 * I3 * turned / TORQUE), samples=5, gravity=None))
+    return float(np.abs(run.q[:, 0] - TORQUE * run.t**2 / (2 * I3)).max())
+
+
+def _across(solve: Solve, full: bool) -> float:
+    run = solve(scene(THIN, Motor(joint="phi", torque=1.0), q=(0.0, POLE), duration=3.0, samples=5, gravity=None))
+    return float(np.abs(run.q[:, 1] - POLE - 1.5 * run.t**2).max())
+
+
+def _no_motion(solve: Solve, full: bool, phi: float) -> float:
+    motor = Motor(joint="theta", torque=1.0)
+    return refused(solve, lambda: scene(THIN, motor, q=(0.0, phi), v=(0.0, 0.0), duration=2.0), "rod", "radius")
+
+
+def _upright(solve: Solve, full: bool) -> float:
+    models = (THIN, THICK, chain_of(ROD, copies=3)) if full else (THICK,)
+    runs = [solve(scene(model, duration=100.0, samples=11, gravity=UPWARDS)) for model in models]
+    return max(float(np.abs(run.q).max()) for run in runs)
+
+
+def _leaning(solve: Solve, full: bool) -> float:
+    run = solve(scene(THIN, q=(1e-15,), duration=10.0, samples=601, gravity=UPWARDS))
+    return abs(departure(run, run.q[:, 0], 1e-2) - float(np.arccosh(1e-2 / 1e-15)) / SWING)
+
+
+def _upside_down(solve: Solve, full: bool) -> float:
+    run = solve(scene(THIN, q=(np.pi,), duration=12.0, samples=721))
+    return abs(departure(run, run.q[:, 0] - np.pi, 1e-2) - float(np.arccosh(1e-2 / (2 * OFF_POLE))) / SWING)
+
+
+FALLING = "at most 1,000 steps with an error of the tolerance, 1e-12, each; it grows like 1 + omega T = 80"
+TIGHT = {"auto": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}}
+FINE = {"auto": {"tolerance": FINEST}, "taylor": {"tolerance": 1e-16}}
+LATE = (
+    "an error as large as the tolerance, 1e-14, in a first angle of {} rad: it leaves earlier or later by up to "
+    "ln(1 + 1e-14 / {}) / rate"
+)
+
+CASES = (
+    Case(
+        name="pole-rest-thin",
+        group=3,
+        title="thin rod released on the pole",
+        physics="A thin rod, level and along the x axis, falls from rest.",
+        why="The start itself is where the angles are singular.",
+        figure="tip against the elliptic functions, m",
+        bound=1e-12 * 1000 * 80,
+        derivation=FALLING,
+        methods=TIGHT,
+        measure=_fall(THIN, REDUCED, (0.0, POLE), (0.0, 0.0)),
+    ),
+    Case(
+        name="pole-spin-thin",
+        group=3,
+        title="thin rod on the pole with theta' = 5 rad/s",
+        physics="At the pole theta turns a rod about itself: for a thin rod that is no motion, and it falls as from rest.",
+        why="The rate is lost in an inertia of 0; in angles it comes back as 5 rad/s sideways.",
+        figure="tip against the elliptic functions, m",
+        bound=1e-12 * 1000 * 80,
+        derivation=FALLING,
+        methods=TIGHT,
+        measure=_fall(THIN, REDUCED, (0.0, POLE), (SPIN, 0.0)),
+    ),
+    Case(
+        name="pole-rest-thick",
+        group=3,
+        title="thick rod released on the pole",
+        physics="A rod of radius 5 cm, level and along the x axis, falls from rest in the plane theta = 0.",
+        why="Rounding in theta'' is multiplied by J/I3; the motion in the plane must not feel it.",
+        figure="tip against the elliptic functions, m",
+        bound=1e-12 * 1000 * 80,
+        derivation=FALLING,
+        methods=TIGHT | {"gauss6": {"step": 0.002}},
+        measure=_fall(THICK, J / (ROD.mass * ROD.properties.h), (0.0, POLE), (0.0, 0.0)),
+    ),
+    Case(
+        name="pole-spin-thick",
+        group=3,
+        title="thick rod spinning on the pole",
+        physics="Without gravity a rod that spins about its own axis on the pole is in unstable balance: its distance "
+        "from the pole grows like cosh(spin sqrt(1 - I3/J) t) from what pi/2 is off as a double, 6e-17 rad.",
+        why="The start is smaller than the rounding of phi: only the acceleration sees it.",
+        figure="time at which it is 1e-3 rad away against the logarithm, s",
+        bound=float(np.log1p(FINEST / OFF_POLE)) / SPIN / np.sqrt(1 - I3 / J),
+        derivation=LATE.format("6e-17", "6e-17"),
+        methods=FINE,
+        measure=_spinning,
+    ),
+    Case(
+        name="pole-torque-thick",
+        group=3,
+        title="thick rod on the pole under a constant torque about theta",
+        physics="On the pole the torque turns the rod about itself, theta = torque t² / (2 I3), an unstable balance that "
+        "is left after some 37 rad: the run ends at 20.",
+        why="All of the torque works against the small axial inertia.",
+        figure="theta against the parabola, rad",
+        bound=1e-12 * 500 * 20 + (OFF_POLE * np.exp(20)) ** 2 * J / I3 * 20,
+        derivation="tolerance 1e-12, 500 steps, relative to 20 rad; and what the growth exp(20) of 6e-17 rad adds to D",
+        methods=TIGHT,
+        measure=_about_itself,
+    ),
+    Case(
+        name="pole-phi-torque-thin",
+        group=3,
+        title="thin rod on the pole under a constant torque about phi",
+        physics="The torque about phi turns the rod in the plane theta = 0, right through further poles: phi = 1.5 t² on.",
+        why="A torque about a joint keeps a thin rod on its angles; only theta is singular there, and must stay 0.",
+        figure="phi against the parabola, rad",
+        bound=1e-12 * 500 * 13.5,
+        derivation="tolerance 1e-12, 500 steps, relative to 13.5 rad",
+        methods={"auto": {"tolerance": 1e-12}, "radau": {"tolerance": 1e-12}},
+        measure=_across,
+    ),
+    Case(
+        name="pole-torque-thin",
+        group=3,
+        title="thin rod on the pole under a constant torque about theta",
+        physics="Nothing resists the torque: no motion exists.",
+        why="The acceleration is 1e33 rad/s²: a method takes steps without end.",
+        figure="1 unless the run ends in one line that names the rod and the remedy",
+        bound=0.0,
+        derivation="there is nothing to compute",
+        methods={"auto": {}},
+        measure=partial(_no_motion, phi=POLE),
+    ),
+    Case(
+        name="upright-exact",
+        group=5,
+        title="upright at rest, exactly",
+        physics="Rods stand upright at rest: an equilibrium, unstable, for ever. Gravity points up, so that upright is "
+        "0 rad, which doubles hold exactly.",
+        why="One wrong bit grows by a factor of 46 a second.",
+        figure="largest angle after 100 s, rad",
+        bound=0.0,
+        derivation="sin(0) = 0: no acceleration, in exact arithmetic and in doubles",
+        methods={
+            "auto": {},
+            "rk45": {},
+            "radau": {},
+            "taylor": {},
+            "gauss4": {"step": 0.1},
+            "rk4": {"step": 0.1},
+            "euler": {"step": 0.1},
+        },
+        measure=_upright,
+    ),
+    Case(
+        name="upright-1e-15",
+        group=5,
+        title="1e-15 rad from upright",
+        physics="The angle grows as 1e-15 cosh(sqrt(3 g / 2 l) t): it falls after eight seconds.",
+        why="The start is below the tolerance of every step of the first seven seconds.",
+        figure="time at which it leans by 0.01 rad against the logarithm, s",
+        bound=float(np.log1p(FINEST / 1e-15)) / SWING,
+        derivation=LATE.format("1e-15", "1e-15"),
+        methods=FINE | {"gauss6": {"step": 0.01}, "rk4": {"step": 0.001}},
+        measure=_leaning,
+    ),
+    Case(
+        name="upright-pi",
+        group=5,
+        title="at theta = pi, the double",
+        physics="The double nearest to pi is 1.2e-16 short of upright: the rod leaves it by the exact logarithm of that.",
+        why="Angles near pi are 4e-16 apart: the first seconds of the motion are smaller than that.",
+        figure="time at which it leans by 0.01 rad against the logarithm, s",
+        bound=float(np.log1p((FINEST * np.pi + 20 * EPS) / (2 * OFF_POLE))) / SWING,
+        derivation="tolerance 1e-14 of 3.14 rad and rounding in a first angle of 1.2e-16 rad: ln(1 + their ratio) / rate",
+        methods=FINE,
+        measure=_upside_down,
+    ),
+)

@@ -1,0 +1,166 @@
+"""What a motion is measured against: two computations of it by different families of methods, which have to agree.
+
+Each of the two is made twice, at its finest setting and at a coarser one; the difference tells how well it knows the
+motion itself. Where the two differ by far more than that, one of them is wrong, and there is no reference.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from importlib.util import find_spec
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.dynamics import MAX_COMPILED, bind
+from pendpin.effects import Effect, Gravity
+from pendpin.equations import exact
+from pendpin.errors import InputError, Interrupted, PendpinError
+from pendpin.integrators import MAX_JOINTS
+from pendpin.model.build import Model, build, start_state
+from pendpin.model.kinematics import apart, reach
+from pendpin.scene import Scene
+from pendpin.simulation.simulate import simulate
+
+EPS = float(np.finfo(float).eps)
+CONTRADICTION = 100.0  # times what the two know of themselves, and their rounding
+DOWN = np.array([0.0, 0.0, -1.0])
+
+Tips = Array  # (n, rods, 3) m, W
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """One computation of a motion, as far as it came."""
+
+    name: str  # its family, method and equations
+    tips: Tips
+    doubt: Array  # (n,): how far it is from its own coarser run, over the length
+    rounding: float  # over the length
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The motion, up to the time to which it is known well enough."""
+
+    tips: Tips  # (n, rods, 3) m, W, of the first solution
+    t: Array  # (n,) s
+    error: float  # how far the two solutions are apart at most, over the length
+    solutions: tuple[str, str]
+    duration: float  # s, of the scene
+
+    @property
+    def horizon(self) -> float:
+        """Up to when the motion is known, s since the start."""
+        return float(self.t[-1])
+
+
+Maker = Callable[[Scene, Model, float], Solution]
+
+
+def reference(scene: Scene, error: float, solutions: tuple[Maker, ...] | None = None) -> Reference:
+    """The motion of a scene, to within `error` of its length, at its output times up to its horizon.
+
+    `solutions` are tried in turn until two have answered; by default the exact solution where there is one, a power
+    series, a Runge-Kutta method, collocation, each on equations of its own where there are such.
+    Raises InputError where two do not answer, where they contradict each other, or where nothing is known so well.
+    """
+    model = build(scene.model)
+    length, found = reach(model), []
+    for maker in WITNESSES if solutions is None else solutions:
+        found += list(_heard(maker, scene, model, length))
+        if len(found) == 2:
+            return _agreed(scene, length, error, *found)
+    raise InputError(f"no reference: only {len(found)} of two families of methods can run this scene")
+
+
+def _heard(maker: Maker, scene: Scene, model: Model, length: float) -> Iterator[Solution]:
+    try:
+        yield maker(scene, model, length)
+    except Interrupted:
+        raise
+    except PendpinError:  # not for this scene
+        return
+
+
+def _agreed(scene: Scene, length: float, error: float, one: Solution, other: Solution) -> Reference:
+    n = min(len(one.tips), len(other.tips))
+    gap = np.maximum.accumulate(apart(one.tips[:n], other.tips[:n], length))
+    doubt = np.maximum.accumulate(one.doubt[:n] + other.doubt[:n]) + one.rounding + other.rounding
+    if (against := gap > CONTRADICTION * doubt).any():
+        i = int(np.argmax(against))
+        raise InputError(
+            f"no reference: {one.name} and {other.name} differ by {gap[i]:.1e} of the length at {scene.times[i]:.3g} s, "
+            f"where each knows the motion to {doubt[i]:.1e}: one of them is wrong"
+        )
+    good = int(np.argmax(np.append(gap > error, True)))
+    if good < min(2, len(scene.times)):
+        raise InputError(f"no reference: two methods agree to {gap[:2].max():.1e} of the length at best, not {error:g}")
+    known = float(max(gap[good - 1], EPS))
+    return Reference(one.tips[:good], scene.times[:good], known, (one.name, other.name), scene.duration)
+
+
+# --- solutions ------------------------------------------------------------------------------------------------------
+
+
+def by_elliptic_functions(scene: Scene, model: Model, length: float) -> Solution:
+    """A single rod under gravity that is a spherical pendulum or swings in a plane. Raises InputError for any other."""
+    chain, gravity = model.chain, _downwards(scene.effects)
+    if chain is None or chain.n != 1 or gravity is None:
+        raise InputError("no exact solution")
+    (q, v), rod = start_state(model, scene.start), model.rods[0].inertia
+    in_plane = next((i for i in (0, 1) if not q[1 - i] and not v[1 - i]), None)
+    if rod is None or rod.h <= 0 or (rod.I3 and in_plane is None):
+        raise InputError("no exact solution")
+    if rod.I3:
+        direction = _in_plane(
+            in_plane or 0, q, v, (rod.I1, rod.I2)[in_plane or 0] / rod.m / rod.h + rod.h, gravity, scene
+        )
+    else:
+        reduced = rod.I1 / rod.m / rod.h + rod.h
+        direction = exact.spherical(exact.direction(q), exact.direction_rate(q, v), reduced, gravity, scene.times)
+    return Solution("elliptic functions in 100 digits", direction[:, None] * length, np.zeros(len(direction)), EPS)
+
+
+def _downwards(effects: tuple[Effect, ...]) -> float | None:
+    """The strength of gravity where it alone acts, downwards."""
+    if len(effects) != 1 or not isinstance(effects[0], Gravity):
+        return None
+    field = effects[0].field(0.0)
+    return float(-field[2]) if field[2] < 0 and not field[:2].any() else None
+
+
+def _in_plane(axis: int, q: Array, v: Array, reduced: float, gravity: float, scene: Scene) -> Array:
+    angles = np.zeros((len(scene.times), 2))
+    angles[:, axis] = exact.planar(q[axis], v[axis], reduced, gravity, scene.times)
+    return exact.direction(angles)
+
+
+def by_series(scene: Scene, model: Model, length: float) -> Solution:
+    """The Taylor integrator, on the recursion or the closed form."""
+    if len(model.joints) > MAX_JOINTS:
+        raise InputError("too many joints")
+    name = "power series (taylor) of the recursion"
+    return _of_runs(name, scene, length, "taylor", 1e-18, 1e-16)
+
+
+def by_runge_kutta(scene: Scene, model: Model, length: float) -> Solution:
+    """The adaptive integrator, on Pinocchio's accelerations where they are to be had."""
+    name = f"Runge-Kutta (dop853) on {bind(scene).engine.name}"
+    return _of_runs(name, scene, length, "dop853", 1e-14, 1e-13)
+
+
+def by_collocation(scene: Scene, model: Model, length: float) -> Solution:
+    """Radau's method of order 5, on the recursion in machine code where it can be compiled."""
+    smooth = all(effect.smooth for effect in scene.effects) and len(model.joints) <= MAX_COMPILED
+    engine = "compiled" if smooth and find_spec("heyoka") else scene.solver.engine
+    scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": engine})})
+    return _of_runs(f"collocation (radau) on {bind(scene).engine.name}", scene, length, "radau", 1e-11, 1e-10)
+
+
+def _of_runs(name: str, scene: Scene, length: float, method: str, fine: float, coarse: float) -> Solution:
+    runs = [simulate(scene.by(method, setting)) for setting in (fine, coarse)]
+    doubt = apart(runs[0].tips(), runs[1].tips(), length)
+    return Solution(name, runs[0].tips(), doubt, EPS * runs[0].stats.steps)
+
+
+WITNESSES: tuple[Maker, ...] = (by_elliptic_functions, by_series, by_runge_kutta, by_collocation)

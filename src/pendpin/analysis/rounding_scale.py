@@ -1,0 +1,119 @@
+"""How large the terms are that enter a quantity: what the rounding errors of any route are relative to."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.equations.base import RodInertia, RodSolution
+from pendpin.model.bodies import pinocchio, tree_of
+from pendpin.model.build import Model
+
+
+def rod_scale(rod: RodInertia, q: Array, v: Array, field: Array, solution: RodSolution) -> RodSolution:
+    """The sum of the absolute terms that enter each quantity of one rod, from states (n, 2) and the field (3,) in I.
+
+    Taken from the balances of docs/derivation.md, section 3, with every product of components counted by its size.
+    """
+    m, h, I1, I2, I3 = rod._replace(h=abs(rod.h))
+    J1, J2 = I1 + m * h * h, I2 + m * h * h
+    (s_t, s), (c_t, c) = np.abs(np.sin(q)).T, np.abs(np.cos(q)).T
+    dt, dp = np.abs(v).T
+    gx, gy, gz = np.abs(field)
+    along = s_t * gy + c_t * gz
+    G1, G2, G3 = c * gx + s * along, c_t * gy + s_t * gz, s * gx + c * along
+    alpha1 = np.abs(solution.theta_dd) * c + dt * dp * s
+    alpha2 = np.abs(solution.phi_dd)
+    alpha3 = np.abs(solution.theta_dd) * s + dt * dp * c
+
+    theta_dd = c * (2 * (J1 + I3) * dt * dp * s + m * h * G2) / (J1 * c**2 + I3 * s**2)
+    phi_dd = (m * h * G1 + (J1 + I3) * dt**2 * s * c) / J2
+    R1 = m * (h * (alpha2 + dt**2 * s * c) + G1)
+    R2 = m * (h * (alpha1 + dt * dp * s) + G2)
+    R3 = m * (h * (dp**2 + dt**2 * c**2) + G3)
+    moment1 = J1 * alpha1 + (I3 + J2) * dt * dp * s + m * h * G2
+    moment3 = I3 * alpha3 + (J1 + J2) * dt * dp * c
+    Mc = s * moment1 + c * moment3
+    return RodSolution(theta_dd, phi_dd, R1, R2, R3, Mc * c, Mc)
+
+
+class TreeScale(NamedTuple):
+    """For states of a tree, (n, joints) each."""
+
+    acceleration: Array  # |M^-1| times the terms of each joint's equation: its condition is in it
+    force: Array  # N
+    moment: Array  # N m
+
+
+def tree_scale(model: Model, field: Array, q: Array, v: Array, a: Array) -> TreeScale:
+    """The sizes of the terms in a tree's equations, from states (n, nv), their accelerations and the field (3,) in W.
+
+    A joint's equation is the moment (the force, for a slide) along its axis: its terms are, over the bodies beyond it,
+    mass times the norms of field and acceleration with their levers, and inertia times angular acceleration and squared
+    rate. What rounding errors in them do to the accelerations is bounded by |M^-1|, and to a joint's wrench, through
+    the accelerations, by |W M^-1|, with W the wrenches that unit accelerations call for.
+    """
+    tree = tree_of(model.pin)
+    below = _below(tree.parents)
+    slides = np.array([kind == "prismatic" for kind in tree.kinds])
+    rows = [_state_scale(model, tree.parents, below, slides, field, *state) for state in zip(q, v, a, strict=True)]
+    return TreeScale(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def _below(parents: tuple[int, ...]) -> Array:
+    """(n, n): 1 where body k hangs on joint j, or is moved by it."""
+    below = np.eye(len(parents))
+    for child in reversed(range(len(parents))):
+        if parents[child] >= 0:
+            below[parents[child]] += below[child]
+    return below
+
+
+def _largest_above(parents: tuple[int, ...], x: Array) -> Array:
+    """The largest of each body's own value and those of the bodies it hangs on: rounding errors are handed down."""
+    out = x.copy()
+    for child, parent in enumerate(parents):
+        if parent >= 0:
+            out[child] = max(out[child], out[parent])
+    return out
+
+
+def _state_scale(
+    model: Model, parents: tuple[int, ...], below: Array, slides: Array, field: Array, q: Array, v: Array, a: Array
+) -> TreeScale:
+    pin = pinocchio()
+    data = pin.Data(model.pin)  # pyright: ignore[reportOptionalMemberAccess]
+    pin.forwardKinematics(model.pin, data, q, v, a)
+    inertias = list(model.pin.inertias)[1:]  # pyright: ignore[reportOptionalMemberAccess]
+    mass, inertia, lever = np.array([(i.mass, np.linalg.norm(i.inertia), np.linalg.norm(i.lever)) for i in inertias]).T
+    twist = np.array([x.vector for x in data.v])[1:]
+    bend = np.array([x.vector for x in data.a])[1:]
+    vectors = (twist[:, 3:], bend[:, 3:], bend[:, :3] + np.cross(twist[:, 3:], twist[:, :3]))
+    rate, alpha, origin = (_largest_above(parents, np.linalg.norm(x, axis=1)) for x in vectors)
+    weight = mass * (np.linalg.norm(field) + origin + (alpha + rate**2) * lever)
+    at = np.array([x.translation for x in data.oMi])[1:]
+    centres = np.array([x.act(i.lever) for x, i in zip(list(data.oMi)[1:], inertias, strict=True)])
+    reach = np.linalg.norm(centres[None] - at[:, None], axis=-1)
+    turning = inertia * (alpha + rate**2)
+    own = np.where(slides, below @ weight, (below * reach) @ weight + below @ turning)
+    M = pin.crba(model.pin, data, q)
+    M = np.triu(M) + np.triu(M, 1).T
+    inverse = _inverse(M)
+    through = (np.abs(_unit_wrenches(model.pin, data, q) @ inverse) @ own).reshape(-1, 2, 3)
+    force, moment = np.linalg.norm(through, axis=-1).T
+    return TreeScale(np.abs(inverse) @ own, force + below @ weight, moment + (below * reach) @ weight + below @ turning)
+
+
+def _unit_wrenches(model: Any, data: Any, q: Array) -> Array:
+    """W (6 joints, nv): the joints' wrenches for a unit acceleration of each joint, at rest and without gravity."""
+    pin, nv = pinocchio(), model.nv
+    columns = np.empty((nv, nv, 6))
+    for column, unit in zip(columns, np.eye(nv), strict=True):
+        pin.rnea(model, data, q, np.zeros(nv), unit)
+        column[:] = [data.f[joint].vector for joint in range(1, nv + 1)]
+    return columns.reshape(nv, -1).T
+
+
+def _inverse(M: Array) -> Array:
+    scale = 1 / np.sqrt(np.diag(M))
+    return scale[:, None] * np.linalg.inv(scale[:, None] * M * scale) * scale

@@ -1,0 +1,123 @@
+"""Which effects a scene calls for: what each one changes, and what it costs."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendpin.dynamics.dynamics import bind
+from pendpin.effects import Drag, Effect, Rotation, Viscous
+from pendpin.errors import InputError, PendpinError
+from pendpin.model.build import build, start_state
+from pendpin.model.kinematics import apart, reach
+from pendpin.scene import Chain, Rod, Scene
+from pendpin.simulation.simulate import simulate
+from pendpin.trajectory import Trajectory
+
+TOLERANCES = (1e-9, 1e-11)  # of the runs compared, and of the run that shows how far they can be believed
+MARGIN = 0.1  # of the accuracy asked: where two runs of the same scene differ by more, the comparison ends
+SMALL_DAMPING = 1e-4  # N m s/rad per N m of the heaviest rod's weight times its lever: a good bearing
+LATITUDE = 45.0  # degrees
+CALLS, REPETITIONS = 200, 5
+
+
+@dataclass(frozen=True)
+class Row:
+    """What one effect changes and costs."""
+
+    effect: str
+    listed: bool  # whether the scene has it; else it was tried
+    change: float  # largest tip distance with and without it, over the chain's length
+    share: float | None  # of an evaluation's time; None where that has no meaning
+    verdict: str
+
+
+@dataclass(frozen=True)
+class EffectsReport:
+    """The verdicts for a scene, at an accuracy, as far as the runs could be compared."""
+
+    rows: tuple[Row, ...]
+    accuracy: float
+    duration: float  # s, of the scene
+    horizon: float  # s, how far the comparison means anything
+
+
+def significance(scene: Scene, accuracy: float = 1e-3) -> EffectsReport:
+    """What every effect of a scene changes, and what those would that it might call for: drag, Earth's rotation,
+    viscous joints, the thickness of its rods.
+
+    The change is the largest distance between the tips with and without the effect, over the run, over the chain's
+    length. Where the scene's own run at two tolerances differs by more than a tenth of the accuracy, as in chaos, the
+    comparison ends. Raises InputError for an accuracy that is not between 0 and 1, and what `simulate` raises.
+    """
+    if not 0 < accuracy < 1:
+        raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
+    base, finer = (simulate(scene, method="dop853", tolerance=tolerance) for tolerance in TOLERANCES)
+    length = reach(build(scene.model))
+    good = int(np.argmax(np.append(apart(base.tips(), finer.tips(), length) > MARGIN * accuracy, True)))
+    horizon = float(base.t[max(good - 1, 0)])
+    solver = scene.solver.model_copy(update={"samples": max(good, 1)})
+    compared = scene.model_copy(update={"duration": horizon, "solver": solver})
+    rows = [_row(name, listed, other, compared, base, accuracy) for name, listed, other in _variants(compared)]
+    return EffectsReport(tuple(rows), accuracy, scene.duration, horizon)
+
+
+def _variants(scene: Scene) -> Iterator[tuple[str, bool, Scene]]:
+    """The scene without each of its effects, and with each that it lacks and might call for."""
+    for i, effect in enumerate(scene.effects):
+        yield effect.kind, True, _with(scene, *scene.effects[:i], *scene.effects[i + 1 :])
+    kinds = {effect.kind for effect in scene.effects}
+    for name, effect in _candidates(scene):
+        if effect.kind not in kinds:
+            yield name, False, _with(scene, *scene.effects, effect)
+    if isinstance(scene.model, Chain) and any(rod.radius and rod.inertia is None for rod in scene.model.rods):
+        thin = tuple(Rod(**rod.model_dump() | {"radius": 0.0}) for rod in scene.model.rods)
+        model = Chain(rods=thin, copies=scene.model.copies)
+        yield "thickness of the rods", True, scene.model_copy(update={"model": model})
+
+
+def _candidates(scene: Scene) -> Iterator[tuple[str, Effect]]:
+    bodies = bind(scene).model.bodies
+    if any(body.radius > 0 for body in bodies):
+        yield "drag in still air", Drag()
+    yield f"Earth's rotation at {LATITUDE:g} degrees", Rotation(latitude=LATITUDE)
+    coefficient = SMALL_DAMPING * max(body.mass * 9.81 * float(np.linalg.norm(body.com)) for body in bodies)
+    yield f"viscous joints, {coefficient:.2g} N m s/rad", Viscous(coefficient=coefficient)
+
+
+def _with(scene: Scene, *effects: Effect) -> Scene:
+    return scene.model_copy(update={"effects": effects})
+
+
+def _row(name: str, listed: bool, other: Scene, scene: Scene, base: Trajectory, accuracy: float) -> Row:
+    try:
+        run = simulate(other, method="dop853", tolerance=TOLERANCES[0])
+    except PendpinError as error:
+        return Row(name, listed, float("nan"), None, f"not compared: {error}")
+    length = reach(build(scene.model))
+    change = float(apart(base.tips()[: len(run.t)], run.tips(), length).max())
+    more, less = (scene, other) if listed else (other, scene)
+    share = 1 - _evaluation(less) / _evaluation(more) if less.effects != more.effects else None
+    return Row(name, listed, change, None if share is None else max(share, 0.0), _verdict(listed, change, accuracy))
+
+
+def _verdict(listed: bool, change: float, accuracy: float) -> str:
+    if change > accuracy:
+        return "called for" if listed else "called for, and not listed"
+    return "below the accuracy asked"
+
+
+def _evaluation(scene: Scene) -> float:
+    """Seconds of one evaluation of the scene's right-hand side, the least of some repetitions."""
+    dynamics = bind(scene)
+    y = dynamics.engine.pack(*start_state(dynamics.model, scene.start))
+    derivative, _ = dynamics.engine.derivative(lambda t: None)
+    return min(_seconds(lambda: derivative(np.empty_like(y), 0.0, y)) for _ in range(REPETITIONS))
+
+
+def _seconds(call: Callable[[], None]) -> float:
+    begin = time.perf_counter()
+    for _ in range(CALLS):
+        call()
+    return (time.perf_counter() - begin) / CALLS

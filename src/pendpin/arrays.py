@@ -1,0 +1,78 @@
+"""The types of arrays, and vectors and 3 x 3 matrices over any number type, with zeros that stay zeros.
+
+The functions take floats and object arrays of other numbers; leading dimensions (...) broadcast, so the same lines take
+one state or many.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]  # floats, or mpmath's or heyoka's objects
+Mask = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+_NEXT = np.array([1, 2, 0])
+_UPPER = np.triu(np.ones((3, 3), dtype=bool))
+
+
+def applied(M: Array, x: Array) -> Array:
+    """M x, (..., 3)."""
+    return (M @ x[..., None])[..., 0]
+
+
+def transposed(M: Array) -> Array:
+    """M^T, (..., 3, 3)."""
+    return np.swapaxes(M, -1, -2)
+
+
+def cross(x: Array, y: Array) -> Array:
+    """x x y, (..., 3), without the overhead of numpy.cross."""
+    return (x * y.take(_NEXT, -1) - x.take(_NEXT, -1) * y).take(_NEXT, -1)
+
+
+def dot(x: Array, y: Array) -> Array:
+    """x . y, (..., 1)."""
+    return np.sum(x * y, -1, keepdims=True)
+
+
+def outer(x: Array, y: Array) -> Array:
+    """x y^T, (..., 3, 3)."""
+    return x[..., :, None] * y[..., None, :]
+
+
+def symmetric(M: Array) -> Array:
+    """A matrix (..., 3, 3) that is symmetric but for rounding, made so; symbols are then the same on both sides."""
+    return np.where(_UPPER, M, transposed(M))
+
+
+def skew(x: Array) -> Array:
+    """The matrix (..., 3, 3) of the cross product: skew(x) y = x x y."""
+    x1, x2, x3 = np.moveaxis(x, -1, 0)
+    zero = np.zeros_like(x1)
+    return _matrix([[zero, -x3, x2], [x3, zero, -x1], [-x2, x1, zero]])
+
+
+def centripetal(omega: Array) -> Array:
+    """The matrix (..., 3, 3) of omega x (omega x ...)."""
+    x, y, z = np.moveaxis(omega, -1, 0)
+    xx, yy, zz, yz, xz, xy = x * x, y * y, z * z, y * z, x * z, x * y
+    return _matrix([[-(yy + zz), xy, xz], [xy, -(xx + zz), yz], [xz, yz, -(xx + yy)]])
+
+
+def gyroscopic(J: Array, omega: Array) -> Array:
+    """omega x (J omega) for a constant symmetric J (3, 3), collected by the products of rates: (..., 3).
+
+    Two terms for a rod along z, none for a massless link.
+    """
+    x, y, z = np.moveaxis(omega, -1, 0)
+    (a, f, e), (_, b, d), (_, _, c) = J
+    columns_xx_yy_zz = [[0.0, d, -d], [-e, 0.0, e], [f, -f, 0.0]]
+    columns_yz_xz_xy = [[c - b, -f, e], [f, a - c, -d], [-e, d, b - a]]
+    by_product = np.concatenate([np.array(columns_xx_yy_zz), np.array(columns_yz_xz_xy)], -1)
+    return applied(by_product, np.stack([x * x, y * y, z * z, y * z, x * z, x * y], -1))
+
+
+def _matrix(rows: list[list[Any]]) -> Array:
+    return np.stack([np.stack(row, -1) for row in rows], -2)

@@ -1,0 +1,359 @@
+"""The commands. They read, call, print and write; the physics is elsewhere."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pendpin.cli.streams import drop_output, finish_output, prepare_streams, say
+from pendpin.cli.tables import (
+    print_check,
+    print_cost,
+    print_effects,
+    print_files,
+    print_hard,
+    print_run,
+    progress_bar,
+    waiting,
+)
+from pendpin.errors import Halted, InputError, PendpinError, RunError, inside, one_line
+
+if TYPE_CHECKING:
+    from pendpin.scene import Scene, Solver
+    from pendpin.trajectory import Trajectory
+
+app = typer.Typer(
+    name="pendpin",
+    help="The 3D compound pendulum and chains of rods: simulate, cross-check, draw, animate.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+SceneFile = Annotated[Path | None, typer.Argument(help="Scene file (TOML); the built-in single rod if absent.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
+
+
+UsageError: Any = typer.BadParameter.__mro__[1]  # its base: whatever is wrong with the command line itself
+
+
+def main() -> None:
+    """Run the command line: every foreseen fault ends in one line on stderr and exit status 1, wrong usage in 2."""
+    prepare_streams()
+    try:
+        status = app(prog_name="pendpin", standalone_mode=False)
+        if status == 130:  # what newer typers make of Ctrl-C
+            raise KeyboardInterrupt
+        sys.stdout.flush()
+        sys.exit(status)
+    except PendpinError as error:
+        _fail(str(error))
+    except UsageError as error:
+        _fail_usage(error)
+    except (KeyboardInterrupt, typer.Abort):
+        _fail("stopped by the user", 130)
+    except BrokenPipeError:  # the reader of our output is gone
+        drop_output()
+        sys.exit(1)
+    except OSError as error:  # of files, our own words are raised; what is left is the output, on a full disk or closed
+        drop_output()
+        _fail(f"{error.filename or 'the output cannot be written'}: {error.strerror or error}")
+    except MemoryError:
+        _fail("out of memory: ask for fewer samples or a smaller model")
+
+
+def _fail(message: str, status: int = 1) -> None:
+    finish_output()
+    say(f"pendpin: {one_line(message)}")
+    sys.exit(status)
+
+
+def _fail_usage(error: Any) -> None:
+    if len(sys.argv) < 2:
+        sys.exit(2)  # the help has been printed
+    command = error.ctx.command_path if error.ctx else "pendpin"
+    _fail(f"{error.format_message().rstrip('.')}; see {command} --help", 2)
+
+
+@app.command()
+def run(
+    scene: SceneFile = None,
+    method: Annotated[str | None, typer.Option(help="Integration method, such as dop853.")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")] = None,
+    step: Annotated[float | None, typer.Option(help="Largest step in s, for methods with a fixed one.")] = None,
+    accuracy: Annotated[
+        float | None, typer.Option(help="The target instead: largest tip error over the chain's length.")
+    ] = None,
+    limit: Annotated[float | None, typer.Option(min=0, help="End a run that takes longer, in s.")] = None,
+    checkpoint: Annotated[Path | None, typer.Option(help="Save the run's state here, and go on from it.")] = None,
+    every: Annotated[float, typer.Option(min=0, help="Time between two saves of the state, in s.")] = 5.0,
+    out: Annotated[Path, typer.Option(help="Where the run is saved.")] = Path("run.npz"),
+    html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
+    energy_balance: Annotated[bool, typer.Option("--energy-balance", help="Book the work of every effect.")] = False,
+    explain: Annotated[bool, typer.Option("--explain", help="Say first what was bound.")] = False,
+    view: Annotated[bool, typer.Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
+    json: Json = False,
+) -> None:
+    """Simulate a scene, save the run, and say what it took and how far it can be trusted.
+
+    Without SCENE the built-in rod is run, and run.html and run.png are written beside run.npz. A run with a checkpoint
+    that was killed or stopped goes on from it when the same command is given again.
+    """
+    from pendpin.graphics.figure import picture_kind
+    from pendpin.simulation.checkpoint import resumable
+    from pendpin.simulation.simulate import simulate
+
+    chosen = _scene(scene)
+    if scene is None:
+        html, plot = html or Path("run.html"), plot or Path("run.png")
+    if plot:
+        picture_kind(plot)
+    _refuse_targets([out, html, plot, checkpoint], [scene, *_files_of(chosen)])
+    options = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
+    _check_options(chosen.solver, **options)
+    if explain:
+        _print_binding(chosen)
+    stopped: RunError | None = None
+    with resumable(checkpoint):
+        with inside(_place(scene)), progress_bar("integrating", chosen.duration, hidden=json) as progress:
+            _print_notes(chosen)
+            options |= {"energy_balance": energy_balance, "limit": limit, "checkpoint": checkpoint, "every": every}
+            try:
+                trajectory = simulate(chosen, **options, progress=progress)
+            except RunError as error:
+                stopped, trajectory = error, error.partial
+        print_run(trajectory, _write_run(trajectory, out, plot, html), json)
+    if checkpoint and not isinstance(stopped, Halted):
+        checkpoint.resolve().unlink(missing_ok=True)
+    if stopped:
+        raise stopped
+    if view:
+        _show(trajectory)
+
+
+@app.command()
+def check(
+    scene: SceneFile = None,
+    urdf: Annotated[Path | None, typer.Option(help="A URDF in place of a scene, under gravity.")] = None,
+    states: Annotated[int, typer.Option(min=1, max=10_000_000, help="How many random states.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    json: Json = False,
+) -> None:
+    """Compute accelerations and reactions at random states by every route, and compare each pair of routes."""
+    from pendpin.analysis.crosscheck import crosscheck
+    from pendpin.effects import Gravity
+    from pendpin.scene import Scene, UrdfModel
+
+    if scene is not None and urdf is not None:
+        raise typer.BadParameter("give a scene or a URDF, not both")
+    chosen = Scene(model=UrdfModel(path=urdf), effects=(Gravity(),)) if urdf else _scene(scene)
+    with inside(_place(urdf or scene)):
+        _print_notes(chosen)
+        report = crosscheck(chosen, states=states, seed=seed)
+    print_check(report, json)
+    if report.fault:
+        raise PendpinError(report.fault)
+
+
+@app.command()
+def view(
+    run: Annotated[Path, typer.Argument(help="A saved run (.npz).")],
+    html: Annotated[Path | None, typer.Option(help="Write the animation to one HTML page and show nothing.")] = None,
+) -> None:
+    """Show a saved run in a browser, on this machine only, until Ctrl-C; or write it as one HTML page."""
+    from pendpin.trajectory import Trajectory
+
+    trajectory = Trajectory.load(run)
+    _refuse_targets([html], [run])
+    with inside(str(run)):
+        if html is None:
+            _show(trajectory)
+        else:
+            print_files([_write_page(trajectory, html)])
+
+
+@app.command()
+def plot(
+    run: Annotated[Path, typer.Argument(help="A saved run (.npz).")],
+    out: Annotated[Path | None, typer.Option(help="The picture: .png, .pdf or .svg; RUN.png if absent.")] = None,
+) -> None:
+    """Draw a saved run: energy, angles and reactions against time."""
+    from pendpin.trajectory import Trajectory
+
+    trajectory = Trajectory.load(run)
+    picture = out or run.with_suffix(".png")
+    _refuse_targets([picture], [run])
+    print_files([_save_plot(trajectory, picture)])
+
+
+@app.command()
+def effects(
+    scene: SceneFile = None,
+    accuracy: Annotated[float, typer.Option(help="What counts: tip distance over the chain's length.")] = 1e-3,
+    json: Json = False,
+) -> None:
+    """Say what each effect changes and costs, and which ones the scene calls for at an accuracy."""
+    from pendpin.analysis.significance import significance
+
+    with waiting("comparing runs with and without each effect", hidden=json):
+        found = significance(_scene(scene), accuracy)
+    print_effects(found, json)
+
+
+@app.command()
+def cost(
+    scene: SceneFile = None,
+    methods: Annotated[str | None, typer.Option(help="Lanes, separated by commas; all if absent.")] = None,
+    accuracy: Annotated[
+        float, typer.Option(help="The tip error, over the chain's length, that is asked about.")
+    ] = 1e-9,
+    peers: Annotated[bool, typer.Option("--peers", help="Beside them MuJoCo, Drake and plain SciPy.")] = False,
+    budget: Annotated[float, typer.Option(min=0, help="The longest run of a method, in s.")] = 1.0,
+    plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
+    json: Json = False,
+) -> None:
+    """Say what accuracy costs: error against time for every integrator, the cheapest at each accuracy."""
+    from pendpin.analysis.work_precision import METHODS
+    from pendpin.analysis.work_precision import cost as measure
+    from pendpin.analysis.work_precision_figure import save_cost_plot
+    from pendpin.graphics.figure import picture_kind
+
+    chosen = _scene(scene)
+    if plot:
+        picture_kind(plot)
+        _refuse_targets([plot], [scene, *_files_of(chosen)])
+    with inside(_place(scene)), waiting("the reference", hidden=json) as told:
+        names = [name.strip() for name in methods.split(",")] if methods else METHODS
+        report = measure(chosen, methods=names, accuracy=accuracy, peers=peers, budget=budget, told=told)
+    print_cost(report, json)
+    if plot:
+        print_files([save_cost_plot(report, plot)])
+    if report.interrupted:
+        raise KeyboardInterrupt
+
+
+@app.command()
+def hard(
+    cases: Annotated[list[str] | None, typer.Argument(help="Names of cases; all if absent.")] = None,
+    short: Annotated[bool, typer.Option("--short", help="The short forms, as in the tests.")] = False,
+    peers: Annotated[bool, typer.Option("--peers", help="The short forms in MuJoCo, Drake and plain SciPy.")] = False,
+    json: Json = False,
+) -> None:
+    """Run the hard cases (docs/hard_cases.md), each on its methods against its bound."""
+    from pendpin.analysis.hardcases import hard as run_cases
+
+    with waiting("the hard cases", hidden=json) as told:
+        report = run_cases(cases or (), full=not short, peers=peers, progress=told)
+    print_hard(report, json)
+    if report.stopped:
+        raise KeyboardInterrupt
+    if report.fault:
+        raise PendpinError(report.fault)
+
+
+@app.command()
+def urdf(
+    scene: Annotated[Path, typer.Argument(help="Scene file (TOML) of a chain.")],
+    out: Annotated[Path | None, typer.Option(help="Where to write it; to the terminal if absent.")] = None,
+) -> None:
+    """Write a chain as a URDF that Pinocchio, MuJoCo and Drake load to the same model."""
+    from pendpin.files import write_whole
+    from pendpin.model.write_urdf import chain_urdf
+    from pendpin.scene import Chain
+
+    model = _scene(scene).model
+    if not isinstance(model, Chain):
+        raise PendpinError(f"{scene}: model.kind: it is a URDF already, {model.path}")
+    _refuse_targets([out], [scene])
+    text = chain_urdf(model)
+    if out is None:
+        print(text, end="")
+    else:
+        print_files([write_whole(out, lambda file: file.write(text.encode()))])
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON schema of a scene, for editors that complete and check TOML."""
+    from json import dumps
+
+    from pendpin.scene import Scene
+
+    print(dumps(Scene.model_json_schema(), indent=2))
+
+
+def _scene(path: Path | None) -> "Scene":
+    from pendpin.scene import builtin_scene, load_scene
+
+    return builtin_scene() if path is None else load_scene(path)
+
+
+def _place(path: Path | None) -> str:
+    return str(path or "the built-in rod")
+
+
+def _check_options(solver: "Solver", **options: Any) -> None:
+    """Options that stand in for those of a scene's solver are refused like those, under their own names."""
+    try:
+        solver.replaced(**{name: value for name, value in options.items() if value is not None})
+    except InputError as error:
+        name, reason = str(error).split(": ", 1)
+        raise typer.BadParameter(reason, param_hint=f"--{name}") from None
+
+
+def _refuse_targets(targets: list[Path | None], sources: list[Path | None]) -> None:
+    """What cannot be written, or would take the place of what is read, is said before the work is done."""
+    from pendpin.files import refuse_targets
+
+    refuse_targets(filter(None, targets), list(filter(None, sources)))
+
+
+def _files_of(scene: "Scene") -> list[Path | None]:
+    return [getattr(scene.model, "path", None), *(getattr(effect, "csv", None) for effect in scene.effects)]
+
+
+def _print_notes(scene: "Scene") -> None:
+    from pendpin.model.build import build
+
+    for note in build(scene.model).notes:
+        say(f"pendpin: note: {note}")
+
+
+def _print_binding(scene: "Scene") -> None:
+    from pendpin.analysis.explain import explain
+    from pendpin.dynamics.dynamics import bind
+
+    for line in explain(bind(scene), scene.effects):
+        print(line)
+
+
+def _write_run(trajectory: "Trajectory", out: Path, plot: Path | None, html: Path | None) -> list[Path]:
+    """The files of a run: its numbers first, then the figure and the page where they are asked for."""
+    files = [trajectory.save(out)]
+    if plot:
+        files.append(_save_plot(trajectory, plot))
+    if html:
+        files.append(_write_page(trajectory, html))
+    return files
+
+
+def _save_plot(trajectory: "Trajectory", path: Path) -> Path:
+    from pendpin.graphics.figure import save_plot
+
+    return save_plot(trajectory, path)
+
+
+def _write_page(trajectory: "Trajectory", path: Path) -> Path:
+    from pendpin.graphics.run_drawing import drawing_of
+    from pendpin.graphics.view import write_page
+
+    return write_page(path, drawing_of(trajectory))
+
+
+def _show(trajectory: "Trajectory") -> None:
+    from pendpin.graphics.run_drawing import drawing_of
+    from pendpin.graphics.view import serve
+
+    serve(drawing_of(trajectory), ready=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True), open_browser=True)

@@ -1,0 +1,208 @@
+"""What the commands show: tables, JSON, progress."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pendpin.analysis.crosscheck import Report
+    from pendpin.analysis.hardcases import Report as HardReport
+    from pendpin.analysis.significance import EffectsReport
+    from pendpin.analysis.work_precision_report import CostReport, Curve
+    from pendpin.trajectory import Trajectory
+
+
+LEAST_WIDTH = 60  # letters: on a narrower terminal the lines of a table go on below
+
+
+@contextmanager
+def waiting(what: str, hidden: bool) -> Iterator[Callable[[str], None]]:
+    """A sign of life on stderr, only where a person watches; what it is about can be told as it goes on."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if hidden or not console.is_terminal:
+        yield lambda what: None
+        return
+    with console.status(what) as status:
+        yield status.update
+
+
+@contextmanager
+def progress_bar(what: str, end: float, hidden: bool) -> Iterator[Callable[[float], None]]:
+    """A progress bar on stderr, only where a person watches."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=hidden or not console.is_terminal) as progress:
+        task = progress.add_task(what, total=end)
+        yield lambda t: progress.update(task, completed=t)
+
+
+def print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> None:
+    """What a run took, how far it can be trusted, where its energy went."""
+    from dataclasses import asdict
+
+    from pendpin.analysis.crosscheck import along
+
+    stats, report = trajectory.stats, along(trajectory)
+    if as_json:
+        found = {"energy_drift": trajectory.energy().drift, "crosscheck": report and report.worst.relative}
+        print_json(asdict(stats) | found | {"files": [str(file) for file in files]})
+        return
+    rows = {
+        "method": f"{stats.method}, {stats.setting} ({stats.library} {stats.version})",
+        "accuracy": stats.accuracy and f"{stats.error:.1e} estimated, {stats.accuracy:g} asked",
+        "engine": stats.engine,
+        "steps": str(stats.steps),
+        "evaluations": str(stats.evaluations),
+        "seconds": f"{stats.seconds:.4f}"
+        + (f", {stats.all_seconds:.4f} with the runs that led there" if stats.all_seconds else ""),
+        "compiling": stats.compile_seconds and f"{stats.compile_seconds:.4f} s",
+        "energy drift": f"{trajectory.energy().drift:.1e} of the energy moved" if stats.conservative else "",
+        "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
+        "cross-check": report and f"{report.worst.relative:.1e} at worst, {report.worst.quantity} along the run",
+        "files": ", ".join(str(file) for file in files),
+    }
+    rows |= {f"work of {kind}": f"{work[-1]:+.6g} J" for kind, work in trajectory.work.items()}
+    if trajectory.work:
+        rows["kinetic energy"] = f"{trajectory.kinetic[-1] - trajectory.kinetic[0]:+.6g} J"
+        rows["books are off by"] = f"{trajectory.imbalance:.1e} of the energy moved"
+    print_table(["run", ""], [[name, text] for name, text in rows.items() if text])
+
+
+def _change(trajectory: "Trajectory") -> float:
+    total = trajectory.energy().total
+    return float(total[-1] - total[0])
+
+
+def print_check(report: "Report", as_json: bool) -> None:
+    """The rows of a cross-check, and the route farthest from the reference_route."""
+    from dataclasses import asdict
+
+    if as_json:
+        print_json(asdict(report) | {"ok": report.ok})
+        return
+    rows = [
+        [
+            r.quantity,
+            r.place,
+            f"{r.first} / {r.second}",
+            f"{r.relative:.1e}",
+            f"{r.ulps:.1f}",
+            str(r.state),
+            _verdict(r.ok),
+        ]
+        for r in report.rows
+    ]
+    print_table(["quantity", "of", "routes", "relative", "ulps", "state", ""], rows)
+    if found := report.worst_route:
+        name, row = found
+        place = f"{row.quantity} of {row.place}"
+        print(f"farthest from {row.second} ({report.judged} states): {name}, {row.ulps:.1f} ulps in {place}")
+    print(f"{report.states} states, bound {report.bound:g} of the terms that enter: {_verdict(report.ok)}")
+
+
+def _verdict(ok: bool) -> str:
+    return "ok" if ok else "BROKEN"
+
+
+def print_effects(found: "EffectsReport", as_json: bool) -> None:
+    """What each effect changes and costs."""
+    from dataclasses import asdict
+
+    if as_json:
+        print_json(asdict(found))
+        return
+    rows = [
+        [row.effect, "yes" if row.listed else "no", f"{row.change:.1e}", _percent(row.share), row.verdict]
+        for row in found.rows
+    ]
+    print_table(["effect", "in the scene", "change", "share of time", "verdict"], rows)
+    if found.horizon < found.duration:
+        print(
+            f"compared up to {found.horizon:.3g} s of {found.duration:g} s: beyond, the motion itself is known no better"
+        )
+
+
+def print_cost(report: "CostReport", as_json: bool) -> None:
+    """Error against time: the time of every integrator at some errors, the run that meets the one asked for, and words."""
+    from dataclasses import asdict
+
+    from pendpin.analysis.work_precision_report import time_text
+
+    if as_json:
+        print_json(asdict(report) | {"words": report.words})
+        return
+    errors = [error for error in (1e-3, 1e-6, 1e-9, 1e-12) if error >= report.error]
+    head = ["error:", *(f"{error:.0e}" for error in errors)]
+    asked = [f"{report.accuracy:g} by", "steps", "evals"]
+    print_table(head + asked, [_cost_row(curve, errors, report.accuracy) for curve in report.curves])
+    for curve in report.curves:
+        if curve.failures and not curve.points:
+            print(f"{curve.name} failed: {curve.failures[-1]}")
+    compiled = [f"{curve.name} {time_text(curve.compile_seconds)}" for curve in report.curves if curve.compile_seconds]
+    if compiled:
+        print(f"Compiling, on its own: {', '.join(compiled)}.")
+    for sentence in report.words:
+        print(sentence)
+    carried = ", ".join(f"{name} {number}" for name, number in report.versions.items())
+    print(f"{report.machine}; {carried}. Least of {report.repetitions} repetitions after a first; compiling apart.")
+
+
+def _cost_row(curve: "Curve", errors: list[float], accuracy: float) -> list[str]:
+    from pendpin.analysis.work_precision_report import time_text
+
+    times = (curve.seconds_at(error) for error in errors)
+    point = curve.point_at(accuracy)
+    unit = " s" if curve.kind == "step" else ""
+    asked = [f"{point.setting:.0e}{unit}", str(point.steps), str(point.evaluations)] if point else ["", "", ""]
+    return [curve.name, *("" if t is None else time_text(t) for t in times), *asked]
+
+
+def print_hard(report: "HardReport", as_json: bool) -> None:
+    """The hard cases, what was measured of each on each integrator, and the claims that are broken."""
+    if as_json:
+        print_json(report.as_dict())
+        return
+    rows = [[o.case, o.integrator, o.shown, f"{o.bound:.1e}", o.verdict, f"{o.seconds:.2f}"] for o in report.outcomes]
+    print_table(["case", "integrator", "measured", "bound", "verdict", "seconds"], rows)
+    for outcome in report.outcomes:
+        if outcome.failure:
+            print(f"{outcome.case} on {outcome.integrator}: {outcome.failure}")
+    claims = [outcome for outcome in report.outcomes if outcome.claimed]
+    if claims:
+        print(f"{len(claims)} claims, {len(report.broken)} broken, {sum(o.seconds for o in claims):.0f} s")
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{share:.0%}"
+
+
+def print_table(head: list[str], rows: list[list[str]]) -> None:
+    """A table on the terminal."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(*head, show_header=any(head[1:]))
+    for row in rows:
+        table.add_row(*map(Text, row))  # no markup in what users named
+    console = Console()
+    console.width = max(console.width, LEAST_WIDTH)
+    console.print(table)
+
+
+def print_json(value: Any) -> None:
+    """JSON on the terminal."""
+    from json import dumps
+
+    print(dumps(value, indent=2, default=str))
+
+
+def print_files(files: list[Path]) -> None:
+    """The files written, a line each."""
+    for file in files:
+        print(f"wrote {file}")

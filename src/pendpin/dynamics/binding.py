@@ -1,0 +1,169 @@
+"""Binding: from a scene's effects and a model to one function a seam, built once, out of the effects that there are.
+
+Every function takes its arithmetic from `xp`, as the effects do. Sums run in an order of their own, so that the order of
+the list changes no bit.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array, Indices
+from pendpin.effects import (
+    Bodies,
+    BodyEffect,
+    Drag,
+    Effect,
+    FieldEffect,
+    FrameEffect,
+    JointEffect,
+    Motion,
+    Motor,
+    Push,
+    Support,
+)
+from pendpin.engines import Loads
+from pendpin.errors import InputError, shown
+from pendpin.model.build import Model, find
+
+LATEST = 340  # digits: more than a time times a frequency can have before its point
+Torque = Callable[[float, Array, Array], Array]  # t, q, v (nv,) -> (nv,)
+Wrench = Callable[[float, Motion], tuple[Array, Array]]  # force, moment about com, (bodies, 3)
+
+
+def bind_loads(model: Model, effects: Sequence[Effect], xp: Any = np, start: float = 0.0) -> Loads:
+    """What the effects add, seam by seam, at times since `start` in s.
+
+    Raises InputError for a joint or link that the model lacks.
+    """
+    placed = [(effect, f"effects[{i}]") for i, effect in enumerate(effects)]
+    placed.sort(key=lambda pair: repr(pair[0]))
+    ordered = [effect for effect, _ in placed]
+    fields = [effect for effect in ordered if isinstance(effect, FieldEffect)]
+    varying = [since(start, effect, partial(effect.field, xp=xp)) for effect in fields if not effect.constant]
+    torques = [since(start, e, joint_torque(model, e, where, xp)) for e, where in placed if isinstance(e, JointEffect)]
+    wrenches = [since(start, e, body_wrench(model, e, where, xp)) for e, where in placed if isinstance(e, BodyEffect)]
+    return Loads(
+        sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3)),
+        _total(varying),
+        _total(torques),
+        _in_place(_total_wrench(wrenches), surroundings(ordered, xp, start)),
+        axial=any(effect.axial for effect in ordered if isinstance(effect, BodyEffect)),
+    )
+
+
+def since(start: float, effect: Effect, function: Any) -> Any:
+    """A function of time, of one effect, as one of the time since `start`, so that late times cost a run no digits."""
+    early = _in_first_period(start, effect)
+    return (lambda t, *state: function(early + t, *state)) if early else function
+
+
+def _in_first_period(start: float, effect: Effect) -> float:
+    """The time at which a sinusoid first has the phase that it has at `start`, in s; for other effects `start`."""
+    if not start or not isinstance(effect, Drag | Motor | Push | Support) or effect.frequency is None:
+        return start
+    from mpmath import mp, mpf
+
+    with mp.workdps(LATEST):
+        return float(mp.fmod(mpf(start) * mpf(effect.frequency), 2 * mp.pi) / effect.frequency)
+
+
+def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np) -> Torque:
+    """The torques of one effect, on all joints of the model, from the positions and rates of all."""
+    torques, nv = partial(effect.torques, xp=xp), len(model.joints)
+    if effect.on is None:
+        return torques
+    chosen = chosen_joints(model, effect.on, where)
+
+    def torque(t: float, q: Array, v: Array) -> Array:
+        found = torques(t, q[chosen], v[chosen])
+        tau = np.zeros(nv, found.dtype)
+        tau[chosen] = found
+        return tau
+
+    return torque
+
+
+def chosen_joints(model: Model, names: Sequence[str], where: str) -> Indices:
+    """The places of joints in model order. Raises InputError for a joint that the model lacks, or given twice."""
+    chosen = [model.index(name, where) for name in names]
+    if len(set(chosen)) < len(chosen):
+        raise InputError(f"{where}: a joint is named twice: {', '.join(map(shown, names))}")
+    return np.array(chosen, dtype=np.intp)
+
+
+def body_wrench(model: Model, effect: BodyEffect, where: str, xp: Any = np) -> Wrench:
+    """The wrenches of one effect, on all bodies of the model, from the motion of all."""
+    bodies, wrench = bodies_of(model), partial(effect.wrench, xp=xp)
+    if effect.on is None:
+        return lambda t, motion: wrench(t, bodies, motion)
+    chosen = chosen_bodies(model, effect.on, where)
+    some, n = Bodies(*(column[chosen] for column in bodies)), len(bodies.mass)
+
+    def scattered(found: Array) -> Array:
+        out = np.zeros((n, 3), found.dtype)
+        out[chosen] = found
+        return out
+
+    def on_some(t: float, motion: Motion) -> tuple[Array, Array]:
+        force, moment = wrench(t, some, motion.of(chosen))
+        return scattered(force), scattered(moment)
+
+    return on_some
+
+
+def chosen_bodies(model: Model, names: Sequence[str], where: str) -> Indices:
+    """The places of links among the bodies; a single rod may be called rod_1. Raises InputError for an unknown one."""
+    links = tuple(body.link for body in model.bodies)
+    alias = {"rod_1": "rod"} if links == ("rod",) else {}
+    return np.array([find(links, alias.get(name, name), f"{where}: link") for name in names], dtype=np.intp)
+
+
+def bodies_of(model: Model) -> Bodies:
+    """The bodies of a model as arrays, one row each."""
+    rows = [(body.mass, body.com, body.inertia, body.tip, body.radius) for body in model.bodies]
+    return Bodies(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def surroundings(effects: Sequence[Effect], xp: Any = np, start: float = 0.0) -> Callable[[float, Motion], Motion]:
+    """A function that completes a motion, at a time since `start`, by what all bodies share: gravity, and where W is."""
+    frames = [effect for effect in effects if isinstance(effect, FrameEffect)]
+    fields = [effect for effect in effects if isinstance(effect, FieldEffect) and not isinstance(effect, FrameEffect)]
+    steady = sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3))
+    varying = [since(start, effect, partial(effect.field, xp=xp)) for effect in fields if not effect.constant]
+    positions = [since(start, effect, partial(effect.position, xp=xp)) for effect in frames]
+    velocities = [since(start, effect, partial(effect.velocity, xp=xp)) for effect in frames]
+
+    def complete(t: float, motion: Motion) -> Motion:
+        motion = motion._replace(gravity=sum((field(t) for field in varying), steady))
+        if not frames:
+            return motion
+        pivot, velocity = (sum((part(t) for part in parts), np.zeros(3)) for parts in (positions, velocities))
+        return motion._replace(pivot=pivot, pivot_velocity=velocity)
+
+    return complete
+
+
+def _in_place(wrench: Wrench | None, complete: Callable[[float, Motion], Motion]) -> Wrench | None:
+    return wrench and (lambda t, motion: wrench(t, complete(t, motion)))
+
+
+def _total(functions: list[Any]) -> Any:
+    """One function that adds the values of several; None for none."""
+    if len(functions) < 2:
+        return functions[0] if functions else None
+    first, *others = functions
+    return lambda *args: sum((function(*args) for function in others), first(*args))
+
+
+def _total_wrench(functions: list[Wrench]) -> Wrench | None:
+    if len(functions) < 2:
+        return functions[0] if functions else None
+
+    def total(t: float, motion: Motion) -> tuple[Array, Array]:
+        forces, moments = zip(*(function(t, motion) for function in functions), strict=True)
+        return sum(forces, np.zeros(3)), sum(moments, np.zeros(3))
+
+    return total

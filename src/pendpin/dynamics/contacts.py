@@ -1,0 +1,189 @@
+"""Joints that stick, slide and strike: what holds, what lets go, and what an impact does.
+
+Every joint has a friction torque against sliding, a largest one that holds, limits and a restitution. A joint at rest is
+held (rate exactly 0) as long as the torque that this takes is one that friction and stop can give; the torques of all held
+joints are found together, from the columns of the inverse mass matrix. An impact is Newton's: the rates of the joints that
+strike turn round, times the restitution, by impulses that may push and not pull.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendpin.arrays import Array, Mask
+from pendpin.effects import Effect
+from pendpin.effects.friction_and_stops import ContactEffect
+from pendpin.engines import AngleEngine
+from pendpin.errors import InputError, RunError
+from pendpin.model.build import Model
+
+REST = 1e-12  # rad: a bounce that would go no farther ends in rest on the stop
+_ROUNDING = 1e-12  # of the torques: what a held joint may exceed its limits by when modes are chosen
+_LATE = 3.0  # times that for an event, so that what an event let go is not held again
+_BEYOND = 1e-13  # rad, rad/s: how far past 0 a distance or rate goes before it is an event
+
+
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """Which joints are held, and which way the others slide, from one event to the next."""
+
+    held: Mask  # (nv,)
+    sign: Array  # (nv,) -1 or 1, the way that a sliding joint slides; 0 where there is no friction
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """The dry friction and the stops of a scene, joint by joint, (nv,) each; effects on one joint add up."""
+
+    engine: AngleEngine
+    kinetic: Array  # N m
+    static: Array  # N m
+    lower: Array  # rad
+    upper: Array  # rad
+    restitution: Array
+
+    # --- while nothing happens --------------------------------------------------------------------------------------
+
+    def friction(self, mode: Mode) -> Array:
+        """The torques of sliding friction (nv,)."""
+        return np.where(mode.held, 0.0, -self.kinetic * mode.sign)
+
+    def accelerate(self, t: float, q: Array, v: Array, mode: Mode) -> tuple[Array, Array]:
+        """Accelerations (nv,) and the torques (nv,) that hold the held joints."""
+        a = self.engine.accelerate(t, q, v, self.friction(mode))
+        holding = np.zeros_like(a)
+        if mode.held.any():
+            held = np.flatnonzero(mode.held)
+            columns = self.engine.compliance(q, held)
+            holding[held] = -np.linalg.solve(columns[held], a[held])
+            a = a + columns @ holding[held]
+            a[held] = 0.0
+        return a, holding
+
+    def range(self, q: Array) -> tuple[Array, Array]:
+        """The least and the largest torque (nv,) that friction and stops can hold with, at positions q."""
+        return (
+            np.where(q <= self.lower, -self.static, np.where(q >= self.upper, -np.inf, -self.static)),
+            np.where(q >= self.upper, self.static, np.where(q <= self.lower, np.inf, self.static)),
+        )
+
+    def margins(self, t: float, q: Array, v: Array, mode: Mode) -> Array:
+        """What an event brings to 0 (4 nv,): rates of sliding, distances to the stops, reserves of holding torques."""
+        free, slides = ~mode.held, ~mode.held & (mode.sign != 0) & (self.static > 0)
+        reserve_up = reserve_down = np.full_like(q, np.inf)
+        if mode.held.any():
+            _, holding = self.accelerate(t, q, v, mode)
+            least, most = self.range(q)
+            slack = _LATE * _ROUNDING * (1.0 + np.abs(holding))
+            reserve_up = np.where(mode.held, most - holding + slack, np.inf)
+            reserve_down = np.where(mode.held, holding - least + slack, np.inf)
+        rate = np.where(slides, mode.sign * v + _BEYOND, np.inf)
+        distance = np.where(free, np.minimum(self.upper - q, q - self.lower) + _BEYOND, np.inf)
+        return np.concatenate([rate, distance, reserve_up, reserve_down])
+
+    # --- at an event ------------------------------------------------------------------------------------------------
+
+    def land(self, q: Array, v: Array, fired: Mask, mode: Mode) -> tuple[Array, Array]:
+        """The state with what has just reached 0 put there exactly: rates that stopped, positions on stops."""
+        nv, (q, v) = len(q), (q.copy(), v.copy())
+        stopped, arrived = fired[:nv], fired[nv : 2 * nv]
+        v[stopped | mode.held] = 0.0
+        nearest = np.where(self.upper - q < q - self.lower, self.upper, self.lower)
+        q[arrived] = nearest[arrived]
+        return q, v
+
+    def strike(self, q: Array, v: Array, t: float) -> Array:
+        """The rates after the impacts of all joints that move into their stops. Raises RunError if these never end."""
+        for _ in range(20 * len(q) + 20):
+            into = self._into_stop(q, v)
+            if not into.any():
+                return v
+            v = self._impact(q, v, into, t)
+        raise RunError(f"{t:g} s after the start impacts on several stops at once do not come to an end")
+
+    def _into_stop(self, q: Array, v: Array) -> Mask:
+        return ((q >= self.upper) & (v > 0)) | ((q <= self.lower) & (v < 0))
+
+    def _impact(self, q: Array, v: Array, into: Mask, t: float) -> Array:
+        touching = ((q >= self.upper) | (q <= self.lower)) & (into | (v == 0))
+        joints = np.flatnonzero(touching)
+        side = np.where(q[joints] >= self.upper[joints], -1.0, 1.0)  # the way the stop pushes
+        columns = self.engine.compliance(q, joints)
+        target = -self.restitution[joints] * v[joints]
+        impulse = np.zeros(len(joints))
+        pushing = np.ones(len(joints), bool)
+        while pushing.any():
+            at = np.flatnonzero(pushing)
+            impulse[:] = 0.0
+            impulse[at] = np.linalg.solve(columns[joints[at]][:, at], (target - v[joints])[at])
+            pulls = side * impulse < 0
+            if not pulls.any():
+                break
+            pushing &= ~pulls
+        after = v + columns @ impulse
+        after[joints[pushing]] = target[pushing]
+        return np.where(touching & self._too_small(q, after, t), 0.0, after)
+
+    def _too_small(self, q: Array, v: Array, t: float) -> Mask:
+        """Whether a joint would come back to its stop after a bounce of no more than REST."""
+        a = self.engine.accelerate(t, q, v, np.zeros_like(v))
+        back = np.where(q >= self.upper, a, -a)
+        return (back > 0) & (v**2 <= 2 * REST * np.abs(back))
+
+    def choose(self, t: float, q: Array, v: Array) -> Mode:
+        """Which joints at rest are held, and which way the others set out.
+
+        It starts with all held and mends the first joint that does not fit, one at a time: Murty's least-index rule,
+        which ends for the positive definite matrices of held joints. Raises RunError if it does not.
+        """
+        at_stop = (q >= self.upper) | (q <= self.lower)
+        held = (v == 0) & ((self.static > 0) | at_stop)
+        mode = Mode(held, np.sign(v))
+        for _ in range(50 + 10 * len(q) ** 2):
+            unfit = self._unfit(t, q, v, mode) & held
+            if not unfit.any():
+                return mode
+            mode = self._mended(t, q, v, mode, int(np.argmax(unfit)))
+        raise RunError(f"{t:g} s after the start it does not come out which joints stick")
+
+    def _unfit(self, t: float, q: Array, v: Array, mode: Mode) -> Mask:
+        """Held joints out of their range, and joints that set out against their acceleration."""
+        a, holding = self.accelerate(t, q, v, mode)
+        least, most = self.range(q)
+        slack = _ROUNDING * (1.0 + np.abs(holding))
+        backwards = a * mode.sign < -_ROUNDING * (1.0 + np.abs(a).max())
+        return np.where(mode.held, (holding > most + slack) | (holding < least - slack), backwards)
+
+    def _mended(self, t: float, q: Array, v: Array, mode: Mode, joint: int) -> Mode:
+        """The mode with one joint let go, the way it is pushed, or held again."""
+        _, holding = self.accelerate(t, q, v, mode)
+        held, sign = mode.held.copy(), mode.sign.copy()
+        held[joint] = not held[joint]
+        sign[joint] = 0.0 if held[joint] else (-1.0 if holding[joint] > 0 else 1.0)
+        return Mode(held, sign)
+
+
+def bind_contacts(model: Model, effects: tuple[Effect, ...], engine: AngleEngine) -> Contacts:
+    """The contacts of a scene. Raises InputError for unknown joints."""
+    nv = len(model.joints)
+    kinetic, static, restitution = np.zeros((3, nv))
+    lower, upper = np.full(nv, -np.inf), np.full(nv, np.inf)
+    for i, effect in enumerate(effects):
+        if isinstance(effect, ContactEffect):
+            names = model.joints if effect.joints is None else effect.joints
+            for joint in [model.index(name, f"effects[{i}].joints") for name in names]:
+                slide, hold = effect.resistance()
+                low, high, back = effect.limits()
+                kinetic[joint] += slide
+                static[joint] += hold
+                if low > lower[joint] or high < upper[joint]:
+                    lower[joint], upper[joint] = max(low, lower[joint]), min(high, upper[joint])
+                    restitution[joint] = back
+    return Contacts(engine, kinetic, static, lower, upper, restitution)
+
+
+def check_start(contacts: Contacts, model: Model, q: Array) -> None:
+    """Raises InputError for a start beyond a stop."""
+    for name, x, low, high in zip(model.joints, q, contacts.lower, contacts.upper, strict=True):
+        if not low <= x <= high:
+            raise InputError(f"start.positions.{name}: {x:g} rad is beyond its stop ({low:g} to {high:g} rad)")

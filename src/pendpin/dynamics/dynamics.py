@@ -1,0 +1,169 @@
+"""A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
+
+from collections.abc import Callable, Sequence
+from importlib.util import find_spec
+from typing import Any, Literal
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.binding import bind_loads, chosen_joints
+from pendpin.dynamics.contacts import Contacts, bind_contacts
+from pendpin.dynamics.symbols import right_hand_side
+from pendpin.effects import ContactEffect, Effect, FieldEffect, JointEffect
+from pendpin.engines import (
+    MAX_SPHERICAL,
+    AngleEngine,
+    Compiled,
+    Directions,
+    Engine,
+    Loads,
+    LongChain,
+    Revolute,
+    Spherical,
+)
+from pendpin.equations.numbers import symbols
+from pendpin.errors import InputError, MissingLibrary
+from pendpin.model import kinematics
+from pendpin.model.build import Model, build
+from pendpin.scene import Scene
+from pendpin.trajectory import Reactions
+
+Form = Literal["any", "angles", "directions"]  # of the state
+
+MAX_COMPILED = 200  # joints: a hundred rods compile in some ten seconds
+ON_ANGLES = ("euler", "gauss2", "gauss4", "gauss6")  # methods whose state is q and its rates or momenta
+
+Potential = Callable[[Array, Array], Array]  # q (n, nv), poses (n, bodies, 4, 4) -> J (n,)
+
+
+class Dynamics:
+    """The equations of motion of one scene. Use one in each thread. q, v are (nv,) in model order; rad, m for slides.
+
+    Its engine and loads count the time from `start` in s.
+    """
+
+    def __init__(
+        self, model: Model, effects: tuple[Effect, ...], engine: str = "auto", form: Form = "any", start: float = 0.0
+    ) -> None:
+        self.model, self.start = model, start
+        self.loads = bind_loads(model, effects, start=start)
+        touching = any(isinstance(effect, ContactEffect) for effect in effects)
+        if engine == "compiled":
+            self.engine: Engine = self._compiled(effects, form)
+        else:
+            self.engine = choose_engine(model, self.loads, engine, "angles" if touching else form)
+        found = (potential_of(model, effect, f"effects[{i}]") for i, effect in enumerate(effects))
+        self._potentials = [potential for potential in found if potential is not None]
+        self.conservative = len(self._potentials) == len(effects)
+        self.contacts: Contacts | None = None
+        if touching and isinstance(self.engine, AngleEngine):
+            self.contacts = bind_contacts(model, effects, self.engine)
+
+    def _compiled(self, effects: tuple[Effect, ...], form: Form) -> Engine:
+        """The equations in symbols, compiled. Raises InputError for what has no symbols, MissingLibrary for heyoka."""
+        if find_spec("heyoka") is None:
+            raise MissingLibrary("solver.engine: \"compiled\" needs heyoka: pip install 'pendpin[fast]'")
+        if len(self.model.joints) > MAX_COMPILED:
+            raise InputError(
+                f'solver.engine: "compiled" takes up to {MAX_COMPILED // 2} rods, or {MAX_COMPILED} joints'
+            )
+        refuse_nonsmooth(effects, "solver.engine: compiled")
+        base = choose_engine(self.model, self.loads, "auto", "directions" if form == "any" else form)
+        return Compiled(base, right_hand_side(base, bind_loads(self.model, effects, symbols(), self.start)))
+
+    @property
+    def on_angles(self) -> bool:
+        """Whether the state is angles, so that phi = ±pi/2 is singular for thin rods."""
+        engine = self.engine
+        return isinstance(engine.base if isinstance(engine, Compiled) else engine, AngleEngine)
+
+    def acceleration(self, t: float, q: Array, v: Array) -> Array:
+        """q'' (nv,) at time t. Raises InputError for arrays of another shape."""
+        return self.engine.evaluate(np.array([t - self.start]), *self._states(q, v)).acceleration[0]
+
+    def wrenches(self, t: float, q: Array, v: Array) -> Array:
+        """What each joint's parent exerts on its child, (joints, 6): force N, then moment N m, in the joint's frame."""
+        return self.engine.evaluate(np.array([t - self.start]), *self._states(q, v)).wrench[0]
+
+    def energy(self, q: Array, v: Array) -> tuple[float, float]:
+        """Kinetic energy and the potential of the conservative effects, J; zero potential at W's origin."""
+        q, v = self._states(q, v)
+        potential = self.potential(q, kinematics.poses(self.model, q))
+        return float(kinematics.kinetic_energy(self.model, q, v)[0]), float(potential[0])
+
+    def potential(self, q: Array, poses: Array) -> Array:
+        """The potential of the conservative effects (n,) in J, from q (n, nv) and the bodies' poses."""
+        return sum((potential(q, poses) for potential in self._potentials), np.zeros(len(q)))
+
+    def _states(self, *arrays: Any) -> tuple[Array, ...]:
+        nv = len(self.model.joints)
+        states = [np.asarray(array, float) for array in arrays]
+        for name, state in zip("qv", states, strict=True):
+            if state.shape != (nv,):
+                raise InputError(f"{name} has shape {state.shape}; this model has {nv} joints")
+        return tuple(state[None] for state in states)
+
+
+def potential_of(model: Model, effect: Effect, where: str) -> Potential | None:
+    """The potential energy of one effect; None for one that has none."""
+    if isinstance(effect, FieldEffect) and effect.constant:
+        field = effect.field(0.0)
+        return lambda q, poses: kinematics.field_potential(model, poses, field)
+    if isinstance(effect, JointEffect):
+        chosen = np.arange(len(model.joints)) if effect.on is None else chosen_joints(model, effect.on, where)
+        if effect.potential(np.zeros(len(model.joints))[chosen]) is not None:
+            return lambda q, poses: effect.potential(q[:, chosen])
+    return None
+
+
+def refuse_nonsmooth(effects: Sequence[Effect], what: str) -> None:
+    """Raise InputError for an effect that cannot be run on symbols."""
+    for i, effect in enumerate(effects):
+        if not effect.smooth:
+            raise InputError(
+                f"effects[{i}]: {effect.kind} is not smooth, as {what} needs it; dop853 on Pinocchio takes it"
+            )
+
+
+def choose_engine(model: Model, loads: Loads, name: str, form: Form = "any") -> Engine:
+    """The engine for a model; `name` is "auto", "pinocchio" or "chain".
+
+    Pinocchio on revolute joints serves every tree that its memory holds. A chain of thin rods that nothing turns about
+    its joints or about the rods is carried in directions, regular everywhere; a chain too long for Pinocchio goes on
+    the chain equations. `form` narrows the state: with "angles" thin rods stay on them, with "directions" they are on
+    no quaternions. Raises InputError where the named engine cannot carry the model.
+    """
+    if name == "chain" and model.chain is None:
+        raise InputError('solver.engine: "chain" needs a model of kind "chain"')
+    if name == "pinocchio" and model.pin is None:
+        raise InputError(f'solver.engine: {len(model.joints)} joints are too many for Pinocchio\'s memory; use "chain"')
+    thin = model.chain is not None and model.chain.first_thin == 0
+    spherical = thin and loads.torque is None and not loads.axial and form != "angles"
+    if spherical and form == "directions":
+        return Directions(model, loads)
+    if spherical and name != "chain" and len(model.rods) <= MAX_SPHERICAL:
+        return Spherical(model, loads)
+    if spherical and name != "pinocchio":
+        return Directions(model, loads)
+    return LongChain(model, loads) if name == "chain" or model.pin is None else Revolute(model, loads)
+
+
+def bind(scene: Scene) -> Dynamics:
+    """The dynamics of a scene. Raises InputError for a model that cannot be simulated."""
+    method = scene.solver.method
+    form: Form = "directions" if method == "taylor" else "angles" if method in ON_ANGLES else "any"
+    return Dynamics(build(scene.model), scene.effects, scene.solver.engine, form, scene.start.time)
+
+
+def reactions(model: Model, q: Array, wrench: Array, xp: Any = np) -> Reactions | None:
+    """R1, R2, R3, M3, Mc (n, rods) from q (n, nv) and wrenches (n, joints, 6); None without universal joints."""
+    if not model.rods:
+        return None
+    phi = [rod.phi for rod in model.rods]
+    frames = np.array([rod.frame for rod in model.rods])
+    R1, R2, minus_R3 = np.einsum("nri,rij->jnr", wrench[:, phi, :3], frames)
+    M1, _, M3 = np.einsum("nri,rij->jnr", wrench[:, phi, 3:], frames)
+    s, c = xp.sin(q[:, phi]), xp.cos(q[:, phi])
+    Mc = c * M3 - s * M1  # along a3
+    return Reactions(R1, R2, -minus_R3, Mc * c, Mc)

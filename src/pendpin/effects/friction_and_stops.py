@@ -1,0 +1,77 @@
+"""Dry friction and stops: joints that stick and strike. They act through events (dynamics/contacts.py)."""
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from pendpin.effects.base import Effect
+from pendpin.records import NotNegative, Number
+
+
+class ContactEffect(Effect):
+    """What a joint can hold when it does not move, and what happens to it at an instant."""
+
+    joints: tuple[str, ...] | None = None  # names; all if absent
+
+    @property
+    def smooth(self) -> bool:
+        """Sticking and impacts are not."""
+        return False
+
+    def resistance(self) -> tuple[float, float]:
+        """The torque against sliding, and the largest that holds, in N m."""
+        return 0.0, 0.0
+
+    def limits(self) -> tuple[float, float, float]:
+        """Lower and upper limit of the position in rad, and the restitution there."""
+        return -math.inf, math.inf, 0.0
+
+
+class DryFriction(ContactEffect):
+    """Coulomb friction: -kinetic sign(v) on a joint that slides; one at rest sticks, exactly, up to the static limit.
+
+    kinetic in N m; static in N m (kinetic), not below kinetic; joints by name (all). Matters where a joint comes to
+    rest, and in every small swing.
+    """
+
+    kind: Literal["dry_friction"] = "dry_friction"
+    kinetic: NotNegative  # N m
+    static: NotNegative | None = Field(None, description="N m; kinetic if absent")
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.static is not None and self.static < self.kinetic:
+            raise ValueError(f"static, {self.static:g} N m, is below kinetic, {self.kinetic:g} N m")
+        return self
+
+    def resistance(self) -> tuple[float, float]:
+        """As `ContactEffect.resistance`."""
+        return self.kinetic, self.kinetic if self.static is None else self.static
+
+
+class Stop(ContactEffect):
+    """Limits of a joint's position; it comes back from them with the rate turned round, times the restitution.
+
+    lower, upper in rad; restitution from 0 (it stays) to 1 (no loss); joints by name (all). Bounces too small to tell
+    apart end in rest on the stop.
+    """
+
+    kind: Literal["stop"] = "stop"
+    lower: Number | None = Field(None, description="rad; none if absent")
+    upper: Number | None = Field(None, description="rad; none if absent")
+    restitution: Annotated[Number, Field(ge=0, le=1)] = 0.0
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.lower is None and self.upper is None:
+            raise ValueError("a stop needs lower, upper or both")
+        lower, upper, _ = self.limits()
+        if lower >= upper:
+            raise ValueError(f"lower, {lower:g} rad, is not below upper, {upper:g} rad")
+        return self
+
+    def limits(self) -> tuple[float, float, float]:
+        """As `ContactEffect.limits`."""
+        lower = -math.inf if self.lower is None else self.lower
+        return lower, math.inf if self.upper is None else self.upper, self.restitution

@@ -1,0 +1,66 @@
+"""Given forces and torques on one rod."""
+
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pendpin.arrays import Array, cross
+from pendpin.effects.base import Bodies, BodyEffect, Motion
+from pendpin.records import Number, Positive, Vector
+
+ZERO: Vector = (0.0, 0.0, 0.0)
+
+
+class Push(BodyEffect):
+    """A force at a point of one rod, and a torque, in directions of the world W.
+
+    F = force + amplitude sin(frequency t), at `point`, and `torque`. force and amplitude in N, torque in N m, frequency
+    in rad/s; point in m along the rod from its joint, the centre of mass if absent.
+    """
+
+    kind: Literal["push"] = "push"
+    link: str
+    force: Vector = Field(ZERO, description="N, in W")
+    torque: Vector = Field(ZERO, description="N m, in W")
+    point: Number | None = Field(None, description="m along the rod from the joint; the centre of mass if absent")
+    amplitude: Vector | None = Field(None, description="N, in W, times sin(frequency t)")
+    frequency: Positive | None = Field(None, description="rad/s")
+
+    @model_validator(mode="after")
+    def _amplitude_has_a_frequency(self) -> Self:
+        if (self.amplitude is None) != (self.frequency is None):
+            raise ValueError("amplitude and frequency go together")
+        return self
+
+    @property
+    def on(self) -> tuple[str, ...]:
+        """As `BodyEffect.on`."""
+        return (self.link,)
+
+    @property
+    def axial(self) -> bool:
+        """As `BodyEffect.axial`: a force on the axis does not turn a rod about it, a torque may."""
+        return any(self.torque)
+
+    def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
+        """As `BodyEffect.wrench`."""
+        force = np.array([self.force])
+        if self.frequency is not None and self.amplitude is not None:
+            force = force + np.array([self.amplitude]) * xp.sin(self.frequency * t)
+        moment = np.array([self.torque])
+        if self.point is not None:
+            moment = moment + cross(motion.levers(self._point(bodies) - bodies.com), force)
+        return force, moment
+
+    def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
+        """As `BodyEffect.potential`: -force . r of a constant force, zero at the origin of W."""
+        if self.frequency is not None or any(self.torque):
+            return None
+        return -(motion.points(self._point(bodies)) @ np.array(self.force))[0]
+
+    def _point(self, bodies: Bodies) -> Array:
+        """Where the force acts, (1, 3) m in the link frame."""
+        if self.point is None:
+            return bodies.com
+        return bodies.tip * (self.point / np.sqrt((bodies.tip**2).sum(-1, keepdims=True)))

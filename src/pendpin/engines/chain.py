@@ -1,0 +1,101 @@
+"""The hand-derived chain equations as an engine: O(n) in time and memory, for chains of any length."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pendpin.arrays import Array, Indices
+from pendpin.effects import Motion
+from pendpin.engines.base import AngleEngine, Derivative, Loads, ProgressCallback, Sample, counted
+from pendpin.equations.chain import solution
+from pendpin.equations.chain.kinematics import motion
+from pendpin.model.build import FLIP, Model
+
+SIGNS = np.diag(FLIP)
+BATCH = 1 << 15  # rods solved at once, which bounds the memory
+
+
+class LongChain(AngleEngine):
+    """Every joint's reactions as the unknowns of one banded system; y = (q, v)."""
+
+    name = "chain"
+
+    def __init__(self, model: Model, loads: Loads) -> None:
+        super().__init__(model, loads)
+        assert model.chain is not None
+        self._chain = model.chain
+
+    def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """As `Engine.derivative`."""
+        nv = len(self.model.joints)
+
+        def derivative(dy: Array, t: float, y: Array) -> None:
+            dy[:nv] = y[nv:]
+            dy[nv:] = self._solve(np.array([t]), y[None, :nv], y[None, nv:]).acceleration.reshape(-1)
+
+        return counted(derivative, progress)
+
+    def motion(self, y: Array) -> Motion:
+        """As `Engine.motion`."""
+        return self._motion(*y.reshape(2, -1, 2))
+
+    def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
+        """As `Engine.evaluate`; the wrench on the massless cross is that on its rod, in the frame of the cross."""
+        size = max(1, BATCH // self._chain.n)
+        given = (t, q, v) if torque is None else (t, q, v, torque)
+        parts = [self._evaluate(*(x[i : i + size] for x in given)) for i in range(0, len(t), size)]
+        return Sample(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+    def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
+        """As `AngleEngine.accelerate`."""
+        return self._solve(np.array([t]), q[None], v[None], torque[None]).acceleration.reshape(-1)
+
+    def compliance(self, q: Array, joints: Indices) -> Array:
+        """As `AngleEngine.compliance`."""
+        k, shape = len(joints), (len(joints), self._chain.n, 2)
+        torque = np.zeros((k, len(q)))
+        torque[np.arange(k), joints] = 1.0
+        angles = np.broadcast_to(q.reshape(-1, 2), shape)
+        found = solution.solve(self._chain, angles, np.zeros(shape), np.zeros(3), torque=torque.reshape(shape))
+        return found.acceleration.reshape(k, -1).T
+
+    def _evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
+        found = self._solve(t, q, v, torque)
+        wrench = np.empty((*q.shape, 6))
+        wrench[:, 1::2] = found.wrench * np.tile(SIGNS, 2)
+        wrench[:, ::2] = _on_cross(found.wrench, q[:, 1::2])
+        return Sample(found.acceleration.reshape(q.shape), wrench)
+
+    def _solve(self, t: Array, q: Array, v: Array, extra: Array | None = None) -> solution.ChainSolution:
+        """The chain equations at times (n,) and states (n, nv), all at once."""
+        loads = self.loads
+        angles, rates = (x.reshape(len(t), -1, 2) for x in (q, v))
+        torque, force, moment = extra, None, None
+        if loads.torque is not None:
+            own = np.array([loads.torque(*state) for state in zip(t, q, v, strict=True)])
+            torque = own if extra is None else own + extra
+        if torque is not None:
+            torque = torque.reshape(angles.shape)
+        if loads.wrench is not None:
+            states = zip(t, angles, rates, strict=True)
+            wrenches = [loads.wrench(time, self._motion(*state)) for time, *state in states]
+            force, moment = (np.array(x) * SIGNS for x in zip(*wrenches, strict=True))
+        field = loads.constant if loads.varying is None else np.array([loads.field(time) for time in t])
+        return solution.solve(self._chain, angles, rates, field * SIGNS, torque=torque, force=force, moment=moment)
+
+    def _motion(self, q: Array, v: Array) -> Motion:
+        found = motion(self._chain, q, v)
+        start = np.zeros((1, 3))
+        return Motion(
+            np.concatenate([start, found.tips[:-1]]) * SIGNS,
+            FLIP @ found.frames @ FLIP,
+            np.concatenate([start, found.tip_velocities[:-1]]) * SIGNS,
+            np.einsum("nij,nj->ni", found.frames, found.omega) * SIGNS,
+        )
+
+
+def _on_cross(wrench: Array, phi: Array) -> Array:
+    """Wrenches (..., 6) given in rods' body frames, in the link frames of their crosses."""
+    s, c = np.sin(phi)[..., None], np.cos(phi)[..., None]
+    x, y, z = (wrench.reshape(*phi.shape, 2, 3)[..., i] for i in range(3))
+    return (np.stack([c * x + s * z, y, c * z - s * x], -1) * SIGNS).reshape(wrench.shape)

@@ -1,0 +1,77 @@
+"""Pinocchio's model in Hamilton's form: positions and momenta, with the derivatives that an implicit method needs."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.engines.pinocchio import Revolute
+from pendpin.model.bodies import pinocchio
+
+DELTA = 1e-7  # rad, rad/s: of forward differences
+
+
+class Canonical(NamedTuple):
+    """What enters p = M v and p' = F at one state."""
+
+    mass: Array  # (nv, nv), M = dp/dv
+    coupling: Array  # (nv, nv), dp/dq at given v; its transpose is dF/dv, but for that of joint and body effects
+    force: Array  # (nv,), F = dL/dq and what the effects add
+
+
+class CanonicalForm:
+    """p = M(q) v and p' = F(t, q, v) = (dp/dq)^T v / 2 - g(q) + the effects' generalised forces.
+
+    (dp/dq)_ij = sum_k dM_ik/dq_j v_k is Pinocchio's derivative of RNEA at acceleration v and no rates; as the kinetic
+    energy is v M v / 2, its derivative in q is half of (dp/dq)^T v. Gauss methods are symplectic in (q, p), which they
+    are not in (q, v). It owns its Pinocchio data: use one in each thread.
+    """
+
+    def __init__(self, engine: Revolute) -> None:
+        pin = self._pinocchio = pinocchio()
+        self.engine, self.loads = engine, engine.loads
+        self._bare, self._heavy = pin.Model(engine.model.pin), pin.Model(engine.model.pin)
+        self._heavy.gravity = pin.Motion(self.loads.constant, np.zeros(3))
+        self._data, self._rest = pin.Data(self._bare), np.zeros(self._bare.nv)
+        self._upper = np.triu(np.ones((self._bare.nv, self._bare.nv), dtype=bool))
+
+    def momentum(self, q: Array, v: Array) -> Array:
+        """p (nv,)."""
+        return self._mass(q) @ v
+
+    def velocity(self, q: Array, p: Array) -> Array:
+        """v (nv,). Raises LinAlgError where the mass matrix is singular."""
+        return np.asarray(np.linalg.solve(self._mass(q), p), float)
+
+    def at(self, t: float, q: Array, v: Array) -> Canonical:
+        """Everything at one state; the arrays are the caller's own."""
+        pin, loads = self._pinocchio, self.loads
+        dp, _, upper = pin.computeRNEADerivatives(self._bare, self._data, q, self._rest, v)
+        coupling, mass = dp.copy(), np.where(self._upper, upper, upper.T)
+        if loads.varying:
+            self._heavy.gravity.linear = loads.field(t)
+        force = v @ coupling / 2 - pin.computeGeneralizedGravity(self._heavy, self._data, q)
+        if loads.torque is not None:
+            force = force + loads.torque(t, q, v)
+        if loads.wrench is not None:
+            force = force + self._from_bodies(t, q, v)
+        return Canonical(mass, coupling, force)
+
+    def slopes(self, t: float, q: Array, v: Array, now: Canonical, thorough: bool) -> tuple[Array, Array]:
+        """dF/dq and dF/dv (nv, nv): those of fields, less what is of second order in v; or all, by differences."""
+        if not thorough:
+            return -self._pinocchio.computeGeneralizedGravityDerivatives(self._heavy, self._data, q), now.coupling.T
+        steps = DELTA * np.eye(len(q))
+        in_q = np.array([self.at(t, q + step, v).force for step in steps]) - now.force
+        if self.loads.torque is None and self.loads.wrench is None:
+            return in_q.T / DELTA, now.coupling.T
+        in_v = np.array([self.at(t, q, v + step).force for step in steps]) - now.force
+        return in_q.T / DELTA, in_v.T / DELTA
+
+    def _from_bodies(self, t: float, q: Array, v: Array) -> Array:
+        rest = self._rest
+        return -self._pinocchio.rnea(self._bare, self._data, q, rest, rest, self.engine.external(t, q, v))
+
+    def _mass(self, q: Array) -> Array:
+        upper = self._pinocchio.crba(self._bare, self._data, q)
+        return np.where(self._upper, upper, upper.T)

@@ -1,0 +1,97 @@
+"""Pinocchio on revolute and prismatic joints: any tree, a universal joint as two revolute ones."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pendpin.arrays import Array, Indices
+from pendpin.effects import Motion
+from pendpin.engines.base import CALLBACK_EVERY, AngleEngine, Derivative, Loads, ProgressCallback, Sample
+from pendpin.engines.external_forces import external_forces, motion_of
+from pendpin.model.bodies import pinocchio
+from pendpin.model.build import Model
+
+
+class Revolute(AngleEngine):
+    """Accelerations by ABA, wrenches by RNEA; y = (q, v). It owns its Pinocchio data: use one in each thread."""
+
+    name = "pinocchio"
+
+    def __init__(self, model: Model, loads: Loads) -> None:
+        super().__init__(model, loads)
+        pin = pinocchio()
+        self._pin = pin.Model(model.pin)
+        self._pin.gravity = pin.Motion(loads.constant, np.zeros(3))
+        self._data = pinocchio().Data(self._pin)
+        self._no_torque = np.zeros(self._pin.nv)
+
+    def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """As `Engine.derivative`; with constant fields alone it is one call of ABA."""
+        pin, data, tau, nv = self._pin, self._data, self._no_torque, self._pin.nv
+        aba, accelerate = pinocchio().aba, self._accelerate if self._loaded else None
+        state = rates = q = v = dq = dv = np.empty(0)
+        calls = 0
+
+        def derivative(dy: Array, t: float, y: Array) -> None:
+            nonlocal state, rates, q, v, dq, dv, calls
+            if y is not state:  # solvers hand in the same arrays again and again: cut them once
+                state, q, v = y, y[:nv], y[nv:]
+            if dy is not rates:
+                rates, dq, dv = dy, dy[:nv], dy[nv:]
+            calls += 1
+            if not calls % CALLBACK_EVERY:
+                progress(t)
+            dq[:] = v
+            dv[:] = accelerate(t, q, v) if accelerate else aba(pin, data, q, v, tau)
+
+        return derivative, lambda: calls
+
+    def motion(self, y: Array) -> Motion:
+        """As `Engine.motion`."""
+        nv = self._pin.nv
+        pinocchio().forwardKinematics(self._pin, self._data, y[:nv], y[nv:])
+        return motion_of(self._data, [body.joint + 1 for body in self.model.bodies])
+
+    def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
+        """As `Engine.evaluate`."""
+        a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
+        extra = np.zeros(q.shape) if torque is None else torque
+        for i in range(len(q)):
+            a[i] = self.accelerate(t[i], q[i], v[i], extra[i])
+            wrench[i] = self._wrenches(t[i], q[i], v[i], a[i])
+        return Sample(a, wrench)
+
+    def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
+        """As `AngleEngine.accelerate`."""
+        return self._accelerate(t, q, v, torque)
+
+    def compliance(self, q: Array, joints: Indices) -> Array:
+        """As `AngleEngine.compliance`."""
+        inverse = pinocchio().computeMinverse(self._pin, self._data, q)
+        return (np.triu(inverse) + np.triu(inverse, 1).T)[:, joints]
+
+    @property
+    def _loaded(self) -> bool:
+        return any((self.loads.varying, self.loads.torque, self.loads.wrench))
+
+    def _accelerate(self, t: float, q: Array, v: Array, torque: Array | float = 0.0) -> Array:
+        loads = self.loads
+        if loads.varying:
+            self._pin.gravity.linear = loads.field(t)
+        tau = (self._no_torque if loads.torque is None else loads.torque(t, q, v)) + torque
+        if loads.wrench is None:
+            return pinocchio().aba(self._pin, self._data, q, v, tau)
+        return pinocchio().aba(self._pin, self._data, q, v, tau, self.external(t, q, v))
+
+    def _wrenches(self, t: float, q: Array, v: Array, a: Array) -> Array:
+        external = () if self.loads.wrench is None else (self.external(t, q, v),)
+        pinocchio().rnea(self._pin, self._data, q, v, a, *external)
+        return np.array([self._data.f[joint].vector for joint in range(1, self._pin.njoints)])
+
+    def external(self, t: float, q: Array, v: Array) -> list:
+        """What body effects exert: one pin.Force a joint, in its frame."""
+        wrench, bodies = self.loads.wrench, self.model.bodies
+        assert wrench is not None
+        pinocchio().forwardKinematics(self._pin, self._data, q, v)
+        joints = [body.joint + 1 for body in bodies]
+        return external_forces(self._data, bodies, joints, lambda motion: wrench(t, motion))

@@ -1,0 +1,237 @@
+"""Chains of thin rods without joint effects: every joint acts as a ball, and no position is singular.
+
+A thin rod has no axial inertia, so its direction says all; phi = ±pi/2 is a fault of the angles only. Short chains
+are carried by Pinocchio's spherical joints, long ones by the hand-derived equations in directions. Angles are read
+back from the directions, continuously.
+"""
+
+from abc import abstractmethod
+from collections.abc import Callable
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.effects import Motion
+from pendpin.engines.base import Derivative, Engine, Loads, ProgressCallback, Sample, counted
+from pendpin.engines.chain import SIGNS, LongChain
+from pendpin.engines.external_forces import external_forces
+from pendpin.equations.chain import angles, thin
+from pendpin.equations.chain.inertia import ChainInertia
+from pendpin.equations.chain.kinematics import Joints, rods_last
+from pendpin.model.bodies import pinocchio
+from pendpin.model.build import FLIP, Model
+
+MAX_SPHERICAL = 10  # rods; in longer chains Pinocchio's spherical joints lose digits (docs/pinocchio_notes.md)
+
+
+class Thin(Engine):
+    """What the two engines for thin rods share: from directions to angles, and what is said at given angles."""
+
+    def __init__(self, model: Model, loads: Loads) -> None:
+        super().__init__(model, loads)
+        assert model.chain is not None
+        self.chain, self._at_angles = model.chain, LongChain(model, loads)
+
+    @abstractmethod
+    def directions(self, y: Array) -> tuple[Array, Array]:
+        """Unit directions of the rods and their rates, (n, rods, 3) in I, from states y (n, size)."""
+
+    def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
+        """As `Engine.unpack`. d'' is computed only where a rate is read from it, at a pole."""
+        if not len(y):
+            return np.empty((0, len(near))), np.empty((0, len(near)))
+        d, rate = self.directions(y)
+        bend, near = np.zeros_like(d), near.reshape(-1, 2)
+        reading = angles.read(d, rate, bend, near)
+        if (pole := (np.abs(np.cos(reading.q[..., 1])) < 2 * angles.POLE).any(1)).any():
+            bend[pole] = self.bend(t[pole], d[pole], rate[pole])
+            reading = angles.read(d, rate, bend, near)
+        return reading.q.reshape(len(y), -1), reading.v.reshape(len(y), -1)
+
+    def bend(self, t: Array, d: Array, rate: Array) -> Array:
+        """d'' (n, rods, 3) in I, at times (n,)."""
+        loads, force, moment = self.loads, None, None
+        if loads.wrench is not None:
+            states = zip(t, d, rate, strict=True)
+            wrenches = [loads.wrench(time, _motion(self.chain, *state)) for time, *state in states]
+            force, moment = (np.array(x) * SIGNS for x in zip(*wrenches, strict=True))
+        field = loads.constant if loads.varying is None else np.array([loads.field(time) for time in t])
+        return thin.solve(self.chain, d, rate, field * SIGNS, force=force, moment=moment).acceleration
+
+    def motion(self, y: Array) -> Motion:
+        """As `Engine.motion`; the rods do not spin."""
+        d, rate = self.directions(y[None])
+        return _motion(self.chain, d[0], rate[0])
+
+    def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
+        """As `Engine.evaluate`, by the chain equations, whose reactions are regular at the pole too."""
+        return self._at_angles.evaluate(t, q, v, torque)
+
+
+def _motion(chain: ChainInertia, d: Array, rate: Array) -> Motion:
+    """The motion of rods that do not spin, from directions and rates (rods, 3) in I; each in a frame with z along -d."""
+    steps, speeds = (np.cumsum(chain.l[:, None] * x, 0) - chain.l[:, None] * x for x in (d, rate))
+    z = -d * SIGNS
+    x = np.cross(z, np.eye(3)[np.argmin(np.abs(z), -1)])
+    x /= np.linalg.norm(x, axis=-1, keepdims=True)
+    return Motion(steps * SIGNS, np.stack([x, np.cross(z, x), z], -1), speeds * SIGNS, np.cross(d, rate) * SIGNS)
+
+
+class Directions(Thin):
+    """The chain equations in directions: O(n); y = (d, omega) of every rod, in I, with omega normal to d.
+
+    Measured against y = (d, d'): the same steps, and an energy drift smaller by two to three powers of ten.
+    """
+
+    name = "chain, in directions"
+
+    def pack(self, q: Array, v: Array) -> Array:
+        """As `Engine.pack`."""
+        return _joined(*thin.directions(q.reshape(-1, 2), v.reshape(-1, 2)))
+
+    def directions(self, y: Array) -> tuple[Array, Array]:
+        """As `Thin.directions`."""
+        d, omega = (part.reshape(len(y), -1, 3) for part in np.split(y, 2, axis=-1))
+        d = d / np.linalg.norm(d, axis=-1, keepdims=True)
+        return d, _cross(omega, d)
+
+    def project(self, y: Array) -> Array:
+        """As `Engine.project`: unit directions, omega normal to them."""
+        return _joined(*(part[0] for part in self.directions(y[None])))
+
+    def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """As `Engine.derivative`: d' = omega x d, omega' = d x d''."""
+        half = 3 * self.chain.n
+
+        def derivative(dy: Array, t: float, y: Array) -> None:
+            d, omega = y[:half].reshape(-1, 3), y[half:].reshape(-1, 3)
+            rate = _cross(omega, d)
+            dy[:half] = rate.reshape(-1)
+            dy[half:] = _cross(d, self.bend(np.array([t]), d[None], rate[None])[0]).reshape(-1)
+
+        return counted(derivative, progress)
+
+
+def _joined(d: Array, rate: Array) -> Array:
+    return np.concatenate([d.reshape(-1), _cross(d, rate).reshape(-1)])
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """a x b over the last axis, without the overhead of numpy.cross."""
+    (a1, a2, a3), (b1, b2, b3) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
+    return np.stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1], -1)
+
+
+class Spherical(Thin):
+    """Pinocchio's spherical joints; y = (quaternions x y z w, angular velocities relative to the rod above, own frame).
+
+    Each rod is given an axial inertia and no spin about its axis: then the spin stays zero and that inertia never
+    matters.
+    """
+
+    name = "pinocchio, spherical joints"
+
+    def __init__(self, model: Model, loads: Loads) -> None:
+        super().__init__(model, loads)
+        self._pin = _spherical_chain(self.chain, loads.constant)
+        self._data = pinocchio().Data(self._pin)
+        self._no_torque = np.zeros(self._pin.nv)
+
+    def pack(self, q: Array, v: Array) -> Array:
+        """As `Engine.pack`."""
+        joints = Joints.at(q.reshape(-1, 2))
+        spinless = joints.omega(rods_last(v.reshape(-1, 2))).T * SIGNS * [1, 1, 0]
+        relative = FLIP @ joints.R.transpose(2, 0, 1) @ FLIP
+        quaternions = [pinocchio().Quaternion(R).coeffs() for R in relative]
+        return np.concatenate([*quaternions, _relative(relative, spinless).reshape(-1)])
+
+    def directions(self, y: Array) -> tuple[Array, Array]:
+        """As `Thin.directions`."""
+        R, omega = _absolute(y, self.chain.n)
+        d = -R[..., 2]
+        rate = np.cross(np.einsum("knij,knj->kni", R, omega), d)
+        return d * SIGNS, rate * SIGNS
+
+    def project(self, y: Array) -> Array:
+        """As `Engine.project`: unit quaternions, no spin."""
+        n = self.chain.n
+        _, omega = _absolute(y[None], n)
+        quaternions = y[: 4 * n].reshape(n, 4)
+        unit = quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)
+        return np.concatenate([unit.reshape(-1), _relative(_rotations(unit), omega[0] * [1, 1, 0]).reshape(-1)])
+
+    def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """As `Engine.derivative`."""
+        pin, data, n, loads = self._pin, self._data, self.chain.n, self.loads
+        aba, tau, cut = pinocchio().aba, self._no_torque, 4 * n
+        joints, bodies = range(1, n + 1), self.model.bodies
+
+        def derivative(dy: Array, t: float, y: Array) -> None:
+            q, v = y[:cut], y[cut:]
+            if loads.varying:
+                pin.gravity.linear = loads.field(t)
+            rates = (q.reshape(n, 4) @ _QUATERNION_RATE).reshape(n, 4, 3)
+            np.matmul(rates, v.reshape(n, 3, 1), out=dy[:cut].reshape(n, 4, 1))
+            if loads.wrench is None:
+                dy[cut:] = aba(pin, data, q, v, tau)
+                return
+            wrench = loads.wrench
+            pinocchio().forwardKinematics(pin, data, q, v)
+            forces = external_forces(data, bodies, joints, lambda motion: wrench(t, motion))
+            dy[cut:] = aba(pin, data, q, v, tau, forces)
+
+        return counted(derivative, progress)
+
+
+def _spherical_chain(chain: ChainInertia, field: Array):
+    pin = pinocchio()
+    model = pin.Model()
+    model.gravity = pin.Motion(field, np.zeros(3))
+    joint, offset = 0, np.zeros(3)
+    for i in range(chain.n):
+        joint = model.addJoint(joint, pin.JointModelSpherical(), pin.SE3(np.eye(3), offset), f"ball_{i + 1}")
+        axial = chain.I1[i] + chain.m[i] * chain.h[i] ** 2  # any value but zero
+        inertia = pin.Inertia(chain.m[i], np.array([0, 0, -chain.h[i]]), np.diag([chain.I1[i], chain.I2[i], axial]))
+        model.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
+        offset = np.array([0, 0, -chain.l[i]])
+    return model
+
+
+def _quaternion_rate() -> Array:
+    """The tensor T of q' = T q omega / 2 for q = (x, y, z, w) and omega in the body's frame, as (4, 12) for q @ T."""
+    T = np.zeros((4, 4, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        T[i, 3, i], T[i, j, k], T[i, k, j], T[3, i, i] = 0.5, 0.5, -0.5, -0.5
+    return T.transpose(1, 0, 2).reshape(4, 12).copy()
+
+
+_QUATERNION_RATE = _quaternion_rate()
+
+
+def _rotations(quaternions: Array) -> Array:
+    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4), x y z w."""
+    x, y, z, w = np.moveaxis(quaternions, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def _absolute(y: Array, n: int) -> tuple[Array, Array]:
+    """Rotations (k, n, 3, 3), link frames in W, and angular velocities (k, n, 3), own frames, from states y (k, 7 n)."""
+    quaternions = y[:, : 4 * n].reshape(-1, n, 4)
+    R = _rotations(quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True))
+    omega = y[:, 4 * n :].reshape(-1, n, 3).copy()
+    for i in range(1, n):
+        omega[:, i] += np.einsum("kij,ki->kj", R[:, i], omega[:, i - 1])
+        R[:, i] = R[:, i - 1] @ R[:, i]
+    return R, omega
+
+
+def _relative(R: Array, omega: Array) -> Array:
+    """Angular velocities relative to the rod above (n, 3), own frames, from relative rotations and absolute ones."""
+    out = omega.copy()
+    out[1:] -= np.einsum("nij,ni->nj", R[1:], omega[:-1])
+    return out

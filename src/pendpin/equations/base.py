@@ -1,0 +1,31 @@
+"""What the routes for one rod share: the rod's inertia and the names of the answers. No equations live here."""
+
+from typing import NamedTuple
+
+from pendpin.arrays import Array
+
+
+class RodInertia(NamedTuple):
+    """A rod's mass properties in its body frame B (b3 from the joint to the tip), payload already folded in."""
+
+    m: float  # kg
+    h: float  # m, centre of mass from the joint along b3
+    I1: float  # kg m², central, about b1
+    I2: float  # kg m², central, about b2
+    I3: float  # kg m², about b3
+
+
+class RodSolution(NamedTuple):
+    """Accelerations and joint reactions of one rod, one entry per state.
+
+    Reactions act on the rod at its joint: R1 along b1, R2 along b2, R3 along -b3 (tension positive), the moment Mc
+    along a3 = a1 x a2, and M3 = Mc cos(phi), its b3 component.
+    """
+
+    theta_dd: Array  # rad/s²
+    phi_dd: Array  # rad/s²
+    R1: Array  # N
+    R2: Array  # N
+    R3: Array  # N
+    M3: Array  # N m
+    Mc: Array  # N m

@@ -1,0 +1,126 @@
+"""Angles, rates and accelerations of a chain read back from its directions (docs/derivation_chain.md, section 9)."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array, Mask
+
+POLE = 1e-8  # |cos(phi)| below which theta, theta' are read from what the direction does next; the errors meet there
+RESTING = (
+    1e-12  # of the rates of the rod and of the one above: one that passes a pole no faster rests there, to rounding
+)
+
+
+class Reading(NamedTuple):
+    """The angles that a run in directions shows to the user."""
+
+    q: Array  # (k, n, 2) rad, theta, phi, continuous from sample to sample
+    v: Array  # (k, n, 2) rad/s
+    a: Array  # (k, n, 2) rad/s²; theta'' is 0 where |cos(phi)| < POLE, for it has no value there
+    frames: Array  # (k, n, 3, 3), columns b1, b2, b3 in I
+
+
+class _Turning(NamedTuple):
+    """A rod's frame, angular velocity and acceleration, the latter two in that frame; one entry per sample."""
+
+    frame: Array  # (k, 3, 3)
+    omega: Array  # (k, 3)
+    alpha: Array  # (k, 3)
+
+
+def read(d: Array, rate: Array, acceleration: Array, previous: Array | None = None) -> Reading:
+    """Angles of samples d, d', d'' (k, n, 3), in I, in the order of time; previous (n, 2) are the angles just before.
+
+    Each rod's angles are relative to the frame of the rod above, which they build in turn. Of the two pairs that mean
+    the same direction, (theta, phi) and (theta + pi, pi - phi), the one nearest to the sample before is taken; the very
+    first sample, without previous, has |phi| <= pi/2.
+    """
+    k, n, _ = d.shape
+    q, v, a, frames = np.empty((k, n, 2)), np.empty((k, n, 2)), np.empty((k, n, 2)), np.empty((k, n, 3, 3))
+    above = _Turning(np.broadcast_to(np.eye(3), (k, 3, 3)), np.zeros((k, 3)), np.zeros((k, 3)))
+    for i in range(n):
+        start = None if previous is None else previous[i]
+        q[:, i] = _angles(above, d[:, i], rate[:, i], start)
+        above, v[:, i], a[:, i] = _rates(above, q[:, i], rate[:, i], acceleration[:, i])
+        frames[:, i] = above.frame
+    return Reading(q, v, a, frames)
+
+
+def _into(frames: Array, x: Array) -> Array:
+    """Components of vectors (k, 3) in frames (k, 3, 3) whose columns are the axes."""
+    return (frames * x[:, :, None]).sum(1)
+
+
+def _angles(above: _Turning, d: Array, rate: Array, start: Array | None) -> Array:
+    """theta, phi (k, 2) of one rod over all samples."""
+    u = _into(above.frame, d)
+    across = np.hypot(u[:, 1], u[:, 2])  # |cos(phi)|
+    theta = np.arctan2(u[:, 1], u[:, 2])
+    if (pole := across < POLE).any():
+        u_rate = _into(above.frame, rate) - np.cross(above.omega, u)
+        speed = np.hypot(u_rate[:, 1], u_rate[:, 2])
+        moving = speed > RESTING * (np.linalg.norm(rate, axis=1) + np.linalg.norm(above.omega, axis=1))
+        theta = np.where(pole & moving, np.arctan2(u_rate[:, 1], u_rate[:, 2]), theta)
+        theta = _theta_at_rest(theta, pole & ~moving, start)
+    return _continuous(theta, np.arctan2(u[:, 0], across), start)
+
+
+def _theta_at_rest(theta: Array, resting: Mask, start: Array | None) -> Array:
+    """theta (k,), of a rod that rests at a pole from the sample before."""
+    theta = theta.copy()
+    for sample in np.flatnonzero(resting):
+        if sample:
+            theta[sample] = theta[sample - 1]
+        elif start is not None:
+            theta[sample] = start[0]
+    return theta
+
+
+def _continuous(theta: Array, phi: Array, start: Array | None) -> Array:
+    """The pairs (k, 2) that follow on each other, from pairs (k,) with |phi| <= pi/2."""
+    if start is not None:
+        theta, phi = np.append(start[0], theta), np.append(start[1], phi)
+    same = np.abs(_wrapped(np.diff(theta))) + np.abs(_wrapped(np.diff(phi)))
+    other = np.abs(_wrapped(np.diff(theta) + np.pi)) + np.abs(_wrapped(np.pi - phi[1:] - phi[:-1]))
+    turned = np.append(0, np.cumsum(other < same) % 2)
+    pairs = np.stack([theta + np.pi * turned, np.where(turned, np.pi - phi, phi)], -1)
+    pairs = np.unwrap(pairs, axis=0)
+    return pairs if start is None else pairs[1:]
+
+
+def _wrapped(angle: Array) -> Array:
+    """The same angle in [-pi, pi]."""
+    return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
+
+
+def _rates(above: _Turning, q: Array, rate: Array, acceleration: Array) -> tuple[_Turning, Array, Array]:
+    """How a rod turns, its angles' rates and accelerations (k, 2), from d' and d'' (k, 3) in I."""
+    (s_t, s), (c_t, c) = np.sin(q).T, np.cos(q).T
+    zero = np.zeros_like(s)
+    R = np.array([[c, zero, s], [-s_t * s, c_t, s_t * c], [-c_t * s, -s_t, c_t * c]]).transpose(2, 0, 1)
+    frame = above.frame @ R
+    d1, d2, _ = _into(frame, rate).T
+    e1, e2, _ = _into(frame, acceleration).T
+    p, pa = _into(R, above.omega).T, _into(R, above.alpha).T
+    pole = np.abs(c) < POLE
+    safe_c = np.where(pole, 1.0, c)
+    o1, o2 = -d2, d1
+    phi_d = o2 - p[1]
+    moving = np.abs(phi_d) > RESTING * (np.abs(p).sum(0) + np.abs(o1) + np.abs(o2))
+    at_pole = _theta_rate_at_pole(s, phi_d, o2, p[2], e2 + pa[0], moving)
+    theta_d = np.where(pole, at_pole, (p[0] - o1) / safe_c)
+    w1, w3 = -theta_d * c, -theta_d * s
+    o3 = p[2] + w3
+    a1, a2 = o2 * o3 - e2, e1 - o1 * o3
+    rho = a1 - pa[0] - o2 * w3 + o3 * phi_d
+    theta_dd = np.where(pole, 0.0, (theta_d * phi_d * s - rho) / safe_c)
+    phi_dd = a2 - pa[1] - o3 * w1 + o1 * w3
+    a3 = pa[2] + o1 * phi_d - o2 * w1 - theta_dd * s - theta_d * phi_d * c
+    turning = _Turning(frame, np.stack([o1, o2, o3], -1), np.stack([a1, a2, a3], -1))
+    return turning, np.stack([theta_d, phi_d], -1), np.stack([theta_dd, phi_dd], -1)
+
+
+def _theta_rate_at_pole(s: Array, phi_d: Array, o2: Array, p3: Array, bend: Array, moving: Mask) -> Array:
+    """The limit of theta' at cos(phi) = 0, where d' does not show it but d'' does; 0 for a rod at rest there."""
+    return np.where(moving, -s * (bend - (o2 + phi_d) * p3) / np.where(moving, 2 * phi_d, 1.0), 0.0)

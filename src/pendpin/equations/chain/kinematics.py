@@ -1,0 +1,177 @@
+"""A chain's frames, positions, velocities and energies from its angles (docs/derivation_chain.md, sections 1 and 2).
+
+Nothing here loops over rods: what is handed down the chain (frames, angular velocities) is a bidiagonal system of 3 x 3
+blocks, solved forwards by LAPACK; what adds up along it (positions) is a cumulative sum. A batch of states is one long
+row of rods. Within this family of modules components come first and rods last, (3, K), K = states times rods; what
+users see has rods first, (..., n, 3).
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import get_lapack_funcs
+
+from pendpin.arrays import Array
+from pendpin.equations.chain.inertia import ChainInertia
+
+(_tbtrs,) = get_lapack_funcs(("tbtrs",), dtype=np.float64)
+
+CHUNK = 1 << 15  # rods handled at once in a batch of states, which bounds the memory
+
+
+class Positions(NamedTuple):
+    """Where the rods are, in the inertial frame I (z down)."""
+
+    frames: Array  # (..., n, 3, 3), columns b1, b2, b3
+    centres: Array  # (..., n, 3) m, centres of mass
+    tips: Array  # (..., n, 3) m
+
+
+class Motion(NamedTuple):
+    """Where the rods are and how they move, in I except for omega."""
+
+    frames: Array  # (..., n, 3, 3), columns b1, b2, b3
+    centres: Array  # (..., n, 3) m, centres of mass
+    tips: Array  # (..., n, 3) m
+    omega: Array  # (..., n, 3) rad/s, in each rod's own frame B
+    centre_velocities: Array  # (..., n, 3) m/s
+    tip_velocities: Array  # (..., n, 3) m/s
+
+
+class Joints(NamedTuple):
+    """All joints at one state: sines and cosines of their angles, and each rod's frame in that of the rod above it."""
+
+    n: int  # rods in a chain
+    trig: Array  # (4, K): sin(theta), sin(phi), cos(theta), cos(phi)
+    R: Array  # (3, 3, K), columns b1, b2, b3 with components in the frame above; in I for the first rod
+
+    @classmethod
+    def at(cls, q: Array) -> "Joints":
+        """From angles q (..., n, 2) in rad: R = Rx(-theta) Ry(phi)."""
+        angles = rods_last(q)
+        trig = np.empty((4, angles.shape[1]))
+        s_t, s, c_t, c = trig
+        np.sin(angles, out=trig[:2])
+        np.cos(angles, out=trig[2:])
+        R = np.empty((3, 3, angles.shape[1]))
+        R[0, 0], R[0, 1], R[0, 2] = c, 0, s
+        R[1, 1] = c_t
+        np.negative(s_t, out=R[2, 1])
+        np.multiply(s_t, c, out=R[1, 2])
+        np.multiply(c_t, c, out=R[2, 2])
+        np.multiply(R[2, 1], s, out=R[1, 0])
+        np.multiply(-c_t, s, out=R[2, 0])
+        return cls(q.shape[-2], trig, R)
+
+    @property
+    def theta(self) -> tuple[Array, Array]:
+        """sin(theta), cos(theta), each (K,)."""
+        return self.trig[0], self.trig[2]
+
+    @property
+    def phi(self) -> tuple[Array, Array]:
+        """sin(phi), cos(phi), each (K,)."""
+        return self.trig[1], self.trig[3]
+
+    def into(self, x: Array) -> Array:
+        """Components in a rod's own frame of a vector (3, K) given in the frame above it."""
+        return np.add.reduce(self.R * x[:, None], 0)
+
+    def out_of(self, x: Array) -> Array:
+        """Components in the frame above of a vector (3, K) given in a rod's own frame."""
+        return np.add.reduce(self.R * x, 1)
+
+    def hand_down(self, own: Array) -> Array:
+        """Solve x_i = R_i^T x_(i-1) + own_i from the support down, for r vectors at once: (r, 3, K)."""
+        r, _, K = own.shape
+        band = np.zeros((K, 3, 6))  # [i, column, diagonal]: LAPACK's lower band, a column after the other
+        blocks = np.ndarray((K, 3, 6), buffer=band, strides=(18 * 8, 5 * 8, 8))  # the same as [i, column, row]
+        blocks[:-1, :, 3:] = -self.R[:, :, 1:].transpose(2, 0, 1)
+        blocks[self.n - 1 :: self.n, :, 3:] = 0
+        rhs = own.transpose(0, 2, 1).reshape(r, 3 * K)
+        x, _ = _tbtrs(band.reshape(3 * K, 6).T, rhs.T, uplo="L", diag="U")
+        return np.ascontiguousarray(x.T.reshape(r, K, 3).transpose(0, 2, 1))
+
+    def frames(self) -> Array:
+        """Every rod's axes in I: (3, 3, K), columns b1, b2, b3."""
+        own = np.zeros_like(self.R)
+        own[..., :: self.n] = self.R[..., :: self.n]
+        return self.hand_down(own)
+
+    def relative_omega(self, rate: Array) -> Array:
+        """Angular velocity of each rod relative to the rod above it, in its own frame, (3, K); rate (2, K) in rad/s."""
+        (s, c), w = self.phi, np.empty((3, rate.shape[1]))
+        np.multiply(-rate[0], c, out=w[0])
+        w[1] = rate[1]
+        np.multiply(-rate[0], s, out=w[2])
+        return w
+
+    def omega(self, rate: Array) -> Array:
+        """Angular velocity of each rod, in its own frame, (3, K) rad/s; rate (2, K) in rad/s."""
+        return self.hand_down(self.relative_omega(rate)[None])[0]
+
+
+def rods_last(x: Array) -> Array:
+    """(..., n, i) -> (i, K), contiguous."""
+    return np.ascontiguousarray(x.reshape(-1, x.shape[-1]).T)
+
+
+def rods_first(x: Array, shape: tuple[int, ...]) -> Array:
+    """(i, K) -> shape + (i,), contiguous; shape is (..., n)."""
+    return np.ascontiguousarray(x.T).reshape(*shape, len(x))
+
+
+def along(chain: ChainInertia, x: Array) -> tuple[Array, Array]:
+    """Centres of mass and tips (..., n, 3) from directions x (..., n, 3); from rates of directions, velocities."""
+    steps = chain.l[:, None] * x
+    tips = np.cumsum(steps, -2)
+    return tips - (chain.l - chain.h)[:, None] * x, tips
+
+
+def positions(chain: ChainInertia, q: Array) -> Positions:
+    """Frames, centres of mass and tips for angles q (..., n, 2) in rad."""
+    return Positions(*_in_chunks(lambda angles: _positions(chain, Joints.at(angles)), q))
+
+
+def motion(chain: ChainInertia, q: Array, v: Array) -> Motion:
+    """Positions and velocities for angles q and rates v (..., n, 2) in rad and rad/s."""
+
+    def moving(angles: Array, rates: Array) -> tuple[Array, ...]:
+        joints = Joints.at(angles)
+        omega = joints.omega(rods_last(rates))
+        at = _positions(chain, joints)
+        B = np.moveaxis(at.frames, (-2, -1), (0, 1))
+        w = omega.reshape(3, *angles.shape[:-1])
+        direction_rates = np.moveaxis(B[:, 0] * w[1] - B[:, 1] * w[0], 0, -1)
+        return *at, np.moveaxis(w, 0, -1), *along(chain, direction_rates)
+
+    return Motion(*_in_chunks(moving, q, v))
+
+
+def energy(chain: ChainInertia, q: Array, v: Array, field: Array) -> tuple[Array, Array]:
+    """Kinetic and potential energy (...) in J; the potential of the uniform field (3,), in I, is 0 at the support."""
+
+    def energies(angles: Array, rates: Array) -> tuple[Array, Array]:
+        moving = motion(chain, angles, rates)
+        inertia = np.stack([chain.I1, chain.I2, chain.I3], -1)
+        translation = chain.m * (moving.centre_velocities**2).sum(-1)
+        rotation = (inertia * moving.omega**2).sum(-1)
+        return 0.5 * (translation + rotation).sum(-1), -(chain.m * (moving.centres @ field)).sum(-1)
+
+    kinetic, potential = _in_chunks(energies, q, v)
+    return kinetic, potential
+
+
+def _positions(chain: ChainInertia, joints: Joints) -> Positions:
+    frames = joints.frames().transpose(2, 0, 1).reshape(-1, joints.n, 3, 3)
+    return Positions(frames, *along(chain, frames[..., 2]))
+
+
+def _in_chunks(function: Callable[..., tuple[Array, ...]], *states: Array) -> list[Array]:
+    """function over a batch of states (..., n, 2), some states at a time; every result has the batch axes first."""
+    batch, (n, _) = states[0].shape[:-2], states[0].shape[-2:]
+    flat = [x.reshape(-1, n, 2) for x in states]
+    size = max(1, CHUNK // n)
+    parts = [function(*(x[i : i + size] for x in flat)) for i in range(0, len(flat[0]), size)]
+    return [np.concatenate(x).reshape(batch + x[0].shape[1:]) for x in zip(*parts, strict=True)]

@@ -1,0 +1,208 @@
+"""A chain of rods on universal joints, Newton-Euler: accelerations and every joint's reactions in one solve of O(n).
+
+The derivation is docs/derivation_chain.md. The reactions of all joints are the unknowns; `chain_balances` holds the
+equations, `chain_kinematics` says what the angles mean; here angles go in and their accelerations come out.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import get_blas_funcs
+
+from pendpin.arrays import Array, Mask
+from pendpin.equations.chain.balances import Axes, Balances
+from pendpin.equations.chain.inertia import ChainInertia, Rods, above, below
+from pendpin.equations.chain.kinematics import Joints, rods_first, rods_last
+from pendpin.equations.chain.refinement import project
+
+(_tbsv,) = get_blas_funcs(("tbsv",), dtype=np.float64)
+
+AXIAL = 1e-12  # an external moment on a thin rod below this fraction of the largest moment is not axial but rounding
+
+
+@dataclass(frozen=True)
+class ChainSolution:
+    """Accelerations and joint reactions of a chain, rod by rod, with the signs and axes of RodSolution."""
+
+    acceleration: Array  # (..., n, 2) rad/s², theta'', phi''
+    alpha: Array  # (..., n, 3) rad/s², angular acceleration, in B
+    force: Array  # (..., n, 3) N, on the rod at its joint, in B: R1, R2, -R3
+    Mc: Array  # (..., n) N m, along a3
+    M3: Array  # (..., n) N m, Mc cos(phi)
+    moment: Array  # (..., n, 3) N m, on the rod at its joint, in B: Mc a3 and the joint's torques
+
+    @property
+    def R1(self) -> Array:
+        """(..., n) N, along b1."""
+        return self.force[..., 0]
+
+    @property
+    def R2(self) -> Array:
+        """(..., n) N, along b2."""
+        return self.force[..., 1]
+
+    @property
+    def R3(self) -> Array:
+        """(..., n) N, along -b3: tension positive."""
+        return -self.force[..., 2]
+
+    @property
+    def wrench(self) -> Array:
+        """(..., n, 6): force, then moment at the joint, by the rod above (or the support) on the rod; in B."""
+        return np.concatenate([self.force, self.moment], -1)
+
+
+def solve(
+    chain: ChainInertia,
+    q: Array,
+    v: Array,
+    field: Array,
+    *,
+    torque: Array | None = None,
+    force: Array | None = None,
+    moment: Array | None = None,
+) -> ChainSolution:
+    """Accelerations and reactions of a chain, or of a batch of its states.
+
+    Parameters: q, v (..., n, 2) hold theta, phi of each rod in rad and rad/s; field (3,) or (..., 3) is the uniform
+    acceleration field in the inertial frame I (z down), m/s²: gravity is (0, 0, 9.81).
+    Optional: torque (..., n, 2) about each joint's axes, the generalised forces of theta and phi, on the rod and in
+    return on the rod above, N m; force and moment (..., n, 3) on each rod from outside, in I, the moment about the
+    centre of mass, N and N m.
+
+    Rods at the end of the chain that have no axial inertia and take no axial moment hang on their joints as on spherical:
+    all reactions are regular there, at cos(phi) = 0 too; only the reading of theta'' is not.
+    Raises numpy.linalg.LinAlgError where the reactions have no finite values.
+    """
+    joints, rate = Joints.at(q), rods_last(v)
+    omega = joints.omega(rate)
+    rods = chain.rods.repeated(q[..., 0].size // chain.n)
+    known = _external(chain, rods.m, joints, torque, force, moment)
+    axes = _axes(joints, known.spherical)
+    s, c = joints.phi
+    drift = rate[0] * (omega[1] - rate[1]) + rate[1] * (c * omega[0] + s * omega[2])
+    x, alpha = project(_balances(rods, joints, axes, field, omega, drift, known))
+    if axes.ball is not None:
+        alpha = _with_spin(joints, axes.ball, omega, drift, alpha)
+    shape = q.shape[:-1]
+    moment_at_joint = _carried(joints, x[3], known.torque)
+    return ChainSolution(
+        acceleration=rods_first(_angle_accelerations(joints, rate, omega, alpha), shape),
+        alpha=rods_first(alpha, shape),
+        force=rods_first(x[:3], shape),
+        Mc=x[3].reshape(shape),
+        M3=(c * x[3]).reshape(shape),
+        moment=rods_first(moment_at_joint, shape),
+    )
+
+
+class _External(NamedTuple):
+    """What acts on the rods besides the field and the reactions."""
+
+    push: Array | float  # (3, K) m/s², force over mass, in B
+    moment: Array | float  # (3, K) N m about G, in B, joint torques included
+    torque: Array | None  # (3, K) N m, of the joint on its rod, in B
+    spherical: int  # index of the first rod of each chain whose joint is a ball; n if none is
+
+
+def _external(
+    chain: ChainInertia, m: Array, joints: Joints, torque: Array | None, force: Array | None, moment: Array | None
+) -> _External:
+    push, about_G, at_joint, spherical = 0.0, 0.0, None, chain.first_thin
+    if force is not None or moment is not None:
+        frames = joints.frames()
+        if force is not None:
+            push = _into_body(frames, force) / m
+        if moment is not None:
+            about_G = _into_body(frames, moment)
+            spherical = max(
+                spherical, _after_last(np.greater(np.abs(about_G[2]), AXIAL * np.abs(about_G).max()), chain.n)
+            )
+    if torque is not None:
+        tau = rods_last(torque)
+        spherical = max(spherical, _after_last((tau != 0).any(0), chain.n))
+        (s_t, c_t), (s, c) = joints.theta, joints.phi
+        at_joint = np.stack([-tau[0] * c, tau[1], -tau[0] * s])
+        about_G = about_G + at_joint
+        about_G[0] += below(tau[0], joints.n)
+        about_G[1] -= below(tau[1] * c_t, joints.n)
+        about_G[2] += below(tau[1] * s_t, joints.n)
+    return _External(push, about_G, at_joint, spherical)
+
+
+def _into_body(frames: Array, x: Array) -> Array:
+    """Vectors (..., n, 3) given in I, in each rod's own frame: (3, K)."""
+    return (frames * rods_last(x)[:, None]).sum(0)
+
+
+def _after_last(marked: Mask, n: int) -> int:
+    """Index after the last rod that is marked (K,) in any of the states; 0 if none is."""
+    rods = np.flatnonzero(marked.reshape(-1, n).any(0))
+    return int(rods[-1]) + 1 if rods.size else 0
+
+
+def _axes(joints: Joints, spherical: int) -> Axes:
+    """The joints' a3, with the joints from index `spherical` on as spherical."""
+    if spherical == joints.n:
+        return Axes(joints.trig, None)
+    ball = np.tile(np.arange(joints.n) >= spherical, joints.trig.shape[1] // joints.n)
+    return Axes(np.where(ball, 0.0, joints.trig), ball)
+
+
+def _balances(
+    rods: Rods, joints: Joints, axes: Axes, field: Array, omega: Array, drift: Array, known: _External
+) -> Balances:
+    """The known terms. A rod on a ball is given no spin about its axis, which changes nothing else."""
+    (o1, o2, o3), (I1, I2, I3) = omega, rods.inertia
+    if axes.ball is not None:
+        o3, drift = np.where(axes.ball, 0.0, [o3, drift])
+    swing, moment = np.empty_like(omega), np.empty_like(omega)
+    np.multiply(o1, o3, out=swing[0])
+    np.multiply(o2, o3, out=swing[1])
+    np.negative(o1 * o1 + o2 * o2, out=swing[2])
+    np.multiply(I2 - I3, swing[1], out=moment[0])
+    np.multiply(I3 - I1, swing[0], out=moment[1])
+    np.multiply(I1 - I2, o1 * o2, out=moment[2])
+    moment += known.moment
+    if axes.ball is not None:
+        moment[2, axes.ball] = 0
+    support = -np.reshape(field, (-1, 3)).T
+    return Balances(rods, rods.inverse, support, known.push, moment, joints, axes, swing, drift)
+
+
+def _with_spin(joints: Joints, ball: Mask, omega: Array, drift: Array, alpha: Array) -> Array:
+    """Angular accelerations (3, K) of rods on spherical, in the frames that the angles give them, which do spin.
+
+    Across the axis the frame's spin adds what leaves b3'' unchanged; along it the universal joint's twist constraint
+    decides, from the support down.
+    """
+    (s_t, c_t), (s, c) = joints.theta, joints.phi
+    a1 = alpha[0] + np.where(ball, omega[1] * omega[2], 0.0)
+    a2 = alpha[1] - np.where(ball, omega[0] * omega[2], 0.0)
+    band = np.zeros((alpha.shape[1], 2))
+    band[:, 0] = np.where(ball, c, 1.0)
+    band[:-1, 1] = np.where(ball, -c_t, 0.0)[1:]
+    band[joints.n - 1 :: joints.n, 1] = 0
+    rhs = np.where(ball, drift + s * a1 + s_t * above(a2, joints.n), alpha[2])
+    return np.stack([a1, a2, _tbsv(1, band.T, rhs, lower=1)])
+
+
+def _angle_accelerations(joints: Joints, rate: Array, omega: Array, alpha: Array) -> Array:
+    """theta'', phi'' (2, K): the relative angular acceleration along the joint's two axes."""
+    (s_t, c_t), (s, c) = joints.theta, joints.phi
+    across = c * omega[2] - s * omega[0]  # omega . a3, the same above and below the joint
+    up = above(alpha, joints.n)
+    out = np.empty_like(rate)
+    out[0] = up[0] - (c * alpha[0] + s * alpha[2]) - rate[1] * across
+    out[1] = alpha[1] - (c_t * up[1] - s_t * up[2]) + rate[0] * across
+    return out
+
+
+def _carried(joints: Joints, Mc: Array, torque: Array | None) -> Array:
+    """The whole moment of each joint on its rod (3, K), in B: Mc a3 and the joint's torques."""
+    moment = np.zeros((3, Mc.size)) if torque is None else torque.copy()
+    s, c = joints.phi
+    moment[0] -= s * Mc
+    moment[2] += c * Mc
+    return moment

@@ -1,0 +1,126 @@
+"""A chain of thin rods with directions as its state: regular at every position (docs/derivation_chain.md, section 8).
+
+A thin rod on a universal joint without joint effects is a spherical pendulum: its direction d = b3 says all about it.
+Here the equations are those of the chain in the inertial frame I (z down), three reactions to a joint and no
+angles. `chain_angles` reads the angles back afterwards, continuously through cos(phi) = 0.
+"""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.equations.chain.inertia import ChainInertia, above, below
+from pendpin.equations.chain.kinematics import Joints, along, rods_first, rods_last
+from pendpin.equations.chain.refinement import project
+from pendpin.equations.chain.system import Loads, System, empty_band
+from pendpin.errors import InputError
+
+
+class ThinSolution(NamedTuple):
+    """Accelerations and reactions of a thin chain, in I."""
+
+    acceleration: Array  # (..., n, 3) 1/s², d''
+    force: Array  # (..., n, 3) N, on each rod at its joint; Mc and M3 are 0
+
+
+def directions(q: Array, v: Array) -> tuple[Array, Array]:
+    """Directions d and rates d' (..., n, 3), in I, from angles and rates q, v (..., n, 2)."""
+    joints = Joints.at(q)
+    frames, omega = joints.frames(), joints.omega(rods_last(v))
+    rate = frames[:, 0] * omega[1] - frames[:, 1] * omega[0]
+    return rods_first(frames[:, 2], q.shape[:-1]), rods_first(rate, q.shape[:-1])
+
+
+def energy(chain: ChainInertia, d: Array, rate: Array, field: Array) -> tuple[Array, Array]:
+    """Kinetic and potential energy (...) in J for d, d' (..., n, 3); zero and field as in chain_kinematics.energy."""
+    centres, _ = along(chain, d)
+    velocities, _ = along(chain, rate)
+    kinetic = chain.m * (velocities**2).sum(-1) + chain.I1 * (rate**2).sum(-1)
+    return 0.5 * kinetic.sum(-1), -(chain.m * (centres @ field)).sum(-1)
+
+
+def on_sphere(d: Array, rate: Array) -> tuple[Array, Array]:
+    """The nearest unit directions, and the part of the rates (..., n, 3) that is normal to them."""
+    d = d / np.sqrt((d * d).sum(-1, keepdims=True))
+    return d, rate - d * (d * rate).sum(-1, keepdims=True)
+
+
+def solve(
+    chain: ChainInertia,
+    d: Array,
+    rate: Array,
+    field: Array,
+    *,
+    force: Array | None = None,
+    moment: Array | None = None,
+) -> ThinSolution:
+    """d'' and reactions of a chain of thin rods (I3 = 0), or of a batch of its states.
+
+    Parameters: d (..., n, 3) and rate (..., n, 3) in 1/s, in I; what leads off the sphere in them is ignored;
+    field (3,) or (..., 3) in I, m/s²; force and moment (..., n, 3) on each rod, external, in I, the moment about
+    the centre of mass and normal to the rod (an axial one would call for angles), N and N m.
+    Raises InputError if a rod has an axial inertia.
+    """
+    if chain.first_thin:
+        raise InputError(f"rod {chain.first_thin} has an axial inertia: directions do not say all, use angles")
+    shape = d.shape[:-1]
+    rods = chain.rods.repeated(d[..., 0].size // chain.n)
+    e, e_rate = (rods_last(x) for x in on_sphere(d, rate))
+    push = 0.0 if force is None else rods_last(force) / rods.m
+    turning = np.zeros_like(e) if moment is None else np.cross(rods_last(moment), e, axis=0)
+    centripetal = -e * np.add.reduce(e_rate * e_rate, 0)
+    support = -np.reshape(field, (-1, 3)).T
+    x, turn = project(_ThinBalances(rods, rods.inverse[0], support, push, turning, e, centripetal))
+    return ThinSolution(rods_first(turn + centripetal, shape), rods_first(x, shape))
+
+
+@dataclass(frozen=True)
+class _ThinBalances(System):
+    """A chain on ball joints: reactions F1, F2, F3; turning is the part of d'' normal to the rod; all in I."""
+
+    d: Array  # (3, K)
+    centripetal: Array  # (3, K) 1/s², the part of d'' along the rod
+
+    def gaps(self, linear: Array | float, turn: Array) -> Array:
+        """Acceleration of the tip above less that of the base."""
+        rods, swing = self.rods, turn + self.centripetal
+        tip = above(linear + rods.k * swing, rods.n)
+        tip[:, :: rods.n] = self.support
+        return np.ascontiguousarray((tip - linear + rods.h * swing).T)
+
+    def loads(self, x: Array) -> Loads:
+        """Force, and the moment's part that turns d: -(1 - d d^T)(h F + k F of the joint below)."""
+        up = below(x, self.rods.n)
+        lever = self.rods.h * x + self.rods.k * up
+        return Loads(x - up, -self._across(self._across(lever)))  # twice: what rounding leaves along a light rod counts
+
+    def resistance(self, turn: Array) -> Array:
+        """I d'' across the rod; along it, where there is no turning, anything that keeps turn at 0."""
+        across = self._across(turn)
+        return self.rods.inertia[0] * across + (turn - across) / self.inverse
+
+    def bare(self) -> "_ThinBalances":
+        """As `System.bare`."""
+        return replace(self, support=0 * self.support, centripetal=0 * self.centripetal)
+
+    def _across(self, x: Array) -> Array:
+        """The part of vectors (3, K) normal to the rods."""
+        return x - self.d * np.add.reduce(self.d * x, 0)
+
+    def band(self) -> Array:
+        """Own reactions on own gaps, and on the next joint's."""
+        rods, d, d_above = self.rods, self.d, above(self.d, self.rods.n)
+        own, own_above = rods.base[0] - rods.base[2], rods.tip_above[0] - rods.tip_above[2]
+        to_next = rods.cross[0] - rods.cross[2]
+        band, blocks = empty_band(rods.m.size, 3)
+        for column in range(3):
+            block = -(own * d[column]) * d[column:] - (own_above * d_above[column]) * d_above[column:]
+            block[0] += rods.base[0] + rods.tip_above[0]
+            blocks[:, column, column:3] = block.T
+            block = (to_next * d[column]) * d
+            block[column] -= rods.cross[0]
+            blocks[:-1, column, 3:] = block[:, :-1].T
+        blocks[rods.n - 1 :: rods.n, :, 3:] = 0
+        return band

@@ -1,0 +1,73 @@
+"""What a picture of a motion is made of: solids fixed to bodies, the poses of those bodies, and the path of the tip."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from pendpin.arrays import Array
+
+Geometry = Literal["cylinder", "sphere", "box", "mesh"]
+
+WORLD = -1  # as `Shape.body`: fixed in W
+
+SIZES: dict[str, int] = {"cylinder": 2, "sphere": 1, "box": 3, "mesh": 3}  # how many numbers `Shape.size` holds
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """One solid, fixed to a body.
+
+    size, in m: cylinder (radius, length along its z), sphere (radius,), box (x, y, z); for a mesh the three scale
+    factors of the file at `path` (.obj, .stl or .dae). placement is the (4, 4) pose of the solid in the body's frame,
+    color is 0xRRGGBB, body an index into `Drawing.poses`, or WORLD. Raises ValueError where these do not fit together.
+    """
+
+    geometry: Geometry
+    size: tuple[float, ...]
+    placement: Array
+    color: int
+    body: int
+    path: str = ""
+
+    def __post_init__(self) -> None:
+        if self.geometry not in SIZES:
+            raise ValueError(f"geometry {self.geometry!r} is not one of: {', '.join(SIZES)}")
+        if len(self.size) != SIZES[self.geometry]:
+            raise ValueError(f"a {self.geometry} has {SIZES[self.geometry]} sizes, not {len(self.size)}")
+        if self.placement.shape != (4, 4):
+            raise ValueError(f"placement has shape {self.placement.shape}, not (4, 4)")
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """A motion to be shown, in the world frame W (z up).
+
+    t (n,) in s, rising; poses (n, bodies, 4, 4) of the bodies, one or more; trail (n, 3) in m, the path of the tip;
+    extent in m, the size of the whole, which sets how thick the thinnest lines are. Raises ValueError where these do
+    not fit together.
+    """
+
+    title: str
+    t: Array
+    poses: Array
+    shapes: tuple[Shape, ...]
+    trail: Array
+    extent: float
+
+    def __post_init__(self) -> None:
+        n, bodies = self.poses.shape[:2]
+        if (
+            n < 1
+            or bodies < 1
+            or self.t.shape != (n,)
+            or self.poses.shape != (n, bodies, 4, 4)
+            or self.trail.shape != (n, 3)
+        ):
+            raise ValueError(f"t {self.t.shape}, poses {self.poses.shape} and trail {self.trail.shape} do not fit")
+        if not all(np.isfinite(values).all() for values in (self.t, self.poses, self.trail)):
+            raise ValueError("a pose or time is not finite")
+        if not all(WORLD <= shape.body < bodies for shape in self.shapes):
+            raise ValueError(f"a shape belongs to none of the {bodies} bodies")
+        if not 0 < self.extent < np.inf:
+            raise ValueError(f"extent {self.extent} is not a length")

@@ -1,0 +1,75 @@
+"""What every integrator offers."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+from pendpin.arrays import Array
+from pendpin.engines import Derivative, Engine, ProgressCallback
+from pendpin.errors import RunError
+
+Memory = Mapping[str, Array]  # what a method carries from segment to segment
+
+
+@dataclass(frozen=True)
+class Segment:
+    """The states at the output times of one segment, and what they took."""
+
+    y: Array  # (n, 2 nv); shorter than the times where the integrator had to stop
+    steps: int
+    failure: str | None = None  # why the integrator had to stop
+    memory: Memory = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What has been integrated, at the output times that were reached."""
+
+    t: Array  # (n,)
+    q: Array  # (n, nv)
+    v: Array  # (n, nv)
+    torque: Array | None  # (n, nv) N m, what contacts exert on the joints; None without contacts
+    work: Array  # (n, accounts) J, what was integrated for the energy_balance; no accounts without one
+    steps: int
+    evaluations: int
+    events: int
+    seconds: float
+    library: str
+    version: str
+    compile_seconds: float = 0.0
+    failure: str | None = None  # why it ended before its time
+    ended: type[RunError] = RunError  # what a failure is
+
+    def cut(self, count: int, why: str) -> "Run":
+        """The run up to so many samples, and why it ends there."""
+        torque = None if self.torque is None else self.torque[:count]
+        arrays = {"t": self.t[:count], "q": self.q[:count], "v": self.v[:count], "work": self.work[:count]}
+        return replace(self, **arrays, torque=torque, failure=why, ended=RunError)
+
+
+class Integrator(ABC):
+    """One integrator with its setting; `library` and `version` say who carries it."""
+
+    library: str
+    version: str
+    compile_seconds: float = 0.0
+
+    def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """Take up an engine: its derivative, and the count of evaluations. `progress` gets t now and then, and may raise.
+
+        A integrator with equations of its own counts those. Raises InputError for what the integrator does not take.
+        """
+        return engine.derivative(progress)
+
+    def memory(self, y: Array) -> Memory:
+        """What is carried from segment to segment beside the state, for a start at y; always of one shape."""
+        return {}
+
+    @abstractmethod
+    def integrate(
+        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+    ) -> Segment:
+        """The states at `times` (n,), from y at times[0]; `first_step` in s is a proposal, where there is one.
+
+        `memory` is that of the segment before, if there was one; it may hold more.
+        """

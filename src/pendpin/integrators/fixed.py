@@ -1,0 +1,142 @@
+"""The baseline of games and robot simulators: the classical Runge-Kutta method and semi-implicit Euler, fixed steps."""
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.engines import AngleEngine, Compiled, Derivative, Engine, ProgressCallback, Symbolic
+from pendpin.errors import InputError, shown
+from pendpin.integrators.adaptive import NOT_FINITE, finite_part
+from pendpin.integrators.base import Integrator, Memory, Segment
+
+MAX_STEPS = 1e9
+LOOK_EVERY = 1024  # steps between two looks whether the numbers are finite
+
+Advance = Callable[[float, float], None]  # t, h: moves a state on in place
+
+
+def intervals(times: Array, step: float) -> Iterator[tuple[float, int, float]]:
+    """From sample to sample: where it starts, how many steps it takes, and their size h <= step in s.
+
+    Every sample falls on a step, so that samples have the order of the method.
+    """
+    for start, end in pairwise(times):
+        count = max(1, math.ceil((end - start) / step * (1 - 1e-9)))
+        yield start, count, (end - start) / count
+
+
+def refuse_steps(times: Array, step: float) -> None:
+    """Raise InputError for more steps than anyone waits for."""
+    if times[-1] - times[0] > MAX_STEPS * step:
+        raise InputError(f"solver.step: {shown(step)} s takes more than {MAX_STEPS:g} steps")
+
+
+class FixedStep(Integrator):
+    """A method with one step for all, the largest that is taken."""
+
+    def __init__(self, step: float) -> None:
+        self.step, self.library, self.version = step, "numpy", np.__version__
+
+    def integrate(
+        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+    ) -> Segment:
+        """As `Integrator.integrate`."""
+        y, states, steps = np.array(y), np.full((len(times), len(y)), np.nan), 0
+        advance, states[0] = self.advancing(derivative, y), y
+        for sample, (start, count, h) in enumerate(intervals(times, self.step), 1):
+            for i in range(count):
+                if i and not i % LOOK_EVERY and not np.isfinite(y).all():
+                    return Segment(*finite_part(states, steps + i, NOT_FINITE))
+                advance(start + i * h, h)
+            steps += count
+            states[sample] = y
+        return Segment(*finite_part(states, steps, None))
+
+    @abstractmethod
+    def advancing(self, derivative: Derivative, y: Array) -> Advance:
+        """A function that moves y on, in place, by one step from t to t + h."""
+
+
+class RungeKutta4(FixedStep):
+    """The classical method of four stages, order 4 (W. Kutta 1901), on any engine's state.
+
+    On a compiled engine a whole step is compiled.
+    """
+
+    def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """As `Integrator.equations`."""
+        self._leap = engine.compiled(partial(_classical, engine.right)) if isinstance(engine, Compiled) else None
+        self._progress, self._leaps = progress, 0
+        derivative, calls = engine.derivative(progress)
+        return derivative, lambda: calls() + 4 * self._leaps
+
+    def advancing(self, derivative: Derivative, y: Array) -> Advance:
+        """As `FixedStep.advancing`."""
+        if self._leap is not None and len(y) == self._leap.nouts:
+            return self._leaping(y)
+        k1, k2, k3, k4, inner = (np.empty_like(y) for _ in range(5))
+
+        def stage(k: Array, t: float, before: Array, h: float) -> None:
+            np.multiply(before, h, out=inner)
+            np.add(y, inner, out=inner)
+            derivative(k, t, inner)
+
+        def advance(t: float, h: float) -> None:
+            derivative(k1, t, y)
+            stage(k2, t + h / 2, k1, h / 2)
+            stage(k3, t + h / 2, k2, h / 2)
+            stage(k4, t + h, k3, h)
+            y[:] += h / 6 * (k1 + 2 * (k2 + k3) + k4)
+
+        return advance
+
+    def _leaping(self, y: Array) -> Advance:
+        leap, before, step = self._leap, y.copy(), np.empty(1)
+        assert leap is not None
+
+        def advance(t: float, h: float) -> None:
+            step[0], before[:] = h, y
+            leap(before, outputs=y, pars=step, time=t)
+            self._leaps += 1
+            if not self._leaps % LOOK_EVERY:
+                self._progress(t)
+
+        return advance
+
+
+def _classical(right: Symbolic, t: Any, y: Array, h: Any) -> Array:
+    """A step of the classical method on symbols."""
+    k1 = right(t, y)
+    k2 = right(t + h / 2, y + h / 2 * k1)
+    k3 = right(t + h / 2, y + h / 2 * k2)
+    k4 = right(t + h, y + h * k3)
+    return y + h / 6 * (k1 + 2 * (k2 + k3) + k4)
+
+
+class SemiImplicitEuler(FixedStep):
+    """v += h a(t, q, v), then q += h v with the new v: order 1, on angles (also called symplectic Euler)."""
+
+    def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """As `Integrator.equations`."""
+        if not isinstance(engine, AngleEngine):
+            raise InputError("solver.method: euler needs angles as the state")
+        self._nv = len(engine.model.joints)
+        return engine.derivative(progress)
+
+    def advancing(self, derivative: Derivative, y: Array) -> Advance:
+        """As `FixedStep.advancing`; what is integrated beside the motion comes with v."""
+        dy, nv = np.empty_like(y), self._nv
+        q, v, others, rates = y[:nv], y[nv : 2 * nv], y[nv:], dy[nv:]
+
+        def advance(t: float, h: float) -> None:
+            derivative(dy, t, y)
+            others[:] += h * rates
+            q[:] += h * v
+
+        return advance

@@ -1,0 +1,234 @@
+"""Gauss-Legendre collocation in positions and momenta: symplectic, of order 2, 4 or 6, fixed steps.
+
+V_i are the velocities at the stages c_i of a step h, Q_i = q + h sum_j a_ij V_j, and the stage equations are
+    M(Q_i) V_i = p + h sum_j a_ij F(t_j, Q_j, V_j);
+then q += h sum_j b_j V_j, p += h sum_j b_j F_j. After E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration
+(2006), II.1.3 and VIII.6; on keeping round-off down: Hairer, McLachlan, Razakarivony, BIT 48 (2008).
+"""
+
+from collections.abc import Callable
+from functools import cache
+from importlib.metadata import version
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import get_lapack_funcs
+
+from pendpin.arrays import Array
+from pendpin.engines import Canonical, CanonicalForm, Derivative, Engine, ProgressCallback, Revolute
+from pendpin.errors import InputError
+from pendpin.integrators.base import Integrator, Memory, Segment
+from pendpin.integrators.fixed import intervals
+
+STAGES = {"gauss2": 1, "gauss4": 2, "gauss6": 3}
+MOST_ITERATIONS = 40
+STEPS = 2  # whose stages are kept, to guess the next from
+CALLBACK_STEPS = 16  # between two calls of a watcher: a step takes 0.1 ms, and a hundred times that where it goes badly
+PATIENCE = 8  # iterations with the first matrix; then each has its own
+UNSOLVED = "the stage equations are not solved"
+EPS = np.finfo(float).eps
+FACTOR, SOLVE = get_lapack_funcs(("getrf", "getrs"))  # of scipy.linalg.lu_factor, without their overhead
+
+
+class Rule(NamedTuple):
+    """The coefficients of s stages, as a_ij = (1/2 + w_ij) b_j with w antisymmetric.
+
+    In this form the conditions for a symplectic and symmetric method hold exactly, whatever the rounding of w.
+    """
+
+    c: Array  # (s,)
+    b: Array  # (s,)
+    w: Array  # (s, s)
+    a: Array  # (s, s), rounded
+
+    def within(self, x: Array) -> Array:
+        """sum_j a_ij x_j, from x (s, n)."""
+        weighted = self.b[:, None] * x
+        return np.add.reduce(weighted, 0) / 2 + self.w @ weighted
+
+
+@cache
+def rule(s: int) -> Rule:
+    """The Gauss-Legendre rule of s stages on [0, 1]."""
+    x, weights = np.polynomial.legendre.leggauss(s)
+    c, b = (1 + x) / 2, weights / 2
+    a = _integrals(c, lambda powers: c[:, None] ** (powers + 1) / (powers + 1))
+    w = a / b - 0.5
+    w = (w - w.T) / 2
+    return Rule(c, b, w, (0.5 + w) * b)
+
+
+def _integrals(nodes: Array, integrated: Callable[[Array], Array]) -> Array:
+    """Functionals (k,) of the Lagrange polynomials of nodes (s,), from those of the powers."""
+    powers = np.arange(float(len(nodes)))
+    return np.asarray(np.linalg.solve(np.vander(nodes, increasing=True).T, integrated(powers).T).T, float)
+
+
+@cache
+def extrapolation(s: int, steps: int) -> Array:
+    """From the stages of the last one or two steps, latest last, to those of the next: (s, steps s)."""
+    c = rule(s).c
+    nodes = np.concatenate([c - k for k in range(steps, 0, -1)])
+    return _integrals(nodes, lambda powers: c[:, None] ** powers)
+
+
+class Gauss(Integrator):
+    """Gauss-Legendre collocation on Pinocchio's equations with revolute joints.
+
+    Every step is iterated to round-off: Newton's method with one matrix a step, of the fields alone, and
+    where that does not project with the whole one of every iteration. Sums are compensated.
+    """
+
+    def __init__(self, method: str, step: float) -> None:
+        self.step, self.rule = step, rule(STAGES[method])
+        self.library, self.version = "pinocchio", version("pin")
+
+    def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """As `Integrator.equations`."""
+        if not isinstance(engine, Revolute):
+            raise InputError(
+                "solver.method: gauss2, gauss4 and gauss6 need Pinocchio's equations, in solver.engine too"
+            )
+        self._form, self._progress, self._nv = CanonicalForm(engine), progress, len(engine.model.joints)
+        self._calls = 0
+        return engine.derivative(lambda t: None)[0], lambda: self._calls
+
+    def memory(self, y: Array) -> Memory:
+        """As `Integrator.memory`: positions and momenta, what their sums have lost, and the last stages."""
+        q, v = y[: self._nv], y[self._nv : 2 * self._nv]
+        return _State.at(q, self._form.momentum(q, v), len(self.rule.b)).memory
+
+    def integrate(
+        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+    ) -> Segment:
+        """As `Integrator.integrate`; what is integrated beside the motion goes by the same rule."""
+        self._state, others = _State.recalled(memory or self.memory(y)), y[2 * self._nv :]
+        states, steps = [np.array(y)], 0
+        for start, count, h in intervals(times, self.step):
+            for i in range(count):
+                t = start + i * h
+                if not steps % CALLBACK_STEPS:
+                    self._progress(t)
+                stages = self._solve(t, h)
+                if stages is None:
+                    return Segment(np.array(states), steps, f"{UNSOLVED} {t:g} s after the start: take a smaller step")
+                others = others + h * self._quadrature(derivative, t, h, stages, others)
+                self._state.advance(h * (self.rule.b @ stages.velocity), h * (self.rule.b @ stages.force), stages)
+                steps += 1
+            q = self._state.q
+            states.append(np.concatenate([q, self._form.velocity(q, self._state.p), others]))
+        return Segment(np.array(states), steps, None, self._state.memory)
+
+    def _solve(self, t: float, h: float) -> "_Stages | None":
+        """The stages of the step from t, or None where the iteration does not converge."""
+        return self._iterated(t, h, self._guess()) or self._iterated(t, h, self._start())
+
+    def _iterated(self, t: float, h: float, V: Array) -> "_Stages | None":
+        """Newton's iteration from velocities V (s, nv) at the stages."""
+        q, p, times, factors, before = self._state.q, self._state.p, t + h * self.rule.c, None, np.inf
+        for i in range(MOST_ITERATIONS):
+            Q = q + h * self.rule.within(V)
+            now = self._evaluate(times, Q, V)
+            M, N, F = map(np.array, zip(*now, strict=True))
+            if factors is None or i >= PATIENCE:
+                factors = FACTOR(self._matrix(h, M, N, *self._slopes(times, Q, V, now, i >= PATIENCE)))[:2]
+            residual = (M @ V[..., None])[..., 0] - p - h * self.rule.within(F)
+            change = SOLVE(*factors, residual.reshape(-1))[0].reshape(V.shape)
+            V = V - change
+            size, scale = np.abs(change).max(), max(np.abs(V).max(), 1e-300)
+            if not np.isfinite(size):
+                return None
+            ratio = min(size / before, 1.0) if np.isfinite(before) else 1.0
+            if size * ratio < EPS / 8 * scale or (size < 1e-9 * scale and size >= before / 2):
+                return _Stages(Q, V, F)
+            before = size
+        return None
+
+    def _guess(self) -> Array:
+        """The velocities at the stages, from the polynomial through those of the last steps."""
+        past = self._state.past
+        if not len(past):
+            return self._start()
+        return extrapolation(len(self.rule.b), len(past)) @ past.reshape(-1, self._nv)
+
+    def _start(self) -> Array:
+        """The velocities at the start of the step, for all stages."""
+        return np.tile(self._form.velocity(self._state.q, self._state.p), (len(self.rule.b), 1))
+
+    def _evaluate(self, times: Array, Q: Array, V: Array) -> list[Canonical]:
+        self._calls += len(times)
+        return [self._form.at(*stage) for stage in zip(times, Q, V, strict=True)]
+
+    def _slopes(self, times: Array, Q: Array, V: Array, now: list[Canonical], thorough: bool) -> tuple[Array, Array]:
+        self._calls += thorough * len(times) * self._nv
+        found = [self._form.slopes(*stage, thorough) for stage in zip(times, Q, V, now, strict=True)]
+        in_q, in_v = map(np.array, zip(*found, strict=True))
+        return in_q, in_v
+
+    def _matrix(self, h: float, M: Array, N: Array, in_q: Array, in_v: Array) -> Array:
+        """The derivative of the residual in V, (s nv, s nv).
+
+        M_i delta_ij + h a_ij (N_i - dF_j/dv) - h² sum_k a_ik dF_k/dq a_kj, with N = dp/dq.
+        """
+        a, (s, nv, _) = self.rule.a, N.shape
+        J = h * a[:, None, :, None] * (N[:, :, None, :] - in_v.transpose(1, 0, 2)[None])
+        J -= h * h * np.einsum("ik,kab,kj->iajb", a, in_q, a)
+        J[np.arange(s), :, np.arange(s)] += M
+        return J.reshape(s * nv, s * nv)
+
+    def _quadrature(self, derivative: Derivative, t: float, h: float, stages: "_Stages", others: Array) -> Array:
+        """The mean rates over a step of what is integrated beside the motion."""
+        if not len(others):
+            return others
+        rates = np.empty((len(self.rule.b), 2 * self._nv + len(others)))
+        for rate, time, q, v in zip(rates, t + h * self.rule.c, stages.position, stages.velocity, strict=True):
+            derivative(rate, time, np.concatenate([q, v, others]))
+        return self.rule.b @ rates[:, 2 * self._nv :]
+
+
+class _Stages(NamedTuple):
+    position: Array  # (s, nv)
+    velocity: Array  # (s, nv)
+    force: Array  # (s, nv)
+
+
+class _State:
+    """Positions and momenta, what their sums have lost to rounding so far, and the stages of the last steps."""
+
+    def __init__(self, both: Array, lost: Array, past: Array) -> None:
+        self._both, self._lost, self.past = both, lost, past
+
+    @classmethod
+    def at(cls, q: Array, p: Array, stages: int) -> "_State":
+        """A state with nothing lost and no past."""
+        return cls(np.array([q, p]), np.zeros((2, len(q))), np.zeros((0, stages, len(q))))
+
+    @classmethod
+    def recalled(cls, memory: Memory) -> "_State":
+        """The state that a memory holds."""
+        known = int(memory["steps_known"])
+        return cls(memory["canonical"], memory["lost"], memory["stages"][STEPS - known :])
+
+    @property
+    def memory(self) -> Memory:
+        """As `Integrator.memory`."""
+        known, *shape = self.past.shape
+        stages = np.concatenate([np.zeros((STEPS - known, *shape)), self.past])
+        return {"canonical": self._both, "lost": self._lost, "stages": stages, "steps_known": np.array(float(known))}
+
+    @property
+    def q(self) -> Array:
+        """Positions (nv,)."""
+        return self._both[0]
+
+    @property
+    def p(self) -> Array:
+        """Momenta (nv,)."""
+        return self._both[1]
+
+    def advance(self, dq: Array, dp: Array, stages: _Stages) -> None:
+        """Add with what was lost before (W. Kahan's summation)."""
+        due = np.array([dq, dp]) + self._lost
+        total = self._both + due
+        self._both, self._lost = total, due - (total - self._both)
+        self.past = np.concatenate([self.past[1 - STEPS :], stages.velocity[None]])

@@ -1,0 +1,107 @@
+"""The Taylor integrator: series of the solution to rounding, by heyoka, from the equations of motion run on its symbols."""
+
+import time
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.dynamics import refuse_nonsmooth
+from pendpin.dynamics.symbols import right_hand_side
+from pendpin.effects import Effect
+from pendpin.engines import Compiled, Derivative, Engine, LongChain, ProgressCallback
+from pendpin.equations.numbers import symbols
+from pendpin.errors import InputError, MissingLibrary
+from pendpin.integrators.adaptive import NAMES, NOT_FINITE
+from pendpin.integrators.base import Integrator, Memory, Segment
+
+MAX_JOINTS = 20  # ten rods compile in about half a minute
+SMALL = 2  # joints, up to which the code is written out whole
+HIGH = 1e-15  # tolerances below are met with compensated sums in the series
+FIRST_STEP = float(np.exp(-2))  # of the radius of convergence: the best there is (Jorba, Zou)
+STEPS_AT_ONCE = 4096  # between two calls of the watcher
+
+
+class Taylor(Integrator):
+    """Adaptive order and step (A. Jorba, M. Zou, Experimental Mathematics 14 (2005)); an evaluation is a whole series.
+
+    Its own state goes from segment to segment, so that nothing is lost between them.
+    """
+
+    def __init__(self, effects: Sequence[Effect], tolerance: float, start: float = 0.0) -> None:
+        try:
+            import heyoka
+        except ImportError:
+            raise MissingLibrary("solver.method: taylor needs heyoka: pip install 'pendpin[fast]'") from None
+        refuse_nonsmooth(effects, "solver.method: taylor")
+        self._heyoka, self._effects, self._tolerance, self._start = heyoka, effects, tolerance, start
+        self.library, self.version = "heyoka", version("heyoka")
+
+    def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """As `Integrator.equations`: the integrator is compiled here."""
+        begin = time.perf_counter()
+        self._integrator = self.compiled(engine)
+        self.compile_seconds, self._steps, self._progress = time.perf_counter() - begin, 0, progress
+        return engine.derivative(lambda t: None)[0], lambda: self._steps
+
+    def memory(self, y: Array) -> Memory:
+        """As `Integrator.memory`: the state of the series, before any drift is taken out of it."""
+        return {"series": y}
+
+    def integrate(
+        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+    ) -> Segment:
+        """As `Integrator.integrate`."""
+        series, before, size = self._integrator, self._steps, len(self._integrator.state)
+        if len(y) > size:
+            raise InputError("energy_balance: taylor keeps no books of work; these do: " + ", ".join(NAMES))
+        series.time, series.state[:] = times[0], (memory or self.memory(y))["series"]
+        if times[0] == 0:
+            self._set_out(float(times[1]))
+        states, failure = y[None], None
+        while len(states) < len(times) and failure is None:
+            self._progress(series.time)
+            ahead = np.concatenate([[series.time], times[len(states) :]])
+            outcome, _, _, steps, _, found = series.propagate_grid(ahead, max_steps=STEPS_AT_ONCE)
+            states, self._steps = np.concatenate([states, found[1:]]), self._steps + steps
+            if outcome == self._heyoka.taylor_outcome.err_nf_state:
+                failure = NOT_FINITE
+        return Segment(states, self._steps - before, failure, {"series": series.state.copy()})
+
+    def _set_out(self, end: float) -> None:
+        """A first step by all coefficients: by the last two, as heyoka's are, it may go far beyond where series converge.
+
+        From rest at right angles to gravity, three of four coefficients vanish.
+        """
+        series = self._integrator
+        series.step(max_delta_t=0.0, write_tc=True)
+        coefficients = np.abs(series.tc[:, 1:]) / max(1.0, np.abs(series.state).max())
+        fastest = (coefficients ** (1 / np.arange(1, coefficients.shape[1] + 1))).max()
+        if fastest > 0:
+            series.step(max_delta_t=min(FIRST_STEP / fastest, end / 2))
+            self._steps += 1
+
+    def compiled(self, engine: Engine, width: int | None = None) -> Any:
+        """heyoka's integrator of the engine's state; of `width` states side by side, where a width is given.
+
+        Raises InputError for what the integrator does not take.
+        """
+        joints = len(engine.model.joints)
+        if joints > MAX_JOINTS or isinstance(engine, LongChain | Compiled):
+            raise InputError(
+                f"solver.method: taylor takes up to {MAX_JOINTS // 2} rods or {MAX_JOINTS} joints, as its series are "
+                f"compiled, and no solver.engine: this model has {joints} joints; dop853 takes it"
+            )
+        hy, size = self._heyoka, len(engine.pack(*np.zeros((2, joints))))
+        y = np.array(hy.make_vars(*(f"y{i}" for i in range(size))), dtype=object)
+        right = right_hand_side(engine, bind_loads(engine.model, self._effects, symbols(), self._start))(hy.time, y)
+        return (hy.taylor_adaptive if width is None else hy.taylor_adaptive_batch)(
+            [(symbol, hy.expression(rate)) for symbol, rate in zip(y, right, strict=True)],
+            np.zeros(size if width is None else (size, width)),
+            tol=self._tolerance,
+            high_accuracy=self._tolerance < HIGH,
+            compact_mode=joints > SMALL,
+        )

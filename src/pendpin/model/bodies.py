@@ -1,0 +1,143 @@
+"""The bodies of a Pinocchio model and the rods among them that hang on universal joints."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.equations.base import RodInertia
+from pendpin.equations.recursion import Tree
+from pendpin.errors import MissingLibrary
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A link with a mass. Its frame is that of the joint that moves it."""
+
+    link: str
+    joint: int  # index in model order
+    mass: float  # kg
+    com: Array  # (3,) m, in the link frame
+    inertia: Array  # (3, 3) kg m², central, in the link frame
+    tip: Array  # (3,) m, its far end, in the link frame
+    radius: float = 0.0  # m
+
+
+@dataclass(frozen=True, eq=False)
+class RodJoint:
+    """A rod on a universal joint: two perpendicular revolute joints at one point with a massless link between."""
+
+    link: str
+    theta: int  # index of the joint in model order
+    phi: int
+    frame: Array  # (3, 3), b1, b2, b3 as columns in the link frame
+    sign: float  # -1 where the joint `theta` turns counter-clockwise about b1
+    base: Array  # (3, 3), b1, b2, b3 at zero angles as columns in the frame of what the joint hangs on
+    inertia: RodInertia | None  # None unless the centre of mass is on b3 and the inertia diagonal in B
+
+
+def pinocchio() -> Any:
+    """Pinocchio's module. Raises MissingLibrary with the command that brings the right one."""
+    try:
+        import pinocchio
+    except ImportError as error:
+        raise MissingLibrary(f"Pinocchio does not import ({error}); it is the package `pin`: pip install pin") from None
+    if not hasattr(pinocchio, "aba"):
+        raise MissingLibrary(
+            "the installed `pinocchio` is another project: pip uninstall pinocchio && pip install --force-reinstall pin"
+        )
+    return pinocchio
+
+
+def find_bodies(model: Any, drawn: Mapping[str, tuple[Array, float]]) -> tuple[Body, ...]:
+    """The links with a mass of a pin.Model, in model order.
+
+    `drawn` gives the far end (3,) m, in the link frame, and the radius of links that are drawn as rods. A body's tip is
+    the farthest of its child joints and fixed frames, else its drawn end, else twice as far as its centre of mass.
+    """
+    ends: list[list[Array]] = [[] for _ in range(model.njoints)]
+    for joint in range(1, model.njoints):
+        ends[model.parents[joint]].append(np.array(model.jointPlacements[joint].translation))
+    for frame in model.frames:
+        ends[frame.parentJoint].append(np.array(frame.placement.translation))
+    return tuple(
+        _body(model, joint, ends[joint], drawn) for joint in range(1, model.njoints) if model.inertias[joint].mass > 0
+    )
+
+
+def _body(model: Any, joint: int, ends: list[Array], drawn: Mapping[str, tuple[Array, float]]) -> Body:
+    inertia, link = model.inertias[joint], _link(model, joint)
+    com = np.array(inertia.lever)
+    farthest = max(ends, key=np.linalg.norm, default=com)
+    end, radius = drawn.get(link, (2 * com, 0.0))
+    tip = farthest if np.linalg.norm(farthest) > 1e-9 else end
+    return Body(link, joint - 1, inertia.mass, com, np.array(inertia.inertia), tip, radius)
+
+
+def _link(model: Any, joint: int) -> str:
+    body = pinocchio().FrameType.BODY
+    names = [frame.name for frame in model.frames if frame.parentJoint == joint and frame.type == body]
+    return names[0] if names else model.names[joint]
+
+
+def find_rods(model: Any) -> tuple[RodJoint, ...]:
+    """The rods on universal joints of a pin.Model, in model order."""
+    joints = [_kind_and_axis(model.joints[i]) for i in range(1, model.njoints)]
+    axes = {i: axis for i, (kind, axis) in enumerate(joints, start=1) if kind == "revolute"}
+    children = np.bincount(list(model.parents)[1:], minlength=model.njoints)
+    found = []
+    for phi in range(2, model.njoints):
+        theta, mount = model.parents[phi], model.jointPlacements[phi]
+        if theta not in axes or phi not in axes or children[theta] != 1:
+            continue
+        cross = model.inertias[theta]
+        perpendicular = abs(axes[theta] @ mount.rotation @ axes[phi]) < 1e-12
+        if perpendicular and cross.mass == 0 and not cross.inertia.any() and not mount.translation.any():
+            found.append(_rod_joint(model, theta, phi, axes))
+    return tuple(found)
+
+
+def _rod_joint(model: Any, theta: int, phi: int, axes: dict[int, Array]) -> RodJoint:
+    mount, inertia = model.jointPlacements[phi].rotation, model.inertias[phi]
+    b2, b1, sign = axes[phi], -(mount.T @ axes[theta]), 1.0
+    if np.cross(b1, b2) @ inertia.lever < 0:  # b3 points from the joint to the centre of mass
+        b1, sign = -b1, -1.0
+    frame = np.array([b1, b2, np.cross(b1, b2)], float).T + 0.0  # + 0.0 clears the sign of zeros
+    base = model.jointPlacements[theta].rotation @ mount @ frame
+    return RodJoint(_link(model, phi), theta - 1, phi - 1, frame, sign, base, _in_body(inertia, frame))
+
+
+def _in_body(inertia: Any, frame: Array) -> RodInertia | None:
+    lever, tensor = frame.T @ inertia.lever, frame.T @ inertia.inertia @ frame
+    principal = np.diag(tensor)
+    off_axis = np.abs(lever[:2]).max() > 1e-12 * np.linalg.norm(lever)
+    not_diagonal = np.abs(tensor - np.diag(principal)).max() > 1e-12 * np.abs(tensor).max()
+    if off_axis or not_diagonal:
+        return None
+    return RodInertia(float(inertia.mass), float(lever[2]), *map(float, principal))
+
+
+def tree_of(model: Any) -> Tree:
+    """The plain data of a pin.Model whose joints all have one degree of freedom."""
+    joints = range(1, model.njoints)
+    kinds, axes = zip(*(_kind_and_axis(model.joints[i]) for i in joints), strict=True)
+    places, inertias = [model.jointPlacements[i] for i in joints], [model.inertias[i] for i in joints]
+    return Tree(
+        parents=tuple(int(model.parents[i]) - 1 for i in joints),
+        kinds=kinds,
+        axes=np.array(axes),
+        rotations=np.array([place.rotation for place in places]),
+        translations=np.array([place.translation for place in places]),
+        masses=np.array([inertia.mass for inertia in inertias]),
+        coms=np.array([inertia.lever for inertia in inertias]),
+        inertias=np.array([inertia.inertia for inertia in inertias]),
+    )
+
+
+def _kind_and_axis(joint: Any) -> tuple[Literal["revolute", "prismatic"], Array]:
+    data = joint.createData()
+    joint.calc(data, np.zeros(joint.nq))
+    slide, turn = np.array(data.S).reshape(2, 3)
+    return ("revolute", turn) if turn.any() else ("prismatic", slide)

@@ -1,0 +1,188 @@
+"""From a scene's model to Pinocchio's: joints, names, frames, rods on universal joints. Never changed afterwards."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.equations.chain.inertia import ChainInertia
+from pendpin.errors import InputError, choices, shown
+from pendpin.model.bodies import Body, RodJoint, find_bodies, find_rods, pinocchio
+from pendpin.model.read_urdf import Urdf, read_urdf
+from pendpin.scene import Chain, Rod, Start, UrdfModel, Values
+
+FLIP = np.diag([1.0, -1.0, -1.0])  # W to the inertial frame I, and a rod's link frame to its body frame B: exact signs
+DATA_BYTES_PER_CUBE = 32  # Pinocchio's Data grows like nv³: docs/pinocchio_notes.md
+MAX_DATA_BYTES = 1e9
+FARTHEST = 1e9  # rad, or m: positions of a start
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """What is computed with, and the names that the user sees. One angle (or slide) per joint, in model order."""
+
+    joints: tuple[str, ...]
+    pin: Any | None  # pinocchio.Model with zero gravity; None for a chain too long for its memory
+    chain: ChainInertia | None  # for a chain of rods from a scene
+    rods: tuple[RodJoint, ...]
+    bodies: tuple[Body, ...]
+    notes: tuple[str, ...] = ()  # what the user should know
+
+    def index(self, name: str, where: str) -> int:
+        """The place of a joint in model order; a single rod's may be written with _1. Raises InputError."""
+        if self.joints == ("theta", "phi") and name in {"theta_1", "phi_1"}:
+            name = name.removesuffix("_1")
+        return find(self.joints, name, f"{where}: joint")
+
+
+def find(names: tuple[str, ...], name: str, what: str) -> int:
+    """The place of a name. Raises InputError that lists the names, or the first of many."""
+    if name in names:
+        return names.index(name)
+    more = ", ..." if len(names) > 12 else ""
+    raise InputError(f"{what} {shown(name)} is not one of: {choices(names[:12])}{more}")
+
+
+def build(model: Chain | UrdfModel) -> Model:
+    """The model of a scene. Raises InputError for a model that cannot be simulated, with its place and the reason."""
+    return _from_urdf(model) if isinstance(model, UrdfModel) else _from_chain(model)
+
+
+def start_state(model: Model, start: Start) -> tuple[Array, Array]:
+    """Positions and velocities (nv,) of the start, in model order.
+
+    Raises InputError for unknown joints, and for positions so far out that small motions are lost in rounding.
+    """
+    q, v = _values(model, start.positions, "start.positions"), _values(model, start.velocities, "start.velocities")
+    for joint in np.flatnonzero(np.abs(q) > FARTHEST):
+        name, apart = model.joints[joint], np.spacing(abs(q[joint]))
+        raise InputError(
+            f"start.positions.{name}: {q[joint]:g}: doubles are {apart:.1g} apart there; at most {FARTHEST:g}"
+        )
+    return q, v
+
+
+def _values(model: Model, values: Values, where: str) -> Array:
+    if not isinstance(values, dict):
+        if len(values) != len(model.joints):
+            raise InputError(f"{where}: a list of {len(values)}, where the model has {len(model.joints)} joints")
+        return np.array(values)
+    out = np.zeros(len(model.joints))
+    for name, value in values.items():
+        out[model.index(name, where)] = value
+    return out
+
+
+def _data_bytes(nv: int) -> float:
+    return DATA_BYTES_PER_CUBE * float(nv) ** 3
+
+
+# --- chains of rods -------------------------------------------------------------------------------------------------
+
+
+def chain_names(count: int) -> tuple[tuple[str, str, str], ...]:
+    """The names of each rod's two joints and its link: theta, phi, rod for a single one, else theta_1, phi_1, rod_1."""
+    if count == 1:
+        return (("theta", "phi", "rod"),)
+    return tuple((f"theta_{i}", f"phi_{i}", f"rod_{i}") for i in range(1, count + 1))
+
+
+def _from_chain(chain: Chain) -> Model:
+    rods, names = chain.all_rods, chain_names(chain.count)
+    joints = tuple(name for theta, phi, _ in names for name in (theta, phi))
+    arrays = np.array([(*rod.properties, rod.length) for rod in rods]).T
+    m, h, I1, I2, I3, length = arrays
+    notes = tuple(f"model.rods[{i}].inertia: {rod.impossible}" for i, rod in enumerate(chain.rods) if rod.impossible)
+    return Model(
+        joints,
+        _pin_chain(rods, names) if _data_bytes(len(joints)) <= MAX_DATA_BYTES else None,
+        ChainInertia(m, h, length, I1, I2, I3),
+        tuple(
+            RodJoint(link, 2 * i, 2 * i + 1, FLIP, 1.0, FLIP, rod.properties)
+            for i, (rod, (_, _, link)) in enumerate(zip(rods, names, strict=True))
+        ),
+        tuple(_chain_body(rod, link, 2 * i + 1) for i, (rod, (_, _, link)) in enumerate(zip(rods, names, strict=True))),
+        notes,
+    )
+
+
+def _pin_chain(rods: tuple[Rod, ...], names: tuple[tuple[str, str, str], ...]) -> Any:
+    pin = pinocchio()
+    model = pin.Model()
+    model.gravity = pin.Motion.Zero()
+    joint, offset = 0, np.zeros(3)
+    for rod, (theta, phi, _) in zip(rods, names, strict=True):
+        joint = model.addJoint(joint, pin.JointModelRevoluteUnaligned(-1, 0, 0), pin.SE3(np.eye(3), offset), theta)
+        joint = model.addJoint(joint, pin.JointModelRevoluteUnaligned(0, -1, 0), pin.SE3.Identity(), phi)
+        m, h, *principal = rod.properties
+        model.appendBodyToJoint(joint, pin.Inertia(m, np.array([0, 0, -h]), np.diag(principal)), pin.SE3.Identity())
+        offset = np.array([0, 0, -rod.length])
+    return model
+
+
+def _chain_body(rod: Rod, link: str, joint: int) -> Body:
+    m, h, *principal = rod.properties
+    tip = np.array([0, 0, -rod.length])
+    return Body(link, joint, m, np.array([0, 0, -h]), np.diag(principal), tip, rod.radius)
+
+
+# --- URDF trees -----------------------------------------------------------------------------------------------------
+
+
+def _from_urdf(model: UrdfModel) -> Model:
+    pin, urdf = pinocchio(), read_urdf(model.path)
+    _refuse_size(len(urdf.moving_joints), urdf.source)
+    try:
+        loaded = pin.buildModelFromXML(urdf.text)
+    except (ValueError, RuntimeError) as error:
+        raise InputError(f"{urdf.source}: Pinocchio does not load it: {error}") from None
+    loaded.gravity = pin.Motion.Zero()
+    joints = tuple(loaded.names)[1:]
+    if set(joints) != set(urdf.moving_joints) or loaded.nq != len(joints):
+        lost = sorted(set(urdf.moving_joints) - set(joints))
+        raise InputError(f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, lost))}")
+    _refuse_what_cannot_move(loaded, joints, urdf.source)
+    return Model(joints, loaded, None, find_rods(loaded), find_bodies(loaded, _drawn(urdf)), urdf.not_applied)
+
+
+def _drawn(urdf: Urdf) -> dict[str, tuple[Array, float]]:
+    """The far end from the link's origin, and the radius, of the cylinders that links are drawn with."""
+    rotate = pinocchio().rpy.rpyToMatrix
+    found = {}
+    for link, cylinder in urdf.cylinders.items():
+        half = rotate(np.array(cylinder.rpy))[:, 2] * (cylinder.length / 2)
+        ends = [np.array(cylinder.xyz) + half, np.array(cylinder.xyz) - half]
+        found[link] = (max(ends, key=np.linalg.norm), cylinder.radius)
+    return found
+
+
+def _refuse_size(nv: int, where: str) -> None:
+    if _data_bytes(nv) > MAX_DATA_BYTES:
+        raise InputError(
+            f"{where}: {nv} joints need about {_data_bytes(nv) / 1e9:,.1f} GB in Pinocchio, which grows with their cube; "
+            f'the limit is {MAX_DATA_BYTES / 1e9:g} GB; a scene with kind = "chain" takes longer chains of rods'
+        )
+
+
+def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) -> None:
+    """A joint that moves no inertia has no acceleration; Pinocchio would answer NaN or a huge number."""
+    pin, generic = pinocchio(), np.sin(1.0 + np.arange(model.nq))
+    M = np.triu(pin.crba(model, pin.Data(model), generic))
+    a = pin.aba(model, pin.Data(model), generic, generic, np.zeros(model.nv))
+    if not np.isfinite(M).all():
+        raise InputError(f"{where}: its masses, lengths or inertia are too large: the mass matrix overflows")
+    M += np.triu(M, 1).T
+    diagonal = np.diag(M)
+    for name, inertia in zip(joints, diagonal, strict=True):
+        if not inertia > 0:
+            raise InputError(
+                f"{where}: joint {shown(name)} moves no inertia: its links are massless, or points on its axis"
+            )
+    scale = 1 / np.sqrt(diagonal)
+    values, vectors = np.linalg.eigh(scale[:, None] * M * scale)
+    if values[0] < 1e-15:
+        worst = joints[int(np.argmax(np.abs(vectors[:, 0])))]
+        raise InputError(f"{where}: singular mass matrix: joint {shown(worst)} can move without any inertia")
+    if not np.isfinite(a).all():
+        raise InputError(f"{where}: its masses, lengths or inertia are too far apart: the accelerations overflow")

@@ -1,0 +1,83 @@
+"""Where the bodies are and what energy they have, from a model and states of it."""
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.equations.chain import kinematics
+from pendpin.model.bodies import pinocchio
+from pendpin.model.build import FLIP, Model
+
+
+def poses(model: Model, q: Array) -> Array:
+    """Poses of the bodies' links, (n, bodies, 4, 4) in W, from q (n, nv)."""
+    if model.chain is not None:
+        return _chain_poses(model, q)
+    return joint_poses(model, q)[:, [body.joint for body in model.bodies]]
+
+
+def joint_poses(model: Model, q: Array) -> Array:
+    """Poses of what each joint moves, (n, joints, 4, 4) in W, from q (n, nv), by Pinocchio."""
+    pin, (n, nv) = pinocchio(), q.shape
+    assert model.pin is not None
+    data, out = pin.Data(model.pin), np.empty((n, nv, 4, 4))
+    for sample, angles in zip(out, q, strict=True):
+        pin.forwardKinematics(model.pin, data, angles)
+        for joint in range(nv):
+            sample[joint] = data.oMi[joint + 1].homogeneous
+    return out
+
+
+def _chain_poses(model: Model, q: Array) -> Array:
+    assert model.chain is not None
+    at = kinematics.positions(model.chain, q.reshape(len(q), -1, 2))
+    out = np.zeros((len(q), len(model.bodies), 4, 4))
+    out[..., 3, 3] = 1
+    out[..., :3, :3] = FLIP @ at.frames @ FLIP
+    out[:, 1:, :3, 3] = at.tips[:, :-1] @ FLIP
+    return out
+
+
+def tips(model: Model, link_poses: Array) -> Array:
+    """The far ends of the bodies, (n, bodies, 3) m in W, from the poses of their links."""
+    offsets = np.array([body.tip for body in model.bodies])
+    return link_poses[..., :3, 3] + np.einsum("nrij,rj->nri", link_poses[..., :3, :3], offsets)
+
+
+def centres(model: Model, link_poses: Array) -> Array:
+    """The centres of mass of the bodies, (n, bodies, 3) m in W, from the poses of their links."""
+    offsets = np.array([body.com for body in model.bodies])
+    return link_poses[..., :3, 3] + np.einsum("nrij,rj->nri", link_poses[..., :3, :3], offsets)
+
+
+def reach(model: Model) -> float:
+    """How far from W's origin a body's far end can get, m: the length of a chain."""
+    if model.chain is not None:
+        return float(model.chain.l.sum())
+    pin = model.pin
+    assert pin is not None
+    away = [0.0]
+    for parent, placement in list(zip(pin.parents, pin.jointPlacements, strict=True))[1:]:
+        away.append(away[parent] + float(np.linalg.norm(placement.translation)))
+    return max(away[body.joint + 1] + float(np.linalg.norm(body.tip)) for body in model.bodies)
+
+
+def apart(one: Array, other: Array, length: float) -> Array:
+    """The largest distance of any tip at each time, over a length, (n,), from tips (n, rods, 3)."""
+    return np.linalg.norm(one - other, axis=-1).max(-1) / length
+
+
+def kinetic_energy(model: Model, q: Array, v: Array) -> Array:
+    """Kinetic energy (n,) in J of states (n, nv)."""
+    if model.chain is not None:
+        shape = (len(q), -1, 2)
+        return kinematics.energy(model.chain, q.reshape(shape), v.reshape(shape), np.zeros(3))[0]
+    pin = pinocchio()
+    assert model.pin is not None
+    data = pin.Data(model.pin)
+    return np.array([pin.computeKineticEnergy(model.pin, data, *state) for state in zip(q, v, strict=True)])
+
+
+def field_potential(model: Model, link_poses: Array, field: Array) -> Array:
+    """Potential energy (n,) in J of the bodies in a uniform field (3,) m/s², W; zero at W's origin."""
+    weights = np.array([body.mass for body in model.bodies])
+    return -(centres(model, link_poses) @ field) @ weights

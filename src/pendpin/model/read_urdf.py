@@ -1,0 +1,284 @@
+"""Reading a URDF: every number and every connection is checked before Pinocchio sees the text.
+
+Pinocchio's own reader takes broken numbers, lost branches and impossible inertia in silence (docs/pinocchio_notes.md).
+"""
+
+import math
+import os
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+
+from pendpin.errors import InputError, choices, inside, shown
+from pendpin.files import read_whole
+from pendpin.model.urdf_xml import Element, named, needed, number, numbers, parse, plain, put, triple
+
+MAX_BYTES = 8_000_000
+MAX_LINKS = 10_000
+MAX_DEPTH = 1_000  # links in a row; Pinocchio's reader recurses and dies far below 5,000
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
+_ROUNDING = 1e-3  # of the trace: what numbers written with four digits may miss in the triangle inequality
+_NO_LIMIT = {"lower": "-1e300", "upper": "1e300", "effort": "1e300", "velocity": "1e300"}
+_SIZES = {
+    "box": "size",
+    "cylinder": "radius length",
+    "sphere": "radius",
+    "mesh": "filename",
+    "capsule": "radius length",
+}
+
+
+@dataclass(frozen=True)
+class Urdf:
+    """A URDF that passed every check, as Pinocchio gets it: continuous joints as revolute ones, axes of unit length."""
+
+    source: str
+    text: str
+    moving_joints: tuple[str, ...]
+    not_applied: tuple[str, ...]  # what the file says and pendpin leaves out, for the user to know
+    cylinders: dict[str, "Cylinder"]  # the longest that each link is drawn with
+
+
+class Cylinder(NamedTuple):
+    """A cylinder that a link is drawn with, in the link's frame."""
+
+    xyz: tuple[float, float, float]  # m, its centre
+    rpy: tuple[float, float, float]  # rad
+    radius: float  # m
+    length: float  # m
+
+
+def read_urdf(path: Path) -> Urdf:
+    """Read and check a URDF file. Raises InputError: file, place and reason in one line."""
+    with inside(str(path)):
+        return _checked(str(path), path.parent, parse(read_whole(path, MAX_BYTES, "a URDF")))
+
+
+def _checked(source: str, folder: Path, robot: Element) -> Urdf:
+    links, joints = named(robot, "link"), named(robot, "joint")
+    if not links:
+        raise InputError("it has no <link>")
+    if len(links) > MAX_LINKS:
+        raise InputError(f"it has {len(links)} links; the limit is {MAX_LINKS}")
+    for material in robot.findall("material"):
+        _check_color(f"material {shown(material.get('name', ''))}", material)
+    for name, link in links.items():
+        _check_link(f"link {shown(name)}", link, folder)
+    for name, joint in joints.items():
+        _check_joint(f"joint {shown(name)}", joint, links)
+    _check_tree(links, joints)
+    moving = tuple(name for name, joint in joints.items() if joint.get("type") != "fixed")
+    if not moving:
+        raise InputError("no joint of it can move: at least one revolute, continuous or prismatic joint is needed")
+    ignored = _not_applied(joints)
+    for joint in joints.values():
+        _make_plain(joint)
+    drawn = {name: longest for name, link in links.items() if (longest := _longest_cylinder(link))}
+    return Urdf(source, plain(links, joints), moving, ignored, drawn)
+
+
+# --- links ----------------------------------------------------------------------------------------------------------
+
+
+def _check_link(where: str, link: Element, folder: Path) -> None:
+    for visual in link.findall("visual"):
+        _check_origin(f"{where}: visual", visual)
+        _check_geometry(where, visual.find("geometry"), folder)
+        _check_color(f"{where}: visual", visual.find("material"))
+    inertial = link.find("inertial")
+    if inertial is not None:
+        _check_inertial(where, inertial)
+
+
+def _longest_cylinder(link: Element) -> Cylinder | None:
+    found = []
+    for visual in link.findall("visual"):
+        shape = visual.find("geometry/cylinder")
+        if shape is not None:
+            origin = visual.find("origin")
+            xyz, rpy = ((0.0, 0.0, 0.0) if origin is None else triple("", origin, key) for key in ("xyz", "rpy"))
+            found.append(Cylinder(xyz, rpy, number("", shape, "radius"), number("", shape, "length")))
+    return max(found, key=lambda cylinder: cylinder.length, default=None)
+
+
+def _check_origin(where: str, element: Element) -> None:
+    origin = element.find("origin")
+    if origin is not None:
+        for key in ("xyz", "rpy"):
+            triple(where, origin, key)
+
+
+def _check_inertial(where: str, inertial: Element) -> None:
+    _check_origin(where, inertial)
+    mass = number(where, needed(where, inertial, "mass"), "value")
+    if mass < 0:
+        raise InputError(f"{where}: mass {mass:g} kg is negative")
+    tensor = needed(where, inertial, "inertia")
+    xx, xy, xz, yy, yz, zz = (number(where, tensor, key) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+    _check_possible(where, mass, np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+
+
+def _check_possible(where: str, mass: float, inertia: np.ndarray) -> None:
+    size = np.abs(inertia).max() or 1.0
+    small, middle, large = np.linalg.eigvalsh(inertia / size)
+    slack = _ROUNDING * (abs(small) + abs(middle) + abs(large))
+    values = f"principal inertia {choices(f'{float(value) * size:.6g}' for value in (small, middle, large))} kg m²"
+    if small < -1e-9:
+        raise InputError(f"{where}: {values}: none may be negative")
+    if large > small + middle + slack:
+        raise InputError(f"{where}: {values}: no real body has one above the sum of the others")
+    if mass == 0 and large > 0:
+        raise InputError(f"{where}: {values} with a mass of 0: a massless link has no inertia")
+
+
+def _check_geometry(where: str, geometry: Element | None, folder: Path) -> None:
+    shape = None if geometry is None else next(iter(geometry), None)
+    if shape is None or shape.tag not in _SIZES:
+        raise InputError(f"{where}: a visual needs a <geometry> with one of: {choices(_SIZES)}")
+    if shape.tag == "mesh":
+        if not shape.get("filename"):
+            raise InputError(f"{where}: <mesh> has no filename")
+        mesh_file(folder, shape.get("filename", ""), where)
+        numbers(where, shape, "scale", 3)
+        return
+    for key in _SIZES[shape.tag].split():
+        if shape.get(key) is None:
+            raise InputError(f"{where}: <{shape.tag}> has no {key}")
+        sizes = triple(where, shape, key) if shape.tag == "box" else (number(where, shape, key),)
+        if min(sizes) < 0:
+            raise InputError(f"{where}: {shape.tag} {key}: a size is negative")
+
+
+def _check_color(where: str, material: Element | None) -> None:
+    color = None if material is None else material.find("color")
+    if color is not None:
+        numbers(where, color, "rgba", 4)
+
+
+def mesh_file(folder: Path, filename: str, where: str) -> Path:
+    """The file that a mesh name of a URDF in `folder` means; package://NAME/... is sought in the folders above it.
+
+    Raises InputError, beginning with `where`, if there is none.
+    """
+    scheme, _, rest = filename.rpartition("://")
+    candidates = [folder / rest] if scheme in {"", "file"} else [above / rest for above in folder.resolve().parents]
+    for candidate in candidates:
+        if os.path.isfile(candidate):  # False also for names that no file can have
+            return candidate
+    raise InputError(f"{where}: mesh {shown(filename)} is not found")
+
+
+# --- joints ---------------------------------------------------------------------------------------------------------
+
+
+def _check_joint(where: str, joint: Element, links: dict[str, Element]) -> None:
+    kind = joint.get("type", "")
+    if kind not in JOINT_TYPES:
+        hint = " (write a universal joint as two revolute joints)" if kind in {"universal", "spherical"} else ""
+        raise InputError(f"{where}: type {shown(kind)} is not one of: {choices(JOINT_TYPES)}{hint}")
+    if joint.find("mimic") is not None:
+        raise InputError(f"{where}: <mimic> ties it to another joint; pendpin takes trees of free joints only")
+    for end in ("parent", "child"):
+        name = needed(where, joint, end).get("link", "")
+        if name not in links:
+            raise InputError(f"{where}: its {end} link {shown(name)} does not exist")
+    _check_origin(where, joint)
+    if kind != "fixed":
+        _check_motion(where, joint, kind)
+
+
+def _check_motion(where: str, joint: Element, kind: str) -> None:
+    axis, dynamics = joint.find("axis"), joint.find("dynamics")
+    if axis is not None and axis.get("xyz") is None:
+        raise InputError(f"{where}: <axis> has no xyz")
+    if axis is not None and not any(triple(where, axis, "xyz")):
+        raise InputError(f"{where}: axis {axis.get('xyz')} has no direction")
+    for key in ("damping", "friction"):
+        if dynamics is not None and dynamics.get(key) is not None and number(where, dynamics, key) < 0:
+            raise InputError(f"{where}: {key} is negative")
+    if kind != "continuous":
+        _check_limits(where, joint, kind)
+
+
+def _check_limits(where: str, joint: Element, kind: str) -> None:
+    limit = joint.find("limit")
+    if limit is None:
+        raise InputError(f"{where}: a {kind} joint needs <limit lower upper effort velocity>")
+    for key in ("effort", "velocity"):
+        if number(where, limit, key) < 0:
+            raise InputError(f"{where}: limit {key} is negative")
+    lower, upper = (number(where, limit, key) if limit.get(key) is not None else 0.0 for key in ("lower", "upper"))
+    if lower > upper:
+        raise InputError(f"{where}: its limits are swapped: lower {lower:g} > upper {upper:g}")
+
+
+def _not_applied(joints: dict[str, Element]) -> tuple[str, ...]:
+    notes = []
+    for name, joint in joints.items():
+        dynamics = joint.find("dynamics")
+        if dynamics is None or joint.get("type") == "fixed":
+            continue
+        for key in ("damping", "friction"):
+            value = float(dynamics.get(key, "0"))
+            if value:
+                notes.append(f"joint {shown(name)}: <dynamics {key}={value:g}> is not applied")
+    return tuple(notes)
+
+
+def _make_plain(joint: Element) -> None:
+    """Continuous joints become revolute ones, so that every joint has one plain angle; axes get unit length."""
+    kind, axis = joint.get("type"), joint.find("axis")
+    if kind in {"fixed", "continuous"}:
+        for unused in joint.findall("limit") + (joint.findall("axis") + joint.findall("dynamics")) * (kind == "fixed"):
+            joint.remove(unused)
+    if kind == "continuous":
+        joint.set("type", "revolute")
+        ElementTree.SubElement(joint, "limit", _NO_LIMIT)
+    if kind != "fixed" and axis is not None:
+        xyz = np.array(triple("", axis, "xyz"))
+        if abs(math.hypot(*xyz) - 1) > 1e-15:
+            xyz /= np.abs(xyz).max()  # then neither overflow nor underflow
+            put(axis, "xyz", xyz / np.linalg.norm(xyz))
+
+
+# --- the tree -------------------------------------------------------------------------------------------------------
+
+
+def _check_tree(links: dict[str, Element], joints: dict[str, Element]) -> None:
+    parents: dict[str, tuple[str, str]] = {}
+    for name, joint in joints.items():
+        parent, child = (needed("", joint, end).get("link", "") for end in ("parent", "child"))
+        if child in parents:
+            raise InputError(
+                f"link {shown(child)} hangs on two joints, {shown(parents[child][0])} and {shown(name)}: "
+                "a kinematic loop; pendpin takes trees only"
+            )
+        parents[child] = (name, parent)
+    roots = [link for link in links if link not in parents]
+    if len(roots) != 1:
+        reason = "every link hangs on another: a kinematic loop" if not roots else "several links hang on nothing"
+        raise InputError(f"{reason}{': ' if roots else ''}{choices(map(shown, roots[:4]))}; a tree has one root")
+    _check_reach(roots[0], parents)
+
+
+def _check_reach(root: str, parents: dict[str, tuple[str, str]]) -> None:
+    children: dict[str, list[str]] = defaultdict(list)
+    for child, (_, parent) in parents.items():
+        children[parent].append(child)
+    level, lost, depth = [root], dict.fromkeys(parents), 1
+    while level := [child for link in level for child in children[link]]:
+        depth += 1
+        for link in level:
+            del lost[link]
+    if lost:
+        links = choices(map(shown, list(lost)[:4])) + ", ..." * (len(lost) > 4)
+        raise InputError(f"a kinematic loop, cut off from {shown(root)}: {links}")
+    if depth > MAX_DEPTH:
+        raise InputError(
+            f"{depth} links hang in a row, and Pinocchio's URDF reader survives about {MAX_DEPTH}; "
+            'a scene with kind = "chain" takes longer ones'
+        )

@@ -1,0 +1,135 @@
+"""A URDF's XML: parsed without the tricks that XML allows, its numbers checked, and written again in plain form."""
+
+import re
+import sys
+from collections.abc import Iterable
+from xml.etree import ElementTree
+
+from pendpin.errors import InputError, shown
+from pendpin.records import LARGEST_SIZE
+
+Element = ElementTree.Element
+
+_BLANK = " \t\r\n"  # other spaces of Unicode are no separators in XML
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+_ONLY_COMPARED = {"limit", "axis"}  # or made a unit vector
+_KEPT = {  # what Pinocchio gets to see
+    "origin": ("xyz", "rpy"),
+    "mass": ("value",),
+    "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+    "parent": ("link",),
+    "child": ("link",),
+    "axis": ("xyz",),
+    "limit": ("lower", "upper", "effort", "velocity"),
+    "dynamics": ("damping", "friction"),
+}
+
+
+class _NoDoctype(ElementTree.TreeBuilder):
+    def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
+        """Entities begin with a DOCTYPE, whatever the encoding; expat calls this before it reads any."""
+        raise InputError("a URDF has no DOCTYPE and no entities; remove them")
+
+
+def parse(data: bytes) -> Element:
+    """The <robot> of a URDF. Raises InputError for anything else."""
+    if not data.strip():
+        raise InputError("the file is empty")
+    try:
+        robot = ElementTree.fromstring(data, ElementTree.XMLParser(target=_NoDoctype()))
+    except ElementTree.ParseError as error:
+        raise InputError(f"not well-formed XML: {str(error).removeprefix('not well-formed ')}") from None
+    except (ValueError, LookupError) as error:  # an encoding that is not known or not text
+        raise InputError(f"not readable as XML: {error}") from None
+    if robot.tag != "robot":
+        raise InputError(f"the root element is <{shown(robot.tag)[1:-1]}>; a URDF's is <robot>")
+    if any("xacro" in element.tag for element in robot.iter()):
+        raise InputError("it is a xacro file; run xacro first and give pendpin the URDF that comes out")
+    return robot
+
+
+def named(robot: Element, tag: str) -> dict[str, Element]:
+    """The elements of one kind by name. Raises InputError where a name is absent or there twice."""
+    found: dict[str, Element] = {}
+    for element in robot.findall(tag):
+        name = element.get("name", "")
+        if not name.strip():
+            raise InputError(f"a <{tag}> has no name")
+        if name in found:
+            raise InputError(f"two {tag}s are named {shown(name)}")
+        found[name] = element
+    return found
+
+
+def needed(where: str, element: Element, tag: str) -> Element:
+    """The first child of this kind. Raises InputError if there is none."""
+    child = element.find(tag)
+    if child is None:
+        raise InputError(f"{where}: <{element.tag}> has no <{tag}>")
+    return child
+
+
+def number(where: str, element: Element, key: str) -> float:
+    """A finite number, which the element then holds in plain form. Raises InputError."""
+    text = element.get(key)
+    if text is None:
+        raise InputError(f"{where}: <{element.tag}> has no {key}")
+    value = _read(where, element, key, text.strip(_BLANK))
+    element.set(key, repr(value))
+    return value
+
+
+def triple(where: str, element: Element, key: str) -> tuple[float, float, float]:
+    """Three finite numbers, which the element then holds in plain form; zeros where the key is absent."""
+    x, y, z = numbers(where, element, key, 3) or (0.0, 0.0, 0.0)
+    return x, y, z
+
+
+def numbers(where: str, element: Element, key: str, count: int) -> tuple[float, ...]:
+    """So many finite numbers, which the element then holds in plain form; none where the key is absent."""
+    text = element.get(key)
+    if text is None:
+        return ()
+    parts = [part for part in re.split(f"[{_BLANK}]+", text) if part]
+    values = tuple(_read(where, element, key, part) for part in parts)
+    if len(values) != count:
+        raise InputError(f"{where}: {element.tag} {key}: {shown(text)} is not {count} numbers with spaces between")
+    put(element, key, values)
+    return values
+
+
+def put(element: Element, key: str, values: Iterable[float]) -> None:
+    """Write numbers into an element, every digit of them."""
+    element.set(key, " ".join(repr(float(value)) for value in values))
+
+
+def _read(where: str, element: Element, key: str, text: str) -> float:
+    what = f"{where}: {element.tag} {key}: {shown(text)}"
+    if not _NUMBER.fullmatch(text):
+        comma = "; it has a comma" if "," in text else ""
+        raise InputError(f"{what} is not a number such as 1.5 or 2e-3{comma}")
+    value = float(text)
+    most = sys.float_info.max if element.tag in _ONLY_COMPARED else LARGEST_SIZE
+    if abs(value) > most:
+        raise InputError(f"{what} is too large to compute with; the most is {most:.2g}")
+    return value
+
+
+def plain(links: dict[str, Element], joints: dict[str, Element]) -> str:
+    """The text of a URDF with these links and joints and nothing else: what was checked is what Pinocchio reads."""
+    robot = ElementTree.Element("robot", name="robot")
+    for name, link in links.items():
+        copy = ElementTree.SubElement(robot, "link", name=name)
+        inertial = link.find("inertial")
+        if inertial is not None:
+            _keep(ElementTree.SubElement(copy, "inertial"), inertial)
+    for name, joint in joints.items():
+        _keep(ElementTree.SubElement(robot, "joint", name=name, type=joint.get("type", "")), joint)
+    return ElementTree.tostring(robot, encoding="unicode")
+
+
+def _keep(copy: Element, element: Element) -> None:
+    for tag, keys in _KEPT.items():
+        child = element.find(tag)
+        if child is not None:
+            ElementTree.SubElement(copy, tag, {key: child.get(key, "") for key in keys if key in child.attrib})

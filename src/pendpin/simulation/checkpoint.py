@@ -1,0 +1,204 @@
+"""How far a run has come, in memory and in a file, so that it goes on from there after its process has ended."""
+
+import json
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.errors import Halted, InputError, Interrupted, shown
+from pendpin.files import ArrayFile, open_arrays, refuse_targets, write_whole
+from pendpin.scene import Scene
+from pendpin.trajectory import read_array
+from pendpin.versions import VERSION, installed
+
+FORMAT = 1
+EVERY = 5.0  # s of wall time between two saves, unless another is given
+LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # that compute a motion, or by their absence choose what does
+REMEDY = "delete it or name another file"
+WHAT = f"a checkpoint that pendpin saved ({REMEDY})"
+
+
+@dataclass(frozen=True, eq=False)
+class RunState:
+    """The motion at the first n output times, and what its integration carries on from there.
+
+    All of a run's progress shares one `room`, of which the rows before n are never written again.
+    """
+
+    room: Array  # (output times, columns): q, v, work of the accounts, torques of contacts
+    n: int
+    carried: dict[str, Array]  # of one shape through all of a run
+    steps: int = 0
+    evaluations: int = 0
+    events: int = 0
+    seconds: float = 0.0
+
+    @classmethod
+    def at_start(cls, first: Array, count: int, carried: dict[str, Array]) -> "RunState":
+        """The first of `count` samples."""
+        room = np.empty((count, len(first)))
+        room[0] = first
+        return cls(room, 1, carried)
+
+    @property
+    def samples(self) -> Array:
+        """The rows so far, (n, columns)."""
+        return self.room[: self.n]
+
+    @property
+    def complete(self) -> bool:
+        """Whether there is a sample for every output time."""
+        return self.n == len(self.room)
+
+    def grown(
+        self, samples: Array, carried: dict[str, Array], steps: int, evaluations: int, events: int = 0
+    ) -> "RunState":
+        """With more samples (k, columns), and what they took."""
+        n = self.n + len(samples)
+        self.room[self.n : n] = samples
+        counts = {"steps": self.steps + steps, "evaluations": self.evaluations + evaluations}
+        return replace(self, n=n, carried=carried, events=self.events + events, **counts)
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """The file of a run, and how often it is written. Raises InputError for a file that cannot be."""
+
+    path: Path
+    every: float = EVERY  # s of wall time
+
+    def __post_init__(self) -> None:
+        if not self.every >= 0:
+            raise InputError(f"every: {shown(self.every)} is not a number of seconds, 0 or above")
+        refuse_targets([self.path], [])
+
+
+class Saver:
+    """What keeps the progress of a run safe: this one nothing."""
+
+    note = ""  # how a run that was halted goes on
+
+    def resume(self, first: RunState) -> RunState:
+        """Where the run goes on; `first` if it is not a part of it done. Raises InputError for what is of another run."""
+        return first
+
+    def offer(self, progress: RunState) -> None:
+        """Save, if it is time. Raises Halted where that cannot be."""
+
+    def save(self, progress: RunState) -> None:
+        """Save now. Raises Halted where that cannot be."""
+
+
+class FileSaver(Saver):
+    """The checkpoint of one run."""
+
+    def __init__(self, checkpoint: Checkpoint, run: dict[str, Any]) -> None:
+        self._path, self._every, self._run, self._saved = checkpoint.path, checkpoint.every, run, -np.inf
+
+    def resume(self, first: RunState) -> RunState:
+        """As `Saver.resume`."""
+        return load(self._path, self._run, first) if os.path.exists(self._path) else first
+
+    def offer(self, progress: RunState) -> None:
+        """As `Saver.offer`; the first time at once."""
+        if time.perf_counter() - self._saved >= self._every:
+            self.save(progress)
+
+    def save(self, progress: RunState) -> None:
+        """As `Saver.save`."""
+        try:
+            save(self._path, self._run, progress)
+        except InputError as error:
+            raise Halted(str(error)) from None
+        self._saved = time.perf_counter()
+
+    @property
+    def note(self) -> str:
+        """As in `Saver`."""
+        return _note(self._path)
+
+
+@contextmanager
+def resumable(path: Path | None) -> Iterator[None]:
+    """Where the user stops the block, the file of its run is named, if it has one. Raises Interrupted."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if path is None or not os.path.exists(path):
+            raise
+        raise Interrupted(f"stopped by the user{_note(path)}") from None
+
+
+def _note(path: Path) -> str:
+    return f"; {path} holds what is done: the same run goes on from there" if os.path.exists(path) else ""
+
+
+def identity(scene: Scene, energy_balance: bool, engine: str) -> dict[str, Any]:
+    """What has to be the same for a run to go on: scene, contents of the files that it names, energy_balance, versions."""
+    record = scene.model_dump(mode="json")
+    for table in (record["model"], *record["effects"]):
+        for key in table.keys() & {"path", "csv"}:
+            if os.path.isfile(str(table[key])):
+                table[key] = "sha256 " + sha256(Path(table[key]).read_bytes()).hexdigest()[:32]
+    versions = {"pendpin": VERSION} | installed(*LIBRARIES)
+    return json.loads(
+        json.dumps({"scene": record, "energy_balance": energy_balance, "engine": engine, "versions": versions})
+    )
+
+
+def save(path: Path, run: dict[str, Any], progress: RunState) -> None:
+    """Write the progress of a run, whole or not at all. Raises InputError where that cannot be."""
+    counts = np.array([progress.steps, progress.evaluations, progress.events, progress.seconds])
+    meta = np.array(json.dumps({"checkpoint": FORMAT, "run": run}))
+    arrays: dict[str, Any] = {"samples": progress.samples, "counts": counts, "meta": meta}
+    arrays |= {f"carried_{name}": array for name, array in progress.carried.items()}
+    write_whole(path, lambda file: np.savez(file, **arrays))
+
+
+def load(path: Path, run: dict[str, Any], first: RunState) -> RunState:
+    """The progress of this run in a file; its arrays have the shapes of those in `first`.
+
+    Raises InputError for a file that is damaged, foreign or of another run; nothing in it is executed.
+    """
+    with open_arrays(path, WHAT) as file:
+        meta = json.loads(str(read_array(file, "meta", (), text=True)))
+        if not isinstance(meta, dict) or meta.get("checkpoint") != FORMAT:
+            raise ValueError("it is something else, or of another version of pendpin")
+        difference = _difference(meta.get("run"), run)
+        progress = first if difference else _read(file, first)
+    if difference:
+        raise InputError(f"{path}: the checkpoint of another run: {difference}; {REMEDY}")
+    return progress
+
+
+def _read(file: ArrayFile, first: RunState) -> RunState:
+    most, columns = first.room.shape
+    n = (*file.header("samples").shape, 0)[0]
+    if not 1 <= n <= most:
+        raise ValueError(f"{n} samples, where 1 to {most} are wanted")
+    first.room[:n] = read_array(file, "samples", (n, columns))
+    carried = {name: read_array(file, f"carried_{name}", array.shape) for name, array in first.carried.items()}
+    counts = read_array(file, "counts", (4,))
+    if (counts < 0).any() or (counts[:3] % 1).any():
+        raise ValueError("array 'counts' holds no counts")
+    steps, evaluations, events = map(int, counts[:3])
+    return RunState(first.room, n, carried, steps, evaluations, events, float(counts[3]))
+
+
+def _difference(saved: Any, now: Any, place: str = "run") -> str | None:
+    """The first place where two records differ, in words; None where they are the same."""
+    if isinstance(saved, dict) and isinstance(now, dict):
+        inner = [(saved.get(key), now.get(key), f"{place}.{key}") for key in now | saved]
+    elif isinstance(saved, list) and isinstance(now, list) and len(saved) == len(now):
+        inner = [(*pair, f"{place}[{i}]") for i, pair in enumerate(zip(saved, now, strict=True))]
+    else:
+        return None if saved == now else f"{place.removeprefix('run.')} is {shown(saved)} in it, {shown(now)} here"
+    return next(filter(None, (_difference(*pair) for pair in inner)), None)

@@ -1,0 +1,77 @@
+"""Where the energy goes: the work of every effect, by its potential where it has one, else integrated with the motion."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.binding import bodies_of, body_wrench, joint_torque, since, surroundings
+from pendpin.dynamics.dynamics import Dynamics, Potential, potential_of
+from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
+from pendpin.engines import Derivative
+
+Power = Callable[[float, Array], float]  # t, y of the engine -> W
+
+
+class EnergyBalance:
+    """The books of one scene: an account for each kind of effect."""
+
+    def __init__(self, dynamics: Dynamics, effects: Sequence[Effect]) -> None:
+        self.kinds = tuple(dict.fromkeys(effect.kind for effect in effects))
+        self._powers: list[tuple[int, Power]] = []
+        self._potentials: list[tuple[int, Potential]] = []
+        complete = surroundings(effects, start=dynamics.start)
+        for i, effect in enumerate(effects):
+            account = self.kinds.index(effect.kind)
+            if (potential := potential_of(dynamics.model, effect, f"effects[{i}]")) is not None:
+                self._potentials.append((account, potential))
+            elif not isinstance(effect, ContactEffect):
+                self._powers.append((account, _power(dynamics, effect, f"effects[{i}]", complete)))
+
+    def powers(self, t: float, y: Array) -> Array:
+        """The power of each account (kinds,) in W, at a state of the engine, of what has no potential; t as its own."""
+        out = np.zeros(len(self.kinds))
+        for account, power in self._powers:
+            out[account] += power(t, y)
+        return out
+
+    def booked(self, derivative: Derivative, size: int) -> Derivative:
+        """The derivative of (y, work of each account), from that of y (size,)."""
+
+        def both(dy: Array, t: float, y: Array) -> None:
+            derivative(dy[:size], t, y[:size])
+            dy[size:] = self.powers(t, y[:size])
+
+        return both
+
+    def close(self, work: Array, q: Array, poses: Array) -> dict[str, Array]:
+        """The work of each kind (n,) in J, from what was integrated (n, kinds) and the potentials along q (n, nv)."""
+        total = work.copy()
+        for account, potential in self._potentials:
+            values = potential(q, poses)
+            total[:, account] += values[0] - values
+        return dict(zip(self.kinds, total.T, strict=True))
+
+
+def _power(dynamics: Dynamics, effect: Effect, where: str, complete: Callable[[float, Motion], Motion]) -> Power:
+    model, engine, start = dynamics.model, dynamics.engine, dynamics.start
+    bodies, nv = bodies_of(model), len(model.joints)
+    if isinstance(effect, JointEffect):
+        torque = since(start, effect, joint_torque(model, effect, where))
+        return lambda t, y: float(torque(t, y[:nv], y[nv:]) @ y[nv:])
+    if isinstance(effect, FieldEffect):
+        field = since(start, effect, effect.field)
+        return lambda t, y: float(bodies.mass @ (_centre_velocities(bodies.com, engine.motion(y)) @ field(t)))
+    assert isinstance(effect, BodyEffect)
+    wrench = since(start, effect, body_wrench(model, effect, where))
+
+    def power(t: float, y: Array) -> float:
+        motion = engine.motion(y)
+        force, moment = wrench(t, complete(t, motion))
+        return float((force * _centre_velocities(bodies.com, motion) + moment * motion.spin).sum())
+
+    return power
+
+
+def _centre_velocities(com: Array, motion: Motion) -> Array:
+    return motion.velocity + np.cross(motion.spin, motion.levers(com))

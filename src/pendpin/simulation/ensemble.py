@@ -1,0 +1,299 @@
+"""Many starts of one scene at once.
+
+A smooth scene of few joints is compiled once, as Taylor series of several starts side by side in the processor's
+vectors, each with steps of its own; threads share the starts. Any other scene is simulated start by start, in
+processes. docs/accuracy.md has what else was measured.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pendpin.arrays import Array, Mask
+from pendpin.dynamics.dynamics import Dynamics, bind
+from pendpin.errors import InputError, Interrupted, RunError, shown
+from pendpin.integrators import automatic, integrator_for, taylor_takes
+from pendpin.integrators.taylor import Taylor
+from pendpin.model import kinematics
+from pendpin.model.build import FARTHEST, Model, build
+from pendpin.records import LARGEST
+from pendpin.scene import Scene, Start
+from pendpin.simulation.batches import Places, side_by_side
+from pendpin.simulation.guards import OFF, ROUNDING
+from pendpin.simulation.processes import cores, spread
+from pendpin.simulation.simulate import simulate
+from pendpin.trajectory import Stats
+
+MAX_BYTES = 4e9  # of the result
+MOST_JOINTS = 10  # for which series are chosen: five rods compile in 2 s and are ten times as fast as one by one
+
+ProgressCallback = Callable[[int], None]
+
+
+@dataclass(frozen=True)
+class EnsembleStats:
+    """What the runs took, all together."""
+
+    method: str
+    tolerance: float | None  # of a method without a fixed step
+    step: float | None  # s, of a method with one
+    steps: int
+    evaluations: int
+    seconds: float  # of integration with its sampling, summed over the workers
+    compile_seconds: float
+    workers: int
+    library: str
+    version: str
+    failures: dict[int, str] = field(default_factory=dict)  # starts that ended early, by their place, and why
+
+
+@dataclass(frozen=True, eq=False)
+class Ensemble:
+    """Motions of one scene from k starts, at the same times; NaN from where a start ended early."""
+
+    joints: tuple[str, ...]
+    t: Array  # (n,) s
+    q: Array  # (k, n, nv) rad, m for prismatic joints
+    v: Array  # (k, n, nv)
+    stats: EnsembleStats
+    scene: Scene  # its own start counts for nothing but the time
+
+    def tips(self, starts: slice | Sequence[int] = slice(None)) -> Array:
+        """The far end of each rod, (starts, n, rods, 3) m in W, of all starts or of some: a URDF takes 5 us a sample."""
+        q = self.q[starts]
+        flat = kinematics.tips(self._model, kinematics.poses(self._model, q.reshape(-1, q.shape[-1])))
+        return flat.reshape(*q.shape[:2], *flat.shape[1:])
+
+    @cached_property
+    def _model(self) -> Model:
+        return build(self.scene.model)
+
+
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # what overflows is found, and said
+def simulate_many(
+    scene: Scene,
+    positions: ArrayLike,
+    velocities: ArrayLike,
+    *,
+    method: str | None = None,
+    tolerance: float | None = None,
+    workers: int | None = None,
+    progress: ProgressCallback = lambda done: None,
+) -> Ensemble:
+    """The motions of a scene from many starts, positions and velocities (k, nv) in model order, rad and rad/s.
+
+    method and tolerance stand in for those of scene.solver; with method "auto" smooth scenes of up to MOST_JOINTS
+    joints take taylor. Each row is what `simulate` gives for that start, within the tolerance; it does not depend on
+    the others. `workers` is how many threads or processes share the work, all processors unless given. `progress` is
+    called with the number of starts done.
+
+    A start that ends early is NaN from there on, and is named with the reason in `stats.failures`.
+    Raises InputError for starts or a scene that cannot be run; Interrupted (Ctrl-C), with what there is as `partial`.
+    """
+    given = {"method": method, "tolerance": tolerance}
+    solver = scene.solver.replaced(**{name: value for name, value in given.items() if value is not None})
+    scene = scene.model_copy(update={"solver": solver})
+    dynamics = bind(scene)
+    q, v = _starts(dynamics.model, scene, positions, velocities)
+    workers = _workers(workers, len(q))
+    scene = _with_method(scene, dynamics, q[0], v[0])
+    dynamics = bind(scene)
+    integrator = None if scene.solver.accuracy or scene.solver.method == "auto" else integrator_for(scene, dynamics)
+    table = _Table(q, v, len(scene.times), progress)
+    try:
+        if isinstance(integrator, Taylor):
+            _by_series(scene, dynamics, integrator, table, workers)
+        _one_by_one(scene, table, workers)
+    except (KeyboardInterrupt, Interrupted):
+        reason = f"stopped by the user after {table.done.sum()} of {len(q)} starts"
+        raise Interrupted(
+            reason, table.ensemble(scene, dynamics.model.joints, workers, "not run: stopped by the user")
+        ) from None
+    except RunError as error:
+        raise RunError(str(error), table.ensemble(scene, dynamics.model.joints, workers, f"not run: {error}")) from None
+    return table.ensemble(scene, dynamics.model.joints, workers)
+
+
+def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> Scene:
+    """The scene with taylor where that is the method to take: its first start says whether it is stiff."""
+    solver = scene.solver
+    if solver.method != "auto" or solver.accuracy or not taylor_takes(scene, dynamics, False, MOST_JOINTS):
+        return scene
+    if automatic(dynamics, q, v, scene.duration) != "dop853":
+        return scene
+    return scene.model_copy(update={"solver": solver.replaced(method="taylor")})
+
+
+# --- what is refused ------------------------------------------------------------------------------------------------
+
+
+def _starts(model: Model, scene: Scene, positions: ArrayLike, velocities: ArrayLike) -> tuple[Array, Array]:
+    q, v = _numbers("positions", positions, model, FARTHEST), _numbers("velocities", velocities, model, LARGEST)
+    if len(q) != len(v):
+        raise InputError(f"velocities: {len(v)} starts, where positions have {len(q)}")
+    n, nv = len(scene.times), len(model.joints)
+    if (size := 16.0 * len(q) * n * nv) > MAX_BYTES:
+        raise InputError(
+            f"positions: {len(q)} starts with {n} samples of {nv} joints are {size / 1e9:.3g} GB, where "
+            f"{MAX_BYTES / 1e9:g} GB are the most: take fewer starts, or fewer solver.samples"
+        )
+    return q, v
+
+
+def _numbers(name: str, given: ArrayLike, model: Model, most: float) -> Array:
+    """Rows of finite numbers, (k, nv), as an array of their own."""
+    nv = len(model.joints)
+    try:
+        rows = np.array(given)
+    except ValueError:
+        raise InputError(f"{name}: rows of different lengths, where each start has {nv} numbers") from None
+    if rows.dtype.kind not in "iuf":
+        raise InputError(f"{name}: {shown(given)} is no array of numbers")
+    if rows.ndim != 2 or rows.shape[1] != nv or not len(rows):
+        raise InputError(f"{name}: shape {rows.shape}, where (starts, {nv}) is wanted, with at least one start")
+    rows = rows.astype(float)
+    if (bad := ~(np.abs(rows) <= most)).any():
+        start, joint = np.argwhere(bad)[0]
+        wanted = f"a finite number up to {most:g}"
+        raise InputError(f"{name}[{start}]: {model.joints[joint]} is {rows[start, joint]:g}, not {wanted}")
+    return rows
+
+
+def _workers(given: int | None, starts: int) -> int:
+    if given is None:
+        return min(cores(), starts)
+    if not isinstance(given, int) or isinstance(given, bool) or given < 1:
+        raise InputError(f"workers: {shown(given)} is not a whole number above 0")
+    return min(given, starts)
+
+
+# --- what is done ---------------------------------------------------------------------------------------------------
+
+
+class _Took(NamedTuple):
+    """What some runs took."""
+
+    steps: int = 0
+    evaluations: int = 0
+    seconds: float = 0.0
+    compile_seconds: float = 0.0
+
+    def plus(self, other: "_Took") -> "_Took":
+        """The sum of both."""
+        steps, evaluations = self.steps + other.steps, self.evaluations + other.evaluations
+        return _Took(steps, evaluations, self.seconds + other.seconds, self.compile_seconds + other.compile_seconds)
+
+
+class _Table:
+    """The starts, and the rows that there are."""
+
+    def __init__(self, q: Array, v: Array, samples: int, progress: ProgressCallback) -> None:
+        shape = (len(q), samples, q.shape[1])
+        self.starts, self.q, self.v = (q, v), np.full(shape, np.nan), np.full(shape, np.nan)
+        self.done, self._progress = np.zeros(len(q), dtype=bool), progress
+        self.took, self.failures = _Took(), dict[int, str]()
+        self.methods, self.libraries = set[str](), set[tuple[str, str]]()
+
+    def finish(self, places: Places | int, took: _Took) -> None:
+        """Book rows as done, and what they took."""
+        self.done[places] = True
+        self.took = self.took.plus(took)
+        self._progress(int(self.done.sum()))
+
+    def ensemble(self, scene: Scene, joints: tuple[str, ...], workers: int, left: str = "") -> Ensemble:
+        """The result; `left` says why the rest was not run."""
+        self.q[~self.done], self.v[~self.done] = np.nan, np.nan
+        failures = self.failures | {int(place): left for place in np.flatnonzero(~self.done)}
+        solver, took = scene.solver, self.took
+        stats = EnsembleStats(
+            method=", ".join(sorted(self.methods)) or solver.method,
+            tolerance=solver.tolerance,
+            step=solver.step,
+            steps=took.steps,
+            evaluations=took.evaluations,
+            seconds=took.seconds,
+            compile_seconds=took.compile_seconds,
+            workers=workers,
+            library=", ".join(name for name, _ in sorted(self.libraries)),
+            version=", ".join(version for _, version in sorted(self.libraries)),
+            failures=dict(sorted(failures.items())),
+        )
+        return Ensemble(joints, scene.start.time + scene.times, self.q, self.v, stats, scene)
+
+
+# --- as series, side by side ----------------------------------------------------------------------------------------
+
+
+def _by_series(scene: Scene, dynamics: Dynamics, integrator: Taylor, table: _Table, workers: int) -> None:
+    """Fill in what ends well; the rest wants the closer look of `simulate`."""
+    table.methods.add("taylor")
+    table.libraries.add((integrator.library, integrator.version))
+    with closing(side_by_side(integrator, dynamics.engine, scene.times, *table.starts, workers)) as batches:
+        for places, q, v, steps, seconds in batches:
+            table.q[places], table.v[places] = q, v
+            table.finish(places[_sound(dynamics, q, v)], _Took(steps, steps, seconds))
+    table.took = table.took.plus(_Took(compile_seconds=integrator.compile_seconds))
+
+
+def _sound(dynamics: Dynamics, q: Array, v: Array) -> Mask:
+    """Whether each start (c,) came to its end, in numbers that are not too large, with the energy it should have."""
+    good = np.asarray(((np.abs(q) <= LARGEST) & (np.abs(v) <= LARGEST)).all((1, 2)))
+    if not dynamics.conservative or not good.any():
+        return good
+    ends = [rows[good][:, [0, -1]].reshape(-1, q.shape[2]) for rows in (q, v)]
+    kinetic = kinematics.kinetic_energy(dynamics.model, *ends).reshape(-1, 2)
+    potential = dynamics.potential(ends[0], kinematics.poses(dynamics.model, ends[0])).reshape(-1, 2)
+    off, moved = np.abs(np.diff(kinetic + potential))[:, 0], kinetic.max(1) + np.ptp(potential, axis=1)
+    good[good] = off <= OFF * moved + ROUNDING * (moved + np.abs(potential).max(1))
+    return good
+
+
+# --- one by one -----------------------------------------------------------------------------------------------------
+
+
+class _Row(NamedTuple):
+    """One start's motion, as far as it came."""
+
+    q: Array  # (n, nv)
+    v: Array
+    took: _Took
+    stats: Stats | None  # None where it did not begin
+    failure: str | None  # why it ended early
+
+
+def _one_by_one(scene: Scene, table: _Table, workers: int) -> None:
+    """Run what is not done yet."""
+    left = np.flatnonzero(~table.done)
+    jobs = [(table.starts[0][place], table.starts[1][place]) for place in left]
+    with closing(spread(partial(_alone, scene), jobs, max(1, min(workers, len(jobs))))) as results:
+        for job, row in results:
+            place, n = int(left[job]), len(row.q)
+            for room, rows in ((table.q, row.q), (table.v, row.v)):
+                room[place, :n], room[place, n:] = rows, np.nan
+            if row.stats:
+                table.methods.add(row.stats.method)
+                table.libraries.add((row.stats.library, row.stats.version))
+            table.failures |= {place: row.failure} if row.failure else {}
+            table.finish(place, row.took)
+
+
+def _alone(scene: Scene, start: tuple[Array, Array]) -> _Row:
+    q, v = start
+    at = Start(time=scene.start.time, positions=tuple(q.tolist()), velocities=tuple(v.tolist()))
+    try:
+        run, failure = simulate(scene.model_copy(update={"start": at})), None
+    except Interrupted:
+        raise
+    except RunError as error:
+        run, failure = error.partial, str(error)
+    except InputError as error:
+        none = np.empty((0, len(q)))
+        return _Row(none, none, _Took(), None, str(error))
+    stats = run.stats
+    took = _Took(stats.steps, stats.evaluations, stats.seconds, stats.compile_seconds)
+    return _Row(run.q, run.v, took, stats, failure)

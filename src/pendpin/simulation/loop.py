@@ -1,0 +1,88 @@
+"""Driving a run from one moment at which it can be saved to the next, whatever integrates it, to its end."""
+
+import time
+from abc import ABC, abstractmethod
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.dynamics import Dynamics
+from pendpin.engines import ProgressCallback
+from pendpin.errors import Halted, Interrupted, RunError
+from pendpin.integrators import Integrator, Run
+from pendpin.simulation.checkpoint import RunState, Saver
+from pendpin.simulation.energy_balance import EnergyBalance
+
+
+class IntegrationLoop(ABC):
+    """One way through the output times of a scene; `library` and `version` say who integrates."""
+
+    library: str
+    version: str
+
+    def __init__(
+        self,
+        integrator: Integrator,
+        dynamics: Dynamics,
+        books: EnergyBalance | None,
+        times: Array,
+        progress: ProgressCallback,
+    ) -> None:
+        self.integrator, self.dynamics, self.books, self.times, self.progress = (
+            integrator,
+            dynamics,
+            books,
+            times,
+            progress,
+        )
+        self.nv, self.accounts = len(dynamics.model.joints), len(books.kinds) if books else 0
+
+    @abstractmethod
+    def begin(self, q: Array, v: Array) -> RunState:
+        """The first sample, at q, v (nv,). Raises InputError for a start that leads nowhere."""
+
+    @abstractmethod
+    def go_on(self, done: RunState) -> tuple[RunState, str | None]:
+        """A segment farther, and why it had to end, if it had to. What follows depends on `done` and nothing else.
+
+        Raises RunError or LinAlgError where the segment leads nowhere.
+        """
+
+    def outcome(self, done: RunState, error: RunError | None) -> Run:
+        """What has been integrated, and why it ended before its time."""
+        ends = np.cumsum([self.nv, self.nv, self.accounts])
+        q, v, work, torque = map(np.ascontiguousarray, np.split(done.samples, ends, 1))
+        arrays = (self.times[: done.n], q, v, torque if torque.shape[1] else None, work)
+        compiling = self.integrator.compile_seconds + self.dynamics.engine.compile_seconds
+        counts = (done.steps, done.evaluations, done.events, done.seconds)
+        run = Run(*arrays, *counts, self.library, self.version, compiling)
+        return run if error is None else replace(run, failure=str(error), ended=type(error))
+
+
+def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, saver: Saver) -> Run:
+    """From q, v (nv,), or from where it was saved, to the end. What is done is kept when the run fails or is halted."""
+    done, error = saver.resume(loop.begin(q, v)), None
+    before, begin = done.seconds, time.perf_counter()
+
+    def timed(progress: RunState) -> RunState:
+        return replace(progress, seconds=before + time.perf_counter() - begin)
+
+    while error is None and not done.complete:
+        try:
+            progress, failure = loop.go_on(done)
+            done, error = timed(progress), RunError(failure) if failure else None
+            if error is None:
+                saver.offer(done)
+        except KeyboardInterrupt:
+            error = Interrupted("stopped by the user")
+        except np.linalg.LinAlgError as fault:
+            error = RunError(f"{fault}; a rod with a radius has no such place")
+        except RunError as fault:
+            error = fault
+    done = timed(done)
+    if error is None or isinstance(error, Halted):
+        with suppress(Halted):  # what was saved before is good
+            saver.save(done)
+    return loop.outcome(done, error)

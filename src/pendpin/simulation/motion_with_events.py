@@ -1,0 +1,145 @@
+"""The loop of a motion with contacts: from event to event, each leg with its own joints held and sliding."""
+
+from importlib.metadata import version
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.contacts import Mode
+from pendpin.dynamics.dynamics import Dynamics
+from pendpin.effects import DryFriction, Stop
+from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
+from pendpin.errors import InputError, RunError
+from pendpin.integrators import Adaptive, Integrator
+from pendpin.integrators.events import SegmentToEvent, integrate_to_event
+from pendpin.model import kinematics
+from pendpin.simulation.checkpoint import RunState
+from pendpin.simulation.energy_balance import EnergyBalance
+from pendpin.simulation.loop import IntegrationLoop
+
+SAMPLES_A_SEGMENT = 64  # output times between two looks at the clock
+MOST_AT_ONCE = 200.0  # events without time going on
+
+
+class LoopWithEvents(IntegrationLoop):
+    """A scene with contacts, integrated from leg to leg; its state is y = (q, v, work of each account)."""
+
+    def __init__(
+        self,
+        integrator: Integrator,
+        dynamics: Dynamics,
+        books: EnergyBalance | None,
+        times: Array,
+        progress: ProgressCallback,
+    ) -> None:
+        assert dynamics.contacts is not None
+        assert isinstance(integrator, Adaptive)
+        super().__init__(integrator, dynamics, books, times, progress)
+        self.contacts, self.method, self.tolerance, self.calls = (
+            dynamics.contacts,
+            integrator.method,
+            integrator.tolerance,
+            0,
+        )
+        self.library, self.version = "scipy", version("scipy")
+
+    def begin(self, q: Array, v: Array) -> RunState:
+        """As `IntegrationLoop.begin`."""
+        t = float(self.times[0])
+        y = np.concatenate([q, v, np.zeros(self.accounts)])
+        try:
+            y = self._struck(t, y)
+            y[2 * self.nv :] = 0.0  # what an impact at the start takes is gone before the first sample
+            mode = self.contacts.choose(t, *self._angles(y))
+            first = self._rows(y[None], self.times[:1], mode)[0]
+        except (RunError, np.linalg.LinAlgError) as error:
+            raise InputError(f"start: {error}") from None
+        return RunState.at_start(first, len(self.times), _carried(t, y, mode, 0.0))
+
+    def go_on(self, done: RunState) -> tuple[RunState, str | None]:
+        """As `IntegrationLoop.go_on`, by one leg."""
+        t, y, mode, at_once = _recalled(done.carried)
+        self.progress(t)
+        ahead, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self.calls
+        found = integrate_to_event(
+            self._derivative(mode), self._margins(mode), t, y, ahead, self.method, self.tolerance
+        )
+        rows, failure = self._rows(found.samples, ahead[: len(found.samples)], mode), found.failure
+        at_once, events = at_once + 1 if found.t <= t else 0.0, int(found.fired is not None)
+        if at_once > MOST_AT_ONCE:
+            failure = f"events {t:g} s after the start do not come to an end"
+        if not failure:
+            try:
+                y, mode = self._after(found, mode)
+            except (RunError, np.linalg.LinAlgError) as error:
+                failure = str(error)
+        carried = _carried(found.t, y, mode, at_once)
+        return done.grown(rows, carried, found.steps, self.calls - before, events), failure
+
+    def _after(self, found: SegmentToEvent, mode: Mode) -> tuple[Array, Mode]:
+        """The state and the mode with which the next leg sets out."""
+        y = found.y.copy()
+        if found.fired is not None:
+            y[: 2 * self.nv] = np.concatenate(self.contacts.land(*self._angles(y), found.fired, mode))
+            y = self._struck(found.t, y)
+            mode = self.contacts.choose(found.t, *self._angles(y))
+        y[self.nv : 2 * self.nv][mode.held] = 0.0
+        return y, mode
+
+    def _angles(self, y: Array) -> tuple[Array, Array]:
+        return y[: self.nv], y[self.nv : 2 * self.nv]
+
+    def _struck(self, t: float, y: Array) -> Array:
+        """The state after the impacts that are due, and their loss in the books."""
+        q, v = self._angles(y)
+        after = self.contacts.strike(q, v, t)
+        out = y.copy()
+        out[self.nv : 2 * self.nv] = after
+        if self.books is not None and not np.array_equal(after, v):
+            energies = kinematics.kinetic_energy(self.dynamics.model, np.stack([q, q]), np.stack([v, after]))
+            out[2 * self.nv + self.books.kinds.index(_kind(Stop))] += energies[1] - energies[0]
+        return out
+
+    def _derivative(self, mode: Mode) -> Derivative:
+        contacts, books, nv = self.contacts, self.books, self.nv
+        friction = contacts.friction(mode)
+        rubs = books is not None and friction.any()
+        account = 2 * nv + books.kinds.index(_kind(DryFriction)) if books is not None and rubs else 0
+
+        def derivative(dy: Array, t: float, y: Array) -> None:
+            self.calls += 1
+            if not self.calls % CALLBACK_EVERY_SLOW:
+                self.progress(t)
+            dy[:nv] = y[nv : 2 * nv]
+            dy[nv : 2 * nv], _ = contacts.accelerate(t, y[:nv], y[nv : 2 * nv], mode)
+            if books is not None:
+                dy[2 * nv :] = books.powers(t, y[: 2 * nv])
+                if rubs:
+                    dy[account] += friction @ y[nv : 2 * nv]
+
+        return derivative
+
+    def _margins(self, mode: Mode):
+        return lambda t, y: self.contacts.margins(t, *self._angles(y), mode)
+
+    def _rows(self, states: Array, times: Array, mode: Mode) -> Array:
+        """The states at output times, each with the torques of the contacts there."""
+        states, torques = states.copy(), np.empty((len(states), self.nv))
+        states[:, self.nv : 2 * self.nv][:, mode.held] = 0.0
+        for torque, t, y in zip(torques, times, states, strict=True):
+            torque[:] = self.contacts.friction(mode) + self.contacts.accelerate(t, *self._angles(y), mode)[1]
+        return np.concatenate([states, torques], 1)
+
+
+def _carried(t: float, y: Array, mode: Mode, at_once: float) -> dict[str, Array]:
+    held = mode.held.astype(float)
+    return {"t": np.array(t), "y": y, "held": held, "sign": mode.sign, "at_once": np.array(at_once)}
+
+
+def _recalled(carried: dict[str, Array]) -> tuple[float, Array, Mode, float]:
+    mode = Mode(carried["held"] != 0, carried["sign"])
+    return float(carried["t"]), carried["y"], mode, float(carried["at_once"])
+
+
+def _kind(effect: type[DryFriction] | type[Stop]) -> str:
+    return effect.model_fields["kind"].default

@@ -1,0 +1,140 @@
+"""Running a scene with its solver: its motion is integrated, filled in, and judged."""
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.contacts import check_start
+from pendpin.dynamics.dynamics import Dynamics, bind, reactions
+from pendpin.engines import ProgressCallback
+from pendpin.errors import Halted, InputError, Interrupted
+from pendpin.integrators import Run, automatic, integrator_for, taylor_takes
+from pendpin.model import kinematics
+from pendpin.model.build import start_state
+from pendpin.records import LARGEST
+from pendpin.scene import Scene
+from pendpin.simulation.checkpoint import Checkpoint, FileSaver, Saver, identity
+from pendpin.simulation.energy_balance import EnergyBalance
+from pendpin.simulation.guards import Patience, balanced
+from pendpin.simulation.loop import integrate_to_end
+from pendpin.simulation.motion_with_events import LoopWithEvents
+from pendpin.simulation.smooth_motion import SmoothLoop
+from pendpin.trajectory import Stats, Trajectory
+
+NEAR_POLE = 0.3  # of cos(phi)
+START_OVERFLOWS = f"start: positions, rates, forces or energies beyond {LARGEST:g}, too large to compute with"
+TOO_LARGE = f"its numbers grow beyond {LARGEST:g}"
+OFF_THE_BOOKS = "the energy no longer adds up, by over a tenth of what has moved: take a smaller tolerance or step"
+
+
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # what overflows is found, and said
+def run_scene(
+    scene: Scene,
+    energy_balance: bool,
+    progress: ProgressCallback,
+    limit: float | None = None,
+    checkpoint: Checkpoint | None = None,
+) -> Trajectory:
+    """The motion of a scene by its method and tolerance or step; as `simulate`, which see."""
+    dynamics = bind(scene)
+    q, v = start_state(dynamics.model, scene.start)
+    _refuse_overflow(scene, dynamics, q, v)
+    if scene.solver.method == "auto":
+        method = automatic(dynamics, q, v, scene.duration, taylor_takes(scene, dynamics, energy_balance))
+        scene = scene.model_copy(update={"solver": scene.solver.replaced(method=method)})
+        dynamics = bind(scene) if method == "taylor" else dynamics
+    if dynamics.contacts is not None:
+        check_start(dynamics.contacts, dynamics.model, q)
+    integrator = integrator_for(scene, dynamics)
+    books = EnergyBalance(dynamics, scene.effects) if energy_balance else None
+    way = SmoothLoop if dynamics.contacts is None else LoopWithEvents
+    loop = way(integrator, dynamics, books, scene.times, Patience(scene.duration, limit, progress))
+    saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name)) if checkpoint else Saver()
+    return _told(scene, dynamics, books, integrate_to_end(loop, q, v, saver), saver.note)
+
+
+def _told(scene: Scene, dynamics: Dynamics, books: EnergyBalance | None, run: Run, note: str) -> Trajectory:
+    """The trajectory of a run that came to its end; else RunError with the good part of it, and how to go on."""
+    try:
+        trajectory = _fill_in(scene, dynamics, books, run)
+    except np.linalg.LinAlgError as error:
+        run = _solvable(scene, dynamics, books, run, str(error))
+        trajectory = _fill_in(scene, dynamics, books, run)
+    if trajectory.sound == 0:
+        raise InputError(START_OVERFLOWS)
+    for count, why in ((trajectory.sound, TOO_LARGE), (balanced(trajectory), OFF_THE_BOOKS)):
+        if count < len(run.t):
+            run = run.cut(count, why)
+            trajectory = _fill_in(scene, dynamics, books, run)
+    if run.failure is None:
+        return trajectory
+    end = scene.start.time + scene.duration
+    reason = f"the run ended at t = {trajectory.t[-1]:.10g} s of {end:.10g} s: {run.failure}"
+    raise run.ended(reason + _remedy(dynamics, run) + (note if issubclass(run.ended, Halted) else ""), trajectory)
+
+
+def _solvable(scene: Scene, dynamics: Dynamics, books: EnergyBalance | None, run: Run, why: str) -> Run:
+    """The run up to the first sample at which the equations have no solution. Raises InputError if that is the start."""
+    good, bad = 0, len(run.t)
+    while bad - good > 1:
+        middle = (good + bad) // 2
+        try:
+            _fill_in(scene, dynamics, books, run.cut(middle, why))
+        except np.linalg.LinAlgError:
+            bad = middle
+        else:
+            good = middle
+    if good == 0:
+        raise InputError(f"start: {why}")
+    return run.cut(good, why)
+
+
+def _remedy(dynamics: Dynamics, run: Run) -> str:
+    """What may be behind a failure: a thin rod near the pole that something turns about its joint; the fastest joint."""
+    model, v = dynamics.model, np.abs(run.v[-1])
+    if run.ended is Interrupted:
+        return ""
+    if model.chain is not None and dynamics.on_angles:
+        near = (np.abs(np.cos(run.q[-1, 1::2])) < NEAR_POLE) & (model.chain.I3 == 0)
+        if near.any():
+            rod = model.rods[int(np.argmax(near))].link
+            return f"; {rod} is thin and near phi = 90 degrees, where nothing resists a torque about theta: give it a radius"
+    if run.failure == OFF_THE_BOOKS:
+        return ""
+    return f"; fastest there: {model.joints[int(np.argmax(v))]}, at {v.max():.3g} (rad/s)"
+
+
+def _refuse_overflow(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> None:
+    """Raise InputError for a start whose forces and energies cannot be computed."""
+    first = Run(np.zeros(1), q[None], v[None], None, np.zeros((1, 0)), 0, 0, 0, 0.0, "", "")
+    try:
+        sound = _fill_in(scene, dynamics, None, first).sound
+    except np.linalg.LinAlgError as error:
+        raise InputError(f"start: {error}") from None
+    if not sound:
+        raise InputError(START_OVERFLOWS)
+
+
+def _fill_in(scene: Scene, dynamics: Dynamics, books: EnergyBalance | None, run: Run) -> Trajectory:
+    """Accelerations, wrenches, energies and tips along the run."""
+    model, solver = dynamics.model, scene.solver
+    a, wrench = dynamics.engine.evaluate(run.t, run.q, run.v, run.torque)
+    poses = kinematics.poses(model, run.q)
+    return Trajectory(
+        joints=model.joints,
+        t=scene.start.time + run.t,
+        q=run.q,
+        v=run.v,
+        a=a,
+        wrench=wrench,
+        kinetic=kinematics.kinetic_energy(model, run.q, run.v),
+        potential=dynamics.potential(run.q, poses),
+        tip=kinematics.tips(model, poses),
+        rods=reactions(model, run.q, wrench),
+        stats=Stats(
+            *(solver.method, solver.tolerance, solver.step),
+            *(run.steps, run.evaluations, run.events, run.seconds, run.compile_seconds),
+            *(dynamics.engine.name, run.library, run.version, dynamics.conservative, run.failure),
+        ),
+        work={} if books is None else books.close(run.work, run.q, poses),
+        scene=scene.model_dump(mode="json"),
+    )

@@ -1,0 +1,65 @@
+"""The loop of a smooth motion: a method goes over the output times, segment by segment."""
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.dynamics import Dynamics
+from pendpin.engines import ProgressCallback
+from pendpin.integrators import Integrator
+from pendpin.simulation.checkpoint import RunState
+from pendpin.simulation.energy_balance import EnergyBalance
+from pendpin.simulation.loop import IntegrationLoop
+
+EVALUATIONS = 20_000  # about, in a segment, which bounds what an interrupt loses
+LEAST_EVALUATIONS = 2_000  # of a large model, whose evaluations take longer
+SMALL = 2  # joints: those of a model with EVALUATIONS in a segment
+FIRST_SEGMENT = 1  # output times
+
+
+class SmoothLoop(IntegrationLoop):
+    """A scene without contacts, integrated in segments of so many output times as the last took evaluations."""
+
+    def __init__(
+        self,
+        integrator: Integrator,
+        dynamics: Dynamics,
+        books: EnergyBalance | None,
+        times: Array,
+        progress: ProgressCallback,
+    ) -> None:
+        super().__init__(integrator, dynamics, books, times, progress)
+        self.library, self.version = integrator.library, integrator.version
+        self._engine = dynamics.engine
+        self._derivative, self._evaluations = integrator.equations(self._engine, progress)
+        if books is not None:
+            size = len(self._engine.pack(*np.zeros((2, self.nv))))
+            self._derivative = books.booked(self._derivative, size)
+        self._budget = max(LEAST_EVALUATIONS, EVALUATIONS * SMALL // max(SMALL, self.nv))
+
+    def begin(self, q: Array, v: Array) -> RunState:
+        """As `IntegrationLoop.begin`."""
+        y = self._engine.pack(q, v)
+        carried = {
+            "y": y,
+            "ahead": np.array(float(FIRST_SEGMENT)),
+            "first_step": np.array(0.0),
+            **self.integrator.memory(y),
+        }
+        return RunState.at_start(np.concatenate([q, v, np.zeros(self.accounts)]), len(self.times), carried)
+
+    def go_on(self, done: RunState) -> tuple[RunState, str | None]:
+        """As `IntegrationLoop.go_on`."""
+        y, ahead, first_step = done.carried["y"], int(done.carried["ahead"]), float(done.carried["first_step"])
+        span, last = self.times[done.n - 1 :][: ahead + 1], done.samples[-1]
+        before, start = self._evaluations(), np.concatenate([y, last[2 * self.nv :]])
+        segment = self.integrator.integrate(self._derivative, start, span, first_step or None, done.carried)
+        took = self._evaluations() - before
+        states, work = np.split(segment.y, [len(y)], axis=1)
+        q, v = self._engine.unpack(span[1 : len(states)], states[1:], last[: self.nv])
+        carried = {
+            "y": self._engine.project(states[-1]),
+            "ahead": np.array(float(max(1, ahead * self._budget // max(took, 1)))),
+            "first_step": np.array((span[-1] - span[0]) / max(segment.steps, 1)),
+            **segment.memory,
+        }
+        return done.grown(np.concatenate([q, v, work[1:]], 1), carried, segment.steps, took), segment.failure

@@ -1,0 +1,74 @@
+"""The books balance: the change of kinetic energy is the sum of the works, whatever acts."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import pendpin as pp
+from pendpin.effects import Drag, DryFriction, Gravity, Motor, Push, Rotation, Spring, Stop, Support, Viscous
+
+SMOOTH = {
+    "gravity": Gravity(),
+    "viscous": Viscous(coefficient=0.05),
+    "spring": Spring(stiffness=2.0, rest=0.1),
+    "motor": Motor(joint="phi_2", amplitude=0.5, frequency=3.0),
+    "push": Push(link="rod_1", force=(0.3, -0.2, 0.1), point=0.8),
+    "drag": Drag(wind=(1.0, 0.5, 0.0), diameter=0.1),
+    "support": Support(amplitude=(0.05, 0.0, 0.02), frequency=4.0),
+    "rotation": Rotation(rate=(0.1, 0.2, 0.5)),
+}
+CONTACT = {
+    "dry_friction": DryFriction(kinetic=0.05, static=0.07),
+    "stop": Stop(lower=-0.6, upper=0.55, restitution=0.5),
+}
+Q, V = (0.3, 0.4, -0.2, 0.5), (1.5, -1.0, 1.5, 2.0)
+
+
+def run_of(kinds, radius=0.03, duration=1.0, tolerance=1e-12) -> pp.Trajectory:
+    """Two rods under these effects, with an energy balance."""
+    effects = tuple((SMOOTH | CONTACT)[kind] for kind in kinds)
+    model = pp.Chain(rods=(pp.Rod(length=0.8, mass=1.0, radius=radius), pp.Rod(length=0.5, mass=0.4, radius=radius)))
+    start = pp.Start(positions=Q, velocities=V)
+    scene = pp.Scene(duration=duration, model=model, start=start, effects=effects, solver=pp.Solver(samples=21))
+    return pp.simulate(scene, tolerance=tolerance, energy_balance=True)
+
+
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.sets(st.sampled_from(sorted(SMOOTH)), min_size=1))
+def test_books_balance_without_events(kinds: set[str]) -> None:
+    """Any set of smooth effects: to 1e-9 of the energy moved."""
+    run = run_of(sorted(kinds))
+    assert set(run.work) == kinds
+    assert run.imbalance < 1e-9
+
+
+@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.sets(st.sampled_from(sorted(SMOOTH)), max_size=3), st.sets(st.sampled_from(sorted(CONTACT)), min_size=1))
+def test_books_balance_across_events(kinds: set[str], contacts: set[str]) -> None:
+    """With sticking, sliding and impacts: to 1e-7 of the energy moved."""
+    run = run_of(sorted(kinds | contacts), tolerance=1e-10)
+    assert set(run.work) == kinds | contacts
+    assert run.imbalance < 1e-7
+
+
+@pytest.mark.parametrize("kind", ["gravity", "push", "support"])
+def test_books_balance_for_thin_rods(kind: str) -> None:
+    """The engines in directions keep books too."""
+    assert run_of(["gravity", kind], radius=0.0).imbalance < 1e-9
+
+
+def test_dissipation_only_takes() -> None:
+    """Viscous damping, drag in still air, friction and stops never give energy."""
+    for kind in ("viscous", "dry_friction", "stop"):
+        run = run_of(["gravity", kind], tolerance=1e-10, duration=4.0)
+        assert np.diff(run.work[kind]).max() < 1e-9
+        assert run.work[kind][-1] < -1e-4
+
+
+def test_work_is_saved(tmp_path) -> None:
+    """work_<kind> in the file, and back."""
+    run = run_of(["gravity", "viscous"])
+    again = pp.Trajectory.load(run.save(tmp_path / "run.npz"))
+    assert set(again.work) == {"gravity", "viscous"}
+    assert np.array_equal(again.work["viscous"], run.work["viscous"])

@@ -1,0 +1,395 @@
+"""Laws that the hand-derived routes for one rod have to keep, in numbers; the routes against each other and Pinocchio.
+
+A difference is measured against the sum of the absolute terms that enter the quantity (`terms`): rounding errors are
+proportional to those, not to a result in which they cancel.
+"""
+
+import mpmath
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pendpin.equations import balances, lagrange, newton_euler
+from pendpin.equations.base import RodInertia, RodSolution
+
+EPS = np.finfo(float).eps
+ROUTES = {"newton-euler": newton_euler.solve, "six balances": balances.solve}
+GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s², in the inertial frame I, z down
+LINK_FROM_BODY = np.array([1.0, -1.0, -1.0])  # signs of the components: the link frame is B with y and z negated
+
+
+# --- states ---------------------------------------------------------------------------------------------------------
+
+
+def between(low, high):
+    """Numbers whose products do not underflow: 0, or more than 1e-60."""
+    return st.floats(low, high).map(lambda x: x if abs(x) > 1e-60 else 0.0)
+
+
+def pairs(limit):
+    return st.tuples(between(-limit, limit), between(-limit, limit)).map(np.array)
+
+
+def rods(I3):
+    """Any central inertia in kg m²; it need not belong to a real body, the equations do not mind."""
+    return st.builds(RodInertia, between(0.1, 10), between(0.1, 2), between(0.01, 2), between(0.01, 2), I3)
+
+
+thin_rods = st.builds(
+    lambda m, h, I1: RodInertia(m, h, I1, I1, 0.0), between(0.1, 10), between(0.1, 2), between(0.0, 2)
+)
+any_rod = st.one_of(rods(between(1e-6, 2.0)), rods(st.just(0.0)), thin_rods)
+angles, rates = pairs(np.pi), pairs(100.0)  # rad, rad/s
+fields = st.tuples(*[between(-20, 20)] * 3).map(np.array)  # m/s², in I
+
+
+def random_states(count, seed=0):
+    """Angles and rates (count, 2) over the whole range."""
+    random = np.random.default_rng(seed)
+    return random.uniform(-np.pi, np.pi, (count, 2)), random.uniform(-100, 100, (count, 2))
+
+
+def terms(rod, q, v, field):
+    """The sums of the absolute terms that enter each quantity, a RodSolution."""
+    m, h, I1, I2, I3 = rod
+    J1, J2 = I1 + m * h * h, I2 + m * h * h
+    (s_t, s), (c_t, c) = np.abs(np.sin(q)).T, np.abs(np.cos(q)).T
+    (dt, dp), (gx, gy, gz) = np.abs(v).T, np.abs(field)
+    along, G2 = s_t * gy + c_t * gz, c_t * gy + s_t * gz
+    G1, G3 = c * gx + s * along, s * gx + c * along
+    theta_dd = c * (2 * (J1 + I3) * dt * dp * s + m * h * G2) / (J1 * c**2 + I3 * s**2)
+    phi_dd = (m * h * G1 + (J1 + I3) * dt**2 * s * c) / J2
+    alpha1, alpha3 = theta_dd * c + dt * dp * s, theta_dd * s + dt * dp * c
+    R1 = m * (h * (phi_dd + dt**2 * s * c) + G1)
+    R2 = m * (h * (alpha1 + dt * dp * s) + G2)
+    R3 = m * (h * (dp**2 + dt**2 * c**2) + G3)
+    along_b1 = J1 * alpha1 + (J2 + I3) * dt * dp * s + m * h * G2
+    along_b3 = I3 * alpha3 + (J1 + J2) * dt * dp * c
+    Mc = s * along_b1 + c * along_b3
+    return RodSolution(theta_dd, phi_dd, R1, R2, R3, Mc * c, Mc)
+
+
+def differences(first, second, sizes):
+    """|first - second| / sizes, by quantity, worst state; quantities that either leaves out are left out."""
+    return {
+        name: np.max(np.abs(a - b) / (size + 1e-300))
+        for name, a, b, size in zip(RodSolution._fields, first, second, sizes, strict=True)
+        if a is not None and b is not None
+    }
+
+
+def assert_equal(first, second, sizes, roundings):
+    """Equal to so many units of rounding (2.2e-16) of the terms."""
+    worst = differences(first, second, sizes)
+    assert all(value <= roundings * EPS for value in worst.values()), worst
+
+
+def lagrange_solution(rod, q, v, field):
+    """What Lagrange says; the reactions, of which he says nothing, are None."""
+    theta_dd, phi_dd = np.moveaxis(lagrange.accelerations(rod, q, v, field), -1, 0)
+    return RodSolution(theta_dd, phi_dd, None, None, None, None, None)
+
+
+# --- Pinocchio ------------------------------------------------------------------------------------------------------
+
+
+def pinocchio_model(rod, field):
+    """Two revolute joints at one point, a massless link between them, the rod along -z of its link frame."""
+    model = pin.Model()
+    model.gravity = pin.Motion(LINK_FROM_BODY * field, np.zeros(3))
+    theta = model.addJoint(0, pin.JointModelRevoluteUnaligned(-1, 0, 0), pin.SE3.Identity(), "theta")
+    phi = model.addJoint(theta, pin.JointModelRevoluteUnaligned(0, -1, 0), pin.SE3.Identity(), "phi")
+    body = pin.Inertia(rod.m, np.array([0, 0, -rod.h]), np.diag([rod.I1, rod.I2, rod.I3]))
+    model.appendBodyToJoint(phi, body, pin.SE3.Identity())
+    return model
+
+
+def pinocchio_solution(rod, q, v, field):
+    """ABA's accelerations and RNEA's wrench at the second joint, in B; the moment's part along a3, and what is left."""
+    model = pinocchio_model(rod, field)
+    data = model.createData()
+    a, wrench = np.empty_like(q), np.empty((len(q), 6))
+    for i in range(len(q)):
+        a[i] = pin.aba(model, data, q[i], v[i], np.zeros(2))
+        pin.rnea(model, data, q[i], v[i], a[i])
+        wrench[i] = data.f[2].vector
+    force, moment = LINK_FROM_BODY * wrench[:, :3], LINK_FROM_BODY * wrench[:, 3:]
+    a3 = np.stack([-np.sin(q[:, 1]), np.zeros(len(q)), np.cos(q[:, 1])], -1)
+    Mc = np.einsum("ij,ij->i", a3, moment)
+    solution = RodSolution(a[:, 0], a[:, 1], force[:, 0], force[:, 1], -force[:, 2], Mc * a3[:, 2], Mc)
+    return solution, moment - Mc[:, None] * a3
+
+
+# --- routes against each other --------------------------------------------------------------------------------------
+
+
+@settings(max_examples=300, deadline=None)
+@given(any_rod, angles, rates, fields)
+def test_six_balances_vs_newton_euler(rod, q, v, field):
+    state = rod, q[None], v[None], field
+    assert_equal(balances.solve(*state), newton_euler.solve(*state), terms(*state), roundings=50)
+
+
+@settings(max_examples=300, deadline=None)
+@given(any_rod, angles, rates, fields)
+def test_lagrange_vs_newton_euler(rod, q, v, field):
+    state = rod, q[None], v[None], field
+    assert_equal(lagrange_solution(*state), newton_euler.solve(*state), terms(*state), roundings=20)
+
+
+@settings(max_examples=200, deadline=None)
+@given(any_rod, angles, rates, fields)
+def test_pinocchio_vs_newton_euler(rod, q, v, field):
+    state = rod, q[None], v[None], field
+    found, _ = pinocchio_solution(*state)
+    assert_equal(found, newton_euler.solve(*state), terms(*state), roundings=100)
+
+
+@pytest.mark.parametrize("distance", 10.0 ** np.arange(-12, 0))
+@pytest.mark.parametrize("I3", [0.0, 5e-5])
+def test_routes_agree_up_to_the_pole(distance, I3):
+    q, v = random_states(100)
+    q[:, 1] = np.pi / 2 * np.sign(q[:, 1]) + distance
+    state = RodInertia(1.0, 0.5, 1 / 12, 1 / 12, I3), q, v, GRAVITY
+    closed, sizes = newton_euler.solve(*state), terms(*state)
+    assert_equal(balances.solve(*state), closed, sizes, roundings=50)
+    assert_equal(lagrange_solution(*state), closed, sizes, roundings=20)
+    assert_equal(pinocchio_solution(*state)[0], closed, sizes, roundings=200)
+
+
+@pytest.mark.parametrize("solve", [*ROUTES.values(), lagrange_solution], ids=[*ROUTES, "lagrange"])
+def test_any_leading_shape_gives_the_same_numbers(solve):
+    q, v = random_states(6)
+    rod = RodInertia(2.0, 0.7, 0.3, 0.2, 0.05)
+    flat = solve(rod, q, v, GRAVITY)
+    blocks = solve(rod, q.reshape(2, 3, 2), v.reshape(2, 3, 2), GRAVITY)
+    single = solve(rod, q[4], v[4], GRAVITY)
+    for a, b, c in zip(flat, blocks, single, strict=True):
+        if a is not None:
+            np.testing.assert_allclose(np.ravel(b), a, rtol=1e-13)
+            np.testing.assert_allclose(c, a[4], rtol=1e-13)
+            assert np.shape(b) == (2, 3)
+            assert np.shape(c) == ()
+
+
+@pytest.mark.parametrize("solve", [newton_euler.solve, lagrange_solution], ids=["newton-euler", "lagrange"])
+def test_a_field_may_differ_from_state_to_state(solve):
+    q, v = random_states(5)
+    field = np.random.default_rng(1).normal(size=(5, 3))
+    rod = RodInertia(2.0, 0.7, 0.3, 0.2, 0.05)
+    together = solve(rod, q, v, field)
+    for i in range(5):
+        alone = solve(rod, q[i], v[i], field[i])
+        assert all(a is None or abs(a[i] - b) <= 1e-12 * abs(b) for a, b in zip(together, alone, strict=True))
+
+
+# --- the joint's moment and power -----------------------------------------------------------------------------------
+
+
+@settings(max_examples=200, deadline=None)
+@given(any_rod, angles, rates, fields)
+def test_pinocchio_finds_the_moment_along_a3_alone(rod, q, v, field):
+    state = rod, q[None], v[None], field
+    _, rest = pinocchio_solution(*state)
+    sizes = terms(*state)
+    along = (rod.I1 + rod.I2 + rod.I3 + 2 * rod.m * rod.h**2) * np.sum(v**2) + rod.m * rod.h * np.abs(field).sum()
+    assert np.max(np.abs(rest)) <= 100 * EPS * (along + sizes.Mc[0] + rod.I1 * sizes.theta_dd[0])
+
+
+@pytest.mark.parametrize("solve", ROUTES.values(), ids=ROUTES)
+def test_reactions_do_no_work(solve):
+    """Their power is M . omega, for the joint stands still; along b3 alone the same moment would have some."""
+    q, v = random_states(200)
+    s, c = np.sin(q[:, 1]), np.cos(q[:, 1])
+    omega = np.stack([-v[:, 0] * c, v[:, 1], -v[:, 0] * s], -1)  # in B
+    found = solve(RodInertia(2.0, 0.7, 0.3, 0.2, 0.05), q, v, GRAVITY)
+    moment = np.stack([-found.Mc * s, np.zeros(200), found.M3], -1)  # Mc a3
+    power = np.einsum("ij,ij->i", moment, omega)
+    along_b3 = found.M3 * omega[:, 2]
+    assert np.max(np.abs(power) / np.abs(along_b3)) < 4 * EPS
+    assert np.median(np.abs(along_b3)) > 100  # W
+
+
+@settings(max_examples=200, deadline=None)
+@given(any_rod, angles, rates, fields, st.sampled_from([*ROUTES.values(), lagrange_solution]))
+def test_energy_is_conserved(rod, q, v, field, solve):
+    """dT/dt + dV/dt = 0 by a complex step, which takes no difference and loses no digits."""
+    a = np.array(solve(rod, q[None], v[None], field)[:2])[:, 0]
+    step = 1e-100
+    moved = q + 1j * step * v, v + 1j * step * a
+    kinetic_rate = lagrange.kinetic(rod, *moved).imag / step
+    potential_rate = lagrange.potential(rod, moved[0], field).imag / step
+    sizes, J = terms(rod, q[None], v[None], field), lagrange.mass_matrix(rod, q)
+    inertial = np.abs(v) @ J @ np.array([sizes.theta_dd[0], sizes.phi_dd[0]])
+    centrifugal = np.abs(v).max() ** 3 * abs(rod.I1 + rod.m * rod.h**2 + rod.I3)
+    field_power = rod.m * rod.h * np.abs(v).sum() * np.abs(field).sum()
+    assert abs(kinetic_rate + potential_rate) <= 20 * EPS * (inertial + centrifugal + field_power)
+
+
+# --- symmetries: exact in floating point wherever signs and powers of two are all that changes ------------------------
+
+
+def pivoting(solve):
+    """Roundings to allow where a factor of two may change which row the linear solver takes first."""
+    return 30 if solve is balances.solve else 0
+
+
+@pytest.mark.parametrize("solve", [*ROUTES.values(), lagrange_solution], ids=[*ROUTES, "lagrange"])
+class TestSymmetries:
+    """What a change of the state does to the answers: signs or factors in the order of RodSolution."""
+
+    rod = RodInertia(2.0, 0.7, 0.3, 0.2, 0.05)
+    field = np.array([1.5, -0.7, 9.81])
+
+    def check(self, solve, rod, q, v, field, factors, roundings=0):
+        states = random_states(300)
+        before = solve(self.rod, *states, self.field)
+        after = solve(rod, states[0] * q, states[1] * v, self.field * field)
+        expected = [None if x is None else x * factor for x, factor in zip(before, factors, strict=True)]
+        sizes = RodSolution(*np.abs(np.array(factors))[:, None] * np.array(terms(self.rod, *states, self.field)))
+        assert_equal(after, expected, sizes, roundings)
+
+    def test_mirror_across_the_plane_of_x_and_z(self, solve):
+        """A force keeps its components in the mirror's plane, a moment keeps the one across it: Mc turns round."""
+        self.check(solve, self.rod, (-1, 1), (-1, 1), (1, -1, 1), (-1, 1, 1, -1, 1, -1, -1), roundings=8)
+
+    def test_mirror_across_the_plane_of_y_and_z(self, solve):
+        self.check(solve, self.rod, (1, -1), (1, -1), (-1, 1, 1), (1, -1, -1, 1, 1, -1, -1), roundings=8)
+
+    def test_time_backwards_changes_nothing(self, solve):
+        """Rates enter as products of two, in Mc as well."""
+        self.check(solve, self.rod, 1, -1, 1, (1, 1, 1, 1, 1, 1, 1))
+
+    def test_twice_the_speed_under_four_times_the_field(self, solve):
+        self.check(solve, self.rod, 1, 2, 4, (4, 4, 4, 4, 4, 4, 4))
+
+    def test_twice_the_mass(self, solve):
+        m, h, *inertia = self.rod
+        heavy = RodInertia(2 * m, h, *(2 * x for x in inertia))
+        self.check(solve, heavy, 1, 1, 1, (1, 1, 2, 2, 2, 2, 2), pivoting(solve))
+
+    def test_twice_the_length_under_twice_the_field(self, solve):
+        m, h, *inertia = self.rod
+        long = RodInertia(m, 2 * h, *(4 * x for x in inertia))
+        self.check(solve, long, 1, 1, 2, (1, 1, 2, 2, 2, 4, 4), pivoting(solve))
+
+    def test_the_other_pair_of_angles_of_a_direction(self, solve):
+        """(theta + pi, pi - phi) is the pose turned half round about b3: b1, b2, a2 and a3 change sign, b3 does not.
+
+        Angles half way between the axes, where the rounding of pi is not magnified.
+        """
+        random = np.random.default_rng(0)
+        q = random.uniform(0.3, 1.2, (300, 2)) * random.choice([-1, 1], (300, 2))
+        v = random.uniform(-100, 100, (300, 2))
+        after = solve(self.rod, np.stack([q[:, 0] + np.pi, np.pi - q[:, 1]], -1), v * (1, -1), self.field)
+        before = solve(self.rod, q, v, self.field)
+        expected = [None if x is None else x * f for x, f in zip(before, (1, -1, -1, -1, 1, 1, -1), strict=True)]
+        assert_equal(after, expected, terms(self.rod, q, v, self.field), roundings=20)
+
+
+# --- exact answers --------------------------------------------------------------------------------------------------
+
+
+@given(thin_rods, angles, rates, fields)
+def test_the_moment_of_a_thin_rod_is_exactly_zero(rod, q, v, field):
+    found = newton_euler.solve(rod, q, v, field)
+    assert found.Mc == 0
+    assert found.M3 == 0
+
+
+@pytest.mark.parametrize("solve", ROUTES.values(), ids=ROUTES)
+@given(rod=any_rod, field=fields.filter(lambda f: np.linalg.norm(f) > 0.1))
+@settings(max_examples=100, deadline=None)
+def test_a_rod_that_hangs_at_rest_bears_its_weight(solve, rod, field):
+    strength = np.linalg.norm(field)
+    q = np.array([[np.arctan2(field[1], field[2]), np.arctan2(field[0], np.hypot(field[1], field[2]))]])  # b3 along it
+    found = solve(rod, q, np.zeros((1, 2)), field)
+    weight, moment, c = rod.m * strength, rod.m * rod.h * strength, np.abs(np.cos(q[:, 1]))
+    (J1, J2), I3 = np.array([rod.I1, rod.I2]) + rod.m * rod.h**2, rod.I3
+    theta_dd = rod.m * rod.h * np.hypot(field[1], field[2]) * c / (J1 * c**2 + I3 * (1 - c**2))
+    sizes = RodSolution(theta_dd, moment / J2, weight, weight, weight, moment, moment)  # of what cancels
+    assert_equal(found, RodSolution(0.0, 0.0, 0.0, 0.0, weight, 0.0, 0.0), sizes, roundings=10)
+
+
+@pytest.mark.parametrize("solve", ROUTES.values(), ids=ROUTES)
+def test_a_turning_rod_without_a_field_pulls_with_its_centripetal_force(solve):
+    """A steady turn about a principal axis: phi' alone, or theta' alone at phi = 0. R3 = m h rate²."""
+    found = solve(
+        RodInertia(2.0, 0.5, 0.3, 0.2, 0.05), np.array([[0.4, 1.1], [0.4, 0.0]]), 3 * np.eye(2)[::-1], 0 * GRAVITY
+    )
+    np.testing.assert_allclose(found.R3, 9.0, rtol=4 * EPS)
+    for zero in (found.theta_dd, found.phi_dd, found.R1, found.R2, found.Mc):
+        np.testing.assert_allclose(zero, 0.0, atol=1e-15)
+
+
+def cone(inclination, rate, t):
+    """Angles of a rod that goes round the vertical at a constant inclination and rate: b3 in I is (s, s_t c, c_t c)."""
+    x = mpmath.sin(inclination) * mpmath.cos(rate * t)
+    y = mpmath.sin(inclination) * mpmath.sin(rate * t)
+    return mpmath.atan2(y, mpmath.cos(inclination)), mpmath.asin(x)
+
+
+@pytest.mark.parametrize("solve", [*ROUTES.values(), lagrange_solution], ids=[*ROUTES, "lagrange"])
+@pytest.mark.parametrize("inclination", [0.01, 0.8, 1.5])
+def test_conical_motion_of_a_thin_rod(solve, inclination):
+    """rate² = m h g / (J cos(inclination)); the force on it is m (a_G - field), turned into B."""
+    rod = RodInertia(1.3, 0.45, 0.07, 0.07, 0.0)
+    with mpmath.workdps(40):
+        rate = mpmath.sqrt(rod.m * rod.h * 9.81 / ((rod.I1 + rod.m * rod.h**2) * mpmath.cos(inclination)))
+        for t in (0.1, 0.9, 2.7):
+            q, v, a = (
+                np.array([float(mpmath.diff(lambda x, i=i: cone(inclination, rate, x)[i], t, n)) for i in (0, 1)])
+                for n in (0, 1, 2)
+            )
+            found = RodSolution(*(x if x is None else x[None] for x in solve(rod, q, v, GRAVITY)))
+            toward_axis = -rod.m * rod.h * float(rate) ** 2 * np.sin(inclination)
+            angle = float(rate * t)
+            force = np.array([toward_axis * np.cos(angle), toward_axis * np.sin(angle), -rod.m * 9.81])
+            R1, R2, minus_R3 = force @ balances.frames(q)
+            size = np.linalg.norm(force)  # which the turn into B rounds
+            sizes = terms(rod, q[None], v[None], GRAVITY)._replace(R1=size, R2=size, R3=size)
+            assert_equal(found, RodSolution(*a, R1, R2, -minus_R3, 0.0, 0.0), sizes, roundings=20)
+
+
+# --- a published check of the wrench's convention -------------------------------------------------------------------
+
+SPIN, MASS, LENGTH, G = 5.0, 1.5, 2.0, 10.0  # rad/s, kg, m, m/s²
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.0, -2.5])
+def test_drake_spinning_rod_in_pinocchio(angle):
+    """Drake's SpinningRodTest: a thin rod turns about the vertical z axis of a pin at its end, 5 rad/s.
+
+    The pin's frame on the rod has z up and the rod along +y. There the pin pulls it in with m w² l/2 = 37.5 N along
+    -y, bears its weight, 15 N along z, and holds it level with 15 N x 1 m about x: force first, at the joint's origin,
+    in the child joint's frame, whatever the angle.
+    """
+    model = pin.Model()
+    model.gravity = pin.Motion(np.array([0, 0, -G]), np.zeros(3))
+    joint = model.addJoint(0, pin.JointModelRZ(), pin.SE3.Identity(), "pin")
+    across = MASS * LENGTH**2 / 12
+    body = pin.Inertia(MASS, np.array([0, LENGTH / 2, 0]), np.diag([across, 0.0, across]))
+    model.appendBodyToJoint(joint, body, pin.SE3.Identity())
+    data = model.createData()
+    a = pin.aba(model, data, np.array([angle]), np.array([SPIN]), np.zeros(1))
+    pin.rnea(model, data, np.array([angle]), np.array([SPIN]), a)
+    np.testing.assert_allclose(a, 0, atol=1e-15)
+    np.testing.assert_allclose(data.f[1].vector, [0, -37.5, 15, 15, 0, 0], rtol=4 * EPS, atol=1e-14)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.0, -2.5])
+def test_drake_spinning_rod_on_the_two_joints(angle):
+    """The same rod on the universal joint, theta held at 90 degrees by a torque: phi's axis is then the vertical.
+
+    In the link frame of pendpin the rod lies along -z and up is -y, so Drake's (x, y, z) read (-x, -z, -y) there; in B
+    they are R1 = 0, R2 = 15 N (up), R3 = 37.5 N (tension), and theta's motor has to hold the moment about x.
+    """
+    rod = RodInertia(MASS, LENGTH / 2, MASS * LENGTH**2 / 12, MASS * LENGTH**2 / 12, 0.0)
+    model = pinocchio_model(rod, np.array([0, 0, G]))
+    data = model.createData()
+    torque = pin.rnea(model, data, np.array([np.pi / 2, angle]), np.array([0, SPIN]), np.zeros(2))
+    drake = np.array([-data.f[2].linear[[0, 2, 1]], -data.f[2].angular[[0, 2, 1]]]).ravel()
+    np.testing.assert_allclose(drake, [0, -37.5, 15, 15, 0, 0], rtol=4 * EPS, atol=1e-13)
+    np.testing.assert_allclose(torque, [15 * np.cos(angle), 0], rtol=8 * EPS, atol=1e-13)

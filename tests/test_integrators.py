@@ -1,0 +1,296 @@
+"""The methods beside the adaptive one: their orders, what they keep, the exact solutions, and what they refuse."""
+
+from importlib.util import find_spec
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+from effect_cases import EFFECTS, MODELS
+from pendpin import effects as fx
+from pendpin.dynamics.dynamics import Dynamics
+from pendpin.engines import CanonicalForm
+from pendpin.equations import thin_recursion
+from pendpin.equations.chain import thin
+from pendpin.equations.exact import direction, direction_rate, planar, spherical
+from pendpin.integrators.gauss import Gauss, rule
+from pendpin.model.build import build
+
+GRAVITY = fx.Gravity()
+THICK = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.1),))
+TWO = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.1), pp.Rod(length=0.7, mass=0.5, radius=0.05)))
+THIN = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),))
+ORDERS = {"euler": 1, "rk4": 4, "gauss2": 2, "gauss4": 4, "gauss6": 6}
+STEPS = {"euler": 1 / 512, "rk4": 1 / 64, "gauss2": 1 / 64, "gauss4": 1 / 32, "gauss6": 1 / 32}  # s, the largest
+needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed: pip install heyoka")
+
+
+def scene(
+    model, *effects, duration=1.0, samples=5, q=(0.7, 0.4, -0.3, 0.2), v=(1.3, -0.8, 0.2, 0.5), **solver
+) -> pp.Scene:
+    """A chain from a start that takes its angles and rates in turn from those given."""
+    nv = 2 * model.count
+    start = pp.Start(positions=np.resize(q, nv).tolist(), velocities=np.resize(v, nv).tolist())
+    chosen = pp.Solver(samples=samples, **solver)
+    return pp.Scene(duration=duration, model=model, start=start, effects=(GRAVITY, *effects), solver=chosen)
+
+
+def apart(one: pp.Trajectory, other: pp.Trajectory) -> float:
+    """The largest distance between tips, m."""
+    return float(np.linalg.norm(one.tips() - other.tips(), axis=-1).max())
+
+
+# --- orders ---------------------------------------------------------------------------------------------------------
+
+SHAKEN = fx.Support(amplitude=(0.1, 0.05, -0.1), frequency=3.0)
+
+
+@pytest.mark.parametrize("method", ORDERS)
+@pytest.mark.parametrize("case", ["one rod", "two rods", "shaken and damped"])
+def test_measured_order(method: str, case: str) -> None:
+    """Over three halvings of the step the error at the samples falls with the method's order, to 0.1."""
+    cases = {"one rod": (THICK,), "two rods": (TWO,), "shaken and damped": (THICK, SHAKEN, fx.Viscous(coefficient=0.2))}
+    given = scene(*cases[case])
+    reference = pp.simulate(given, tolerance=1e-13)
+    steps = STEPS[method] / np.array([1, 2, 4, 8])
+    errors = [apart(pp.simulate(given, method=method, step=step), reference) for step in steps]
+    orders = [np.log2(a / b) for a, b in pairwise(errors) if b > 2e-12]
+    assert len(orders) > 0
+    assert np.abs(np.array(orders) - ORDERS[method]).max() < 0.1
+
+
+@pytest.mark.parametrize("method", ["dop853", "rk45", "radau", pytest.param("taylor", marks=needs_heyoka)])
+def test_error_falls_with_tolerance(method: str) -> None:
+    """Over 8 decades of tolerance the error falls, by 4 decades and more in all."""
+    given, last = scene(THICK), 1e-13 if method != "radau" else 1e-11
+    reference = pp.simulate(given, tolerance=1e-14)
+    errors = [apart(pp.simulate(given, method=method, tolerance=last * 10.0**k), reference) for k in (8, 6, 4, 2, 0)]
+    assert all(b < a or b < 1e-13 for a, b in pairwise(errors))
+    assert errors[-1] < max(1e-4 * errors[0], 1e-13)
+
+
+def test_samples_fall_on_steps() -> None:
+    """`step` is the largest step: it is shortened where samples come between, and lengthened never."""
+    runs = [pp.simulate(scene(THICK, samples=4), method="rk4", step=step) for step in (0.1, 1 / 12, 5.0)]
+    assert [run.stats.steps for run in runs] == [12, 12, 3]
+    assert apart(runs[0], runs[1]) < 1e-15
+    assert (runs[0].stats.step, runs[0].stats.tolerance) == (0.1, None)
+
+
+# --- Gauss methods --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("s", [1, 2, 3])
+def test_rule_is_symplectic_and_of_its_order(s: int) -> None:
+    """b_i a_ij + b_j a_ji = b_i b_j exactly in w, sum_j a_ij c_j^(k-1) = c_i^k / k and sum b_j c_j^(k-1) = 1 / k."""
+    c, b, w, a = rule(s)
+    assert (w == -w.T).all()
+    for k in range(1, 2 * s + 1):
+        np.testing.assert_allclose(b @ c ** (k - 1), 1 / k, rtol=1e-15)
+        if k <= s:
+            np.testing.assert_allclose(a @ c ** (k - 1), c**k / k, rtol=0, atol=5e-16)
+
+
+def test_canonical_form_is_the_lagrangian_one() -> None:
+    """Along the motion p' = F; F = dL/dq by central differences of v p / 2 - potential; the slopes by differences too."""
+    dynamics = Dynamics(build(TWO), (GRAVITY, EFFECTS["spring"], EFFECTS["push"]), form="angles")
+    form, (q, v) = CanonicalForm(dynamics.engine), np.random.default_rng(4).normal(size=(2, 4))
+    a, h = dynamics.acceleration(0.3, q, v), 1e-5
+    ends = [form.momentum(q + s * h * v + h * h / 2 * a, v + s * h * a) for s in (1, -1)]
+    now = form.at(0.3, q, v)
+    np.testing.assert_allclose(now.force, (ends[0] - ends[1]) / (2 * h), rtol=1e-7, atol=1e-8)
+    np.testing.assert_allclose(now.mass @ v, form.momentum(q, v), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(form.velocity(q, form.momentum(q, v)), v, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("method", ["gauss2", "gauss4", "gauss6"])
+@pytest.mark.parametrize("model", [THICK, TWO], ids=["one rod", "two rods"])
+def test_a_step_is_symplectic(method: str, model: pp.Chain) -> None:
+    """D^T S D = S for the derivative D of one large step in (q, p), by central differences; S = [[0, 1], [-1, 0]]."""
+    dynamics = Dynamics(build(model), (GRAVITY,), form="angles")
+    form, nv = CanonicalForm(dynamics.engine), len(dynamics.model.joints)
+
+    def step(x: np.ndarray) -> np.ndarray:
+        integrator = Gauss(method, 0.1)
+        derivative, _ = integrator.equations(dynamics.engine, lambda t: None)
+        y = np.concatenate([x[:nv], form.velocity(*np.split(x, 2))])
+        end = integrator.integrate(derivative, y, np.array([0.0, 0.1]), None).y[-1]
+        return np.concatenate([end[:nv], form.momentum(*np.split(end, 2))])
+
+    q, v = np.random.default_rng(2).normal(size=(2, nv))
+    x, h = np.concatenate([q, form.momentum(q, v)]), 1e-5
+    D = np.array([(step(x + h * e) - step(x - h * e)) / (2 * h) for e in np.eye(2 * nv)]).T
+    S = np.kron([[0, 1], [-1, 0]], np.eye(nv))
+    assert np.abs(D.T @ S @ D - S).max() < 1e-8 * np.abs(D).max() ** 2
+    assert np.abs(D - np.eye(2 * nv)).max() > 0.1  # it moved
+
+
+@pytest.mark.parametrize("method", ["gauss2", "gauss4", "gauss6"])
+def test_gauss_runs_back_to_its_start(method: str) -> None:
+    """Reversibility to round-off at a coarse step: forward, the rates turned round, forward again."""
+    there = pp.simulate(scene(TWO, duration=2.0), method=method, step=0.05)
+    back = pp.simulate(scene(TWO, duration=2.0, q=there.q[-1], v=-there.v[-1]), method=method, step=0.05)
+    assert np.abs(back.q[-1] - there.q[0]).max() < 1e-11
+    assert np.abs(back.v[-1] + there.v[0]).max() < 1e-10
+
+
+def test_gauss_keeps_energy_within_bounds() -> None:
+    """Over about 200 swings at 18 steps a swing the energy error of gauss4 does not grow; that of rk4 does."""
+    given = scene(THICK, duration=320.0, samples=321)
+    errors = []
+    for method in ("gauss4", "rk4"):
+        total = pp.simulate(given, method=method, step=0.1).energy().total
+        errors.append([np.abs(part - total[0]).max() / abs(total[0]) for part in np.array_split(total, 4)])
+    (first, *_, last), (rk4_first, *_, rk4_last) = errors
+    assert last < 1.1 * first < 1e-3
+    assert rk4_last > 2 * rk4_first
+
+
+def test_gauss_sums_are_compensated() -> None:
+    """gauss6 at a step with a truncation error below round-off: 5,000 steps leave the energy to 1e-13."""
+    run = pp.simulate(scene(THICK, duration=50.0), method="gauss6", step=0.01)
+    assert run.energy().drift < 3e-13
+
+
+def test_gauss_books_the_work() -> None:
+    """What is integrated beside the motion has its order: kinetic and potential energy change by what the air takes."""
+    run = pp.simulate(scene(THICK, fx.Viscous(coefficient=0.2)), method="gauss6", step=0.01, energy_balance=True)
+    assert abs(run.work["viscous"][-1] - (run.energy().total[-1] - run.energy().total[0])) < 1e-10
+
+
+# --- Taylor ---------------------------------------------------------------------------------------------------------
+
+
+@needs_heyoka
+class TestTaylor:
+    """The series, against what is known exactly and against Runge-Kutta on Pinocchio's equations."""
+
+    def test_planar_swing_is_the_elliptic_one(self):
+        run = pp.simulate(
+            scene(THIN, q=(0.9, 0.0), v=(0.5, 0.0), duration=100.0, samples=6), method="taylor", tolerance=1e-18
+        )
+        angle = planar(0.9, 0.5, 2 / 3, 9.81, run.t)
+        assert np.abs(2 * np.sin((run.q[:, 0] - angle) / 2)).max() < 1e-13
+
+    def test_spherical_swing_is_the_elliptic_one(self):
+        run = pp.simulate(scene(THIN, duration=100.0, samples=6), method="taylor", tolerance=1e-18)
+        start = direction([0.7, 0.4]), direction_rate([0.7, 0.4], [1.3, -0.8])
+        assert np.abs(run.tips()[:, 0] - spherical(*start, 2 / 3, 9.81, run.t)).max() < 2e-13
+        assert run.stats.compile_seconds > 0
+        assert run.stats.evaluations == run.stats.steps > 100
+
+    @pytest.mark.parametrize("rods", [1, 2])
+    def test_a_thin_chain_through_the_pole(self, rods: int):
+        """Straight through phi = pi/2, where the angles are at fault: the tips are those of the directions."""
+        model = pp.Chain(rods=THIN.rods * rods)
+        given = scene(model, q=(0.3, 1.2), v=(0.0, 6.0), duration=2.0, samples=9)
+        run = pp.simulate(given, method="taylor", tolerance=1e-16)
+        assert apart(run, pp.simulate(given, tolerance=1e-13)) < 1e-10
+
+    CASES = (
+        ("one rod", "viscous"),
+        ("one rod", "sinusoid motor"),
+        ("one rod", "push and torque"),
+        ("one rod", "support"),
+    )
+    CASES += (("thin rod", "rotation"), ("thin chain of 3", "push"))
+
+    @pytest.mark.parametrize(("model", "effect"), CASES)
+    def test_effects_vs_dop853(self, model: str, effect: str):
+        given = scene((MODELS | {"thin rod": THIN})[model], EFFECTS[effect], samples=4)
+        run = pp.simulate(given, method="taylor", tolerance=1e-13)
+        assert apart(run, pp.simulate(given, tolerance=1e-13)) < 2e-12
+
+    def test_two_rods_vs_dop853(self):
+        given = scene(TWO, SHAKEN)
+        assert apart(pp.simulate(given, method="taylor", tolerance=1e-13), pp.simulate(given, tolerance=1e-13)) < 2e-12
+
+    def test_stretches_leave_no_trace(self):
+        """Many samples, in many segments, or few: the same end to rounding."""
+        ends = [
+            pp.simulate(scene(THIN, duration=20.0, samples=n), method="taylor", tolerance=1e-16).tips()[-1]
+            for n in (2, 1201)
+        ]
+        assert np.abs(ends[0] - ends[1]).max() < 1e-13
+
+    def test_refuses_what_is_not_smooth(self):
+        with pytest.raises(pp.InputError, match=r"effects\[1\]: drag is not smooth, as solver.method: taylor needs it"):
+            pp.simulate(scene(THICK, fx.Drag()), method="taylor")
+
+    def test_refuses_long_chains(self):
+        with pytest.raises(pp.InputError, match="up to 10 rods"):
+            pp.simulate(scene(pp.Chain(rods=THICK.rods * 11)), method="taylor")
+
+
+def test_taylor_without_heyoka_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "heyoka", None)
+    with pytest.raises(pp.MissingLibrary, match=r"pip install 'pendpin\[fast\]'"):
+        pp.simulate(scene(THIN), method="taylor")
+
+
+@pytest.mark.parametrize("rods", [1, 2, 5])
+def test_thin_recursion_vs_reactions_as_unknowns(rods: int) -> None:
+    """The articulated thin chain against the banded system, with forces and moments on the rods."""
+    random = np.random.default_rng(rods)
+    rod = pp.Rod(length=0.8, mass=1.3, payload=0.4)
+    chain = build(pp.Chain(rods=(pp.Rod(length=1.0, mass=0.0, payload=1.0), *(rod,) * (rods - 1)))).chain
+    assert chain is not None
+    d, rate, force, moment = random.normal(size=(4, rods, 3))
+    d, rate = thin.on_sphere(d, rate)
+    moment -= d * (d * moment).sum(-1, keepdims=True)
+    moment[0] = 0  # on a point mass
+    field = random.normal(size=3)
+    found = thin_recursion.turning(chain, d, rate, field, force, moment)
+    expected = np.cross(d, thin.solve(chain, d, rate, field, force=force, moment=moment).acceleration)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+# --- what is refused ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"method": "rk4", "step": 0.0}, "step: 0.0 is not above 0"),
+        ({"method": "rk4", "step": -1.0}, "step: -1.0 is not above 0"),
+        ({"method": "rk4"}, "step: rk4 takes a step, in s"),
+        ({"method": "gauss4", "tolerance": 1e-8}, "tolerance: gauss4 takes a step, not a tolerance"),
+        ({"method": "rk4", "step": 0.01, "tolerance": 1e-8}, "tolerance: rk4 takes a step, not a tolerance"),
+        ({"method": "dop853", "step": 0.01}, "step: dop853 takes a tolerance, not a step; these take a step: gauss2, "),
+        ({"step": 0.01, "tolerance": 1e-8}, "step: auto takes a tolerance, not a step"),
+        ({"method": "taylor", "tolerance": 1e-19}, "tolerance: 1e-19 is below 1e-18"),
+        ({"method": "rk4", "step": 1e-12}, "solver.step: 1e-12 s takes more than 1e+09 steps"),
+        ({"method": "rk4", "step": 5e-324}, "solver.step: 5e-324 s takes"),
+    ],
+)
+def test_settings_that_do_not_fit(given: dict, message: str) -> None:
+    with pytest.raises(pp.InputError) as caught:
+        pp.simulate(scene(THICK), **given)
+    assert message in str(caught.value)
+
+
+def test_a_setting_given_in_the_call_displaces_that_of_the_scene() -> None:
+    """A tolerance or a step of the scene that the method given in the call does not take is left out."""
+    assert pp.simulate(scene(THICK, tolerance=1e-6), method="rk4", step=0.1).stats.tolerance is None
+    assert pp.simulate(scene(THICK, method="rk4", step=0.1), method="rk45").stats.tolerance == 1e-10
+
+
+@pytest.mark.parametrize("method", ["rk4", "gauss4", "taylor"])
+def test_contacts_are_left_to_the_adaptive_lane(method: str) -> None:
+    solver = {"method": method} | ({} if method == "taylor" else {"step": 0.01})
+    with pytest.raises(pp.InputError, match=f"{method} takes no stops and no dry friction|is not smooth"):
+        pp.simulate(scene(THICK, fx.Stop(upper=1.0), **solver))
+
+
+def test_gauss_needs_pinocchio() -> None:
+    with pytest.raises(pp.InputError, match="need Pinocchio's equations"):
+        pp.simulate(scene(THICK, method="gauss4", step=0.01, engine="chain"))
+
+
+def test_a_step_far_too_large_ends_in_one_line() -> None:
+    """Where the stage equations have no solution in reach, or the numbers overflow."""
+    fast = {"v": (300.0, 200.0), "duration": 40.0}
+    for method in ("gauss4", "rk4"):
+        with pytest.raises(pp.RunError, match=r"take a smaller (tolerance or )?step|not a finite number|grow beyond"):
+            pp.simulate(scene(THICK, **fast), method=method, step=10.0)

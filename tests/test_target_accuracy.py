@@ -1,0 +1,114 @@
+"""Accuracy as the target: what is returned is as accurate as was asked, and what cannot be reached is said."""
+
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pendpin as pp
+from pendpin import effects as fx
+from pendpin.model.build import build
+from pendpin.model.kinematics import apart, reach
+
+needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed: pip install heyoka")
+ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
+SWING = pp.Start(positions=[0.7, 0.4], velocities=[1.3, -0.8])
+
+
+def scene(*effects: fx.Effect, rods: tuple[pp.Rod, ...] = (ROD,), start: pp.Start = SWING, duration: float = 3.0):
+    chosen = pp.Solver(samples=61)
+    return pp.Scene(
+        duration=duration, model=pp.Chain(rods=rods), start=start, effects=(fx.Gravity(), *effects), solver=chosen
+    )
+
+
+def error(run: pp.Trajectory, asked: pp.Scene) -> float:
+    """The true error: the largest tip distance to a run far finer, over the length."""
+    truth = pp.simulate(asked, method="taylor" if find_spec("heyoka") else "dop853", tolerance=1e-14)
+    return float(apart(truth.tips(), run.tips(), reach(build(asked.model))).max())
+
+
+@needs_heyoka
+@settings(max_examples=12, deadline=None)
+@given(
+    lengths=st.lists(st.floats(0.3, 2.0), min_size=1, max_size=3),
+    radius=st.sampled_from([0.0, 0.05]),
+    viscous=st.sampled_from([0.0, 0.05]),
+    angle=st.floats(-0.8, 0.8),
+    accuracy=st.sampled_from([1e-4, 1e-7, 1e-10]),
+)
+def test_what_is_asked_is_met(lengths, radius, viscous, angle, accuracy) -> None:
+    """The true error of random smooth scenes is within the asked one, and the estimate is no promise below the truth."""
+    rods = tuple(pp.Rod(length=length, mass=1.0, radius=radius * length) for length in lengths)
+    start = pp.Start(positions=np.resize([angle, 0.3, -0.2], 2 * len(rods)).tolist())
+    asked = scene(*([fx.Viscous(coefficient=viscous)] if viscous else []), rods=rods, start=start)
+    run = pp.simulate(asked, accuracy=accuracy)
+    assert run.stats.accuracy == accuracy
+    assert run.stats.error <= accuracy
+    assert error(run, asked) <= accuracy
+    assert run.stats.all_seconds > run.stats.seconds
+
+
+@pytest.mark.parametrize("method", ["dop853", "rk45", "radau", "lsoda", "rk4", "gauss2", "gauss4", "gauss6", "euler"])
+def test_every_method_can_be_held_to_it(method: str) -> None:
+    """A method named is the one used; its tolerance or step is found."""
+    asked, accuracy = scene(duration=1.0), 1e-2 if method == "euler" else 1e-6
+    run = pp.simulate(asked, method=method, accuracy=accuracy)
+    assert run.stats.method == method
+    assert error(run, asked) <= accuracy
+
+
+def test_kinks_and_contacts() -> None:
+    """Scenes that are off the Taylor integrator: against the same at a tolerance of 1e-13."""
+    for effects in ((fx.Drag(),), (fx.DryFriction(kinetic=0.1),), (fx.Stop(upper=0.9, joints=("theta_1",)),)):
+        asked = scene(*effects)
+        run, truth = pp.simulate(asked, accuracy=1e-6), pp.simulate(asked, method="dop853", tolerance=1e-13)
+        assert apart(truth.tips(), run.tips(), 1.0).max() <= 1e-6
+
+
+def test_chaos_is_said() -> None:
+    """A double pendulum thrown hard: 1e-8 cannot be had for 40 s; the run there is comes with the message."""
+    wild = scene(
+        rods=(ROD, ROD), start=pp.Start(positions=[2.0, 0.3, -1.0, 0.5], velocities=[3, 1, -2, 4]), duration=40.0
+    )
+    with pytest.raises(pp.RunError, match=r"accuracy 1e-08 is not met: .* two runs agree to it up to t = ") as caught:
+        pp.simulate(wild, accuracy=1e-8)
+    assert caught.value.partial.t[-1] == 40.0
+    assert caught.value.partial.stats.error > 1e-8
+
+
+def test_rounding_is_said() -> None:
+    with pytest.raises(pp.RunError, match="accuracy 1e-16 is not met"):
+        pp.simulate(scene(), accuracy=1e-16)
+
+
+@pytest.mark.parametrize("method", ["auto", "rk4", "gauss4"])
+def test_a_start_alone_is_exact(method: str) -> None:
+    """A duration of 0: one sample, and no error to make."""
+    alone = scene().model_copy(update={"duration": 0.0, "solver": pp.Solver()})
+    run = pp.simulate(alone, method=method, accuracy=1e-6)
+    assert run.stats.error == 0
+    assert run.q.tolist() == [[0.7, 0.4]]
+
+
+def test_rest_is_exact() -> None:
+    """Nothing moves: any accuracy is met at once."""
+    run = pp.simulate(scene(start=pp.Start()), accuracy=1e-10)
+    assert np.array_equal(run.q, np.zeros_like(run.q))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"accuracy": 0.0}, "accuracy: 0.0 is not above 0"),
+        ({"accuracy": 0.2}, "accuracy: 0.2 is above 0.1"),
+        ({"accuracy": 1e-6, "tolerance": 1e-6}, "tolerance: accuracy is given"),
+        ({"accuracy": 1e-6, "method": "rk4", "step": 0.1}, "step: accuracy is given"),
+    ],
+)
+def test_options_that_do_not_fit(options: dict, message: str) -> None:
+    with pytest.raises(pp.InputError) as caught:
+        pp.simulate(scene(), **options)
+    assert message in str(caught.value)

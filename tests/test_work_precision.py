@@ -1,0 +1,198 @@
+"""What accuracy costs: the references disagree where one is broken, errors fall along every ladder, words fit numbers."""
+
+import json
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+from bad_input import run_main
+from pendpin import effects as fx
+from pendpin.analysis import references
+from pendpin.analysis.references import by_elliptic_functions, by_runge_kutta, by_series, reference
+from pendpin.analysis.work_precision import cost
+from pendpin.analysis.work_precision_figure import save_cost_plot
+from pendpin.analysis.work_precision_report import CostReport, Curve, Point
+
+needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="not installed: heyoka")
+THIN, THICK = pp.Rod(length=1.0, mass=1.0), pp.Rod(length=1.0, mass=1.0, radius=0.05)
+START = pp.Start(positions={"theta_1": 0.7, "phi_1": 0.4}, velocities={"theta_1": 1.3, "phi_1": -0.8})
+
+
+def scene(*rods: pp.Rod, duration: float = 2.0, effects: tuple = (fx.Gravity(),), start: pp.Start = START) -> pp.Scene:
+    return pp.Scene(
+        duration=duration, model=pp.Chain(rods=rods), start=start, effects=effects, solver=pp.Solver(samples=41)
+    )
+
+
+# --- references -----------------------------------------------------------------------------------------------------
+
+
+@needs_heyoka
+@pytest.mark.parametrize(
+    ("given", "families"),
+    [
+        (scene(THIN), ("elliptic functions", "power series")),
+        (scene(THICK, start=pp.Start(positions={"theta_1": 2.0})), ("elliptic functions", "power series")),
+        (scene(THICK, start=pp.Start(positions={"phi_1": -1.0})), ("elliptic functions", "power series")),
+        (scene(THICK), ("power series", "Runge-Kutta")),
+        (scene(THIN, THICK, effects=(fx.Gravity(), fx.Viscous(coefficient=0.1))), ("power series", "Runge-Kutta")),
+        (scene(THICK, effects=(fx.Gravity(), fx.Drag())), ("Runge-Kutta", "collocation")),
+        (scene(THICK, effects=(fx.Gravity(), fx.DryFriction(kinetic=0.1))), ("Runge-Kutta", "collocation")),
+    ],
+)
+def test_two_families_agree(given: pp.Scene, families: tuple[str, str]) -> None:
+    """Every reference comes from two families of methods, which agree to what was asked for over the whole run."""
+    found = reference(given, 1e-9)
+    assert found.horizon == given.duration
+    assert found.error <= 1e-9
+    assert all(solution.startswith(family) for solution, family in zip(found.solutions, families, strict=True))
+
+
+@needs_heyoka
+@pytest.mark.parametrize("fault", [1e-9, 1e-6, 1e-2])
+@pytest.mark.parametrize("broken", [by_elliptic_functions, by_series, by_runge_kutta])
+def test_a_broken_reference_is_refused(broken, fault: float) -> None:
+    """A gravity that is off by a share of 1e-9 in one of the two: they contradict each other, and nothing is compared."""
+    whole, other = scene(THIN), by_series if broken is by_runge_kutta else by_runge_kutta
+    heavier = replace_gravity(whole, 9.81 * (1 + fault))
+
+    def faulty(given, model, length):
+        return broken(heavier.model_copy(update={"solver": given.solver}), model, length)
+
+    with pytest.raises(pp.InputError, match="one of them is wrong"):
+        reference(whole, 1e-10, (faulty, other))
+
+
+def replace_gravity(given: pp.Scene, acceleration: float) -> pp.Scene:
+    return given.model_copy(update={"effects": (fx.Gravity(acceleration=acceleration),)})
+
+
+@needs_heyoka
+def test_chaos_has_a_horizon() -> None:
+    """A fast double pendulum is known for some seconds; a finer demand shortens that, and it is said."""
+    wild = scene(THICK, THICK, duration=40.0, start=pp.Start(positions=[2.0, 0.3, -1.0, 0.5], velocities=[3, 1, -2, 4]))
+    near, far = (reference(wild, error) for error in (1e-10, 1e-4))
+    assert 0 < near.horizon < far.horizon < 40.0
+    assert near.error <= 1e-10 < far.error <= 1e-4
+
+
+def test_without_a_second_family_there_is_no_reference() -> None:
+    with pytest.raises(pp.InputError, match="only 1 of two families"):
+        reference(scene(THICK), 1e-9, (by_elliptic_functions, by_runge_kutta))
+
+
+# --- ladders --------------------------------------------------------------------------------------------------------
+
+
+@needs_heyoka
+def test_errors_fall_along_every_ladder() -> None:
+    """Over eight decades of error and more for the adaptive methods of high order; each with its points and counts."""
+    methods = ("taylor", "dop853", "lsoda", "radau", "rk4", "dop853 compiled", "rk4 compiled", "gauss6")
+    report = cost(scene(THICK), methods=methods, accuracy=1e-9, repetitions=1, budget=0.3)
+    assert [curve.name for curve in report.curves] == list(methods)
+    for curve in report.curves:
+        errors = np.array([point.error for point in curve.points if point.error > 3 * report.error])
+        assert len(errors) >= 3
+        assert errors[-1] < 1e-3 * errors[0]
+        assert all(point.steps > 0 and point.evaluations > 0 and point.seconds > 0 for point in curve.points)
+    for name in ("taylor", "dop853", "lsoda"):
+        errors = [point.error for point in curve_of(report, name).points]
+        assert min(errors) < 1e-8 * max(errors)
+    assert curve_of(report, "dop853").compile_seconds == 0 < curve_of(report, "dop853 compiled").compile_seconds
+    np.testing.assert_allclose(
+        [point.error for point in curve_of(report, "rk4 compiled").points[:4]],
+        [point.error for point in curve_of(report, "rk4").points[:4]],
+        rtol=1e-4,
+    )
+
+
+def curve_of(report: CostReport, name: str) -> Curve:
+    return next(curve for curve in report.curves if curve.name == name)
+
+
+def test_a_lane_that_fails_says_why() -> None:
+    report = cost(
+        scene(THICK, effects=(fx.Gravity(), fx.Drag())), methods=["taylor", "dop853"], repetitions=1, budget=0.2
+    )
+    taylor, dop853 = report.curves
+    assert not taylor.points
+    assert "drag is not smooth" in taylor.failures[0] or "needs heyoka" in taylor.failures[0]
+    assert dop853.points
+
+
+# --- the report -----------------------------------------------------------------------------------------------------
+
+
+def curve(name: str, *points: tuple[float, float], peer: bool = False) -> Curve:
+    return Curve(name, "", "tolerance", tuple(Point(1e-3, error, time, 1, 1) for error, time in points), peer=peer)
+
+
+REPORT = CostReport(
+    subject="2 rods",
+    curves=(
+        curve("cheap", (1e-2, 1e-3), (1e-4, 1e-2), (1e-6, 1e-1)),
+        curve("fine", (1e-2, 2e-2), (1e-8, 2e-2 * 10**0.6)),
+        curve("other", (1e-1, 1.0), (1e-4, 1.0), peer=True),
+    ),
+    accuracy=1e-6,
+    error=1e-9,
+    solutions=("one", "other"),
+    duration=20.0,
+    horizon=5.0,
+    machine="",
+    versions={},
+    repetitions=3,
+)
+
+
+def test_times_between_the_points() -> None:
+    """In proportion of logarithms; never beyond the finest point; a dearer and coarser point counts for nothing."""
+    cheap, fine = REPORT.curves[:2]
+    assert cheap.seconds_at(1e-3) == pytest.approx(10**-2.5)
+    assert cheap.seconds_at(0.5) == 1e-3
+    assert cheap.seconds_at(1e-7) is None
+    worse = replace(cheap, points=(*cheap.points, Point(1e-9, 1e-3, 5.0, 1, 1)))
+    assert worse.seconds_at(1e-5) == cheap.seconds_at(1e-5)
+    assert fine.seconds_at(1e-7) == pytest.approx(2e-2 * 10**0.5)
+
+
+def test_the_words_say_what_the_numbers_say() -> None:
+    words = " ".join(REPORT.words)
+    assert "Compared up to 5 s of 20 s" in words
+    assert "known to 1e-09: one against other" in words
+    assert f"1e-06 costs {20 * 10**0.4:.3g} ms with fine; the next digit costs {10**0.1:.2f} times as much" in words
+    assert "From 1e-01 to 1e-05 the cheapest is cheap." in words
+    assert "From 1e-06 to 1e-08 the cheapest is fine." in words
+    assert "At 1e-04: cheap 10 ms, other 1 s, 100 times as long." in words
+    assert "At 1e-06: fine" in words
+    assert "no other simulator reaches it" in words
+
+
+@needs_heyoka
+def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
+    """A table with words, JSON with every point, a figure; a bad name is refused in one line."""
+    monkeypatch.chdir(tmp_path)
+    short = ["--methods", "taylor,dop853", "--budget", "0.1"]
+    assert run_main("cost", *short, "--plot", "cost.png") == 0
+    out = capsys.readouterr().out
+    assert "1e-09 costs" in out
+    assert (tmp_path / "cost.png").read_bytes().startswith(b"\x89PNG")
+    assert run_main("cost", *short, "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {curve["name"] for curve in found["curves"]} == {"taylor", "dop853"}
+    assert found["error"] < 1e-10
+    assert run_main("cost", "--methods", "magic") == 1
+    assert "magic is not one of" in capsys.readouterr().err
+
+
+def test_the_figure_is_written_whole(tmp_path: Path) -> None:
+    assert save_cost_plot(REPORT, tmp_path / "cost.svg").read_text().rstrip().endswith("</svg>")
+
+
+def test_witnesses_are_independent() -> None:
+    """No two of them integrate by the same method."""
+    assert len({maker.__name__ for maker in references.WITNESSES}) == 4
