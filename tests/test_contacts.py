@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 import pendpin as pp
 from pendpin.cli.commands import main
@@ -33,6 +34,19 @@ def test_a_spinning_joint_comes_to_rest_in_the_exact_time() -> None:
     assert (run.v[~sliding, 0] == 0).all()
     assert np.allclose(run.q[~sliding, 0], 2.0**2 * INERTIA / (2 * 0.5), atol=1e-9)
     assert (run.q[~sliding, 0] == run.q[-1, 0]).all()
+
+
+def test_friction_that_falls_with_speed_stops_a_joint_in_the_exact_time() -> None:
+    """theta alone, no gravity: J v' = -F(v), so that it stops after J times the integral of 1 / F, from 0 to v0."""
+    friction, v0 = DryFriction(kinetic=0.3, static=0.8, stribeck=2.0), 5.0
+    run = run_of(friction, v=(v0,), duration=6.0, samples=601)
+    size = lambda v: 0.3 + 0.5 * np.exp(-((v / 2.0) ** 2))  # noqa: E731
+    spent = np.array([quad(lambda v: INERTIA / size(v), rate, v0, epsabs=1e-13)[0] for rate in run.v[::50, 0]])
+    stop = quad(lambda v: INERTIA / size(v), 0, v0, epsabs=1e-13)[0]
+    assert np.allclose(spent, np.minimum(run.t[::50], stop), atol=1e-9)
+    assert (run.v[run.t > stop, 0] == 0).all()
+    with pytest.raises(pp.InputError, match="stribeck needs static"):
+        DryFriction(kinetic=0.3, stribeck=2.0)
 
 
 def test_small_torques_do_not_start_a_joint() -> None:

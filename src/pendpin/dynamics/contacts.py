@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
+from pendpin.arrays import Array, Indices, Mask
 from pendpin.effects import Effect
-from pendpin.effects.friction_and_stops import ContactEffect
+from pendpin.effects.friction_and_stops import ContactEffect, DryFriction
 from pendpin.engines import AngleEngine
 from pendpin.errors import InputError, RunError
 from pendpin.model.build import Model
@@ -41,16 +41,21 @@ class Contacts:
     lower: Array  # rad
     upper: Array  # rad
     restitution: Array
+    falling: tuple[tuple[Indices, DryFriction], ...] = ()  # friction that falls with speed, and the joints it is on
 
     # --- while nothing happens --------------------------------------------------------------------------------------
 
-    def friction(self, mode: Mode) -> Array:
-        """The torques of sliding friction (nv,)."""
-        return np.where(mode.held, 0.0, -self.kinetic * mode.sign)
+    def friction(self, v: Array, mode: Mode) -> Array:
+        """The torques of sliding friction (nv,) at rates v (nv,)."""
+        size = self.kinetic
+        for joints, effect in self.falling:
+            size = size.copy()
+            size[joints] += effect.sliding(v[joints]) - effect.kinetic
+        return np.where(mode.held, 0.0, -size * mode.sign)
 
     def accelerate(self, t: float, q: Array, v: Array, mode: Mode) -> tuple[Array, Array]:
         """Accelerations (nv,) and the torques (nv,) that hold the held joints."""
-        a = self.engine.accelerate(t, q, v, self.friction(mode))
+        a = self.engine.accelerate(t, q, v, self.friction(v, mode))
         holding = np.zeros_like(a)
         if mode.held.any():
             held = np.flatnonzero(mode.held)
@@ -168,10 +173,14 @@ def bind_contacts(model: Model, effects: tuple[Effect, ...], engine: AngleEngine
     nv = len(model.joints)
     kinetic, static, restitution = np.zeros((3, nv))
     lower, upper = np.full(nv, -np.inf), np.full(nv, np.inf)
+    falling = []
     for i, effect in enumerate(effects):
         if isinstance(effect, ContactEffect):
             names = model.joints if effect.joints is None else effect.joints
-            for joint in [model.index(name, f"effects[{i}].joints") for name in names]:
+            joints = [model.index(name, f"effects[{i}].joints") for name in names]
+            if isinstance(effect, DryFriction) and effect.stribeck is not None:
+                falling.append((np.array(joints), effect))
+            for joint in joints:
                 slide, hold = effect.resistance()
                 low, high, back = effect.limits()
                 kinetic[joint] += slide
@@ -179,7 +188,7 @@ def bind_contacts(model: Model, effects: tuple[Effect, ...], engine: AngleEngine
                 if low > lower[joint] or high < upper[joint]:
                     lower[joint], upper[joint] = max(low, lower[joint]), min(high, upper[joint])
                     restitution[joint] = back
-    return Contacts(engine, kinetic, static, lower, upper, restitution)
+    return Contacts(engine, kinetic, static, lower, upper, restitution, tuple(falling))
 
 
 def check_start(contacts: Contacts, model: Model, q: Array) -> None:

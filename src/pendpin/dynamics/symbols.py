@@ -54,14 +54,16 @@ def _of_tree(model: Model, loads: Loads) -> Callable[[Any, Array, Array], Array]
 
     def acceleration(t: Any, q: Array, v: Array) -> Array:
         tau = None if loads.torque is None else loads.torque(t, q, v)
-        external = None if loads.wrench is None else _external(model, loads, t, recursion.motions(tree, q, v, xp))
+        external = (
+            None if loads.wrench is None else external_wrenches(model, loads, t, recursion.motions(tree, q, v, xp))
+        )
         return recursion.accelerations(tree, q, v, loads.field(t), tau, external, xp)
 
     return acceleration
 
 
-def _external(model: Model, loads: Loads, t: Any, motions: tuple[Array, ...]) -> Array:
-    """Wrenches on the links, (n, 6), at the joints' origins, in the joints' frames."""
+def external_wrenches(model: Model, loads: Loads, t: Any, motions: tuple[Array, ...]) -> Array:
+    """Wrenches of the effects on the links, (n, 6), at the joints' origins, in the joints' frames, from their motions."""
     joints = [body.joint for body in model.bodies]
     motion = Motion(*(part[joints] for part in motions))
     assert loads.wrench is not None

@@ -71,7 +71,7 @@ class Drag(BodyEffect):
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """As `BodyEffect.wrench`. Along a rod u(s) = u0 + s u1, s from 0 to 1."""
-        rod, length = motion.levers(bodies.tip), np.sqrt((bodies.tip**2).sum(-1, keepdims=True))
+        rod, length = motion.levers(bodies.tip), xp.sqrt((bodies.tip**2).sum(-1, keepdims=True))
         wind = motion.velocity + motion.pivot_velocity - self.air(t, xp)
         u0, u1 = wind - rod * (dot(wind, rod) / length**2), cross(motion.spin, rod)
         width = 2 * bodies.radius[:, None] if self.diameter is None else self.diameter
@@ -92,7 +92,7 @@ def _speed_moments(u0: Array, u1: Array, xp: Any) -> tuple[Array, Array, Array]:
     By Gauss-Legendre in two parts that meet where |u| is least, with the points crowded there: a kink of |u| is met
     exactly, as in every plane motion, and a rounded kink nearly so.
     """
-    cut = np.minimum(np.maximum(-dot(u0, u1) / (dot(u1, u1) + _TINY), 0), 1)
+    cut = xp.minimum(xp.maximum(-dot(u0, u1) / (dot(u1, u1) + _TINY), 0.0), 1.0)
     s = np.concatenate([cut - cut * _NODES, cut + (1 - cut) * _NODES], -1)
     weights = np.concatenate([cut * _WEIGHTS, (1 - cut) * _WEIGHTS], -1)
     u = u0[:, None, :] + s[:, :, None] * u1[:, None, :]

@@ -1,12 +1,14 @@
 """Dry friction and stops: joints that stick and strike. They act through events (dynamics/contacts.py)."""
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from pendpin.arrays import Array
 from pendpin.effects.base import Effect
-from pendpin.records import NotNegative, Number
+from pendpin.records import NotNegative, Number, Positive
 
 
 class ContactEffect(Effect):
@@ -31,23 +33,35 @@ class ContactEffect(Effect):
 class DryFriction(ContactEffect):
     """Coulomb friction: -kinetic sign(v) on a joint that slides; one at rest sticks, exactly, up to the static limit.
 
-    kinetic in N m; static in N m (kinetic), not below kinetic; joints by name (all). Matters where a joint comes to
-    rest, and in every small swing.
+    With `stribeck`, a speed v_s, friction falls from the static to the kinetic value as a joint slides faster:
+    -(kinetic + (static - kinetic) exp(-(v / v_s)²)) sign(v) (B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit,
+    Automatica 30 (1994), 1083). kinetic in N m; static in N m (kinetic), not below kinetic; stribeck in rad/s (absent:
+    friction does not change with speed); joints by name (all). Matters where a joint comes to rest, and in every small
+    swing.
     """
 
     kind: Literal["dry_friction"] = "dry_friction"
     kinetic: NotNegative  # N m
     static: NotNegative | None = Field(None, description="N m; kinetic if absent")
+    stribeck: Positive | None = Field(None, description="rad/s, the speed over which friction falls to kinetic")
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
         if self.static is not None and self.static < self.kinetic:
             raise ValueError(f"static, {self.static:g} N m, is below kinetic, {self.kinetic:g} N m")
+        if self.stribeck is not None and self.static is None:
+            raise ValueError("stribeck needs static: the friction at rest, from which it falls to kinetic")
         return self
 
     def resistance(self) -> tuple[float, float]:
         """As `ContactEffect.resistance`."""
         return self.kinetic, self.kinetic if self.static is None else self.static
+
+    def sliding(self, v: Array, xp: Any = np) -> Array:
+        """The torque against sliding at rates v, N m, in the shape of v."""
+        if self.stribeck is None or self.static is None:
+            return self.kinetic + 0.0 * v
+        return self.kinetic + (self.static - self.kinetic) * xp.exp(-((v / self.stribeck) ** 2))
 
 
 class Stop(ContactEffect):

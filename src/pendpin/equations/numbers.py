@@ -1,7 +1,8 @@
 """The number types that one piece of arithmetic runs on: floats, mpmath's numbers of any precision, heyoka's symbols.
 
 Each is a namespace `xp` with numpy's names: asarray, sqrt, exp, log, sin, cos, tan, tanh, element by element over
-arrays. Sums, products, `@`, `np.cross`, `np.stack` and the like need no namespace: numpy does them on object arrays.
+arrays, and minimum and maximum of two. Sums, products, `@`, `np.cross`, `np.stack` and the like need no namespace:
+numpy does them on object arrays.
 """
 
 from functools import cache
@@ -30,7 +31,7 @@ def exact(digits: int) -> Any:
     context = mpmath.mp.clone()
     context.dps = digits
     functions = {name: np.frompyfunc(getattr(context, name), 1, 1) for name in FUNCTIONS}
-    return SimpleNamespace(asarray=_elementwise(context.mpf), **functions)
+    return SimpleNamespace(asarray=_elementwise(context.mpf), minimum=np.minimum, maximum=np.maximum, **functions)
 
 
 @cache
@@ -41,7 +42,13 @@ def symbols() -> Any:
     def on_expressions(function: Any) -> Any:
         return np.frompyfunc(lambda x: function(heyoka.expression(x)), 1, 1)
 
+    def chosen(first: Any, second: Any, test: Any) -> Any:
+        first, second = heyoka.expression(first), heyoka.expression(second)
+        return heyoka.select(test(first, second), first, second)
+
     functions = {name: on_expressions(getattr(heyoka, name)) for name in FUNCTIONS}
+    functions["minimum"] = np.frompyfunc(lambda x, y: chosen(x, y, heyoka.lt), 2, 1)
+    functions["maximum"] = np.frompyfunc(lambda x, y: chosen(x, y, heyoka.gt), 2, 1)
     return SimpleNamespace(asarray=np.asarray, **functions)
 
 

@@ -102,20 +102,19 @@ class LoopWithEvents(IntegrationLoop):
 
     def _derivative(self, mode: Mode) -> Derivative:
         contacts, books, nv = self.contacts, self.books, self.nv
-        friction = contacts.friction(mode)
-        rubs = books is not None and friction.any()
+        rubs = books is not None and contacts.friction(np.zeros(nv), mode).any()
         account = 2 * nv + books.kinds.index(_kind(DryFriction)) if books is not None and rubs else 0
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             self.calls += 1
             if not self.calls % CALLBACK_EVERY_SLOW:
                 self.progress(t)
-            dy[:nv] = y[nv : 2 * nv]
-            dy[nv : 2 * nv], _ = contacts.accelerate(t, y[:nv], y[nv : 2 * nv], mode)
+            dy[:nv] = v = y[nv : 2 * nv]
+            dy[nv : 2 * nv], _ = contacts.accelerate(t, y[:nv], v, mode)
             if books is not None:
                 dy[2 * nv :] = books.powers(t, y[: 2 * nv])
                 if rubs:
-                    dy[account] += friction @ y[nv : 2 * nv]
+                    dy[account] += contacts.friction(v, mode) @ v
 
         return derivative
 
@@ -127,7 +126,8 @@ class LoopWithEvents(IntegrationLoop):
         states, torques = states.copy(), np.empty((len(states), self.nv))
         states[:, self.nv : 2 * self.nv][:, mode.held] = 0.0
         for torque, t, y in zip(torques, times, states, strict=True):
-            torque[:] = self.contacts.friction(mode) + self.contacts.accelerate(t, *self._angles(y), mode)[1]
+            q, v = self._angles(y)
+            torque[:] = self.contacts.friction(v, mode) + self.contacts.accelerate(t, q, v, mode)[1]
         return np.concatenate([states, torques], 1)
 
 
