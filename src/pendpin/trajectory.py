@@ -107,7 +107,7 @@ class Trajectory:
 
     @property
     def imbalance(self) -> float:
-        """How far the books are off: the largest change of kinetic energy not accounted for, over the energy moved."""
+        """The largest change of kinetic energy that no work accounts for, over the energy moved."""
         if not self.work:
             return 0.0
         total = sum(self.work.values(), np.zeros(len(self.t)))

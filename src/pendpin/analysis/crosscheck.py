@@ -56,7 +56,7 @@ class Report:
 
     rows: tuple[Row, ...]
     states: int
-    judged: int  # how many of the states the reference_route in 50 digits was given
+    in_50_digits: int  # how many of the states the reference_route in 50 digits was given
     routes: tuple[str, ...]
     bound: float
 
@@ -73,10 +73,10 @@ class Report:
     @property
     def worst_route(self) -> tuple[str, Row] | None:
         """The route farthest from the reference_route, and the row that says so; None without a reference_route."""
-        judged = [row for row in self.rows if REFERENCE in (row.first, row.second)]
-        if not judged:
+        in_50_digits = [row for row in self.rows if REFERENCE in (row.first, row.second)]
+        if not in_50_digits:
             return None
-        row = max(judged, key=_badness)
+        row = max(in_50_digits, key=_badness)
         return (row.first if row.second == REFERENCE else row.second), row
 
     @property
@@ -119,7 +119,7 @@ def crosscheck(
     dynamics, random = bind(scene), np.random.default_rng(seed)
     nv = len(dynamics.model.joints)
     q, v = random.uniform(-np.pi, np.pi, (states, nv)), random.uniform(-LARGEST_RATE, LARGEST_RATE, (states, nv))
-    return _compare(dynamics, q, v, routes or {}, judged=max(2, REFERENCE_JOINTS // nv))
+    return _compare(dynamics, q, v, routes or {}, in_50_digits=max(2, REFERENCE_JOINTS // nv))
 
 
 def along(trajectory: Trajectory) -> Report | None:
@@ -133,10 +133,10 @@ def along(trajectory: Trajectory) -> Report | None:
     dynamics = bind(scene)
     if dynamics.model.pin is None:
         return None
-    return _compare(dynamics, trajectory.q[chosen], trajectory.v[chosen], {}, judged=0)
+    return _compare(dynamics, trajectory.q[chosen], trajectory.v[chosen], {}, in_50_digits=0)
 
 
-def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute], judged: int) -> Report:
+def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute], in_50_digits: int) -> Report:
     by_hand = _one_free_rod(dynamics)
     if own and not by_hand:
         raise InputError("own routes need a single rod on a universal joint, its centre of mass on its axis")
@@ -147,14 +147,14 @@ def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute
     sizes = _sizes(dynamics, q, v, answers["pinocchio"], by_hand)
     states = _States(np.arange(len(q)), q, v, sizes, _places(dynamics))
     rows = [row for pair in combinations(answers, 2) for row in _rows(pair, answers, states)]
-    if judged:
-        chosen = _worst_states(answers, sizes, judged)
+    if in_50_digits:
+        chosen = _worst_states(answers, sizes, in_50_digits)
         answers = {name: {k: x[chosen] for k, x in answer.items()} for name, answer in answers.items()}
         answers |= {REFERENCE: dict(reference_route(dynamics)(q[chosen], v[chosen]))}
-        sizes, judged = {k: x[chosen] for k, x in sizes.items()}, len(chosen)
+        sizes, in_50_digits = {k: x[chosen] for k, x in sizes.items()}, len(chosen)
         states = _States(chosen, q[chosen], v[chosen], sizes, states.places)
         rows += [row for name in routes for row in _rows((name, REFERENCE), answers, states)]
-    return Report(tuple(rows), len(q), judged, tuple(routes), states.bound)
+    return Report(tuple(rows), len(q), in_50_digits, tuple(routes), states.bound)
 
 
 def _one_free_rod(dynamics: Dynamics) -> bool:

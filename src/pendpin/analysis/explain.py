@@ -1,4 +1,4 @@
-"""What was bound: which engine, which seams, and what one evaluation calls."""
+"""What acts in a scene: which engine, which interfaces of effects, and what one evaluation calls."""
 
 from collections.abc import Iterator
 
@@ -18,21 +18,21 @@ def _lines(dynamics: Dynamics, effects: tuple[Effect, ...]) -> Iterator[str]:
     yield f"engine: {dynamics.engine.name}, {len(model.joints)} joints, {len(model.bodies)} bodies"
     constant = [e.kind for e in effects if isinstance(e, FieldEffect) and e.constant]
     yield f"constant fields: {_names(constant)}, summed once: {np.array2string(loads.constant, precision=6)} m/s²"
-    yield from _seam(
+    yield from _interface(
         "fields that vary with time", [e for e in effects if isinstance(e, FieldEffect) and not e.constant]
     )
     for effect in effects:
         if isinstance(effect, JointEffect):
             yield f"joint torques: {effect.kind} on {_names(effect.on or model.joints)}"
     wrenches = [e for e in effects if isinstance(e, BodyEffect)]
-    yield from _seam("body wrenches, from the poses and velocities of all bodies", wrenches)
+    yield from _interface("body wrenches, from the poses and velocities of all bodies", wrenches)
     for effect in effects:
         if isinstance(effect, ContactEffect):
             yield f"events: {effect.kind} on {_names(effect.joints or model.joints)}"
     yield f"an evaluation calls: {', '.join(_calls(dynamics))}"
 
 
-def _seam(title: str, effects: list) -> Iterator[str]:
+def _interface(title: str, effects: list) -> Iterator[str]:
     if effects:
         yield f"{title}: {_names([effect.kind for effect in effects])}"
 

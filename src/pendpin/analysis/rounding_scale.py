@@ -70,7 +70,7 @@ def _below(parents: tuple[int, ...]) -> Array:
 
 
 def _largest_above(parents: tuple[int, ...], x: Array) -> Array:
-    """The largest of each body's own value and those of the bodies it hangs on: rounding errors are handed down."""
+    """The largest of each body's own value and those of the bodies it hangs on: rounding errors propagate down the tree."""
     out = x.copy()
     for child, parent in enumerate(parents):
         if parent >= 0:

@@ -57,7 +57,7 @@ class _Bench:
     model: Model
     repetitions: int
     budget: float
-    told: Callable[[str], None]
+    progress: Callable[[str], None]
     first_step: float  # s, of ladders of steps
 
 
@@ -69,15 +69,15 @@ def cost(
     peers: bool = False,
     repetitions: int = REPETITIONS,
     budget: float = BUDGET,
-    told: Callable[[str], None] = lambda what: None,
+    progress: Callable[[str], None] = lambda what: None,
 ) -> CostReport:
     """Error against time for the methods of `methods`, and with `peers` for other simulators, on one scene.
 
     The error is the largest distance of any tip to its reference over the run, over the chain's length; the reference
     is known to a tenth of `accuracy`, and where that ends, as in chaos, the comparison ends. Times
     are the least of `repetitions` runs after a first one; a ladder ends where its next run would take over `budget` s.
-    `told` hears what is being measured. An interrupt ends the measurement; what is measured is reported.
-    Raises InputError for an unknown method, or where there is no reference.
+    `progress` is called with the name of what is being measured. An interrupt ends the
+    measurement; what is measured is reported. Raises InputError for an unknown method, or where there is no reference.
     """
     for method in methods:
         if method not in METHODS:
@@ -85,8 +85,8 @@ def cost(
     if not 0 < accuracy < 1:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
     others = _peers(scene) if peers else ()
-    told("the reference")
-    bench = _bench(scene, accuracy, repetitions, budget, told)
+    progress("the reference")
+    bench = _bench(scene, accuracy, repetitions, budget, progress)
     curves, interrupted = [], False
     try:
         for method in methods:
@@ -107,7 +107,7 @@ def cost(
     )
 
 
-def _bench(scene: Scene, accuracy: float, repetitions: int, budget: float, told: Callable[[str], None]) -> _Bench:
+def _bench(scene: Scene, accuracy: float, repetitions: int, budget: float, progress: Callable[[str], None]) -> _Bench:
     solver = scene.solver.replaced(method="auto", samples=scene.solver.samples or (SAMPLES if scene.duration else 1))
     scene = scene.model_copy(update={"solver": solver})
     known = reference(scene, KNOWN * accuracy)
@@ -115,7 +115,7 @@ def _bench(scene: Scene, accuracy: float, repetitions: int, budget: float, told:
     scene = scene.model_copy(update={"duration": known.horizon, "solver": solver})
     steps = simulate(scene, method="dop853", tolerance=1e-3).stats.steps
     first_step = scene.duration / max(steps, len(known.t) - 1, 1)
-    return _Bench(scene, known, build(scene.model), repetitions, budget, told, first_step)
+    return _Bench(scene, known, build(scene.model), repetitions, budget, progress, first_step)
 
 
 def _subject(model: Model) -> str:
@@ -189,7 +189,7 @@ def _climb(
     """The points of a ladder, why settings failed, and the longest time of compiling."""
     points, failures, compiling, length = [], [], 0.0, reach(bench.model)
     for setting in settings:
-        bench.told(f"{name}, {setting:.1e}")
+        bench.progress(f"{name}, {setting:.1e}")
         found = run(setting)
         compiling = max(compiling, found.compile_seconds)
         if found.tips is None:

@@ -224,9 +224,9 @@ def cost(
     if plot:
         picture_kind(plot)
         _refuse_targets([plot], [scene, *_files_of(chosen)])
-    with inside(_place(scene)), waiting("the reference", hidden=json) as told:
+    with inside(_place(scene)), waiting("the reference", hidden=json) as progress:
         names = [name.strip() for name in methods.split(",")] if methods else METHODS
-        report = measure(chosen, methods=names, accuracy=accuracy, peers=peers, budget=budget, told=told)
+        report = measure(chosen, methods=names, accuracy=accuracy, peers=peers, budget=budget, progress=progress)
     print_cost(report, json)
     if plot:
         print_files([save_cost_plot(report, plot)])
@@ -244,8 +244,8 @@ def hard(
     """Run the hard cases (docs/hard_cases.md), each on its methods against its bound."""
     from pendpin.analysis.hardcases import hard as run_cases
 
-    with waiting("the hard cases", hidden=json) as told:
-        report = run_cases(cases or (), full=not short, peers=peers, progress=told)
+    with waiting("the hard cases", hidden=json) as progress:
+        report = run_cases(cases or (), full=not short, peers=peers, progress=progress)
     print_hard(report, json)
     if report.stopped:
         raise KeyboardInterrupt

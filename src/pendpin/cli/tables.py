@@ -18,7 +18,7 @@ LEAST_WIDTH = 60  # letters: on a narrower terminal the lines of a table go on b
 
 @contextmanager
 def waiting(what: str, hidden: bool) -> Iterator[Callable[[str], None]]:
-    """A sign of life on stderr, only where a person watches; what it is about can be told as it goes on."""
+    """A sign of life on stderr, only where a person watches; what is being done can be named as it goes on."""
     from rich.console import Console
 
     console = Console(stderr=True)
@@ -69,7 +69,7 @@ def print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> Non
     rows |= {f"work of {kind}": f"{work[-1]:+.6g} J" for kind, work in trajectory.work.items()}
     if trajectory.work:
         rows["kinetic energy"] = f"{trajectory.kinetic[-1] - trajectory.kinetic[0]:+.6g} J"
-        rows["books are off by"] = f"{trajectory.imbalance:.1e} of the energy moved"
+        rows["energy balance is off by"] = f"{trajectory.imbalance:.1e} of the energy moved"
     print_table(["run", ""], [[name, text] for name, text in rows.items() if text])
 
 
@@ -101,7 +101,7 @@ def print_check(report: "Report", as_json: bool) -> None:
     if found := report.worst_route:
         name, row = found
         place = f"{row.quantity} of {row.place}"
-        print(f"farthest from {row.second} ({report.judged} states): {name}, {row.ulps:.1f} ulps in {place}")
+        print(f"farthest from {row.second} ({report.in_50_digits} states): {name}, {row.ulps:.1f} ulps in {place}")
     print(f"{report.states} states, bound {report.bound:g} of the terms that enter: {_verdict(report.ok)}")
 
 

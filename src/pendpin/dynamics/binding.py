@@ -1,4 +1,4 @@
-"""Binding: from a scene's effects and a model to one function a seam, built once, out of the effects that there are.
+"""From a scene's effects and a model to one function for each interface, built once from the effects that there are.
 
 Every function takes its arithmetic from `xp`, as the effects do. Sums run in an order of their own, so that the order of
 the list changes no bit.
@@ -34,7 +34,7 @@ Wrench = Callable[[float, Motion], tuple[Array, Array]]  # force, moment about c
 
 
 def bind_loads(model: Model, effects: Sequence[Effect], xp: Any = np, start: float = 0.0) -> Loads:
-    """What the effects add, seam by seam, at times since `start` in s.
+    """What the effects add, interface by interface, at times since `start` in s.
 
     Raises InputError for a joint or link that the model lacks.
     """

@@ -1,4 +1,4 @@
-"""The seams through which a scene's effects enter the dynamics (docs/effects.md).
+"""The interfaces through which a scene's effects enter the dynamics (docs/effects.md).
 
 An effect only ever adds. It is a frozen, validated record of its parameters with one method that is written once over
 plain arithmetic: the functions it needs (sqrt, sin, ...) come in as `xp`, so the same lines run on floats, on numbers
@@ -17,7 +17,7 @@ from pendpin.records import Record
 
 
 class Effect(Record):
-    """One effect of a scene; a subclass of one of the seams below says how it acts."""
+    """One effect of a scene; a subclass of one of the interfaces below says how it acts."""
 
     kind: Any  # Literal["its name"] in each effect
 

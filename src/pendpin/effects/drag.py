@@ -89,8 +89,8 @@ class Drag(BodyEffect):
 def _speed_moments(u0: Array, u1: Array, xp: Any) -> tuple[Array, Array, Array]:
     """The integrals of |u|, s |u|, s² |u| for u = u0 + s u1 over s from 0 to 1, each (n, 1).
 
-    By Gauss-Legendre in two parts that meet where |u| is least, with the points crowded there: a kink of |u| is met
-    exactly, as in every plane motion, and a rounded kink nearly so.
+    By Gauss-Legendre in two parts that meet where |u| is least, with the points crowded there: a corner of |u| is met
+    exactly, as in every plane motion, and a rounded corner nearly so.
     """
     cut = xp.minimum(xp.maximum(-dot(u0, u1) / (dot(u1, u1) + _TINY), 0.0), 1.0)
     s = np.concatenate([cut - cut * _NODES, cut + (1 - cut) * _NODES], -1)

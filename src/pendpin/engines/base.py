@@ -20,7 +20,7 @@ CALLBACK_EVERY_SLOW = 64  # of those that numpy carries: some 0.1 ms each, 3 ms 
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """What the effects of a scene add, seam by seam; None is a seam that the scene does not use."""
+    """What the effects of a scene add, by interface; None is an interface that the scene does not use."""
 
     constant: Array  # (3,) m/s², W: the sum of the constant fields
     varying: Callable[[float], Array] | None = None  # t -> (3,) m/s², W: the sum of the others

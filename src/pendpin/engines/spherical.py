@@ -1,4 +1,4 @@
-"""Chains of thin rods without joint effects: every joint acts as a ball, and no position is singular.
+"""Chains of thin rods without joint effects: every joint acts as a spherical joint, and no position is singular.
 
 A thin rod has no axial inertia, so its direction says all; phi = ±pi/2 is a fault of the angles only. Short chains
 are carried by Pinocchio's spherical joints, long ones by the hand-derived equations in directions. Angles are read

@@ -1,4 +1,4 @@
-"""A chain of thin rods in directions by one recursion, for any number: the articulated bodies of ball joints.
+"""A chain of thin rods in directions by one recursion, for any number: the articulated bodies of spherical joints.
 
 The chain from rod i on, held at its joint, answers the joint's acceleration a with the force F = A a + b on it. With
 u the part of d'' normal to the rod, F' = A' a' + b' the force on the next rod and a' = a + l (u - |d'|² d) the

@@ -57,7 +57,7 @@ class Taylor(Integrator):
         """As `Integrator.integrate`."""
         series, before, size = self._integrator, self._steps, len(self._integrator.state)
         if len(y) > size:
-            raise InputError("energy_balance: taylor keeps no books of work; these do: " + ", ".join(NAMES))
+            raise InputError("energy_balance: taylor does not integrate work; these methods do: " + ", ".join(NAMES))
         series.time, series.state[:] = times[0], (memory or self.memory(y))["series"]
         if times[0] == 0:
             self._set_out(float(times[1]))

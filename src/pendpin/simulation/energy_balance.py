@@ -14,7 +14,7 @@ Power = Callable[[float, Array], float]  # t, y of the engine -> W
 
 
 class EnergyBalance:
-    """The books of one scene: an account for each kind of effect."""
+    """The work of each kind of effect in one scene."""
 
     def __init__(self, dynamics: Dynamics, effects: Sequence[Effect]) -> None:
         self.kinds = tuple(dict.fromkeys(effect.kind for effect in effects))
@@ -35,7 +35,7 @@ class EnergyBalance:
             out[account] += power(t, y)
         return out
 
-    def booked(self, derivative: Derivative, size: int) -> Derivative:
+    def with_work(self, derivative: Derivative, size: int) -> Derivative:
         """The derivative of (y, work of each account), from that of y (size,)."""
 
         def both(dy: Array, t: float, y: Array) -> None:

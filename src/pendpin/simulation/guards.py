@@ -11,7 +11,7 @@ from pendpin.trajectory import Trajectory
 
 WINDOW = 5.0  # s of wall time between two looks at how far a run gets
 LONGEST = 86_400.0  # s of wall time that a run may still need: a day
-OFF = 0.1  # of the energy moved: books that are off by more belong to no motion
+OFF = 0.1  # of the energy moved: an energy that is off by more belongs to no motion
 ROUNDING = 1e-9  # of the energies themselves, which may be large where little moves
 
 

@@ -1,4 +1,4 @@
-"""Driving a run from one moment at which it can be saved to the next, whatever integrates it, to its end."""
+"""The integration loop: from one moment at which a run can be saved to the next, to its end."""
 
 import time
 from abc import ABC, abstractmethod
@@ -17,7 +17,7 @@ from pendpin.simulation.energy_balance import EnergyBalance
 
 
 class IntegrationLoop(ABC):
-    """One way through the output times of a scene; `library` and `version` say who integrates."""
+    """How the output times of a scene are reached; `library` and `version` say who integrates."""
 
     library: str
     version: str
@@ -26,18 +26,18 @@ class IntegrationLoop(ABC):
         self,
         integrator: Integrator,
         dynamics: Dynamics,
-        books: EnergyBalance | None,
+        balance: EnergyBalance | None,
         times: Array,
         progress: ProgressCallback,
     ) -> None:
-        self.integrator, self.dynamics, self.books, self.times, self.progress = (
+        self.integrator, self.dynamics, self.balance, self.times, self.progress = (
             integrator,
             dynamics,
-            books,
+            balance,
             times,
             progress,
         )
-        self.nv, self.accounts = len(dynamics.model.joints), len(books.kinds) if books else 0
+        self.nv, self.accounts = len(dynamics.model.joints), len(balance.kinds) if balance else 0
 
     @abstractmethod
     def begin(self, q: Array, v: Array) -> RunState:

@@ -1,4 +1,4 @@
-"""The loop of a motion with contacts: from event to event, each leg with its own joints held and sliding."""
+"""A motion with contacts: integrated from event to event, each segment with its own joints held and sliding."""
 
 from importlib.metadata import version
 
@@ -22,19 +22,19 @@ MOST_AT_ONCE = 200.0  # events without time going on
 
 
 class LoopWithEvents(IntegrationLoop):
-    """A scene with contacts, integrated from leg to leg; its state is y = (q, v, work of each account)."""
+    """A scene with contacts, integrated from event to event; its state is y = (q, v, work of each account)."""
 
     def __init__(
         self,
         integrator: Integrator,
         dynamics: Dynamics,
-        books: EnergyBalance | None,
+        balance: EnergyBalance | None,
         times: Array,
         progress: ProgressCallback,
     ) -> None:
         assert dynamics.contacts is not None
         assert isinstance(integrator, Adaptive)
-        super().__init__(integrator, dynamics, books, times, progress)
+        super().__init__(integrator, dynamics, balance, times, progress)
         self.contacts, self.method, self.tolerance, self.calls = (
             dynamics.contacts,
             integrator.method,
@@ -57,7 +57,7 @@ class LoopWithEvents(IntegrationLoop):
         return RunState.at_start(first, len(self.times), _carried(t, y, mode, 0.0))
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
-        """As `IntegrationLoop.go_on`, by one leg."""
+        """As `IntegrationLoop.go_on`, by one segment."""
         t, y, mode, at_once = _recalled(done.carried)
         self.progress(t)
         ahead, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self.calls
@@ -77,7 +77,7 @@ class LoopWithEvents(IntegrationLoop):
         return done.grown(rows, carried, found.steps, self.calls - before, events), failure
 
     def _after(self, found: SegmentToEvent, mode: Mode) -> tuple[Array, Mode]:
-        """The state and the mode with which the next leg sets out."""
+        """The state and the mode with which the next segment begins."""
         y = found.y.copy()
         if found.fired is not None:
             y[: 2 * self.nv] = np.concatenate(self.contacts.land(*self._angles(y), found.fired, mode))
@@ -90,20 +90,20 @@ class LoopWithEvents(IntegrationLoop):
         return y[: self.nv], y[self.nv : 2 * self.nv]
 
     def _struck(self, t: float, y: Array) -> Array:
-        """The state after the impacts that are due, and their loss in the books."""
+        """The state after the impacts that are due, and their loss in the energy balance."""
         q, v = self._angles(y)
         after = self.contacts.strike(q, v, t)
         out = y.copy()
         out[self.nv : 2 * self.nv] = after
-        if self.books is not None and not np.array_equal(after, v):
+        if self.balance is not None and not np.array_equal(after, v):
             energies = kinematics.kinetic_energy(self.dynamics.model, np.stack([q, q]), np.stack([v, after]))
-            out[2 * self.nv + self.books.kinds.index(_kind(Stop))] += energies[1] - energies[0]
+            out[2 * self.nv + self.balance.kinds.index(_kind(Stop))] += energies[1] - energies[0]
         return out
 
     def _derivative(self, mode: Mode) -> Derivative:
-        contacts, books, nv = self.contacts, self.books, self.nv
-        rubs = books is not None and contacts.friction(np.zeros(nv), mode).any()
-        account = 2 * nv + books.kinds.index(_kind(DryFriction)) if books is not None and rubs else 0
+        contacts, balance, nv = self.contacts, self.balance, self.nv
+        rubs = balance is not None and contacts.friction(np.zeros(nv), mode).any()
+        account = 2 * nv + balance.kinds.index(_kind(DryFriction)) if balance is not None and rubs else 0
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             self.calls += 1
@@ -111,8 +111,8 @@ class LoopWithEvents(IntegrationLoop):
                 self.progress(t)
             dy[:nv] = v = y[nv : 2 * nv]
             dy[nv : 2 * nv], _ = contacts.accelerate(t, y[:nv], v, mode)
-            if books is not None:
-                dy[2 * nv :] = books.powers(t, y[: 2 * nv])
+            if balance is not None:
+                dy[2 * nv :] = balance.powers(t, y[: 2 * nv])
                 if rubs:
                     dy[account] += contacts.friction(v, mode) @ v
 

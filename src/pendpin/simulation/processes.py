@@ -56,7 +56,7 @@ def spread(
 
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Processes that start in the block never hear Ctrl-C, which is for this one to answer; here it waits that long."""
+    """Processes that start in the block do not receive Ctrl-C: this one answers it, after the block."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -1,4 +1,4 @@
-"""Running a scene with its solver: its motion is integrated, filled in, and judged."""
+"""Running a scene with its solver: its motion is integrated, its wrenches and energies are computed, and it is checked."""
 
 import numpy as np
 
@@ -45,26 +45,26 @@ def run_scene(
     if dynamics.contacts is not None:
         check_start(dynamics.contacts, dynamics.model, q)
     integrator = integrator_for(scene, dynamics)
-    books = EnergyBalance(dynamics, scene.effects) if energy_balance else None
+    balance = EnergyBalance(dynamics, scene.effects) if energy_balance else None
     way = SmoothLoop if dynamics.contacts is None else LoopWithEvents
-    loop = way(integrator, dynamics, books, scene.times, Patience(scene.duration, limit, progress))
+    loop = way(integrator, dynamics, balance, scene.times, Patience(scene.duration, limit, progress))
     saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name)) if checkpoint else Saver()
-    return _told(scene, dynamics, books, integrate_to_end(loop, q, v, saver), saver.note)
+    return _finished(scene, dynamics, balance, integrate_to_end(loop, q, v, saver), saver.note)
 
 
-def _told(scene: Scene, dynamics: Dynamics, books: EnergyBalance | None, run: Run, note: str) -> Trajectory:
+def _finished(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, note: str) -> Trajectory:
     """The trajectory of a run that came to its end; else RunError with the good part of it, and how to go on."""
     try:
-        trajectory = _fill_in(scene, dynamics, books, run)
+        trajectory = _fill_in(scene, dynamics, balance, run)
     except np.linalg.LinAlgError as error:
-        run = _solvable(scene, dynamics, books, run, str(error))
-        trajectory = _fill_in(scene, dynamics, books, run)
+        run = _solvable(scene, dynamics, balance, run, str(error))
+        trajectory = _fill_in(scene, dynamics, balance, run)
     if trajectory.sound == 0:
         raise InputError(START_OVERFLOWS)
     for count, why in ((trajectory.sound, TOO_LARGE), (balanced(trajectory), OFF_THE_BOOKS)):
         if count < len(run.t):
             run = run.cut(count, why)
-            trajectory = _fill_in(scene, dynamics, books, run)
+            trajectory = _fill_in(scene, dynamics, balance, run)
     if run.failure is None:
         return trajectory
     end = scene.start.time + scene.duration
@@ -72,13 +72,13 @@ def _told(scene: Scene, dynamics: Dynamics, books: EnergyBalance | None, run: Ru
     raise run.ended(reason + _remedy(dynamics, run) + (note if issubclass(run.ended, Halted) else ""), trajectory)
 
 
-def _solvable(scene: Scene, dynamics: Dynamics, books: EnergyBalance | None, run: Run, why: str) -> Run:
+def _solvable(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, why: str) -> Run:
     """The run up to the first sample at which the equations have no solution. Raises InputError if that is the start."""
     good, bad = 0, len(run.t)
     while bad - good > 1:
         middle = (good + bad) // 2
         try:
-            _fill_in(scene, dynamics, books, run.cut(middle, why))
+            _fill_in(scene, dynamics, balance, run.cut(middle, why))
         except np.linalg.LinAlgError:
             bad = middle
         else:
@@ -114,7 +114,7 @@ def _refuse_overflow(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> No
         raise InputError(START_OVERFLOWS)
 
 
-def _fill_in(scene: Scene, dynamics: Dynamics, books: EnergyBalance | None, run: Run) -> Trajectory:
+def _fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run) -> Trajectory:
     """Accelerations, wrenches, energies and tips along the run."""
     model, solver = dynamics.model, scene.solver
     a, wrench = dynamics.engine.evaluate(run.t, run.q, run.v, run.torque)
@@ -135,6 +135,6 @@ def _fill_in(scene: Scene, dynamics: Dynamics, books: EnergyBalance | None, run:
             *(run.steps, run.evaluations, run.events, run.seconds, run.compile_seconds),
             *(dynamics.engine.name, run.library, run.version, dynamics.conservative, run.failure),
         ),
-        work={} if books is None else books.close(run.work, run.q, poses),
+        work={} if balance is None else balance.close(run.work, run.q, poses),
         scene=scene.model_dump(mode="json"),
     )

@@ -1,4 +1,4 @@
-"""The loop of a smooth motion: a method goes over the output times, segment by segment."""
+"""A motion without contacts: an integrator goes over the output times, segment by segment."""
 
 import numpy as np
 
@@ -23,17 +23,17 @@ class SmoothLoop(IntegrationLoop):
         self,
         integrator: Integrator,
         dynamics: Dynamics,
-        books: EnergyBalance | None,
+        balance: EnergyBalance | None,
         times: Array,
         progress: ProgressCallback,
     ) -> None:
-        super().__init__(integrator, dynamics, books, times, progress)
+        super().__init__(integrator, dynamics, balance, times, progress)
         self.library, self.version = integrator.library, integrator.version
         self._engine = dynamics.engine
         self._derivative, self._evaluations = integrator.equations(self._engine, progress)
-        if books is not None:
+        if balance is not None:
             size = len(self._engine.pack(*np.zeros((2, self.nv))))
-            self._derivative = books.booked(self._derivative, size)
+            self._derivative = balance.with_work(self._derivative, size)
         self._budget = max(LEAST_EVALUATIONS, EVALUATIONS * SMALL // max(SMALL, self.nv))
 
     def begin(self, q: Array, v: Array) -> RunState:

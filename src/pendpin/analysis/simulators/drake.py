@@ -4,7 +4,7 @@ Left out, after trials on one and three rods: bogacki_shampine3, which took as l
 several times as long as runge_kutta5 at high; radau3, ten times as long or more; and the methods of first order, which
 are far off. Two faults of Drake 1.51 are met here:
 - After a step that error control rejects, runge_kutta5 begins again with the derivative of the rejected end: the plant's
-  cache is not told that the state is restored. It goes on rejecting, and its errors are up to some hundred times its
+  cache does not learn that the state is restored. It goes on rejecting, and its errors are up to some hundred times its
   tolerance. With fixed steps nothing is rejected, and that is its best.
 - A trial step that overflows is tried again without end. So the first step is a small one.
 """

@@ -89,9 +89,9 @@ def _motion(mujoco: Any, model: Any, name: str, task: Task) -> Callable[[float],
 @contextmanager
 def _heard(mujoco: Any) -> Iterator[list[str]]:
     """MuJoCo's warnings, which go to a file in the working directory unless someone takes them."""
-    before, heard = mujoco.get_mju_user_warning(), []
-    mujoco.set_mju_user_warning(heard.append)
+    before, warnings = mujoco.get_mju_user_warning(), []
+    mujoco.set_mju_user_warning(warnings.append)
     try:
-        yield heard
+        yield warnings
     finally:
         mujoco.set_mju_user_warning(before)

@@ -14,11 +14,11 @@ from pendpin.equations.chain.system import Loads, System, empty_band
 class Axes(NamedTuple):
     """The moment-carrying axis a3 of each joint: (-s, 0, c) in its rod's frame, (0, s_t, c_t) in the frame above.
 
-    All are 0 where the joint is a ball: there Mc is 0 and no twist is handed on.
+    All are 0 where the joint is spherical: there Mc is 0 and no twist is handed on.
     """
 
     trig: Array  # (4, K): s_t, s, c_t, c
-    ball: Mask | None  # (K,) None if no joint is a ball
+    spherical: Mask | None  # (K,) None if no joint is spherical
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class Balances(System):
         blocks[:, 1, 3] = -rods.lever_h[1] * s
         blocks[:, 2, 3] = lever * R[0, 2]
         twist = np.add.reduce(self.axes.trig**2 * rods.twist, 0)
-        blocks[:, 3, 3] = twist if self.axes.ball is None else twist + self.axes.ball
+        blocks[:, 3, 3] = twist if self.axes.spherical is None else twist + self.axes.spherical
 
     def _next(self, blocks: Array) -> None:
         """Fill the 4 x 4 blocks below the diagonal: a joint's reactions on the gap of the next joint."""

@@ -1,6 +1,6 @@
 """A chain's frames, positions, velocities and energies from its angles (docs/derivation_chain.md, sections 1 and 2).
 
-Nothing here loops over rods: what is handed down the chain (frames, angular velocities) is a bidiagonal system of 3 x 3
+Nothing here loops over rods: what propagates down the chain (frames, angular velocities) is a bidiagonal system of 3 x 3
 blocks, solved forwards by LAPACK; what adds up along it (positions) is a cumulative sum. A batch of states is one long
 row of rods. Within this family of modules components come first and rods last, (3, K), K = states times rods; what
 users see has rods first, (..., n, 3).

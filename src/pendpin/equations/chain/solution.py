@@ -71,7 +71,7 @@ def solve(
     return on the rod above, N m; force and moment (..., n, 3) on each rod from outside, in I, the moment about the
     centre of mass, N and N m.
 
-    Rods at the end of the chain that have no axial inertia and take no axial moment hang on their joints as on spherical:
+    Rods at the end of the chain that have no axial inertia and take no axial moment hang on them as on spherical joints:
     all reactions are regular there, at cos(phi) = 0 too; only the reading of theta'' is not.
     Raises numpy.linalg.LinAlgError where the reactions have no finite values.
     """
@@ -79,12 +79,12 @@ def solve(
     omega = joints.omega(rate)
     rods = chain.rods.repeated(q[..., 0].size // chain.n)
     known = _external(chain, rods.m, joints, torque, force, moment)
-    axes = _axes(joints, known.spherical)
+    axes = _axes(joints, known.first_spherical)
     s, c = joints.phi
     drift = rate[0] * (omega[1] - rate[1]) + rate[1] * (c * omega[0] + s * omega[2])
     x, alpha = project(_balances(rods, joints, axes, field, omega, drift, known))
-    if axes.ball is not None:
-        alpha = _with_spin(joints, axes.ball, omega, drift, alpha)
+    if axes.spherical is not None:
+        alpha = _with_spin(joints, axes.spherical, omega, drift, alpha)
     shape = q.shape[:-1]
     moment_at_joint = _carried(joints, x[3], known.torque)
     return ChainSolution(
@@ -103,32 +103,32 @@ class _External(NamedTuple):
     push: Array | float  # (3, K) m/s², force over mass, in B
     moment: Array | float  # (3, K) N m about G, in B, joint torques included
     torque: Array | None  # (3, K) N m, of the joint on its rod, in B
-    spherical: int  # index of the first rod of each chain whose joint is a ball; n if none is
+    first_spherical: int  # index of the first rod of each chain whose joint is spherical; n if none is
 
 
 def _external(
     chain: ChainInertia, m: Array, joints: Joints, torque: Array | None, force: Array | None, moment: Array | None
 ) -> _External:
-    push, about_G, at_joint, spherical = 0.0, 0.0, None, chain.first_thin
+    push, about_G, at_joint, first_spherical = 0.0, 0.0, None, chain.first_thin
     if force is not None or moment is not None:
         frames = joints.frames()
         if force is not None:
             push = _into_body(frames, force) / m
         if moment is not None:
             about_G = _into_body(frames, moment)
-            spherical = max(
-                spherical, _after_last(np.greater(np.abs(about_G[2]), AXIAL * np.abs(about_G).max()), chain.n)
+            first_spherical = max(
+                first_spherical, _after_last(np.greater(np.abs(about_G[2]), AXIAL * np.abs(about_G).max()), chain.n)
             )
     if torque is not None:
         tau = rods_last(torque)
-        spherical = max(spherical, _after_last((tau != 0).any(0), chain.n))
+        first_spherical = max(first_spherical, _after_last((tau != 0).any(0), chain.n))
         (s_t, c_t), (s, c) = joints.theta, joints.phi
         at_joint = np.stack([-tau[0] * c, tau[1], -tau[0] * s])
         about_G = about_G + at_joint
         about_G[0] += below(tau[0], joints.n)
         about_G[1] -= below(tau[1] * c_t, joints.n)
         about_G[2] += below(tau[1] * s_t, joints.n)
-    return _External(push, about_G, at_joint, spherical)
+    return _External(push, about_G, at_joint, first_spherical)
 
 
 def _into_body(frames: Array, x: Array) -> Array:
@@ -142,21 +142,21 @@ def _after_last(marked: Mask, n: int) -> int:
     return int(rods[-1]) + 1 if rods.size else 0
 
 
-def _axes(joints: Joints, spherical: int) -> Axes:
-    """The joints' a3, with the joints from index `spherical` on as spherical."""
-    if spherical == joints.n:
+def _axes(joints: Joints, first_spherical: int) -> Axes:
+    """The joints' a3, with the joints from index `first_spherical` on as spherical ones."""
+    if first_spherical == joints.n:
         return Axes(joints.trig, None)
-    ball = np.tile(np.arange(joints.n) >= spherical, joints.trig.shape[1] // joints.n)
-    return Axes(np.where(ball, 0.0, joints.trig), ball)
+    spherical = np.tile(np.arange(joints.n) >= first_spherical, joints.trig.shape[1] // joints.n)
+    return Axes(np.where(spherical, 0.0, joints.trig), spherical)
 
 
 def _balances(
     rods: Rods, joints: Joints, axes: Axes, field: Array, omega: Array, drift: Array, known: _External
 ) -> Balances:
-    """The known terms. A rod on a ball is given no spin about its axis, which changes nothing else."""
+    """The known terms. A rod on a spherical joint is given no spin about its axis, which changes nothing else."""
     (o1, o2, o3), (I1, I2, I3) = omega, rods.inertia
-    if axes.ball is not None:
-        o3, drift = np.where(axes.ball, 0.0, [o3, drift])
+    if axes.spherical is not None:
+        o3, drift = np.where(axes.spherical, 0.0, [o3, drift])
     swing, moment = np.empty_like(omega), np.empty_like(omega)
     np.multiply(o1, o3, out=swing[0])
     np.multiply(o2, o3, out=swing[1])
@@ -165,26 +165,26 @@ def _balances(
     np.multiply(I3 - I1, swing[0], out=moment[1])
     np.multiply(I1 - I2, o1 * o2, out=moment[2])
     moment += known.moment
-    if axes.ball is not None:
-        moment[2, axes.ball] = 0
+    if axes.spherical is not None:
+        moment[2, axes.spherical] = 0
     support = -np.reshape(field, (-1, 3)).T
     return Balances(rods, rods.inverse, support, known.push, moment, joints, axes, swing, drift)
 
 
-def _with_spin(joints: Joints, ball: Mask, omega: Array, drift: Array, alpha: Array) -> Array:
-    """Angular accelerations (3, K) of rods on spherical, in the frames that the angles give them, which do spin.
+def _with_spin(joints: Joints, spherical: Mask, omega: Array, drift: Array, alpha: Array) -> Array:
+    """Angular accelerations (3, K) of rods on spherical joints, in the frames that the angles give them, which do spin.
 
     Across the axis the frame's spin adds what leaves b3'' unchanged; along it the universal joint's twist constraint
     decides, from the support down.
     """
     (s_t, c_t), (s, c) = joints.theta, joints.phi
-    a1 = alpha[0] + np.where(ball, omega[1] * omega[2], 0.0)
-    a2 = alpha[1] - np.where(ball, omega[0] * omega[2], 0.0)
+    a1 = alpha[0] + np.where(spherical, omega[1] * omega[2], 0.0)
+    a2 = alpha[1] - np.where(spherical, omega[0] * omega[2], 0.0)
     band = np.zeros((alpha.shape[1], 2))
-    band[:, 0] = np.where(ball, c, 1.0)
-    band[:-1, 1] = np.where(ball, -c_t, 0.0)[1:]
+    band[:, 0] = np.where(spherical, c, 1.0)
+    band[:-1, 1] = np.where(spherical, -c_t, 0.0)[1:]
     band[joints.n - 1 :: joints.n, 1] = 0
-    rhs = np.where(ball, drift + s * a1 + s_t * above(a2, joints.n), alpha[2])
+    rhs = np.where(spherical, drift + s * a1 + s_t * above(a2, joints.n), alpha[2])
     return np.stack([a1, a2, _tbsv(1, band.T, rhs, lower=1)])
 
 

@@ -78,7 +78,7 @@ def solve(
 
 @dataclass(frozen=True)
 class _ThinBalances(System):
-    """A chain on ball joints: reactions F1, F2, F3; turning is the part of d'' normal to the rod; all in I."""
+    """A chain on spherical joints: reactions F1, F2, F3; turning is the part of d'' normal to the rod; all in I."""
 
     d: Array  # (3, K)
     centripetal: Array  # (3, K) 1/s², the part of d'' along the rod
