@@ -66,7 +66,7 @@ class FrameEffect(FieldEffect):
         """How it accelerates: (3,) in m/s²."""
 
     def field(self, t: Any, xp: Any = np) -> Array:
-        """As `FieldEffect.field`: minus the acceleration."""
+        """Minus the acceleration of the origin of W, (3,) m/s²."""
         return -self.acceleration(t, xp)
 
 
@@ -105,7 +105,7 @@ class OnJoints(JointEffect):
 
     @property
     def on(self) -> tuple[str, ...] | None:
-        """As `JointEffect.on`."""
+        """The joints of the record; all if None."""
         return self.joints
 
 

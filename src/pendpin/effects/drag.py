@@ -55,12 +55,12 @@ class Drag(BodyEffect):
 
     @property
     def smooth(self) -> bool:
-        """As `Effect.smooth`: |u| u is not, where the flow across a rod vanishes."""
+        """False with quadratic drag: |u| u has no second derivative where the flow across a rod vanishes."""
         return self.density * self.coefficient == 0
 
     @property
     def axial(self) -> bool:
-        """As `BodyEffect.axial`: what acts on the axis does not turn a rod about it."""
+        """False: what acts on the axis does not turn a rod about it."""
         return False
 
     def air(self, t: Any, xp: Any = np) -> Array:
@@ -70,7 +70,7 @@ class Drag(BodyEffect):
         return np.array(self.wind) + np.array(self.gust) * xp.sin(self.frequency * t)
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
-        """As `BodyEffect.wrench`. Along a rod u(s) = u0 + s u1, s from 0 to 1."""
+        """Forces and moments (n, 3) of the air; along a rod the flow is u(s) = u0 + s u1, s from 0 to 1."""
         rod, length = motion.levers(bodies.tip), xp.sqrt((bodies.tip**2).sum(-1, keepdims=True))
         wind = motion.velocity + motion.pivot_velocity - self.air(t, xp)
         u0, u1 = wind - rod * (dot(wind, rod) / length**2), cross(motion.spin, rod)

@@ -54,7 +54,7 @@ class DryFriction(ContactEffect):
         return self
 
     def resistance(self) -> tuple[float, float]:
-        """As `ContactEffect.resistance`."""
+        """kinetic, and static or kinetic, N m."""
         return self.kinetic, self.kinetic if self.static is None else self.static
 
     def sliding(self, v: Array, xp: Any = np) -> Array:
@@ -86,6 +86,6 @@ class Stop(ContactEffect):
         return self
 
     def limits(self) -> tuple[float, float, float]:
-        """As `ContactEffect.limits`."""
+        """lower and upper in rad, infinite where absent, and the restitution."""
         lower = -math.inf if self.lower is None else self.lower
         return lower, math.inf if self.upper is None else self.upper, self.restitution

@@ -20,7 +20,7 @@ class Viscous(OnJoints):
     coefficient: NotNegative = Field(description="N m s/rad")
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
-        """As `JointEffect.torques`."""
+        """-coefficient v, (k,) N m."""
         return -self.coefficient * v
 
 
@@ -35,11 +35,11 @@ class Spring(OnJoints):
     rest: Number = Field(0.0, description="rad")
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
-        """As `JointEffect.torques`."""
+        """-stiffness (q - rest), (k,) N m."""
         return -self.stiffness * (q - self.rest)
 
     def potential(self, q: Array, xp: Any = np) -> Any:
-        """As `JointEffect.potential`."""
+        """stiffness (q - rest)² / 2, summed over the joints, J."""
         return self.stiffness / 2 * ((q - self.rest) ** 2).sum(-1)
 
 
@@ -82,7 +82,7 @@ class Motor(JointEffect):
 
     @property
     def on(self) -> tuple[str, ...]:
-        """As `JointEffect.on`."""
+        """The driven joint."""
         return (self.joint,)
 
     @property
@@ -91,7 +91,7 @@ class Motor(JointEffect):
         return self.proportional is not None or self.derivative is not None
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
-        """As `JointEffect.torques`."""
+        """The given torque, or that of the controller, (1,) N m."""
         if self.holds:
             return -(self.proportional or 0.0) * (q - (self.target or 0.0)) - (self.derivative or 0.0) * v
         steady = self.torque or 0.0

@@ -35,16 +35,16 @@ class Push(BodyEffect):
 
     @property
     def on(self) -> tuple[str, ...]:
-        """As `BodyEffect.on`."""
+        """The pushed link."""
         return (self.link,)
 
     @property
     def axial(self) -> bool:
-        """As `BodyEffect.axial`: a force on the axis does not turn a rod about it, a torque may."""
+        """Whether there is a torque: a force on the axis does not turn a rod about it."""
         return any(self.torque)
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
-        """As `BodyEffect.wrench`."""
+        """The force (1, 3) N and its moment (1, 3) N m about the centre of mass, W."""
         force = np.array([self.force])
         if self.frequency is not None and self.amplitude is not None:
             force = force + np.array([self.amplitude]) * xp.sin(self.frequency * t)
@@ -54,7 +54,7 @@ class Push(BodyEffect):
         return force, moment
 
     def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
-        """As `BodyEffect.potential`: -force . r of a constant force, zero at the origin of W."""
+        """-force . r of a constant force in J, zero at the origin of W; None for any other."""
         if self.frequency is not None or any(self.torque):
             return None
         return -(motion.points(self._point(bodies)) @ np.array(self.force))[0]

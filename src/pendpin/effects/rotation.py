@@ -36,7 +36,7 @@ class Rotation(BodyEffect):
 
     @property
     def axial(self) -> bool:
-        """As `BodyEffect.axial`: what lies on the axis does not turn about it."""
+        """False: what lies on the axis of a rod does not turn about it."""
         return False
 
     @property
@@ -48,7 +48,7 @@ class Rotation(BodyEffect):
         return EARTH * np.array([0.0, math.cos(angle), math.sin(angle)])
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
-        """As `BodyEffect.wrench`."""
+        """Coriolis and centrifugal forces (n, 3) N and moments (n, 3) N m about the centres of mass, W."""
         omega, lever = self.vector, motion.levers(bodies.com)
         r = motion.origin + lever + motion.pivot
         v = motion.velocity + cross(motion.spin, lever) + motion.pivot_velocity
@@ -56,7 +56,7 @@ class Rotation(BodyEffect):
         return force, cross(omega + 2 * motion.spin, _spread(bodies, motion, omega))
 
     def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
-        """As `BodyEffect.potential`, of the centrifugal force: minus half the integral of |Omega x r|² dm."""
+        """J, of the centrifugal force: minus half the integral of |Omega x r|² dm."""
         omega = self.vector
         at_com = cross(omega, motion.points(bodies.com) + motion.pivot)
         own = applied(motion.rotation.swapaxes(-1, -2), omega[None])  # Omega in the link frames

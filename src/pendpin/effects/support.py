@@ -52,11 +52,11 @@ class Support(FrameEffect):
 
     @property
     def smooth(self) -> bool:
-        """As `Effect.smooth`: a spline is not."""
+        """False for a spline, which has few derivatives at its rows."""
         return self.csv is None
 
     def check(self, begin: float, end: float) -> None:
-        """As `Effect.check`: the rows of the csv reach from the start or before to the end or beyond."""
+        """Raises ValueError where the rows of the csv do not reach from `begin` to `end`, in s."""
         if self.track and not self.track.start <= begin <= end <= self.track.end:
             raise ValueError(
                 f"{self.csv}: its times, {self.track.start:.9g} to {self.track.end:.9g} s, do not cover the run, "
@@ -64,19 +64,19 @@ class Support(FrameEffect):
             )
 
     def position(self, t: Any, xp: Any = np) -> Array:
-        """As `FrameEffect.position`; times (n,) give (n, 3)."""
+        """Where the pivot is, (3,) m in W's axes; times (n,) give (n, 3)."""
         if self.track:
             return self.track.position(t)
         return self._wave(xp.sin(self._angle(t)), 1.0)
 
     def velocity(self, t: Any, xp: Any = np) -> Array:
-        """As `FrameEffect.velocity`."""
+        """How it moves, (3,) m/s."""
         if self.track:
             return self.track.velocity(t)
         return self._wave(xp.cos(self._angle(t)), self.frequency)
 
     def acceleration(self, t: Any, xp: Any = np) -> Array:
-        """As `FrameEffect.acceleration`."""
+        """How it accelerates, (3,) m/s²."""
         if self.track:
             return self.track.acceleration(t)
         return self._wave(xp.sin(self._angle(t)), -((self.frequency or 0.0) ** 2))

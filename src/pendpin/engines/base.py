@@ -78,16 +78,16 @@ class AngleEngine(Engine):
     """An engine whose state is y = (q, v)."""
 
     def pack(self, q: Array, v: Array) -> Array:
-        """As `Engine.pack`."""
+        """(q, v), (2 nv,)."""
         return np.concatenate([q, v])
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """As `Engine.unpack`."""
+        """The two halves of the states."""
         nv = len(self.model.joints)
         return y[:, :nv].copy(), y[:, nv:].copy()
 
     def project(self, y: Array) -> Array:
-        """As `Engine.project`: there are no constraints."""
+        """The state as it is: angles have no constraints."""
         return y
 
     @abstractmethod

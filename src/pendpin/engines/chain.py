@@ -26,7 +26,7 @@ class LongChain(AngleEngine):
         self._chain = model.chain
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """As `Engine.derivative`."""
+        """(v, q'') from one banded solve."""
         nv = len(self.model.joints)
 
         def derivative(dy: Array, t: float, y: Array) -> None:
@@ -36,22 +36,22 @@ class LongChain(AngleEngine):
         return counted(derivative, progress)
 
     def motion(self, y: Array) -> Motion:
-        """As `Engine.motion`."""
+        """Poses and velocities of all rods from their angles."""
         return self._motion(*y.reshape(2, -1, 2))
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """As `Engine.evaluate`; the wrench on the massless cross is that on its rod, in the frame of the cross."""
+        """One solve for all states; the wrench on a massless cross is that on its rod, in the frame of the cross."""
         size = max(1, BATCH // self._chain.n)
         given = (t, q, v) if torque is None else (t, q, v, torque)
         parts = [self._evaluate(*(x[i : i + size] for x in given)) for i in range(0, len(t), size)]
         return Sample(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
     def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
-        """As `AngleEngine.accelerate`."""
+        """q'' (nv,) rad/s² from one banded solve."""
         return self._solve(np.array([t]), q[None], v[None], torque[None]).acceleration.reshape(-1)
 
     def compliance(self, q: Array, joints: Indices) -> Array:
-        """As `AngleEngine.compliance`."""
+        """Columns of the inverse mass matrix, one solve for each joint."""
         k, shape = len(joints), (len(joints), self._chain.n, 2)
         torque = np.zeros((k, len(q)))
         torque[np.arange(k), joints] = 1.0

@@ -26,27 +26,27 @@ class Compiled(Engine):
         self.base, self.right, self.name = base, right, f"{base.name}, compiled"
 
     def pack(self, q: Array, v: Array) -> Array:
-        """As `Engine.pack`."""
+        """The state of the compiled engine."""
         return self.base.pack(q, v)
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """As `Engine.unpack`."""
+        """Angles and rates from that state."""
         return self.base.unpack(t, y, near)
 
     def project(self, y: Array) -> Array:
-        """As `Engine.project`."""
+        """The projection of the compiled engine."""
         return self.base.project(y)
 
     def motion(self, y: Array) -> Motion:
-        """As `Engine.motion`."""
+        """The motion of the bodies by the compiled engine."""
         return self.base.motion(y)
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """As `Engine.evaluate`."""
+        """Accelerations and wrenches by the compiled engine, not compiled."""
         return self.base.evaluate(t, q, v, torque)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """As `Engine.derivative`: the equations are compiled here."""
+        """y' by machine code, which is compiled here."""
         function = self._rate
 
         def derivative(dy: Array, t: float, y: Array) -> None:

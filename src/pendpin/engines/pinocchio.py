@@ -26,7 +26,7 @@ class Revolute(AngleEngine):
         self._no_torque = np.zeros(self._pin.nv)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """As `Engine.derivative`; with constant fields alone it is one call of ABA."""
+        """(v, q'') by Pinocchio's ABA: one call of it where constant fields act alone."""
         pin, data, tau, nv = self._pin, self._data, self._no_torque, self._pin.nv
         aba, accelerate = pinocchio().aba, self._accelerate if self._loaded else None
         state = rates = q = v = dq = dv = np.empty(0)
@@ -47,13 +47,13 @@ class Revolute(AngleEngine):
         return derivative, lambda: calls
 
     def motion(self, y: Array) -> Motion:
-        """As `Engine.motion`."""
+        """Poses and velocities by Pinocchio's forward kinematics."""
         nv = self._pin.nv
         pinocchio().forwardKinematics(self._pin, self._data, y[:nv], y[nv:])
         return motion_of(self._data, [body.joint + 1 for body in self.model.bodies])
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """As `Engine.evaluate`."""
+        """ABA for accelerations, then RNEA for wrenches, state by state."""
         a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
         extra = np.zeros(q.shape) if torque is None else torque
         for i in range(len(q)):
@@ -62,11 +62,11 @@ class Revolute(AngleEngine):
         return Sample(a, wrench)
 
     def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
-        """As `AngleEngine.accelerate`."""
+        """q'' (nv,) rad/s² by ABA."""
         return self._accelerate(t, q, v, torque)
 
     def compliance(self, q: Array, joints: Indices) -> Array:
-        """As `AngleEngine.compliance`."""
+        """Columns of Pinocchio's inverse mass matrix."""
         inverse = pinocchio().computeMinverse(self._pin, self._data, q)
         return (np.triu(inverse) + np.triu(inverse, 1).T)[:, joints]
 

@@ -37,7 +37,7 @@ class Thin(Engine):
         """Unit directions of the rods and their rates, (n, rods, 3) in I, from states y (n, size)."""
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """As `Engine.unpack`. d'' is computed only where a rate is read from it, at a pole."""
+        """Angles and rates (n, nv) read from directions; d'' is computed only where a rate is read from it, at a pole."""
         if not len(y):
             return np.empty((0, len(near))), np.empty((0, len(near)))
         d, rate = self.directions(y)
@@ -59,12 +59,12 @@ class Thin(Engine):
         return thin.solve(self.chain, d, rate, field * SIGNS, force=force, moment=moment).acceleration
 
     def motion(self, y: Array) -> Motion:
-        """As `Engine.motion`; the rods do not spin."""
+        """Poses and velocities of rods that do not spin."""
         d, rate = self.directions(y[None])
         return _motion(self.chain, d[0], rate[0])
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """As `Engine.evaluate`, by the chain equations, whose reactions are regular at the pole too."""
+        """Accelerations and wrenches by the chain equations, whose reactions are regular at the pole too."""
         return self._at_angles.evaluate(t, q, v, torque)
 
 
@@ -86,21 +86,21 @@ class Directions(Thin):
     name = "chain, in directions"
 
     def pack(self, q: Array, v: Array) -> Array:
-        """As `Engine.pack`."""
+        """(d, omega), (6 n,): unit directions in I, and angular velocities normal to them."""
         return _joined(*thin.directions(q.reshape(-1, 2), v.reshape(-1, 2)))
 
     def directions(self, y: Array) -> tuple[Array, Array]:
-        """As `Thin.directions`."""
+        """d and d' (k, n, 3) from states (k, 6 n)."""
         d, omega = (part.reshape(len(y), -1, 3) for part in np.split(y, 2, axis=-1))
         d = d / np.linalg.norm(d, axis=-1, keepdims=True)
         return d, _cross(omega, d)
 
     def project(self, y: Array) -> Array:
-        """As `Engine.project`: unit directions, omega normal to them."""
+        """Unit directions, omega normal to them."""
         return _joined(*(part[0] for part in self.directions(y[None])))
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """As `Engine.derivative`: d' = omega x d, omega' = d x d''."""
+        """d' = omega x d, omega' = d x d''."""
         half = 3 * self.chain.n
 
         def derivative(dy: Array, t: float, y: Array) -> None:
@@ -138,7 +138,7 @@ class Spherical(Thin):
         self._no_torque = np.zeros(self._pin.nv)
 
     def pack(self, q: Array, v: Array) -> Array:
-        """As `Engine.pack`."""
+        """Unit quaternions and angular velocities of the relative rotations, (7 n,)."""
         joints = Joints.at(q.reshape(-1, 2))
         spinless = joints.omega(rods_last(v.reshape(-1, 2))).T * SIGNS * [1, 1, 0]
         relative = FLIP @ joints.R.transpose(2, 0, 1) @ FLIP
@@ -146,14 +146,14 @@ class Spherical(Thin):
         return np.concatenate([*quaternions, _relative(relative, spinless).reshape(-1)])
 
     def directions(self, y: Array) -> tuple[Array, Array]:
-        """As `Thin.directions`."""
+        """d and d' (k, n, 3) from states (k, 7 n)."""
         R, omega = _absolute(y, self.chain.n)
         d = -R[..., 2]
         rate = np.cross(np.einsum("knij,knj->kni", R, omega), d)
         return d * SIGNS, rate * SIGNS
 
     def project(self, y: Array) -> Array:
-        """As `Engine.project`: unit quaternions, no spin."""
+        """Unit quaternions, no spin."""
         n = self.chain.n
         _, omega = _absolute(y[None], n)
         quaternions = y[: 4 * n].reshape(n, 4)
@@ -161,7 +161,7 @@ class Spherical(Thin):
         return np.concatenate([unit.reshape(-1), _relative(_rotations(unit), omega[0] * [1, 1, 0]).reshape(-1)])
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """As `Engine.derivative`."""
+        """Quaternion rates and angular accelerations by Pinocchio's ABA."""
         pin, data, n, loads = self._pin, self._data, self.chain.n, self.loads
         aba, tau, cut = pinocchio().aba, self._no_torque, 4 * n
         joints, bodies = range(1, n + 1), self.model.bodies

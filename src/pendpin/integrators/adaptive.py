@@ -32,7 +32,7 @@ class Adaptive(Integrator):
     def integrate(
         self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
     ) -> Segment:
-        """As `Integrator.integrate`."""
+        """The states (n, size) by CyRK or SciPy, within the tolerance a step."""
         return self._solve(derivative, y, times, first_step and min(first_step, (times[-1] - times[0]) / 2))
 
     def _cyrk(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Segment:

@@ -46,7 +46,7 @@ class FixedStep(Integrator):
     def integrate(
         self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
     ) -> Segment:
-        """As `Integrator.integrate`."""
+        """The states (n, size), each interval of output times cut into equal steps."""
         y, states, steps = np.array(y), np.full((len(times), len(y)), np.nan), 0
         advance, states[0] = self.advancing(derivative, y), y
         for sample, (start, count, h) in enumerate(intervals(times, self.step), 1):
@@ -70,14 +70,14 @@ class RungeKutta4(FixedStep):
     """
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """As `Integrator.equations`."""
+        """The engine's; a compiled engine has its whole step compiled."""
         self._leap = engine.compiled(partial(_classical, engine.right)) if isinstance(engine, Compiled) else None
         self._progress, self._leaps = progress, 0
         derivative, calls = engine.derivative(progress)
         return derivative, lambda: calls() + 4 * self._leaps
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
-        """As `FixedStep.advancing`."""
+        """A classical Runge-Kutta step, compiled where it can be."""
         if self._leap is not None and len(y) == self._leap.nouts:
             return self._leaping(y)
         k1, k2, k3, k4, inner = (np.empty_like(y) for _ in range(5))
@@ -123,14 +123,14 @@ class SemiImplicitEuler(FixedStep):
     """v += h a(t, q, v), then q += h v with the new v: order 1, on angles (also called symplectic Euler)."""
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """As `Integrator.equations`."""
+        """Those of an engine whose state is (q, v). Raises InputError for another."""
         if not isinstance(engine, AngleEngine):
             raise InputError("solver.method: euler needs angles as the state")
         self._nv = len(engine.model.joints)
         return engine.derivative(progress)
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
-        """As `FixedStep.advancing`; what is integrated beside the motion comes with v."""
+        """v, then q with the new v; what is integrated beside the motion comes with v."""
         dy, nv = np.empty_like(y), self._nv
         q, v, others, rates = y[:nv], y[nv : 2 * nv], y[nv:], dy[nv:]
 

@@ -84,7 +84,7 @@ class Gauss(Integrator):
         self.library, self.version = "pinocchio", version("pin")
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """As `Integrator.equations`."""
+        """Those of Pinocchio in (q, p). Raises InputError for another engine."""
         if not isinstance(engine, Revolute):
             raise InputError(
                 "solver.method: gauss2, gauss4 and gauss6 need Pinocchio's equations, in solver.engine too"
@@ -94,14 +94,14 @@ class Gauss(Integrator):
         return engine.derivative(lambda t: None)[0], lambda: self._calls
 
     def memory(self, y: Array) -> Memory:
-        """As `Integrator.memory`: positions and momenta, what their sums have lost, and the last stages."""
+        """Positions and momenta, what their sums have lost, and the last stages."""
         q, v = y[: self._nv], y[self._nv : 2 * self._nv]
         return _State.at(q, self._form.momentum(q, v), len(self.rule.b)).memory
 
     def integrate(
         self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
     ) -> Segment:
-        """As `Integrator.integrate`; what is integrated beside the motion goes by the same rule."""
+        """The states (n, size) by collocation; what is integrated beside the motion goes by the same rule."""
         self._state, others = _State.recalled(memory or self.memory(y)), y[2 * self._nv :]
         states, steps = [np.array(y)], 0
         for start, count, h in intervals(times, self.step):
@@ -211,7 +211,7 @@ class _State:
 
     @property
     def memory(self) -> Memory:
-        """As `Integrator.memory`."""
+        """The arrays that restore this state."""
         known, *shape = self.past.shape
         stages = np.concatenate([np.zeros((STEPS - known, *shape)), self.past])
         return {"canonical": self._both, "lost": self._lost, "stages": stages, "steps_known": np.array(float(known))}

@@ -41,20 +41,20 @@ class Taylor(Integrator):
         self.library, self.version = "heyoka", version("heyoka")
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """As `Integrator.equations`: the integrator is compiled here."""
+        """Those of the series, which are compiled here."""
         begin = time.perf_counter()
         self._integrator = self.compiled(engine)
         self.compile_seconds, self._steps, self._progress = time.perf_counter() - begin, 0, progress
         return engine.derivative(lambda t: None)[0], lambda: self._steps
 
     def memory(self, y: Array) -> Memory:
-        """As `Integrator.memory`: the state of the series, before any drift is taken out of it."""
+        """The state of the series, before it is projected."""
         return {"series": y}
 
     def integrate(
         self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
     ) -> Segment:
-        """As `Integrator.integrate`."""
+        """The states (n, size) from the series of each step."""
         series, before, size = self._integrator, self._steps, len(self._integrator.state)
         if len(y) > size:
             raise InputError("energy_balance: taylor does not integrate work; these methods do: " + ", ".join(NAMES))

@@ -104,16 +104,16 @@ class FileSaver(Saver):
         self._path, self._every, self._run, self._saved = checkpoint.path, checkpoint.every, run, -np.inf
 
     def resume(self, first: RunState) -> RunState:
-        """As `Saver.resume`."""
+        """The state in the file, or `first` where there is none."""
         return load(self._path, self._run, first) if os.path.exists(self._path) else first
 
     def offer(self, progress: RunState) -> None:
-        """As `Saver.offer`; the first time at once."""
+        """Save where the last save is long enough ago; the first time at once."""
         if time.perf_counter() - self._saved >= self._every:
             self.save(progress)
 
     def save(self, progress: RunState) -> None:
-        """As `Saver.save`."""
+        """Write the file."""
         try:
             save(self._path, self._run, progress)
         except InputError as error:

@@ -44,7 +44,7 @@ class LoopWithEvents(IntegrationLoop):
         self.library, self.version = "scipy", version("scipy")
 
     def begin(self, q: Array, v: Array) -> RunState:
-        """As `IntegrationLoop.begin`."""
+        """The first sample, after the impacts that are due at the start."""
         t = float(self.times[0])
         y = np.concatenate([q, v, np.zeros(self.accounts)])
         try:
@@ -57,7 +57,7 @@ class LoopWithEvents(IntegrationLoop):
         return RunState.at_start(first, len(self.times), _carried(t, y, mode, 0.0))
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
-        """As `IntegrationLoop.go_on`, by one segment."""
+        """One segment: up to the next event, or over some output times."""
         t, y, mode, at_once = _recalled(done.carried)
         self.progress(t)
         ahead, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self.calls

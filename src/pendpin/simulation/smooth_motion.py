@@ -37,7 +37,7 @@ class SmoothLoop(IntegrationLoop):
         self._budget = max(LEAST_EVALUATIONS, EVALUATIONS * SMALL // max(SMALL, self.nv))
 
     def begin(self, q: Array, v: Array) -> RunState:
-        """As `IntegrationLoop.begin`."""
+        """The first sample."""
         y = self._engine.pack(q, v)
         carried = {
             "y": y,
@@ -48,7 +48,7 @@ class SmoothLoop(IntegrationLoop):
         return RunState.at_start(np.concatenate([q, v, np.zeros(self.accounts)]), len(self.times), carried)
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
-        """As `IntegrationLoop.go_on`."""
+        """One segment, of as many output times as the last one's evaluations allow."""
         y, ahead, first_step = done.carried["y"], int(done.carried["ahead"]), float(done.carried["first_step"])
         span, last = self.times[done.n - 1 :][: ahead + 1], done.samples[-1]
         before, start = self._evaluations(), np.concatenate([y, last[2 * self.nv :]])

@@ -49,7 +49,7 @@ class Balances(System):
         return self.rods.inertia * turn
 
     def bare(self) -> "Balances":
-        """As `System.bare`."""
+        """The same chain at rest, without support and loads."""
         nothing = np.zeros_like(self.centripetal)
         return replace(self, support=0 * self.support, centripetal=nothing, drift=nothing[0])
 

@@ -102,7 +102,7 @@ class _ThinBalances(System):
         return self.rods.inertia[0] * across + (turn - across) / self.inverse
 
     def bare(self) -> "_ThinBalances":
-        """As `System.bare`."""
+        """The same chain at rest, without support and loads."""
         return replace(self, support=0 * self.support, centripetal=0 * self.centripetal)
 
     def _across(self, x: Array) -> Array:
