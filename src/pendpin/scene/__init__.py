@@ -1,0 +1,38 @@
+"""What goes in: the scene, its model, start, effects and solver, as frozen, validated data; read from TOML.
+
+May import: effects, equations and the ground.
+To add a kind of model: a record in models.py, and the function that builds it in model/build.py. To add a setting of the
+integration: a field in solver.py.
+"""
+
+from pendpin.scene.files import load_scene
+from pendpin.scene.models import AnyModel, Chain, Rod, UrdfModel
+from pendpin.scene.scene import Scene, builtin_scene, urdf_folder
+from pendpin.scene.solver import (
+    FIXED_METHODS,
+    AdaptiveMethod,
+    FixedMethod,
+    Method,
+    Solver,
+    least_tolerance,
+)
+from pendpin.scene.start import Start, Values
+
+__all__ = [
+    "FIXED_METHODS",
+    "AdaptiveMethod",
+    "AnyModel",
+    "Chain",
+    "FixedMethod",
+    "Method",
+    "Rod",
+    "Scene",
+    "Solver",
+    "Start",
+    "UrdfModel",
+    "Values",
+    "builtin_scene",
+    "least_tolerance",
+    "load_scene",
+    "urdf_folder",
+]

@@ -1,0 +1,108 @@
+"""What hangs there: rods, chains of rods, and URDF trees."""
+
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from pendpin.equations.base import RodInertia
+from pendpin.records import LARGEST_SIZE, NotNegative, Number, Positive, Record
+
+MAX_RODS = 100_000
+
+Size = Annotated[NotNegative, Field(le=LARGEST_SIZE)]
+
+
+class Rod(Record):
+    """A rod in its body frame B: b3 runs along it, from its joint to its tip.
+
+    A uniform cylinder unless `com` or `inertia` say otherwise. Radius 0 is a thin rod; mass 0 with a payload is a
+    point mass on a massless rod.
+    """
+
+    length: Annotated[Positive, Field(le=LARGEST_SIZE)]  # m
+    mass: Size  # kg, without the payload
+    radius: Size = 0.0  # m
+    com: Annotated[Number, Field(ge=-LARGEST_SIZE, le=LARGEST_SIZE)] | None = Field(
+        None, description="centre of mass from the joint along the rod, m; length/2 if absent"
+    )
+    inertia: tuple[Size, Size, Size] | None = Field(
+        None, description="central principal inertia (I1, I2, I3), kg m², without the payload; a uniform rod if absent"
+    )
+    payload: Size = Field(0.0, description="point mass at the tip, kg")
+
+    @cached_property
+    def properties(self) -> RodInertia:
+        """Mass, centre of mass and central inertia with the payload folded in (docs/derivation.md)."""
+        m, p, length = self.mass, self.payload, self.length
+        h = length / 2 if self.com is None else self.com
+        transverse = m * (3 * self.radius**2 + length**2) / 12
+        I1, I2, I3 = self.inertia or (transverse, transverse, m * self.radius**2 / 2)
+        if not p:
+            return RodInertia(m, h, I1, I2, I3)
+        lever = m * (p / (m + p)) * (length - h) ** 2  # the reduced mass at the distance between the two
+        return RodInertia(m + p, h + (length - h) * (p / (m + p)), I1 + lever, I2 + lever, I3)
+
+    @property
+    def impossible(self) -> str | None:
+        """Why no real body has this inertia (one principal value above the sum of the others), or None."""
+        small, middle, large = sorted(self.inertia or (1.0, 1.0, 1.0))
+        if large <= (small + middle) * (1 + 1e-12):
+            return None
+        return f"no real body has this inertia, {large:g} > {small:g} + {middle:g}; the equations hold all the same"
+
+    @model_validator(mode="after")
+    def _has_inertia(self) -> Self:
+        if self.mass + self.payload == 0:
+            raise ValueError("a rod needs a mass or a payload above 0")
+        if self.inertia and self.inertia[2] == 0 and self.inertia[0] != self.inertia[1]:
+            raise ValueError(f"inertia {list(self.inertia)}: a rod with no inertia about its axis has I1 = I2")
+        m, h, I1, I2, _ = self.properties
+        about_joint = (I1 + m * h * h, I2 + m * h * h)
+        if min(about_joint) < 1 / LARGEST_SIZE or max(about_joint) > LARGEST_SIZE:
+            raise ValueError(
+                f"the inertia about the joint, {min(about_joint):g} kg m², is out of range (1e-100 to 1e100): "
+                "a rod needs a centre of mass away from its joint, or an inertia about it"
+            )
+        return self
+
+
+class Chain(Record):
+    """Rods hung one below the other, each on a universal joint at the tip of the one before."""
+
+    kind: Literal["chain"] = "chain"
+    rods: Annotated[tuple[Rod, ...], Field(min_length=1)]
+    copies: Annotated[int, Field(strict=True, ge=1, le=100_000)] = 1
+
+    @property
+    def count(self) -> int:
+        """How many rods there are with the copies."""
+        return len(self.rods) * self.copies
+
+    @property
+    def all_rods(self) -> tuple[Rod, ...]:
+        """The rods with the copies written out."""
+        return self.rods * self.copies
+
+    @model_validator(mode="after")
+    def _not_too_many(self) -> Self:
+        if self.count > MAX_RODS:
+            raise ValueError(f"{self.count} rods, where {MAX_RODS} are the most")
+        return self
+
+
+class UrdfModel(Record):
+    """Any URDF tree of revolute, continuous, prismatic and fixed joints."""
+
+    kind: Literal["urdf"] = "urdf"
+    path: Path
+
+
+def _model_branch(value: Any) -> str:
+    if isinstance(value, Chain | UrdfModel):
+        return f"~{value.kind}"
+    return f"~{value.get('kind', '')}" if isinstance(value, dict) else "~no table"
+
+
+AnyModel = Annotated[Annotated[Chain, Tag("~chain")] | Annotated[UrdfModel, Tag("~urdf")], Discriminator(_model_branch)]

@@ -1,0 +1,89 @@
+"""How a scene is integrated, and how often its motion is recorded."""
+
+from typing import Annotated, Any, Literal, Self, get_args
+
+from pydantic import Field, ValidationInfo, field_validator
+from pydantic_core import PydanticKnownError
+
+from pendpin.errors import choices
+from pendpin.records import Number, Positive, Record
+
+AdaptiveMethod = Literal["dop853", "rk45", "rk23", "radau", "bdf", "lsoda"]
+FixedMethod = Literal["gauss2", "gauss4", "gauss6", "rk4", "euler"]
+Method = Literal["auto", AdaptiveMethod, "taylor", FixedMethod]
+
+FIXED_METHODS = get_args(FixedMethod)
+TOLERANCE = 1e-10  # unless another is given
+MAX_SAMPLES = 2_000_000
+
+
+class Solver(Record):
+    """How the scene is integrated and how often the motion is recorded.
+
+    A method has a tolerance (relative and absolute, rad and rad/s) or, with fixed steps, a step. It is the largest that
+    is taken: the time from sample to sample is cut into equal steps, so that every sample falls on one. An accuracy
+    stands for both: the tolerance or step that meets it is found, and with method "auto" the method as well.
+    """
+
+    method: Method = "auto"
+    engine: Literal["auto", "pinocchio", "chain", "compiled"] = "auto"
+    accuracy: Annotated[Positive, Field(le=0.1)] | None = Field(
+        None, description="the target: largest tip error over the run, over the chain's length"
+    )
+    tolerance: Annotated[Number, Field(le=0.1)] | None = Field(
+        None, validate_default=True, description=f"for methods without a fixed step; {TOLERANCE:g} if none is given"
+    )
+    step: Positive | None = Field(
+        None, validate_default=True, description=f"s, for methods with a fixed step: {', '.join(FIXED_METHODS)}"
+    )
+    samples: Annotated[int, Field(strict=True, ge=1, le=MAX_SAMPLES)] | None = Field(
+        None, description="evenly spaced output times from 0 to duration, both ends included; 60 a second if absent"
+    )
+
+    @field_validator("tolerance")
+    @classmethod
+    def _tolerance_of(cls, tolerance: float | None, given: ValidationInfo) -> float | None:
+        method = given.data.get("method", "")
+        if given.data.get("accuracy") is not None:
+            return _none_beside_accuracy(tolerance)
+        if method in FIXED_METHODS:
+            if tolerance is not None:
+                raise ValueError(f"{method} takes a step, not a tolerance")
+            return None
+        least = least_tolerance(method)
+        if tolerance is not None and tolerance < least:
+            raise PydanticKnownError("greater_than_equal", {"ge": least})
+        return TOLERANCE if tolerance is None else tolerance
+
+    @field_validator("step")
+    @classmethod
+    def _step_of(cls, step: float | None, given: ValidationInfo) -> float | None:
+        method = given.data.get("method", "")
+        if given.data.get("accuracy") is not None:
+            return _none_beside_accuracy(step)
+        if method in FIXED_METHODS and step is None:
+            raise ValueError(f"{method} takes a step, in s")
+        if step is not None and method and method not in FIXED_METHODS:
+            raise ValueError(f"{method} takes a tolerance, not a step; these take a step: {choices(FIXED_METHODS)}")
+        return step
+
+    def replaced(self, **given: Any) -> Self:
+        """The solver with other settings; of its own accuracy, tolerance and step those that no longer fit are left out."""
+        method = given.get("method", self.method)
+        unfit = {"tolerance" if method in FIXED_METHODS else "step"}
+        if "accuracy" in given:
+            unfit = {"tolerance", "step"}
+        elif "tolerance" in given or "step" in given:
+            unfit |= {"accuracy"}
+        own = {name: value for name, value in self.model_dump().items() if value is not None and name not in unfit}
+        return type(self)(**(own | given))
+
+
+def least_tolerance(method: str) -> float:
+    """The smallest tolerance that a method takes."""
+    return 1e-18 if method == "taylor" else 1e-14
+
+
+def _none_beside_accuracy(value: float | None) -> None:
+    if value is not None:
+        raise ValueError("accuracy is given, so that this is found; leave one of them out")

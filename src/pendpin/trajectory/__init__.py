@@ -1,0 +1,10 @@
+"""What comes out: the record of a run, its parts, and the file that holds it.
+
+May import: the ground.
+"""
+
+from pendpin.trajectory.parts import Energy, Reactions, Stats
+from pendpin.trajectory.reading import read_array
+from pendpin.trajectory.trajectory import Trajectory
+
+__all__ = ["Energy", "Reactions", "Stats", "Trajectory", "read_array"]

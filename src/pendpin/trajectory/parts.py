@@ -1,0 +1,63 @@
+"""What a run tells beside its motion: joint reactions, energy, and what the run took."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+
+
+class Reactions(NamedTuple):
+    """Joint reactions on each rod of a universal joint, (n, rods): R1, R2, R3 in N, M3, Mc in N m (DESIGN in docs)."""
+
+    R1: Array
+    R2: Array
+    R3: Array
+    M3: Array
+    Mc: Array
+
+
+class Energy(NamedTuple):
+    """Kinetic and potential energy, (n,) in J; the potential is that of the conservative effects."""
+
+    kinetic: Array
+    potential: Array
+
+    @property
+    def total(self) -> Array:
+        """Their sum, (n,) in J."""
+        return self.kinetic + self.potential
+
+    @property
+    def drift(self) -> float:
+        """Largest departure of the total from its start, over the largest kinetic energy or range of potential."""
+        moved = max(self.kinetic.max(), np.ptp(self.potential), np.finfo(float).tiny)
+        return float(np.abs(self.total - self.total[0]).max() / moved)
+
+
+@dataclass(frozen=True)
+class Stats:
+    """What a run took."""
+
+    method: str
+    tolerance: float | None  # of a method without a fixed step
+    step: float | None  # s, of a method with one
+    steps: int
+    evaluations: int
+    events: int  # impacts, and joints that stuck or came loose
+    seconds: float  # of integration with its sampling
+    compile_seconds: float
+    engine: str
+    library: str
+    version: str
+    conservative: bool = False  # whether every effect has a potential, so that the energy should not change
+    stopped: str | None = None  # why the run ended before its time
+    accuracy: float | None = None  # the largest tip error over the chain's length that was asked for
+    error: float | None = None  # the one that is estimated
+    all_seconds: float | None = None  # of every run that led to this one
+
+    @property
+    def setting(self) -> str:
+        """The tolerance or step, in words."""
+        return f"step {self.step:g} s" if self.tolerance is None else f"tolerance {self.tolerance:g}"

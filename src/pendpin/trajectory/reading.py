@@ -1,0 +1,69 @@
+"""Reading a run from its file: every array is checked before it is used, and nothing in the file is executed."""
+
+import json
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter, ValidationError
+
+from pendpin.errors import explain
+from pendpin.files import ArrayFile
+from pendpin.records import LARGEST
+from pendpin.trajectory.parts import Reactions, Stats
+
+FORMAT = 1
+ARRAYS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tip")
+
+
+def read_fields(file: ArrayFile) -> dict[str, Any]:
+    """The fields of a Trajectory from a file's arrays; ValueError where they do not fit together."""
+    scene, stats = _read_meta(file)
+    joints = tuple(str(name) for name in read_array(file, "joints", ("joints",), text=True))
+    n, nv, rods = _length(file, "t", 0), len(joints), _length(file, "tip", 1)
+    shapes = {"t": (n,), "q": (n, nv), "v": (n, nv), "a": (n, nv), "wrench": (n, nv, 6)}
+    shapes |= {"kinetic": (n,), "potential": (n,), "tip": (n, rods, 3)}
+    found: dict[str, Any] = {name: read_array(file, name, shape) for name, shape in shapes.items()}
+    if np.any(np.diff(found["t"]) <= 0):
+        raise ValueError("array 't' does not rise")
+    universal = (n, _length(file, "R1", 1)) if "R1" in file.headers else None
+    reactions = Reactions(*(read_array(file, name, universal) for name in Reactions._fields)) if universal else None
+    kinds = [name.removeprefix("work_") for name in file.headers if name.startswith("work_")]
+    work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
+    return found | {"joints": joints, "rods": reactions, "work": work, "stats": stats, "scene": scene}
+
+
+def _length(file: ArrayFile, name: str, axis: int) -> int:
+    shape = file.header(name).shape
+    if len(shape) <= axis or not shape[axis]:
+        raise ValueError(f"array {name!r} has the shape {shape}")
+    return shape[axis]
+
+
+def read_array(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = False) -> NDArray[Any]:
+    """An array of finite numbers of this shape, or a list of texts; refused by its header before it is read."""
+    dtype, found = file.header(name)
+    if text and dtype.kind == "U" and len(found) == len(shape) and all(found):
+        return file.read(name)
+    if text or dtype != np.float64 or found != shape:
+        wanted = "text" if text else f"float64 {shape}"
+        raise ValueError(f"array {name!r} is {dtype} {found}, not {wanted}")
+    array = file.read(name)
+    if not (np.abs(array) <= LARGEST).all():
+        raise ValueError(f"array {name!r} holds NaN or a number beyond {LARGEST:g}")
+    return array
+
+
+def _read_meta(file: ArrayFile) -> tuple[dict[str, Any], Stats]:
+    meta = json.loads(str(read_array(file, "meta", (), text=True)))
+    if not isinstance(meta, dict) or meta.get("format") != FORMAT:
+        raise ValueError("its format is of another version of pendpin")
+    scene = meta.get("scene")
+    if not isinstance(scene, dict):
+        raise ValueError("meta holds no scene")
+    try:
+        known = {f.name: meta[f.name] for f in fields(Stats) if f.name in meta}
+        return scene, TypeAdapter(Stats).validate_python(known)
+    except ValidationError as error:
+        raise ValueError(f"meta: {explain(error.errors(include_url=False), 'meta')}") from None

@@ -1,0 +1,86 @@
+"""The result of a run: arrays over time, statistics, and the file that holds them."""
+
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.errors import InputError
+from pendpin.files import open_arrays, write_whole
+from pendpin.records import LARGEST
+from pendpin.trajectory.parts import Energy, Reactions, Stats
+from pendpin.trajectory.reading import ARRAYS, FORMAT, read_fields
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A motion sampled at t, with everything that was computed along it.
+
+    q, v, a hold one value per joint, in model order, rad and s (m for prismatic joints); angles are not wrapped.
+    wrench is the force (N), then the moment (N m), that each joint's parent exerts on its child, at the joint's origin,
+    in the child joint's frame.
+    """
+
+    joints: tuple[str, ...]
+    t: Array  # (n,)
+    q: Array  # (n, nv)
+    v: Array  # (n, nv)
+    a: Array  # (n, nv)
+    wrench: Array  # (n, joints, 6)
+    kinetic: Array  # (n,)
+    potential: Array  # (n,)
+    tip: Array  # (n, rods, 3), world frame W
+    rods: Reactions | None  # None for a model without universal joints
+    stats: Stats
+    work: dict[str, Array] = field(default_factory=dict)  # J (n,), of each kind of effect, with energy_balance
+    scene: dict[str, Any] = field(default_factory=dict)  # as in a scene file
+
+    def reactions(self) -> Reactions:
+        """R1, R2, R3, M3, Mc of every rod on a universal joint. Raises InputError where the model has none."""
+        if self.rods is None:
+            raise InputError("this model has no universal joint, so no R1, R2, R3, M3; see .wrench for every joint")
+        return self.rods
+
+    def energy(self) -> Energy:
+        """Kinetic and potential energy over time."""
+        return Energy(self.kinetic, self.potential)
+
+    @property
+    def imbalance(self) -> float:
+        """The largest change of kinetic energy that no work accounts for, over the energy moved."""
+        if not self.work:
+            return 0.0
+        total = sum(self.work.values(), np.zeros(len(self.t)))
+        moved = max(self.kinetic.max(), *(np.ptp(work) for work in self.work.values()), np.finfo(float).tiny)
+        return float(np.abs(self.kinetic - self.kinetic[0] - total).max() / moved)
+
+    def tips(self) -> Array:
+        """The far end of each rod, (n, rods, 3) in m, world frame W."""
+        return self.tip
+
+    @property
+    def sound(self) -> int:
+        """How many samples there are before the first with a number that is not finite or beyond LARGEST."""
+        n = len(self.t)
+        arrays = [getattr(self, name).reshape(n, -1) for name in ARRAYS] + list(self.rods or ())
+        good = np.all([(np.abs(array) <= LARGEST).all(1) for array in arrays], 0)
+        return n if good.all() else int(np.argmin(good))
+
+    def save(self, path: str | Path) -> Path:
+        """Write everything to an .npz file, whole or not at all. Raises InputError where that cannot be."""
+        arrays: dict[str, Any] = {name: getattr(self, name) for name in ARRAYS} | {"joints": np.array(self.joints)}
+        if self.rods is not None:
+            arrays |= self.rods._asdict()
+        arrays |= {f"work_{kind}": work for kind, work in self.work.items()}
+        meta = {"format": FORMAT, "scene": self.scene, **asdict(self.stats)}
+        arrays["meta"] = np.array(json.dumps(meta))
+        return write_whole(Path(path), lambda file: np.savez_compressed(file, **arrays))
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a saved run. Raises InputError for anything that is not one; nothing in the file is executed."""
+        with open_arrays(Path(path), "a run that pendpin saved") as file:
+            return cls(**read_fields(file))
