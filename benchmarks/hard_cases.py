@@ -21,21 +21,21 @@ def number(value: float | None) -> str:
     return "none" if value is None else "0" if value == 0 else f"{value:.1e}"
 
 
-def settings(integrator: dict[str, float]) -> str:
-    """A integrator's setting in words."""
-    return ", ".join(f"{name} {value:g}{' s' if name == 'step' else ''}" for name, value in integrator.items())
+def settings(method: dict[str, float]) -> str:
+    """A method's setting in words."""
+    return ", ".join(f"{name} {value:g}{' s' if name == 'step' else ''}" for name, value in method.items())
 
 
 def told(case: dict[str, Any], rows: list[dict[str, Any]]) -> list[str]:
     """One case: what it is, its bound, and a row for each method."""
     lines = [f"### {case['name']}: {case['title']}", "", f"{case['physics']} {case['why']}", ""]
     lines += [f"Measured: {case['figure']}. Bound {number(case['bound'])}: {case['derivation']}.", ""]
-    lines += ["| integrator | setting | measured | verdict | s |", "|---|---|---|---|---|"]
+    lines += ["| method | setting | measured | verdict | s |", "|---|---|---|---|---|"]
     for row in rows:
-        setting = settings(case["methods"].get(row["integrator"], {}))
-        cells = (row["integrator"], setting, number(row["measured"]), row["verdict"], f"{row['seconds']:.2f}")
+        setting = settings(case["methods"].get(row["method"], {}))
+        cells = (row["method"], setting, number(row["measured"]), row["verdict"], f"{row['seconds']:.2f}")
         lines.append(f"| {' | '.join(cells)} |")
-    return [*lines, *(f"\n{row['integrator']}: {row['failure']}" for row in rows if row["failure"]), ""]
+    return [*lines, *(f"\n{row['method']}: {row['failure']}" for row in rows if row["failure"]), ""]
 
 
 def figures(found: dict[str, Any]) -> list[str]:
@@ -51,30 +51,25 @@ def figures(found: dict[str, Any]) -> list[str]:
 
 def survivors(found: dict[str, Any]) -> list[str]:
     """A row a case and a column a simulator: the figure, bold where it is within the bound; why there is none."""
-    methods = list(dict.fromkeys(row["integrator"].split(",")[0] for row in found["outcomes"]))
+    methods = list(dict.fromkeys(row["method"].split(",")[0] for row in found["outcomes"]))
     lines = [f"| case | bound | {' | '.join(methods)} |", "|---|---|" + "---|" * len(methods)]
     reasons: dict[str, list[str]] = {}
     for name, rows in groupby(found["outcomes"], key=lambda row: row["case"]):
         cells, bound = {}, 0.0
         for row in rows:
-            integrator, bound = row["integrator"].split(",")[0], row["bound"]
+            method, bound = row["method"].split(",")[0], row["bound"]
             if row["failure"]:
-                reasons.setdefault(f"{integrator}: {row['failure'].split('; it got')[0]}", []).append(name)
+                reasons.setdefault(f"{method}: {row['failure'].split('; it got')[0]}", []).append(name)
             text = "failed" if row["measured"] is None else number(row["measured"])
-            cells[integrator] = f"**{text}**" if row["ok"] else text
-        lines.append(
-            f"| {name} | {number(bound)} | {' | '.join(cells.get(integrator, '') for integrator in methods)} |"
-        )
+            cells[method] = f"**{text}**" if row["ok"] else text
+        lines.append(f"| {name} | {number(bound)} | {' | '.join(cells.get(method, '') for method in methods)} |")
     held = {
-        integrator: sum(r["ok"] for r in found["outcomes"] if r["integrator"].split(",")[0] == integrator)
-        for integrator in methods
+        method: sum(r["ok"] for r in found["outcomes"] if r["method"].split(",")[0] == method) for method in methods
     }
     total = len({row["case"] for row in found["outcomes"]})
     lines += [
         "",
-        "Within the bound: "
-        + ", ".join(f"{integrator} {count}" for integrator, count in held.items())
-        + f" of {total}.",
+        "Within the bound: " + ", ".join(f"{method} {count}" for method, count in held.items()) + f" of {total}.",
         "",
     ]
     return lines + [f"- {reason} ({', '.join(names)})" for reason, names in reasons.items()]

@@ -1,4 +1,4 @@
-"""The hard cases: every one in its short form on every integrator that it claims, and what the catalogue promises."""
+"""The hard cases: every one in its short form on every method that it claims, and what the catalogue promises."""
 
 from importlib.util import find_spec
 from json import loads
@@ -14,18 +14,16 @@ from pendpin.cli.commands import main
 from pendpin.errors import InputError, Interrupted
 from pendpin.simulation.simulate import simulate
 
-CLAIMS = [(case, integrator) for case in CASES.values() for integrator in case.methods]
+CLAIMS = [(case, method) for case in CASES.values() for method in case.methods]
 CHEAP = "no-duration"
 
 
-@pytest.mark.parametrize(
-    ("case", "integrator"), CLAIMS, ids=[f"{case.name}-{integrator}" for case, integrator in CLAIMS]
-)
-def test_a_hard_case_is_within_its_bound(case: Case, integrator: str) -> None:
+@pytest.mark.parametrize(("case", "method"), CLAIMS, ids=[f"{case.name}-{method}" for case, method in CLAIMS])
+def test_a_hard_case_is_within_its_bound(case: Case, method: str) -> None:
     """What was measured is at most the bound that was derived for it."""
-    if integrator == "taylor" and find_spec("heyoka") is None:
+    if method == "taylor" and find_spec("heyoka") is None:
         pytest.skip("heyoka is not installed: pip install heyoka")
-    found = outcome(case, integrator, full=False)
+    found = outcome(case, method, full=False)
     assert found.ok, f"{found.failure or found.measured} against {found.bound}: {case.figure}"
 
 
@@ -41,7 +39,7 @@ def test_the_catalogue_is_whole() -> None:
 def test_pinocchios_own_joints_fail_where_ours_hold() -> None:
     """In chains of 100 rods joints of several degrees of freedom are shown beside, without a claim."""
     outcomes = hard(["chain-100-digits"], full=False).outcomes
-    beside = {found.integrator: found for found in outcomes if not found.claimed}
+    beside = {found.method: found for found in outcomes if not found.claimed}
     assert [found.verdict for found in outcomes if found.claimed] == ["ok"]
     assert set(beside) == {f"pin {joint}, {way}" for joint in ("Universal", "Spherical") for way in ("LOCAL", "WORLD")}
     assert all(beside[f"pin {joint}, WORLD"].verdict == "fails" for joint in ("Universal", "Spherical"))
@@ -53,12 +51,10 @@ def test_other_simulators_run_the_same_cases() -> None:
     """Beside "auto", without claims: all of them start and stop; none falls from the pole with a thin rod's spin."""
     found = hard([CHEAP, "pole-spin-thin", "late"], peers=True)  # "late" is not for them
     assert not found.broken
-    held = {(row.case, row.integrator.split(",")[0]): row.ok for row in found.outcomes}
+    held = {(row.case, row.method.split(",")[0]): row.ok for row in found.outcomes}
     methods = ("auto", "MuJoCo RK4", "Drake RK5", "SciPy DOP853")
     assert held == {
-        (name, integrator): name == CHEAP or integrator == "auto"
-        for name in (CHEAP, "pole-spin-thin")
-        for integrator in methods
+        (name, method): name == CHEAP or method == "auto" for name in (CHEAP, "pole-spin-thin") for method in methods
     }
 
 
@@ -106,7 +102,7 @@ def test_all_is_well(monkeypatch, capfd) -> None:
 
 
 def test_a_broken_bound_is_named(monkeypatch, capfd) -> None:
-    """Exit status 1 and one line with the case, the integrator and both numbers; the table is printed all the same."""
+    """Exit status 1 and one line with the case, the method and both numbers; the table is printed all the same."""
     monkeypatch.setattr(hardcases, "CASES", with_bound(-1.0))
     assert run(CHEAP, "--short", monkeypatch=monkeypatch) == 1
     printed = capfd.readouterr()
@@ -120,7 +116,7 @@ def test_json_has_all(monkeypatch, capfd) -> None:
     found = loads(capfd.readouterr().out)
     assert found["ok"] is True
     assert found["stopped"] is False
-    fields = {"case", "integrator", "measured", "bound", "seconds", "failure", "claimed", "ok", "verdict"}
+    fields = {"case", "method", "measured", "bound", "seconds", "failure", "claimed", "ok", "verdict"}
     assert all(set(row) == fields and row["ok"] is True for row in found["outcomes"])
     case, _ = found["cases"]
     assert set(case) == {"name", "group", "title", "physics", "why", "figure", "bound", "derivation", "methods"}

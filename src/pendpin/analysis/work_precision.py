@@ -1,4 +1,4 @@
-"""What accuracy costs: every integrator, and other simulators, run over a ladder of tolerances or steps."""
+"""What accuracy costs: every method, and other simulators, run over a ladder of tolerances or steps."""
 
 import os
 import platform

@@ -36,7 +36,7 @@ def save_cost_plot(report: CostReport, path: str | Path) -> Path:
 
 
 def draw_cost(report: CostReport) -> Any:
-    """The figure: error across, falling to the right; seconds up; a line for each integrator."""
+    """The figure: error across, falling to the right; seconds up; a line for each method."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10, 6.2), layout="constrained")

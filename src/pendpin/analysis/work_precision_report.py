@@ -21,7 +21,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Curve:
-    """One integrator, or one method of another simulator, from coarse to fine."""
+    """One method, or one method of another simulator, from coarse to fine."""
 
     name: str
     library: str
@@ -106,7 +106,7 @@ def _words(report: CostReport) -> Iterator[str]:
 
 def _asked(report: CostReport) -> Iterator[str]:
     if (found := report.best(report.accuracy)) is None:
-        yield f"No integrator that was tried reaches {report.accuracy:g} within the time allowed."
+        yield f"No method that was tried reaches {report.accuracy:g} within the time allowed."
         return
     name, seconds = found
     finer = next(curve for curve in report.curves if curve.name == name).seconds_at(report.accuracy / 10)
@@ -115,7 +115,7 @@ def _asked(report: CostReport) -> Iterator[str]:
 
 
 def _spans(report: CostReport) -> Iterator[tuple[float, float, str]]:
-    """Runs of decades with the same cheapest integrator: the first and last error, and its name."""
+    """Runs of decades with the same cheapest method: the first and last error, and its name."""
     best = [(error, found[0]) for error in report.decades if (found := report.best(error))]
     while best:
         name = best[0][1]

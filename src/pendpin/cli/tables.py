@@ -128,7 +128,7 @@ def print_effects(found: "EffectsReport", as_json: bool) -> None:
 
 
 def print_cost(report: "CostReport", as_json: bool) -> None:
-    """Error against time: the time of every integrator at some errors, the run that meets the one asked for, and words."""
+    """Error against time: the time of every method at some errors, the run that meets the one asked for, and words."""
     from dataclasses import asdict
 
     from pendpin.analysis.work_precision_report import time_text
@@ -163,15 +163,15 @@ def _cost_row(curve: "Curve", errors: list[float], accuracy: float) -> list[str]
 
 
 def print_hard(report: "HardReport", as_json: bool) -> None:
-    """The hard cases, what was measured of each on each integrator, and the claims that are broken."""
+    """The hard cases, what was measured of each on each method, and the claims that are broken."""
     if as_json:
         print_json(report.as_dict())
         return
-    rows = [[o.case, o.integrator, o.shown, f"{o.bound:.1e}", o.verdict, f"{o.seconds:.2f}"] for o in report.outcomes]
-    print_table(["case", "integrator", "measured", "bound", "verdict", "seconds"], rows)
+    rows = [[o.case, o.method, o.shown, f"{o.bound:.1e}", o.verdict, f"{o.seconds:.2f}"] for o in report.outcomes]
+    print_table(["case", "method", "measured", "bound", "verdict", "seconds"], rows)
     for outcome in report.outcomes:
         if outcome.failure:
-            print(f"{outcome.case} on {outcome.integrator}: {outcome.failure}")
+            print(f"{outcome.case} on {outcome.method}: {outcome.failure}")
     claims = [outcome for outcome in report.outcomes if outcome.claimed]
     if claims:
         print(f"{len(claims)} claims, {len(report.broken)} broken, {sum(o.seconds for o in claims):.0f} s")

@@ -1,4 +1,4 @@
-"""What a hard case is, what came of it on one integrator, and the scenes that the cases share."""
+"""What a hard case is, what came of it on one method, and the scenes that the cases share."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -63,10 +63,10 @@ class Case:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was measured of one case on one integrator."""
+    """What was measured of one case on one method."""
 
     case: str
-    integrator: str
+    method: str
     measured: float | None  # None where there is no figure
     bound: float
     seconds: float
@@ -91,10 +91,10 @@ class Outcome:
         return "holds" if self.ok else "fails"
 
 
-def on_method(case: Case, integrator: str) -> Solve:
+def on_method(case: Case, method: str) -> Solve:
     """How a case is solved on one of its methods."""
-    settings: dict[str, Any] = dict(case.methods[integrator])
-    return lambda scene: simulate(scene, method=integrator, **settings)
+    settings: dict[str, Any] = dict(case.methods[method])
+    return lambda scene: simulate(scene, method=method, **settings)
 
 
 def scene(

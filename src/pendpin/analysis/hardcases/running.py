@@ -1,4 +1,4 @@
-"""Running the catalogue: every case on every integrator that it claims, and what came of it."""
+"""Running the catalogue: every case on every method that it claims, and what came of it."""
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -44,7 +44,7 @@ _TOLD = ("name", "group", "title", "physics", "why", "figure", "bound", "derivat
 
 def _told(outcome: Outcome) -> str:
     why = outcome.failure or f"{outcome.measured:.3g} is above {outcome.bound:.3g}"
-    return f"{outcome.case} on {outcome.integrator}: {why}"
+    return f"{outcome.case} on {outcome.method}: {why}"
 
 
 def run_cases(
@@ -61,10 +61,10 @@ def run_cases(
 
 
 def _outcomes(case: Case, methods: Sequence[str] | None, full: bool, progress: Progress) -> Iterator[Outcome]:
-    for integrator in case.methods:
-        if methods is None or integrator in methods:
-            progress(f"{case.name} on {integrator}")
-            yield outcome(case, integrator, full)
+    for method in case.methods:
+        if methods is None or method in methods:
+            progress(f"{case.name} on {method}")
+            yield outcome(case, method, full)
     if case.beside is not None and methods is None:
         progress(f"{case.name}, beside")
         begin = time.perf_counter()
@@ -74,12 +74,12 @@ def _outcomes(case: Case, methods: Sequence[str] | None, full: bool, progress: P
             yield Outcome(case.name, name, measured, case.bound, seconds, claimed=False)
 
 
-def outcome(case: Case, integrator: str, full: bool) -> Outcome:
+def outcome(case: Case, method: str, full: bool) -> Outcome:
     """One case on one of its methods."""
-    return measured(case, integrator, on_method(case, integrator), full)
+    return measured(case, method, on_method(case, method), full)
 
 
-def measured(case: Case, integrator: str, solve: Solve, full: bool) -> Outcome:
+def measured(case: Case, method: str, solve: Solve, full: bool) -> Outcome:
     """One case solved in some way; what that raises is an outcome too."""
     begin, figure, failure = time.perf_counter(), None, None
     try:
@@ -90,7 +90,7 @@ def measured(case: Case, integrator: str, solve: Solve, full: bool) -> Outcome:
         failure = str(error)
     if figure is not None and not isfinite(figure):
         figure, failure = None, "its numbers are not finite"
-    return Outcome(case.name, integrator, figure, case.bound, time.perf_counter() - begin, failure)
+    return Outcome(case.name, method, figure, case.bound, time.perf_counter() - begin, failure)
 
 
 def chosen(cases: Mapping[str, Case], names: Sequence[str]) -> tuple[Case, ...]:
