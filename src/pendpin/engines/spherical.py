@@ -209,7 +209,7 @@ _QUATERNION_RATE = _quaternion_rate()
 
 
 def _rotations(quaternions: Array) -> Array:
-    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4), x y z w."""
+    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4), x y z w; SciPy's module takes 0.25 s to import."""
     x, y, z, w = np.moveaxis(quaternions, -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],

@@ -5,6 +5,9 @@ import sys
 from collections.abc import Iterable
 from xml.etree import ElementTree
 
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import fromstring
+
 from pendpin.errors import InputError, shown
 from pendpin.records import LARGEST_SIZE
 
@@ -25,18 +28,14 @@ _KEPT = {  # what Pinocchio gets to see
 }
 
 
-class _NoDoctype(ElementTree.TreeBuilder):
-    def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
-        """Entities begin with a DOCTYPE, whatever the encoding; expat calls this before it reads any."""
-        raise InputError("a URDF has no DOCTYPE and no entities; remove them")
-
-
 def parse(data: bytes) -> Element:
     """The <robot> of a URDF. Raises InputError for anything else."""
     if not data.strip():
         raise InputError("the file is empty")
     try:
-        robot = ElementTree.fromstring(data, ElementTree.XMLParser(target=_NoDoctype()))
+        robot = fromstring(data, forbid_dtd=True)
+    except DefusedXmlException:
+        raise InputError("a URDF has no DOCTYPE and no entities; remove them") from None
     except ElementTree.ParseError as error:
         raise InputError(f"not well-formed XML: {str(error).removeprefix('not well-formed ')}") from None
     except (ValueError, LookupError) as error:  # an encoding that is not known or not text
