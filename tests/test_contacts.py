@@ -165,7 +165,7 @@ def test_both_engines_agree(effects) -> None:
 
 def test_a_start_beyond_a_stop_is_refused() -> None:
     """One line that names the joint and its limits."""
-    with pytest.raises(pp.InputError, match=r"start\.positions\.theta: 1 rad is beyond its stop"):
+    with pytest.raises(pp.InputError, match=r"start\.positions\.theta: 1 is beyond its stop at 0\.5"):
         run_of(Stop(upper=0.5), q=(1.0,))
 
 

@@ -77,7 +77,7 @@ def test_what_turns_a_thin_rod_about_its_axis_keeps_it_on_its_joint() -> None:
 @given(st.permutations(sorted(EFFECTS)), st.integers(1, 6), st.sampled_from(sorted(THICK)))
 def test_the_order_of_the_list_does_not_matter(names: list[str], count: int, model: str) -> None:
     """Bit for bit, on both engines."""
-    some = [EFFECTS[name] for name in names[:count]]
+    some = list({effect.sole or name: effect for name in names[:count] for effect in [EFFECTS[name]]}.values())
     given_states = states(2 * THICK[model].count, count=2)
     for one, other in zip(*(on_both(THICK[model], order, *given_states) for order in (some, some[::-1])), strict=True):
         assert (one == other).all()

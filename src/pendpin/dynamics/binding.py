@@ -25,7 +25,7 @@ from pendpin.effects import (
     Support,
 )
 from pendpin.engines import Loads
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError, PendpinError, shown
 from pendpin.model.build import Model, find
 
 LATEST = 340  # digits: more than a time times a frequency can have before its point
@@ -36,22 +36,71 @@ Wrench = Callable[[float, Motion], tuple[Array, Array]]  # force, moment about c
 def bind_loads(model: Model, effects: Sequence[Effect], xp: Any = np, start: float = 0.0) -> Loads:
     """What the effects add, interface by interface, at times since `start` in s.
 
-    Raises InputError for a joint or link that the model lacks.
+    Raises InputError for a joint or link that the model lacks, and for a second effect of a kind of which a scene takes
+    one.
     """
-    placed = [(effect, f"effects[{i}]") for i, effect in enumerate(effects)]
-    placed.sort(key=lambda pair: repr(pair[0]))
-    ordered = [effect for effect, _ in placed]
-    fields = [effect for effect in ordered if isinstance(effect, FieldEffect)]
-    varying = [since(start, effect, partial(effect.field, xp=xp)) for effect in fields if not effect.constant]
-    torques = [since(start, e, joint_torque(model, e, where, xp)) for e, where in placed if isinstance(e, JointEffect)]
-    wrenches = [since(start, e, body_wrench(model, e, where, xp)) for e, where in placed if isinstance(e, BodyEffect)]
+    refuse_seconds(effects)
+    varying: list[Any] = []
+    torques: list[Torque] = []
+    wrenches: list[Wrench] = []
+    for effect, where in in_order(effects):
+        if isinstance(effect, FieldEffect) and not effect.constant:
+            varying.append(_readable(effect, where, xp, since(start, effect, partial(effect.field, xp=xp))))
+        elif isinstance(effect, JointEffect):
+            torques.append(_readable(effect, where, xp, since(start, effect, joint_torque(model, effect, where, xp))))
+        elif isinstance(effect, BodyEffect):
+            wrenches.append(_readable(effect, where, xp, since(start, effect, body_wrench(model, effect, where, xp))))
     return Loads(
-        sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3)),
+        _constant_field(effects),
         _total(varying),
         _total(torques),
-        _in_place(_total_wrench(wrenches), surroundings(ordered, xp, start)),
-        axial=any(effect.axial for effect in ordered if isinstance(effect, BodyEffect)),
+        _in_place(_total_wrench(wrenches), surroundings(effects, xp, start)),
+        axial=any(effect.axial for effect in effects if isinstance(effect, BodyEffect)),
     )
+
+
+def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:
+    """The effects with their key paths, in an order that does not depend on that of the list.
+
+    Whoever sums over effects goes by it, so that the order of a scene's list changes no bit.
+    """
+    return sorted(((effect, f"effects[{i}]") for i, effect in enumerate(effects)), key=lambda pair: repr(pair[0]))
+
+
+def refuse_seconds(effects: Sequence[Effect]) -> None:
+    """Raise InputError for a second effect of a kind that does not add up with another of its kind."""
+    first: dict[str, int] = {}
+    for i, effect in enumerate(effects):
+        if effect.sole is not None and (before := first.setdefault(effect.sole, i)) != i:
+            raise InputError(
+                f"effects[{i}]: a second {effect.kind} beside effects[{before}], and {effect.sole}: "
+                "put both into one effect"
+            )
+
+
+def _readable(effect: Effect, where: str, xp: Any, function: Any) -> Any:
+    """A function of an effect; what it does not do on numbers other than NumPy's floats is said in one line."""
+    if xp is np:
+        return function
+
+    def named(*state: Any) -> Any:
+        try:
+            return function(*state)
+        except PendpinError:
+            raise
+        except Exception as error:
+            raise InputError(
+                f"{where}: {effect.kind} does not run on symbols ({error}): write it with + - * / ** and the functions "
+                "of xp, or let its property `smooth` be False"
+            ) from None
+
+    return named
+
+
+def _constant_field(effects: Sequence[Effect]) -> Array:
+    """The sum of the constant fields, (3,) in m/s², W."""
+    ordered = (effect for effect, _ in in_order(effects))
+    return sum((e.field(0.0) for e in ordered if isinstance(e, FieldEffect) and e.constant), np.zeros(3))
 
 
 def since(start: float, effect: Effect, function: Any) -> Any:
@@ -129,8 +178,9 @@ def bodies_of(model: Model) -> Bodies:
 
 def surroundings(effects: Sequence[Effect], xp: Any = np, start: float = 0.0) -> Callable[[float, Motion], Motion]:
     """A function that completes a motion, at a time since `start`, by what all bodies share: gravity, and where W is."""
-    frames = [effect for effect in effects if isinstance(effect, FrameEffect)]
-    fields = [effect for effect in effects if isinstance(effect, FieldEffect) and not isinstance(effect, FrameEffect)]
+    ordered = [effect for effect, _ in in_order(effects)]
+    frames = [effect for effect in ordered if isinstance(effect, FrameEffect)]
+    fields = [effect for effect in ordered if isinstance(effect, FieldEffect) and not isinstance(effect, FrameEffect)]
     steady = sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3))
     varying = [since(start, effect, partial(effect.field, xp=xp)) for effect in fields if not effect.constant]
     positions = [since(start, effect, partial(effect.position, xp=xp)) for effect in frames]

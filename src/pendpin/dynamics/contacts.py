@@ -11,11 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendpin.arrays import Array, Indices, Mask
-from pendpin.effects import Effect
-from pendpin.effects.friction_and_stops import ContactEffect, DryFriction
+from pendpin.effects import DryFriction
 from pendpin.engines import AngleEngine
-from pendpin.errors import InputError, RunError
-from pendpin.model.build import Model
+from pendpin.errors import RunError
 
 REST = 1e-12  # rad: a bounce that would go no farther ends in rest on the stop
 _ROUNDING = 1e-12  # of the torques: what a held joint may exceed its limits by when modes are chosen
@@ -40,7 +38,9 @@ class Contacts:
     static: Array  # N m
     lower: Array  # rad
     upper: Array  # rad
-    restitution: Array
+    restitution: Array  # (2, nv), at the lower and at the upper limit
+    sliding: tuple[tuple[str, Array], ...]  # the kinds of effects that rub, and how much of `kinetic` is theirs
+    stopping: Array  # (2, nv) of text, the kind of effect that sets each limit
     falling: tuple[tuple[Indices, DryFriction], ...] = ()  # friction that falls with speed, and the joints it is on
 
     # --- while nothing happens --------------------------------------------------------------------------------------
@@ -52,6 +52,15 @@ class Contacts:
             size = size.copy()
             size[joints] += effect.sliding(v[joints]) - effect.kinetic
         return np.where(mode.held, 0.0, -size * mode.sign)
+
+    def rubbing(self, v: Array, mode: Mode) -> list[tuple[str, Array]]:
+        """The torques of sliding friction (nv,) by kind of effect; their sum is `friction`."""
+        sizes = list(self.sliding)
+        for joints, effect in self.falling:
+            size = np.zeros_like(v)
+            size[joints] = effect.sliding(v[joints]) - effect.kinetic
+            sizes.append((effect.kind, size))
+        return [(kind, np.where(mode.held, 0.0, -size * mode.sign)) for kind, size in sizes]
 
     def accelerate(self, t: float, q: Array, v: Array, mode: Mode) -> tuple[Array, Array]:
         """Accelerations (nv,) and the torques (nv,) that hold the held joints."""
@@ -114,7 +123,7 @@ class Contacts:
         joints = np.flatnonzero(touching)
         side = np.where(q[joints] >= self.upper[joints], -1.0, 1.0)  # the way the stop pushes
         columns = self.engine.compliance(q, joints)
-        target = -self.restitution[joints] * v[joints]
+        target = -self.restitution[(side < 0).astype(int), joints] * v[joints]
         impulse = np.zeros(len(joints))
         pushing = np.ones(len(joints), bool)
         while pushing.any():
@@ -128,6 +137,16 @@ class Contacts:
         after = v + columns @ impulse
         after[joints[pushing]] = target[pushing]
         return np.where(touching & self._too_small(q, after, t), 0.0, after)
+
+    def taken(self, q: Array, before: Array, after: Array) -> dict[str, float]:
+        """The work in J of the impulses of each kind of effect in an impact, from the rates before and after it."""
+        joints = np.flatnonzero((q >= self.upper) | (q <= self.lower))
+        impulse = np.linalg.solve(self.engine.compliance(q, joints)[joints], (after - before)[joints])
+        work, kinds = (
+            impulse * (before + after)[joints] / 2,
+            self.stopping[(q >= self.upper).astype(int), range(len(q))],
+        )
+        return {kind: float(work[kinds[joints] == kind].sum()) for kind in dict.fromkeys(kinds[joints])}
 
     def _too_small(self, q: Array, v: Array, t: float) -> Mask:
         """Whether a joint would come back to its stop after a bounce of no more than REST."""
@@ -166,33 +185,3 @@ class Contacts:
         held[joint] = not held[joint]
         sign[joint] = 0.0 if held[joint] else (-1.0 if holding[joint] > 0 else 1.0)
         return Mode(held, sign)
-
-
-def bind_contacts(model: Model, effects: tuple[Effect, ...], engine: AngleEngine) -> Contacts:
-    """The contacts of a scene. Raises InputError for unknown joints."""
-    nv = len(model.joints)
-    kinetic, static, restitution = np.zeros((3, nv))
-    lower, upper = np.full(nv, -np.inf), np.full(nv, np.inf)
-    falling = []
-    for i, effect in enumerate(effects):
-        if isinstance(effect, ContactEffect):
-            names = model.joints if effect.joints is None else effect.joints
-            joints = [model.index(name, f"effects[{i}].joints") for name in names]
-            if isinstance(effect, DryFriction) and effect.stribeck is not None:
-                falling.append((np.array(joints), effect))
-            for joint in joints:
-                slide, hold = effect.resistance()
-                low, high, back = effect.limits()
-                kinetic[joint] += slide
-                static[joint] += hold
-                if low > lower[joint] or high < upper[joint]:
-                    lower[joint], upper[joint] = max(low, lower[joint]), min(high, upper[joint])
-                    restitution[joint] = back
-    return Contacts(engine, kinetic, static, lower, upper, restitution, tuple(falling))
-
-
-def check_start(contacts: Contacts, model: Model, q: Array) -> None:
-    """Raises InputError for a start beyond a stop."""
-    for name, x, low, high in zip(model.joints, q, contacts.lower, contacts.upper, strict=True):
-        if not low <= x <= high:
-            raise InputError(f"start.positions.{name}: {x:g} rad is beyond its stop ({low:g} to {high:g} rad)")

@@ -7,10 +7,11 @@ from typing import Any, Literal
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import bind_loads, chosen_joints
-from pendpin.dynamics.contacts import Contacts, bind_contacts
+from pendpin.dynamics.binding import bind_loads, bodies_of, chosen_bodies, chosen_joints, in_order, surroundings
+from pendpin.dynamics.contact_binding import bind_contacts
+from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.symbols import right_hand_side
-from pendpin.effects import ContactEffect, Effect, FieldEffect, JointEffect
+from pendpin.effects import Bodies, BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.engines import (
     MAX_SPHERICAL,
     AngleEngine,
@@ -53,9 +54,8 @@ class Dynamics:
             self.engine: Engine = self._compiled(effects, form)
         else:
             self.engine = choose_engine(model, self.loads, engine, "angles" if touching else form)
-        found = (potential_of(model, effect, f"effects[{i}]") for i, effect in enumerate(effects))
-        self._potentials = [potential for potential in found if potential is not None]
-        self.conservative = len(self._potentials) == len(effects)
+        self.potentials = potentials(model, effects)
+        self.conservative = all(potential is not None for potential in self.potentials)
         self.contacts: Contacts | None = None
         if touching and isinstance(self.engine, AngleEngine):
             self.contacts = bind_contacts(model, effects, self.engine)
@@ -94,7 +94,7 @@ class Dynamics:
 
     def potential(self, q: Array, poses: Array) -> Array:
         """The potential of the conservative effects (n,) in J, from q (n, nv) and the bodies' poses."""
-        return sum((potential(q, poses) for potential in self._potentials), np.zeros(len(q)))
+        return sum((potential(q, poses) for potential in self.potentials if potential), np.zeros(len(q)))
 
     def _states(self, *arrays: Any) -> tuple[Array, ...]:
         nv = len(self.model.joints)
@@ -105,16 +105,52 @@ class Dynamics:
         return tuple(state[None] for state in states)
 
 
-def potential_of(model: Model, effect: Effect, where: str) -> Potential | None:
-    """The potential energy of one effect; None for one that has none."""
+def potentials(model: Model, effects: Sequence[Effect]) -> list[Potential | None]:
+    """The potential energy of each effect, in the order of `in_order`; None for one that has none.
+
+    A body effect may look at gravity and at where W is: where these change with time, what it offers is no potential.
+    """
+    steady = all(effect.constant for effect in effects if isinstance(effect, FieldEffect))
+    complete = surroundings(effects) if steady else None
+    return [_potential(model, effect, where, complete) for effect, where in in_order(effects)]
+
+
+def _potential(
+    model: Model, effect: Effect, where: str, complete: Callable[[float, Motion], Motion] | None
+) -> Potential | None:
     if isinstance(effect, FieldEffect) and effect.constant:
         field = effect.field(0.0)
         return lambda q, poses: kinematics.field_potential(model, poses, field)
     if isinstance(effect, JointEffect):
         chosen = np.arange(len(model.joints)) if effect.on is None else chosen_joints(model, effect.on, where)
-        if effect.potential(np.zeros(len(model.joints))[chosen]) is not None:
-            return lambda q, poses: effect.potential(q[:, chosen])
+        return _where_offered(model, lambda q, poses: effect.potential(q[:, chosen]))
+    if isinstance(effect, BodyEffect) and complete is not None:
+        return _body_potential(model, effect, where, complete)
     return None
+
+
+def _body_potential(
+    model: Model, effect: BodyEffect, where: str, complete: Callable[[float, Motion], Motion]
+) -> Potential | None:
+    chosen = np.arange(len(model.bodies)) if effect.on is None else chosen_bodies(model, effect.on, where)
+    bodies, rest = Bodies(*(column[chosen] for column in bodies_of(model))), np.zeros((len(chosen), 3))
+
+    def at(pose: Array) -> Any:
+        pose = pose[chosen]
+        return effect.potential(bodies, complete(0.0, Motion(pose[:, :3, 3], pose[:, :3, :3], rest, rest)))
+
+    def potential(q: Array, poses: Array) -> Any:
+        values = [at(pose) for pose in poses]
+        return None if values[0] is None else np.array([np.sum(value) for value in values], float)
+
+    return _where_offered(model, potential)
+
+
+def _where_offered(model: Model, potential: Callable[[Array, Array], Any]) -> Potential | None:
+    """A potential, if it answers at all."""
+    q = np.zeros((1, len(model.joints)))
+    with np.errstate(all="ignore"):
+        return None if potential(q, kinematics.poses(model, q)) is None else potential
 
 
 def refuse_nonsmooth(effects: Sequence[Effect], what: str) -> None:

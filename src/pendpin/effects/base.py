@@ -6,7 +6,7 @@ of any precision and on symbols.
 """
 
 from abc import abstractmethod
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -20,6 +20,7 @@ class Effect(Record):
     """One effect of a scene; a subclass of one of the interfaces below says how it acts."""
 
     kind: Any  # Literal["its name"] in each effect
+    sole: ClassVar[str | None] = None  # why a scene takes one effect of this kind at most; None where they add up
 
     @property
     def smooth(self) -> bool:
@@ -90,8 +91,8 @@ class JointEffect(Effect):
         return None
 
 
-class OnJoints(JointEffect):
-    """A joint effect with a list of joints as a parameter."""
+class JointNames(Record):
+    """A list of joints as a parameter."""
 
     joints: Annotated[tuple[str, ...], Field(min_length=1)] | None = Field(None, description="names; all if absent")
 
@@ -102,6 +103,10 @@ class OnJoints(JointEffect):
             if joints and name in joints[:i]:
                 raise ValueError(f"{shown(name)} is named twice")
         return joints
+
+
+class OnJoints(JointNames, JointEffect):
+    """A joint effect with a list of joints as a parameter."""
 
     @property
     def on(self) -> tuple[str, ...] | None:

@@ -1,6 +1,6 @@
 """Air, or water: the drag of rods across the flow, wind, buoyancy."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, Strict, model_validator
@@ -36,6 +36,7 @@ class Drag(BodyEffect):
     """
 
     kind: Literal["drag"] = "drag"
+    sole: ClassVar[str | None] = "a scene has one air"
     density: NotNegative = Field(1.225, description="kg/m³")
     coefficient: NotNegative = Field(1.1, description="of drag across the rod")
     linear: NotNegative = Field(0.0, description="N s/m², linear drag per length of rod")

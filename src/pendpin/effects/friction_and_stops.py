@@ -7,14 +7,12 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pendpin.arrays import Array
-from pendpin.effects.base import Effect
+from pendpin.effects.base import Effect, JointNames
 from pendpin.records import NotNegative, Number, Positive
 
 
-class ContactEffect(Effect):
+class ContactEffect(JointNames, Effect):
     """What a joint can hold when it does not move, and what happens to it at an instant."""
-
-    joints: tuple[str, ...] | None = None  # names; all if absent
 
     @property
     def smooth(self) -> bool:

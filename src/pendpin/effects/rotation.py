@@ -1,7 +1,7 @@
 """A world that turns: the Earth, or a centrifuge."""
 
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -25,6 +25,7 @@ class Rotation(BodyEffect):
     """
 
     kind: Literal["rotation"] = "rotation"
+    sole: ClassVar[str | None] = "W turns about one axis at one rate"
     latitude: Annotated[Number, Field(ge=-90, le=90)] | None = Field(None, description="degrees")
     rate: Vector | None = Field(None, description="rad/s, in W")
 

@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import bodies_of, body_wrench, joint_torque, since, surroundings
-from pendpin.dynamics.dynamics import Dynamics, Potential, potential_of
+from pendpin.dynamics.binding import bodies_of, body_wrench, in_order, joint_torque, since, surroundings
+from pendpin.dynamics.dynamics import Dynamics, Potential
 from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.engines import Derivative
 
@@ -17,16 +17,17 @@ class EnergyBalance:
     """The work of each kind of effect in one scene."""
 
     def __init__(self, dynamics: Dynamics, effects: Sequence[Effect]) -> None:
-        self.kinds = tuple(dict.fromkeys(effect.kind for effect in effects))
+        ordered = in_order(effects)
+        self.kinds = tuple(dict.fromkeys(effect.kind for effect, _ in ordered))
         self._powers: list[tuple[int, Power]] = []
         self._potentials: list[tuple[int, Potential]] = []
         complete = surroundings(effects, start=dynamics.start)
-        for i, effect in enumerate(effects):
+        for (effect, where), potential in zip(ordered, dynamics.potentials, strict=True):
             account = self.kinds.index(effect.kind)
-            if (potential := potential_of(dynamics.model, effect, f"effects[{i}]")) is not None:
+            if potential is not None:
                 self._potentials.append((account, potential))
             elif not isinstance(effect, ContactEffect):
-                self._powers.append((account, _power(dynamics, effect, f"effects[{i}]", complete)))
+                self._powers.append((account, _power(dynamics, effect, where, complete)))
 
     def powers(self, t: float, y: Array) -> Array:
         """The power of each account (kinds,) in W, at a state of the engine, of what has no potential; t as its own."""

@@ -7,7 +7,6 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.dynamics.contacts import Mode
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.effects import DryFriction, Stop
 from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
 from pendpin.errors import InputError, RunError
 from pendpin.integrators import Adaptive, Integrator
@@ -96,14 +95,17 @@ class LoopWithEvents(IntegrationLoop):
         out = y.copy()
         out[self.nv : 2 * self.nv] = after
         if self.balance is not None and not np.array_equal(after, v):
-            energies = kinematics.kinetic_energy(self.dynamics.model, np.stack([q, q]), np.stack([v, after]))
-            out[2 * self.nv + self.balance.kinds.index(_kind(Stop))] += energies[1] - energies[0]
+            before, then = kinematics.kinetic_energy(self.dynamics.model, np.stack([q, q]), np.stack([v, after]))
+            taken = self.contacts.taken(q, v, after)
+            taken[next(iter(taken))] += then - before - sum(taken.values())  # rounding, and bounces too small to count
+            for kind, work in taken.items():
+                out[2 * self.nv + self.balance.kinds.index(kind)] += work
         return out
 
     def _derivative(self, mode: Mode) -> Derivative:
         contacts, balance, nv = self.contacts, self.balance, self.nv
+        accounts = {} if balance is None else {kind: 2 * nv + i for i, kind in enumerate(balance.kinds)}
         rubs = balance is not None and contacts.friction(np.zeros(nv), mode).any()
-        account = 2 * nv + balance.kinds.index(_kind(DryFriction)) if balance is not None and rubs else 0
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             self.calls += 1
@@ -114,7 +116,8 @@ class LoopWithEvents(IntegrationLoop):
             if balance is not None:
                 dy[2 * nv :] = balance.powers(t, y[: 2 * nv])
                 if rubs:
-                    dy[account] += contacts.friction(v, mode) @ v
+                    for kind, torque in contacts.rubbing(v, mode):
+                        dy[accounts[kind]] += torque @ v
 
         return derivative
 
@@ -139,7 +142,3 @@ def _carried(t: float, y: Array, mode: Mode, at_once: float) -> dict[str, Array]
 def _recalled(carried: dict[str, Array]) -> tuple[float, Array, Mode, float]:
     mode = Mode(carried["held"] != 0, carried["sign"])
     return float(carried["t"]), carried["y"], mode, float(carried["at_once"])
-
-
-def _kind(effect: type[DryFriction] | type[Stop]) -> str:
-    return effect.model_fields["kind"].default

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.contacts import check_start
+from pendpin.dynamics.contact_binding import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind, reactions
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
