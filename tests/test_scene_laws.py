@@ -1,0 +1,281 @@
+"""Laws of whole runs that hold for any scene: the order of the effects, the time of the start, the number of samples."""
+
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import pendpin as pp
+from pendpin import effects as fx
+from pendpin.effects import ContactEffect
+
+LEAN = settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+ROD = pp.Rod(length=0.8, mass=1.0, radius=0.03)
+TWO = pp.Chain(rods=(ROD, pp.Rod(length=0.5, mass=0.4, radius=0.02)))
+SMOOTH = (
+    fx.Gravity(),
+    fx.Gravity(acceleration=0.3, direction=(1.0, 0.2, 0.1)),
+    fx.Gravity(acceleration=0.1, direction=(0.3, 1.0, 0.7)),
+    fx.Viscous(coefficient=0.05),
+    fx.Viscous(coefficient=0.013, joints=("phi_1", "theta_2")),
+    fx.Viscous(coefficient=0.0071, joints=("theta_2",)),
+    fx.Spring(stiffness=0.7, rest=0.3),
+    fx.Spring(stiffness=0.1, rest=-0.2),
+    fx.Motor(joint="phi_2", amplitude=0.5, frequency=3.0),
+    fx.Push(link="rod_1", force=(0.3, -0.2, 0.1), point=0.8),
+    fx.Push(link="rod_2", force=(0.1, 0.1, 0.7)),
+    fx.Drag(wind=(1.0, 0.5, 0.0), diameter=0.1),
+    fx.Support(amplitude=(0.05, 0.0, 0.02), frequency=4.0),
+    fx.Support(amplitude=(0.01, 0.03, 0.02), frequency=7.0),
+    fx.Rotation(rate=(0.1, 0.2, 0.5)),
+)
+CONTACTS = (
+    fx.DryFriction(kinetic=0.05, static=0.07),
+    fx.DryFriction(kinetic=0.013, joints=("theta_1", "phi_2")),
+    fx.DryFriction(kinetic=0.0071, static=0.02, stribeck=0.4),
+    fx.Stop(lower=-0.6, upper=0.55, restitution=0.5),
+    fx.Stop(upper=0.5, restitution=1.0, joints=("theta_1", "phi_2")),
+    fx.Stop(upper=0.5, restitution=0.2),
+    fx.Stop(lower=-0.4, restitution=0.9, joints=("phi_1", "phi_2")),
+)
+START = pp.Start(positions=(0.3, 0.4, -0.2, 0.5), velocities=(1.5, -1.0, 1.5, 2.0))
+METHODS = (
+    {"method": "dop853", "tolerance": 1e-8},
+    {"method": "radau", "tolerance": 1e-5},
+    {"method": "lsoda", "tolerance": 1e-7},
+    {"method": "rk4", "step": 0.01},
+    {"method": "euler", "step": 0.01},
+    {"method": "gauss4", "step": 0.02},
+)
+
+
+def same_bits(one: pp.Trajectory, other: pp.Trajectory) -> None:
+    """Every number of two runs, bit for bit."""
+    for name in ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tip"):
+        assert np.array_equal(getattr(one, name), getattr(other, name)), name
+    assert one.work.keys() == other.work.keys()
+    assert all(np.array_equal(work, other.work[kind]) for kind, work in one.work.items())
+
+
+# --- the order of the list ------------------------------------------------------------------------------------------
+
+
+@LEAN
+@given(st.data(), st.booleans())
+def test_the_order_of_the_effects_changes_no_bit(data: st.DataObject, touching: bool) -> None:
+    """Of motion, reactions, energies and works: any effects, several of a kind, stops that meet, by any method."""
+    chosen = data.draw(st.lists(st.sampled_from(SMOOTH + CONTACTS * touching), max_size=6, unique_by=id))
+    other = data.draw(st.permutations(chosen))
+    method = data.draw(st.sampled_from(METHODS[: 3 if touching else None]))
+    balance = not method["method"].startswith(("gauss", "euler"))
+    scenes = (
+        pp.Scene(duration=0.2, model=TWO, start=START, effects=tuple(effects), solver=pp.Solver(samples=3))
+        for effects in (chosen, other)
+    )
+    same_bits(*(pp.simulate(scene, **method, energy_balance=balance) for scene in scenes))
+
+
+# --- stops and friction on one joint --------------------------------------------------------------------------------
+
+SIDES = st.tuples(st.floats(0.2, 0.7), st.sampled_from([0.0, 0.25, 1.0]))
+
+
+@LEAN
+@given(st.lists(st.tuples(st.booleans(), *(SIDES,) * 2), min_size=1, max_size=4), st.randoms())
+def test_each_side_has_the_restitution_of_its_tighter_stop(stops: list[Any], random: Any) -> None:
+    """Any stops on one joint, one- or two-sided, act as the tightest of each side; of equal ones the deader one does."""
+    effects = [fx.Stop(lower=-low[0], restitution=low[1]) for _, low, _ in stops]
+    effects += [fx.Stop(upper=high[0], restitution=high[1]) for both, _, high in stops if both]
+    effects += [fx.Stop(lower=-9.0, upper=high[0], restitution=high[1]) for both, _, high in stops if not both]
+    random.shuffle(effects)
+    contacts = pp.bind(pp.Scene(model=pp.Chain(rods=(ROD,)), effects=tuple(effects))).contacts
+    assert contacts is not None
+    for side, tightest in enumerate((min(low for _, low, _ in stops), min(high for _, _, high in stops))):
+        assert (contacts.lower, contacts.upper)[side].tolist() == [(-1, 1)[side] * tightest[0]] * 2
+        assert contacts.restitution[side].tolist() == [tightest[1]] * 2
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_two_sides_bounce_as_they_say(turned: bool) -> None:
+    """A plane pendulum between a lossless stop and a dead one: it leaves the first as fast as it came, not the second."""
+    stops = [fx.Stop(lower=-0.3, restitution=1.0, joints=("theta",)), fx.Stop(upper=0.2, joints=("theta",))]
+    scene = pp.Scene(
+        duration=1.0,
+        model=pp.Chain(rods=(ROD,)),
+        start=pp.Start(velocities={"theta": -2.0}),
+        effects=tuple(stops[:: -1 if turned else 1]),
+        solver=pp.Solver(samples=1001),
+    )
+    run = pp.simulate(scene)
+    assert run.v[200, 0] == pytest.approx(2.0, rel=1e-9)  # struck the lower stop at 0.15 s
+    assert run.q[-1, 0] == pytest.approx(0.2, abs=1e-12)
+    assert run.v[-1, 0] == 0.0
+
+
+def test_stops_that_exclude_each_other_are_refused_by_name() -> None:
+    """One line with both effects, the joint, and what each wants; equal limits leave no room either."""
+    for lower in (0.4, -0.5):
+        effects = (fx.Gravity(), fx.Stop(lower=lower, joints=("theta",)), fx.Stop(lower=-0.9, upper=-0.5))
+        says = (
+            rf"effects\[1\] and effects\[2\]: their stops leave joint 'theta' no room: .* above {lower}, .* below -0.5$"
+        )
+        with pytest.raises(pp.InputError, match=says):
+            pp.bind(pp.Scene(model=pp.Chain(rods=(ROD,)), effects=effects))
+
+
+@pytest.mark.parametrize("kind", [fx.DryFriction, fx.Stop, fx.Viscous, fx.Spring])
+@pytest.mark.parametrize(
+    ("joints", "says"),
+    [
+        (("theta", "theta"), "joints: 'theta' is named twice"),
+        ((), "joints: 0 values, where at least 1 are wanted"),
+        (("theta", "theta_1"), "a joint is named twice: 'theta', 'theta_1'"),
+        (("knee",), "joint 'knee' is not one of: theta, phi"),
+    ],
+)
+def test_lists_of_joints_are_checked_alike(kind: Any, joints: tuple[str, ...], says: str) -> None:
+    """Whatever the effect: no joint twice by one name or two, none left out by an empty list, none unknown."""
+    needs: dict[Any, dict[str, float]] = {
+        fx.DryFriction: {"kinetic": 0.1},
+        fx.Stop: {"lower": -1.0},
+        fx.Viscous: {"coefficient": 0.1},
+        fx.Spring: {"stiffness": 0.1},
+    }
+    with pytest.raises(pp.InputError, match=says):
+        pp.bind(pp.Scene(model=pp.Chain(rods=(ROD,)), effects=(kind(**needs[kind], joints=joints),)))
+
+
+class Clutch(ContactEffect):
+    """A contact effect of a user's own: it rubs, and stops."""
+
+    kind: Literal["clutch"] = "clutch"
+
+    def resistance(self) -> tuple[float, float]:
+        """As `ContactEffect.resistance`."""
+        return 0.04, 0.06
+
+    def limits(self) -> tuple[float, float, float]:
+        """As `ContactEffect.limits`."""
+        return -0.3, 0.55, 0.6
+
+
+@pytest.mark.parametrize("others", [(), CONTACTS[1:2], CONTACTS[3:4], (CONTACTS[1], CONTACTS[3])])
+def test_contact_effects_of_ones_own_have_their_work(others: tuple[Any, ...]) -> None:
+    """Alone and beside pendpin's own: the works add up, and each that rubs or is struck takes energy."""
+    effects = (fx.Gravity(), Clutch(), *others)
+    scene = pp.Scene(duration=1.0, model=TWO, start=START, effects=effects, solver=pp.Solver(samples=21))
+    run = pp.simulate(scene, tolerance=1e-10, energy_balance=True)
+    assert run.imbalance < 1e-7
+    assert run.work["clutch"][-1] < -1e-3
+    assert all(run.work[effect.kind][-1] < 0 for effect in others)
+
+
+# --- one air, one rotation ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("effects", "says"),
+    [
+        ((fx.Rotation(rate=(0, 0, 1)), fx.Rotation(latitude=45.0)), "a second rotation beside effects[1], and W turns"),
+        (
+            (fx.Drag(wind=(3, 0, 0)), fx.Drag(wind=(0, 2, 0))),
+            "a second drag beside effects[1], and a scene has one air",
+        ),
+    ],
+)
+def test_what_does_not_add_up_is_there_once(effects: tuple[Any, ...], says: str) -> None:
+    """Coriolis and centrifugal forces of two rates, and the drag of two winds, lack their cross terms."""
+    scene = pp.Scene(model=TWO, effects=(fx.Gravity(), *effects))
+    with pytest.raises(pp.InputError) as error:
+        pp.simulate(scene)
+    assert f"effects[2]: {says}" in str(error.value)
+
+
+@LEAN
+@given(st.lists(st.tuples(*[st.floats(-2, 2)] * 3), min_size=2, max_size=3))
+def test_fields_and_supports_add_up(parts: list[tuple[float, float, float]]) -> None:
+    """Gravities and motions of the pivot are vectors: several do what their sum does, to rounding."""
+    total = tuple(np.sum(parts, 0).tolist())
+    for several, one in (
+        ([fx.Support(amplitude=part, frequency=2.0) for part in parts], fx.Support(amplitude=total, frequency=2.0)),
+        (
+            [fx.Push(link="rod_2", force=part, point=0.3) for part in parts],
+            fx.Push(link="rod_2", force=total, point=0.3),
+        ),
+    ):
+        found, other = (
+            pp.bind(pp.Scene(model=TWO, effects=(fx.Gravity(), *effects))).acceleration(
+                0.3, np.array([0.3, 0.4, -0.2, 0.5]), np.array([1.5, -1.0, 1.5, 2.0])
+            )
+            for effects in (several, (one,))
+        )
+        assert np.abs(found - other).max() < 1e-11 * (1 + np.abs(found).max())
+
+
+# --- potentials -----------------------------------------------------------------------------------------------------
+
+CONSERVATIVE = (
+    fx.Gravity(),
+    fx.Spring(stiffness=0.7, rest=0.3),
+    fx.Push(link="rod_1", force=(0.3, -0.2, 0.1), point=0.8),
+    fx.Push(link="rod_2", force=(2.0, 0.4, 0.7)),
+    fx.Rotation(rate=(0.4, 0.8, 1.5)),
+)
+
+
+@LEAN
+@given(st.lists(st.sampled_from(CONSERVATIVE), min_size=1, unique_by=id), st.sampled_from([0.0, 0.05]))
+def test_what_offers_a_potential_is_conserved(effects: list[Any], radius: float) -> None:
+    """Constant pushes and the centrifugal force too: their energy is in the total, which stays; and so are the works."""
+    model = pp.Chain(rods=(pp.Rod(length=0.8, mass=1.0, radius=radius), pp.Rod(length=0.5, mass=0.4, radius=radius)))
+    scene = pp.Scene(duration=1.0, model=model, start=START, effects=tuple(effects), solver=pp.Solver(samples=11))
+    run = pp.simulate(scene, tolerance=1e-12, energy_balance=True)
+    assert run.stats.conservative
+    assert run.energy().drift < 1e-9
+    assert run.imbalance < 1e-9
+
+
+def test_a_potential_that_moves_with_the_pivot_is_none() -> None:
+    """The centrifugal force about an axis that stays while the pivot moves: its work is integrated, and adds up."""
+    effects = (fx.Gravity(), fx.Rotation(rate=(0.4, 0.8, 1.5)), fx.Support(amplitude=(0.2, 0.1, 0), frequency=3.0))
+    run = pp.simulate(pp.Scene(duration=1.0, model=TWO, start=START, effects=effects), energy_balance=True)
+    assert not run.stats.conservative
+    assert run.imbalance < 1e-8
+
+
+# --- effects that do not run on symbols -----------------------------------------------------------------------------
+
+
+def own(act: Any) -> fx.JointEffect:
+    """A torque of a user's own, by any function; `smooth` is left at its default."""
+
+    class Own(fx.JointEffect):
+        kind: Literal["own"] = "own"
+
+        def torques(self, t: Any, q: Any, v: Any, xp: Any = np) -> Any:
+            return act(q, v)
+
+    return Own()
+
+
+@pytest.mark.parametrize(
+    "act",
+    [
+        lambda q, v: -abs(v) * v,
+        lambda q, v: np.where(v < 0, 1.0, -1.0),
+        lambda q, v: -v if v[0] > 0 else v,
+        lambda q, v: -(q % 3.0),
+        lambda q, v: -np.sin(q),
+        lambda q, v: np.array([float(v[0]), 0.0]),
+    ],
+    ids=["abs", "<", "if", "%", "np.sin", "float"],
+)
+@pytest.mark.parametrize("options", [{"method": "taylor"}, {"accuracy": 1e-6}], ids=["taylor", "accuracy"])
+def test_an_effect_that_does_not_run_on_symbols_says_so(act: Any, options: dict[str, Any]) -> None:
+    """One line that names the effect and what to write."""
+    pytest.importorskip("heyoka")
+    scene = pp.Scene(duration=0.1, model=pp.Chain(rods=(ROD,)), effects=(fx.Gravity(), own(act)))
+    with pytest.raises(pp.InputError, match=r"effects\[1\]: own does not run on symbols \(.*`smooth` be False$"):
+        pp.simulate(scene, **options)
