@@ -10,7 +10,8 @@ import pendpin
 PACKAGE = Path(pendpin.__file__).parent
 ROWS = [  # the ground first
     {"errors", "versions"},
-    {"arrays", "files", "records"},
+    {"arrays", "files", "keypaths"},
+    {"records"},
     {"effects", "equations"},
     {"scene", "trajectory"},
     {"model"},

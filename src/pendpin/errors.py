@@ -1,11 +1,12 @@
 """The errors pendpin raises: each message is one line that says what is wrong, where, and what would be right."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 MOST_CHARACTERS = 1_000  # of a message
+MOST_COMPARED = 2_000  # names, with one that is unknown
 
 
 class PendpinError(Exception):
@@ -62,6 +63,15 @@ def choices(names: Any) -> str:
     return ", ".join(str(name) for name in names)
 
 
+def did_you_mean(name: Any, names: Iterable[str]) -> str:
+    """`; did you mean x?` where one of the names is close to `name`, else nothing."""
+    from difflib import get_close_matches
+
+    by_lower = {known.lower(): known for known, _ in zip(names, range(MOST_COMPARED), strict=False)}
+    close = get_close_matches(str(name)[:100].lower(), by_lower, n=1)
+    return f"; did you mean {shown(by_lower[close[0]])}?" if close else ""
+
+
 @contextmanager
 def inside(place: str) -> Iterator[None]:
     """What raises InputError in the block raises it with its place in front, once: `place: message`."""
@@ -69,75 +79,3 @@ def inside(place: str) -> Iterator[None]:
         yield
     except InputError as error:
         raise InputError(f"{place}: {str(error).removeprefix(f'{place}: ')}") from None
-
-
-def explain(faults: list[Any], whole: str) -> str:
-    """The first of pydantic's faults as `path: what is wrong`; `whole` names the record where there is no path."""
-    fault = min(faults, key=lambda f: f["type"] in {"missing", "too_short"})  # often the echo of another fault
-    others = len([f for f in faults if f["type"] != "too_short"]) - 1
-    more = f" (and {others} more)" if others > 0 else ""
-    return f"{_path(fault) or whole}: {_reason(fault)}{more}"
-
-
-def _path(fault: Any) -> str:
-    path = ""
-    for part in fault["loc"]:
-        if isinstance(part, int):
-            path += f"[{part}]"
-        elif not part.startswith("~"):  # names of union branches start with ~
-            name = part if re.fullmatch(r"[\w-]+|\[key\]", part) else shown(part)
-            path += f".{name}" if path else name
-    if fault["type"] == "union_tag_invalid" and fault["ctx"]["tag"] != "~no table":
-        path += ".kind"
-    return path.removesuffix(".[key]")
-
-
-def _reason(fault: Any) -> str:
-    context, value = fault.get("ctx", {}), shown(fault.get("input"))
-    match fault["type"]:
-        case "union_tag_invalid" if context["tag"] == "~no table":
-            return f"{value} is not a table with a `kind`"
-        case "union_tag_invalid" if context["tag"] == "~":
-            return f"missing; it is one of: {_allowed(context)}"
-        case "union_tag_invalid":
-            return f"{shown(context['tag'].removeprefix('~'))} is not one of: {_allowed(context)}"
-        case "literal_error":
-            return f"{value} is not one of: {context['expected'].replace(chr(39), '').replace(' or ', ', ')}"
-        case "value_error":
-            return str(context["error"])
-        case "float_type" if type(fault["input"]) is int:
-            return f"{value} is beyond double precision"
-        case kind if kind in _REASONS:
-            return _REASONS[kind].format(value=value, **context)
-        case _:
-            return f"{value}: {fault['msg'].removeprefix('Input ').replace(' after validation', '')}"
-
-
-def _allowed(context: Any) -> str:
-    tags = context["expected_tags"].replace("'", "").split(", ")
-    return choices(tag.removeprefix("~") for tag in tags if tag != "~instance")
-
-
-_REASONS = {
-    "extra_forbidden": "unknown key",
-    "missing": "missing",
-    "float_type": "{value} is not a number",
-    "finite_number": "{value} is not a finite number",
-    "float_parsing": "{value} is not a number",
-    "bool_type": "{value} is not true or false",
-    "bool_parsing": "{value} is not true or false",
-    "int_parsing": "{value} is not a whole number",
-    "int_type": "{value} is not a whole number",
-    "int_from_float": "{value} is not a whole number",
-    "greater_than": "{value} is not above {gt:.15g}",
-    "greater_than_equal": "{value} is below {ge:.15g}",
-    "less_than": "{value} is not below {lt:.15g}",
-    "less_than_equal": "{value} is above {le:.15g}",
-    "string_type": "{value} is not text",
-    "path_type": "{value} is not a path",
-    "tuple_type": "{value} is not a list",
-    "dict_type": "{value} is not a table",
-    "model_type": "{value} is not a table",
-    "too_long": "{actual_length} values, where {max_length} are wanted",
-    "too_short": "{actual_length} values, where at least {min_length} are wanted",
-}

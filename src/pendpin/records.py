@@ -1,11 +1,15 @@
-"""Frozen, validated data: the base of scenes and effects, and the number types they use."""
+"""Frozen, validated data: the base of scenes and effects, the number types they use, and what their errors say."""
 
-from typing import Annotated, Any
+import inspect
+from typing import Annotated, Any, ClassVar, get_args
 
+import numpy as np
 from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
 
-from pendpin.errors import InputError, explain
+from pendpin.errors import InputError, choices, did_you_mean, shown
+from pendpin.keypaths import written
 
+MOST_SHOWN = 60  # letters of a name in a message
 LARGEST = 1e150  # of any number in a scene or a run: its square stays within doubles
 LARGEST_SIZE = 1e100  # of a length, mass or inertia, and 1 over the least inertia: their products stay within doubles
 Number = Annotated[  # an int or float; never text or a bool
@@ -16,17 +20,163 @@ NotNegative = Annotated[Number, Field(ge=0)]
 Vector = tuple[Number, Number, Number]
 
 
-class _OneLineErrors(type(BaseModel)):
+class _RecordType(type(BaseModel)):
     """Calling the class raises InputError; inside another record pydantic keeps its own error, for the full path."""
 
     def __call__(cls, *args: Any, **data: Any) -> Any:
         try:
-            return super().__call__(*args, **data)
+            return super().__call__(**plain(cls.from_one(*args) | data if args else data))
         except ValidationError as error:
-            raise InputError(explain(error.errors(include_url=False), cls.__name__)) from None
+            raise InputError(explain(error.errors(include_url=False), cls)) from None
+
+    def from_one(cls, *values: Any) -> dict[str, Any]:
+        """The fields that unnamed values stand for; a class that takes one says so."""
+        names = [name for name in cls.model_fields if name != "kind"]
+        raise InputError(f"{cls.__name__}: every value needs its name: {cls.__name__}({names[0]}=..., ...)")
+
+    def __dir__(cls) -> list[str]:
+        """What the class adds to pydantic's own: for help() and completion."""
+        return sorted(_added(cls))
 
 
-class Record(BaseModel, metaclass=_OneLineErrors):
-    """Frozen data that refuses unknown keys; a bad value raises InputError with its path."""
+class Record(BaseModel, metaclass=_RecordType):
+    """Frozen data that refuses unknown keys; a bad value raises InputError with its key path."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+    _about: ClassVar[str] = ""  # the docstring without its list of fields
+
+    def given(self) -> dict[str, Any]:
+        """The fields that were given, by name, and the record's kind: a record of these is equal."""
+        names = type(self).model_fields
+        return {name: getattr(self, name) for name in names if name in self.model_fields_set or name == "kind"}
+
+    def __dir__(self) -> list[str]:
+        """As of the class."""
+        return sorted({*_added(type(self)), *type(self).model_fields})
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Let help() show the fields with their units, and a signature of names and defaults."""
+        cls.__signature__ = inspect.Signature([_parameter(*item) for item in cls.model_fields.items()])
+        cls._about = inspect.cleandoc(cls.__dict__.get("__doc__") or "")
+        lines = [f"{name}: {field.description}" for name, field in cls.model_fields.items()]
+        cls.__doc__ = "\n".join([cls._about, "", "Fields:", *(f"    {line}" for line in lines)])
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core_schema: Any, handler: Any) -> Any:
+        """The schema's description is the docstring alone: each field has its own."""
+        schema = handler(core_schema)
+        handler.resolve_ref_schema(schema)["description"] = cls._about
+        return schema
+
+
+def _added(cls: type[BaseModel]) -> set[str]:
+    own = {name for base in cls.__mro__ if issubclass(base, Record) and base is not Record for name in vars(base)}
+    return {name for name in own if not name.startswith("_") and name != "model_config"} | {"__doc__"}
+
+
+def _parameter(name: str, field: Any) -> inspect.Parameter:
+    default = inspect.Parameter.empty if field.is_required() else field.get_default(call_default_factory=True)
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default)
+
+
+def plain(value: Any) -> Any:
+    """A value with NumPy's numbers and arrays in it as Python's."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, dict):
+        return {key: plain(inner) for key, inner in value.items()}
+    return [plain(inner) for inner in value] if type(value) in {list, tuple} else value
+
+
+# --- what is said about a bad value ---------------------------------------------------------------------------------
+
+
+def explain(faults: list[Any], record: type) -> str:
+    """The first of pydantic's faults with data of a class, as `key path: what is wrong`, or its name without a path."""
+    fault = min(faults, key=lambda f: f["type"] in {"missing", "too_short"})  # often the echo of another fault
+    others = len([f for f in faults if f["type"] != "too_short"]) - 1
+    more = f" (and {others} more)" if others > 0 else ""
+    return f"{_path(fault) or record.__name__}: {_reason(fault, record)}{more}"
+
+
+def _path(fault: Any) -> str:
+    """Names of union branches, which start with ~, are no part of a key path, nor is pydantic's mark of a key."""
+    path = [part for part in fault["loc"] if isinstance(part, int) or not (part.startswith("~") or part == "[key]")]
+    if fault["type"] == "union_tag_invalid" and fault["ctx"]["tag"] != "~no table":
+        path.append("kind")
+    return written(tuple(part if isinstance(part, int) else part[:MOST_SHOWN] for part in path))
+
+
+def _reason(fault: Any, record: type) -> str:
+    context, value = fault.get("ctx", {}), shown(fault.get("input"))
+    match fault["type"]:
+        case "union_tag_invalid" if context["tag"] == "~no table":
+            return f"{value} is not a table with a `kind`"
+        case "union_tag_invalid" if context["tag"] == "~":
+            return f"missing; it is one of: {_allowed(context)}"
+        case "union_tag_invalid":
+            return _not_one_of(context["tag"].removeprefix("~"), _allowed(context))
+        case "literal_error":
+            return _not_one_of(fault["input"], context["expected"].replace("'", "").replace(" or ", ", "))
+        case "extra_forbidden":
+            return f"unknown key{did_you_mean(fault['loc'][-1], _fields_at(record, fault['loc'][:-1]))}"
+        case "value_error":
+            return str(context["error"])
+        case "float_type" if type(fault["input"]) is int:
+            return f"{value} is beyond double precision"
+        case kind if kind in _REASONS:
+            return _REASONS[kind].format(value=value, **context)
+        case _:
+            return f"{value}: {fault['msg'].removeprefix('Input ').replace(' after validation', '')}"
+
+
+def _not_one_of(value: Any, allowed: str) -> str:
+    return f"{shown(value)} is not one of: {allowed}{did_you_mean(value, allowed.split(', '))}"
+
+
+def _fields_at(record: type, loc: tuple[str | int, ...]) -> list[str]:
+    """The names of the fields of the record at a place in a class of records."""
+    records = [record] if issubclass(record, BaseModel) else []
+    for part in loc:
+        if isinstance(part, str) and part.startswith("~"):
+            records = [r for r in records if "kind" in r.model_fields and r.model_fields["kind"].default == part[1:]]
+        elif isinstance(part, str):
+            annotations = [r.model_fields[part].annotation for r in records if part in r.model_fields]
+            records = [found for annotation in annotations for found in _records_in(annotation)]
+    return [name for r in records for name in r.model_fields]
+
+
+def _records_in(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [found for inner in get_args(annotation) for found in _records_in(inner)]
+
+
+def _allowed(context: Any) -> str:
+    tags = context["expected_tags"].replace("'", "").split(", ")
+    return choices(tag.removeprefix("~") for tag in tags if tag != "~instance")
+
+
+_REASONS = {
+    "missing": "missing",
+    "float_type": "{value} is not a number",
+    "finite_number": "{value} is not a finite number",
+    "float_parsing": "{value} is not a number",
+    "bool_type": "{value} is not true or false",
+    "bool_parsing": "{value} is not true or false",
+    "int_parsing": "{value} is not a whole number",
+    "int_type": "{value} is not a whole number",
+    "int_from_float": "{value} is not a whole number",
+    "greater_than": "{value} is not above {gt:.15g}",
+    "greater_than_equal": "{value} is below {ge:.15g}",
+    "less_than": "{value} is not below {lt:.15g}",
+    "less_than_equal": "{value} is above {le:.15g}",
+    "string_type": "{value} is not text",
+    "path_type": "{value} is not a path",
+    "tuple_type": "{value} is not a list",
+    "dict_type": "{value} is not a table",
+    "model_type": "{value} is not a table",
+    "too_long": "{actual_length} values, where {max_length} are wanted",
+    "too_short": "{actual_length} values, where at least {min_length} are wanted",
+}

@@ -35,10 +35,10 @@ class Drag(BodyEffect):
     and gust m/s in W, frequency rad/s, diameter m (twice the radius of each rod).
     """
 
-    kind: Literal["drag"] = "drag"
+    kind: Literal["drag"] = Field("drag", description="which effect it is")
     sole: ClassVar[str | None] = "a scene has one air"
     density: NotNegative = Field(1.225, description="kg/m³")
-    coefficient: NotNegative = Field(1.1, description="of drag across the rod")
+    coefficient: NotNegative = Field(1.1, description="of drag across the rod, without unit")
     linear: NotNegative = Field(0.0, description="N s/m², linear drag per length of rod")
     wind: Vector = Field((0.0, 0.0, 0.0), description="m/s, in W")
     gust: Vector | None = Field(None, description="m/s, in W, times sin(frequency t)")

@@ -38,8 +38,8 @@ class DryFriction(ContactEffect):
     swing.
     """
 
-    kind: Literal["dry_friction"] = "dry_friction"
-    kinetic: NotNegative  # N m
+    kind: Literal["dry_friction"] = Field("dry_friction", description="which effect it is")
+    kinetic: NotNegative = Field(description="N m, against sliding")
     static: NotNegative | None = Field(None, description="N m; kinetic if absent")
     stribeck: Positive | None = Field(None, description="rad/s, the speed over which friction falls to kinetic")
 
@@ -69,10 +69,12 @@ class Stop(ContactEffect):
     apart end in rest on the stop.
     """
 
-    kind: Literal["stop"] = "stop"
+    kind: Literal["stop"] = Field("stop", description="which effect it is")
     lower: Number | None = Field(None, description="rad; none if absent")
     upper: Number | None = Field(None, description="rad; none if absent")
-    restitution: Annotated[Number, Field(ge=0, le=1)] = 0.0
+    restitution: Annotated[Number, Field(ge=0, le=1)] = Field(
+        0.0, description="rate after an impact over the rate before: 0 stays, 1 loses nothing"
+    )
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:

@@ -3,7 +3,7 @@
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import field_validator
+from pydantic import Field, field_validator
 
 from pendpin.arrays import Array
 from pendpin.effects.base import FieldEffect
@@ -16,9 +16,9 @@ class Gravity(FieldEffect):
     acceleration in m/s² (9.81); direction in the world W, z up ((0, 0, -1)), of any length but zero.
     """
 
-    kind: Literal["gravity"] = "gravity"
-    acceleration: NotNegative = 9.81  # m/s²
-    direction: Vector = (0.0, 0.0, -1.0)
+    kind: Literal["gravity"] = Field("gravity", description="which effect it is")
+    acceleration: NotNegative = Field(9.81, description="m/s²")
+    direction: Vector = Field((0.0, 0.0, -1.0), description="in the world W, z up; of any length but 0")
 
     @field_validator("direction")
     @classmethod

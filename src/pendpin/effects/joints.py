@@ -16,7 +16,7 @@ class Viscous(OnJoints):
     coefficient in N m s/rad. In a lubricated bearing; it matters where the decrement of a free swing does.
     """
 
-    kind: Literal["viscous"] = "viscous"
+    kind: Literal["viscous"] = Field("viscous", description="which effect it is")
     coefficient: NotNegative = Field(description="N m s/rad")
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
@@ -30,7 +30,7 @@ class Spring(OnJoints):
     stiffness in N m/rad, rest in rad, the same for all its joints.
     """
 
-    kind: Literal["spring"] = "spring"
+    kind: Literal["spring"] = Field("spring", description="which effect it is")
     stiffness: NotNegative = Field(description="N m/rad")
     rest: Number = Field(0.0, description="rad")
 
@@ -54,8 +54,8 @@ class Motor(JointEffect):
     -proportional (q - target) - derivative q', in N m/rad, rad, N m s/rad. What is left out is 0.
     """
 
-    kind: Literal["motor"] = "motor"
-    joint: str
+    kind: Literal["motor"] = Field("motor", description="which effect it is")
+    joint: str = Field(description="name of the joint")
     torque: Number | None = Field(None, description="N m")
     amplitude: Number | None = Field(None, description="N m")
     frequency: Positive | None = Field(None, description="rad/s")

@@ -19,8 +19,8 @@ class Push(BodyEffect):
     in rad/s; point in m along the rod from its joint, the centre of mass if absent.
     """
 
-    kind: Literal["push"] = "push"
-    link: str
+    kind: Literal["push"] = Field("push", description="which effect it is")
+    link: str = Field(description="name of the rod: rod_1, rod_2, ...")
     force: Vector = Field(ZERO, description="N, in W")
     torque: Vector = Field(ZERO, description="N m, in W")
     point: Number | None = Field(None, description="m along the rod from the joint; the centre of mass if absent")

@@ -24,7 +24,7 @@ class Rotation(BodyEffect):
     turns with W. On the Earth, the centrifugal force at the pivot is part of the local gravity, and is not added again.
     """
 
-    kind: Literal["rotation"] = "rotation"
+    kind: Literal["rotation"] = Field("rotation", description="which effect it is")
     sole: ClassVar[str | None] = "W turns about one axis at one rate"
     latitude: Annotated[Number, Field(ge=-90, le=90)] | None = Field(None, description="degrees")
     rate: Vector | None = Field(None, description="rad/s, in W")

@@ -22,7 +22,7 @@ class Support(FrameEffect):
     the field -position''. What a run tells (positions, velocities, energies) is relative to the pivot.
     """
 
-    kind: Literal["support"] = "support"
+    kind: Literal["support"] = Field("support", description="which effect it is")
     amplitude: Vector | None = Field(None, description="m, in W")
     frequency: Positive | None = Field(None, description="rad/s")
     phase: Number = Field(0.0, description="rad")
