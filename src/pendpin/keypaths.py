@@ -4,6 +4,7 @@ Error messages, Scene.replace and the command line use them. A name with other c
 stands in quotes: `start.positions.'left hip'`.
 """
 
+import ast
 import re
 
 from pendpin.errors import InputError, shown
@@ -11,7 +12,7 @@ from pendpin.errors import InputError, shown
 KeyPath = tuple[str | int, ...]  # names of fields or joints, and places in lists
 
 _PLAIN = re.compile(r"[\w-]+")
-_PART = re.compile(r"""\[(\d{1,9})\]|\.?(?:([\w-]+)|'((?:[^'\\]|\\.)*)'|"((?:[^"\\]|\\.)*)")""")
+_PART = re.compile(r"""\[(\d{1,9})\]|\.?(?:([\w-]+)|('(?:[^'\\\n]|\\.)*'|"(?:[^"\\\n]|\\.)*"))""")
 
 
 def written(path: KeyPath) -> str:
@@ -21,7 +22,7 @@ def written(path: KeyPath) -> str:
         if isinstance(part, int):
             text += f"[{part}]"
         else:
-            name = part if _PLAIN.fullmatch(part) else "'" + re.sub(r"(['\\])", r"\\\1", part) + "'"
+            name = part if _PLAIN.fullmatch(part) else repr(part)
             text += f".{name}" if text else name
     return text
 
@@ -35,8 +36,14 @@ def parsed(text: str) -> KeyPath:
         dotted = found is not None and text[place] == "."
         if found is None or dotted != (bool(parts) and found[1] is None):
             raise InputError(f"{shown(text)} is not a key path, such as model.rods[0].mass or start.positions.theta_1")
-        index, plain, *quoted = found.groups()
-        name = plain or re.sub(r"\\(.)", r"\1", next((part for part in quoted if part is not None), ""))
-        parts.append(int(index) if index else name)
+        index, plain, quoted = found.groups()
+        parts.append(int(index) if index else plain or _unquoted(quoted))
         place = found.end()
     return tuple(parts)
+
+
+def _unquoted(literal: str) -> str:
+    try:
+        return ast.literal_eval(literal)
+    except (SyntaxError, ValueError):
+        raise InputError(f"{shown(literal)} is not a name in quotes") from None

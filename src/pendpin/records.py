@@ -80,13 +80,13 @@ def _parameter(name: str, field: Any) -> inspect.Parameter:
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default)
 
 
-def plain(value: Any) -> Any:
-    """A value with NumPy's numbers and arrays in it as Python's."""
+def plain(value: Any, depth: int = 8) -> Any:
+    """A value with NumPy's numbers and arrays in it, so many levels deep, as Python's."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    if isinstance(value, dict):
-        return {key: plain(inner) for key, inner in value.items()}
-    return [plain(inner) for inner in value] if type(value) in {list, tuple} else value
+    if isinstance(value, dict) and depth:
+        return {key: plain(inner, depth - 1) for key, inner in value.items()}
+    return [plain(inner, depth - 1) for inner in value] if type(value) in {list, tuple} and depth else value
 
 
 # --- what is said about a bad value ---------------------------------------------------------------------------------
