@@ -64,6 +64,7 @@ def print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> Non
         "energy drift": f"{trajectory.energy().drift:.1e} of the energy moved" if stats.conservative else "",
         "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
         "cross-check": report and f"{report.worst.relative:.1e} at worst, {report.worst.quantity} along the run",
+        "note": "; ".join(stats.notes),
         "files": ", ".join(str(file) for file in files),
     }
     rows |= {f"work of {kind}": f"{work[-1]:+.6g} J" for kind, work in trajectory.work.items()}

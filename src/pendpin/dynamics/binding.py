@@ -45,7 +45,7 @@ def bind_loads(model: Model, effects: Sequence[Effect], xp: Any = np, start: flo
     wrenches: list[Wrench] = []
     for effect, where in in_order(effects):
         if isinstance(effect, FieldEffect) and not effect.constant:
-            varying.append(_readable(effect, where, xp, since(start, effect, partial(effect.field, xp=xp))))
+            varying.append(_readable(effect, where, xp, field_since(start, effect, "field", xp)))
         elif isinstance(effect, JointEffect):
             torques.append(_readable(effect, where, xp, since(start, effect, joint_torque(model, effect, where, xp))))
         elif isinstance(effect, BodyEffect):
@@ -107,6 +107,13 @@ def since(start: float, effect: Effect, function: Any) -> Any:
     """A function of time, of one effect, as one of the time since `start`, so that late times cost a run no digits."""
     early = _in_first_period(start, effect)
     return (lambda t, *state: function(early + t, *state)) if early else function
+
+
+def field_since(start: float, effect: FieldEffect, name: str, xp: Any = np) -> Callable[[float], Array]:
+    """A function of time of a field, by its name, as one of the time since `start`."""
+    moved, early = effect.since(start)
+    function = partial(getattr(moved, name), xp=xp)
+    return since(start, effect, function) if early else function
 
 
 def _in_first_period(start: float, effect: Effect) -> float:
@@ -182,9 +189,9 @@ def surroundings(effects: Sequence[Effect], xp: Any = np, start: float = 0.0) ->
     frames = [effect for effect in ordered if isinstance(effect, FrameEffect)]
     fields = [effect for effect in ordered if isinstance(effect, FieldEffect) and not isinstance(effect, FrameEffect)]
     steady = sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3))
-    varying = [since(start, effect, partial(effect.field, xp=xp)) for effect in fields if not effect.constant]
-    positions = [since(start, effect, partial(effect.position, xp=xp)) for effect in frames]
-    velocities = [since(start, effect, partial(effect.velocity, xp=xp)) for effect in frames]
+    varying = [field_since(start, effect, "field", xp) for effect in fields if not effect.constant]
+    positions = [field_since(start, effect, "position", xp) for effect in frames]
+    velocities = [field_since(start, effect, "velocity", xp) for effect in frames]
 
     def complete(t: float, motion: Motion) -> Motion:
         motion = motion._replace(gravity=sum((field(t) for field in varying), steady))

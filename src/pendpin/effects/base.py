@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from pendpin.arrays import Array, applied, cross
+from pendpin.effects.pace import Pace
 from pendpin.errors import shown
 from pendpin.records import Record
 
@@ -26,6 +27,21 @@ class Effect(Record):
     def smooth(self) -> bool:
         """Whether it has all derivatives and needs no more than xp: False keeps it from being run on symbols."""
         return True
+
+    def since(self, start: float) -> tuple["Effect", float]:
+        """An effect and a time in s: at that time and later it does what this one does at `start` and later.
+
+        An early time keeps more digits than a late one.
+        """
+        return self, start
+
+    def pace(self, begin: float, end: float, negligible: float) -> Pace | None:
+        """How fast the effect changes with time from `begin` to `end`, in s, where positions and rates do not change.
+
+        What is smaller than `negligible` of the largest value may be left out. None where this is not known: then the
+        run samples the effect, if it reads the time, and says so.
+        """
+        return None
 
     def check(self, begin: float, end: float) -> None:
         """Raises ValueError where the effect does not last from `begin` to `end`, in s."""

@@ -7,6 +7,7 @@ from pydantic import Field, Strict, model_validator
 
 from pendpin.arrays import Array, cross, dot
 from pendpin.effects.base import Bodies, BodyEffect, Motion
+from pendpin.effects.pace import Pace
 from pendpin.records import NotNegative, Positive, Vector
 
 POINTS = 12  # Gauss-Legendre points in each of the two parts of a rod: at worst 2e-6 of the integral (docs/effects.md)
@@ -63,6 +64,10 @@ class Drag(BodyEffect):
     def axial(self) -> bool:
         """False: what acts on the axis does not turn a rod about it."""
         return False
+
+    def pace(self, begin: float, end: float, negligible: float) -> Pace:
+        """How fast it changes with time from `begin` to `end`, in s."""
+        return Pace.sinusoid(self.frequency)
 
     def air(self, t: Any, xp: Any = np) -> Array:
         """The velocity of the air over the ground at time t, (3,) in m/s."""

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from pendpin.arrays import Array
 from pendpin.effects.base import JointEffect, OnJoints
+from pendpin.effects.pace import Pace
 from pendpin.records import NotNegative, Number, Positive
 
 
@@ -89,6 +90,10 @@ class Motor(JointEffect):
     def holds(self) -> bool:
         """Whether it holds its joint, rather than drives it."""
         return self.proportional is not None or self.derivative is not None
+
+    def pace(self, begin: float, end: float, negligible: float) -> Pace:
+        """How fast it changes with time from `begin` to `end`, in s."""
+        return Pace.sinusoid(self.frequency)
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
         """The given torque, or that of the controller, (1,) N m."""

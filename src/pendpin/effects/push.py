@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from pendpin.arrays import Array, cross
 from pendpin.effects.base import Bodies, BodyEffect, Motion
+from pendpin.effects.pace import Pace
 from pendpin.records import Number, Positive, Vector
 
 ZERO: Vector = (0.0, 0.0, 0.0)
@@ -42,6 +43,10 @@ class Push(BodyEffect):
     def axial(self) -> bool:
         """Whether there is a torque: a force on the axis does not turn a rod about it."""
         return any(self.torque)
+
+    def pace(self, begin: float, end: float, negligible: float) -> Pace:
+        """How fast it changes with time from `begin` to `end`, in s."""
+        return Pace.sinusoid(self.frequency)
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """The force (1, 3) N and its moment (1, 3) N m about the centre of mass, W."""

@@ -8,7 +8,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pendpin.arrays import Array
-from pendpin.effects.base import FrameEffect
+from pendpin.effects.base import Effect, FrameEffect
+from pendpin.effects.pace import Pace
 from pendpin.effects.track import Track, read_track
 from pendpin.errors import InputError, inside
 from pendpin.records import Number, Positive, Vector
@@ -57,11 +58,21 @@ class Support(FrameEffect):
 
     def check(self, begin: float, end: float) -> None:
         """Raises ValueError where the rows of the csv do not reach from `begin` to `end`, in s."""
-        if self.track and not self.track.start <= begin <= end <= self.track.end:
+        if self.track and np.isnan(self.track.position(np.array([begin, end]))).any():
             raise ValueError(
                 f"{self.csv}: its times, {self.track.start:.9g} to {self.track.end:.9g} s, do not cover the run, "
                 f"{begin:.9g} to {end:.9g} s"
             )
+
+    def since(self, start: float) -> tuple[Effect, float]:
+        """The support with its time counted from `start` in s: a track keeps all digits of its times."""
+        if self.track is None:
+            return super().since(start)
+        return self.model_copy(update={"track": self.track.since(start)}), 0.0
+
+    def pace(self, begin: float, end: float, negligible: float) -> Pace:
+        """How fast it changes with time from `begin` to `end`, in s."""
+        return self.track.pace(begin, end, negligible) if self.track else Pace.sinusoid(self.frequency)
 
     def position(self, t: Any, xp: Any = np) -> Array:
         """Where the pivot is, (3,) m in W's axes; times (n,) give (n, 3)."""

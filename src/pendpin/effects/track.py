@@ -1,13 +1,17 @@
 """A path over time, read from a CSV file of positions and splined."""
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from decimal import Decimal, localcontext
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.effects.pace import Pace, intervals_for, measured
 from pendpin.errors import InputError, shown
 from pendpin.files import read_whole
 from pendpin.records import LARGEST
@@ -15,6 +19,8 @@ from pendpin.records import LARGEST
 COLUMNS = ("t", "x", "y", "z")
 MAX_BYTES = 5_000_000  # more takes seconds
 DEGREE = 5  # of the spline: accelerations with two continuous derivatives
+ROUNDING = 4e-14  # of positions, and of times times speeds: what it makes of second differences, with a margin
+DIGITS = 60  # of times, before they are counted from the first row
 LONGEST_GAP = 50  # median intervals; what a spline does in a longer one has nothing to do with the motion
 
 
@@ -22,14 +28,67 @@ LONGEST_GAP = 50  # median intervals; what a spline does in a longer one has not
 class Track:
     """Positions (3,) in m over time in s, and their derivatives.
 
-    Each function takes one time or many, and is NaN outside.
+    Each function takes one time or many, and is NaN outside. The spline counts its time from the first row, whose own
+    time is kept with all its digits: a track of the year 2026 in seconds since 1970 is as good as one from 0.
     """
 
-    start: float
-    end: float
-    position: Callable[[Array], Array]
-    velocity: Callable[[Array], Array]
-    acceleration: Callable[[Array], Array]
+    first: Decimal  # s, of the first row
+    length: float  # s
+    spline: Any  # scipy's PPoly: positions (n, 3) at times (n,) since the first row
+
+    @property
+    def start(self) -> float:
+        """The time of the first row in s."""
+        return float(self.first)
+
+    @property
+    def end(self) -> float:
+        """The time of the last row in s."""
+        return float(self.first + Decimal(self.length))
+
+    def since(self, start: float) -> "Track":
+        """The same track with its time counted from `start` in s."""
+        with localcontext(prec=DIGITS):
+            return replace(self, first=self.first - Decimal(start))
+
+    def pace(self, begin: float, end: float, negligible: float) -> Pace:
+        """How fast the acceleration changes from `begin` to `end`, in s, but for `negligible` of its largest value."""
+        knots = self.spline.x
+        a, b = self._own(np.array([begin, end]))
+        rows = np.concatenate([[a], knots[(knots > a) & (knots < b)], [b]])
+        places = np.linspace(0, len(rows) - 1, intervals_for(len(rows) - 1) + 1)
+        t = np.interp(places, np.arange(len(rows)), rows)
+        gaps = np.diff(rows)[np.minimum(places, len(rows) - 2).astype(int)]
+        size = np.abs(self.spline(rows)).max() + self.length * np.abs(self.spline(rows, 1)).max()
+        rounding = ROUNDING * size / gaps**2
+        found = measured(t, self.spline(t, 2), negligible, rounding)
+        return found._replace(corners=found.corners - a + begin)
+
+    def position(self, t: Array) -> Array:
+        """Where it is at times (...) in s, (..., 3) in m."""
+        return self.spline(self._own(t))
+
+    def velocity(self, t: Array) -> Array:
+        """(..., 3) in m/s."""
+        return self.spline(self._own(t), 1)
+
+    def acceleration(self, t: Array) -> Array:
+        """(..., 3) in m/s²."""
+        return self.spline(self._own(t), 2)
+
+    def _own(self, t: Array) -> Array:
+        """Times since the first row; those outside by no more than rounding are put on the first or last row."""
+        start, rest, rounding = self._origin
+        own = np.subtract(t, start) - rest
+        inside = np.minimum(np.maximum(own, 0.0), self.length)
+        return np.where(np.abs(own - inside) <= rounding, inside, np.nan)
+
+    @cached_property
+    def _origin(self) -> tuple[float, float, float]:
+        """The time of the first row, what that double leaves out, and what rounding the times themselves may have, in s."""
+        with localcontext(prec=DIGITS):
+            rest = float(self.first - Decimal(self.start))
+        return self.start, rest, 4 * float(np.spacing(max(abs(self.start), abs(self.end))))
 
 
 def read_track(path: Path) -> Track:
@@ -40,30 +99,35 @@ def read_track(path: Path) -> Track:
     """
     text = read_whole(path, MAX_BYTES, "a CSV of positions")
     try:
-        rows = np.array(list(_rows(text.decode("utf-8-sig"))))
+        rows = list(_rows(text.decode("utf-8-sig")))
     except UnicodeDecodeError as error:
         raise InputError(f"not a CSV file: byte {error.start} is not UTF-8 text") from None
     if len(rows) < 2:
         raise InputError(f"{len(rows)} positions, where at least 2 are wanted")
-    _refuse_gaps(rows[:, 0])
-    return _splined(rows[:, 0], rows[:, 1:])
+    first = rows[0][0]
+    with localcontext(prec=DIGITS):
+        t = np.array([float(time - first) for time, *_ in rows])
+    _refuse_gaps(t, float(first))
+    return Track(first, float(t[-1]), _splined(t, np.array([position for _, *position in rows])))
 
 
-def _rows(text: str) -> Iterator[tuple[float, ...]]:
-    before, first = -math.inf, True
+def _rows(text: str) -> Iterator[tuple[Any, ...]]:
+    """The time of each row, with all its digits, and x, y, z."""
+    before, heading = None, True
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip() or line.startswith("#"):
             continue
         cells = tuple(cell.strip() for cell in line.split(","))
-        if first and cells == COLUMNS:
-            first = False
+        if heading and cells == COLUMNS:
+            heading = False
             continue
-        first = False
-        row = _row(number, cells)
-        if not row[0] > before:
-            raise InputError(f"line {number}: t = {row[0]:.15g} does not come after {before:.15g}")
-        before = row[0]
-        yield row
+        heading = False
+        _, *position = _row(number, cells)
+        time = Decimal(cells[0])
+        if before is not None and not float(time - before) > 0:
+            raise InputError(f"line {number}: t = {time:.15g} does not come after {before:.15g}")
+        before = time
+        yield time, *position
 
 
 def _row(number: int, cells: tuple[str, ...]) -> tuple[float, ...]:
@@ -86,17 +150,19 @@ def _value(number: int, name: str, cell: str) -> float:
     return value
 
 
-def _refuse_gaps(t: Array) -> None:
+def _refuse_gaps(t: Array, first: float) -> None:
+    """Raise InputError where rows at times t (n,), in s since the first, are too far apart for a spline."""
     steps = np.diff(t)
     longest = int(np.argmax(steps))
     if steps[longest] > LONGEST_GAP * np.median(steps):
         raise InputError(
-            f"nothing between t = {t[longest]:.9g} and {t[longest + 1]:.9g}, where a row comes every "
+            f"nothing between t = {first + t[longest]:.9g} and {first + t[longest + 1]:.9g}, where a row comes every "
             f"{np.median(steps):.3g} s: a spline cannot fill that gap"
         )
 
 
-def _splined(t: Array, positions: Array) -> Track:
+def _splined(t: Array, positions: Array) -> Any:
+    """The spline through positions (n, 3) in m at times t (n,) in s since the first row."""
     from scipy.interpolate import PPoly, make_interp_spline
 
     with np.errstate(all="ignore"):
@@ -104,8 +170,7 @@ def _splined(t: Array, positions: Array) -> Track:
             columns = [PPoly.from_spline(make_interp_spline(t, x, k=min(DEGREE, len(t) - 1))) for x in positions.T]
         except ValueError as error:
             raise InputError(f"no spline goes through its positions: {error}") from None
-    spline = PPoly(np.stack([column.c for column in columns], -1), columns[0].x, extrapolate=False)
-    velocity, acceleration = spline.derivative(1), spline.derivative(2)
-    if not (np.isfinite(spline.c).all() and np.isfinite(acceleration.c).all()):
+    spline = PPoly(np.stack([column.c for column in columns], -1), columns[0].x)
+    if not (np.isfinite(spline.c).all() and np.isfinite(spline.derivative(2).c).all()):
         raise InputError("its positions are too large, or too close in time, for accelerations")
-    return Track(float(t[0]), float(t[-1]), spline, velocity, acceleration)
+    return spline

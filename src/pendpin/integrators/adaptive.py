@@ -30,12 +30,21 @@ class Adaptive(Integrator):
         self.version = version(self.library)
 
     def integrate(
-        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+        self,
+        derivative: Derivative,
+        y: Array,
+        times: Array,
+        first_step: float | None,
+        memory: Memory | None = None,
+        longest: float = np.inf,
     ) -> Segment:
         """The states (n, size) by CyRK or SciPy, within the tolerance a step."""
-        return self._solve(derivative, y, times, first_step and min(first_step, (times[-1] - times[0]) / 2))
+        first_step = first_step and min(first_step, (times[-1] - times[0]) / 2, longest)
+        return self._solve(derivative, y, times, first_step, longest)
 
-    def _cyrk(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Segment:
+    def _cyrk(
+        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, longest: float
+    ) -> Segment:
         result = self._cyrk_solve(
             derivative,
             (times[0], times[-1]),
@@ -45,13 +54,16 @@ class Adaptive(Integrator):
             rtol=self.tolerance,
             atol=self.tolerance,
             first_step=first_step or 0.0,
+            max_step=longest,
             pass_dy_as_arg=True,
         )
         states = np.array(result.y).T.copy() if np.size(result.y) else np.array(y[None])  # it may fail at once
         failure = None if result.success else result.message
         return Segment(*finite_part(states, result.steps_taken, failure))
 
-    def _scipy(self, derivative: Derivative, y: Array, times: Array, first_step: float | None) -> Segment:
+    def _scipy(
+        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, longest: float
+    ) -> Segment:
         states, steps, failure, function = [np.array(y)], 0, None, returning(derivative)
         try:
             solver = self._scipy_method(
@@ -62,6 +74,7 @@ class Adaptive(Integrator):
                 rtol=max(self.tolerance, LEAST_RTOL),
                 atol=self.tolerance,
                 first_step=first_step,
+                max_step=longest,
             )
             while solver.status == "running":
                 failure = solver.step()

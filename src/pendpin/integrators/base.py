@@ -1,5 +1,6 @@
 """What every integrator offers."""
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -39,6 +40,7 @@ class Run:
     compile_seconds: float = 0.0
     failure: str | None = None  # why it ended before its time
     ended: type[RunError] = RunError  # what a failure is
+    notes: tuple[str, ...] = ()  # what a reader of the run should know
 
     def cut(self, count: int, why: str) -> "Run":
         """The run up to so many samples, and why it ends there."""
@@ -67,9 +69,16 @@ class Integrator(ABC):
 
     @abstractmethod
     def integrate(
-        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+        self,
+        derivative: Derivative,
+        y: Array,
+        times: Array,
+        first_step: float | None,
+        memory: Memory | None = None,
+        longest: float = math.inf,
     ) -> Segment:
         """The states at `times` (n,), from y at times[0]; `first_step` in s is a proposal, where there is one.
 
+        `longest` bounds the steps in s, but for methods of fixed step, which are told theirs.
         `memory` is that of the segment before, if there was one; it may hold more.
         """

@@ -44,7 +44,13 @@ class FixedStep(Integrator):
         self.step, self.library, self.version = step, "numpy", np.__version__
 
     def integrate(
-        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+        self,
+        derivative: Derivative,
+        y: Array,
+        times: Array,
+        first_step: float | None,
+        memory: Memory | None = None,
+        longest: float = np.inf,
     ) -> Segment:
         """The states (n, size), each interval of output times cut into equal steps."""
         y, states, steps = np.array(y), np.full((len(times), len(y)), np.nan), 0

@@ -99,7 +99,13 @@ class Gauss(Integrator):
         return _State.at(q, self._form.momentum(q, v), len(self.rule.b)).memory
 
     def integrate(
-        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+        self,
+        derivative: Derivative,
+        y: Array,
+        times: Array,
+        first_step: float | None,
+        memory: Memory | None = None,
+        longest: float = np.inf,
     ) -> Segment:
         """The states (n, size) by collocation; what is integrated beside the motion goes by the same rule."""
         self._state, others = _State.recalled(memory or self.memory(y)), y[2 * self._nv :]

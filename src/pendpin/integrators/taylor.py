@@ -22,6 +22,7 @@ MAX_JOINTS = 20  # ten rods compile in about half a minute
 SMALL = 2  # joints, up to which the code is written out whole
 HIGH = 1e-15  # tolerances below are met with compensated sums in the series
 FIRST_STEP = float(np.exp(-2))  # of the radius of convergence: the best there is (Jorba, Zou)
+SERIES = 2.0  # times the shortest time of an effect: the longest step of a series, which knows all derivatives
 STEPS_AT_ONCE = 4096  # between two calls of the watcher
 
 
@@ -52,20 +53,28 @@ class Taylor(Integrator):
         return {"series": y}
 
     def integrate(
-        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+        self,
+        derivative: Derivative,
+        y: Array,
+        times: Array,
+        first_step: float | None,
+        memory: Memory | None = None,
+        longest: float = np.inf,
     ) -> Segment:
         """The states (n, size) from the series of each step."""
         series, before, size = self._integrator, self._steps, len(self._integrator.state)
         if len(y) > size:
             raise InputError("energy_balance: taylor does not integrate work; these methods do: " + ", ".join(NAMES))
         series.time, series.state[:] = times[0], (memory or self.memory(y))["series"]
-        if times[0] == 0:
-            self._set_out(float(times[1]))
+        if first_step is None:
+            self._set_out(min(float(times[1] - times[0]), longest))
         states, failure = y[None], None
         while len(states) < len(times) and failure is None:
             self._progress(series.time)
             ahead = np.concatenate([[series.time], times[len(states) :]])
-            outcome, _, _, steps, _, found = series.propagate_grid(ahead, max_steps=STEPS_AT_ONCE)
+            outcome, _, _, steps, _, found = series.propagate_grid(
+                ahead, max_steps=STEPS_AT_ONCE, max_delta_t=SERIES * longest
+            )
             states, self._steps = np.concatenate([states, found[1:]]), self._steps + steps
             if outcome == self._heyoka.taylor_outcome.err_nf_state:
                 failure = NOT_FINITE

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import bodies_of, body_wrench, in_order, joint_torque, since, surroundings
+from pendpin.dynamics.binding import bodies_of, body_wrench, field_since, in_order, joint_torque, since, surroundings
 from pendpin.dynamics.dynamics import Dynamics, Potential
 from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.engines import Derivative
@@ -61,7 +61,7 @@ def _power(dynamics: Dynamics, effect: Effect, where: str, complete: Callable[[f
         torque = since(start, effect, joint_torque(model, effect, where))
         return lambda t, y: float(torque(t, y[:nv], y[nv:]) @ y[nv:])
     if isinstance(effect, FieldEffect):
-        field = since(start, effect, effect.field)
+        field = field_since(start, effect, "field")
         return lambda t, y: float(bodies.mass @ (_centre_velocities(bodies.com, engine.motion(y)) @ field(t)))
     assert isinstance(effect, BodyEffect)
     wrench = since(start, effect, body_wrench(model, effect, where))

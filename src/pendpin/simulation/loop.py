@@ -9,6 +9,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import Dynamics
+from pendpin.effects.pace import Pace
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, Interrupted, RunError
 from pendpin.integrators import Integrator, Run
@@ -29,14 +30,10 @@ class IntegrationLoop(ABC):
         balance: EnergyBalance | None,
         times: Array,
         progress: ProgressCallback,
+        pace: Pace,
     ) -> None:
-        self.integrator, self.dynamics, self.balance, self.times, self.progress = (
-            integrator,
-            dynamics,
-            balance,
-            times,
-            progress,
-        )
+        self.integrator, self.dynamics, self.balance = integrator, dynamics, balance
+        self.times, self.progress, self.pace = times, progress, pace
         self.nv, self.accounts = len(dynamics.model.joints), len(balance.kinds) if balance else 0
 
     @abstractmethod

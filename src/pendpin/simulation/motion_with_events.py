@@ -7,6 +7,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.dynamics.contacts import Mode
 from pendpin.dynamics.dynamics import Dynamics
+from pendpin.effects.pace import Pace
 from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
 from pendpin.errors import InputError, RunError
 from pendpin.integrators import Adaptive, Integrator
@@ -30,10 +31,11 @@ class LoopWithEvents(IntegrationLoop):
         balance: EnergyBalance | None,
         times: Array,
         progress: ProgressCallback,
+        pace: Pace,
     ) -> None:
         assert dynamics.contacts is not None
         assert isinstance(integrator, Adaptive)
-        super().__init__(integrator, dynamics, balance, times, progress)
+        super().__init__(integrator, dynamics, balance, times, progress, pace)
         self.contacts, self.method, self.tolerance, self.calls = (
             dynamics.contacts,
             integrator.method,

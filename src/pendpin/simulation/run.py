@@ -1,10 +1,13 @@
 """Running a scene with its solver: its motion is integrated, its wrenches and energies are computed, and it is checked."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.contact_binding import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind, reactions
+from pendpin.dynamics.timing import timing
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
 from pendpin.integrators import Run, automatic, integrator_for, taylor_takes
@@ -47,9 +50,12 @@ def run_scene(
     integrator = integrator_for(scene, dynamics)
     balance = EnergyBalance(dynamics, scene.effects) if energy_balance else None
     way = SmoothLoop if dynamics.contacts is None else LoopWithEvents
-    loop = way(integrator, dynamics, balance, scene.times, Patience(scene.duration, limit, progress))
+    found = timing(dynamics, scene.effects, q, v, scene.duration, scene.solver.tolerance)
+    loop = way(integrator, dynamics, balance, scene.times, Patience(scene.duration, limit, progress), found.pace)
     saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name)) if checkpoint else Saver()
-    return _finished(scene, dynamics, balance, integrate_to_end(loop, q, v, saver), saver.note)
+    notes = found.notes(scene.duration, scene.solver.step)
+    run = replace(integrate_to_end(loop, q, v, saver), notes=notes)
+    return _finished(scene, dynamics, balance, run, saver.note)
 
 
 def _finished(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, note: str) -> Trajectory:
@@ -134,6 +140,7 @@ def _fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, ru
             *(solver.method, solver.tolerance, solver.step),
             *(run.steps, run.evaluations, run.events, run.seconds, run.compile_seconds),
             *(dynamics.engine.name, run.library, run.version, dynamics.conservative, run.failure),
+            notes=run.notes,
         ),
         work={} if balance is None else balance.close(run.work, run.q, poses),
         scene=scene.model_dump(mode="json"),

@@ -1,11 +1,15 @@
 """A motion without contacts: an integrator goes over the output times, segment by segment."""
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import Dynamics
+from pendpin.effects.pace import Pace
 from pendpin.engines import ProgressCallback
-from pendpin.integrators import Integrator
+from pendpin.integrators import Integrator, Memory, Segment
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.energy_balance import EnergyBalance
 from pendpin.simulation.loop import IntegrationLoop
@@ -26,8 +30,9 @@ class SmoothLoop(IntegrationLoop):
         balance: EnergyBalance | None,
         times: Array,
         progress: ProgressCallback,
+        pace: Pace,
     ) -> None:
-        super().__init__(integrator, dynamics, balance, times, progress)
+        super().__init__(integrator, dynamics, balance, times, progress, pace)
         self.library, self.version = integrator.library, integrator.version
         self._engine = dynamics.engine
         self._derivative, self._evaluations = integrator.equations(self._engine, progress)
@@ -52,7 +57,7 @@ class SmoothLoop(IntegrationLoop):
         y, ahead, first_step = done.carried["y"], int(done.carried["ahead"]), float(done.carried["first_step"])
         span, last = self.times[done.n - 1 :][: ahead + 1], done.samples[-1]
         before, start = self._evaluations(), np.concatenate([y, last[2 * self.nv :]])
-        segment = self.integrator.integrate(self._derivative, start, span, first_step or None, done.carried)
+        segment = self._integrate(start, span, first_step or None, done.carried)
         took = self._evaluations() - before
         states, work = np.split(segment.y, [len(y)], axis=1)
         q, v = self._engine.unpack(span[1 : len(states)], states[1:], last[: self.nv])
@@ -63,3 +68,18 @@ class SmoothLoop(IntegrationLoop):
             **segment.memory,
         }
         return done.grown(np.concatenate([q, v, work[1:]], 1), carried, segment.steps, took), segment.failure
+
+    def _integrate(self, y: Array, span: Array, first_step: float | None, memory: Memory) -> Segment:
+        """From y over the output times `span` (n,), anew from each corner of the pace on."""
+        corners = self.pace.corners[(self.pace.corners > span[0]) & (self.pace.corners < span[-1])]
+        bounds, rows, steps = np.concatenate([span[:1], corners, span[-1:]]), y[None], 0
+        first_step = None if span[0] in self.pace.corners else first_step
+        for (begin, end), longest in zip(pairwise(bounds), self.pace.at(bounds[:-1]), strict=True):
+            due = span[(span > begin) & (span <= end)]
+            times = np.concatenate([[begin], due, [] if len(due) and due[-1] == end else [end]])
+            part = self.integrator.integrate(self._derivative, y, times, first_step, memory, float(longest))
+            rows, steps = np.concatenate([rows, part.y[1 : len(due) + 1]]), steps + part.steps
+            if part.failure or end == span[-1]:
+                return replace(part, y=rows, steps=steps)
+            y, memory, first_step = part.y[-1], part.memory, None
+        raise AssertionError

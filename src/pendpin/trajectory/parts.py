@@ -56,6 +56,7 @@ class Stats:
     accuracy: float | None = None  # the largest tip error over the chain's length that was asked for
     error: float | None = None  # the one that is estimated
     all_seconds: float | None = None  # of every run that led to this one
+    notes: tuple[str, ...] = ()  # what a reader of the run should know
 
     @property
     def setting(self) -> str:

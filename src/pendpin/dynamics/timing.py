@@ -1,0 +1,106 @@
+"""How fast the effects of a scene change over a run: where its integration breaks, and the longest steps it may take."""
+
+import dis
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.binding import body_wrench, field_since, joint_torque, since, surroundings
+from pendpin.dynamics.dynamics import Dynamics
+from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect
+from pendpin.effects.pace import Pace, intervals_for, measured, together
+
+SAMPLES = intervals_for(1024)  # of an effect that cannot say how fast it changes: intervals over the run
+NEGLIGIBLE = 1e-10  # of an effect, for methods without a tolerance
+
+
+class Timing(NamedTuple):
+    """The pace of a run, in s since its start."""
+
+    pace: Pace  # of all effects at once
+    fastest: tuple[tuple[str, float], ...]  # each effect that changes with time, and its shortest time in s
+    sampled: tuple[str, ...]  # the effects that could not say
+
+    def notes(self, duration: float, step: float | None) -> tuple[str, ...]:
+        """What a reader should know of a run of `duration` s, with a fixed step in s if it has one."""
+        said = [
+            f"{name} does not say how fast it changes with time: it was sampled every {duration / SAMPLES:.3g} s, "
+            "and what is shorter may be missed; give it a `pace`"
+            for name in self.sampled
+        ]
+        said += [
+            f"{name} changes within {shortest:.3g} s: take a smaller step than {step:g} s"
+            for name, shortest in self.fastest
+            if step is not None and step > shortest
+        ]
+        return tuple(said)
+
+
+def timing(
+    dynamics: Dynamics, effects: Sequence[Effect], q: Array, v: Array, duration: float, tolerance: float | None
+) -> Timing:
+    """The pace of a scene's effects over a run from q, v (nv,), of `duration` s."""
+    paces, fastest, sampled = [], [], []
+    for i, effect in enumerate(effects):
+        name, function = f"effects[{i}] ({effect.kind})", _METHODS.get(_interface(effect))
+        if function is None or not duration or not _reads_time(effect, function):
+            continue
+        pace = _declared(effect, function, dynamics.start, duration, tolerance or NEGLIGIBLE)
+        if pace is None:
+            sampled.append(name)
+            pace = _sampled(dynamics, effects, i, q, v, duration, tolerance or NEGLIGIBLE)
+        paces.append(pace)
+        fastest.append((name, float(np.min(pace.shortest))))
+    return Timing(together(paces), tuple(fastest), tuple(sampled))
+
+
+_METHODS = {FrameEffect: "acceleration", FieldEffect: "field", JointEffect: "torques", BodyEffect: "wrench"}
+
+
+def _interface(effect: Effect) -> type[Effect] | None:
+    return next((interface for interface in _METHODS if isinstance(effect, interface)), None)
+
+
+def _owner(effect: Effect, name: str) -> type:
+    return next(kind for kind in type(effect).__mro__ if name in vars(kind))
+
+
+def _reads_time(effect: Effect, name: str) -> bool:
+    """Whether the code of an effect's method reads its first argument, the time."""
+    code = getattr(vars(_owner(effect, name))[name], "__code__", None)
+    return code is None or any(step.argval == code.co_varnames[1] for step in dis.get_instructions(code))
+
+
+def _declared(effect: Effect, name: str, start: float, duration: float, negligible: float) -> Pace | None:
+    """The pace that an effect declares; None from one that has a newer method than its pace is for."""
+    if not issubclass(_owner(effect, "pace"), _owner(effect, name)):
+        return None
+    moved, early = effect.since(start)
+    pace = moved.pace(early, early + duration, negligible)
+    return pace and pace._replace(corners=np.asarray(pace.corners, float) - early, shortest=np.asarray(pace.shortest))
+
+
+def _sampled(
+    dynamics: Dynamics, effects: Sequence[Effect], i: int, q: Array, v: Array, duration: float, negligible: float
+) -> Pace:
+    """The pace of one effect from its values at two states, that of the start and one that is nothing special."""
+    t, away = np.linspace(0.0, duration, SAMPLES + 1), np.sin(1.0 + np.arange(len(q)))
+    values = _values(dynamics, effects, i)
+    samples = [[values(time, q, v), values(time, q + away, v + away)] for time in t]
+    return measured(t, np.nan_to_num(np.array(samples, float).reshape(len(t), -1)), negligible)
+
+
+def _values(dynamics: Dynamics, effects: Sequence[Effect], i: int) -> Callable[[float, Array, Array], Any]:
+    """What an effect exerts at a time since the start and a state q, v (nv,)."""
+    effect, start, model, where = effects[i], dynamics.start, dynamics.model, f"effects[{i}]"
+    if isinstance(effect, FieldEffect):
+        field = field_since(start, effect, "field")
+        return lambda t, q, v: field(t)
+    if isinstance(effect, JointEffect):
+        return since(start, effect, joint_torque(model, effect, where))
+    assert isinstance(effect, BodyEffect)
+    wrench, complete = since(start, effect, body_wrench(model, effect, where)), surroundings(effects, start=start)
+    engine = dynamics.engine
+    return lambda t, q, v: wrench(t, complete(t, engine.motion(engine.pack(q, v))))

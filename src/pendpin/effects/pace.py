@@ -1,0 +1,126 @@
+"""How fast an effect changes with time, so that no step of an integration jumps over it."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+
+DECAY = 3.0  # a signal is resolved where its distance to polynomials of degree 4 falls so much from interval to half
+STEP = 0.25  # of a resolved interval: the longest step that cannot jump over it
+RESTART = 8.0  # steps, about what a break of the integration costs
+
+
+class Pace(NamedTuple):
+    """The pieces of a run, and in each the shortest time on which an effect changes.
+
+    Integration starts anew at the corners, and takes no step longer than the shortest time of the piece.
+    """
+
+    corners: Array  # (n - 1,) s, where the pieces meet: there an effect may switch, jump or wake up
+    shortest: Array  # (n,) s; inf where nothing changes with time
+
+    @classmethod
+    def even(cls, shortest: float) -> "Pace":
+        """The same shortest time in s throughout."""
+        return cls(np.empty(0), np.array([shortest]))
+
+    @classmethod
+    def sinusoid(cls, frequency: float | None) -> "Pace":
+        """Half a period of a sinusoid of a frequency in rad/s; no change without one."""
+        return cls.even(np.inf if frequency is None else np.pi / frequency)
+
+    def at(self, t: Array) -> Array:
+        """The shortest time in s right after each of the times t (n,) in s."""
+        return np.asarray(self.shortest)[np.searchsorted(self.corners, t, "right")]
+
+
+def together(paces: Sequence[Pace]) -> Pace:
+    """The pace of several effects that act at once."""
+    if not paces:
+        return Pace.even(np.inf)
+    corners = np.unique(np.concatenate([pace.corners for pace in paces]))
+    starts = np.append(-np.inf, corners)
+    return Pace(corners, np.min([pace.at(starts) for pace in paces], 0))
+
+
+def intervals_for(least: int) -> int:
+    """The number of intervals that `measured` takes: 4 times a power of 2, not below 4 times `least`."""
+    return 4 << max(0, int(least - 1).bit_length())
+
+
+def measured(t: Array, values: Array, negligible: float, rounding: float | Array = 0.0) -> Pace:
+    """The pace of a signal with values (n, k) at rising times t (n,) in s, n - 1 being of `intervals_for`.
+
+    The samples are cut into halves, and halves of these, down to intervals that are resolved: from there on down, their
+    distance to the polynomials of degree 4 through five of their samples falls by `DECAY` or more with each halving, as
+    that of smooth functions does, or is below `negligible` of the largest value. A pulse, a ripple, a jump are met in
+    intervals of their own length, wherever they are, and however small they are against what else goes on. `rounding`,
+    one number or (n,), is what the values may be off by anyway.
+    """
+    floor = np.broadcast_to(negligible * np.abs(values).max(initial=0.0) + rounding, t.shape)
+    distances = [np.zeros((len(t) - 1) // 4)]  # of the intervals of each level, the shortest first
+    resolved = [np.ones(len(distances[0]), bool)]
+    while len(distances[-1]) > 1:
+        own, halves = _distances(t, values, floor, len(distances[-1]) // 2), distances[-1].reshape(-1, 2)
+        resolved.append(resolved[-1].reshape(-1, 2).all(1) & (DECAY * halves.max(1) <= own))
+        distances.append(own)
+    return _joined(float(t[0]), *_pieces(t, distances, resolved))
+
+
+def _distances(t: Array, values: Array, floor: Array, count: int) -> Array:
+    """Of `count` equal parts of the samples, (count,): the largest distance to the polynomial through five of them.
+
+    Distances below the floor (n,) of their samples count as 0.
+    """
+    size = (len(t) - 1) // count
+    places = np.arange(count)[:, None] * size + np.arange(size + 1)
+    nodes = np.arange(5) * (size // 4)
+    time, value = t[places], values[places]  # (count, size + 1), (count, size + 1, k)
+    time = (time - time[:, :1]) / (time[:, -1:] - time[:, :1])
+    knots, table = time[:, nodes], value[:, nodes].astype(float)
+    for order in range(1, 5):  # Newton's divided differences
+        gaps = (knots[:, order:] - knots[:, :-order])[..., None]
+        table[:, order:] = (table[:, order:] - table[:, order - 1 : -1]) / gaps
+    found = table[:, 4, None]
+    for k in (3, 2, 1, 0):
+        found = table[:, k, None] + (time - knots[:, k, None])[..., None] * found
+    distance = np.abs(value - found).max(2)
+    return np.where(distance > floor[places], distance, 0.0).max(1)
+
+
+def _pieces(t: Array, distances: list[Array], resolved: list[Array]) -> tuple[Array, Array]:
+    """Ends (n,) of the largest resolved intervals, in s, and the longest steps in them."""
+    wanted, ends, steps = np.ones(1, bool), [], []
+    for distance, good in zip(reversed(distances), reversed(resolved), strict=True):
+        size = (len(t) - 1) // len(good)
+        found = np.flatnonzero(wanted & good)
+        length = t[(found + 1) * size] - t[found * size]
+        ends.append(t[(found + 1) * size])
+        steps.append(np.where(distance[found] > 0, STEP * length, length))
+        wanted = np.repeat(wanted & ~good, 2)
+    order = np.argsort(np.concatenate(ends))
+    return np.concatenate(ends)[order], np.concatenate(steps)[order]
+
+
+def _joined(begin: float, ends: Array, steps: Array) -> Pace:
+    """Pieces with few corners: neighbours become one wherever that costs fewer steps than a start anew."""
+    joined: list[tuple[float, float]] = []  # length, longest step
+    for length, step in zip(np.diff(ends, prepend=begin), steps, strict=True):
+        piece = (float(length), float(step))
+        while joined and _cost(both := _both(joined[-1], piece)) <= _cost(joined[-1]) + _cost(piece) + RESTART:
+            joined.pop()
+            piece = both
+        joined.append(piece)
+    lengths, steps = np.array(joined).T
+    return Pace(begin + np.cumsum(lengths)[:-1], np.where(steps < lengths, steps, np.inf))
+
+
+def _both(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
+    return a[0] + b[0], min(a[1], b[1])
+
+
+def _cost(piece: tuple[float, float]) -> float:
+    """The steps that a piece takes at least."""
+    return max(1.0, piece[0] / piece[1])

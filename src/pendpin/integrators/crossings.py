@@ -1,0 +1,110 @@
+"""Where functions of time come down to zero: by their signs and by their turning points.
+
+A function is sampled at Chebyshev points. What the interpolant can reach at most is bounded by the sizes of its
+coefficients, which settles most intervals at once. Where it might reach zero, the interval is halved until the last
+coefficients vanish; the turning points of the interpolant then tell whether zero is crossed, and where.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from scipy import optimize
+
+from pendpin.arrays import Array, Mask
+
+DEGREE = 8  # of the interpolants
+UNSEEN = 4.0  # times the larger of the last two coefficients: the bound on what the interpolant leaves out
+SHORTEST = 2.0**-44  # of the interval searched: a function that is not resolved there jumps
+TOGETHER = 1e-12  # of the interval searched: crossings no farther apart happen at once
+
+Sample = Callable[[Array], Array]  # times (n,) -> values (n, m)
+
+_NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # rising, -1 to 1
+_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(_NODES, DEGREE))
+
+
+@dataclass(frozen=True, eq=False)
+class Crossing:
+    """The earliest crossing of several functions."""
+
+    t: float
+    which: int  # the function that crosses first
+    fired: Mask  # (m,) those that cross then
+    slope: float  # of the first, per s
+
+
+def first_crossing(sample: Sample, begin: float, end: float, floor: Array) -> Crossing | None:
+    """The earliest time at which one of m functions comes down to 0, if it goes on below -floor (m,).
+
+    None if there is no such time between begin and end: then no function was below -floor, but for what its interpolant
+    leaves out (`UNSEEN`). A function may start at 0 or below; it crosses where it next falls below -floor.
+    """
+    waiting = [(begin, end)]
+    while waiting:
+        a, b = waiting.pop()
+        values = sample(_times(a, b))
+        coefficients = _COEFFICIENTS @ values
+        unseen = UNSEEN * np.abs(coefficients[-2:]).max(0)
+        reaching = np.flatnonzero(coefficients[0] - np.abs(coefficients[1:]).sum(0) - unseen < -floor)
+        if not len(reaching):
+            continue
+        jumps = b - a <= SHORTEST * (end - begin)
+        if not jumps and (unseen > floor)[reaching].any():
+            middle = (a + b) / 2
+            waiting += [(middle, b), (a, middle)]
+            continue
+        found = [(_drop(values[:, k], floor[k]) if jumps else _root(coefficients[:, k], floor[k]), k) for k in reaching]
+        place, which = min(((x, k) for x, k in found if x is not None), default=(None, 0))
+        if place is not None:
+            t = min(max(a + (place + 1) * (b - a) / 2, a), b)
+            return _crossing(sample, t, int(which), TOGETHER * (end - begin), end)
+    return None
+
+
+def _times(a: float, b: float) -> Array:
+    """The Chebyshev points (n,) between a and b, both ends included."""
+    t = a + (_NODES + 1) * ((b - a) / 2)
+    t[-1] = b
+    return t
+
+
+def _root(coefficients: Array, floor: float) -> float | None:
+    """Where a Chebyshev series (n,) on -1 to 1 comes down to 0 and goes on below -floor; None if it does not."""
+    places = _turning_points(coefficients)
+    values = chebyshev.chebval(places, coefficients)
+    below = np.flatnonzero(values < -floor)
+    if not len(below):
+        return None
+    last = int(below[0])
+    if last == 0 or values[last - 1] <= 0:
+        return float(places[max(0, last - 1)])
+    bracket = (places[last - 1], places[last])
+    return optimize.root_scalar(
+        lambda x: chebyshev.chebval(x, coefficients), bracket=bracket, xtol=4e-16, rtol=1e-15
+    ).root
+
+
+def _turning_points(coefficients: Array) -> Array:
+    """-1, the places in between where the derivative of a Chebyshev series vanishes, and 1; rising."""
+    slope = chebyshev.chebder(coefficients)
+    slope = chebyshev.chebtrim(slope, 1e-15 * np.abs(slope).max())
+    roots = chebyshev.chebroots(slope) if len(slope) > 1 else np.empty(0)
+    inside = roots.real[(np.abs(roots.imag) < 1e-3) & (np.abs(roots.real) < 1)]
+    return np.concatenate([[-1.0], np.sort(inside), [1.0]])
+
+
+def _drop(values: Array, floor: float) -> float | None:
+    """Where samples (n,) of a function that jumps are below -floor for the first time."""
+    below = values < -floor
+    return float(_NODES[np.argmax(below)]) if below.any() else None
+
+
+def _crossing(sample: Sample, t: float, which: int, together: float, end: float) -> Crossing:
+    """The crossing of one function at t, and the others that cross with it."""
+    around = np.array([t - together, min(t + together, end)])
+    before, after = sample(around)
+    fired = (after < 0) & (after < before)
+    fired[which] = True
+    return Crossing(t, which, fired, float((after - before)[which] / (around[1] - around[0])))

@@ -1,0 +1,170 @@
+"""No step jumps over what acts: pulses of any length anywhere in a run, tracks in any count of time, user effects."""
+
+import math
+from decimal import Decimal
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pendpin as pp
+from pendpin.effects import Gravity, JointEffect, Motor, Support
+from pendpin.effects.pace import Pace, intervals_for, measured, together
+
+METHODS = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
+ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.02),))
+INERTIA = ROD.rods[0].properties.I1 + 0.25  # kg m² about the joint
+
+
+class Pulse(JointEffect):
+    """A torque about theta that turns a free rod at rest to the rate `impulse` / J, within a few widths of time."""
+
+    kind: Literal["pulse"] = "pulse"
+    at: float  # s
+    width: float  # s
+    impulse: float  # N m s
+
+    @property
+    def on(self):
+        """The joint it acts on."""
+        return ("theta",)
+
+    def torques(self, t, q, v, xp=np):
+        """Torque (1,) in N m: a Gaussian."""
+        return np.array([self.impulse / self.width / np.sqrt(np.pi) * xp.exp(-(((t - self.at) / self.width) ** 2))])
+
+
+class PacedPulse(Pulse):
+    """The same, which says how fast it changes."""
+
+    kind: Literal["paced"] = "paced"
+
+    def torques(self, t, q, v, xp=np):
+        """The torque of a pulse."""
+        return super().torques(t, q, v, xp)
+
+    def pace(self, begin, end, negligible):
+        """Its width, near it."""
+        return Pace(self.at + np.array([-7, 7]) * self.width, np.array([np.inf, self.width, np.inf]))
+
+
+def run_of(*effects, method, tolerance, duration, start=0.0, samples=2) -> pp.Trajectory:
+    """A free rod at rest under these effects."""
+    solver = pp.Solver(method=method, tolerance=tolerance, samples=samples)
+    return pp.simulate(
+        pp.Scene(duration=duration, model=ROD, start=pp.Start(time=start), effects=effects, solver=solver)
+    )
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    method=st.sampled_from((*METHODS, "taylor")),
+    width=st.floats(-4, -1).map(lambda x: 10**x),
+    place=st.floats(0.05, 0.95),
+    duration=st.sampled_from([2.0, 30.0]),
+    start=st.sampled_from([0.0, -7.5, 100.0]),
+)
+def test_pulses_are_seen(method, width, place, duration, start) -> None:
+    """A rod at rest without gravity ends at the rate that the pulse's whole impulse gives, whatever the method."""
+    at, tolerance = start + place * duration, 1e-7
+    pulse = PacedPulse(at=at, width=width, impulse=0.1)
+    run = run_of(pulse, method=method, tolerance=tolerance, duration=duration, start=start)
+    past = (math.erf((start + duration - at) / width) - math.erf((start - at) / width)) / 2
+    assert run.v[-1, 0] == pytest.approx(0.1 * past / INERTIA, abs=1e3 * tolerance)
+
+
+def pulse_track(path: Path, first: str, duration: float, interval: float, at: float, width: float) -> Path:
+    """A CSV track that goes from 0 to 0.05 m within some widths of time, its times written from `first` on."""
+    rows = [
+        f"{Decimal(first) + Decimal(repr(interval)) * i},{0.025 * (1 + math.erf((i * interval - at) / width))!r},0,0"
+        for i in range(round(duration / interval) + 1)
+    ]
+    path.write_text("\n".join(rows))
+    return path
+
+
+@settings(max_examples=6, deadline=None)
+@given(method=st.sampled_from(METHODS), width=st.floats(0.05, 0.5), at=st.floats(4, 26))
+def test_tracks_are_seen(method, width, at, tmp_path_factory) -> None:
+    """A rod at rest whose support moves once, anywhere in 30 s, is where the finest run has it."""
+    path = pulse_track(tmp_path_factory.mktemp("track") / "track.csv", "0", 30.0, 0.02, at, width)
+    effects = (Gravity(), Support(csv=path))
+    exact = run_of(*effects, method="dop853", tolerance=1e-12, duration=30.0)
+    run = run_of(*effects, method=method, tolerance=1e-7, duration=30.0)
+    assert np.abs(exact.q[-1, 1]) > 1e-9
+    assert np.abs(run.q - exact.q).max() < 1e-4
+
+
+@pytest.mark.parametrize("method", ["dop853", "lsoda"])
+def test_time_may_be_counted_from_anywhere(method, tmp_path) -> None:
+    """A track in seconds since 1970 gives the motion and the steps of one from 0, bit for bit."""
+    runs = []
+    for first in ("0", "1700000000", "-86400.5"):
+        path = pulse_track(tmp_path / "track.csv", first, 10.0, 0.01, 4.0, 0.1)
+        effects = (Gravity(), Support(csv=path))
+        runs.append(run_of(*effects, method=method, tolerance=1e-9, duration=10.0, start=float(first)))
+    for run in runs[1:]:
+        assert np.array_equal(run.q, runs[0].q)
+        assert run.stats.steps == runs[0].stats.steps
+
+
+def test_a_late_start_within_a_track(tmp_path) -> None:
+    """Rows with digits that no double has at their time: the run's times are the rows' times, to 1e-12 of the motion."""
+    path = pulse_track(tmp_path / "track.csv", "1700000000.123456789", 10.0, 0.01, 4.0, 0.1)
+    late = 1700000000.25
+    offset = float(Decimal(late) - Decimal("1700000000.123456789"))
+    shifted = pulse_track(tmp_path / "shifted.csv", repr(-offset), 10.0, 0.01, 4.0, 0.1)
+    runs = [
+        run_of(Gravity(), Support(csv=csv), method="dop853", tolerance=1e-10, duration=9.0, start=start)
+        for csv, start in ((path, late), (shifted, 0.0))
+    ]
+    assert np.abs(runs[0].q - runs[1].q).max() < 1e-12
+
+
+def test_an_effect_that_does_not_say_is_sampled_and_the_run_says_so() -> None:
+    """Its pulse is seen where it is not shorter than the samples are apart; effects without time are not sampled."""
+    run = run_of(Pulse(at=7.3, width=0.05, impulse=0.1), method="dop853", tolerance=1e-9, duration=20.0)
+    assert run.v[-1, 0] == pytest.approx(0.1 / INERTIA, abs=1e-7)
+    assert len(run.stats.notes) == 1
+    assert "effects[0] (pulse) does not say how fast it changes with time" in run.stats.notes[0]
+    assert not run_of(Gravity(), method="dop853", tolerance=1e-9, duration=1.0).stats.notes
+    motor = Motor(joint="theta", amplitude=1.0, frequency=3.0)
+    assert not run_of(motor, method="dop853", tolerance=1e-9, duration=1.0).stats.notes
+
+
+def test_a_fixed_step_that_is_too_long_is_noted() -> None:
+    """A method that is told its step takes it, and says what changes faster."""
+    motor = Motor(joint="theta", amplitude=1.0, frequency=300.0)
+    scene = pp.Scene(duration=1.0, model=ROD, effects=[motor])
+    (note,) = pp.simulate(scene, method="rk4", step=0.02).stats.notes
+    assert note == "effects[0] (motor) changes within 0.0105 s: take a smaller step than 0.02 s"
+    assert not pp.simulate(scene, method="rk4", step=0.01).stats.notes
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    at=st.floats(0.5, 9.5),
+    width=st.floats(-3, -1.5).map(lambda x: 10**x),
+    size=st.floats(-6, 0).map(lambda x: 10**x),
+    slow=st.floats(0.1, 3.0),
+)
+def test_small_fast_changes_are_found_among_large_slow_ones(at, width, size, slow) -> None:
+    """A pulse on a sinusoid bounds the steps where it acts, to some widths, and not far away."""
+    t = np.linspace(0.0, 10.0, intervals_for(10_000) + 1)
+    signal = np.sin(slow * t) + size * np.exp(-(((t - at) / width) ** 2))
+    pace = measured(t, signal[:, None], 1e-9)
+    near = at + np.array([-1.0, 0.0, 1.0]) * width
+    assert (pace.at(near) < 4 * width).all()
+    assert len(pace.corners) < 40
+    lengths = np.diff(np.concatenate([[0.0], pace.corners, [10.0]]))
+    assert (lengths / np.minimum(lengths, pace.shortest)).sum() < 200 + 40 * slow
+
+
+def test_paces_join() -> None:
+    """The corners of all, and the shortest time of each piece."""
+    pace = together([Pace(np.array([2.0]), np.array([1.0, np.inf])), Pace(np.array([1.0, 2.0]), np.array([9, 0.5, 9]))])
+    assert pace.corners.tolist() == [1.0, 2.0]
+    assert pace.shortest.tolist() == [1.0, 0.5, 9.0]
