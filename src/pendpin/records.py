@@ -1,7 +1,7 @@
 """Frozen, validated data: the base of scenes and effects, the number types they use, and what their errors say."""
 
 import inspect
-from typing import Annotated, Any, ClassVar, get_args
+from typing import Annotated, Any, ClassVar, get_args, cast
 
 import numpy as np
 from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
@@ -31,12 +31,12 @@ class _RecordType(type(BaseModel)):
 
     def from_one(cls, *values: Any) -> dict[str, Any]:
         """The fields that unnamed values stand for; a class that takes one says so."""
-        names = [name for name in cls.model_fields if name != "kind"]
+        names = [name for name in cast(Any, cls).model_fields if name != "kind"]
         raise InputError(f"{cls.__name__}: every value needs its name: {cls.__name__}({names[0]}=..., ...)")
 
     def __dir__(cls) -> list[str]:
         """What the class adds to pydantic's own: for help() and completion."""
-        return sorted(_added(cls))
+        return sorted(_added(cast(Any, cls)))
 
 
 class Record(BaseModel, metaclass=_RecordType):
