@@ -1,7 +1,7 @@
 """Frozen, validated data: the base of scenes and effects, the number types they use, and what their errors say."""
 
 import inspect
-from typing import Annotated, Any, ClassVar, get_args, cast
+from typing import Annotated, Any, ClassVar, cast, get_args
 
 import numpy as np
 from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
