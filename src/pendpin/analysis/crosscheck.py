@@ -136,6 +136,7 @@ def along(trajectory: Trajectory) -> Report | None:
     return _compare(dynamics, trajectory.q[chosen], trajectory.v[chosen], {}, in_50_digits=0)
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # what overflows disagrees, and is said
 def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute], in_50_digits: int) -> Report:
     by_hand = _one_free_rod(dynamics)
     if own and not by_hand:
@@ -143,8 +144,13 @@ def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute
     if dynamics.model.pin is None:
         raise InputError(f"{len(dynamics.model.joints)} joints are too many for Pinocchio: no second route to compare")
     routes = engine_routes(dynamics) | (hand_routes(dynamics, own) if by_hand else {})
-    answers = {name: route(q, v) for name, route in routes.items()}
-    sizes = _sizes(dynamics, q, v, answers["pinocchio"], by_hand)
+    try:
+        answers = {name: route(q, v) for name, route in routes.items()}
+        sizes = _sizes(dynamics, q, v, answers["pinocchio"], by_hand)
+    except np.linalg.LinAlgError:
+        raise InputError(
+            "no cross-check: masses or lengths are so far apart that doubles hold no mass matrix"
+        ) from None
     states = _States(np.arange(len(q)), q, v, sizes, _places(dynamics))
     rows = [row for pair in combinations(answers, 2) for row in _rows(pair, answers, states)]
     if in_50_digits:

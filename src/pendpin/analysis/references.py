@@ -140,6 +140,7 @@ def by_series(scene: Scene, model: Model, length: float) -> Solution:
     if len(model.joints) > MAX_JOINTS:
         raise InputError("too many joints")
     name = "power series (taylor) of the recursion"
+    scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": "auto"})})
     return _of_runs(name, scene, length, "taylor", 1e-18, 1e-16)
 
 

@@ -56,7 +56,7 @@ def significance(scene: Scene, accuracy: float = 1e-3) -> EffectsReport:
     base, finer = (simulate(scene, method="dop853", tolerance=tolerance) for tolerance in TOLERANCES)
     length = reach(build(scene.model))
     good = int(np.argmax(np.append(apart(base.tips(), finer.tips(), length) > MARGIN * accuracy, True)))
-    horizon = float(base.t[max(good - 1, 0)])
+    horizon = float(scene.times[max(good - 1, 0)])
     solver = scene.solver.model_copy(update={"samples": max(good, 1)})
     compared = scene.model_copy(update={"duration": horizon, "solver": solver})
     rows = [_row(name, listed, other, compared, base, accuracy) for name, listed, other in _variants(compared)]

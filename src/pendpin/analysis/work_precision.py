@@ -134,8 +134,9 @@ def _peers(scene: Scene) -> "tuple[Peer, ...]":
 
 def _method_curve(bench: _Bench, method: str) -> Curve:
     name = method.removesuffix(COMPILED)
-    solver = bench.scene.solver.model_copy(update={"engine": "auto" if name == method else "compiled"})
-    scene, fixed = bench.scene.model_copy(update={"solver": solver}), name in FIXED_METHODS
+    scene, fixed = bench.scene, name in FIXED_METHODS
+    if name != method:
+        scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": "compiled"})})
     library = ""
 
     def run(setting: float) -> _Outcome:

@@ -101,6 +101,7 @@ def run(
     Without SCENE the built-in rod is run, and run.html and run.png are written beside run.npz. A run with a checkpoint
     that was killed or stopped goes on from it when the same command is given again.
     """
+    from pendpin.analysis.crosscheck import along
     from pendpin.graphics.figure import picture_kind
     from pendpin.simulation.checkpoint import resumable
     from pendpin.simulation.simulate import simulate
@@ -124,13 +125,16 @@ def run(
                 trajectory = simulate(chosen, **options, progress=progress)
             except RunError as error:
                 stopped, trajectory = error, error.partial
-        print_run(trajectory, _write_run(trajectory, out, plot, html), json)
+        report = along(trajectory)
+        print_run(trajectory, report, _write_run(trajectory, out, plot, html), json)
     if checkpoint and not isinstance(stopped, Halted):
         checkpoint.resolve().unlink(missing_ok=True)
     if stopped:
         raise stopped
     if view:
         _show(trajectory)
+    if report and report.fault:
+        raise PendpinError(f"the cross-check along the run failed: {report.fault}")
 
 
 @app.command()

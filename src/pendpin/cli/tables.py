@@ -41,15 +41,14 @@ def progress_bar(what: str, end: float, hidden: bool) -> Iterator[Callable[[floa
         yield lambda t: progress.update(task, completed=t)
 
 
-def print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> None:
-    """What a run took, how far it can be trusted, where its energy went."""
+def print_run(trajectory: "Trajectory", report: "Report | None", files: list[Path], as_json: bool) -> None:
+    """What a run took, how far it can be trusted (its energy, the cross-check along it), where its energy went."""
     from dataclasses import asdict
 
-    from pendpin.analysis.crosscheck import along
-
-    stats, report = trajectory.stats, along(trajectory)
+    stats = trajectory.stats
     if as_json:
         found = {"energy_drift": trajectory.energy().drift, "crosscheck": report and report.worst.relative}
+        found |= {"crosscheck_ok": report and report.ok}
         print_json(asdict(stats) | found | {"files": [str(file) for file in files]})
         return
     rows = {
@@ -63,7 +62,7 @@ def print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> Non
         "compiling": stats.compile_seconds and f"{stats.compile_seconds:.4f} s",
         "energy drift": f"{trajectory.energy().drift:.1e} of the energy moved" if stats.conservative else "",
         "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
-        "cross-check": report and f"{report.worst.relative:.1e} at worst, {report.worst.quantity} along the run",
+        "cross-check": report and f"{_crosscheck(report)} along the run",
         "note": "; ".join(stats.notes),
         "files": ", ".join(str(file) for file in files),
     }
@@ -72,6 +71,10 @@ def print_run(trajectory: "Trajectory", files: list[Path], as_json: bool) -> Non
         rows["kinetic energy"] = f"{trajectory.kinetic[-1] - trajectory.kinetic[0]:+.6g} J"
         rows["energy balance is off by"] = f"{trajectory.imbalance:.1e} of the energy moved"
     print_table(["run", ""], [[name, text] for name, text in rows.items() if text])
+
+
+def _crosscheck(report: "Report") -> str:
+    return f"{report.worst.relative:.1e} at worst, {report.worst.quantity}, {_verdict(report.ok)},"
 
 
 def _change(trajectory: "Trajectory") -> float:

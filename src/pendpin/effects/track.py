@@ -20,6 +20,7 @@ COLUMNS = ("t", "x", "y", "z")
 MAX_BYTES = 5_000_000  # more takes seconds
 DEGREE = 5  # of the spline: accelerations with two continuous derivatives
 ROUNDING = 4e-14  # of positions, and of times times speeds: what it makes of second differences, with a margin
+ULPS = 64  # of times: what they may be off by when written with 15 digits, or as a start plus a duration
 DIGITS = 60  # of times, before they are counted from the first row
 LONGEST_GAP = 50  # median intervals; what a spline does in a longer one has nothing to do with the motion
 
@@ -88,7 +89,7 @@ class Track:
         """The time of the first row, what that double leaves out, and what rounding the times themselves may have, in s."""
         with localcontext(prec=DIGITS):
             rest = float(self.first - Decimal(self.start))
-        return self.start, rest, 4 * float(np.spacing(max(abs(self.start), abs(self.end))))
+        return self.start, rest, ULPS * float(np.spacing(max(abs(self.start), abs(self.end))))
 
 
 def read_track(path: Path) -> Track:

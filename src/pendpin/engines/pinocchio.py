@@ -6,7 +6,15 @@ import numpy as np
 
 from pendpin.arrays import Array, Indices
 from pendpin.effects import Motion
-from pendpin.engines.base import CALLBACK_EVERY, AngleEngine, Derivative, Loads, ProgressCallback, Sample
+from pendpin.engines.base import (
+    CALLBACK_EVERY,
+    CALLBACK_EVERY_SLOW,
+    AngleEngine,
+    Derivative,
+    Loads,
+    ProgressCallback,
+    Sample,
+)
 from pendpin.engines.external_forces import external_forces, motion_of
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import Model
@@ -30,7 +38,7 @@ class Revolute(AngleEngine):
         pin, data, tau, nv = self._pin, self._data, self._no_torque, self._pin.nv
         aba, accelerate = pinocchio().aba, self._accelerate if self._loaded else None
         state = rates = q = v = dq = dv = np.empty(0)
-        calls = 0
+        calls, every = 0, CALLBACK_EVERY_SLOW if self._loaded else CALLBACK_EVERY
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             nonlocal state, rates, q, v, dq, dv, calls
@@ -39,7 +47,7 @@ class Revolute(AngleEngine):
             if dy is not rates:
                 rates, dq, dv = dy, dy[:nv], dy[nv:]
             calls += 1
-            if not calls % CALLBACK_EVERY:
+            if not calls % every:
                 progress(t)
             dq[:] = v
             dv[:] = accelerate(t, q, v) if accelerate else aba(pin, data, q, v, tau)

@@ -28,7 +28,8 @@ class Scene(Record):
     @property
     def times(self) -> Array:
         """The output times, (n,) in s since the start: evenly spaced from 0 to duration, both ends included."""
-        count = self.solver.samples or round(SAMPLES_PER_SECOND * self.duration) + 1
+        least = 2 if self.duration else 1
+        count = self.solver.samples or max(least, round(SAMPLES_PER_SECOND * self.duration) + 1)
         return np.linspace(0.0, self.duration, count)
 
     def by(self, method: str, setting: float) -> Self:
@@ -44,6 +45,8 @@ class Scene(Record):
             )
         if self.duration == 0 and (self.solver.samples or 1) > 1:
             raise ValueError("a duration of 0 has 1 sample; leave solver.samples out")
+        if self.duration and self.solver.samples == 1:
+            raise ValueError("solver.samples: 1 is the start alone; a run has 2 or more, or a duration of 0")
         if (np.diff(self.start.time + self.times) <= 0).any():
             raise ValueError(f"start.time: samples so close together are the same double at {self.start.time:g} s")
         return self

@@ -37,7 +37,8 @@ class Solver(Record):
         None, validate_default=True, description=f"s, for methods with a fixed step: {', '.join(FIXED_METHODS)}"
     )
     samples: Annotated[int, Field(strict=True, ge=1, le=MAX_SAMPLES)] | None = Field(
-        None, description="evenly spaced output times from 0 to duration, both ends included; 60 a second if absent"
+        None,
+        description="evenly spaced output times from 0 to duration, both ends included; 60 a second (at least 2) if absent",
     )
 
     @field_validator("tolerance")

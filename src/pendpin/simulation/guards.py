@@ -1,6 +1,10 @@
-"""What ends a run that leads nowhere: time that stands still, numbers out of range, energy that does not add up."""
+"""What ends a run: its limit, time that stands still, numbers out of range, energy that does not add up."""
 
+import atexit
 import time
+from collections.abc import Callable
+from threading import Thread
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,20 +19,75 @@ OFF = 0.1  # of the energy moved: an energy that is off by more belongs to no mo
 ROUNDING = 1e-9  # of the energies themselves, which may be large where little moves
 
 
-class Patience:
-    """A progress that passes the time on, and raises Halted where a run takes over `limit` s or would take days."""
+MOST_BUSY = 4.0  # how many times as long as its processor time a computation may take, among others
+T = TypeVar("T")
+abandoned: list[Thread] = []  # computations that could not be stopped at a limit
 
-    def __init__(self, duration: float, limit: float | None, progress: ProgressCallback) -> None:
-        self._duration, self._limit, self._progress = duration, limit, progress
-        self._begin, self._marked = time.perf_counter(), np.inf  # until the first call: compiling is no standstill
+
+class Deadline:
+    """The limit of a whole run in s of wall time, from the making of this object on; None is no limit."""
+
+    def __init__(self, limit: float | None) -> None:
+        self.limit, self._begin, self._begin_own = limit, time.perf_counter(), time.thread_time()
+
+    @property
+    def left(self) -> float:
+        """The time that is left, in s."""
+        return np.inf if self.limit is None else self.limit - (time.perf_counter() - self._begin)
+
+    def check(self, reserve: float) -> None:
+        """Raise Halted where less is left than what takes `reserve` s of processor time needs, at the pace so far."""
+        if self.limit is None:
+            return
+        wall, own = time.perf_counter() - self._begin, time.thread_time() - self._begin_own
+        if self.limit - wall < reserve * max(1.0, min(wall / max(own, 1e-9), MOST_BUSY)):
+            raise Halted(f"it takes over {self.limit:g} s")
+
+    def waits_for(self, compute: Callable[[], T], long: bool) -> T:
+        """The result of a computation; of a long one that cannot be stopped, such as compiling, only until the deadline.
+
+        Raises Halted if it takes longer. The computation then goes on in a thread, which Python waits for at its end.
+        """
+        if self.limit is None or not long:
+            return compute()
+        found: list[T | BaseException] = []
+
+        def work() -> None:
+            try:
+                found.append(compute())
+            except BaseException as error:  # handed to the thread that waits
+                found.append(error)
+
+        thread = Thread(target=work, daemon=True)
+        thread.start()
+        thread.join(max(self.left, 0.0))
+        if not found:
+            abandoned.append(thread)
+            atexit.register(thread.join)
+            raise Halted(f"it takes over {self.limit:g} s, with its equations not yet compiled")
+        if isinstance(found[0], BaseException):
+            raise found[0]
+        return found[0]
+
+
+class Patience:
+    """A progress that passes the time on, and raises Halted at a deadline, or where a run would take days.
+
+    `reserve` says how long it takes, in s, to complete the samples up to a time: that has to be left.
+    """
+
+    def __init__(
+        self, duration: float, deadline: Deadline, reserve: Callable[[float], float], progress: ProgressCallback
+    ) -> None:
+        self._duration, self._deadline, self._reserve, self._progress = duration, deadline, reserve, progress
+        self._marked = np.inf  # until the first call: compiling is no standstill
         self._reached = self._before = 0.0
 
     def __call__(self, t: float) -> None:
         self._progress(t)
         now = time.perf_counter()
         self._reached = max(self._reached, t)
-        if self._limit is not None and now - self._begin > self._limit:
-            raise Halted(f"it takes over {self._limit:g} s")
+        self._deadline.check(self._reserve(t))
         if now - self._marked > WINDOW:
             self._refuse_days(now)
         self._marked = min(self._marked, now)

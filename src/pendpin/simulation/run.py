@@ -1,5 +1,7 @@
 """Running a scene with its solver: its motion is integrated, its wrenches and energies are computed, and it is checked."""
 
+import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -8,22 +10,25 @@ from pendpin.arrays import Array
 from pendpin.dynamics.contact_binding import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind, reactions
 from pendpin.dynamics.timing import timing
-from pendpin.engines import ProgressCallback
+from pendpin.engines import Compiled, ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
 from pendpin.integrators import Run, automatic, integrator_for, taylor_takes
+from pendpin.integrators.taylor import Taylor
 from pendpin.model import kinematics
 from pendpin.model.build import start_state
 from pendpin.records import LARGEST
 from pendpin.scene import Scene
 from pendpin.simulation.checkpoint import Checkpoint, FileSaver, Saver, identity
 from pendpin.simulation.energy_balance import EnergyBalance
-from pendpin.simulation.guards import Patience, balanced
+from pendpin.simulation.guards import Deadline, Patience, balanced
 from pendpin.simulation.loop import integrate_to_end
 from pendpin.simulation.motion_with_events import LoopWithEvents
 from pendpin.simulation.smooth_motion import SmoothLoop
 from pendpin.trajectory import Stats, Trajectory
 
 NEAR_POLE = 0.3  # of cos(phi)
+LONG_ENOUGH = 5e-3  # s, to tell from it how long it takes to complete samples
+SLACK = 1.2  # times that
 START_OVERFLOWS = f"start: positions, rates, forces or energies beyond {LARGEST:g}, too large to compute with"
 TOO_LARGE = f"its numbers grow beyond {LARGEST:g}"
 OFF_THE_BOOKS = "the energy no longer adds up, by over a tenth of what has moved: take a smaller tolerance or step"
@@ -34,28 +39,44 @@ def run_scene(
     scene: Scene,
     energy_balance: bool,
     progress: ProgressCallback,
-    limit: float | None = None,
+    deadline: Deadline,
     checkpoint: Checkpoint | None = None,
 ) -> Trajectory:
     """The motion of a scene by its method and tolerance or step; as `simulate`, which see."""
     dynamics = bind(scene)
     q, v = start_state(dynamics.model, scene.start)
-    _refuse_overflow(scene, dynamics, q, v)
-    if scene.solver.method == "auto":
-        method = automatic(dynamics, q, v, scene.duration, taylor_takes(scene, dynamics, energy_balance))
-        scene = scene.model_copy(update={"solver": scene.solver.replaced(method=method)})
-        dynamics = bind(scene) if method == "taylor" else dynamics
+    start = _at_start(q, v)
+    _refuse_overflow(scene, dynamics, start)
     if dynamics.contacts is not None:
         check_start(dynamics.contacts, dynamics.model, q)
-    integrator = integrator_for(scene, dynamics)
-    balance = EnergyBalance(dynamics, scene.effects) if energy_balance else None
-    way = SmoothLoop if dynamics.contacts is None else LoopWithEvents
-    found = timing(dynamics, scene.effects, q, v, scene.duration, scene.solver.tolerance)
-    loop = way(integrator, dynamics, balance, scene.times, Patience(scene.duration, limit, progress), found.pace)
-    saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name)) if checkpoint else Saver()
+    saver = Saver()
+    compiles = isinstance(dynamics.engine, Compiled)
+    try:
+        deadline.waits_for(lambda: dynamics.engine.derivative(progress) if compiles else None, compiles)
+        scene, dynamics = _with_method(scene, dynamics, q, v, energy_balance)
+        if checkpoint:
+            saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name))
+        integrator = integrator_for(scene, dynamics)
+        balance = EnergyBalance(dynamics, scene.effects) if energy_balance else None
+        way = SmoothLoop if dynamics.contacts is None else LoopWithEvents
+        patience = Patience(scene.duration, deadline, _reserve(scene, dynamics, start, deadline), progress)
+        compiles = compiles or isinstance(integrator, Taylor)
+        found = timing(dynamics, scene.effects, q, v, scene.duration, scene.solver.tolerance)
+        parts = (integrator, dynamics, balance, scene.times, patience, found.pace)
+        loop = deadline.waits_for(lambda: way(*parts), compiles)
+    except Halted as error:
+        return _finished(scene, dynamics, None, replace(start, failure=str(error), ended=Halted), saver.note)
     notes = found.notes(scene.duration, scene.solver.step)
-    run = replace(integrate_to_end(loop, q, v, saver), notes=notes)
-    return _finished(scene, dynamics, balance, run, saver.note)
+    return _finished(scene, dynamics, balance, replace(integrate_to_end(loop, q, v, saver), notes=notes), saver.note)
+
+
+def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool) -> tuple[Scene, Dynamics]:
+    """The scene with a method where it names none, and its dynamics in the form that the method needs."""
+    if scene.solver.method != "auto":
+        return scene, dynamics
+    method = automatic(dynamics, q, v, scene.duration, taylor_takes(scene, dynamics, energy_balance))
+    scene = scene.model_copy(update={"solver": scene.solver.replaced(method=method)})
+    return scene, bind(scene) if method == "taylor" else dynamics
 
 
 def _finished(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, note: str) -> Trajectory:
@@ -109,11 +130,29 @@ def _remedy(dynamics: Dynamics, run: Run) -> str:
     return f"; fastest there: {model.joints[int(np.argmax(v))]}, at {v.max():.3g} (rad/s)"
 
 
-def _refuse_overflow(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> None:
+def _at_start(q: Array, v: Array) -> Run:
+    """The first sample of a run, from q, v (nv,)."""
+    return Run(np.zeros(1), q[None], v[None], None, np.zeros((1, 0)), 0, 0, 0, 0.0, "", "")
+
+
+def _reserve(scene: Scene, dynamics: Dynamics, start: Run, deadline: Deadline) -> Callable[[float], float]:
+    """How long it takes, in s, to complete the samples up to a time: measured, where there is a limit."""
+    if deadline.limit is None:
+        return lambda t: 0.0
+    count, seconds, times = 0, 0.0, scene.times
+    while seconds < LONG_ENOUGH and count < len(times):
+        count = max(1, 4 * count)
+        rows = {name: np.repeat(getattr(start, name), count, axis=0) for name in ("t", "q", "v", "work")}
+        begin = time.thread_time()  # other processes make no difference
+        _fill_in(scene, dynamics, None, replace(start, **rows))
+        seconds = time.thread_time() - begin
+    return lambda t: SLACK * seconds * max(1.0, np.searchsorted(times, t, "right") / count)
+
+
+def _refuse_overflow(scene: Scene, dynamics: Dynamics, start: Run) -> None:
     """Raise InputError for a start whose forces and energies cannot be computed."""
-    first = Run(np.zeros(1), q[None], v[None], None, np.zeros((1, 0)), 0, 0, 0, 0.0, "", "")
     try:
-        sound = _fill_in(scene, dynamics, None, first).sound
+        sound = _fill_in(scene, dynamics, None, start).sound
     except np.linalg.LinAlgError as error:
         raise InputError(f"start: {error}") from None
     if not sound:

@@ -56,6 +56,7 @@ class SmoothLoop(IntegrationLoop):
         """One segment, of as many output times as the last one's evaluations allow."""
         y, ahead, first_step = done.carried["y"], int(done.carried["ahead"]), float(done.carried["first_step"])
         span, last = self.times[done.n - 1 :][: ahead + 1], done.samples[-1]
+        self.progress(float(span[0]))
         before, start = self._evaluations(), np.concatenate([y, last[2 * self.nv :]])
         segment = self._integrate(start, span, first_step or None, done.carried)
         took = self._evaluations() - before

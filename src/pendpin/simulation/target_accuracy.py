@@ -5,7 +5,6 @@ with the setting like a power of it, at least PACE of that which the method prom
 follows, and what setting is fine enough. Rounding adds up to EPS a step.
 """
 
-import time
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 
@@ -21,6 +20,7 @@ from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import apart
 from pendpin.model.kinematics import reach as length_of
 from pendpin.scene import FIXED_METHODS, Scene, least_tolerance
+from pendpin.simulation.guards import Deadline
 from pendpin.simulation.run import OFF_THE_BOOKS, run_scene
 from pendpin.trajectory import Trajectory
 
@@ -52,19 +52,18 @@ class _Way:
         return max(setting * factor ** (-1 / self.order), self.least)
 
 
-def reach(scene: Scene, energy_balance: bool, progress: ProgressCallback, limit: float | None) -> Trajectory:
+def reach(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> Trajectory:
     """The motion of a scene to the accuracy of its solver; as `simulate`, which see."""
-    begin, target, length = time.perf_counter(), scene.solver.accuracy or 0.0, length_of(build(scene.model))
-    way = _way(scene, energy_balance, progress, limit)
+    target, length = scene.solver.accuracy or 0.0, length_of(build(scene.model))
+    way = _way(scene, energy_balance, progress, deadline)
     scene, coarse = _compiled(scene, way.method) if _has_wrenches(scene) else scene, way.first
-    before = _run(scene.by(way.method, coarse), energy_balance, progress, limit)
+    before = _run(scene.by(way.method, coarse), energy_balance, progress, deadline)
     setting = way.finer(coarse, COARSER.get(way.method, 1e3))
     spent = before.stats.seconds
     if COMING * spent > COMPILING * len(before.joints):
         scene = _compiled(scene, way.method)
     while True:
-        left = None if limit is None else limit - (time.perf_counter() - begin)
-        run = _run(scene.by(way.method, setting), energy_balance, progress, left)
+        run = _run(scene.by(way.method, setting), energy_balance, progress, deadline)
         gap, rounding = _gap(before, run, length, len(scene.times)), EPS * run.stats.steps
         error, spent = float(gap.max()) * (setting / coarse) ** (PACE * way.order) + rounding, spent + run.stats.seconds
         run = replace(run, stats=replace(run.stats, accuracy=target, error=error, all_seconds=spent))
@@ -97,10 +96,10 @@ def _gap(coarse: Trajectory, fine: Trajectory, length: float, count: int) -> Arr
     return np.append(apart(coarse.tips()[:n], fine.tips()[:n], length), np.full(count - n, np.inf))
 
 
-def _run(scene: Scene, energy_balance: bool, progress: ProgressCallback, limit: float | None) -> Trajectory:
+def _run(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> Trajectory:
     """A run; one that is too coarse to get to its end is good up to there."""
     try:
-        return run_scene(scene, energy_balance, progress, limit)
+        return run_scene(scene, energy_balance, progress, deadline)
     except RunError as error:
         if error.partial.stats.stopped != OFF_THE_BOOKS:
             raise
@@ -116,11 +115,11 @@ def _missed(target: float, run: Trajectory, gap: Array) -> str:
     )
 
 
-def _way(scene: Scene, energy_balance: bool, progress: ProgressCallback, limit: float | None) -> _Way:
+def _way(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> _Way:
     solver, target = scene.solver, scene.solver.accuracy or 0.0
     method = solver.method if solver.method != "auto" else _fastest(scene, energy_balance)
     if method in FIXED_METHODS:
-        steps = _run(scene.by("dop853", LOOSEST), False, progress, limit).stats.steps
+        steps = _run(scene.by("dop853", LOOSEST), False, progress, deadline).stats.steps
         span = scene.duration or 1.0  # without a duration any step will do
         return _Way(method, ORDERS[method], span / max(steps, 1), span / MOST_STEPS)
     least = least_tolerance(method)

@@ -15,13 +15,14 @@ from pendpin.trajectory.parts import Energy, Reactions, Stats
 from pendpin.trajectory.reading import ARRAYS, FORMAT, read_fields
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """A motion sampled at t, with everything that was computed along it.
 
     q, v, a hold one value per joint, in model order, rad and s (m for prismatic joints); angles are not wrapped.
     wrench is the force (N), then the moment (N m), that each joint's parent exerts on its child, at the joint's origin,
-    in the child joint's frame.
+    in the child joint's frame. Two runs are equal where their scenes and all their numbers are, to the bit; what they
+    took (`stats`) does not count.
     """
 
     joints: tuple[str, ...]
@@ -37,6 +38,22 @@ class Trajectory:
     stats: Stats
     work: dict[str, Array] = field(default_factory=dict)  # J (n,), of each kind of effect, with energy_balance
     scene: dict[str, Any] = field(default_factory=dict)  # as in a scene file
+
+    def __eq__(self, other: object) -> bool:
+        """Whether another run is of the same scene and holds the same numbers."""
+        if not isinstance(other, Trajectory):
+            return NotImplemented
+        same = (self.joints, self.scene, self.work.keys()) == (other.joints, other.scene, other.work.keys())
+        return same and all(map(np.array_equal, self._arrays(), other._arrays()))
+
+    def __hash__(self) -> int:
+        """Equal runs have equal hashes."""
+        return hash((self.joints, len(self.t)))
+
+    def _arrays(self) -> list[Array]:
+        """Every array, in a fixed order; an empty one for each that there is not."""
+        rods = [np.empty(0)] * len(Reactions._fields) if self.rods is None else list(self.rods)
+        return [getattr(self, name) for name in ARRAYS] + rods + [self.work[kind] for kind in sorted(self.work)]
 
     def reactions(self) -> Reactions:
         """R1, R2, R3, M3, Mc of every rod on a universal joint. Raises InputError where the model has none."""

@@ -1,0 +1,108 @@
+"""A limit is a limit of the whole call: compiling, every run, and completing the samples. No clock is read here."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+from pendpin.errors import Halted
+from pendpin.simulation import guards, run
+
+ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
+
+
+class Clock:
+    """Time that goes on only when it is told to."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def perf_counter(self) -> float:
+        """The time of the wall, s."""
+        return self.now
+
+    thread_time = process_time = perf_counter
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """A clock in place of the real one, where limits are kept."""
+    found = Clock()
+    monkeypatch.setattr(guards, "time", found)
+    monkeypatch.setattr(run, "time", found)
+    return found
+
+
+def swing(**changed: Any) -> pp.Scene:
+    """One rod under gravity for 10 s."""
+    given: dict[str, Any] = {"model": pp.Chain(rods=(ROD,)), "start": pp.Start(positions=(0.7, 0.4))}
+    return pp.Scene(**given | {"effects": (pp.effects.Gravity(),)} | changed)
+
+
+@pytest.mark.parametrize(("integrating", "completing"), [(0.3, 0.0), (0.0, 0.01), (0.05, 0.005)])
+def test_what_is_integrated_can_be_completed_in_time(
+    clock: Clock, monkeypatch: pytest.MonkeyPatch, integrating: float, completing: float
+) -> None:
+    """Every evaluation and every completed sample takes time: the call ends before its limit of 1 s, with what there is."""
+    fill = run._fill_in
+
+    def slow(scene: Any, dynamics: Any, balance: Any, done: Any) -> Any:
+        clock.now += completing * len(done.t)
+        return fill(scene, dynamics, balance, done)
+
+    def tick(t: float) -> None:
+        clock.now += integrating
+
+    monkeypatch.setattr(run, "_fill_in", slow)
+    with pytest.raises(Halted, match="it takes over 1 s") as caught:
+        pp.simulate(swing(duration=300.0), limit=1.0, progress=tick)
+    assert clock.now <= 1.0 + integrating + 0.02  # the start is completed in any case
+    assert len(caught.value.partial.t) >= 1
+
+
+@pytest.mark.parametrize("options", [{"method": "taylor"}, {"solver": pp.Solver(engine="compiled")}])
+def test_compiling_is_in_the_limit(monkeypatch: pytest.MonkeyPatch, options: dict[str, Any]) -> None:
+    """Equations that are not compiled at the limit are not waited for; the start is what there is."""
+    pytest.importorskip("heyoka")
+    monkeypatch.setattr(guards.Thread, "join", lambda thread, timeout=None: None)
+    scene = swing(**{key: value for key, value in options.items() if key == "solver"})
+    with pytest.raises(Halted, match="with its equations not yet compiled") as caught:
+        pp.simulate(scene, limit=1e-9, **{key: value for key, value in options.items() if key == "method"})
+    assert caught.value.partial.q.tolist() == [[0.7, 0.4]]
+    monkeypatch.undo()
+    for thread in guards.abandoned:
+        thread.join()
+
+
+def test_a_fault_while_compiling_is_the_same_with_a_limit() -> None:
+    """What raises in the thread raises in the call."""
+    pytest.importorskip("heyoka")
+    many = swing(model=pp.Chain(rods=(ROD,), copies=12), start=pp.Start())
+    says = []
+    for limit in (None, 1000.0):
+        with pytest.raises(pp.InputError) as caught:
+            pp.simulate(many, method="taylor", limit=limit)
+        says.append(str(caught.value))
+    assert says[0] == says[1]
+
+
+def test_an_ample_limit_changes_nothing() -> None:
+    """The same numbers with and without, one rod and compiled equations."""
+    for scene in (swing(duration=1.0), swing(duration=1.0, solver=pp.Solver(engine="compiled"))):
+        assert pp.simulate(scene, limit=1e6) == pp.simulate(scene)
+
+
+def test_runs_are_compared_by_what_they_hold(tmp_path: Any) -> None:
+    """A run equals itself, its copy from a file and a second run; not one of another scene; equal ones hash alike."""
+    one = pp.simulate(swing(duration=1.0), energy_balance=True)
+    again = pp.simulate(swing(duration=1.0), energy_balance=True)
+    loaded = pp.Trajectory.load(one.save(tmp_path / "run.npz"))
+    assert one == one
+    assert one == again == loaded
+    assert len({one, again, loaded}) == 1
+    other = pp.simulate(swing(duration=1.0, start=pp.Start(positions=(0.7, np.nextafter(0.4, 1)))))
+    assert one != other
+    assert one != pp.simulate(swing(duration=1.0))  # without works
+    assert one != "a run"
+    assert one in [other, again]
