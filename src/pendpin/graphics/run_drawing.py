@@ -90,14 +90,17 @@ def _urdf_shapes(path: Path, model: Model) -> Iterator[Shape]:
         frame = frames[str(link.get("name"))]
         for visual in link.findall("visual"):
             placement = np.array(frame.placement.homogeneous) @ _origin(visual.find("origin"))
-            yield _visual(visual, placement, frame.parentJoint - 1, _color(visual, materials), path)
+            shape = _visual(visual, placement, frame.parentJoint - 1, _color(visual, materials), path)
+            if shape is not None:
+                yield shape
 
 
-def _visual(visual: Any, placement: Array, body: int, color: int, urdf: Path) -> Shape:
+def _visual(visual: Any, placement: Array, body: int, color: int, urdf: Path) -> Shape | None:
+    """What is drawn; None for a mesh whose file is gone, as the model's notes say."""
     shape = visual.find("geometry")[0]
     if shape.tag == "mesh":
-        file = mesh_file(urdf.parent, shape.get("filename"), str(urdf))
-        return Shape("mesh", _numbers(shape.get("scale", "1 1 1")), placement, color, body, str(file))
+        file = mesh_file(urdf.parent, shape.get("filename"))
+        return file and Shape("mesh", _numbers(shape.get("scale", "1 1 1")), placement, color, body, str(file))
     keys = {"box": ("size",), "sphere": ("radius",)}.get(shape.tag, ("radius", "length"))
     size = tuple(number for key in keys for number in _numbers(shape.get(key)))
     return Shape("cylinder" if shape.tag == "capsule" else shape.tag, size, placement, color, body)

@@ -11,11 +11,13 @@ from pendpin.errors import InputError, choices, shown
 from pendpin.model.bodies import Body, RodJoint, find_bodies, find_rods, pinocchio
 from pendpin.model.read_urdf import Urdf, read_urdf
 from pendpin.scene import Chain, Rod, Start, UrdfModel, Values
+from pendpin.scene.models import FARTHEST
 
 FLIP = np.diag([1.0, -1.0, -1.0])  # W to the inertial frame I, and a rod's link frame to its body frame B: exact signs
 DATA_BYTES_PER_CUBE = 32  # Pinocchio's Data grows like nv³: docs/pinocchio_notes.md
 MAX_DATA_BYTES = 1e9
-FARTHEST = 1e9  # rad, or m: positions of a start
+ROUNDING = 1e-12  # of a body's inertia: what rounding may leave below zero
+CONFIGURATIONS = 200  # at which a mass matrix with negative inertia in it has to be positive definite
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +30,7 @@ class Model:
     rods: tuple[RodJoint, ...]
     bodies: tuple[Body, ...]
     notes: tuple[str, ...] = ()  # what the user should know
+    findings: tuple[str, ...] = ()  # what no real body has, computed as written
 
     def index(self, name: str, where: str) -> int:
         """The place of a joint in model order; a single rod's may be written with _1. Raises InputError."""
@@ -93,7 +96,7 @@ def _from_chain(chain: Chain) -> Model:
     joints = tuple(name for theta, phi, _ in names for name in (theta, phi))
     arrays = np.array([(*rod.properties, rod.length) for rod in rods]).T
     m, h, I1, I2, I3, length = arrays
-    notes = tuple(f"model.rods[{i}].inertia: {rod.impossible}" for i, rod in enumerate(chain.rods) if rod.impossible)
+    findings = tuple(f"model.rods[{i}].inertia: {rod.impossible}" for i, rod in enumerate(chain.rods) if rod.impossible)
     return Model(
         joints,
         _pin_chain(rods, names) if _data_bytes(len(joints)) <= MAX_DATA_BYTES else None,
@@ -103,7 +106,7 @@ def _from_chain(chain: Chain) -> Model:
             for i, (rod, (_, _, link)) in enumerate(zip(rods, names, strict=True))
         ),
         tuple(_chain_body(rod, link, 2 * i + 1) for i, (rod, (_, _, link)) in enumerate(zip(rods, names, strict=True))),
-        notes,
+        findings=findings,
     )
 
 
@@ -131,7 +134,7 @@ def _chain_body(rod: Rod, link: str, joint: int) -> Body:
 
 
 def _from_urdf(model: UrdfModel) -> Model:
-    pin, urdf = pinocchio(), read_urdf(model.path)
+    pin, urdf = pinocchio(), read_urdf(model)
     _refuse_size(len(urdf.moving_joints), urdf.source)
     try:
         loaded = pin.buildModelFromXML(urdf.text)
@@ -143,7 +146,7 @@ def _from_urdf(model: UrdfModel) -> Model:
         lost = sorted(set(urdf.moving_joints) - set(joints))
         raise InputError(f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, lost))}")
     _refuse_what_cannot_move(loaded, joints, urdf.source)
-    return Model(joints, loaded, None, find_rods(loaded), find_bodies(loaded, _drawn(urdf)), urdf.not_applied)
+    return Model(joints, loaded, None, find_rods(loaded), find_bodies(loaded, _drawn(urdf)), urdf.notes, urdf.findings)
 
 
 def _drawn(urdf: Urdf) -> dict[str, tuple[Array, float]]:
@@ -168,14 +171,24 @@ def _refuse_size(nv: int, where: str) -> None:
 def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) -> None:
     """A joint that moves no inertia has no acceleration; Pinocchio would answer NaN or a huge number."""
     pin, generic = pinocchio(), np.sin(1.0 + np.arange(model.nq))
-    M = np.triu(pin.crba(model, pin.Data(model), generic))
     a = pin.aba(model, pin.Data(model), generic, generic, np.zeros(model.nv))
+    for q in (generic, *_configurations(model)):
+        _refuse_mass_matrix(pin.crba(model, pin.Data(model), q), joints, where)
+    if not np.isfinite(a).all():
+        raise InputError(f"{where}: its masses, lengths or inertia are too far apart: the accelerations overflow")
+
+
+def _refuse_mass_matrix(M: Array, joints: tuple[str, ...], where: str) -> None:
+    """Raise InputError unless the mass matrix (nv, nv) of one configuration, its upper half, is positive definite."""
+    M = np.triu(M)
     if not np.isfinite(M).all():
         raise InputError(f"{where}: its masses, lengths or inertia are too large: the mass matrix overflows")
     M += np.triu(M, 1).T
     diagonal = np.diag(M)
     for name, inertia in zip(joints, diagonal, strict=True):
-        if not inertia > 0:
+        if inertia < 0:
+            raise InputError(f"{where}: joint {shown(name)} moves a negative inertia at some positions of the joints")
+        if inertia == 0:
             raise InputError(
                 f"{where}: joint {shown(name)} moves no inertia: its links are massless, or points on its axis"
             )
@@ -184,5 +197,12 @@ def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) ->
     if values[0] < 1e-15:
         worst = joints[int(np.argmax(np.abs(vectors[:, 0])))]
         raise InputError(f"{where}: singular mass matrix: joint {shown(worst)} can move without any inertia")
-    if not np.isfinite(a).all():
-        raise InputError(f"{where}: its masses, lengths or inertia are too far apart: the accelerations overflow")
+
+
+def _configurations(model: Any) -> Array:
+    """Positions (n, nq) at which a negative inertia may show: multiples of 45 degrees and others; none without one."""
+    least = min(np.linalg.eigvalsh(x.inertia)[0] / (np.abs(x.inertia).max() or 1.0) for x in list(model.inertias)[1:])
+    if least >= -ROUNDING:
+        return np.empty((0, model.nq))
+    random, shape = np.random.default_rng(0), (CONFIGURATIONS // 2, model.nq)
+    return np.concatenate([random.integers(0, 8, shape) * (np.pi / 4), random.uniform(-np.pi, np.pi, shape)])

@@ -6,6 +6,7 @@ Pinocchio's own reader takes broken numbers, lost branches and impossible inerti
 import math
 import os
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -15,13 +16,15 @@ import numpy as np
 
 from pendpin.errors import InputError, choices, inside, shown
 from pendpin.files import read_whole
+from pendpin.model.urdf_inertia import check_inertial, inertia_findings
+from pendpin.model.urdf_locks import freeze_joints, massless_finding, massless_joints
 from pendpin.model.urdf_xml import Element, named, needed, number, numbers, parse, plain, put, triple
+from pendpin.scene import UrdfModel
 
 MAX_BYTES = 8_000_000
 MAX_LINKS = 10_000
 MAX_DEPTH = 1_000  # links in a row; Pinocchio's reader recurses and dies far below 5,000
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
-_ROUNDING = 1e-3  # of the trace: what numbers written with four digits may miss in the triangle inequality
 _NO_LIMIT = {"lower": "-1e300", "upper": "1e300", "effort": "1e300", "velocity": "1e300"}
 _SIZES = {
     "box": "size",
@@ -39,7 +42,8 @@ class Urdf:
     source: str
     text: str
     moving_joints: tuple[str, ...]
-    not_applied: tuple[str, ...]  # what the file says and pendpin leaves out, for the user to know
+    findings: tuple[str, ...]  # what is implausible, and computed as written
+    notes: tuple[str, ...]  # what the file says and pendpin leaves out, for the user to know
     cylinders: dict[str, "Cylinder"]  # the longest that each link is drawn with
 
 
@@ -52,13 +56,18 @@ class Cylinder(NamedTuple):
     length: float  # m
 
 
-def read_urdf(path: Path) -> Urdf:
-    """Read and check a URDF file. Raises InputError: file, place and reason in one line."""
+def read_urdf(model: UrdfModel) -> Urdf:
+    """Read and check the URDF of a model, its locked joints made fixed ones.
+
+    Raises InputError: file, place and reason in one line. What is implausible, but leaves equations that can be solved,
+    is a finding.
+    """
+    path = model.path
     with inside(str(path)):
-        return _checked(str(path), path.parent, parse(read_whole(path, MAX_BYTES, "a URDF")))
+        return _checked(model, parse(read_whole(path, MAX_BYTES, "a URDF")))
 
 
-def _checked(source: str, folder: Path, robot: Element) -> Urdf:
+def _checked(model: UrdfModel, robot: Element) -> Urdf:
     links, joints = named(robot, "link"), named(robot, "joint")
     if not links:
         raise InputError("it has no <link>")
@@ -67,31 +76,35 @@ def _checked(source: str, folder: Path, robot: Element) -> Urdf:
     for material in robot.findall("material"):
         _check_color(f"material {shown(material.get('name', ''))}", material)
     for name, link in links.items():
-        _check_link(f"link {shown(name)}", link, folder)
+        _check_link(f"link {shown(name)}", link)
     for name, joint in joints.items():
         _check_joint(f"joint {shown(name)}", joint, links)
     _check_tree(links, joints)
+    massless = massless_joints(links, joints)
+    notes = freeze_joints(joints, dict.fromkeys(massless, 0.0) | model.lock, model.mimic)
     moving = tuple(name for name, joint in joints.items() if joint.get("type") != "fixed")
     if not moving:
         raise InputError("no joint of it can move: at least one revolute, continuous or prismatic joint is needed")
-    ignored = _not_applied(joints)
+    findings = massless_finding([name for name in massless if name not in model.lock])
+    notes = (*notes, *_not_applied(joints), *_missing_meshes(links, model.path.parent))
     for joint in joints.values():
         _make_plain(joint)
     drawn = {name: longest for name, link in links.items() if (longest := _longest_cylinder(link))}
-    return Urdf(source, plain(links, joints), moving, ignored, drawn)
+    return Urdf(str(model.path), plain(links, joints), moving, (*findings, *inertia_findings(links)), notes, drawn)
 
 
 # --- links ----------------------------------------------------------------------------------------------------------
 
 
-def _check_link(where: str, link: Element, folder: Path) -> None:
+def _check_link(where: str, link: Element) -> None:
     for visual in link.findall("visual"):
         _check_origin(f"{where}: visual", visual)
-        _check_geometry(where, visual.find("geometry"), folder)
+        _check_geometry(where, visual.find("geometry"))
         _check_color(f"{where}: visual", visual.find("material"))
     inertial = link.find("inertial")
     if inertial is not None:
-        _check_inertial(where, inertial)
+        _check_origin(where, inertial)
+        check_inertial(where, inertial)
 
 
 def _longest_cylinder(link: Element) -> Cylinder | None:
@@ -112,37 +125,13 @@ def _check_origin(where: str, element: Element) -> None:
             triple(where, origin, key)
 
 
-def _check_inertial(where: str, inertial: Element) -> None:
-    _check_origin(where, inertial)
-    mass = number(where, needed(where, inertial, "mass"), "value")
-    if mass < 0:
-        raise InputError(f"{where}: mass {mass:g} kg is negative")
-    tensor = needed(where, inertial, "inertia")
-    xx, xy, xz, yy, yz, zz = (number(where, tensor, key) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
-    _check_possible(where, mass, np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
-
-
-def _check_possible(where: str, mass: float, inertia: np.ndarray) -> None:
-    size = np.abs(inertia).max() or 1.0
-    small, middle, large = np.linalg.eigvalsh(inertia / size)
-    slack = _ROUNDING * (abs(small) + abs(middle) + abs(large))
-    values = f"principal inertia {choices(f'{float(value) * size:.6g}' for value in (small, middle, large))} kg m²"
-    if small < -1e-9:
-        raise InputError(f"{where}: {values}: none may be negative")
-    if large > small + middle + slack:
-        raise InputError(f"{where}: {values}: no real body has one above the sum of the others")
-    if mass == 0 and large > 0:
-        raise InputError(f"{where}: {values} with a mass of 0: a massless link has no inertia")
-
-
-def _check_geometry(where: str, geometry: Element | None, folder: Path) -> None:
+def _check_geometry(where: str, geometry: Element | None) -> None:
     shape = None if geometry is None else next(iter(geometry), None)
     if shape is None or shape.tag not in _SIZES:
         raise InputError(f"{where}: a visual needs a <geometry> with one of: {choices(_SIZES)}")
     if shape.tag == "mesh":
         if not shape.get("filename"):
             raise InputError(f"{where}: <mesh> has no filename")
-        mesh_file(folder, shape.get("filename", ""), where)
         numbers(where, shape, "scale", 3)
         return
     for key in _SIZES[shape.tag].split():
@@ -159,17 +148,19 @@ def _check_color(where: str, material: Element | None) -> None:
         numbers(where, color, "rgba", 4)
 
 
-def mesh_file(folder: Path, filename: str, where: str) -> Path:
-    """The file that a mesh name of a URDF in `folder` means; package://NAME/... is sought in the folders above it.
+def _missing_meshes(links: dict[str, Element], folder: Path) -> Iterator[str]:
+    for name, link in links.items():
+        for mesh in link.iterfind("visual/geometry/mesh"):
+            if mesh_file(folder, mesh.get("filename", "")) is None:
+                yield f"link {shown(name)}: mesh {shown(mesh.get('filename', ''))} is not found and will not be drawn"
 
-    Raises InputError, beginning with `where`, if there is none.
-    """
+
+def mesh_file(folder: Path, filename: str) -> Path | None:
+    """The file that a mesh name of a URDF in `folder` means; package://NAME/... is sought in the folders above it."""
     scheme, _, rest = filename.rpartition("://")
-    candidates = [folder / rest] if scheme in {"", "file"} else [above / rest for above in folder.resolve().parents]
-    for candidate in candidates:
-        if os.path.isfile(candidate):  # False also for names that no file can have
-            return candidate
-    raise InputError(f"{where}: mesh {shown(filename)} is not found")
+    above = [up / rest.lstrip("/") for up in folder.resolve().parents]
+    candidates = [folder / rest] if scheme in {"", "file"} else above
+    return next(filter(os.path.isfile, candidates), None)  # no file also for names that no file can have
 
 
 # --- joints ---------------------------------------------------------------------------------------------------------
@@ -180,8 +171,6 @@ def _check_joint(where: str, joint: Element, links: dict[str, Element]) -> None:
     if kind not in JOINT_TYPES:
         hint = " (write a universal joint as two revolute joints)" if kind in {"universal", "spherical"} else ""
         raise InputError(f"{where}: type {shown(kind)} is not one of: {choices(JOINT_TYPES)}{hint}")
-    if joint.find("mimic") is not None:
-        raise InputError(f"{where}: <mimic> ties it to another joint; pendpin takes trees of free joints only")
     for end in ("parent", "child"):
         name = needed(where, joint, end).get("link", "")
         if name not in links:

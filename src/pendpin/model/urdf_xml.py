@@ -68,6 +68,12 @@ def needed(where: str, element: Element, tag: str) -> Element:
     return child
 
 
+def has_inertia(link: Element) -> bool:
+    """Whether a link has a mass or an inertia other than zero."""
+    parts = [*link.iterfind("inertial/mass"), *link.iterfind("inertial/inertia")]
+    return any(float(value) for part in parts for value in part.attrib.values())
+
+
 def number(where: str, element: Element, key: str) -> float:
     """A finite number, which the element then holds in plain form. Raises InputError."""
     text = element.get(key)

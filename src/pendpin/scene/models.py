@@ -11,6 +11,8 @@ from pendpin.records import LARGEST_SIZE, NotNegative, Number, Positive, Record
 
 MAX_RODS = 100_000
 
+FARTHEST = 1e9  # rad, or m: positions of joints
+Position = Annotated[Number, Field(ge=-FARTHEST, le=FARTHEST)]
 Size = Annotated[NotNegative, Field(le=LARGEST_SIZE)]
 
 
@@ -97,6 +99,12 @@ class UrdfModel(Record):
 
     kind: Literal["urdf"] = "urdf"
     path: Path
+    mimic: Literal["free", "locked"] = Field(
+        "free", description="joints with <mimic> move on their own, or are locked where the joint they follow is at 0"
+    )
+    lock: dict[str, Position] = Field(
+        default_factory=dict, description="joints that are frozen, each at its position: rad, m for prismatic joints"
+    )
 
 
 def _model_branch(value: Any) -> str:

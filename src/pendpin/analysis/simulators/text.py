@@ -3,7 +3,7 @@
 from xml.etree import ElementTree
 
 from pendpin.model.read_urdf import read_urdf
-from pendpin.model.urdf_xml import Element
+from pendpin.model.urdf_xml import Element, has_inertia
 from pendpin.model.write_urdf import chain_urdf
 from pendpin.scene import Chain, UrdfModel
 
@@ -17,7 +17,7 @@ def same_for_all(model: Chain | UrdfModel) -> tuple[str, str]:
     MuJoCo gives every massless body the least that it takes. Where such a link is fixed to another and carries none, it
     is left out; the others say that they have no mass, as MuJoCo would else place its centre apart.
     """
-    robot = ElementTree.fromstring(chain_urdf(model) if isinstance(model, Chain) else read_urdf(model.path).text)
+    robot = ElementTree.fromstring(chain_urdf(model) if isinstance(model, Chain) else read_urdf(model).text)
     for joint in robot.findall("joint"):
         _drop(joint, joint.findall("dynamics"))
     _drop(robot, robot.findall("mujoco"))
@@ -53,7 +53,7 @@ def _massless_tips(robot: Element) -> list[Element]:
     fixed = {c.get("link"): joint for joint in robot.iterfind("joint[@type='fixed']") for c in joint.iterfind("child")}
     tips = []
     for link in robot.iterfind("link"):
-        name, mass = link.get("name"), link.find("inertial/mass")
-        if name in fixed and name not in carriers and (mass is None or float(mass.get("value", "0")) == 0):
+        name = link.get("name")
+        if name in fixed and name not in carriers and not has_inertia(link):
             tips += [link, fixed[name]]
     return tips

@@ -1,0 +1,53 @@
+"""The inertia of a URDF's links: numbers that are broken are refused, numbers that no real body has are findings."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.errors import InputError, shown
+from pendpin.model.urdf_xml import Element, needed, number
+
+_ROUNDING = 1e-3  # of the sum of all three: what numbers written with four digits may miss in the triangle inequality
+_NEGATIVE = 1e-9  # of the largest: what rounding may leave below zero
+_AS_WRITTEN = "no real body has this inertia; accelerations are computed as written"
+
+
+def check_inertial(where: str, inertial: Element) -> None:
+    """Raise InputError where <inertial> lacks a number, has one that is none, or a negative mass."""
+    mass = number(where, needed(where, inertial, "mass"), "value")
+    if mass < 0:
+        raise InputError(f"{where}: mass {mass:g} kg is negative")
+    _tensor(inertial, where)
+
+
+def inertia_findings(links: dict[str, Element]) -> Iterator[str]:
+    """What is implausible in the inertia of links that passed the check: link, numbers, and what follows."""
+    for name, link in links.items():
+        inertial = link.find("inertial")
+        reason = None if inertial is None else _implausible(inertial)
+        if reason:
+            yield f"link {shown(name)}: {reason}: {_AS_WRITTEN}"
+
+
+def _implausible(inertial: Element) -> str | None:
+    tensor, mass = _tensor(inertial), float(needed("", inertial, "mass").get("value", ""))
+    size = np.abs(tensor).max() or 1.0
+    small, middle, large = np.linalg.eigvalsh(tensor / size)
+    slack = _ROUNDING * (abs(small) + abs(middle) + abs(large))
+    a, b, c = (f"{value * size:.6g}" for value in (small, middle, large))
+    values = f"principal inertia {a}, {b} and {c} kg m²"
+    if mass == 0 and tensor.any():
+        return f"{values} with a mass of 0"
+    if small < -_NEGATIVE:
+        return f"{values}, {a} is negative"
+    if large > small + middle + slack:
+        return f"{values}, {c} > {a} + {b}"
+    return None
+
+
+def _tensor(inertial: Element, where: str = "") -> Array:
+    """The central inertia (3, 3) kg m², in the axes of <origin>."""
+    values = needed(where, inertial, "inertia")
+    xx, xy, xz, yy, yz, zz = (number(where, values, key) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

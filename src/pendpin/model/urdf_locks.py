@@ -1,0 +1,119 @@
+"""Joints of a URDF that are frozen: those that a scene locks, mimic joints on request, and joints that move no mass."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.errors import InputError, choices, shown
+from pendpin.model.bodies import pinocchio
+from pendpin.model.urdf_xml import Element, has_inertia, needed, number, put, triple
+
+
+class _Mimic(NamedTuple):
+    """A joint whose position should follow another's: multiplier times that, plus offset (rad, or m for slides)."""
+
+    joint: str
+    multiplier: float
+    offset: float
+
+
+def freeze_joints(joints: dict[str, Element], lock: Mapping[str, float], mimic: str) -> tuple[str, ...]:
+    """Make locked joints fixed ones at their positions (rad, or m for slides); notes on what mimics another.
+
+    Raises InputError for a joint that does not exist or cannot move, and for a broken <mimic>.
+    """
+    moving = {name: joint for name, joint in joints.items() if joint.get("type") != "fixed"}
+    for name in lock:
+        if name not in moving:
+            more = ", ..." if len(moving) > 12 else ""
+            raise InputError(f"model.lock: joint {shown(name)} is not one of: {choices(list(moving)[:12])}{more}")
+    mimics = {name: found for name, joint in moving.items() if (found := _mimic_of(name, joint))}
+    frozen = dict(lock)
+    if mimic == "locked":
+        frozen = {name: _followed(name, mimics, lock) for name in mimics} | frozen
+    for name, position in frozen.items():
+        _freeze(joints[name], position)
+    return tuple(_note(name, x.joint, x.joint in joints, frozen) for name, x in mimics.items() if name not in lock)
+
+
+def massless_joints(links: dict[str, Element], joints: dict[str, Element]) -> tuple[str, ...]:
+    """The moving joints beyond which no link has a mass or an inertia; none where that is true of all of them."""
+    above = {_end(joint, "child"): _end(joint, "parent") for joint in joints.values()}
+    carrying: set[str] = set()
+    for link in filter(lambda name: has_inertia(links[name]), links):
+        while link not in carrying:
+            carrying.add(link)
+            link = above.get(link, link)
+    moving = [name for name, joint in joints.items() if joint.get("type") != "fixed"]
+    found = tuple(name for name in moving if _end(joints[name], "child") not in carrying)
+    return found if len(found) < len(moving) else ()
+
+
+def massless_finding(names: Sequence[str]) -> tuple[str, ...]:
+    """What is said about such joints."""
+    if not names:
+        return ()
+    many = f" and {len(names) - 6} more" * (len(names) > 6)
+    return (
+        f"joint{'s' * (len(names) > 1)} {choices(map(shown, names[:6]))}{many}: its links are massless, which leaves its "
+        "motion undefined and moves nothing else; it is locked at 0",
+    )
+
+
+def _end(joint: Element, end: str) -> str:
+    return needed("", joint, end).get("link", "")
+
+
+def _mimic_of(name: str, joint: Element) -> _Mimic | None:
+    mimic, where = joint.find("mimic"), f"joint {shown(name)}"
+    if mimic is None:
+        return None
+    if not mimic.get("joint"):
+        raise InputError(f"{where}: <mimic> names no joint")
+    multiplier, offset = (
+        number(where, mimic, key) if key in mimic.attrib else default
+        for key, default in (("multiplier", 1.0), ("offset", 0.0))
+    )
+    return _Mimic(mimic.get("joint", ""), multiplier, offset)
+
+
+def _followed(name: str, mimics: Mapping[str, _Mimic], lock: Mapping[str, float]) -> float:
+    """Where a mimic joint stands: where the joint that it follows is locked, or at its zero. Raises InputError."""
+    path, slope, position = [name], 1.0, 0.0
+    while path[-1] in mimics and path[-1] not in lock:
+        master, multiplier, offset = mimics[path[-1]]
+        if master in path:
+            raise InputError(f"joint {shown(name)}: it mimics itself, by way of {choices(map(shown, path[1:]))}")
+        path, position, slope = [*path, master], position + slope * offset, slope * multiplier
+    return position + slope * lock.get(path[-1], 0.0)
+
+
+def _note(name: str, master: str, known: bool, frozen: Mapping[str, float]) -> str:
+    what = f"joint {shown(name)} mimics {shown(master)} in the file{'' if known else ', which has no such joint'}"
+    if name in frozen:
+        return f"{what}; it is locked at {frozen[name]:g}"
+    return f'{what}; it moves on its own here; mimic = "locked" freezes it'
+
+
+def _freeze(joint: Element, position: float) -> None:
+    """Make a moving joint a fixed one; at position 0 its origin stays as written, to the last bit."""
+    if position:
+        _move_origin(joint, position)
+    joint.set("type", "fixed")
+
+
+def _move_origin(joint: Element, position: float) -> None:
+    pin, origin, axis = pinocchio(), joint.find("origin"), joint.find("axis")
+    if origin is None:
+        origin = Element("origin")
+        joint.append(origin)
+    xyz, rpy = (np.array(triple("", origin, key)) for key in ("xyz", "rpy"))
+    along = np.array([1.0, 0.0, 0.0] if axis is None else triple("", axis, "xyz"))
+    along /= np.abs(along).max()
+    along /= np.linalg.norm(along)
+    R = pin.rpy.rpyToMatrix(rpy)
+    if joint.get("type") == "prismatic":
+        put(origin, "xyz", xyz + R @ along * position)
+    else:
+        put(origin, "rpy", pin.rpy.matrixToRpy(R @ pin.exp3(along * position)))
