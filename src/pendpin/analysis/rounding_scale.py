@@ -36,6 +36,7 @@ def rod_scale(rod: RodInertia, q: Array, v: Array, field: Array, solution: RodSo
     Mc = s * moment1 + c * moment3
     return RodSolution(theta_dd, phi_dd, R1, R2, R3, Mc * c, Mc)
 
+
 ONE_PRODUCT = 0.01  # of a term: one rounding, where the bound of a comparison allows some hundred
 
 
@@ -53,8 +54,8 @@ def tree_scale(model: Model, field: Array, q: Array, v: Array, a: Array) -> Tree
     A joint's equation is the moment (the force, for a slide) along its axis: its terms are, over the bodies beyond it,
     mass times the norms of field and acceleration with their levers, and inertia times angular acceleration and squared
     rate. In Pinocchio's spatial vectors m v x v enters as well, with v the velocity of the joint's origin; it vanishes
-    but for one rounding. What rounding errors in them do to the accelerations is bounded by |M^-1|, and to a joint's wrench, through
-    the accelerations, by |W M^-1|, with W the wrenches that unit accelerations call for.
+    but for one rounding. What rounding errors in them do to the accelerations is bounded by |M^-1|, and to a joint's
+    wrench, through the accelerations, by |W M^-1|, with W the wrenches that unit accelerations call for.
     """
     tree = tree_of(model.pin)
     below = _below(tree.parents)

@@ -1,6 +1,7 @@
 """The commands. They read, call, print and write; the physics is elsewhere."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -32,8 +33,14 @@ app = typer.Typer(
 )
 
 SceneFile = Annotated[Path | None, typer.Argument(help="Scene file (TOML); the built-in single rod if absent.")]
+UrdfFile = Annotated[Path | None, typer.Option(help="A URDF in place of a scene, under gravity, from rest.")]
+Lock = Annotated[list[str] | None, typer.Option(help="NAME=POSITION freezes a joint of the URDF, in rad or m.")]
+Mimic = Annotated[str | None, typer.Option(help="Joints of the URDF with <mimic>: free or locked.")]
+Strict = Annotated[bool, typer.Option("--strict", help="Refuse a model with findings: inertia that no real body has.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 
+
+MOST_NOTES = 12  # lines before a table
 
 UsageError: Any = typer.BadParameter.__mro__[1]  # its base: whatever is wrong with the command line itself
 
@@ -79,6 +86,10 @@ def _fail_usage(error: Any) -> None:
 @app.command()
 def run(
     scene: SceneFile = None,
+    urdf: UrdfFile = None,
+    lock: Lock = None,
+    mimic: Mimic = None,
+    strict: Strict = False,
     method: Annotated[str | None, typer.Option(help="Integration method, such as dop853.")] = None,
     tolerance: Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")] = None,
     step: Annotated[float | None, typer.Option(help="Largest step in s, for methods with a fixed one.")] = None,
@@ -106,8 +117,8 @@ def run(
     from pendpin.simulation.checkpoint import resumable
     from pendpin.simulation.simulate import simulate
 
-    chosen = _scene(scene)
-    if scene is None:
+    chosen = _scene_with(scene, urdf, lock or (), mimic)
+    if scene is None and urdf is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")
     if plot:
         picture_kind(plot)
@@ -118,8 +129,8 @@ def run(
         _print_binding(chosen)
     stopped: RunError | None = None
     with resumable(checkpoint):
-        with inside(_place(scene)), progress_bar("integrating", chosen.duration, hidden=json) as progress:
-            _print_notes(chosen)
+        with inside(_place(urdf or scene)), progress_bar("integrating", chosen.duration, hidden=json) as progress:
+            _print_notes(chosen, strict)
             options |= {"energy_balance": energy_balance, "limit": limit, "checkpoint": checkpoint, "every": every}
             try:
                 trajectory = simulate(chosen, **options, progress=progress)
@@ -140,21 +151,20 @@ def run(
 @app.command()
 def check(
     scene: SceneFile = None,
-    urdf: Annotated[Path | None, typer.Option(help="A URDF in place of a scene, under gravity.")] = None,
+    urdf: UrdfFile = None,
+    lock: Lock = None,
+    mimic: Mimic = None,
+    strict: Strict = False,
     states: Annotated[int, typer.Option(min=1, max=10_000_000, help="How many random states.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
     json: Json = False,
 ) -> None:
     """Compute accelerations and reactions at random states by every route, and compare each pair of routes."""
     from pendpin.analysis.crosscheck import crosscheck
-    from pendpin.effects import Gravity
-    from pendpin.scene import Scene, UrdfModel
 
-    if scene is not None and urdf is not None:
-        raise typer.BadParameter("give a scene or a URDF, not both")
-    chosen = Scene(model=UrdfModel(path=urdf), effects=(Gravity(),)) if urdf else _scene(scene)
+    chosen = _scene_with(scene, urdf, lock or (), mimic)
     with inside(_place(urdf or scene)):
-        _print_notes(chosen)
+        _print_notes(chosen, strict)
         report = crosscheck(chosen, states=states, seed=seed)
     print_check(report, json)
     if report.fault:
@@ -294,6 +304,34 @@ def _scene(path: Path | None) -> "Scene":
     return builtin_scene() if path is None else load_scene(path)
 
 
+def _scene_with(path: Path | None, urdf: Path | None, lock: Sequence[str], mimic: str | None) -> "Scene":
+    """A scene, or a URDF in place of one, with the joints of its URDF locked as the options say."""
+    from pendpin.effects import Gravity
+    from pendpin.scene import Scene, UrdfModel
+
+    if path is not None and urdf is not None:
+        raise typer.BadParameter("give a scene or a URDF, not both")
+    scene = Scene(model=UrdfModel(path=urdf), effects=(Gravity(),)) if urdf else _scene(path)
+    if not lock and mimic is None:
+        return scene
+    if not isinstance(scene.model, UrdfModel):
+        raise typer.BadParameter("the model is a chain of rods; --lock and --mimic are for the joints of a URDF")
+    given = {"lock": scene.model.lock | dict(map(_locked, lock))} | ({"mimic": mimic} if mimic is not None else {})
+    try:
+        model = UrdfModel(**(scene.model.model_dump() | given))
+    except InputError as error:
+        raise typer.BadParameter(str(error).removeprefix("UrdfModel: ")) from None
+    return scene.model_copy(update={"model": model})
+
+
+def _locked(text: str) -> tuple[str, float]:
+    name, _, position = text.rpartition("=")
+    try:
+        return name, float(position)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not NAME=POSITION, such as elbow=0.5", param_hint="--lock") from None
+
+
 def _place(path: Path | None) -> str:
     return str(path or "the built-in rod")
 
@@ -318,11 +356,20 @@ def _files_of(scene: "Scene") -> list[Path | None]:
     return [getattr(scene.model, "path", None), *(getattr(effect, "csv", None) for effect in scene.effects)]
 
 
-def _print_notes(scene: "Scene") -> None:
+def _print_notes(scene: "Scene", strict: bool) -> None:
+    """What is odd in a model: findings, which `strict` refuses, and notes. Raises InputError."""
     from pendpin.model.build import build
 
-    for note in build(scene.model).notes:
+    model = build(scene.model)
+    if strict and model.findings:
+        more = f" (the first of {len(model.findings)} findings)" * (len(model.findings) > 1)
+        raise InputError(f"{model.findings[0]}{more}; --strict refuses this")
+    for finding in model.findings:
+        say(f"pendpin: finding: {finding}")
+    for note in model.notes[:MOST_NOTES]:
         say(f"pendpin: note: {note}")
+    if len(model.notes) > MOST_NOTES:
+        say(f"pendpin: note: {len(model.notes) - MOST_NOTES} more notes; bind(scene).model.notes has them all")
 
 
 def _print_binding(scene: "Scene") -> None:

@@ -54,10 +54,13 @@ def massless_finding(names: Sequence[str]) -> tuple[str, ...]:
     """What is said about such joints."""
     if not names:
         return ()
-    many = f" and {len(names) - 6} more" * (len(names) > 6)
+    if len(names) == 1:
+        who, its, stands = f"joint {shown(names[0])}", "its", "it is"
+    else:
+        more = f" and {len(names) - 6} more" * (len(names) > 6)
+        who, its, stands = f"joints {choices(map(shown, names[:6]))}{more}", "their", "they are"
     return (
-        f"joint{'s' * (len(names) > 1)} {choices(map(shown, names[:6]))}{many}: its links are massless, which leaves its "
-        "motion undefined and moves nothing else; it is locked at 0",
+        f"{who} can move massless links only: {its} motion is undefined and moves nothing else; {stands} locked at 0",
     )
 
 
