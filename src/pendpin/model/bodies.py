@@ -14,7 +14,7 @@ from pendpin.errors import MissingLibrary
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A link with a mass. Its frame is that of the joint that moves it."""
+    """A link with a mass or an inertia. Its frame is that of the joint that moves it."""
 
     link: str
     joint: int  # index in model order
@@ -52,7 +52,7 @@ def pinocchio() -> Any:
 
 
 def find_bodies(model: Any, drawn: Mapping[str, tuple[Array, float]]) -> tuple[Body, ...]:
-    """The links with a mass of a pin.Model, in model order.
+    """The links with a mass or an inertia of a pin.Model, in model order.
 
     `drawn` gives the far end (3,) m, in the link frame, and the radius of links that are drawn as rods. A body's tip is
     the farthest of its child joints and fixed frames, else its drawn end, else twice as far as its centre of mass.
@@ -62,9 +62,12 @@ def find_bodies(model: Any, drawn: Mapping[str, tuple[Array, float]]) -> tuple[B
         ends[model.parents[joint]].append(np.array(model.jointPlacements[joint].translation))
     for frame in model.frames:
         ends[frame.parentJoint].append(np.array(frame.placement.translation))
-    return tuple(
-        _body(model, joint, ends[joint], drawn) for joint in range(1, model.njoints) if model.inertias[joint].mass > 0
+    moved = (
+        joint
+        for joint in range(1, model.njoints)
+        if model.inertias[joint].mass > 0 or model.inertias[joint].inertia.any()
     )
+    return tuple(_body(model, joint, ends[joint], drawn) for joint in moved)
 
 
 def _body(model: Any, joint: int, ends: list[Array], drawn: Mapping[str, tuple[Array, float]]) -> Body:

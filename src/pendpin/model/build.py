@@ -16,6 +16,7 @@ from pendpin.scene.models import FARTHEST
 FLIP = np.diag([1.0, -1.0, -1.0])  # W to the inertial frame I, and a rod's link frame to its body frame B: exact signs
 DATA_BYTES_PER_CUBE = 32  # Pinocchio's Data grows like nv³: docs/pinocchio_notes.md
 MAX_DATA_BYTES = 1e9
+SINGULAR = 4 * np.finfo(float).eps  # for each joint: the least eigenvalue of a mass matrix with a unit diagonal
 ROUNDING = 1e-12  # of a body's inertia: what rounding may leave below zero
 CONFIGURATIONS = 200  # at which a mass matrix with negative inertia in it has to be positive definite
 
@@ -55,7 +56,8 @@ def build(model: Chain | UrdfModel) -> Model:
 def start_state(model: Model, start: Start) -> tuple[Array, Array]:
     """Positions and velocities (nv,) of the start, in model order.
 
-    Raises InputError for unknown joints, and for positions so far out that small motions are lost in rounding.
+    Raises InputError for unknown joints, for positions so far out that small motions are lost in rounding, and for those
+    of a URDF at which some joint moves no inertia.
     """
     q, v = _values(model, start.positions, "start.positions"), _values(model, start.velocities, "start.velocities")
     for joint in np.flatnonzero(np.abs(q) > FARTHEST):
@@ -63,6 +65,8 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
         raise InputError(
             f"start.positions.{name}: {q[joint]:g}: doubles are {apart:.1g} apart there; at most {FARTHEST:g}"
         )
+    if model.chain is None and model.pin is not None:
+        _refuse_singular(_mass_matrix(model.pin, q), model.joints, "start.positions", "; begin elsewhere, or lock it")
     return q, v
 
 
@@ -172,31 +176,43 @@ def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) ->
     """A joint that moves no inertia has no acceleration; Pinocchio would answer NaN or a huge number."""
     pin, generic = pinocchio(), np.sin(1.0 + np.arange(model.nq))
     a = pin.aba(model, pin.Data(model), generic, generic, np.zeros(model.nv))
-    for q in (generic, *_configurations(model)):
-        _refuse_mass_matrix(pin.crba(model, pin.Data(model), q), joints, where)
+    _refuse_singular(_mass_matrix(model, generic), joints, where)
+    for q in _configurations(model):
+        value, joint = _least_eigenvalue(_mass_matrix(model, q))
+        if value < -ROUNDING:
+            raise InputError(
+                f"{where}: joint {shown(joints[joint])} moves a negative inertia at some positions of the joints"
+            )
     if not np.isfinite(a).all():
         raise InputError(f"{where}: its masses, lengths or inertia are too far apart: the accelerations overflow")
 
 
-def _refuse_mass_matrix(M: Array, joints: tuple[str, ...], where: str) -> None:
-    """Raise InputError unless the mass matrix (nv, nv) of one configuration, its upper half, is positive definite."""
-    M = np.triu(M)
+def _refuse_singular(M: Array, joints: tuple[str, ...], where: str, remedy: str = "") -> None:
+    """Raise InputError where a mass matrix (nv, nv) leaves some acceleration undefined."""
     if not np.isfinite(M).all():
         raise InputError(f"{where}: its masses, lengths or inertia are too large: the mass matrix overflows")
-    M += np.triu(M, 1).T
-    diagonal = np.diag(M)
-    for name, inertia in zip(joints, diagonal, strict=True):
-        if inertia < 0:
-            raise InputError(f"{where}: joint {shown(name)} moves a negative inertia at some positions of the joints")
-        if inertia == 0:
+    for name, inertia in zip(joints, np.diag(M), strict=True):
+        if not inertia > 0:
             raise InputError(
-                f"{where}: joint {shown(name)} moves no inertia: its links are massless, or points on its axis"
+                f"{where}: joint {shown(name)} moves no inertia: its links are massless, or points on its axis{remedy}"
             )
-    scale = 1 / np.sqrt(diagonal)
+    value, joint = _least_eigenvalue(M)
+    if value < SINGULAR * len(M):
+        name = shown(joints[joint])
+        raise InputError(f"{where}: singular mass matrix: joint {name} can move without any inertia{remedy}")
+
+
+def _mass_matrix(model: Any, q: Array) -> Array:
+    """(nv, nv) at positions (nq,)."""
+    upper = np.triu(pinocchio().crba(model, pinocchio().Data(model), q))
+    return upper + np.triu(upper, 1).T
+
+
+def _least_eigenvalue(M: Array) -> tuple[float, int]:
+    """Of a mass matrix (nv, nv) scaled to a diagonal of 1 or -1, and the joint that moves most in its direction."""
+    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(M)), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(scale[:, None] * M * scale)
-    if values[0] < 1e-15:
-        worst = joints[int(np.argmax(np.abs(vectors[:, 0])))]
-        raise InputError(f"{where}: singular mass matrix: joint {shown(worst)} can move without any inertia")
+    return float(values[0]), int(np.argmax(np.abs(vectors[:, 0])))
 
 
 def _configurations(model: Any) -> Array:
