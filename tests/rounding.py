@@ -1,9 +1,9 @@
 """What rounding can do to accelerations and wrenches of a tree: the bounds that comparisons of two algorithms are held to.
 
 An algorithm sums terms: masses times the norms of accelerations and the field, times levers; inertias times angular
-accelerations and squared rates; torques and wrenches from outside. Each sum is off by a few eps of its terms' norms, and
-|M^-1| turns that into accelerations. Where an algorithm refers everything to the origin of the world, as Pinocchio's
-WORLD convention does, the levers are those from there.
+accelerations and squared rates; in spatial vectors also m v x v, which vanishes; torques and wrenches from outside. Each
+sum is off by a few eps of its terms' norms, and |M^-1| turns that into accelerations. Where an algorithm refers
+everything to the origin of the world, as Pinocchio's WORLD convention does, the levers are those from there.
 """
 
 from typing import NamedTuple
@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 EPS = np.finfo(float).eps
+ROUNDINGS = 20  # for each joint: turning by a matrix, moving to another origin and adding take about so many
 
 
 class Terms(NamedTuple):
@@ -52,7 +53,7 @@ def _of_links(model, data, at, below, world):
     if world:
         lever, a = lever + np.linalg.norm(at, axis=1), a + (alpha + rate**2) * np.linalg.norm(at, axis=1)
     force = mass * (_norm(model.gravity.linear) + a + velocity * rate + (alpha + rate**2) * lever)
-    return force, lever * force + inertia * (alpha + rate**2)
+    return force, lever * force + inertia * (alpha + rate**2) + mass * velocity**2
 
 
 def _below(parents):

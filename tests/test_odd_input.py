@@ -59,11 +59,73 @@ def test_link_as_output_stays_a_link(folder: Path) -> None:
     assert (folder / "real.npz").is_file()
 
 
-def test_impossible_inertia_is_taken_with_a_note(folder: Path, capfd: pytest.CaptureFixture) -> None:
+MASS, INERTIA, AXIS = '<mass value="1.0"/>', 'ixx="0.0834"', '<axis xyz="0 -1 0"/>'
+VISUAL = '<cylinder radius="0.01" length="1.0"/>'
+IMPLAUSIBLE = {
+    "negative": (INERTIA, 'ixx="-0.0834"', "principal inertia -0.0834, 0.0002 and 0.0834 kg m², -0.0834 is negative"),
+    "indefinite": ('ixy="0"', 'ixy="0.1"', "principal inertia -0.0166, 0.0002 and 0.1834 kg m², -0.0166 is negative"),
+    "off the triangle": (
+        'izz="0.0002"',
+        'izz="0.3"',
+        "principal inertia 0.0834, 0.0834 and 0.3 kg m², 0.3 > 0.0834 + 0.0834",
+    ),
+    "off by far": ('izz="0.0002"', 'izz="1e99"', "principal inertia 0.0834, 0.0834 and 1e+99 kg m²"),
+    "massless": (MASS, '<mass value="0"/>', "principal inertia 0.0002, 0.0834 and 0.0834 kg m² with a mass of 0"),
+}
+NOTED = {
+    "mimic": (
+        AXIS,
+        f'{AXIS}<mimic joint="theta"/>',
+        "joint 'phi' mimics 'theta' in the file; it moves on its own here",
+    ),
+    "mimic of a stranger": (
+        AXIS,
+        f'{AXIS}<mimic joint="x"/>',
+        "joint 'phi' mimics 'x' in the file, which has no such joint",
+    ),
+    "missing mesh": (
+        VISUAL,
+        '<mesh filename="package://a/b.stl"/>',
+        "link 'rod': mesh 'package://a/b.stl' is not found",
+    ),
+    "endless mesh name": (VISUAL, f'<mesh filename="{"m" * 9000}"/>', "link 'rod': mesh 'mmm"),
+}
+
+
+@pytest.mark.parametrize("name", IMPLAUSIBLE)
+def test_implausible_inertia_is_a_finding(name: str, folder: Path, capfd: pytest.CaptureFixture) -> None:
+    """Link, numbers, and what follows, in one line; the run goes on; --strict refuses it with the same words."""
+    old, new, says = IMPLAUSIBLE[name]
+    (folder / "rod.urdf").write_text(edited(ROD, (old, new)))
+    (folder / "scene.toml").write_text(URDF_SCENE)
+    assert run_main("run", "scene.toml", "--html", "run.html", "--plot", "run.png") == 0
+    (line,) = capfd.readouterr().err.splitlines()
+    assert line.startswith(f"pendpin: finding: link 'rod': {says}")
+    assert line.endswith("no real body has this inertia; accelerations are computed as written")
+    for command in (("run", "scene.toml"), ("check", "--urdf", "rod.urdf")):
+        assert run_main(*command, "--strict") == 1
+        (refused,) = capfd.readouterr().err.splitlines()
+        assert refused.endswith(f"{line.removeprefix('pendpin: finding: ')}; --strict refuses this")
+
+
+@pytest.mark.parametrize("name", NOTED)
+def test_what_a_urdf_says_and_pendpin_leaves_out_is_noted(
+    name: str, folder: Path, capfd: pytest.CaptureFixture
+) -> None:
+    """In one line; the run goes on and is drawn, and --strict takes it."""
+    old, new, says = NOTED[name]
+    (folder / "rod.urdf").write_text(edited(ROD, (old, new)))
+    (folder / "scene.toml").write_text(URDF_SCENE)
+    assert run_main("run", "scene.toml", "--html", "run.html", "--strict") == 0
+    (line,) = capfd.readouterr().err.splitlines()
+    assert line.startswith(f"pendpin: note: {says}")
+
+
+def test_impossible_inertia_is_taken_with_a_finding(folder: Path, capfd: pytest.CaptureFixture) -> None:
     """A scene's own inertia may be that of no real body: the equations hold, and the user is told."""
     (folder / "scene.toml").write_text(edited(SCENE, ("radius = 0.01", "inertia = [0.3, 0.2, 0.05]")))
     assert run_main("run", "scene.toml") == 0
-    assert capfd.readouterr().err.startswith("pendpin: note: model.rods[0].inertia: no real body has this inertia")
+    assert capfd.readouterr().err.startswith("pendpin: finding: model.rods[0].inertia: no real body has this inertia")
 
 
 def test_damping_is_noted(folder: Path, capfd: pytest.CaptureFixture) -> None:

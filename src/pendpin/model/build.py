@@ -176,13 +176,13 @@ def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) ->
     """A joint that moves no inertia has no acceleration; Pinocchio would answer NaN or a huge number."""
     pin, generic = pinocchio(), np.sin(1.0 + np.arange(model.nq))
     a = pin.aba(model, pin.Data(model), generic, generic, np.zeros(model.nv))
-    _refuse_singular(_mass_matrix(model, generic), joints, where)
     for q in _configurations(model):
-        value, joint = _least_eigenvalue(_mass_matrix(model, q))
+        M = _mass_matrix(model, q)
+        value, joint = _least_eigenvalue(M) if np.isfinite(M).all() else (0.0, 0)
         if value < -ROUNDING:
-            raise InputError(
-                f"{where}: joint {shown(joints[joint])} moves a negative inertia at some positions of the joints"
-            )
+            name = shown(joints[joint])
+            raise InputError(f"{where}: joint {name} moves a negative inertia at some positions of the joints")
+    _refuse_singular(_mass_matrix(model, generic), joints, where)
     if not np.isfinite(a).all():
         raise InputError(f"{where}: its masses, lengths or inertia are too far apart: the accelerations overflow")
 
