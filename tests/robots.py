@@ -105,7 +105,7 @@ def main() -> int:
     print(f"{'robot':48}{'joints':>7}" + "".join(f"{name:>11}" for name in Comparison._fields[1:]))
     for path, row in sorted(found.items(), key=lambda item: max(item[1][1:])):
         print(
-            f"{path.relative_to(FOLDER)!s:.46}".ljust(48) + f"{row.joints:7}" + "".join(f"{x:11.3f}" for x in row[1:])
+            f"{path.relative_to(FOLDER)!s:.46}".ljust(48) + f"{row.joints:7}" + "".join(f"{x:11.2g}" for x in row[1:])
         )
     return 0
 
