@@ -17,7 +17,7 @@ from bad_input import ROD, SCENE, URDF_SCENE, Case, Content
 from pendpin.trajectory import Stats
 
 N, NV = 4, 2
-SAMPLES = {"bool": True, "float": 1.0, "int": 1, "str": "x"}
+SAMPLES = {"tuple": (), "bool": True, "float": 1.0, "int": 1, "str": "x"}
 STATS = {
     name: next(sample for word, sample in SAMPLES.items() if word in str(kind))
     for name, kind in get_type_hints(Stats).items()
