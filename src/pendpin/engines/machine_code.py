@@ -1,0 +1,229 @@
+"""Operations on a tape as machine code: LLVM's intermediate language, compiled in memory (llvmlite).
+
+A function has the signature of CyRK's right-hand sides, so that it is called from compiled integrators and from Python:
+    void rate(double *dy, double t, double *y, void **block, void *unused)
+Its block holds what changes from run to run: see `Block`. Nothing of it is written to a file.
+"""
+
+import ctypes
+import struct
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.engines.tape import Tape, operands_of
+
+OPTIMISED = 2  # of 3; the tape has taken out most that can be
+EVERY = 4096  # calls between two of a block's watcher; a power of 2
+Rate = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
+Watcher = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double)  # t -> whether to stop
+_HEADER = 2  # cells of a block before its numbers: the count of calls, the watcher
+_TABLE = 3  # cells of a table: addresses of its times and its rows, and how many there are
+
+_BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
+_COMPARED = {"min": "olt", "max": "ogt"}
+_INTRINSIC = ("sqrt", "exp", "log", "sin", "cos", "pow")
+_DECLARED = """
+declare double @llvm.sqrt.f64(double)
+declare double @llvm.exp.f64(double)
+declare double @llvm.log.f64(double)
+declare double @llvm.sin.f64(double)
+declare double @llvm.cos.f64(double)
+declare double @llvm.pow.f64(double, double)
+declare double @tan(double)
+declare double @tanh(double)
+declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)
+
+define internal i64 @row(ptr %times, i64 %rows, double %t) noinline {
+entry:
+  br label %look
+look:                                             ; the last of the rows that begins at or before t
+  %low = phi i64 [ 0, %entry ], [ %low2, %next ]
+  %high = phi i64 [ %rows, %entry ], [ %high2, %next ]
+  %gap = sub i64 %high, %low
+  %more = icmp sgt i64 %gap, 1
+  br i1 %more, label %next, label %done
+next:
+  %sum = add i64 %low, %high
+  %middle = lshr i64 %sum, 1
+  %at = getelementptr double, ptr %times, i64 %middle
+  %begin = load double, ptr %at
+  %later = fcmp ogt double %begin, %t
+  %low2 = select i1 %later, i64 %low, i64 %middle
+  %high2 = select i1 %later, i64 %middle, i64 %high
+  br label %look
+done:
+  ret i64 %low
+}
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Numbers over time: a row holds from its own time to the next."""
+
+    times: Array  # (n,) s
+    rows: Array  # (n, width)
+
+
+class Function:
+    """The machine code of some results of a tape. It may be used from several threads, with a block for each."""
+
+    def __init__(self, tape: Tape, results: Sequence[Any], tables: int = 0) -> None:
+        self._tape = tape
+        self._places = [tape.placed(x) for x in results]
+        self._needed = tape.needed(self._places)
+        fixed = {x for place in self._needed if not tape.fixed[place] for x in operands_of(tape.operations[place])}
+        self._fixed = sorted(x for x in fixed.union(self._places) if tape.fixed[x] and tape.operations[x][0] != "number")
+        self._tables = tables
+        self._code = _compiled("\n".join(self._written()))
+        self.address = self._code.get_function_address("rate")
+        self.call = Rate(self.address)
+
+    def block(self, parameters: Sequence[float], tables: Sequence[Table] = ()) -> "Block":
+        """A block for one set of parameters."""
+        values = self._tape.values(self._fixed, parameters)
+        return Block([values[place] for place in self._fixed], tables)
+
+    def _written(self) -> Iterator[str]:
+        yield _DECLARED
+        yield "define void @rate(ptr noalias %dy, double %t, ptr noalias %y, ptr %blocks, ptr %unused) {"
+        yield from _watching(len(self._places))
+        for cell, place in enumerate(self._fixed, _HEADER + _TABLE * self._tables):
+            yield from _load(f"v{place}", "block", cell)
+        for place in self._needed:
+            if not self._tape.fixed[place]:
+                yield from self._line(place)
+        for i, place in enumerate(self._places):
+            yield f"  %to{i} = getelementptr double, ptr %dy, i64 {i}"
+            yield f"  store double {self._operand(place)}, ptr %to{i}"
+        yield "  ret void\n}"
+
+    def _line(self, place: int) -> Iterator[str]:
+        name, *operands = self._tape.operations[place]
+        if name == "time":
+            yield f"  %v{place} = fsub double %t, 0.0"
+        elif name == "state":
+            yield from _load(f"v{place}", "y", operands[0])
+        elif name == "row":
+            yield from _row(place, self._operand(operands[0]), *operands[1:])
+        elif name == "entry":
+            yield from _load(f"v{place}", f"row{operands[0]}", operands[1])
+        else:
+            yield from _arithmetic(place, name, [self._operand(x) for x in operands])
+
+    def _operand(self, place: int) -> str:
+        name, *operands = self._tape.operations[place]
+        return _number(operands[0]) if name == "number" else f"%v{place}"
+
+
+class Block:
+    """What a function needs beside time and state, at `address`: parameters, tables, its count of calls, a watcher."""
+
+    def __init__(self, numbers: Sequence[float], tables: Sequence[Table]) -> None:
+        self._kept = [np.ascontiguousarray(part) for table in tables for part in (table.times, table.rows)]
+        self._cells = np.zeros(_HEADER + _TABLE * len(tables) + len(numbers))
+        self._whole = self._cells.view(np.int64)
+        for i, table in enumerate(tables):
+            addresses = (part.ctypes.data for part in self._kept[2 * i : 2 * i + 2])
+            self._whole[_HEADER + _TABLE * i :][:_TABLE] = *addresses, len(table.times)
+        self._cells[_HEADER + _TABLE * len(tables) :] = numbers
+        self._pointer = np.array([self._cells.ctypes.data])
+        self.address = self._pointer.ctypes.data  # of the address of the cells
+
+    @property
+    def calls(self) -> int:
+        """How often the function has been called with it."""
+        return int(self._whole[0])
+
+    def watched(self, watcher: Callable[[float], bool]) -> None:
+        """Have `watcher` called with the time every EVERY calls; where it returns True the rates become NaN."""
+        self._watcher = Watcher(watcher)
+        self._whole[1] = ctypes.cast(self._watcher, ctypes.c_void_p).value
+
+
+def _watching(results: int) -> Iterator[str]:
+    """Count the call, and ask the watcher now and then."""
+    yield f"""
+  %block = load ptr, ptr %blocks
+  %before = load i64, ptr %block
+  %count = add i64 %before, 1
+  store i64 %count, ptr %block
+  %part = and i64 %count, {EVERY - 1}
+  %due = icmp eq i64 %part, 0
+  br i1 %due, label %watch, label %go
+watch:
+  %place = getelementptr ptr, ptr %block, i64 1
+  %watcher = load ptr, ptr %place
+  %none = icmp eq ptr %watcher, null
+  br i1 %none, label %go, label %ask
+ask:
+  %answer = call i32 %watcher(double %t)
+  %on = icmp eq i32 %answer, 0
+  br i1 %on, label %go, label %stop
+stop:
+  call void @llvm.memset.p0.i64(ptr %dy, i8 -1, i64 {8 * results}, i1 false)
+  ret void
+go:"""
+
+
+def _load(name: str, array: str, cell: int, kind: str = "double") -> Iterator[str]:
+    yield f"  %at_{name} = getelementptr double, ptr %{array}, i64 {cell}"
+    yield f"  %{name} = load {kind}, ptr %at_{name}"
+
+
+def _row(place: int, t: str, table: int, width: int) -> Iterator[str]:
+    """The address of the row of a table that holds at a time."""
+    cell = _HEADER + _TABLE * table
+    yield from _load(f"times{place}", "block", cell, "ptr")
+    yield from _load(f"rows{place}", "block", cell + 1, "ptr")
+    yield from _load(f"many{place}", "block", cell + 2, "i64")
+    yield f"  %which{place} = call i64 @row(ptr %times{place}, i64 %many{place}, double {t})"
+    yield f"  %first{place} = mul i64 %which{place}, {width}"
+    yield f"  %row{place} = getelementptr double, ptr %rows{place}, i64 %first{place}"
+
+
+def _arithmetic(place: int, name: str, operands: list[str]) -> Iterator[str]:
+    both = ", ".join(operands)
+    if name in _BINARY:
+        yield f"  %v{place} = {_BINARY[name]} double {both}"
+    elif name == "neg":
+        yield f"  %v{place} = fneg double {both}"
+    elif name in _COMPARED:
+        yield f"  %c{place} = fcmp {_COMPARED[name]} double {both}"
+        yield f"  %v{place} = select i1 %c{place}, double {operands[0]}, double {operands[1]}"
+    else:
+        function = f"llvm.{name}.f64" if name in _INTRINSIC else name
+        yield f"  %v{place} = call double @{function}({', '.join('double ' + x for x in operands)})"
+
+
+def _number(x: float) -> str:
+    return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
+
+
+def _compiled(code: str) -> Any:
+    """The code in memory, for this processor. Its functions live as long as what is returned."""
+    import llvmlite.binding as llvm
+
+    module = llvm.parse_assembly(code)
+    return llvm.create_mcjit_compiler(module, _machine())
+
+
+def _machine() -> Any:
+    import llvmlite.binding as llvm
+
+    _initialised()
+    target, features = llvm.Target.from_default_triple(), llvm.get_host_cpu_features().flatten()
+    return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=OPTIMISED, jit=True)
+
+
+@cache
+def _initialised() -> None:
+    import llvmlite.binding as llvm
+
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()

@@ -1,0 +1,193 @@
+"""Arithmetic recorded as it is computed: numbers that remember how they came about, to be made machine code of.
+
+A tape is a list of operations, each distinct one once. Its inputs are the time, the state, the parameters of a run (the
+numbers of its scene), and tables over time. What depends on parameters alone is `fixed`: it is computed once for a set of
+parameters, not at every evaluation. Numbers that are 0 or 1 by structure are plain floats, and fold away.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import cache, reduce
+from operator import mul
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+
+FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "tanh")
+_MOST_FACTORS = 8  # up to which a whole power is written out
+_COMMUTING = ("add", "mul", "min", "max")
+_ON_FLOATS: dict[str, Callable[..., Any]] = {
+    "add": np.add,
+    "sub": np.subtract,
+    "mul": np.multiply,
+    "div": np.divide,
+    "pow": np.power,
+    "min": np.minimum,
+    "max": np.maximum,
+    "neg": np.negative,
+    **{name: getattr(np, name) for name in FUNCTIONS},
+}
+
+
+class Tape:
+    """The operations, each a name and the places of its operands (or what it stands for), in an order of computing."""
+
+    def __init__(self) -> None:
+        self.operations: list[tuple[Any, ...]] = []
+        self.fixed: list[bool] = []  # whether an operation depends on parameters alone
+        self._places: dict[tuple[Any, ...], int] = {}
+
+    def time(self) -> "Term":
+        """The time t."""
+        return self._at(("time",))
+
+    def state(self, size: int) -> Array:
+        """The state y (size,)."""
+        return np.array([self._at(("state", i)) for i in range(size)], dtype=object)
+
+    def parameter(self, place: int) -> "Term":
+        """One of the run's parameters."""
+        return self._at(("parameter", place), fixed=True)
+
+    def row(self, table: int, width: int, t: Any) -> Array:
+        """The row (width,) of a table that holds at the time t."""
+        row = self._at(("row", self.placed(t), table, width)).place
+        return np.array([self._at(("entry", row, i)) for i in range(width)], dtype=object)
+
+    def record(self, name: str, *given: Any) -> "Term":
+        """An operation on terms and numbers."""
+        operands = [self.placed(x) for x in given]
+        if name in _COMMUTING:
+            operands.sort()
+        return self._at((name, *operands), all(self.fixed[x] for x in operands))
+
+    def needed(self, results: Sequence[int]) -> list[int]:
+        """The operations that some results take, in order."""
+        found, open_ = set(), list(results)
+        while open_:
+            place = open_.pop()
+            if place not in found:
+                found.add(place)
+                open_ += operands_of(self.operations[place])
+        return sorted(found)
+
+    def values(self, places: Sequence[int], parameters: Sequence[float]) -> dict[int, float]:
+        """What fixed operations come to."""
+        known: dict[int, float] = {}
+        for place in self.needed(places):
+            name, *operands = self.operations[place]
+            if name in {"parameter", "number"}:
+                known[place] = parameters[operands[0]] if name == "parameter" else operands[0]
+            else:
+                known[place] = float(_ON_FLOATS[name](*(known[x] for x in operands)))
+        return known
+
+    def placed(self, x: Any) -> int:
+        """The place of a term or number."""
+        return x.place if isinstance(x, Term) else self._at(("number", float(x)), fixed=True).place
+
+    def _at(self, operation: tuple[Any, ...], fixed: bool = False) -> "Term":
+        place = self._places.setdefault(operation, len(self.operations))
+        if place == len(self.operations):
+            self.operations.append(operation)
+            self.fixed.append(fixed)
+        return Term(self, place)
+
+
+def operands_of(operation: tuple[Any, ...]) -> tuple[int, ...]:
+    """The places of what an operation is computed from."""
+    name = operation[0]
+    if name in {"time", "state", "parameter", "number"}:
+        return ()
+    return operation[1:2] if name in {"row", "entry"} else operation[1:]
+
+
+def _on_scalars(operator: Callable[["Term", Any], Any]) -> Callable[["Term", Any], Any]:
+    """An operator of terms; arrays apply it to each of their elements themselves."""
+    return lambda self, other: NotImplemented if isinstance(other, np.ndarray) else operator(self, other)
+
+
+class Term:
+    """A number on a tape. It has no value: what asks for one raises TypeError."""
+
+    __slots__ = ("place", "tape")
+
+    def __init__(self, tape: Tape, place: int) -> None:
+        self.tape, self.place = tape, place
+
+    def __neg__(self) -> "Term":
+        name, *operands = self.tape.operations[self.place]
+        return Term(self.tape, operands[0]) if name == "neg" else self.tape.record("neg", self)
+
+    def __pos__(self) -> "Term":
+        return self
+
+    @_on_scalars
+    def __add__(self, other: Any) -> Any:
+        return self if _is(other, 0) else self.tape.record("add", self, other)
+
+    @_on_scalars
+    def __sub__(self, other: Any) -> Any:
+        return self if _is(other, 0) else self.tape.record("sub", self, other)
+
+    @_on_scalars
+    def __rsub__(self, other: Any) -> Any:
+        return -self if _is(other, 0) else self.tape.record("sub", other, self)
+
+    @_on_scalars
+    def __mul__(self, other: Any) -> Any:
+        if _is(other, 0):
+            return 0.0
+        if _is(other, -1):
+            return -self
+        return self if _is(other, 1) else self.tape.record("mul", self, other)
+
+    @_on_scalars
+    def __truediv__(self, other: Any) -> Any:
+        return self if _is(other, 1) else self.tape.record("div", self, other)
+
+    @_on_scalars
+    def __rtruediv__(self, other: Any) -> Any:
+        return 0.0 if _is(other, 0) else self.tape.record("div", other, self)
+
+    @_on_scalars
+    def __pow__(self, power: Any) -> Any:
+        if isinstance(power, Term) or power != int(power) or not 0 < power <= _MOST_FACTORS:
+            return self.tape.record("pow", self, power)
+        return reduce(mul, [self] * int(power))
+
+    @_on_scalars
+    def __rpow__(self, base: Any) -> Any:
+        return self.tape.record("pow", base, self)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __bool__(self) -> bool:
+        raise TypeError("a symbol has no value: an effect that is compiled may not ask for one")
+
+    def __eq__(self, other: object) -> bool:
+        return bool(self)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _is(x: Any, number: int) -> bool:
+    return not isinstance(x, Term) and x == number
+
+
+@cache
+def recorded() -> Any:
+    """The functions of the number type (as in pendpin.equations.numbers), over object arrays of terms and numbers."""
+    functions = {name: np.frompyfunc(_recording(name), 1, 1) for name in FUNCTIONS}
+    pairs = {name: np.frompyfunc(_recording(name[:3]), 2, 1) for name in ("minimum", "maximum")}
+    return SimpleNamespace(asarray=np.asarray, **functions, **pairs)
+
+
+def _recording(name: str) -> Callable[..., Any]:
+    def function(*given: Any) -> Any:
+        terms = [x for x in given if isinstance(x, Term)]
+        return terms[0].tape.record(name, *given) if terms else float(_ON_FLOATS[name](*given))
+
+    return function
