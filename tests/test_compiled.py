@@ -1,18 +1,24 @@
 """The compiled equations are those of the engine they stand in for: the same rates, orders and motions."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import pendpin as pp
 from effect_cases import EFFECTS, MODELS, URDF
 from pendpin import effects as fx
 from pendpin.dynamics.dynamics import Dynamics
+from pendpin.engines import Compiled
 from pendpin.model.build import build
 
-pytest.importorskip("heyoka", reason="heyoka is not installed: pip install heyoka")
+pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 
-SMOOTH = {name: effect for name, effect in EFFECTS.items() if effect.smooth}
-SEVERAL = (fx.Gravity(), SMOOTH["viscous"], SMOOTH["support"], SMOOTH["push"], SMOOTH["earth"])
+SYMBOLIC = {name: effect for name, effect in EFFECTS.items() if effect.symbolic}
+SEVERAL = (fx.Gravity(), SYMBOLIC["viscous"], SYMBOLIC["support"], SYMBOLIC["push"], SYMBOLIC["earth"])
+TRACK = "t,x,y,z\n" + "".join(f"{t / 4},{0.1 * np.sin(t)},{0.02 * t},{0.3 * np.cos(2 * t)}\n" for t in range(20))
 
 
 def rates(dynamics: Dynamics, t: float, y: np.ndarray) -> np.ndarray:
@@ -22,7 +28,7 @@ def rates(dynamics: Dynamics, t: float, y: np.ndarray) -> np.ndarray:
     return dy
 
 
-@pytest.mark.parametrize("effects", [(fx.Gravity(),), SEVERAL, *((effect,) for effect in SMOOTH.values())], ids=str)
+@pytest.mark.parametrize("effects", [(fx.Gravity(),), SEVERAL, *((effect,) for effect in SYMBOLIC.values())], ids=str)
 @pytest.mark.parametrize("model", ["one rod", "chain of 5"])
 def test_the_same_rates(model: str, effects: tuple) -> None:
     """Pinocchio's, and those of the recursion in machine code, at random states: within the terms' rounding."""
@@ -73,13 +79,110 @@ def test_a_compiled_step_is_the_same_step(model: str) -> None:
 
 
 def test_what_has_no_symbols_is_refused() -> None:
-    scene = pp.Scene(model=MODELS["one rod"], effects=(fx.Gravity(), fx.Drag()))
-    with pytest.raises(pp.InputError, match=r"effects\[1\]: drag is not smooth, as solver.engine: compiled needs it"):
+    scene = pp.Scene(model=MODELS["one rod"], effects=(fx.Gravity(), fx.DryFriction(kinetic=0.1)))
+    with pytest.raises(pp.InputError, match=r"effects\[1\]: dry_friction does not run on symbols"):
         pp.simulate(with_engine(scene, "compiled"))
     long = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1, mass=1, radius=0.1)], copies=101), effects=(fx.Gravity(),))
     with pytest.raises(pp.InputError, match="up to 100 rods"):
         pp.simulate(with_engine(long, "compiled"))
 
 
-def with_engine(scene: pp.Scene, engine: str) -> pp.Scene:
-    return scene.model_copy(update={"solver": scene.solver.replaced(engine=engine)})
+# --- parameters -----------------------------------------------------------------------------------------------------
+
+
+def test_a_track_is_a_table(tmp_path: Path) -> None:
+    """The spline of a csv in machine code is that of SciPy, in all its pieces and at their ends, with drag in its wind."""
+    (tmp_path / "track.csv").write_text(TRACK)
+    effects = (fx.Support(csv=tmp_path / "track.csv"), fx.Drag(wind=(1, 2, 0), gust=(0, 1, 0), frequency=2.0))
+    model, random = build(MODELS["chain of 5"]), np.random.default_rng(3)
+    plain, compiled = (Dynamics(model, effects, engine, form="angles", start=0.5) for engine in ("auto", "compiled"))
+    for t in (0.0, 0.25, 0.6, 2.0, 4.25):
+        y = np.concatenate([random.uniform(-1.2, 1.2, 10), random.uniform(-3, 3, 10)])
+        expected, found = rates(plain, t, y), rates(compiled, t, y)
+        assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max()
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    mass=st.floats(0.1, 10.0), length=st.floats(0.1, 2.0), damping=st.floats(0.01, 1.0), gravity=st.floats(1.0, 20.0)
+)
+def test_other_numbers_are_no_new_code(mass: float, length: float, damping: float, gravity: float) -> None:
+    """Masses, lengths, damping, gravity and air are parameters: one function serves them all, and is right for each."""
+    rod = pp.Rod(length=length, mass=mass, radius=0.05)
+    effects = (
+        fx.Gravity(acceleration=gravity),
+        fx.Viscous(coefficient=damping),
+        fx.Drag(density=mass, wind=(length, 0, 0)),
+    )
+    model = build(pp.Chain(rods=[rod], copies=2))
+    plain, compiled = (Dynamics(model, effects, engine, form="angles") for engine in ("auto", "compiled"))
+    first = Dynamics(
+        build(pp.Chain(rods=[pp.Rod(length=1, mass=1, radius=0.1)], copies=2)), OTHERS, "compiled", "angles"
+    )
+    assert isinstance(first.engine, Compiled)
+    assert isinstance(compiled.engine, Compiled)
+    assert compiled.engine.function is first.engine.function
+    y = np.array([0.5, -0.3, 0.2, 0.9, 1.0, -2.0, 0.5, 1.5])
+    expected, found = rates(plain, 0.0, y), rates(compiled, 0.0, y)
+    assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max()
+
+
+OTHERS = (fx.Gravity(), fx.Viscous(coefficient=0.2), fx.Drag(wind=(3.0, 0, 0)))
+
+
+def test_another_structure_is_new_code() -> None:
+    """What is 0 in one scene and not in another is no parameter of the first; nor is another joint."""
+    model, damped = build(MODELS["chain of 5"]), fx.Viscous(coefficient=0.2)
+    several = [(fx.Viscous(coefficient=0.0),), (damped,), (fx.Viscous(coefficient=0.2, joints=("theta_1",)),)]
+    functions = [Dynamics(model, effects, "compiled", "angles").engine for effects in several]
+    assert len({id(engine.function) for engine in functions if isinstance(engine, Compiled)}) == 3
+
+
+def test_the_series_take_parameters_too() -> None:
+    """Taylor's method on two masses, one after another, against dop853 on Pinocchio for each."""
+    pytest.importorskip("heyoka", reason="heyoka is not installed: pip install heyoka")
+    for mass in (0.5, 2.0):
+        rods = [pp.Rod(length=0.7, mass=mass, radius=0.05), pp.Rod(length=0.4, mass=1.0, radius=0.02)]
+        scene = pp.Scene(
+            duration=2.0,
+            model=pp.Chain(rods=rods),
+            start=pp.Start(time=1.5, positions={"theta_1": 0.7, "phi_2": 0.4}),
+            effects=(fx.Gravity(), fx.Viscous(coefficient=0.1), fx.Support(amplitude=(0.1, 0, 0), frequency=3.0)),
+        )
+        series = pp.simulate(scene, method="taylor", tolerance=1e-15)
+        steps = pp.simulate(with_engine(scene, "pinocchio"), method="dop853", tolerance=1e-13)
+        np.testing.assert_allclose(series.q, steps.q, atol=1e-11)
+
+
+# --- integrators that call machine code themselves ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ["dop853", "rk45", "lsoda", "radau"])
+def test_without_python_it_is_the_same_motion(method: str) -> None:
+    """CyRK's loops around the machine code and around Pinocchio: the same steps, but for rounding."""
+    pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
+    scene = pp.Scene(
+        duration=2.0, model=MODELS["chain of 5"], start=pp.Start(positions={"theta_1": 0.5}), effects=SEVERAL
+    )
+    own, other = (
+        pp.simulate(with_engine(scene, name), method=method, tolerance=1e-9) for name in ("compiled", "pinocchio")
+    )
+    assert own.stats.library == "CyRK"
+    assert abs(own.stats.steps - other.stats.steps) <= 0.02 * other.stats.steps
+    assert abs(own.stats.evaluations - other.stats.evaluations) <= 0.05 * other.stats.evaluations
+    np.testing.assert_allclose(own.q, other.q, atol=1e-6)
+
+
+def test_a_run_in_machine_code_can_be_stopped() -> None:
+    """What the progress callback raises, a limit or an interrupt, ends the run with the part that there is."""
+    pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
+    scene = pp.Scene(
+        duration=1e4, model=MODELS["one rod"], start=pp.Start(positions={"theta_1": 0.5}), effects=SEVERAL[:2]
+    )
+    scene = with_engine(scene, "compiled", samples=2)
+    with pytest.raises(pp.RunError, match="it takes over 0 s"):
+        pp.simulate(scene, method="dop853", tolerance=1e-10, limit=0.0)
+
+
+def with_engine(scene: pp.Scene, engine: str, **others: int) -> pp.Scene:
+    return scene.model_copy(update={"solver": scene.solver.replaced(engine=engine, **others)})

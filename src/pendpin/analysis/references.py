@@ -6,12 +6,12 @@ motion itself. Where the two differ by far more than that, one of them is wrong,
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from importlib.util import find_spec
 
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.dynamics import MAX_COMPILED, bind
+from pendpin.dynamics.compiling import compilable
+from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Effect, Gravity
 from pendpin.equations import exact
 from pendpin.errors import InputError, Interrupted, PendpinError
@@ -152,8 +152,7 @@ def by_runge_kutta(scene: Scene, model: Model, length: float) -> Solution:
 
 def by_collocation(scene: Scene, model: Model, length: float) -> Solution:
     """Radau's method of order 5, on the recursion in machine code where it can be compiled."""
-    smooth = all(effect.smooth for effect in scene.effects) and len(model.joints) <= MAX_COMPILED
-    engine = "compiled" if smooth and find_spec("heyoka") else scene.solver.engine
+    engine = "compiled" if compilable(scene.effects, len(model.joints)) else scene.solver.engine
     scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": engine})})
     return _of_runs(f"collocation (radau) on {bind(scene).engine.name}", scene, length, "radau", 1e-11, 1e-10)
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array, Indices
+from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import (
     Bodies,
     BodyEffect,
@@ -33,28 +34,34 @@ Torque = Callable[[float, Array, Array], Array]  # t, q, v (nv,) -> (nv,)
 Wrench = Callable[[float, Motion], tuple[Array, Array]]  # force, moment about com, (bodies, 3)
 
 
-def bind_loads(model: Model, effects: Sequence[Effect], xp: Any = np, start: float = 0.0) -> Loads:
+def bind_loads(
+    model: Model, effects: Sequence[Effect], xp: Any = np, start: float = 0.0, numbers: Numbers = GIVEN
+) -> Loads:
     """What the effects add, interface by interface, at times since `start` in s.
 
-    Raises InputError for a joint or link that the model lacks, and for a second effect of a kind of which a scene takes
-    one.
+    `numbers` hands out the numbers of model and effects, as parameters of a tape for instance. Raises InputError for a
+    joint or link that the model lacks, and for a second effect of a kind of which a scene takes one.
     """
     refuse_seconds(effects)
     varying: list[Any] = []
     torques: list[Torque] = []
     wrenches: list[Wrench] = []
+    bodies: Bodies | None = None
     for effect, where in in_order(effects):
         if isinstance(effect, FieldEffect) and not effect.constant:
-            varying.append(_readable(effect, where, xp, field_since(start, effect, "field", xp)))
+            varying.append(_readable(effect, where, xp, field_since(start, effect, "field", xp, numbers)))
         elif isinstance(effect, JointEffect):
-            torques.append(_readable(effect, where, xp, since(start, effect, joint_torque(model, effect, where, xp))))
+            torque = joint_torque(model, effect, where, xp, numbers)
+            torques.append(_readable(effect, where, xp, since(start, effect, torque, numbers)))
         elif isinstance(effect, BodyEffect):
-            wrenches.append(_readable(effect, where, xp, since(start, effect, body_wrench(model, effect, where, xp))))
+            bodies = bodies or Bodies(*map(numbers, bodies_of(model)))
+            wrench = body_wrench(model, effect, where, xp, numbers, bodies)
+            wrenches.append(_readable(effect, where, xp, since(start, effect, wrench, numbers)))
     return Loads(
-        _constant_field(effects),
+        numbers(_constant_field(effects)),
         _total(varying),
         _total(torques),
-        _in_place(_total_wrench(wrenches), surroundings(effects, xp, start)),
+        _in_place(_total_wrench(wrenches), surroundings(effects, xp, start, numbers)) if wrenches else None,
         axial=any(effect.axial for effect in effects if isinstance(effect, BodyEffect)),
     )
 
@@ -103,17 +110,21 @@ def _constant_field(effects: Sequence[Effect]) -> Array:
     return sum((e.field(0.0) for e in ordered if isinstance(e, FieldEffect) and e.constant), np.zeros(3))
 
 
-def since(start: float, effect: Effect, function: Any) -> Any:
+def since(start: float, effect: Effect, function: Any, numbers: Numbers = GIVEN) -> Any:
     """A function of time, of one effect, as one of the time since `start`, so that late times cost a run no digits."""
-    early = _in_first_period(start, effect)
-    return (lambda t, *state: function(early + t, *state)) if early else function
+    if not start:
+        return function
+    early = numbers(_in_first_period(start, effect))
+    return lambda t, *state: function(early + t, *state)
 
 
-def field_since(start: float, effect: FieldEffect, name: str, xp: Any = np) -> Callable[[float], Array]:
+def field_since(
+    start: float, effect: FieldEffect, name: str, xp: Any = np, numbers: Numbers = GIVEN
+) -> Callable[[float], Array]:
     """A function of time of a field, by its name, as one of the time since `start`."""
     moved, early = effect.since(start)
-    function = partial(getattr(moved, name), xp=xp)
-    return since(start, effect, function) if early else function
+    function = partial(getattr(numbers.effect(moved), name), xp=xp)
+    return since(start, effect, function, numbers) if early else function
 
 
 def _in_first_period(start: float, effect: Effect) -> float:
@@ -126,9 +137,9 @@ def _in_first_period(start: float, effect: Effect) -> float:
         return float(mp.fmod(mpf(start) * mpf(effect.frequency), 2 * mp.pi) / effect.frequency)
 
 
-def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np) -> Torque:
+def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np, numbers: Numbers = GIVEN) -> Torque:
     """The torques of one effect, on all joints of the model, from the positions and rates of all."""
-    torques, nv = partial(effect.torques, xp=xp), len(model.joints)
+    torques, nv = partial(numbers.effect(effect).torques, xp=xp), len(model.joints)
     if effect.on is None:
         return torques
     chosen = chosen_joints(model, effect.on, where)
@@ -150,9 +161,16 @@ def chosen_joints(model: Model, names: Sequence[str], where: str) -> Indices:
     return np.array(chosen, dtype=np.intp)
 
 
-def body_wrench(model: Model, effect: BodyEffect, where: str, xp: Any = np) -> Wrench:
-    """The wrenches of one effect, on all bodies of the model, from the motion of all."""
-    bodies, wrench = bodies_of(model), partial(effect.wrench, xp=xp)
+def body_wrench(
+    model: Model,
+    effect: BodyEffect,
+    where: str,
+    xp: Any = np,
+    numbers: Numbers = GIVEN,
+    bodies: Bodies | None = None,
+) -> Wrench:
+    """The wrenches of one effect, on all bodies of the model, from the motion of all; `bodies` as numbers hand them out."""
+    bodies, wrench = bodies or bodies_of(model), partial(numbers.effect(effect).wrench, xp=xp)
     if effect.on is None:
         return lambda t, motion: wrench(t, bodies, motion)
     chosen = chosen_bodies(model, effect.on, where)
@@ -183,15 +201,17 @@ def bodies_of(model: Model) -> Bodies:
     return Bodies(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
-def surroundings(effects: Sequence[Effect], xp: Any = np, start: float = 0.0) -> Callable[[float, Motion], Motion]:
+def surroundings(
+    effects: Sequence[Effect], xp: Any = np, start: float = 0.0, numbers: Numbers = GIVEN
+) -> Callable[[float, Motion], Motion]:
     """A function that completes a motion, at a time since `start`, by what all bodies share: gravity, and where W is."""
     ordered = [effect for effect, _ in in_order(effects)]
     frames = [effect for effect in ordered if isinstance(effect, FrameEffect)]
     fields = [effect for effect in ordered if isinstance(effect, FieldEffect) and not isinstance(effect, FrameEffect)]
-    steady = sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3))
-    varying = [field_since(start, effect, "field", xp) for effect in fields if not effect.constant]
-    positions = [field_since(start, effect, "position", xp) for effect in frames]
-    velocities = [field_since(start, effect, "velocity", xp) for effect in frames]
+    steady = numbers(sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3)))
+    varying = [field_since(start, effect, "field", xp, numbers) for effect in fields if not effect.constant]
+    positions = [field_since(start, effect, "position", xp, numbers) for effect in frames]
+    velocities = [field_since(start, effect, "velocity", xp, numbers) for effect in frames]
 
     def complete(t: float, motion: Motion) -> Motion:
         motion = motion._replace(gravity=sum((field(t) for field in varying), steady))

@@ -1,16 +1,15 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
 
 from collections.abc import Callable, Sequence
-from importlib.util import find_spec
 from typing import Any, Literal
 
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.binding import bind_loads, bodies_of, chosen_bodies, chosen_joints, in_order, surroundings
+from pendpin.dynamics.compiling import compiled
 from pendpin.dynamics.contact_binding import bind_contacts
 from pendpin.dynamics.contacts import Contacts
-from pendpin.dynamics.symbols import right_hand_side
 from pendpin.effects import Bodies, BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.engines import (
     MAX_SPHERICAL,
@@ -23,8 +22,7 @@ from pendpin.engines import (
     Revolute,
     Spherical,
 )
-from pendpin.equations.numbers import symbols
-from pendpin.errors import InputError, MissingLibrary
+from pendpin.errors import InputError
 from pendpin.model import kinematics
 from pendpin.model.build import Model, build
 from pendpin.scene import Scene
@@ -32,7 +30,6 @@ from pendpin.trajectory import Reactions
 
 Form = Literal["any", "angles", "directions"]  # of the state
 
-MAX_COMPILED = 200  # joints: a hundred rods compile in some ten seconds
 ON_ANGLES = ("euler", "gauss2", "gauss4", "gauss6")  # methods whose state is q and its rates or momenta
 
 Potential = Callable[[Array, Array], Array]  # q (n, nv), poses (n, bodies, 4, 4) -> J (n,)
@@ -51,7 +48,8 @@ class Dynamics:
         self.loads = bind_loads(model, effects, start=start)
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
         if engine == "compiled":
-            self.engine: Engine = self._compiled(effects, form)
+            base = choose_engine(model, self.loads, "auto", "directions" if form == "any" else form)
+            self.engine: Engine = compiled(base, effects, start)
         else:
             self.engine = choose_engine(model, self.loads, engine, "angles" if touching else form)
         self.potentials = potentials(model, effects)
@@ -59,18 +57,6 @@ class Dynamics:
         self.contacts: Contacts | None = None
         if touching and isinstance(self.engine, AngleEngine):
             self.contacts = bind_contacts(model, effects, self.engine)
-
-    def _compiled(self, effects: tuple[Effect, ...], form: Form) -> Engine:
-        """The equations in symbols, compiled. Raises InputError for what has no symbols, MissingLibrary for heyoka."""
-        if find_spec("heyoka") is None:
-            raise MissingLibrary("solver.engine: \"compiled\" needs heyoka: pip install 'pendpin[fast]'")
-        if len(self.model.joints) > MAX_COMPILED:
-            raise InputError(
-                f'solver.engine: "compiled" takes up to {MAX_COMPILED // 2} rods, or {MAX_COMPILED} joints'
-            )
-        refuse_nonsmooth(effects, "solver.engine: compiled")
-        base = choose_engine(self.model, self.loads, "auto", "directions" if form == "any" else form)
-        return Compiled(base, right_hand_side(base, bind_loads(self.model, effects, symbols(), self.start)))
 
     @property
     def on_angles(self) -> bool:

@@ -1,34 +1,61 @@
-"""A scene's equations of motion on heyoka's symbols, in the state of its engine."""
+"""A scene's equations of motion on a tape, in the state of its engine, with the numbers of the scene as parameters."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from pendpin.arrays import Array, cross
-from pendpin.effects import Motion
+from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.parameters import Numbers, Parameters
+from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Directions, Engine, Loads
+from pendpin.engines.tape import Recording, Tape, recorded
 from pendpin.equations import newton_euler, recursion, thin_recursion
-from pendpin.equations.numbers import symbols
+from pendpin.equations.base import RodInertia
+from pendpin.equations.recursion import Tree
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import FLIP, Model
 
 SIGNS = np.diag(FLIP)
 
-Right = Callable[[Any, Array], Array]  # t, y (size,) -> y' (size,), all symbols
+Right = Callable[[Any, Array], Array]  # t, y (size,) -> y' (size,), all terms
+Acceleration = Callable[[Any, Array, Array], Array]  # t, q, v (nv,) -> q'' (nv,)
 
 
-def right_hand_side(engine: Engine, loads: Loads) -> Right:
-    """y' for the engine's state, angles and rates or directions and angular velocities of thin rods; loads in symbols.
+def record(engine: Engine, effects: Sequence[Effect], start: float) -> Recording:
+    """y' of an engine's state with all effects, at times since `start` in s.
+
+    Raises InputError for an effect that does not run on symbols.
+    """
+    tape = Tape()
+    right = _right_hand_side(engine, effects, start, Parameters(tape), recorded())
+    size = len(engine.pack(*np.zeros((2, len(engine.model.joints)))))
+    return Recording(tape, list(right(tape.time(), tape.state(size))), size)
+
+
+def parameters_of(engine: Engine, effects: Sequence[Effect], start: float) -> Parameters:
+    """The parameters of these equations, and their structure, without the equations."""
+    parameters = Parameters()
+    _right_hand_side(engine, effects, start, parameters, np)
+    return parameters
+
+
+def _right_hand_side(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters, xp: Any) -> Right:
+    """y' for the engine's state: angles and rates, or directions and angular velocities of thin rods.
 
     A single rod in fields alone goes by the closed form (measured at 12 digits: 15 % less time than the recursion).
     """
+    model = engine.model
+    numbers.constant((engine.name, model.joints, tuple(body.link for body in model.bodies)))
+    loads = bind_loads(model, effects, xp, start, numbers)
     if isinstance(engine, Directions):
-        return _in_directions(engine, loads)
+        return _in_directions(engine, loads, numbers)
     assert isinstance(engine, AngleEngine)
-    alone = len(engine.model.joints) == 2 and len(engine.model.rods) == 1 and engine.model.rods[0].inertia is not None
+    alone = len(model.joints) == 2 and len(model.rods) == 1 and model.rods[0].inertia is not None
     free = loads.torque is None and loads.wrench is None
-    acceleration = _one_rod(engine.model, loads) if alone and free else _of_tree(engine.model, loads)
+    made = _one_rod if alone and free else _of_tree
+    acceleration = made(model, loads, numbers, xp)
 
     def right(t: Any, y: Array) -> Array:
         q, v = np.split(y, 2)
@@ -37,10 +64,13 @@ def right_hand_side(engine: Engine, loads: Loads) -> Right:
     return right
 
 
-def _one_rod(model: Model, loads: Loads) -> Callable[[Any, Array, Array], Array]:
-    rod, xp = model.rods[0], symbols()
-    turn, inertia = np.array([rod.sign, 1.0]), rod.inertia
-    assert inertia is not None
+def _one_rod(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Acceleration:
+    rod = model.rods[0]
+    turn = np.array([rod.sign, 1.0])
+    assert rod.inertia is not None
+    for part in (turn, rod.base):
+        numbers.constant(part)
+    inertia = RodInertia(*map(numbers, rod.inertia))
 
     def acceleration(t: Any, q: Array, v: Array) -> Array:
         found = newton_euler.solve(inertia, turn * q, turn * v, rod.base.T @ loads.field(t), xp)
@@ -49,34 +79,44 @@ def _one_rod(model: Model, loads: Loads) -> Callable[[Any, Array, Array], Array]
     return acceleration
 
 
-def _of_tree(model: Model, loads: Loads) -> Callable[[Any, Array, Array], Array]:
-    tree, xp = tree_of(model.pin), symbols()
+def _of_tree(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Acceleration:
+    tree = _with_numbers(tree_of(model.pin), numbers)
+    external = None if loads.wrench is None else _external(model, loads, numbers, tree, xp)
 
     def acceleration(t: Any, q: Array, v: Array) -> Array:
         tau = None if loads.torque is None else loads.torque(t, q, v)
-        external = (
-            None if loads.wrench is None else external_wrenches(model, loads, t, recursion.motions(tree, q, v, xp))
-        )
-        return recursion.accelerations(tree, q, v, loads.field(t), tau, external, xp)
+        return recursion.accelerations(tree, q, v, loads.field(t), tau, external and external(t, q, v), xp)
 
     return acceleration
 
 
-def external_wrenches(model: Model, loads: Loads, t: Any, motions: tuple[Array, ...]) -> Array:
-    """Wrenches of the effects on the links, (n, 6), at the joints' origins, in the joints' frames, from their motions."""
-    joints = [body.joint for body in model.bodies]
-    motion = Motion(*(part[joints] for part in motions))
-    assert loads.wrench is not None
-    linear, angular = ((part[:, None] @ motion.rotation)[:, 0] for part in loads.wrench(t, motion))  # R^T x
-    com = np.array([body.com for body in model.bodies])
-    out = np.zeros((len(model.joints), 6), dtype=object)
-    out[joints] = np.concatenate([linear, angular + cross(com, linear)], -1)
-    return out
+def _with_numbers(tree: Tree, numbers: Parameters) -> Tree:
+    """The tree with its numbers handed out; the directions of its axes are constants."""
+    for part in (tree.parents, tree.kinds, tree.axes, tree.rotations):
+        numbers.constant(part)
+    changing = ("translations", "masses", "coms", "inertias")
+    return tree._replace(**{name: numbers(getattr(tree, name)) for name in changing})
 
 
-def _in_directions(engine: Directions, loads: Loads) -> Right:
+def _external(model: Model, loads: Loads, numbers: Numbers, tree: Tree, xp: Any) -> Acceleration:
+    """Wrenches on the links, (n, 6), at the joints' origins, in the joints' frames."""
+    joints, com = [body.joint for body in model.bodies], numbers(np.array([body.com for body in model.bodies]))
+    wrench = loads.wrench
+    assert wrench is not None
+
+    def external(t: Any, q: Array, v: Array) -> Array:
+        motion = Motion(*(part[joints] for part in recursion.motions(tree, q, v, xp)))
+        linear, angular = ((part[:, None] @ motion.rotation)[:, 0] for part in wrench(t, motion))  # R^T x
+        out = np.zeros((len(model.joints), 6), dtype=object)
+        out[joints] = np.concatenate([linear, angular + cross(com, linear)], -1)
+        return out
+
+    return external
+
+
+def _in_directions(engine: Directions, loads: Loads, numbers: Parameters) -> Right:
     """d' = omega x d and omega' = d x d'', in I: regular everywhere."""
-    chain = engine.chain
+    chain = thin_recursion.ThinRods(*(numbers(getattr(engine.chain, name)) for name in thin_recursion.ThinRods._fields))
 
     def right(t: Any, y: Array) -> Array:
         d, omega = (part.reshape(-1, 3) for part in np.split(y, 2))
@@ -91,7 +131,7 @@ def _in_directions(engine: Directions, loads: Loads) -> Right:
 
 
 def _thin_motion(length: Array, d: Array, rate: Array, omega: Array) -> Motion:
-    """The motion of thin rods. Of their axes only z = -d is filled in: what acts on the axis asks for no other."""
+    """The motion of thin rods. Of their axes only z = -d is set: what acts on the axis asks for no other."""
     origin, velocity = (np.concatenate([np.zeros((1, 3)), np.cumsum(length * x, 0)[:-1]]) for x in (d, rate))
     axes = np.zeros((len(d), 3, 3), dtype=object)
     axes[..., 2] = -d * SIGNS

@@ -6,7 +6,7 @@ of any precision and on symbols.
 """
 
 from abc import abstractmethod
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -22,10 +22,13 @@ class Effect(Record):
 
     kind: Any  # Literal["its name"] in each effect
     sole: ClassVar[str | None] = None  # why a scene takes one effect of this kind at most; None where they add up
+    parameters: ClassVar[
+        tuple[str, ...]
+    ] = ()  # its numbers; compiled equations take them at run time, others as they are
 
     @property
     def smooth(self) -> bool:
-        """Whether it has all derivatives and needs no more than xp: False keeps it from being run on symbols."""
+        """Whether it has all derivatives and needs no more than xp: only then the Taylor method takes it."""
         return True
 
     def since(self, start: float) -> tuple["Effect", float]:
@@ -42,6 +45,15 @@ class Effect(Record):
         run samples the effect, if it reads the time, and says so.
         """
         return None
+
+    @property
+    def symbolic(self) -> bool:
+        """Whether it needs no more than xp, so that it runs on symbols and can be compiled, smooth or not."""
+        return self.smooth
+
+    def with_numbers(self, numbers: Any) -> Self:
+        """The effect with each of its `parameters` as `numbers` hands it out (pendpin.dynamics.parameters)."""
+        return self.model_copy(update={name: numbers(getattr(self, name)) for name in self.parameters})
 
     def check(self, begin: float, end: float) -> None:
         """Raises ValueError where the effect does not last from `begin` to `end`, in s."""

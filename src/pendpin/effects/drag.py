@@ -36,6 +36,15 @@ class Drag(BodyEffect):
     and gust m/s in W, frequency rad/s, diameter m (twice the radius of each rod).
     """
 
+    parameters: ClassVar[tuple[str, ...]] = (
+        "density",
+        "coefficient",
+        "linear",
+        "wind",
+        "gust",
+        "frequency",
+        "diameter",
+    )
     kind: Literal["drag"] = Field("drag", description="which effect it is")
     sole: ClassVar[str | None] = "a scene has one air"
     density: NotNegative = Field(1.225, description="kg/m³")
@@ -59,6 +68,11 @@ class Drag(BodyEffect):
     def smooth(self) -> bool:
         """False with quadratic drag: |u| u has no second derivative where the flow across a rod vanishes."""
         return self.density * self.coefficient == 0
+
+    @property
+    def symbolic(self) -> bool:
+        """True: |u| u is continuous."""
+        return True
 
     @property
     def axial(self) -> bool:

@@ -1,6 +1,6 @@
 """Gravity: a constant uniform field."""
 
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -16,6 +16,7 @@ class Gravity(FieldEffect):
     acceleration in m/s² (9.81); direction in the world W, z up ((0, 0, -1)), of any length but zero.
     """
 
+    parameters: ClassVar[tuple[str, ...]] = ("acceleration", "direction")
     kind: Literal["gravity"] = Field("gravity", description="which effect it is")
     acceleration: NotNegative = Field(9.81, description="m/s²")
     direction: Vector = Field((0.0, 0.0, -1.0), description="in the world W, z up; of any length but 0")
@@ -26,6 +27,10 @@ class Gravity(FieldEffect):
         if not any(direction):
             raise ValueError("a direction needs a length: [0, 0, -1] points down")
         return direction
+
+    def with_numbers(self, numbers: Any) -> Self:
+        """The effect as it is: the sum of all constant fields is a parameter."""
+        return self
 
     @property
     def constant(self) -> bool:

@@ -1,6 +1,6 @@
 """Torques about joint axes: viscous damping, springs, motors. For prismatic joints read N for N m and m for rad."""
 
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -17,6 +17,7 @@ class Viscous(OnJoints):
     coefficient in N m s/rad. In a lubricated bearing; it matters where the decrement of a free swing does.
     """
 
+    parameters: ClassVar[tuple[str, ...]] = ("coefficient",)
     kind: Literal["viscous"] = Field("viscous", description="which effect it is")
     coefficient: NotNegative = Field(description="N m s/rad")
 
@@ -31,6 +32,7 @@ class Spring(OnJoints):
     stiffness in N m/rad, rest in rad, the same for all its joints.
     """
 
+    parameters: ClassVar[tuple[str, ...]] = ("stiffness", "rest")
     kind: Literal["spring"] = Field("spring", description="which effect it is")
     stiffness: NotNegative = Field(description="N m/rad")
     rest: Number = Field(0.0, description="rad")
@@ -55,6 +57,7 @@ class Motor(JointEffect):
     -proportional (q - target) - derivative q', in N m/rad, rad, N m s/rad. What is left out is 0.
     """
 
+    parameters: ClassVar[tuple[str, ...]] = (*_DRIVE, *_HOLD)
     kind: Literal["motor"] = Field("motor", description="which effect it is")
     joint: str = Field(description="name of the joint")
     torque: Number | None = Field(None, description="N m")

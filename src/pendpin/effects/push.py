@@ -1,6 +1,6 @@
 """Given forces and torques on one rod."""
 
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -20,6 +20,7 @@ class Push(BodyEffect):
     in rad/s; point in m along the rod from its joint, the centre of mass if absent.
     """
 
+    parameters: ClassVar[tuple[str, ...]] = ("force", "torque", "point", "amplitude", "frequency")
     kind: Literal["push"] = Field("push", description="which effect it is")
     link: str = Field(description="name of the rod: rod_1, rod_2, ...")
     force: Vector = Field(ZERO, description="N, in W")
@@ -55,17 +56,17 @@ class Push(BodyEffect):
             force = force + np.array([self.amplitude]) * xp.sin(self.frequency * t)
         moment = np.array([self.torque])
         if self.point is not None:
-            moment = moment + cross(motion.levers(self._point(bodies) - bodies.com), force)
+            moment = moment + cross(motion.levers(self._point(bodies, xp) - bodies.com), force)
         return force, moment
 
     def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
         """-force . r of a constant force in J, zero at the origin of W; None for any other."""
         if self.frequency is not None or any(self.torque):
             return None
-        return -(motion.points(self._point(bodies)) @ np.array(self.force))[0]
+        return -(motion.points(self._point(bodies, xp)) @ np.array(self.force))[0]
 
-    def _point(self, bodies: Bodies) -> Array:
+    def _point(self, bodies: Bodies, xp: Any) -> Array:
         """Where the force acts, (1, 3) m in the link frame."""
         if self.point is None:
             return bodies.com
-        return bodies.tip * (self.point / np.sqrt((bodies.tip**2).sum(-1, keepdims=True)))
+        return bodies.tip * (self.point / xp.sqrt((bodies.tip**2).sum(-1, keepdims=True)))

@@ -24,6 +24,7 @@ class Rotation(BodyEffect):
     turns with W. On the Earth, the centrifugal force at the pivot is part of the local gravity, and is not added again.
     """
 
+    parameters: ClassVar[tuple[str, ...]] = ("latitude", "rate")
     kind: Literal["rotation"] = Field("rotation", description="which effect it is")
     sole: ClassVar[str | None] = "W turns about one axis at one rate"
     latitude: Annotated[Number, Field(ge=-90, le=90)] | None = Field(None, description="degrees")
@@ -34,6 +35,10 @@ class Rotation(BodyEffect):
         if (self.latitude is None) == (self.rate is None):
             raise ValueError("a rotation needs a latitude or a rate, one of them")
         return self
+
+    def with_numbers(self, numbers: Any) -> Self:
+        """The effect with Omega as `numbers` hands it out."""
+        return self.model_copy(update={"latitude": None, "rate": numbers(self.vector)})
 
     @property
     def axial(self) -> bool:

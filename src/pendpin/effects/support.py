@@ -2,7 +2,7 @@
 
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -23,6 +23,7 @@ class Support(FrameEffect):
     the field -position''. What a run tells (positions, velocities, energies) is relative to the pivot.
     """
 
+    parameters: ClassVar[tuple[str, ...]] = ("amplitude", "frequency", "phase", "csv")
     kind: Literal["support"] = Field("support", description="which effect it is")
     amplitude: Vector | None = Field(None, description="m, in W")
     frequency: Positive | None = Field(None, description="rad/s")
@@ -55,6 +56,17 @@ class Support(FrameEffect):
     def smooth(self) -> bool:
         """False for a spline, which has few derivatives at its rows."""
         return self.csv is None
+
+    @property
+    def symbolic(self) -> bool:
+        """True: a spline is looked up in a table."""
+        return True
+
+    def with_numbers(self, numbers: Any) -> Self:
+        """As `Effect.with_numbers`; the path of a csv becomes a table."""
+        if self.track is None:
+            return super().with_numbers(numbers)
+        return self.model_copy(update={"track": self.track.looked_up(numbers)})
 
     def check(self, begin: float, end: float) -> None:
         """Raises ValueError where the rows of the csv do not reach from `begin` to `end`, in s."""

@@ -1,7 +1,7 @@
 """A path over time, read from a CSV file of positions and splined."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from functools import cached_property
@@ -90,6 +90,45 @@ class Track:
         with localcontext(prec=DIGITS):
             rest = float(self.first - Decimal(self.start))
         return self.start, rest, ULPS * float(np.spacing(max(abs(self.start), abs(self.end))))
+
+    def looked_up(self, numbers: Any) -> "LookedUp":
+        """The same path, its pieces looked up in a table of `numbers` (pendpin.dynamics.parameters)."""
+        begins, coefficients = self.spline.x[:-1], self.spline.c.transpose(1, 0, 2)
+        pieces = np.concatenate([begins[:, None], coefficients.reshape(len(begins), -1)], 1)
+        start, rest, _ = self._origin
+        return LookedUp(numbers.table(begins, pieces), numbers(start), numbers(rest))
+
+
+@dataclass(frozen=True, eq=False)
+class LookedUp:
+    """A track whose time and numbers may be symbols."""
+
+    row: Callable[
+        [Any], Array
+    ]  # of a time since the first row: when its piece begins, and its coefficients, highest first
+    start: Any  # s, of the first row
+    rest: Any  # s, what that number leaves out
+
+    def position(self, t: Any) -> Array:
+        """Where it is at the time t in s, (3,) m."""
+        return self._derivative(0, t)
+
+    def velocity(self, t: Any) -> Array:
+        """(3,) m/s."""
+        return self._derivative(1, t)
+
+    def acceleration(self, t: Any) -> Array:
+        """(3,) m/s²."""
+        return self._derivative(2, t)
+
+    def _derivative(self, order: int, t: Any) -> Array:
+        own = t - self.start - self.rest
+        begin, *coefficients = self.row(own)
+        powers, s = np.array(coefficients).reshape(-1, 3), own - begin
+        degree, out = len(powers) - 1, np.zeros(3)
+        for i, coefficient in enumerate(powers[: degree + 1 - order]):
+            out = out * s + coefficient * float(math.perm(degree - i, order))
+        return out
 
 
 def read_track(path: Path) -> Track:

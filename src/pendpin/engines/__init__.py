@@ -2,7 +2,7 @@
 
 from pendpin.engines.base import CALLBACK_EVERY_SLOW, AngleEngine, Derivative, Engine, Loads, ProgressCallback, Sample
 from pendpin.engines.chain import LongChain
-from pendpin.engines.compiled import Compiled, Symbolic
+from pendpin.engines.compiled import Compiled, CompiledEquations
 from pendpin.engines.hamilton import Canonical, CanonicalForm
 from pendpin.engines.pinocchio import Revolute
 from pendpin.engines.spherical import MAX_SPHERICAL, Directions, Spherical
@@ -14,6 +14,7 @@ __all__ = [
     "Canonical",
     "CanonicalForm",
     "Compiled",
+    "CompiledEquations",
     "Derivative",
     "Directions",
     "Engine",
@@ -23,5 +24,4 @@ __all__ = [
     "Revolute",
     "Sample",
     "Spherical",
-    "Symbolic",
 ]

@@ -1,7 +1,14 @@
-"""An engine's equations compiled: run once on heyoka's symbols, then machine code without a loop or a call in it."""
+"""An engine's equations as machine code: recorded once on a tape, compiled once for each structure of a scene.
+
+One compilation serves many sets of parameters. `CompiledEquations` belongs to a structure (pendpin.dynamics.compiling keeps
+them for the life of the process); `Compiled` is an engine with one set of parameters; a `Block` is what one run hands to
+the function, so that runs in several threads share the code and nothing else:
+    equations = compiled_equations(engine, effects, start)    # recorded, or known from before
+    equations.function.block(values, tables)                  # values as Parameters lists them: no compiling
+"""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -10,20 +17,58 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.effects import Motion
 from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, counted
+from pendpin.engines.machine_code import Block, Function, Table
+from pendpin.engines.tape import Recording
 
-Symbolic = Callable[[Any, Array], Array]  # t, y (size,) -> (size,), all symbols
+
+class CompiledEquations:
+    """The equations of one structure, compiled when they are first needed."""
+
+    def __init__(self, recording: Recording, tables: int) -> None:
+        self.recording, self._tables = recording, tables
+        self.compile_seconds = 0.0
+        self.series: dict[Hashable, Any] = {}  # what heyoka has compiled of them, by setting
+
+    @property
+    def compiled(self) -> bool:
+        """Whether the machine code is there."""
+        return "function" in self.__dict__
+
+    @cached_property
+    def function(self) -> Function:
+        """y' as machine code."""
+        begin = time.perf_counter()
+        found = Function(self.recording.tape, self.recording.results, self._tables)
+        self.compile_seconds += time.perf_counter() - begin
+        return found
 
 
 class Compiled(Engine):
-    """The state, poses and wrenches of another engine, and y' from its equations in symbols.
+    """The state, poses and wrenches of another engine, and y' by machine code, with one set of parameters."""
 
-    Measured: 1.6 us an evaluation for 3 rods, 3 for 10, 4.1 for 30, where Pinocchio takes 1.6, 5 and 15; compiling takes
-    0.1 to 4 s.
-    """
-
-    def __init__(self, base: Engine, right: Symbolic) -> None:
+    def __init__(
+        self, base: Engine, equations: CompiledEquations, values: Sequence[float], tables: Sequence[Table], took: float
+    ) -> None:
         super().__init__(base.model, base.loads)
-        self.base, self.right, self.name = base, right, f"{base.name}, compiled"
+        self.base, self.equations, self.name = base, equations, f"{base.name}, compiled"
+        self._values, self._tables, self.compile_seconds = values, tables, took
+
+    @property
+    def size(self) -> int:
+        """How many numbers the state has."""
+        return self.equations.recording.size
+
+    @property
+    def function(self) -> Function:
+        """y' as machine code."""
+        before = self.equations.compile_seconds
+        function = self.equations.function
+        self.compile_seconds += self.equations.compile_seconds - before
+        return function
+
+    def block(self) -> Block:
+        """What one run hands to the function."""
+        return self.function.block(self._values, self._tables)
 
     def pack(self, q: Array, v: Array) -> Array:
         """The state of the compiled engine."""
@@ -47,24 +92,14 @@ class Compiled(Engine):
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """y' by machine code, which is compiled here."""
-        function = self._rate
+        call, block, size = self.function.call, self.block(), self.size
+        state, rates = np.zeros(size), np.zeros(size)
+        arguments = (rates.ctypes.data, state.ctypes.data, block.address)
 
         def derivative(dy: Array, t: float, y: Array) -> None:
-            function(y, outputs=dy, time=t)
+            state[:] = y
+            call(arguments[0], t, arguments[1], arguments[2], None)
+            dy[:] = rates
 
+        derivative.block = block  # type: ignore[attr-defined]  # as long as the function
         return counted(derivative, progress, CALLBACK_EVERY)
-
-    @cached_property
-    def _rate(self) -> Any:
-        return self.compiled(lambda t, y, _: self.right(t, y))
-
-    def compiled(self, function: Callable[[Any, Array, Any], Array]) -> Any:
-        """A function of t, y and a parameter, on symbols, as machine code: f(y, outputs=..., pars=..., time=t)."""
-        import heyoka as hy
-
-        begin = time.perf_counter()
-        size = len(self.pack(*np.zeros((2, len(self.model.joints)))))
-        y = np.array(hy.make_vars(*(f"y{i}" for i in range(size))), dtype=object)
-        found = hy.cfunc([hy.expression(x) for x in function(hy.time, y, hy.par[0])], list(y), compact_mode=True)
-        self.compile_seconds += time.perf_counter() - begin
-        return found

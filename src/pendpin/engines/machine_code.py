@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.engines.tape import Tape, operands_of
+from pendpin.engines.machine_steps import Steps, steps_code
+from pendpin.engines.tape import Tape
 
 OPTIMISED = 2  # of 3; the tape has taken out most that can be
 EVERY = 4096  # calls between two of a block's watcher; a power of 2
@@ -77,12 +78,12 @@ class Function:
         self._tape = tape
         self._places = [tape.placed(x) for x in results]
         self._needed = tape.needed(self._places)
-        fixed = {x for place in self._needed if not tape.fixed[place] for x in operands_of(tape.operations[place])}
-        self._fixed = sorted(x for x in fixed.union(self._places) if tape.fixed[x] and tape.operations[x][0] != "number")
+        self._fixed = tape.fixed_operands(self._places)
         self._tables = tables
         self._code = _compiled("\n".join(self._written()))
         self.address = self._code.get_function_address("rate")
         self.call = Rate(self.address)
+        self.steps = Steps(self._code.get_function_address("steps"))  # of rk4
 
     def block(self, parameters: Sequence[float], tables: Sequence[Table] = ()) -> "Block":
         """A block for one set of parameters."""
@@ -102,6 +103,7 @@ class Function:
             yield f"  %to{i} = getelementptr double, ptr %dy, i64 {i}"
             yield f"  store double {self._operand(place)}, ptr %to{i}"
         yield "  ret void\n}"
+        yield steps_code(len(self._places))
 
     def _line(self, place: int) -> Iterator[str]:
         name, *operands = self._tape.operations[place]
@@ -143,7 +145,7 @@ class Block:
     def watched(self, watcher: Callable[[float], bool]) -> None:
         """Have `watcher` called with the time every EVERY calls; where it returns True the rates become NaN."""
         self._watcher = Watcher(watcher)
-        self._whole[1] = ctypes.cast(self._watcher, ctypes.c_void_p).value
+        self._whole[1] = ctypes.cast(self._watcher, ctypes.c_void_p).value or 0
 
 
 def _watching(results: int) -> Iterator[str]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from functools import cache, reduce
 from operator import mul
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -63,6 +63,13 @@ class Tape:
             operands.sort()
         return self._at((name, *operands), all(self.fixed[x] for x in operands))
 
+    def fixed_operands(self, results: Sequence[int]) -> list[int]:
+        """The fixed operations, but for plain numbers, that others or the results themselves take directly."""
+        used = {
+            x for place in self.needed(results) if not self.fixed[place] for x in operands_of(self.operations[place])
+        }
+        return sorted(x for x in used.union(results) if self.fixed[x] and self.operations[x][0] != "number")
+
     def needed(self, results: Sequence[int]) -> list[int]:
         """The operations that some results take, in order."""
         found, open_ = set(), list(results)
@@ -94,6 +101,19 @@ class Tape:
             self.operations.append(operation)
             self.fixed.append(fixed)
         return Term(self, place)
+
+
+class Recording(NamedTuple):
+    """Equations on a tape: y' (size,) of a state y."""
+
+    tape: Tape
+    results: list[Any]  # (size,), terms or numbers
+    size: int
+
+    @property
+    def places(self) -> list[int]:
+        """The places of the results (size,)."""
+        return [self.tape.placed(x) for x in self.results]
 
 
 def operands_of(operation: tuple[Any, ...]) -> tuple[int, ...]:
@@ -165,10 +185,14 @@ class Term:
     __radd__, __rmul__ = __add__, __mul__
 
     def __bool__(self) -> bool:
+        """True for parameters and their products, which are not 0 by structure; others have no truth."""
+        name, *operands = self.tape.operations[self.place]
+        if name == "parameter" or (name == "mul" and all(Term(self.tape, x) for x in operands)):
+            return True
         raise TypeError("a symbol has no value: an effect that is compiled may not ask for one")
 
     def __eq__(self, other: object) -> bool:
-        return bool(self)
+        raise TypeError("symbols cannot be compared")
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -19,6 +19,15 @@ from pendpin.equations.chain.inertia import ChainInertia
 _UNIT = np.eye(3)
 
 
+class ThinRods(NamedTuple):
+    """What the recursion needs of a chain of thin rods, from the support down, each array (n,)."""
+
+    m: Array  # kg
+    h: Array  # m, centre of mass from the joint
+    l: Array  # m, next joint from the joint  # noqa: E741
+    I1: Array  # kg m², central, across the rod
+
+
 class _Answer(NamedTuple):
     """How a rod turns with its joint's acceleration a: u = P Y (c - B a)."""
 
@@ -30,13 +39,18 @@ class _Answer(NamedTuple):
 
 
 def turning(
-    chain: ChainInertia, d: Array, rate: Array, field: Array, force: Array | None = None, moment: Array | None = None
+    chain: ThinRods | ChainInertia,
+    d: Array,
+    rate: Array,
+    field: Array,
+    force: Array | None = None,
+    moment: Array | None = None,
 ) -> Array:
     """omega' = d x d'' (n, 3) in I, rad/s², from unit directions d (n, 3), rates d' (n, 3) in 1/s, and a field (3,) in I.
 
     force and moment (n, 3), external, in N and N m, the moment about the centre of mass and normal to the rod.
     """
-    n, answers = chain.n, []
+    n, answers = len(d), []
     A, b = np.zeros((3, 3)), np.zeros(3)  # of what hangs on the tip
     for i in reversed(range(n)):
         m, h, length, J = chain.m[i], chain.h[i], chain.l[i], chain.I1[i] + chain.m[i] * chain.h[i] ** 2
@@ -60,7 +74,7 @@ def _inverse(M: Array) -> Array:
     return cofactors / dot(M[0], cofactors[0])
 
 
-def _outward(chain: ChainInertia, d: Array, answers: list[_Answer]) -> Array:
+def _outward(chain: ThinRods | ChainInertia, d: Array, answers: list[_Answer]) -> Array:
     a, out = np.zeros(3), []
     for i, (P, Y, c, B, inward) in enumerate(answers):
         u = applied(Y, c - applied(B, a))

@@ -7,7 +7,9 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import Dynamics
+from pendpin.engines import Compiled
 from pendpin.errors import InputError, choices
+from pendpin.integrators import machine
 from pendpin.integrators.adaptive import NAMES, Adaptive
 from pendpin.integrators.base import Integrator
 from pendpin.integrators.fixed import RungeKutta4, SemiImplicitEuler, refuse_steps
@@ -24,8 +26,12 @@ FEW_JOINTS = 4  # up to which it is
 OVERDAMPED = 0.5  # decay over the fastest rate: what swings as fast as it decays has to be followed anyway
 
 
-def integrator_for(scene: Scene, dynamics: Dynamics) -> Integrator:
-    """The integrator of a scene's method, with its setting. Raises InputError for what that integrator does not take."""
+def integrator_for(scene: Scene, dynamics: Dynamics, energy_balance: bool = False) -> Integrator:
+    """The integrator of a scene's method, with its setting.
+
+    With an energy balance work is integrated beside the motion, in Python. Raises InputError for what that integrator
+    does not take.
+    """
     solver = scene.solver
     method, step = solver.method, solver.step
     if dynamics.contacts is not None and method not in NAMES:
@@ -38,6 +44,8 @@ def integrator_for(scene: Scene, dynamics: Dynamics) -> Integrator:
     assert solver.tolerance is not None
     if method == "taylor":
         return Taylor(scene.effects, solver.tolerance, scene.start.time)
+    if isinstance(dynamics.engine, Compiled) and not energy_balance and machine.available():
+        return machine.AdaptiveInMachineCode(method, solver.tolerance)
     return Adaptive(method, solver.tolerance)
 
 

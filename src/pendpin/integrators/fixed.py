@@ -3,14 +3,12 @@
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
-from functools import partial
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.engines import AngleEngine, Compiled, Derivative, Engine, ProgressCallback, Symbolic
+from pendpin.engines import AngleEngine, Compiled, Derivative, Engine, ProgressCallback
 from pendpin.errors import InputError, shown
 from pendpin.integrators.adaptive import NOT_FINITE, finite_part
 from pendpin.integrators.base import Integrator, Memory, Segment
@@ -18,7 +16,8 @@ from pendpin.integrators.base import Integrator, Memory, Segment
 MAX_STEPS = 1e9
 LOOK_EVERY = 1024  # steps between two looks whether the numbers are finite
 
-Advance = Callable[[float, float], None]  # t, h: moves a state on in place
+Advance = Callable[[float, float, int], None]  # t, h, steps: moves a state on in place by so many steps of h
+Step = Callable[[float, float], None]  # the same for one step
 
 
 def intervals(times: Array, step: float) -> Iterator[tuple[float, int, float]]:
@@ -56,36 +55,57 @@ class FixedStep(Integrator):
         y, states, steps = np.array(y), np.full((len(times), len(y)), np.nan), 0
         advance, states[0] = self.advancing(derivative, y), y
         for sample, (start, count, h) in enumerate(intervals(times, self.step), 1):
-            for i in range(count):
-                if i and not i % LOOK_EVERY and not np.isfinite(y).all():
-                    return Segment(*finite_part(states, steps + i, NOT_FINITE))
-                advance(start + i * h, h)
+            for done in range(0, count, LOOK_EVERY):
+                if done and not np.isfinite(y).all():
+                    return Segment(*finite_part(states, steps + done, NOT_FINITE))
+                advance(start + done * h, h, min(LOOK_EVERY, count - done))
             steps += count
             states[sample] = y
         return Segment(*finite_part(states, steps, None))
 
-    @abstractmethod
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
+        """A function that moves y on, in place, by some steps from t."""
+        step = self.stepping(derivative, y)
+
+        def advance(t: float, h: float, steps: int) -> None:
+            for i in range(steps):
+                step(t + i * h, h)
+
+        return advance
+
+    @abstractmethod
+    def stepping(self, derivative: Derivative, y: Array) -> Step:
         """A function that moves y on, in place, by one step from t to t + h."""
 
 
 class RungeKutta4(FixedStep):
     """The classical method of four stages, order 4 (W. Kutta 1901), on any engine's state.
 
-    On a compiled engine a whole step is compiled.
+    On a compiled engine the loop of its steps is compiled.
     """
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """The engine's; a compiled engine has its whole step compiled."""
-        self._leap = engine.compiled(partial(_classical, engine.right)) if isinstance(engine, Compiled) else None
-        self._progress, self._leaps = progress, 0
+        """The engine's."""
+        self._engine, self._progress = engine, progress
         derivative, calls = engine.derivative(progress)
-        return derivative, lambda: calls() + 4 * self._leaps
+        self._block = engine.block() if isinstance(engine, Compiled) else None
+        return derivative, lambda: calls() + (self._block.calls if self._block else 0)
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
-        """A classical Runge-Kutta step, compiled where it can be."""
-        if self._leap is not None and len(y) == self._leap.nouts:
-            return self._leaping(y)
+        """Classical Runge-Kutta steps, in machine code where the engine's equations are."""
+        engine, block = self._engine, self._block
+        if not isinstance(engine, Compiled) or block is None or len(y) != engine.size:
+            return super().advancing(derivative, y)
+        steps, work = engine.function.steps, np.empty(5 * len(y))
+
+        def advance(t: float, h: float, count: int) -> None:
+            steps(y.ctypes.data, t, h, count, block.address, work.ctypes.data)
+            self._progress(t)
+
+        return advance
+
+    def stepping(self, derivative: Derivative, y: Array) -> Step:
+        """A classical Runge-Kutta step."""
         k1, k2, k3, k4, inner = (np.empty_like(y) for _ in range(5))
 
         def stage(k: Array, t: float, before: Array, h: float) -> None:
@@ -102,28 +122,6 @@ class RungeKutta4(FixedStep):
 
         return advance
 
-    def _leaping(self, y: Array) -> Advance:
-        leap, before, step = self._leap, y.copy(), np.empty(1)
-        assert leap is not None
-
-        def advance(t: float, h: float) -> None:
-            step[0], before[:] = h, y
-            leap(before, outputs=y, pars=step, time=t)
-            self._leaps += 1
-            if not self._leaps % LOOK_EVERY:
-                self._progress(t)
-
-        return advance
-
-
-def _classical(right: Symbolic, t: Any, y: Array, h: Any) -> Array:
-    """A step of the classical method on symbols."""
-    k1 = right(t, y)
-    k2 = right(t + h / 2, y + h / 2 * k1)
-    k3 = right(t + h / 2, y + h / 2 * k2)
-    k4 = right(t + h, y + h * k3)
-    return y + h / 6 * (k1 + 2 * (k2 + k3) + k4)
-
 
 class SemiImplicitEuler(FixedStep):
     """v += h a(t, q, v), then q += h v with the new v: order 1, on angles (also called symplectic Euler)."""
@@ -135,7 +133,7 @@ class SemiImplicitEuler(FixedStep):
         self._nv = len(engine.model.joints)
         return engine.derivative(progress)
 
-    def advancing(self, derivative: Derivative, y: Array) -> Advance:
+    def stepping(self, derivative: Derivative, y: Array) -> Step:
         """v, then q with the new v; what is integrated beside the motion comes with v."""
         dy, nv = np.empty_like(y), self._nv
         q, v, others, rates = y[:nv], y[nv : 2 * nv], y[nv:], dy[nv:]

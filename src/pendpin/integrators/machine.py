@@ -34,18 +34,25 @@ class AdaptiveInMachineCode(Integrator):
         self.version = version(self.library)
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """As `Integrator.equations`."""
+        """Those of a compiled engine, which the loops call themselves."""
         assert isinstance(engine, Compiled)
         self._function, self._block, self._progress = engine.function, engine.block(), progress
         self._block.watched(self._stop)
         return engine.derivative(progress)[0], lambda: self._block.calls
 
     def integrate(
-        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, memory: Memory | None = None
+        self,
+        derivative: Derivative,
+        y: Array,
+        times: Array,
+        first_step: float | None,
+        memory: Memory | None = None,
+        longest: float = np.inf,
     ) -> Segment:
-        """As `Integrator.integrate`."""
+        """The states (n, size), within the tolerance a step, with no call of `derivative`."""
         self._error = None
-        states, steps, failure = self._solved(np.ascontiguousarray(y), np.ascontiguousarray(times), first_step or 0.0)
+        first_step = min(first_step or 0.0, (times[-1] - times[0]) / 2, longest)
+        states, steps, failure = self._solved(np.ascontiguousarray(y), np.ascontiguousarray(times), first_step, longest)
         if self._error is not None:
             raise self._error
         return Segment(*finite_part(states, steps, failure))
@@ -58,13 +65,13 @@ class AdaptiveInMachineCode(Integrator):
             self._error = error
         return self._error is not None
 
-    def _solved(self, y: Array, times: Array, first_step: float) -> tuple[Array, int, str | None]:
+    def _solved(self, y: Array, times: Array, first_step: float, longest: float) -> tuple[Array, int, str | None]:
         api, tolerance = _api(), self._tolerance.ctypes.data
         found = api.c_numba_cysolve_ivp(
             *(self._function.address, times[0], times[-1], y.ctypes.data, len(y), self._method, 0, 0),
             *(self._block.address, ctypes.sizeof(ctypes.c_void_p), 0, _MEGABYTES, False),
             *(times.ctypes.data, len(times), None, None, 0, tolerance, 1, tolerance, 1),
-            *(_NO_LIMIT, min(first_step, (times[-1] - times[0]) / 2), False),
+            *(min(longest, _NO_LIMIT), first_step, False),
         )
         try:
             count, size = api.c_get_size(found), api.c_get_num_dy(found)

@@ -2,18 +2,19 @@
 
 import time
 from collections.abc import Callable, Sequence
+from copy import copy
 from importlib.metadata import version
+from operator import add, mul, neg, sub, truediv
 from typing import Any
 
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.compiling import equations_of
 from pendpin.dynamics.dynamics import refuse_nonsmooth
-from pendpin.dynamics.symbols import right_hand_side
 from pendpin.effects import Effect
 from pendpin.engines import Compiled, Derivative, Engine, LongChain, ProgressCallback
-from pendpin.equations.numbers import symbols
+from pendpin.engines.tape import Recording
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.integrators.adaptive import NAMES, NOT_FINITE
 from pendpin.integrators.base import Integrator, Memory, Segment
@@ -104,13 +105,41 @@ class Taylor(Integrator):
                 f"solver.method: taylor takes up to {MAX_JOINTS // 2} rods or {MAX_JOINTS} joints, as its series are "
                 f"compiled, and no solver.engine: this model has {joints} joints; dop853 takes it"
             )
-        hy, size = self._heyoka, len(engine.pack(*np.zeros((2, joints))))
-        y = np.array(hy.make_vars(*(f"y{i}" for i in range(size))), dtype=object)
-        right = right_hand_side(engine, bind_loads(engine.model, self._effects, symbols(), self._start))(hy.time, y)
-        return (hy.taylor_adaptive if width is None else hy.taylor_adaptive_batch)(
-            [(symbol, hy.expression(rate)) for symbol, rate in zip(y, right, strict=True)],
-            np.zeros(size if width is None else (size, width)),
-            tol=self._tolerance,
-            high_accuracy=self._tolerance < HIGH,
-            compact_mode=joints > SMALL,
-        )
+        equations, parameters = equations_of(engine, self._effects, self._start)
+        recording, key = equations.recording, (self._tolerance, width)
+        if key not in equations.series:
+            symbols, rates = _expressions(self._heyoka, recording)
+            size = recording.size
+            made = self._heyoka.taylor_adaptive if width is None else self._heyoka.taylor_adaptive_batch
+            equations.series[key] = made(
+                list(zip(symbols, rates, strict=True)),
+                np.zeros(size if width is None else (size, width)),
+                tol=self._tolerance,
+                high_accuracy=self._tolerance < HIGH,
+                compact_mode=joints > SMALL,
+            )
+        series = copy(equations.series[key])
+        fixed = recording.tape.fixed_operands(recording.places)
+        values = recording.tape.values(fixed, parameters.values)
+        for cell, place in enumerate(fixed):
+            series.pars[cell] = values[place]
+        return series
+
+
+def _expressions(hy: Any, recording: Recording) -> tuple[list[Any], list[Any]]:
+    """heyoka's variables of the state, and its rates; what depends on parameters alone as parameters of its own."""
+    tape, symbols = recording.tape, hy.make_vars(*(f"y{i}" for i in range(recording.size)))
+    functions = {"add": add, "sub": sub, "mul": mul, "div": truediv, "neg": neg, "pow": pow}
+    known = {place: hy.par[cell] for cell, place in enumerate(tape.fixed_operands(recording.places))}
+    for place in tape.needed(recording.places):
+        name, *operands = tape.operations[place]
+        if name == "number":
+            known[place] = hy.expression(operands[0])
+        elif name == "time":
+            known[place] = hy.time
+        elif name == "state":
+            known[place] = symbols[operands[0]]
+        elif not tape.fixed[place]:
+            function = functions.get(name) or getattr(hy, name)
+            known[place] = function(*(known[x] for x in operands))
+    return symbols, [known[place] for place in recording.places]

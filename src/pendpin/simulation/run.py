@@ -56,7 +56,7 @@ def run_scene(
         scene, dynamics = _with_method(scene, dynamics, q, v, energy_balance)
         if checkpoint:
             saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name))
-        integrator = integrator_for(scene, dynamics)
+        integrator = integrator_for(scene, dynamics, energy_balance)
         balance = EnergyBalance(dynamics, scene.effects) if energy_balance else None
         way = SmoothLoop if dynamics.contacts is None else LoopWithEvents
         patience = Patience(scene.duration, deadline, _reserve(scene, dynamics, start, deadline), progress)

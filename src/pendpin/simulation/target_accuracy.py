@@ -11,7 +11,8 @@ from importlib.util import find_spec
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.dynamics import MAX_COMPILED, bind
+from pendpin.dynamics.compiling import MAX_COMPILED
+from pendpin.dynamics.dynamics import bind
 from pendpin.effects import BodyEffect
 from pendpin.engines import ProgressCallback
 from pendpin.errors import RunError

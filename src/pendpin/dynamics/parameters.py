@@ -1,0 +1,90 @@
+"""The numbers of a scene, as parameters of equations on a tape: another mass is then no new code.
+
+What is 0 stays 0, and folds away: which numbers are 0 belongs to the structure of a scene, as do the kinds of its effects.
+"""
+
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.effects import Effect
+from pendpin.engines.machine_code import Table
+from pendpin.engines.tape import Tape
+
+AnEffect = TypeVar("AnEffect", bound=Effect)
+
+
+class Numbers:
+    """Hands out numbers as they are: what equations on floats are bound with."""
+
+    def __call__(self, x: Any) -> Any:
+        """A number or an array of numbers as the equations see it; None stays None."""
+        return x
+
+    def effect(self, effect: AnEffect) -> AnEffect:
+        """An effect with its numbers handed out."""
+        return effect
+
+    def table(self, times: Array, rows: Array) -> Callable[[Any], Array]:
+        """The row (width,) of `rows` (n, width) that holds at a time, from its own of `times` (n,) to the next."""
+        return lambda t: rows[max(0, int(np.searchsorted(times, t, "right")) - 1)]
+
+
+class Parameters(Numbers):
+    """Hands out numbers as parameters of a tape, and lists their values; without a tape it lists them only."""
+
+    def __init__(self, tape: Tape | None = None) -> None:
+        self.values: list[float] = []
+        self.tables: list[Table] = []
+        self._tape, self._structure = tape, list[Hashable]()
+        self._effects, self._places = dict[int, Any](), dict[Hashable, int]()
+
+    @property
+    def structure(self) -> tuple[Hashable, ...]:
+        """What has to agree for two scenes to have the same equations but for the values."""
+        return tuple(self._structure)
+
+    def __call__(self, x: Any) -> Any:
+        """As `Numbers`, with a parameter for each number that is not 0."""
+        if x is None:
+            self._structure.append(None)
+            return None
+        given = np.asarray(x, float)
+        present = given != 0
+        self._structure.append((given.shape, present.tobytes()))
+        places = range(len(self.values), len(self.values) + int(present.sum()))
+        self.values += given[present].tolist()
+        if self._tape is None:
+            return given[()]
+        out = given.astype(object)
+        out[present] = [self._tape.parameter(place) for place in places]
+        return out[()]
+
+    def constant(self, x: Any) -> None:
+        """Note what the equations take as it is."""
+        self._structure.append(x.tobytes() if isinstance(x, np.ndarray) else x)
+
+    def effect(self, effect: AnEffect) -> AnEffect:
+        """As `Numbers`; its kind, and what is no number of it, belong to the structure."""
+        if id(effect) not in self._effects:
+            others = effect.model_copy(update=dict.fromkeys(effect.parameters))
+            self.constant((type(effect), repr(others)))
+            self._effects[id(effect)] = (
+                effect,
+                effect.with_numbers(self),
+            )  # both: an id is good as long as its effect lives
+        return self._effects[id(effect)][1]
+
+    def table(self, times: Array, rows: Array) -> Callable[[Any], Array]:
+        """As `Numbers`: a table of the tape."""
+        tape, width, key = self._tape, rows.shape[1], (times.tobytes(), rows.tobytes())
+        place = self._places.setdefault(key, len(self.tables))
+        if place == len(self.tables):
+            self.tables.append(Table(times, rows))
+        self._structure.append(("table", place, width))
+        return super().table(times, rows) if tape is None else lambda t: tape.row(place, width, t)
+
+
+GIVEN = Numbers()

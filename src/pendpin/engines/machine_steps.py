@@ -1,0 +1,69 @@
+"""Steps of the classical Runge-Kutta method around a function, as machine code: many in one call from Python."""
+
+import ctypes
+
+# y, t, h, steps, block, work (5 size): moves y on from t by so many steps of h
+Steps = ctypes.CFUNCTYPE(
+    None, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p
+)
+
+_CODE = """
+define internal void @along(ptr %out, ptr %y, double %h, ptr %k) {           ; out = y + h k
+entry:
+  br label %next
+next:
+  %i = phi i64 [ 0, %entry ], [ %after, %next ]
+  %from = getelementptr double, ptr %y, i64 %i
+  %rate = getelementptr double, ptr %k, i64 %i
+  %to = getelementptr double, ptr %out, i64 %i
+  %value = load double, ptr %from
+  %slope = load double, ptr %rate
+  %change = fmul double %h, %slope
+  %sum = fadd double %value, %change
+  store double %sum, ptr %to
+  %after = add i64 %i, 1
+  %more = icmp slt i64 %after, SIZE
+  br i1 %more, label %next, label %done
+done:
+  ret void
+}
+
+define void @steps(ptr %y, double %t, double %h, i64 %count, ptr %block, ptr %k1) {
+entry:
+  %k2 = getelementptr double, ptr %k1, i64 SIZE
+  %k3 = getelementptr double, ptr %k2, i64 SIZE
+  %k4 = getelementptr double, ptr %k3, i64 SIZE
+  %inner = getelementptr double, ptr %k4, i64 SIZE
+  %half = fmul double %h, 0.5
+  %sixth = fdiv double %h, 6.0
+  br label %next
+next:
+  %i = phi i64 [ 0, %entry ], [ %after, %next ]
+  %many = sitofp i64 %i to double
+  %gone = fmul double %many, %h
+  %begin = fadd double %t, %gone
+  %middle = fadd double %begin, %half
+  %end = fadd double %begin, %h
+  call void @rate(ptr %k1, double %begin, ptr %y, ptr %block, ptr null)
+  call void @along(ptr %inner, ptr %y, double %half, ptr %k1)
+  call void @rate(ptr %k2, double %middle, ptr %inner, ptr %block, ptr null)
+  call void @along(ptr %inner, ptr %y, double %half, ptr %k2)
+  call void @rate(ptr %k3, double %middle, ptr %inner, ptr %block, ptr null)
+  call void @along(ptr %inner, ptr %y, double %h, ptr %k3)
+  call void @rate(ptr %k4, double %end, ptr %inner, ptr %block, ptr null)
+  call void @along(ptr %k2, ptr %k2, double 1.0, ptr %k3)
+  call void @along(ptr %k1, ptr %k1, double 2.0, ptr %k2)
+  call void @along(ptr %k1, ptr %k1, double 1.0, ptr %k4)
+  call void @along(ptr %y, ptr %y, double %sixth, ptr %k1)
+  %after = add i64 %i, 1
+  %more = icmp slt i64 %after, %count
+  br i1 %more, label %next, label %done
+done:
+  ret void
+}
+"""
+
+
+def steps_code(size: int) -> str:
+    """The code, for a function `rate` of states (size,)."""
+    return _CODE.replace("SIZE", str(size))
