@@ -5,10 +5,11 @@ import tracemalloc
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fifty_digits import KINDS, TILTED, G, alike, error, fifty_digits, mixed, rods, state
+from laws import law
 from pendpin.equations import newton_euler
 from pendpin.equations.base import RodInertia
 from pendpin.equations.chain import kinematics, refinement, solution
@@ -16,7 +17,7 @@ from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.errors import InputError
 
 seeds = st.integers(0, 2**32 - 1)
-laws = settings(max_examples=25, deadline=None)
+laws = law(25)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fifty_digits import TILTED, G, alike, error, fifty_digits, mixed, point_masses, state
+from laws import law
 from pendpin.equations.chain import angles, kinematics, refinement, solution, thin
 from pendpin.errors import InputError
 
 seeds = st.integers(0, 2**32 - 1)
-laws = settings(max_examples=25, deadline=None)
+laws = law(25)
 
 
 def about_z(angle):

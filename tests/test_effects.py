@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
 from effect_cases import EFFECTS, MODELS, URDF, ZERO, on_both, planar, states
+from laws import law
 from pendpin import effects as fx
 from pendpin.dynamics.binding import bodies_of
 from pendpin.dynamics.dynamics import Dynamics
@@ -73,7 +74,7 @@ def test_what_turns_a_thin_rod_about_its_axis_keeps_it_on_its_joint() -> None:
     assert isinstance(Dynamics(model, (EFFECTS["push and torque"],), "chain").engine, LongChain)
 
 
-@settings(max_examples=25, deadline=None)
+@law(25)
 @given(st.permutations(sorted(EFFECTS)), st.integers(1, 6), st.sampled_from(sorted(THICK)))
 def test_the_order_of_the_list_does_not_matter(names: list[str], count: int, model: str) -> None:
     """Bit for bit, on both engines."""

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
+from laws import law
 from pendpin.effects import Drag, DryFriction, Gravity, Motor, Push, Rotation, Spring, Stop, Support, Viscous
 
 SMOOTH = {
@@ -34,7 +35,7 @@ def run_of(kinds, radius=0.03, duration=1.0, tolerance=1e-12) -> pp.Trajectory:
     return pp.simulate(scene, tolerance=tolerance, energy_balance=True)
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@law(15)
 @given(st.sets(st.sampled_from(sorted(SMOOTH)), min_size=1))
 def test_books_balance_without_events(kinds: set[str]) -> None:
     """Any set of smooth effects: to 1e-9 of the energy moved."""
@@ -43,7 +44,7 @@ def test_books_balance_without_events(kinds: set[str]) -> None:
     assert run.imbalance < 1e-9
 
 
-@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@law(6)
 @given(st.sets(st.sampled_from(sorted(SMOOTH)), max_size=3), st.sets(st.sampled_from(sorted(CONTACT)), min_size=1))
 def test_books_balance_across_events(kinds: set[str], contacts: set[str]) -> None:
     """With sticking, sliding and impacts: to 1e-7 of the energy moved."""

@@ -8,9 +8,10 @@ import mpmath
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from laws import law
 from pendpin.equations import balances, lagrange, newton_euler
 from pendpin.equations.base import RodInertia, RodSolution
 
@@ -125,21 +126,21 @@ def pinocchio_solution(rod, q, v, field):
 # --- routes against each other --------------------------------------------------------------------------------------
 
 
-@settings(max_examples=300, deadline=None)
+@law(300)
 @given(any_rod, angles, rates, fields)
 def test_six_balances_vs_newton_euler(rod, q, v, field):
     state = rod, q[None], v[None], field
     assert_equal(balances.solve(*state), newton_euler.solve(*state), terms(*state), roundings=50)
 
 
-@settings(max_examples=300, deadline=None)
+@law(300)
 @given(any_rod, angles, rates, fields)
 def test_lagrange_vs_newton_euler(rod, q, v, field):
     state = rod, q[None], v[None], field
     assert_equal(lagrange_solution(*state), newton_euler.solve(*state), terms(*state), roundings=20)
 
 
-@settings(max_examples=200, deadline=None)
+@law(200)
 @given(any_rod, angles, rates, fields)
 def test_pinocchio_vs_newton_euler(rod, q, v, field):
     state = rod, q[None], v[None], field
@@ -188,7 +189,7 @@ def test_a_field_may_differ_from_state_to_state(solve):
 # --- the joint's moment and power -----------------------------------------------------------------------------------
 
 
-@settings(max_examples=200, deadline=None)
+@law(200)
 @given(any_rod, angles, rates, fields)
 def test_pinocchio_finds_the_moment_along_a3_alone(rod, q, v, field):
     state = rod, q[None], v[None], field
@@ -212,7 +213,7 @@ def test_reactions_do_no_work(solve):
     assert np.median(np.abs(along_b3)) > 100  # W
 
 
-@settings(max_examples=200, deadline=None)
+@law(200)
 @given(any_rod, angles, rates, fields, st.sampled_from([*ROUTES.values(), lagrange_solution]))
 def test_energy_is_conserved(rod, q, v, field, solve):
     """dT/dt + dV/dt = 0 by a complex step, which takes no difference and loses no digits."""
@@ -301,7 +302,7 @@ def test_the_moment_of_a_thin_rod_is_exactly_zero(rod, q, v, field):
 
 @pytest.mark.parametrize("solve", ROUTES.values(), ids=ROUTES)
 @given(rod=any_rod, field=fields.filter(lambda f: np.linalg.norm(f) > 0.1))
-@settings(max_examples=100, deadline=None)
+@law(100)
 def test_a_rod_that_hangs_at_rest_bears_its_weight(solve, rod, field):
     strength = np.linalg.norm(field)
     q = np.array([[np.arctan2(field[1], field[2]), np.arctan2(field[0], np.hypot(field[1], field[2]))]])  # b3 along it

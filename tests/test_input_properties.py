@@ -2,7 +2,6 @@
 
 import copy
 import json
-import os
 import re
 import warnings
 from collections.abc import Callable
@@ -17,13 +16,14 @@ from hypothesis import strategies as st
 
 from bad_input import ROD
 from bad_runs import run_file
+from laws import law
 from pendpin import PendpinError, Trajectory, load_scene, simulate
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.model.build import build
 from pendpin.scene import Chain, Solver, UrdfModel
 
-EXAMPLES = int(os.environ.get("PENDPIN_EXAMPLES", "0"))  # a longer search, other examples each time
-SETTINGS = settings(max_examples=EXAMPLES or 200, deadline=None, database=None, derandomize=not EXAMPLES)
+LONGER = settings.default.max_examples > 100  # a longer search has other examples each time
+SETTINGS = settings(law(200), database=None, derandomize=not LONGER)
 
 SCENE: dict[str, Any] = {
     "duration": 1.0,

@@ -7,10 +7,11 @@ from typing import Literal
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
+from laws import law
 from pendpin.effects import Gravity, JointEffect, Motor, Support
 from pendpin.effects.pace import Pace, intervals_for, measured, together
 
@@ -59,7 +60,7 @@ def run_of(*effects, method, tolerance, duration, start=0.0, samples=2) -> pp.Tr
     )
 
 
-@settings(max_examples=12, deadline=None)
+@law(12)
 @given(
     method=st.sampled_from((*METHODS, "taylor")),
     width=st.floats(-4, -1).map(lambda x: 10**x),
@@ -86,7 +87,7 @@ def pulse_track(path: Path, first: str, duration: float, interval: float, at: fl
     return path
 
 
-@settings(max_examples=6, deadline=None)
+@law(6)
 @given(method=st.sampled_from(METHODS), width=st.floats(0.05, 0.5), at=st.floats(4, 26))
 def test_tracks_are_seen(method, width, at, tmp_path_factory) -> None:
     """A rod at rest whose support moves once, anywhere in 30 s, is where the finest run has it."""
@@ -144,7 +145,7 @@ def test_a_fixed_step_that_is_too_long_is_noted() -> None:
     assert not pp.simulate(scene, method="rk4", step=0.01).stats.notes
 
 
-@settings(max_examples=50, deadline=None)
+@law(50)
 @given(
     at=st.floats(0.5, 9.5),
     width=st.floats(-3, -1.5).map(lambda x: 10**x),

@@ -7,16 +7,17 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
+from laws import law
 from pendpin import effects as fx
 from pendpin.analysis.references import reference
 from pendpin.analysis.significance import significance
 from pendpin.effects import ContactEffect
 
-LEAN = settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+LEAN = law(12)
 ROD = pp.Rod(length=0.8, mass=1.0, radius=0.03)
 TWO = pp.Chain(rods=(ROD, pp.Rod(length=0.5, mass=0.4, radius=0.02)))
 SMOOTH = (
@@ -365,7 +366,7 @@ def test_one_sample_of_a_duration_is_refused() -> None:
 # --- tracks ---------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=50, deadline=None)
+@law(50)
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e3), st.integers(2, 9))
 def test_a_track_covers_the_run_that_it_was_made_for(begin: float, duration: float, rows: int) -> None:
     """Its last time is written as the user computes it, the run's is begin + duration: rounding is no gap."""

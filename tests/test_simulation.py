@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
+from laws import law
 from pendpin.equations.exact import planar, spherical
 from pendpin.scene import builtin_scene
 
@@ -78,7 +79,7 @@ def test_scipy_carries_the_lane_where_cyrk_is_missing(method: str, monkeypatch: 
     assert np.abs(with_cyrk.tips() - without.tips()).max() < 2e-6
 
 
-@settings(max_examples=15, deadline=None)
+@law(15)
 @given(st.floats(-1.4, 1.4), st.floats(-1.4, 1.4), st.floats(-5, 5), st.floats(-5, 5))
 def test_running_back_returns_to_the_start(theta: float, phi: float, dtheta: float, dphi: float) -> None:
     """Reversibility: forward 1 s, the rates turned round, forward 1 s again."""

@@ -4,10 +4,11 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
+from laws import law
 from pendpin import effects as fx
 from pendpin.model.build import build
 from pendpin.model.kinematics import apart, reach
@@ -31,7 +32,7 @@ def error(run: pp.Trajectory, asked: pp.Scene) -> float:
 
 
 @needs_heyoka
-@settings(max_examples=12, deadline=None)
+@law(12)
 @given(
     lengths=st.lists(st.floats(0.3, 2.0), min_size=1, max_size=3),
     radius=st.sampled_from([0.0, 0.05]),

@@ -3,19 +3,24 @@
 import json
 from dataclasses import replace
 from importlib.util import find_spec
+from itertools import combinations
 from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 import pendpin as pp
-from bad_input import run_main
+from bad_input import contents, run_main
 from pendpin import effects as fx
-from pendpin.analysis import references
+from pendpin.analysis import references, work_precision
 from pendpin.analysis.references import by_elliptic_functions, by_runge_kutta, by_series, reference
 from pendpin.analysis.work_precision import cost
 from pendpin.analysis.work_precision_figure import save_cost_plot
 from pendpin.analysis.work_precision_report import CostReport, Curve, Point
+from pendpin.model.build import build
+from pendpin.model.kinematics import apart
 
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="not installed: heyoka")
 THIN, THICK = pp.Rod(length=1.0, mass=1.0), pp.Rod(length=1.0, mass=1.0, radius=0.05)
@@ -89,7 +94,7 @@ def test_without_a_second_family_there_is_no_reference() -> None:
 
 
 @needs_heyoka
-def test_errors_fall_along_every_ladder() -> None:
+def test_errors_fall_along_every_ladder(counted: None) -> None:
     """Over eight decades of error and more for the adaptive methods of high order; each with its points and counts."""
     methods = ("taylor", "dop853", "lsoda", "radau", "rk4", "dop853 compiled", "rk4 compiled", "gauss6")
     report = cost(scene(THICK), methods=methods, accuracy=1e-9, repetitions=1, budget=0.3)
@@ -110,11 +115,22 @@ def test_errors_fall_along_every_ladder() -> None:
     )
 
 
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs whose seconds are counts of evaluations, 2 us each, so that a ladder ends at the same rung on any machine."""
+
+    def run(*given, limit: float | None = None, **options) -> pp.Trajectory:
+        found = pp.simulate(*given, **options)
+        return replace(found, stats=replace(found.stats, seconds=2e-6 * (found.stats.evaluations + 1)))
+
+    monkeypatch.setattr(work_precision, "simulate", run)
+
+
 def curve_of(report: CostReport, name: str) -> Curve:
     return next(curve for curve in report.curves if curve.name == name)
 
 
-def test_a_lane_that_fails_says_why() -> None:
+def test_a_lane_that_fails_says_why(counted: None) -> None:
     report = cost(
         scene(THICK, effects=(fx.Gravity(), fx.Drag())), methods=["taylor", "dop853"], repetitions=1, budget=0.2
     )
@@ -173,7 +189,9 @@ def test_the_words_say_what_the_numbers_say() -> None:
 
 
 @needs_heyoka
-def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
+def test_the_command(
+    counted: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
     """A table with words, JSON with every point, a figure; a bad name is refused in one line."""
     monkeypatch.chdir(tmp_path)
     short = ["--methods", "taylor,dop853", "--budget", "0.1"]
@@ -189,10 +207,52 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: py
     assert "magic is not one of" in capsys.readouterr().err
 
 
-def test_the_figure_is_written_whole(tmp_path: Path) -> None:
-    assert save_cost_plot(REPORT, tmp_path / "cost.svg").read_text().rstrip().endswith("</svg>")
+def test_the_figure_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every picture can be read to its end; one that fails half way leaves the old file as it was, and no other."""
+    from matplotlib.figure import Figure
+    from matplotlib.image import imread
+
+    drawing = ElementTree.parse(save_cost_plot(REPORT, tmp_path / "cost.svg")).getroot()
+    lines = [
+        group for group in drawing.iter("{http://www.w3.org/2000/svg}g") if group.get("id", "").startswith("line2d")
+    ]
+    assert len(lines) > len(REPORT.curves)
+    picture = imread(save_cost_plot(REPORT, tmp_path / "cost.png"))
+    assert picture.shape == (930, 1500, 4)
+    assert len(np.unique(picture.reshape(-1, 4), axis=0)) > 20
+    before = contents(tmp_path)
+
+    def fail(_: Figure, file: Any, **options: Any) -> None:
+        file.write(b"half a picture")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Figure, "savefig", fail)
+    for name in ("cost.svg", "cost.png", "new.pdf"):
+        with pytest.raises(pp.InputError, match=f"{name}: cannot be written: No space left on device"):
+            save_cost_plot(REPORT, tmp_path / name)
+    assert contents(tmp_path) == before
 
 
-def test_witnesses_are_independent() -> None:
-    """No two of them integrate by the same method."""
-    assert len({maker.__name__ for maker in references.WITNESSES}) == 4
+@needs_heyoka
+def test_witnesses_are_independent(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a rod that all of them take, no two integrate by the same method, nor on the same equations, and all agree."""
+    used: dict[str, set[tuple[str, str]]] = {}
+
+    def recorded(*given, **options) -> pp.Trajectory:
+        run = pp.simulate(*given, **options)
+        used.setdefault(name, set()).add((run.stats.method, run.stats.engine))
+        return run
+
+    monkeypatch.setattr(references, "simulate", recorded)
+    model, found = build(scene(THIN).model), {}
+    for maker in references.WITNESSES:
+        name = maker.__name__
+        found[name] = maker(scene(THIN), model, 1.0)
+    assert len(found) == 4
+    assert by_elliptic_functions.__name__ not in used  # it is no integration at all
+    for one, other in combinations(used.values(), 2):
+        assert not {method for method, _ in one} & {method for method, _ in other}
+    assert len({engine for runs in used.values() for _, engine in runs}) > 1
+    for one, other in combinations(found.values(), 2):
+        known = (one.doubt + other.doubt).max() + one.rounding + other.rounding
+        assert apart(one.tips, other.tips, 1.0).max() <= references.CONTRADICTION * known
