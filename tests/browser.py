@@ -18,8 +18,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from laws import HANG
+
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-LIMIT = 40  # s, for an answer
+LIMIT = HANG  # s, for an answer
 FLAGS = """
     --headless --no-sandbox --disable-gpu --use-angle=swiftshader --enable-unsafe-swiftshader --disable-quic
     --no-first-run --disable-background-networking --disable-component-update --disable-sync --disable-dev-shm-usage

@@ -367,6 +367,7 @@ def test_the_command_refuses(arguments: tuple, says: str, folder: Path, capfd: p
     assert sorted(os.listdir()) == before
 
 
+@pytest.mark.slow  # at random moments on the clock
 def test_kill_9(folder: Path) -> None:
     """Processes killed by the system at random moments after their first save; the last one ends as one alone does."""
     Path("scene.toml").write_text(

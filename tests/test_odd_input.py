@@ -10,6 +10,7 @@ import pytest
 
 import pendpin
 from bad_input import ROD, SCENE, URDF_SCENE, Case, contents, edited, run_main
+from laws import HANG
 from odd_input import CASES, NAMED_CASES
 from pendpin import Trajectory
 from pendpin.model.build import build
@@ -175,6 +176,6 @@ def test_poor_surroundings(variables: dict[str, str], folder: Path) -> None:
         "--out",
         "角.npz",
     ]
-    done = subprocess.run(command, env=surroundings, capture_output=True, timeout=60, check=False)
+    done = subprocess.run(command, env=surroundings, capture_output=True, timeout=HANG, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
     assert (folder / "角.npz").is_file()

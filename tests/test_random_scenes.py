@@ -12,14 +12,16 @@ import pytest
 
 import pendpin as pp
 import random_scenes
+from laws import HANG
 from pendpin.effects import JointEffect
 from pendpin.engines import Revolute
+from pendpin.simulation import guards, run
 from random_scenes import FAULT, keep, outcome, outcomes
 from scene_effects import KINDS
 from scene_generator import ENGINES, METHODS, RODS, Case, case_of
 
 SEED, COUNT = 2026, 60
-LIMIT = 0.2  # s of a scene: one that takes longer is stopped, which is no fault
+LIMIT, TICK = 0.2, 0.01  # s of a scene, and what each look at the clock takes of them: a count of looks, on any machine
 SWING = Case(
     {
         "duration": 1.0,
@@ -53,8 +55,25 @@ def swing(*effects: Any, **changed: Any) -> Case:
     return SWING._replace(scene=SWING.scene | {"effects": [*SWING.scene["effects"], *effects]} | changed)
 
 
-def test_no_fault_in_a_slice(tmp_path: Path) -> None:
-    """Every scene ends in a run whose books balance or in one line; most in a run."""
+class Looks:
+    """A clock that goes on by TICK whenever somebody looks."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def perf_counter(self) -> float:
+        """The time, s."""
+        self.now += TICK
+        return self.now
+
+    thread_time = process_time = perf_counter
+
+
+def test_no_fault_in_a_slice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every scene ends in a run whose energy balances or in one line; most in a run. What takes long is stopped."""
+    clock = Looks()
+    monkeypatch.setattr(guards, "time", clock)
+    monkeypatch.setattr(run, "time", clock)
     found = [outcome(case_of(SEED, number, tmp_path)._replace(limit=LIMIT)) for number in range(COUNT)]
     assert [result for result in found if result.kind == FAULT] == []
     assert {"balanced", "stopped"} <= {result.kind for result in found}
@@ -105,7 +124,7 @@ def _spin() -> None:
 @pytest.mark.parametrize(
     ("act", "words"),
     [
-        (_spin, "no end"),
+        pytest.param(_spin, "no end", marks=pytest.mark.slow),
         (lambda: os._exit(3), "ended with 3"),
         (lambda: os.kill(os.getpid(), signal.SIGKILL), "ended with -9"),
         (lambda: os.write(2, b"a word from C"), "stderr"),
@@ -124,7 +143,8 @@ def test_what_happens_to_a_worker_is_a_fault(
         return reference_route(SWING)
 
     monkeypatch.setattr(random_scenes, "outcome", acting)
-    monkeypatch.setattr(random_scenes, "LATE", 0.2 if act is _spin else random_scenes.LATE)
+    monkeypatch.setattr(random_scenes, "LATE", 0.2 if act is _spin else HANG)
+    monkeypatch.setattr(random_scenes, "STARVED", HANG)
     first, second = (result for _, result in outcomes(range(2), SEED, tmp_path))
     assert first.kind == FAULT
     assert words in first.words

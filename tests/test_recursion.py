@@ -139,7 +139,9 @@ def test_wrenches_vs_pinocchio(model, seed):
     theirs = np.array([f.vector for f in data.f.tolist()[1:]])
     own = wrenches(tree_of(model), q, v, a, model.gravity.linear, external)
     entering = terms(model, q, v, a, external=external)
-    assert np.all(np.abs(own - theirs) < bound(model) * np.repeat(np.stack([entering.force, entering.moment], -1), 3, -1))
+    assert np.all(
+        np.abs(own - theirs) < bound(model) * np.repeat(np.stack([entering.force, entering.moment], -1), 3, -1)
+    )
 
 
 # --- laws -----------------------------------------------------------------------------------------------------------
