@@ -52,7 +52,11 @@ kind = "gravity"
 tolerance = 1e-8
 """
 
-URDF_SCENE = 'duration = 0.1\nmodel = { kind = "urdf", path = "rod.urdf" }\nstart.positions = [0.7, 0.4]\n'
+URDF_SCENE = """duration = 0.1
+model = { kind = "urdf", path = "rod.urdf" }
+start.positions = [0.7, 0.4]
+effects = [{ kind = "gravity" }]
+"""
 
 
 @dataclass(frozen=True)

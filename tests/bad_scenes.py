@@ -82,7 +82,7 @@ MODELS = {
         f"[{f'{ROD},' * 50}]\ncopies = 90000",
         "model: 4500000 rods, where 100000 are the",
     ),
-    "urdf without path": (SCENE, '[model]\nkind = "urdf"', "scene.toml: model.path: missing"),
+    "urdf without path": (SCENE, '[model]\nkind = "urdf"', "scene.toml: model: a URDF needs a path or a name"),
     "path as number": (SCENE, '[model]\nkind = "urdf"\npath = 3', "scene.toml: model.path: 3 is not a path"),
     "path with a null byte": (
         SCENE,

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 MOST_CHARACTERS = 1_000  # of a message
@@ -36,6 +37,10 @@ class Interrupted(Halted):
     """A run that the user stopped."""
 
 
+class Note(UserWarning):
+    """What is allowed and probably a slip, as Python's warnings show it."""
+
+
 class MissingLibrary(PendpinError):
     """An optional library is needed and not installed; the message holds the command that brings it."""
 
@@ -56,6 +61,14 @@ def shown(value: Any, most: int = 60) -> str:
     except (RecursionError, ValueError):  # ValueError: a whole number in it has thousands of digits
         text = f"a {type(value).__name__} that is too deep or too long to show"
     return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
+def place_of(path: Path) -> str:
+    """A file as messages call it: from the working folder on, where it is in there."""
+    try:
+        return str(path.relative_to(Path.cwd()))
+    except (OSError, ValueError):  # the working folder is gone; the file is elsewhere
+        return str(path)
 
 
 def choices(names: Any) -> str:

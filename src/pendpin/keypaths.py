@@ -9,7 +9,7 @@ import re
 
 from pendpin.errors import InputError, shown
 
-KeyPath = tuple[str | int, ...]  # names of fields or joints, and places in lists
+KeyPath = tuple[str | int, ...]  # names of fields or joints, and places in lists; a name first
 
 _PLAIN = re.compile(r"[\w-]+")
 _PART = re.compile(r"""\[(\d{1,9})\]|\.?(?:([\w-]+)|('(?:[^'\\\n]|\\.)*'|"(?:[^"\\\n]|\\.)*"))""")
@@ -34,7 +34,7 @@ def parsed(text: str) -> KeyPath:
     while place < len(text) or not parts:
         found = _PART.match(text, place)
         dotted = found is not None and text[place] == "."
-        if found is None or dotted != (bool(parts) and found[1] is None):
+        if found is None or dotted != (bool(parts) and found[1] is None) or (found[1] and not parts):
             raise InputError(f"{shown(text)} is not a key path, such as model.rods[0].mass or start.positions.theta_1")
         index, plain, quoted = found.groups()
         parts.append(int(index) if index else plain or _unquoted(quoted))

@@ -1,10 +1,11 @@
 """Frozen, validated data: the base of scenes and effects, the number types they use, and what their errors say."""
 
 import inspect
-from typing import Annotated, Any, ClassVar, cast, get_args
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, get_args
 
 import numpy as np
-from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
+from pydantic import AfterValidator, AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
 
 from pendpin.errors import InputError, choices, did_you_mean, shown
 from pendpin.keypaths import written
@@ -20,6 +21,16 @@ NotNegative = Annotated[Number, Field(ge=0)]
 Vector = tuple[Number, Number, Number]
 
 
+def _absolute(path: Path) -> Path:
+    try:
+        return path.absolute()
+    except OSError:  # the working folder is gone
+        return path
+
+
+FilePath = Annotated[Path, AfterValidator(_absolute)]  # stays the same file when the working folder changes
+
+
 class _RecordType(type(BaseModel)):
     """Calling the class raises InputError; inside another record pydantic keeps its own error, for the full path."""
 
@@ -31,12 +42,12 @@ class _RecordType(type(BaseModel)):
 
     def from_one(cls, *values: Any) -> dict[str, Any]:
         """The fields that unnamed values stand for; a class that takes one says so."""
-        names = [name for name in cast(Any, cls).model_fields if name != "kind"]
+        names = [name for name in _fields_at(cls, ()) if name != "kind"]
         raise InputError(f"{cls.__name__}: every value needs its name: {cls.__name__}({names[0]}=..., ...)")
 
     def __dir__(cls) -> list[str]:
         """What the class adds to pydantic's own: for help() and completion."""
-        return sorted(_added(cast(Any, cls)))
+        return sorted(_added(cls))
 
 
 class Record(BaseModel, metaclass=_RecordType):
@@ -70,7 +81,7 @@ class Record(BaseModel, metaclass=_RecordType):
         return schema
 
 
-def _added(cls: type[BaseModel]) -> set[str]:
+def _added(cls: type) -> set[str]:
     own = {name for base in cls.__mro__ if issubclass(base, Record) and base is not Record for name in vars(base)}
     return {name for name in own if not name.startswith("_") and name != "model_config"} | {"__doc__"}
 

@@ -1,6 +1,7 @@
 """The commands. They read, call, print and write; the physics is elsewhere."""
 
 import sys
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,7 +19,7 @@ from pendpin.cli.tables import (
     progress_bar,
     waiting,
 )
-from pendpin.errors import Halted, InputError, PendpinError, RunError, inside, one_line
+from pendpin.errors import Halted, InputError, Note, PendpinError, RunError, inside, one_line
 
 if TYPE_CHECKING:
     from pendpin.scene import Scene, Solver
@@ -48,6 +49,7 @@ UsageError: Any = typer.BadParameter.__mro__[1]  # its base: whatever is wrong w
 def main() -> None:
     """Run the command line: every foreseen fault ends in one line on stderr and exit status 1, wrong usage in 2."""
     prepare_streams()
+    warnings.simplefilter("ignore", Note)  # the commands say them in their own way
     try:
         status = app(prog_name="pendpin", standalone_mode=False)
         if status == 130:  # what newer typers make of Ctrl-C
@@ -279,7 +281,7 @@ def urdf(
 
     model = _scene(scene).model
     if not isinstance(model, Chain):
-        raise PendpinError(f"{scene}: model.kind: it is a URDF already, {model.path}")
+        raise PendpinError(f"{scene}: model.kind: it is a URDF already, {model.file}")
     _refuse_targets([out], [scene])
     text = chain_urdf(model)
     if out is None:
@@ -359,6 +361,7 @@ def _files_of(scene: "Scene") -> list[Path | None]:
 def _print_notes(scene: "Scene", strict: bool) -> None:
     """What is odd in a model: findings, which `strict` refuses, and notes. Raises InputError."""
     from pendpin.model.build import build
+    from pendpin.model.notes import notes
 
     model = build(scene.model)
     if strict and model.findings:
@@ -366,10 +369,11 @@ def _print_notes(scene: "Scene", strict: bool) -> None:
         raise InputError(f"{model.findings[0]}{more}; --strict refuses this")
     for finding in model.findings:
         say(f"pendpin: finding: {finding}")
-    for note in model.notes[:MOST_NOTES]:
+    said = notes(scene, model)
+    for note in said[:MOST_NOTES]:
         say(f"pendpin: note: {note}")
-    if len(model.notes) > MOST_NOTES:
-        say(f"pendpin: note: {len(model.notes) - MOST_NOTES} more notes; bind(scene).model.notes has them all")
+    if len(said) > MOST_NOTES:
+        say(f"pendpin: note: {len(said) - MOST_NOTES} more notes; bind(scene).model.notes has them all")
 
 
 def _print_binding(scene: "Scene") -> None:

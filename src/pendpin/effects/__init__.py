@@ -4,7 +4,7 @@ May import: the ground (errors, records, files, arrays). No engine.
 To add an effect: a class in a file here, and its name in `AnyEffect` below if a scene file may name it.
 """
 
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import Discriminator, InstanceOf, Tag
 from pydantic.json_schema import SkipJsonSchema
@@ -50,6 +50,12 @@ AnyEffect = Annotated[
     Discriminator(_branch),
 ]
 
+
+def has_kind(effect: Effect) -> bool:
+    """Whether a scene file can name this effect: it is one of pendpin's, not of a user's own class."""
+    return any(type(effect) is get_args(branch)[0] for branch in get_args(get_args(AnyEffect)[0]))
+
+
 __all__ = [
     "AnyEffect",
     "Bodies",
@@ -74,4 +80,5 @@ __all__ = [
     "applied",
     "cross",
     "dot",
+    "has_kind",
 ]

@@ -20,7 +20,7 @@ from pendpin.records import Record
 class Effect(Record):
     """One effect of a scene; a subclass of one of the interfaces below says how it acts."""
 
-    kind: Any  # Literal["its name"] in each effect
+    kind: Any = Field(description="which effect it is")  # Literal["its name"] in each effect
     sole: ClassVar[str | None] = None  # why a scene takes one effect of this kind at most; None where they add up
     parameters: ClassVar[
         tuple[str, ...]

@@ -1,7 +1,6 @@
 """Prescribed motion of the pivot."""
 
 from functools import cached_property
-from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -11,8 +10,8 @@ from pendpin.arrays import Array
 from pendpin.effects.base import Effect, FrameEffect
 from pendpin.effects.pace import Pace
 from pendpin.effects.track import Track, read_track
-from pendpin.errors import InputError, inside
-from pendpin.records import Number, Positive, Vector
+from pendpin.errors import InputError, inside, place_of
+from pendpin.records import FilePath, Number, Positive, Vector
 
 
 class Support(FrameEffect):
@@ -28,7 +27,7 @@ class Support(FrameEffect):
     amplitude: Vector | None = Field(None, description="m, in W")
     frequency: Positive | None = Field(None, description="rad/s")
     phase: Number = Field(0.0, description="rad")
-    csv: Path | None = Field(None, description="columns t, x, y, z in s and m; relative to the scene file")
+    csv: FilePath | None = Field(None, description="columns t, x, y, z in s and m; relative to the scene file")
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
@@ -49,7 +48,7 @@ class Support(FrameEffect):
         """The path of the csv. Raises InputError where the file does not hold one."""
         if self.csv is None:
             return None
-        with inside(str(self.csv)):
+        with inside(place_of(self.csv)):
             return read_track(self.csv)
 
     @property
@@ -70,9 +69,9 @@ class Support(FrameEffect):
 
     def check(self, begin: float, end: float) -> None:
         """Raises ValueError where the rows of the csv do not reach from `begin` to `end`, in s."""
-        if self.track and np.isnan(self.track.position(np.array([begin, end]))).any():
+        if self.csv and self.track and np.isnan(self.track.position(np.array([begin, end]))).any():
             raise ValueError(
-                f"{self.csv}: its times, {self.track.start:.9g} to {self.track.end:.9g} s, do not cover the run, "
+                f"{place_of(self.csv)}: its times, {self.track.start:.9g} to {self.track.end:.9g} s, do not cover the run, "
                 f"{begin:.9g} to {end:.9g} s"
             )
 

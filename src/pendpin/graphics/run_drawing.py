@@ -31,7 +31,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
     points = trajectory.tip.reshape(-1, 3)
     extent = float(np.linalg.norm(points, axis=-1).max()) or 1.0
     if isinstance(scene.model, UrdfModel):
-        poses, shapes = kinematics.joint_poses(model, trajectory.q), tuple(_urdf_shapes(scene.model.path, model))
+        poses, shapes = kinematics.joint_poses(model, trajectory.q), tuple(_urdf_shapes(scene.model.file, model))
     else:
         poses, shapes = kinematics.poses(model, trajectory.q), ()
     if not any(shape.body != WORLD for shape in shapes):
@@ -40,7 +40,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
 
 
 def _title(scene: Scene, model: Model) -> str:
-    name = Path(scene.model.path).stem.replace("_", " ") if isinstance(scene.model, UrdfModel) else "rods"
+    name = scene.model.file.stem.replace("_", " ") if isinstance(scene.model, UrdfModel) else "rods"
     return f"{len(model.bodies)} {name}" if name == "rods" and len(model.bodies) > 1 else name.removesuffix("s")
 
 

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, Mask
 from pendpin.equations.base import RodInertia
 from pendpin.equations.recursion import Tree
 from pendpin.errors import MissingLibrary
@@ -137,6 +137,11 @@ def tree_of(model: Any) -> Tree:
         coms=np.array([inertia.lever for inertia in inertias]),
         inertias=np.array([inertia.inertia for inertia in inertias]),
     )
+
+
+def prismatic(model: Any) -> Mask:
+    """Which joints of a pin.Model are prismatic, (nv,)."""
+    return np.array([_kind_and_axis(model.joints[i])[0] == "prismatic" for i in range(1, model.njoints)], bool)
 
 
 def _kind_and_axis(joint: Any) -> tuple[Literal["revolute", "prismatic"], Array]:

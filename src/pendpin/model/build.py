@@ -1,14 +1,15 @@
 """From a scene's model to Pinocchio's: joints, names, frames, rods on universal joints. Never changed afterwards."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, Mask
 from pendpin.equations.chain.inertia import ChainInertia
-from pendpin.errors import InputError, choices, shown
-from pendpin.model.bodies import Body, RodJoint, find_bodies, find_rods, pinocchio
+from pendpin.errors import InputError, choices, did_you_mean, shown
+from pendpin.model.bodies import Body, RodJoint, find_bodies, find_rods, pinocchio, prismatic
 from pendpin.model.read_urdf import Urdf, read_urdf
 from pendpin.scene import Chain, Rod, Start, UrdfModel, Values
 from pendpin.scene.models import FARTHEST
@@ -33,6 +34,11 @@ class Model:
     notes: tuple[str, ...] = ()  # what the user should know
     findings: tuple[str, ...] = ()  # what no real body has, computed as written
 
+    @cached_property
+    def slides(self) -> Mask:
+        """Which joints are prismatic, (nv,)."""
+        return np.zeros(len(self.joints), bool) if self.pin is None else prismatic(self.pin)
+
     def index(self, name: str, where: str) -> int:
         """The place of a joint in model order; a single rod's may be written with _1. Raises InputError."""
         if self.joints == ("theta", "phi") and name in {"theta_1", "phi_1"}:
@@ -45,7 +51,8 @@ def find(names: tuple[str, ...], name: str, what: str) -> int:
     if name in names:
         return names.index(name)
     more = ", ..." if len(names) > 12 else ""
-    raise InputError(f"{what} {shown(name)} is not one of: {choices(names[:12])}{more}")
+    meant = did_you_mean(name, names)
+    raise InputError(f"{what} {shown(name)} is not one of: {choices(names[:12])}{more}{meant}")
 
 
 def build(model: Chain | UrdfModel) -> Model:
@@ -54,12 +61,15 @@ def build(model: Chain | UrdfModel) -> Model:
 
 
 def start_state(model: Model, start: Start) -> tuple[Array, Array]:
-    """Positions and velocities (nv,) of the start, in model order.
+    """Positions and velocities (nv,) of the start, in model order, rad and rad/s, m and m/s for prismatic joints.
 
     Raises InputError for unknown joints, for positions so far out that small motions are lost in rounding, and for those
     of a URDF at which some joint moves no inertia.
     """
     q, v = _values(model, start.positions, "start.positions"), _values(model, start.velocities, "start.velocities")
+    if start.unit == "degrees":
+        unit = np.where(model.slides, 1.0, np.pi / 180)
+        q, v = q * unit, v * unit
     for joint in np.flatnonzero(np.abs(q) > FARTHEST):
         name, apart = model.joints[joint], np.spacing(abs(q[joint]))
         raise InputError(
@@ -76,8 +86,12 @@ def _values(model: Model, values: Values, where: str) -> Array:
             raise InputError(f"{where}: a list of {len(values)}, where the model has {len(model.joints)} joints")
         return np.array(values)
     out = np.zeros(len(model.joints))
+    names: dict[int, str] = {}
     for name, value in values.items():
-        out[model.index(name, where)] = value
+        joint = model.index(name, where)
+        if joint in names:
+            raise InputError(f"{where}: {names[joint]} and {name} are the same joint; give one of them")
+        names[joint], out[joint] = name, value
     return out
 
 

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from pendpin.errors import InputError, choices, inside, shown
+from pendpin.errors import InputError, choices, inside, place_of, shown
 from pendpin.files import read_whole
 from pendpin.model.urdf_inertia import check_inertial, inertia_findings
 from pendpin.model.urdf_locks import freeze_joints, massless_finding, massless_joints
@@ -62,8 +62,8 @@ def read_urdf(model: UrdfModel) -> Urdf:
     Raises InputError: file, place and reason in one line. What is implausible, but leaves equations that can be solved,
     is a finding.
     """
-    path = model.path
-    with inside(str(path)):
+    path = model.file
+    with inside(place_of(path)):
         return _checked(model, parse(read_whole(path, MAX_BYTES, "a URDF")))
 
 
@@ -86,11 +86,11 @@ def _checked(model: UrdfModel, robot: Element) -> Urdf:
     if not moving:
         raise InputError("no joint of it can move: at least one revolute, continuous or prismatic joint is needed")
     findings = massless_finding([name for name in massless if name not in model.lock])
-    notes = (*notes, *_not_applied(joints), *_missing_meshes(links, model.path.parent))
+    notes = (*notes, *_not_applied(joints), *_missing_meshes(links, model.file.parent))
     for joint in joints.values():
         _make_plain(joint)
     drawn = {name: longest for name, link in links.items() if (longest := _longest_cylinder(link))}
-    return Urdf(str(model.path), plain(links, joints), moving, (*findings, *inertia_findings(links)), notes, drawn)
+    return Urdf(place_of(model.file), plain(links, joints), moving, (*findings, *inertia_findings(links)), notes, drawn)
 
 
 # --- links ----------------------------------------------------------------------------------------------------------

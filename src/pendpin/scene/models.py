@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from pendpin.equations.base import RodInertia
-from pendpin.records import LARGEST_SIZE, NotNegative, Number, Positive, Record
+from pendpin.records import LARGEST_SIZE, FilePath, NotNegative, Number, Positive, Record
+from pendpin.scene.robots import robot_file
 
 MAX_RODS = 100_000
 
@@ -23,9 +24,9 @@ class Rod(Record):
     point mass on a massless rod.
     """
 
-    length: Annotated[Positive, Field(le=LARGEST_SIZE)]  # m
-    mass: Size  # kg, without the payload
-    radius: Size = 0.0  # m
+    length: Annotated[Positive, Field(le=LARGEST_SIZE)] = Field(description="m, from the joint to the tip")
+    mass: Size = Field(description="kg, without the payload")
+    radius: Size = Field(0.0, description="m; 0 is a thin rod")
     com: Annotated[Number, Field(ge=-LARGEST_SIZE, le=LARGEST_SIZE)] | None = Field(
         None, description="centre of mass from the joint along the rod, m; length/2 if absent"
     )
@@ -73,9 +74,11 @@ class Rod(Record):
 class Chain(Record):
     """Rods hung one below the other, each on a universal joint at the tip of the one before."""
 
-    kind: Literal["chain"] = "chain"
-    rods: Annotated[tuple[Rod, ...], Field(min_length=1)]
-    copies: Annotated[int, Field(strict=True, ge=1, le=100_000)] = 1
+    kind: Literal["chain"] = Field("chain", description="which kind of model it is")
+    rods: Annotated[tuple[Rod, ...], Field(min_length=1)] = Field(description="from the first to the last")
+    copies: Annotated[int, Field(strict=True, ge=1, le=100_000)] = Field(
+        1, description="how often the list is repeated"
+    )
 
     @property
     def count(self) -> int:
@@ -95,16 +98,37 @@ class Chain(Record):
 
 
 class UrdfModel(Record):
-    """Any URDF tree of revolute, continuous, prismatic and fixed joints."""
+    """Any URDF tree of revolute, continuous, prismatic and fixed joints: a file, or a robot of example-robot-data.
 
-    kind: Literal["urdf"] = "urdf"
-    path: Path
+    UrdfModel("ur5") and UrdfModel("rod.urdf") are short for a name and a path.
+    """
+
+    kind: Literal["urdf"] = Field("urdf", description="which kind of model it is")
+    path: FilePath | None = Field(None, description="the file; in a scene file relative to that")
+    name: str | None = Field(None, description="in place of a path: a robot of example-robot-data, such as ur5")
     mimic: Literal["free", "locked"] = Field(
         "free", description="joints with <mimic> move on their own, or are locked where the joint they follow is at 0"
     )
     lock: dict[str, Position] = Field(
         default_factory=dict, description="joints that are frozen, each at its position: rad, m for prismatic joints"
     )
+
+    @classmethod
+    def from_one(cls, source: str | Path) -> dict[str, Any]:
+        """The field that one unnamed value stands for: a path where it looks like one, else a name."""
+        is_path = isinstance(source, Path) or source.endswith(".urdf") or "/" in source or "\\" in source
+        return {"path" if is_path else "name": source}
+
+    @cached_property
+    def file(self) -> Path:
+        """The URDF file. Raises InputError for a name that example-robot-data lacks."""
+        return self.path or robot_file(self.name or "")
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Self:
+        if (self.path is None) == (self.name is None):
+            raise ValueError("a URDF needs a path or a name, one of them")
+        return self
 
 
 def _model_branch(value: Any) -> str:

@@ -1,17 +1,21 @@
 """A scene: what is simulated, as frozen, validated data, described by a JSON schema."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
-from pydantic import SerializeAsAny, model_validator
+from pydantic import Field, SerializeAsAny, model_validator
 
 from pendpin.arrays import Array
 from pendpin.effects import AnyEffect, Gravity
+from pendpin.keypaths import parsed
 from pendpin.records import NotNegative, Record
 from pendpin.scene.models import AnyModel, UrdfModel
+from pendpin.scene.replacing import changed, default_of
 from pendpin.scene.solver import FIXED_METHODS, MAX_SAMPLES, Solver
 from pendpin.scene.start import Start
+from pendpin.scene.toml import write_toml
 
 SAMPLES_PER_SECOND = 60
 
@@ -19,18 +23,55 @@ SAMPLES_PER_SECOND = 60
 class Scene(Record):
     """A model, where it starts, the effects that act on it, and for how long. No effect is on unless it is listed."""
 
-    duration: NotNegative = 10.0  # s
-    model: AnyModel
-    start: Start = Start()
-    effects: tuple[SerializeAsAny[AnyEffect], ...] = ()
-    solver: Solver = Solver()
+    duration: NotNegative = Field(10.0, description="s")
+    model: AnyModel = Field(description="what moves: a chain of rods, a URDF")
+    start: Start = Field(Start(), description="when, where and how fast the motion starts; at rest at 0 if absent")
+    effects: tuple[SerializeAsAny[AnyEffect], ...] = Field((), description="what acts; nothing if absent")
+    solver: Solver = Field(Solver(), description="how the motion is integrated and recorded")
 
     @property
     def times(self) -> Array:
-        """The output times, (n,) in s since the start: evenly spaced from 0 to duration, both ends included."""
+        """The times at which the motion is recorded, (n,) in s since the start, from 0.
+
+        Evenly spaced from 0 to duration, both ends included; or solver.times, after 0 where they leave it out.
+        """
+        if self.solver.times is not None:
+            return self.clock - self.start.time
         least = 2 if self.duration else 1
         count = self.solver.samples or max(least, round(SAMPLES_PER_SECOND * self.duration) + 1)
         return np.linspace(0.0, self.duration, count)
+
+    @property
+    def clock(self) -> Array:
+        """The same times in the scene's own time, (n,) in s: from start.time."""
+        if self.solver.times is not None:
+            return np.concatenate([[self.start.time] * self.extra_samples, self.solver.times])
+        return self.start.time + self.times
+
+    @property
+    def extra_samples(self) -> int:
+        """How many of the times, at the start, are not among those asked for: 0 or 1."""
+        return int(self.solver.times is not None and self.solver.times[0] != self.start.time)
+
+    def replace(self, changes: Mapping[str, Any] | None = None, /, **fields: Any) -> Self:
+        """The scene with other values: by key path, `{"model.rods[0].mass": 2.0}`, and by field, `duration=5.0`.
+
+        It is checked like a new scene. Raises InputError as the constructor does, and for a path that leads nowhere.
+        """
+        given = self.given() | fields
+        for path, value in (changes or {}).items():
+            name, *rest = parsed(path)
+            first = str(name)
+            before = given.get(first, default_of(self, first))
+            given[first] = changed(before, tuple(rest), value, (first,)) if first in Scene.model_fields else value
+        return type(self)(**given)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the scene to a TOML file, from which load_scene reads an equal one; whole or not at all.
+
+        Raises InputError where the path refuses, and for what TOML cannot hold: a function, an effect of one's own.
+        """
+        return write_toml(Path(path), self)
 
     def by(self, method: str, setting: float) -> Self:
         """The scene with a method and its setting, a tolerance or a step. Raises InputError where they do not fit."""
@@ -39,7 +80,9 @@ class Scene(Record):
 
     @model_validator(mode="after")
     def _samples_fit(self) -> Self:
-        if self.solver.samples is None and self.duration * SAMPLES_PER_SECOND >= MAX_SAMPLES:
+        if self.solver.times is not None:
+            self._refuse_times_outside()
+        elif self.solver.samples is None and self.duration * SAMPLES_PER_SECOND >= MAX_SAMPLES:
             raise ValueError(
                 f"{self.duration:g} s at 60 samples a second are more than {MAX_SAMPLES}; set solver.samples"
             )
@@ -47,9 +90,16 @@ class Scene(Record):
             raise ValueError("a duration of 0 has 1 sample; leave solver.samples out")
         if self.duration and self.solver.samples == 1:
             raise ValueError("solver.samples: 1 is the start alone; a run has 2 or more, or a duration of 0")
-        if (np.diff(self.start.time + self.times) <= 0).any():
+        if (np.diff(self.clock) <= 0).any():
             raise ValueError(f"start.time: samples so close together are the same double at {self.start.time:g} s")
         return self
+
+    def _refuse_times_outside(self) -> None:
+        for i in (0, -1):
+            t = (self.solver.times or ())[i]
+            if not 0 <= t - self.start.time <= self.duration:
+                begin, end = self.start.time, self.start.time + self.duration
+                raise ValueError(f"solver.times: {t:.15g} s is outside the run, {begin:.15g} to {end:.15g} s")
 
     @model_validator(mode="after")
     def _effects_last(self) -> Self:

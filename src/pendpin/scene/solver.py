@@ -1,5 +1,6 @@
 """How a scene is integrated, and how often its motion is recorded."""
 
+from itertools import pairwise
 from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import Field, ValidationInfo, field_validator
@@ -25,8 +26,10 @@ class Solver(Record):
     stands for both: the tolerance or step that meets it is found, and with method "auto" the method as well.
     """
 
-    method: Method = "auto"
-    engine: Literal["auto", "pinocchio", "chain", "compiled"] = "auto"
+    method: Method = Field("auto", description="how the motion is integrated (docs/accuracy.md)")
+    engine: Literal["auto", "pinocchio", "chain", "compiled"] = Field(
+        "auto", description="who computes the accelerations"
+    )
     accuracy: Annotated[Positive, Field(le=0.1)] | None = Field(
         None, description="the target: largest tip error over the run, over the chain's length"
     )
@@ -39,6 +42,9 @@ class Solver(Record):
     samples: Annotated[int, Field(strict=True, ge=1, le=MAX_SAMPLES)] | None = Field(
         None,
         description="evenly spaced output times from 0 to duration, both ends included; 60 a second (at least 2) if absent",
+    )
+    times: Annotated[tuple[Number, ...], Field(min_length=1, max_length=MAX_SAMPLES)] | None = Field(
+        None, description="s, rising: the output times in place of samples, from start.time to start.time + duration"
     )
 
     @field_validator("tolerance")
@@ -68,14 +74,28 @@ class Solver(Record):
             raise ValueError(f"{method} takes a tolerance, not a step; these take a step: {choices(FIXED_METHODS)}")
         return step
 
+    @field_validator("times")
+    @classmethod
+    def _times_rise(cls, times: tuple[float, ...] | None, given: ValidationInfo) -> tuple[float, ...] | None:
+        if times is None:
+            return None
+        if given.data.get("samples") is not None:
+            raise ValueError("samples are given too; leave one of them out")
+        for i, (before, after) in enumerate(pairwise(times), 1):
+            if not before < after:
+                raise ValueError(f"times[{i}], {after:.15g} s, does not come after {before:.15g} s")
+        return times
+
     def replaced(self, **given: Any) -> Self:
-        """The solver with other settings; of its own accuracy, tolerance and step those that no longer fit are left out."""
+        """The solver with other settings; those of its own that no longer fit are left out."""
         method = given.get("method", self.method)
         unfit = {"tolerance" if method in FIXED_METHODS else "step"}
         if "accuracy" in given:
             unfit = {"tolerance", "step"}
         elif "tolerance" in given or "step" in given:
             unfit |= {"accuracy"}
+        if "samples" in given or "times" in given:
+            unfit |= {"samples", "times"}
         own = {name: value for name, value in self.model_dump().items() if value is not None and name not in unfit}
         return type(self)(**(own | given))
 

@@ -26,7 +26,7 @@ from pendpin.scene import Scene, Start
 from pendpin.simulation.batches import Places, side_by_side
 from pendpin.simulation.guards import OFF, ROUNDING
 from pendpin.simulation.processes import cores, spread
-from pendpin.simulation.simulate import simulate
+from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory import Stats
 
 MAX_BYTES = 4e9  # of the result
@@ -223,7 +223,7 @@ class _Table:
             version=", ".join(version for _, version in sorted(self.libraries)),
             failures=dict(sorted(failures.items())),
         )
-        return Ensemble(joints, scene.start.time + scene.times, self.q, self.v, stats, scene)
+        return Ensemble(joints, scene.clock, self.q, self.v, stats, scene)
 
 
 # --- as series, side by side ----------------------------------------------------------------------------------------
@@ -286,7 +286,7 @@ def _alone(scene: Scene, start: tuple[Array, Array]) -> _Row:
     q, v = start
     at = Start(time=scene.start.time, positions=tuple(q.tolist()), velocities=tuple(v.tolist()))
     try:
-        run, failure = simulate(scene.model_copy(update={"start": at})), None
+        run, failure = run_to_setting(scene.model_copy(update={"start": at})), None
     except Interrupted:
         raise
     except RunError as error:

@@ -166,7 +166,7 @@ def _fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, ru
     poses = kinematics.poses(model, run.q)
     return Trajectory(
         joints=model.joints,
-        t=scene.start.time + run.t,
+        t=scene.clock[: len(run.t)],
         q=run.q,
         v=run.v,
         a=a,

@@ -1,20 +1,30 @@
 """The way in: a scene, and how it is to be solved."""
 
+import warnings
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from pendpin.engines import ProgressCallback
-from pendpin.errors import InputError
-from pendpin.scene import Scene
+from pendpin.errors import InputError, Note, RunError, shown
+from pendpin.model.build import build
+from pendpin.model.notes import notes
+from pendpin.scene import Scene, load_scene
 from pendpin.simulation.checkpoint import EVERY, Checkpoint
 from pendpin.simulation.guards import Deadline
 from pendpin.simulation.run import run_scene
 from pendpin.simulation.target_accuracy import reach
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import Trajectory, samples_of
 
 
 def simulate(
-    scene: Scene,
+    scene: Scene | str | Path,
     *,
+    duration: float | None = None,
+    samples: int | None = None,
+    times: ArrayLike | None = None,
     method: str | None = None,
     tolerance: float | None = None,
     step: float | None = None,
@@ -25,30 +35,85 @@ def simulate(
     checkpoint: str | Path | None = None,
     every: float = EVERY,
 ) -> Trajectory:
-    """The motion of a scene at its output times.
+    """The motion of a scene, or of the scene in a TOML file, at its output times.
 
-    method, tolerance, step and accuracy stand in for those of scene.solver. An accuracy is a target, the largest tip
-    distance to the true motion over the chain's length: the tolerance or step that meets it is found, and the method
-    where none is given; the trajectory's stats say what was chosen, what error is estimated and what it took. With
-    `energy_balance` the work of every effect is integrated along, in the trajectory's `work`. `progress` is called with
-    the time reached. `limit` in s ends a call that takes longer: compiling, all runs of an accuracy, and
-    computing wrenches and energies at the samples are in it.
+    duration in s, and samples, method, tolerance, step and accuracy stand in for those of the scene and its solver.
+    `times` (n,) in s, rising, are output times in place of samples, in the scene's own time: from start.time on; without
+    a duration the run ends with the last. An accuracy is a target, the largest tip distance to the true motion over the
+    chain's length: the tolerance or step that meets it is found, and the method where none is given; the trajectory's
+    stats say what was chosen, what error is estimated and what it took. With `energy_balance` the work of every effect
+    is integrated along, in the trajectory's `work`. `progress` is called with the time reached. `limit` in s ends a call
+    that takes longer: compiling, all runs of an accuracy, and computing wrenches and energies at the samples are in it.
 
     `checkpoint` names a file where the state of the run is saved, whole or not at all, every so many seconds of wall
     time, at output times. Where the file exists the run goes on from it and gives, bit for bit, what it would have
     given unbroken; the stats add up. It has to be of the same scene, setting, energy_balance and versions. It stays when the
     run is done: delete it once the result is safe.
 
+    What is allowed and probably a slip, such as angles of many turns, is said as a warning (pendpin.errors.Note).
     Raises InputError for a scene that cannot be run, RunError for a run that cannot reach its end or its accuracy: the
     error's `partial` is the Trajectory that there is.
     """
     deadline = Deadline(limit)
     wanted = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
-    solver = scene.solver.replaced(**{name: value for name, value in wanted.items() if value is not None})
-    scene = scene.model_copy(update={"solver": solver})
-    kept = None if checkpoint is None else Checkpoint(Path(checkpoint), every)
-    if solver.accuracy is None:
-        return run_scene(scene, energy_balance, progress, deadline, kept)
-    if kept:
+    chosen = varied(scene, duration, samples, times, wanted)
+    for note in notes(chosen, build(chosen.model)):
+        warnings.warn(Note(note), stacklevel=2)
+    saved = None if checkpoint is None else Checkpoint(Path(checkpoint), every)
+    try:
+        return _asked_for(chosen, run_to_setting(chosen, energy_balance, progress, deadline, saved))
+    except RunError as error:
+        error.partial = _asked_for(chosen, error.partial)
+        raise
+
+
+def run_to_setting(
+    scene: Scene,
+    energy_balance: bool = False,
+    progress: ProgressCallback = lambda t: None,
+    deadline: Deadline | None = None,
+    checkpoint: Checkpoint | None = None,
+) -> Trajectory:
+    """The motion at all of scene.times, to the scene's tolerance, step or accuracy; as `simulate`, which see."""
+    deadline = deadline or Deadline(None)
+    if scene.solver.accuracy is None:
+        return run_scene(scene, energy_balance, progress, deadline, checkpoint)
+    if checkpoint:
         raise InputError("checkpoint: an accuracy takes several runs, and one can be saved: give a tolerance or a step")
     return reach(scene, energy_balance, progress, deadline)
+
+
+def _asked_for(scene: Scene, run: Trajectory) -> Trajectory:
+    """A run without the sample at the start, where that is not one of the times asked for."""
+    extra = scene.extra_samples
+    return samples_of(run, slice(extra, None)) if extra and len(run.t) > extra else run
+
+
+def varied(
+    scene: Scene | str | Path,
+    duration: float | None,
+    samples: int | None,
+    times: ArrayLike | None,
+    solver: dict[str, Any],
+) -> Scene:
+    """A scene, or that of a file, with what stands in for its own settings. Raises InputError for what does not fit."""
+    chosen = load_scene(scene) if isinstance(scene, str | Path) else scene
+    if not isinstance(chosen, Scene):
+        raise InputError(f"scene: {shown(scene)} is not a Scene, nor the path of a scene file")
+    rising = None if times is None else _times(times)
+    if rising is not None and duration is None:
+        duration = max(rising[-1] - chosen.start.time, 0.0)
+    given = solver | {"samples": samples, "times": rising}
+    changes = {name: value for name, value in given.items() if value is not None}
+    fields = {} if duration is None else {"duration": duration}
+    return chosen.replace(solver=chosen.solver.replaced(**changes), **fields) if changes or fields else chosen
+
+
+def _times(times: ArrayLike) -> tuple[float, ...]:
+    try:
+        array = np.asarray(times, float)
+    except (TypeError, ValueError):
+        raise InputError(f"times: {shown(times)} are not numbers") from None
+    if array.ndim != 1 or not len(array) or not np.isfinite(array).all():
+        raise InputError(f"times: shape {array.shape}, where (n,) finite numbers are wanted, with at least one")
+    return tuple(array.tolist())

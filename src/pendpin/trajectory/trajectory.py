@@ -70,7 +70,7 @@ class Trajectory:
         """The largest change of kinetic energy that no work accounts for, over the energy moved."""
         if not self.work:
             return 0.0
-        total = sum(self.work.values(), np.zeros(len(self.t)))
+        total = sum((work - work[0] for work in self.work.values()), np.zeros(len(self.t)))
         moved = max(self.kinetic.max(), *(np.ptp(work) for work in self.work.values()), np.finfo(float).tiny)
         return float(np.abs(self.kinetic - self.kinetic[0] - total).max() / moved)
 

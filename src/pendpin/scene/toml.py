@@ -1,0 +1,114 @@
+"""Scenes as TOML text: plain data with the files that it names relative to the scene's own."""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pendpin.effects import Effect, has_kind
+from pendpin.errors import InputError, inside, shown
+from pendpin.files import read_whole, write_whole
+from pendpin.records import Record
+
+MAX_SCENE_BYTES = 500_000  # more takes Python's TOML reader seconds
+_DEEP_KEY = re.compile(rb"""(?<![\w-])(?:(?:[\w-]+|["'][^"'\n]*["'])[ \t]*\.[ \t]*){50}""")
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The data of a scene file, with whole paths. Raises InputError for what is no TOML."""
+    raw = _parsed(path)
+    raw |= {"model": _placed(raw["model"], "path", path.parent)} if "model" in raw else {}
+    if isinstance(raw.get("effects"), list):
+        raw["effects"] = [_placed(effect, "csv", path.parent) for effect in raw["effects"]]
+    return raw
+
+
+def _placed(table: Any, key: str, folder: Path) -> Any:
+    """A table whose `key` names a file relative to `folder`, with the whole path; anything else as it is."""
+    if isinstance(table, dict) and isinstance(table.get(key), str):
+        return table | {key: str(folder / table[key])}
+    return table
+
+
+def _parsed(path: Path) -> dict[str, Any]:
+    data = read_whole(path, MAX_SCENE_BYTES, "a scene")
+    if data.lstrip().startswith(b"<"):
+        raise InputError("not a TOML scene but XML; a scene names a URDF as [model] kind and path")
+    if _DEEP_KEY.search(data):  # Python's TOML reader would take minutes
+        raise InputError("not a scene: keys are nested too deep")
+    try:
+        return tomllib.loads(data.decode("utf-8-sig"))  # a mark at the start, as some editors write, is no fault
+    except UnicodeDecodeError as error:
+        raise InputError(f"not a TOML file: byte {error.start} is not UTF-8 text") from None
+    except RecursionError:
+        raise InputError("not a scene: values are nested too deep") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"not a TOML file: {error}") from None
+    except ValueError:  # Python's own limit
+        raise InputError("not a scene: a whole number has thousands of digits") from None
+
+
+def write_toml(path: Path, scene: Record) -> Path:
+    """Write a scene to a file, whole or not at all. Raises InputError for what does not go there, or into TOML."""
+    with inside(str(path)):
+        text = _text(_plain(scene, path.absolute().parent))
+        data = text.encode("utf-8", "surrogatepass")
+        if len(data) > MAX_SCENE_BYTES:
+            raise InputError(
+                f"this scene takes {len(data) / 1e6:.3g} MB; a scene file has {MAX_SCENE_BYTES / 1e6:g} at most"
+            )
+    return write_whole(path, lambda file: file.write(data))
+
+
+def _plain(value: Any, folder: Path) -> Any:
+    """What was given of a record, as TOML's kinds of values; files below `folder` relative to it."""
+    if isinstance(value, Effect) and not has_kind(value):
+        raise InputError(
+            f"a {type(value).__name__} cannot be written to TOML: it is code, not one of the kinds of effects"
+        )
+    if isinstance(value, Record):
+        return {name: _plain(inner, folder) for name, inner in value.given().items() if inner is not None}
+    if isinstance(value, dict):
+        return {name: _plain(inner, folder) for name, inner in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(inner, folder) for inner in value]
+    if isinstance(value, Path):
+        return str(value.relative_to(folder) if value.is_relative_to(folder) else value)
+    if not isinstance(value, str | int | float):
+        raise InputError(f"{shown(value)} cannot be written to TOML")
+    return value
+
+
+def _text(data: dict[str, Any]) -> str:
+    """Tables with headers, lists of tables under the model a line each, what is deeper in one line."""
+    import tomlkit
+
+    document = tomlkit.document()
+    for key, value in data.items():
+        if isinstance(value, dict):
+            table = tomlkit.table()
+            for inner, content in value.items():
+                table.add(inner, _inline(content))
+            document.add(key, table)
+        elif key == "effects":
+            tables = tomlkit.aot()
+            for effect in value:
+                tables.append(tomlkit.item(effect))
+            document.add(key, tables if value else tomlkit.array())
+        else:
+            document.add(key, value)
+    return tomlkit.dumps(document)
+
+
+def _inline(value: Any) -> Any:
+    import tomlkit
+
+    if isinstance(value, dict):
+        table = tomlkit.inline_table()
+        table.update(value)
+        return table
+    if isinstance(value, list):
+        array = tomlkit.array()
+        array.extend(_inline(inner) for inner in value)
+        return array.multiline(any(isinstance(inner, dict) for inner in value))
+    return value

@@ -1,0 +1,28 @@
+"""Some samples of a run, and runs one after the other as one."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pendpin.trajectory.parts import Reactions
+from pendpin.trajectory.reading import ARRAYS
+from pendpin.trajectory.trajectory import Trajectory
+
+
+def samples_of(run: Trajectory, rows: Any) -> Trajectory:
+    """The samples of a run at some places, an index of NumPy that leaves an array."""
+    arrays = {name: getattr(run, name)[rows] for name in ARRAYS}
+    reactions = run.rods and Reactions(*(array[rows] for array in run.rods))
+    return replace(run, **arrays, rods=reactions, work={kind: work[rows] for kind, work in run.work.items()})
+
+
+def joined(runs: Sequence[Trajectory]) -> Trajectory:
+    """Runs one after the other, each without what the one before has; stats and scene are those of the first."""
+    arrays: dict[str, Any] = {name: np.concatenate([getattr(run, name) for run in runs]) for name in ARRAYS}
+    if runs[0].rods is not None:
+        columns = zip(*(run.reactions() for run in runs), strict=True)
+        arrays["rods"] = Reactions(*(np.concatenate(parts) for parts in columns))
+    work = {kind: np.concatenate([run.work[kind] for run in runs]) for kind in runs[0].work}
+    return replace(runs[0], **arrays, work=work)

@@ -1,0 +1,240 @@
+"""Varying and writing scenes: key paths, replace, save; what a slip is told; what help() and the schema show."""
+
+import json
+import pydoc
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pendpin as pp
+from pendpin.effects import Effect
+from pendpin.errors import Note
+from pendpin.keypaths import parsed, written
+from pendpin.records import Record
+from pendpin.scene import builtin_scene
+from pendpin.scene.robots import robot_files
+from scene_generator import case_of
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+ONE = {"kind": "chain", "rods": [{"length": 1.0, "mass": 1.0}]}
+names = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=8)
+
+
+def records(base: type[Record] = Record) -> list[type[Record]]:
+    """All records of pendpin's own that a scene is made of."""
+    found = [cls for cls in base.__subclasses__() if cls.__module__.startswith("pendpin.")]
+    return [*found, *(inner for cls in found for inner in records(cls))]
+
+
+@given(st.lists(names | st.integers(0, 10**6), max_size=5), names)
+def test_key_paths_are_read_as_they_are_written(rest: list[str | int], first: str) -> None:
+    """Whatever the names hold."""
+    assert parsed(written((first, *rest))) == (first, *rest)
+
+
+@pytest.mark.parametrize(
+    "text", ["", ".", "a.", ".a", "a..b", "[0]", "a[", "a[x]", "a[1]b", "a b", "a.'b", "a[-1]", 'a."\\x"']
+)
+def test_no_key_path(text: str) -> None:
+    """Text that is none is refused with an example of one."""
+    with pytest.raises(pp.InputError, match="is not a"):
+        parsed(text)
+
+
+@settings(deadline=None, max_examples=100)
+@given(st.integers(0, 10**9), names)
+def test_save_and_load_are_inverse(tmp_path_factory: pytest.TempPathFactory, number: int, joint: str) -> None:
+    """Every scene that TOML can hold comes back equal, whatever its joints are called."""
+    folder = tmp_path_factory.mktemp("saved")
+    try:
+        scene = pp.Scene(**case_of(1, number, folder).scene).replace({f"start.positions.{written((joint,))}": 0.1})
+    except pp.InputError:
+        return
+    assert pp.load_scene(scene.save(folder / "scene.toml")) == scene
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda p: p.stem)
+def test_examples_are_saved_and_loaded(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the files that they name, relative to where they were read."""
+    monkeypatch.chdir(EXAMPLES)
+    scene = pp.load_scene(path.name)
+    assert pp.load_scene(scene.save(tmp_path / "scene.toml")) == scene == pp.load_scene(path)
+
+
+def test_code_is_not_saved(tmp_path: Path) -> None:
+    """An effect of one's own is no text."""
+
+    class Mine(pp.effects.Gravity):
+        """A subclass."""
+
+    scene = pp.Scene(model=ONE, effects=[Mine()])
+    with pytest.raises(pp.InputError, match="Mine cannot be written to TOML"):
+        scene.save(tmp_path / "scene.toml")
+    changed = scene.replace({"effects[0].acceleration": 1.0})
+    assert type(changed.effects[0]) is Mine
+    with pytest.raises(pp.InputError, match=r"effects\[0\]: acceleration: -1.0 is below 0"):
+        scene.replace({"effects[0].acceleration": -1.0})
+
+
+def test_replace_by_key_path_and_by_field() -> None:
+    """The rest stays, and the scene that was there too."""
+    scene = pp.load_scene(EXAMPLES / "crane.toml")
+    before = scene.model_dump()
+    other = scene.replace({"start.velocities.theta_1": 0.5, "model.rods[0].mass": np.float64(2)}, duration=5.0)
+    assert (other.duration, other.start.velocities, other.model.rods[0].mass) == (5.0, {"theta_1": 0.5}, 2.0)
+    assert other.model.rods[1:] == scene.model.rods[1:]
+    assert scene.model_dump() == before
+    assert scene.replace() == scene
+
+
+REFUSED: list[tuple[str, Any]] = [
+    ("duration", -3),
+    ("duration", "long"),
+    ("model.rods[0].mass", -1.0),
+    ("model.rods[0].length", 0.0),
+    ("model.rods[0].masss", 1.0),
+    ("model.kind", "chan"),
+    ("model.copies", 0),
+    ("effects[0].kind", "gravty"),
+    ("effects[0].acceleration", float("nan")),
+    ("solver.method", "dop583"),
+    ("solver.tolerance", 1e-30),
+    ("solver.step", 0.1),
+    ("start.positions.theta", "45"),
+    ("start.unit", "degree"),
+    ("start.times", [0.0]),
+    ("sover", {}),
+]
+
+
+@pytest.mark.parametrize(("path", "value"), REFUSED, ids=lambda x: str(x))
+def test_replace_refuses_what_the_constructor_refuses_with_the_same_words(path: str, value: Any) -> None:
+    """The same data, written out by hand."""
+    tables: dict[str, Any] = {
+        "model": {"kind": "chain", "rods": [{"length": 1.0, "mass": 1.0}]},
+        "start": {"positions": {"theta": 0.1}},
+        "effects": [{"kind": "gravity"}],
+    }
+    scene, place = pp.Scene(**tables), parsed(path)
+    inner: Any = tables
+    for part in place[:-1]:
+        inner = inner.setdefault(part, {}) if isinstance(inner, dict) else inner[part]
+    inner[place[-1]] = value
+    with pytest.raises(pp.InputError) as constructed:
+        pp.Scene(**tables)
+    with pytest.raises(pp.InputError) as replaced:
+        scene.replace({path: value})
+    assert str(replaced.value) == str(constructed.value)
+
+
+@pytest.mark.parametrize(
+    ("path", "says"),
+    [
+        ("model.rods[1].mass", r"model.rods\[1\]: model.rods is a list of 1"),
+        ("model.rods.mass", "model.rods.mass: model.rods is a list of 1"),
+        ("start.positions[0]", r"start.positions\[0\]: start.positions is a table of names"),
+        ("model.rods[0].inertia[1]", "nothing is given there; set the whole"),
+        ("duration.s", "duration: 10.0 has no parts; set the whole"),
+    ],
+)
+def test_key_paths_that_lead_nowhere(path: str, says: str) -> None:
+    """Say where they end."""
+    with pytest.raises(pp.InputError, match=says):
+        pp.Scene(model=ONE).replace({path: 1.0})
+
+
+def test_what_was_meant() -> None:
+    """Unknown keys, kinds, joints and robots are told the name that is near."""
+    for make, meant in [
+        (lambda: pp.Rod(length=1.0, masss=1.0), "'mass'"),
+        (lambda: pp.Scene(model=ONE, effects=[{"kind": "gravty"}]), "'gravity'"),
+        (lambda: pp.Scene(model=ONE, effects=[{"kind": "drag", "winnd": (0, 0, 0)}]), "'wind'"),
+        (
+            lambda: pp.bind(pp.Scene(model=ONE, effects=[{"kind": "viscous", "coefficient": 1, "joints": ["teta"]}])),
+            "'theta'",
+        ),
+        (lambda: pp.UrdfModel("ur55").file, "'ur5'"),
+    ]:
+        with pytest.raises(pp.InputError, match=f"did you mean {meant}"):
+            make()
+
+
+def test_degrees() -> None:
+    """The unit turns angles and their rates, and no slides."""
+    start = pp.Start(positions={"theta": 45.0}, velocities={"phi": 180.0}, unit="degrees")
+    run = pp.simulate(builtin_scene().replace(start=start), duration=0.0)
+    np.testing.assert_allclose(run.q[0], [np.pi / 4, 0.0], rtol=1e-15)
+    np.testing.assert_allclose(run.v[0], [0.0, np.pi], rtol=1e-15)
+
+
+def test_slips_are_noted() -> None:
+    """Not refused: said as warnings, and by the commands as notes."""
+    scene = builtin_scene().replace({"start.positions.theta": 45.0})
+    with pytest.warns(Note, match="theta: 45 rad is more than a whole turn"):
+        pp.simulate(scene, duration=0.1)
+    with pytest.warns(Note, match="nothing acts"):
+        pp.simulate(builtin_scene().replace(effects=[]), duration=0.1)
+
+
+def test_one_joint_by_two_names() -> None:
+    """theta and theta_1 of a single rod are one."""
+    with pytest.raises(pp.InputError, match="theta and theta_1 are the same joint"):
+        pp.simulate(builtin_scene().replace({"start.positions.theta_1": 0.1}))
+
+
+def test_times_and_samples() -> None:
+    """A path works; times are the scene's own; a run to other times is the same run."""
+    run = pp.simulate(EXAMPLES / "single_rod.toml", duration=2.0, samples=11)
+    np.testing.assert_array_equal(run.t, np.linspace(0.0, 2.0, 11))
+    scene = pp.load_scene(EXAMPLES / "single_rod.toml").replace({"start.time": 3.0})
+    later = pp.simulate(scene, times=np.array([3.2, 4.0, 5.0]))
+    np.testing.assert_array_equal(later.t, [3.2, 4.0, 5.0])
+    np.testing.assert_allclose(later.q, run.q[[1, 5, 10]], atol=1e-9)
+    for bad, says in [
+        ({"times": [3.2, 3.1]}, "does not come after"),
+        ({"times": [2.0]}, "outside the run"),
+        ({"times": [9.0], "duration": 1.0}, "outside the run"),
+        ({"times": [3.5], "samples": 3}, "leave one of them out"),
+        ({"times": []}, "at least one"),
+        ({"times": "soon"}, "not numbers"),
+        ({"times": [np.nan]}, "finite"),
+    ]:
+        with pytest.raises(pp.InputError, match=says):
+            pp.simulate(scene, **bad)
+    with pytest.raises(pp.InputError, match="5 is not a Scene"):
+        pp.simulate(5)  # pyright: ignore[reportArgumentType]
+
+
+def test_every_robot_is_found_by_its_name() -> None:
+    """Each URDF of example-robot-data by one name at least."""
+    assert {"ur5", "panda", "talos_reduced", "double_pendulum", "anymal_b"} <= robot_files().keys()
+    assert pp.UrdfModel("ur5").file.name == "ur5_robot.urdf"
+
+
+@pytest.mark.parametrize("cls", records(), ids=lambda cls: cls.__name__)
+def test_every_field_is_described(cls: type[Record]) -> None:
+    """With its unit, in help() and in the JSON schema."""
+    shown = pydoc.plain(pydoc.render_doc(cls))
+    assert "Annotated[" not in shown
+    assert len(shown) < (6000 if issubclass(cls, Effect) else 4000)
+    for name, field in cls.model_fields.items():
+        assert field.description, name
+        assert f"{name}: {field.description}" in shown
+
+
+def test_the_schema_describes_every_field() -> None:
+    """As editors show it."""
+    schema = pp.Scene.model_json_schema()
+    tables = [schema, *schema["$defs"].values()]
+    assert all(field.get("description") for table in tables for field in table.get("properties", {}).values())
+    assert "Fields:" not in json.dumps(schema)
+
+
+def test_the_public_names_and_nothing_else() -> None:
+    """What completion shows."""
+    assert dir(pp) == sorted(pp.__all__)
+    assert all(getattr(pp, name) for name in pp.__all__)
