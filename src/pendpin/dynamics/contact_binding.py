@@ -10,7 +10,9 @@ from pendpin.dynamics.contacts import Contacts
 from pendpin.effects import ContactEffect, DryFriction, Effect
 from pendpin.engines import AngleEngine
 from pendpin.errors import InputError, shown
+from pendpin.model.bodies import tree_of
 from pendpin.model.build import Model
+from pendpin.model.kinematics import reach
 
 
 def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) -> Contacts:
@@ -42,7 +44,15 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
     lower, upper = -reach[0], reach[1]
     _refuse_no_room(model, lower, upper, places)
     total = sum(kinetic.values(), np.zeros(nv))
-    return Contacts(engine, total, static, lower, upper, restitution, tuple(kinetic.items()), kinds, tuple(falling))
+    limits = (lower, upper, restitution)
+    return Contacts(engine, _lengths(model), total, static, *limits, tuple(kinetic.items()), kinds, tuple(falling))
+
+
+def _lengths(model: Model) -> Array:
+    """What the joints' positions are large or small against, (nv,): 1 rad, or the length of the model in m for slides."""
+    slides = () if model.chain is not None else tree_of(model.pin).kinds
+    length = reach(model) or 1.0
+    return np.array([length if kind == "prismatic" else 1.0 for kind in slides] or [1.0] * len(model.joints))
 
 
 def _refuse_no_room(model: Model, lower: Array, upper: Array, places: Array) -> None:

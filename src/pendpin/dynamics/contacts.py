@@ -6,7 +6,9 @@ joints are found together, from the columns of the inverse mass matrix. An impac
 strike turn round, times the restitution, by impulses that may push and not pull.
 """
 
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,10 +17,18 @@ from pendpin.effects import DryFriction
 from pendpin.engines import AngleEngine
 from pendpin.errors import RunError
 
-REST = 1e-12  # rad: a bounce that would go no farther ends in rest on the stop
-_ROUNDING = 1e-12  # of the torques: what a held joint may exceed its limits by when modes are chosen
-_LATE = 3.0  # times that for an event, so that what an event let go is not held again
-_BEYOND = 1e-13  # rad, rad/s: how far past 0 a distance or rate goes before it is an event
+REST = 1e-12  # rad, or of the length of a slide: a bounce that would go no farther ends in rest on the stop
+_ROUNDING = 1e-12  # of the torques: what a held joint may exceed its limits by
+_OTHERS = 1e-2  # of the largest torque, for the joints on which smaller ones act
+_LOOKS = 9  # times at which the size of what acts is looked at
+
+
+class Scales(NamedTuple):
+    """What is of order one in a run: what is small is small against these."""
+
+    position: Array  # (nv,) 1 rad, or the length of the model for slides
+    rate: Array  # (nv,) rad/s, m/s
+    torque: Array  # (nv,) N m, N
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +44,7 @@ class Contacts:
     """The dry friction and the stops of a scene, joint by joint, (nv,) each; effects on one joint add up."""
 
     engine: AngleEngine
+    length: Array  # (nv,) 1 for joints that turn, m for slides: what a position is large or small against
     kinetic: Array  # N m
     static: Array  # N m
     lower: Array  # rad
@@ -81,30 +92,7 @@ class Contacts:
             np.where(q >= self.upper, self.static, np.where(q <= self.lower, np.inf, self.static)),
         )
 
-    def margins(self, t: float, q: Array, v: Array, mode: Mode) -> Array:
-        """What an event brings to 0 (4 nv,): rates of sliding, distances to the stops, reserves of holding torques."""
-        free, slides = ~mode.held, ~mode.held & (mode.sign != 0) & (self.static > 0)
-        reserve_up = reserve_down = np.full_like(q, np.inf)
-        if mode.held.any():
-            _, holding = self.accelerate(t, q, v, mode)
-            least, most = self.range(q)
-            slack = _LATE * _ROUNDING * (1.0 + np.abs(holding))
-            reserve_up = np.where(mode.held, most - holding + slack, np.inf)
-            reserve_down = np.where(mode.held, holding - least + slack, np.inf)
-        rate = np.where(slides, mode.sign * v + _BEYOND, np.inf)
-        distance = np.where(free, np.minimum(self.upper - q, q - self.lower) + _BEYOND, np.inf)
-        return np.concatenate([rate, distance, reserve_up, reserve_down])
-
     # --- at an event ------------------------------------------------------------------------------------------------
-
-    def land(self, q: Array, v: Array, fired: Mask, mode: Mode) -> tuple[Array, Array]:
-        """The state with what has just reached 0 put there exactly: rates that stopped, positions on stops."""
-        nv, (q, v) = len(q), (q.copy(), v.copy())
-        stopped, arrived = fired[:nv], fired[nv : 2 * nv]
-        v[stopped | mode.held] = 0.0
-        nearest = np.where(self.upper - q < q - self.lower, self.upper, self.lower)
-        q[arrived] = nearest[arrived]
-        return q, v
 
     def strike(self, q: Array, v: Array, t: float) -> Array:
         """The rates after the impacts of all joints that move into their stops. Raises RunError if these never end."""
@@ -152,31 +140,41 @@ class Contacts:
         """Whether a joint would come back to its stop after a bounce of no more than REST."""
         a = self.engine.accelerate(t, q, v, np.zeros_like(v))
         back = np.where(q >= self.upper, a, -a)
-        return (back > 0) & (v**2 <= 2 * REST * np.abs(back))
+        return (back > 0) & (v**2 <= 2 * REST * self.length * np.abs(back))
 
-    def choose(self, t: float, q: Array, v: Array) -> Mode:
+    def choose(self, t: float, q: Array, v: Array, scales: Scales, loose: Array | float = 0.0) -> Mode:
         """Which joints at rest are held, and which way the others set out.
 
-        It starts with all held and mends the first joint that does not fit, one at a time: Murty's least-index rule,
-        which ends for the positive definite matrices of held joints. Raises RunError if it does not.
+        It starts with all held but those that have just come `loose` (nv,), the way they are pushed, and mends the first
+        joint that does not fit, one at a time: Murty's least-index rule, which ends for the positive definite matrices
+        of held joints. Where rounding keeps it from its end, more is taken for rounding. Raises RunError if it does not
+        end.
         """
-        at_stop = (q >= self.upper) | (q <= self.lower)
-        held = (v == 0) & ((self.static > 0) | at_stop)
-        mode = Mode(held, np.sign(v))
-        for _ in range(50 + 10 * len(q) ** 2):
-            unfit = self._unfit(t, q, v, mode) & held
-            if not unfit.any():
-                return mode
-            mode = self._mended(t, q, v, mode, int(np.argmax(unfit)))
+        resting = (v == 0) & ((self.static > 0) | (q >= self.upper) | (q <= self.lower))
+        sign = np.where(resting, loose, np.sign(v))
+        if not resting.any():
+            return Mode(resting, sign)
+        columns = np.abs(self.engine.compliance(q, np.flatnonzero(resting)))
+        for rounding in (_ROUNDING, 1e3 * _ROUNDING, 1e6 * _ROUNDING):
+            mode = Mode(resting & (sign == 0), sign)
+            for _ in range(50 + 10 * len(q) ** 2):
+                unfit = self._unfit(t, q, v, mode, scales, resting, columns, rounding)
+                if not unfit.any():
+                    return mode
+                mode = self._mended(t, q, v, mode, int(np.argmax(unfit)))
         raise RunError(f"{t:g} s after the start it does not come out which joints stick")
 
-    def _unfit(self, t: float, q: Array, v: Array, mode: Mode) -> Mask:
-        """Held joints out of their range, and joints that set out against their acceleration."""
+    def _unfit(
+        self, t: float, q: Array, v: Array, mode: Mode, scales: Scales, resting: Mask, columns: Array, rounding: float
+    ) -> Mask:
+        """Held joints out of their range, and joints that set out against their acceleration; (nv,)."""
         a, holding = self.accelerate(t, q, v, mode)
         least, most = self.range(q)
-        slack = _ROUNDING * (1.0 + np.abs(holding))
-        backwards = a * mode.sign < -_ROUNDING * (1.0 + np.abs(a).max())
-        return np.where(mode.held, (holding > most + slack) | (holding < least - slack), backwards)
+        torque = self.torques(holding, scales)
+        beyond = (holding > most + rounding * torque) | (holding < least - rounding * torque)
+        others = _OTHERS * (np.abs(a) / self.length).max() * self.length
+        backwards = a * mode.sign < -rounding * (columns @ torque[resting] + others)
+        return resting & np.where(mode.held, beyond, backwards)
 
     def _mended(self, t: float, q: Array, v: Array, mode: Mode, joint: int) -> Mode:
         """The mode with one joint let go, the way it is pushed, or held again."""
@@ -185,3 +183,29 @@ class Contacts:
         held[joint] = not held[joint]
         sign[joint] = 0.0 if held[joint] else (-1.0 if holding[joint] > 0 else 1.0)
         return Mode(held, sign)
+
+    # --- what is large and what is small ----------------------------------------------------------------------------
+
+    def torques(self, holding: Array, scales: Scales) -> Array:
+        """Torques (nv,) in N m of the size of those that act, from those that hold (nv,): rounding is relative to them.
+
+        A joint feels the rounding of the others, whose torques over their lengths compare.
+        """
+        own = scales.torque + np.abs(holding)
+        return own + _OTHERS * (own * self.length).max(initial=0.0) / self.length
+
+    def slack(self, torque: Array) -> Array:
+        """How far a held joint may exceed its range (nv,), N m, where torques (nv,) are of such sizes."""
+        return _ROUNDING * torque
+
+    def scales(self, times: Array, q: Array, v: Array) -> Scales:
+        """What is large and what is small in a run from q, v (nv,), from looks at some of its times (n,)."""
+        nv, size = len(q), self.length
+        columns = self.engine.compliance(q, np.arange(nv))
+        away, rest = q + size * np.sin(1.0 + np.arange(nv)), np.zeros(nv)
+        looks = times[np.unique(np.linspace(0, len(times) - 1, _LOOKS).astype(int))]
+        pushes = np.array([self.engine.accelerate(t, x, rest, rest) for t in looks for x in (q, away)])
+        push = np.nan_to_num(np.abs(pushes)).max(0)
+        square = max((push / size).max(), (np.abs(columns) @ self.static / size).max())
+        rate = max(math.sqrt(square), float((np.abs(v) / size).max()), 1.0 / max(float(times[-1] - times[0]), 1e-300))
+        return Scales(size, rate * size, self.static + (push + rate**2 * size) / np.diag(columns))

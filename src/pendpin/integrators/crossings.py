@@ -17,6 +17,7 @@ from pendpin.arrays import Array, Mask
 DEGREE = 8  # of the interpolants
 UNSEEN = 4.0  # times the larger of the last two coefficients: the bound on what the interpolant leaves out
 SHORTEST = 2.0**-44  # of the interval searched: a function that is not resolved there jumps
+MOST = 2000  # intervals looked at: a function that takes more is rough, and its samples are taken as they are
 TOGETHER = 1e-12  # of the interval searched: crossings no farther apart happen at once
 
 Sample = Callable[[Array], Array]  # times (n,) -> values (n, m)
@@ -41,16 +42,16 @@ def first_crossing(sample: Sample, begin: float, end: float, floor: Array) -> Cr
     None if there is no such time between begin and end: then no function was below -floor, but for what its interpolant
     leaves out (`UNSEEN`). A function may start at 0 or below; it crosses where it next falls below -floor.
     """
-    waiting = [(begin, end)]
+    waiting, looks = [(begin, end)], 0
     while waiting:
-        a, b = waiting.pop()
+        (a, b), looks = waiting.pop(), looks + 1
         values = sample(_times(a, b))
         coefficients = _COEFFICIENTS @ values
         unseen = UNSEEN * np.abs(coefficients[-2:]).max(0)
         reaching = np.flatnonzero(coefficients[0] - np.abs(coefficients[1:]).sum(0) - unseen < -floor)
         if not len(reaching):
             continue
-        jumps = b - a <= SHORTEST * (end - begin)
+        jumps = b - a <= SHORTEST * (end - begin) or looks > MOST
         if not jumps and (unseen > floor)[reaching].any():
             middle = (a + b) / 2
             waiting += [(middle, b), (a, middle)]

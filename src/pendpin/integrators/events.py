@@ -1,20 +1,22 @@
-"""Integration with events: an adaptive method of SciPy, watched between its steps."""
+"""Integration with events: an adaptive method of SciPy, whose steps are searched for crossings of guards."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import integrate, optimize
+from scipy import integrate
 
 from pendpin.arrays import Array, Mask
 from pendpin.engines import Derivative
 from pendpin.integrators.adaptive import LEAST_RTOL, NOT_FINITE, returning
+from pendpin.integrators.crossings import Crossing, first_crossing
 
-LOOKS = 8  # places inside a step at which the margins are looked at
-AT_ONCE = 1e-13  # s, or of the time: events no farther apart happen together
+ONE_STEP = ("DOP853", "RK45", "RK23", "Radau")  # methods that start with a step as long as any
+REFINEMENTS = 4  # of the time of an event, with the state integrated anew
+SETTLED = 1e-13  # of a step: what a refinement that is the last moves an event by
 
-Margins = Callable[[float, Array], Array]  # t, y -> what is above 0 until an event
+Guards = Callable[[Array, Array], Array]  # t (n,), y (n, size) -> (n, m), what an event brings down to 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,72 +27,120 @@ class SegmentToEvent:
     y: Array  # the state there
     samples: Array  # (n, size), the states at the output times on the way
     steps: int
-    fired: Mask | None = None  # which margins came down to 0; None if none did
+    fired: Mask | None = None  # which guards came down to 0; None if none did
+    failure: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Method:
+    """A method of SciPy with its tolerance, and the equations that it integrates; None where the state stays at rest."""
+
+    name: str
+    tolerance: float
+    scales: Array  # (size,), of each number of the state: what is of order one
+    longest: float  # s, of a step
+    derivative: Derivative | None
+
+    def start(self, t: float, y: Array, end: float, first_step: float | None = None) -> Any:
+        """SciPy's solver from t to `end`, in s."""
+        assert self.derivative is not None
+        return getattr(integrate, self.name)(
+            returning(self.derivative),
+            t,
+            y,
+            end,
+            rtol=max(self.tolerance, LEAST_RTOL),
+            atol=self.tolerance * self.scales,
+            max_step=self.longest,
+            first_step=first_step,
+        )
+
+    def state_at(self, t: float, y: Array, end: float) -> Array:
+        """The state (size,) at `end`, from y at t, as accurate as a step and not as its interpolation."""
+        if self.derivative is None or end <= t:
+            return y
+        solver = self.start(t, y, end, end - t if self.name in ONE_STEP else None)
+        while solver.status == "running":
+            solver.step()
+        return solver.y
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    begin: float
+    y: Array  # (size,) at its begin
+    end: float
+    inside: Callable[[Array], Array]  # t (n,) -> (n, size)
     failure: str | None = None
 
 
 def integrate_to_event(
-    derivative: Derivative, margins: Margins, t: float, y: Array, times: Array, method: str, tolerance: float
+    method: Method, guards: Guards, floor: Array, t: float, y: Array, end: float, times: Array
 ) -> SegmentToEvent:
-    """Integrate from t to times[-1] or to the first event; samples at those of `times` (after t) that are reached.
+    """Integrate from t to `end` or to the first event; samples at those of `times` (n,), after t, that are reached.
 
-    An event is where a margin comes down to 0. The state there is integrated anew up to the event, so that it has the
-    accuracy of a step, not of the interpolation that found it.
+    An event is where a guard comes down to 0 and goes on below -floor (m,). The state there is integrated anew up to the
+    event, and its time refined by it, so that both have the accuracy of a step and not of its interpolation.
     """
-    make = _solver(derivative, method, tolerance)
-    solver, samples, steps, before = make(t, y, times[-1]), np.empty((0, len(y))), 0, margins(t, y)
+    samples, steps = np.empty((0, len(y))), 0
+    for step in _steps(method, t, y, end):
+        if step.failure:
+            return SegmentToEvent(step.begin, step.y, samples, steps, None, step.failure)
+        steps += 1
+        event = _event(guards, floor, step)
+        t, y = _located(method, guards, step, event) if event else (step.end, step.inside(np.array([step.end]))[0])
+        due = times[len(samples) : np.searchsorted(times, t, "right")]
+        samples = np.concatenate([samples, step.inside(due)])
+        if event:
+            return SegmentToEvent(t, y, samples, steps, event.fired)
+    return SegmentToEvent(end, y, samples, steps)
+
+
+def _event(guards: Guards, floor: Array, step: _Step) -> Crossing | None:
+    """The first crossing of a guard (m,) in a step."""
+    if not len(floor):
+        return None
+    return first_crossing(lambda t: guards(t, step.inside(t)), step.begin, step.end, floor)
+
+
+def _steps(method: Method, t: float, y: Array, end: float) -> Iterator[_Step]:
+    """The steps from t to `end`, and how the states run inside them."""
+    if method.derivative is None:
+        count = max(1, int(np.ceil((end - t) / method.longest)))
+        for begin, stop in zip(*(np.linspace(t, end, count + 1)[i : count + i] for i in (0, 1)), strict=True):
+            yield _Step(float(begin), y, float(stop), lambda s: np.broadcast_to(y, (len(s), len(y))))
+        return
+    solver = method.start(t, y, end)
     while solver.status == "running":
-        start, begin = solver.t, solver.y.copy()
+        begin, before = solver.t, solver.y.copy()
         try:
             failure = solver.step()
         except FloatingPointError:
             failure = NOT_FINITE
-        if failure:
-            return SegmentToEvent(start, begin, samples, steps, None, failure)
-        steps += 1
-        inside = solver.dense_output()
-        event, fired, before = _first_event(margins, inside, start, solver.t, before)
-        due = times[len(samples) : np.searchsorted(times, event, "right")]
-        samples = np.concatenate([samples, inside(due).T])
-        if fired is not None:
-            return SegmentToEvent(event, _state_at(make, start, begin, event), samples, steps, fired)
-    return SegmentToEvent(float(times[-1]), solver.y, samples, steps)
+        dense = None if failure else solver.dense_output()
+        yield _Step(begin, before, solver.t, _inside(dense, solver.t, solver.y), failure)
 
 
-def _solver(derivative: Derivative, method: str, tolerance: float) -> Callable[[float, Array, float], Any]:
-    kind, function = getattr(integrate, method), returning(derivative)
-    return lambda t, y, end: kind(function, t, y, end, rtol=max(tolerance, LEAST_RTOL), atol=tolerance)
+def _inside(dense: Any, end: float, y: Array) -> Callable[[Array], Array]:
+    """The interpolation of a step, (n, size) at times (n,), with the state at its end as it is."""
+
+    def inside(t: Array) -> Array:
+        states = dense(t).T
+        states[t == end] = y
+        return states
+
+    return inside
 
 
-def _first_event(
-    margins: Margins, inside: Any, start: float, end: float, before: Array
-) -> tuple[float, Mask | None, Array]:
-    """The time of the first event in a step and which margins fired, else the end and None; and the margins there."""
-    last = start
-    for t in np.linspace(start, end, LOOKS + 1)[1:]:
-        now = margins(t, inside(t))
-        below = now < 0
-        if below.any():
-            at = np.full(len(now), np.inf)
-            at[below] = [_crossing(margins, inside, last, t, int(i)) for i in np.flatnonzero(below)]
-            return float(at.min()), at <= at.min() + AT_ONCE * max(1.0, abs(t)), before
-        last, before = t, now
-    return end, None, before
-
-
-def _crossing(margins: Margins, inside: Any, start: float, end: float, which: int) -> float:
-    def margin(t: float) -> float:
-        return float(np.clip(margins(t, inside(t))[which], -1e300, 1e300))
-
-    if margin(start) <= 0:  # it never rose: the event is at the start
-        return start
-    return optimize.root_scalar(margin, bracket=(start, end), xtol=1e-15 + 4e-16 * abs(end), rtol=1e-15).root
-
-
-def _state_at(make: Callable[[float, Array, float], Any], start: float, y: Array, end: float) -> Array:
-    if end <= start:
-        return y
-    solver = make(start, y, end)
-    while solver.status == "running":
-        solver.step()
-    return solver.y
+def _located(method: Method, guards: Guards, step: _Step, event: Crossing) -> tuple[float, Array]:
+    """The time of an event in a step, and the state there: Newton's method on the guard, the state integrated anew."""
+    t, length = event.t, step.end - step.begin
+    y = method.state_at(step.begin, step.y, t)
+    for _ in range(REFINEMENTS):
+        off = guards(np.array([t]), y[None])[0, event.which]
+        shift = -off / event.slope if event.slope < 0 else 0.0
+        better = min(max(t + shift, step.begin), step.end)
+        if not SETTLED * length < abs(better - t) < length / 2:
+            break
+        t, y = better, method.state_at(step.begin, step.y, better)
+    return t, y

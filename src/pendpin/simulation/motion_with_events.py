@@ -5,13 +5,14 @@ from importlib.metadata import version
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.contacts import Mode
+from pendpin.dynamics.contact_guards import Guards, guards_of
+from pendpin.dynamics.contacts import Mode, Scales
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects.pace import Pace
 from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
 from pendpin.errors import InputError, RunError
 from pendpin.integrators import Adaptive, Integrator
-from pendpin.integrators.events import SegmentToEvent, integrate_to_event
+from pendpin.integrators.events import Method, SegmentToEvent, integrate_to_event
 from pendpin.model import kinematics
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.energy_balance import EnergyBalance
@@ -36,12 +37,8 @@ class LoopWithEvents(IntegrationLoop):
         assert dynamics.contacts is not None
         assert isinstance(integrator, Adaptive)
         super().__init__(integrator, dynamics, balance, times, progress, pace)
-        self.contacts, self.method, self.tolerance, self.calls = (
-            dynamics.contacts,
-            integrator.method,
-            integrator.tolerance,
-            0,
-        )
+        self.contacts, self.calls = dynamics.contacts, 0
+        self.method, self.tolerance = integrator.method, integrator.tolerance
         self.library, self.version = "scipy", version("scipy")
 
     def begin(self, q: Array, v: Array) -> RunState:
@@ -51,39 +48,53 @@ class LoopWithEvents(IntegrationLoop):
         try:
             y = self._struck(t, y)
             y[2 * self.nv :] = 0.0  # what an impact at the start takes is gone before the first sample
-            mode = self.contacts.choose(t, *self._angles(y))
+            scales = self.contacts.scales(self.times, *self._angles(y))
+            mode = self.contacts.choose(t, *self._angles(y), scales)
             first = self._rows(y[None], self.times[:1], mode)[0]
         except (RunError, np.linalg.LinAlgError) as error:
             raise InputError(f"start: {error}") from None
-        return RunState.at_start(first, len(self.times), _carried(t, y, mode, 0.0))
+        return RunState.at_start(first, len(self.times), _carried(t, y, mode, 0.0, scales))
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
-        """One segment: up to the next event, or over some output times."""
-        t, y, mode, at_once = _recalled(done.carried)
+        """One segment: up to the next event, or over some output times, or to where an effect changes its pace."""
+        t, y, mode, at_once, scales = _recalled(done.carried)
         self.progress(t)
-        ahead, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self.calls
+        times, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self.calls
+        end = float(np.append(self.pace.corners[self.pace.corners > t], np.inf).min(initial=times[-1]))
+        guards = guards_of(self.contacts, t, *self._angles(y), mode, scales)
         found = integrate_to_event(
-            self._derivative(mode), self._margins(mode), t, y, ahead, self.method, self.tolerance
+            self._method(t, mode, scales),
+            lambda t, y: guards.values(t, y[:, : self.nv], y[:, self.nv : 2 * self.nv]),
+            *(guards.floor(scales, self.tolerance), t, y, end, times),
         )
-        rows, failure = self._rows(found.samples, ahead[: len(found.samples)], mode), found.failure
+        rows, failure = self._rows(found.samples, times[: len(found.samples)], mode), found.failure
         at_once, events = at_once + 1 if found.t <= t else 0.0, int(found.fired is not None)
         if at_once > MOST_AT_ONCE:
             failure = f"events {t:g} s after the start do not come to an end"
         if not failure:
             try:
-                y, mode = self._after(found, mode)
+                y, mode = self._after(found, guards, scales)
             except (RunError, np.linalg.LinAlgError) as error:
                 failure = str(error)
-        carried = _carried(found.t, y, mode, at_once)
+        carried = _carried(found.t, y, mode, at_once, scales)
         return done.grown(rows, carried, found.steps, self.calls - before, events), failure
 
-    def _after(self, found: SegmentToEvent, mode: Mode) -> tuple[Array, Mode]:
+    def _method(self, t: float, mode: Mode, scales: Scales) -> Method:
+        """What integrates from t on; nothing needs to, where all joints are held."""
+        sizes = np.concatenate(
+            [scales.position, scales.rate, np.full(self.accounts, (scales.torque * scales.position).max())]
+        )
+        longest = float(self.pace.at(np.array([t]))[0])
+        return Method(self.method, self.tolerance, sizes, longest, None if mode.held.all() else self._derivative(mode))
+
+    def _after(self, found: SegmentToEvent, guards: Guards, scales: Scales) -> tuple[Array, Mode]:
         """The state and the mode with which the next segment begins."""
-        y = found.y.copy()
+        y, mode = found.y.copy(), guards.mode
         if found.fired is not None:
-            y[: 2 * self.nv] = np.concatenate(self.contacts.land(*self._angles(y), found.fired, mode))
+            *angles, loose = guards.land(*self._angles(y), found.fired)
+            y[: 2 * self.nv] = np.concatenate(angles)
             y = self._struck(found.t, y)
-            mode = self.contacts.choose(found.t, *self._angles(y))
+            mode = self.contacts.choose(found.t, *self._angles(y), scales, loose)
         y[self.nv : 2 * self.nv][mode.held] = 0.0
         return y, mode
 
@@ -123,9 +134,6 @@ class LoopWithEvents(IntegrationLoop):
 
         return derivative
 
-    def _margins(self, mode: Mode):
-        return lambda t, y: self.contacts.margins(t, *self._angles(y), mode)
-
     def _rows(self, states: Array, times: Array, mode: Mode) -> Array:
         """The states at output times, each with the torques of the contacts there."""
         states, torques = states.copy(), np.empty((len(states), self.nv))
@@ -136,11 +144,11 @@ class LoopWithEvents(IntegrationLoop):
         return np.concatenate([states, torques], 1)
 
 
-def _carried(t: float, y: Array, mode: Mode, at_once: float) -> dict[str, Array]:
-    held = mode.held.astype(float)
-    return {"t": np.array(t), "y": y, "held": held, "sign": mode.sign, "at_once": np.array(at_once)}
+def _carried(t: float, y: Array, mode: Mode, at_once: float, scales: Scales) -> dict[str, Array]:
+    held, sizes = mode.held.astype(float), np.concatenate(scales)
+    return {"t": np.array(t), "y": y, "held": held, "sign": mode.sign, "at_once": np.array(at_once), "sizes": sizes}
 
 
-def _recalled(carried: dict[str, Array]) -> tuple[float, Array, Mode, float]:
-    mode = Mode(carried["held"] != 0, carried["sign"])
-    return float(carried["t"]), carried["y"], mode, float(carried["at_once"])
+def _recalled(carried: dict[str, Array]) -> tuple[float, Array, Mode, float, Scales]:
+    mode, scales = Mode(carried["held"] != 0, carried["sign"]), Scales(*np.split(carried["sizes"], 3))
+    return float(carried["t"]), carried["y"], mode, float(carried["at_once"]), scales

@@ -1,0 +1,76 @@
+"""What brings an event: functions of time and state that come down to 0 when a joint stops, strikes or comes loose."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pendpin.arrays import Array, Indices, Mask
+from pendpin.dynamics.contacts import Contacts, Mode, Scales
+
+ROUNDING = 1e-15  # of a position or a rate of order one
+SMALL = 1e-2  # of the tolerance: how far below 0 a guard goes unnoticed
+
+
+@dataclass(frozen=True, eq=False)
+class Guards:
+    """The m guards of a scene between two events.
+
+    In this order: rates of the joints that slide, distances of free joints to their upper and their lower stops, and
+    the reserves of held joints, how far the torque that holds them is from the largest and from the least that can.
+    """
+
+    contacts: Contacts
+    mode: Mode
+    q: Array  # (nv,) at the last event
+    torque: Array  # (nv,) N m, of order one for the joints that are held
+
+    @cached_property
+    def joints(self) -> tuple[Indices, ...]:
+        """The joints of each of the five kinds."""
+        held, contacts = self.mode.held, self.contacts
+        slides = ~held & (self.mode.sign != 0) & (contacts.static > 0)
+        least, most = self._range
+        below, above = ~held & np.isfinite(contacts.upper), ~held & np.isfinite(contacts.lower)
+        kinds = (slides, below, above, held & np.isfinite(most), held & np.isfinite(least))
+        return tuple(np.flatnonzero(kind) for kind in kinds)
+
+    @cached_property
+    def _range(self) -> tuple[Array, Array]:
+        return self.contacts.range(self.q)
+
+    def values(self, t: Array, q: Array, v: Array) -> Array:
+        """The guards (n, m) at times t (n,) and states q, v (n, nv)."""
+        slide, below, above, most, least = self.joints
+        columns = [self.mode.sign[slide] * v[:, slide]]
+        columns += [self.contacts.upper[below] - q[:, below], q[:, above] - self.contacts.lower[above]]
+        if len(most) or len(least):
+            holding = np.array([self.contacts.accelerate(*state, self.mode)[1] for state in zip(t, q, v, strict=True)])
+            columns += [self._range[1][most] - holding[:, most], holding[:, least] - self._range[0][least]]
+        return np.concatenate(columns, 1)
+
+    def floor(self, scales: Scales, tolerance: float) -> Array:
+        """How far below 0 the guards (m,) may go unnoticed."""
+        slide, below, above, most, least = self.joints
+        limits = np.abs(np.concatenate([self.contacts.upper[below], self.contacts.lower[above]]))
+        rates = max(SMALL * tolerance, ROUNDING) * scales.rate[slide]
+        distances = SMALL * tolerance * scales.position[np.concatenate([below, above])] + ROUNDING * limits
+        return np.concatenate([rates, distances, self.contacts.slack(self.torque)[np.concatenate([most, least])]])
+
+    def land(self, q: Array, v: Array, fired: Mask) -> tuple[Array, Array, Array]:
+        """The state with what has reached 0 put there exactly, and the way (nv,) that joints come loose, or 0."""
+        q, v, loose = q.copy(), v.copy(), np.zeros_like(v)
+        ends = np.cumsum([len(joints) for joints in self.joints])[:-1]
+        slide, below, above, most, least = (
+            joints[part] for joints, part in zip(self.joints, np.split(fired, ends), strict=True)
+        )
+        v[self.mode.held] = v[slide] = 0.0
+        q[below], q[above] = self.contacts.upper[below], self.contacts.lower[above]
+        loose[most], loose[least] = -1.0, 1.0
+        return q, v, loose
+
+
+def guards_of(contacts: Contacts, t: float, q: Array, v: Array, mode: Mode, scales: Scales) -> Guards:
+    """The guards of a mode from time t and state q, v (nv,) on."""
+    _, holding = contacts.accelerate(t, q, v, mode)
+    return Guards(contacts, mode, q, contacts.torques(holding, scales))
