@@ -12,7 +12,7 @@ from pendpin.engines import Derivative
 from pendpin.integrators.adaptive import LEAST_RTOL, NOT_FINITE, returning
 from pendpin.integrators.crossings import Crossing, first_crossing
 
-ONE_STEP = ("DOP853", "RK45", "RK23", "Radau")  # methods that start with a step as long as any
+ORDERS = {"DOP853": 8, "RK45": 5, "RK23": 3, "Radau": 5, "BDF": 1, "LSODA": 1}  # of a method's first step
 REFINEMENTS = 4  # of the time of an event, with the state integrated anew
 SETTLED = 1e-13  # of a step: what a refinement that is the last moves an event by
 
@@ -38,12 +38,14 @@ class Method:
     name: str
     tolerance: float
     scales: Array  # (size,), of each number of the state: what is of order one
+    rate: float  # 1/s, the same of the motion
     longest: float  # s, of a step
     derivative: Derivative | None
 
-    def start(self, t: float, y: Array, end: float, first_step: float | None = None) -> Any:
-        """SciPy's solver from t to `end`, in s."""
+    def start(self, t: float, y: Array, end: float) -> Any:
+        """SciPy's solver from t to `end`, in s; its first step, of the motion's own time, is as good in any unit."""
         assert self.derivative is not None
+        first_step = self.tolerance ** (1 / (ORDERS[self.name] + 1)) / self.rate
         return getattr(integrate, self.name)(
             returning(self.derivative),
             t,
@@ -52,14 +54,14 @@ class Method:
             rtol=max(self.tolerance, LEAST_RTOL),
             atol=self.tolerance * self.scales,
             max_step=self.longest,
-            first_step=first_step,
+            first_step=min(first_step, self.longest, end - t),
         )
 
     def state_at(self, t: float, y: Array, end: float) -> Array:
         """The state (size,) at `end`, from y at t, as accurate as a step and not as its interpolation."""
         if self.derivative is None or end <= t:
             return y
-        solver = self.start(t, y, end, end - t if self.name in ONE_STEP else None)
+        solver = self.start(t, y, end)
         while solver.status == "running":
             solver.step()
         return solver.y

@@ -85,7 +85,9 @@ class LoopWithEvents(IntegrationLoop):
             [scales.position, scales.rate, np.full(self.accounts, (scales.torque * scales.position).max())]
         )
         longest = float(self.pace.at(np.array([t]))[0])
-        return Method(self.method, self.tolerance, sizes, longest, None if mode.held.all() else self._derivative(mode))
+        rate = float((scales.rate / scales.position).max())
+        derivative = None if mode.held.all() else self._derivative(mode)
+        return Method(self.method, self.tolerance, sizes, rate, longest, derivative)
 
     def _after(self, found: SegmentToEvent, guards: Guards, scales: Scales) -> tuple[Array, Mode]:
         """The state and the mode with which the next segment begins."""

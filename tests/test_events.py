@@ -1,0 +1,199 @@
+"""Events are found by turning points as well as by signs, at their times, in any unit: against exact solutions."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import optimize
+
+import pendpin as pp
+from pendpin.effects import DryFriction, Gravity, Motor, Spring, Stop
+from pendpin.integrators.crossings import first_crossing
+
+ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))
+INERTIA = ROD.rods[0].properties.I1 + 0.25  # kg m² about the joint
+METHODS = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
+
+
+def run_of(*effects, q=0.0, v=0.0, duration=5.0, method="dop853", tolerance=1e-11, samples=2) -> pp.Trajectory:
+    """A rod whose theta alone moves, from q, v."""
+    start = pp.Start(positions={"theta": q}, velocities={"theta": v})
+    solver = pp.Solver(samples=samples, method=method, tolerance=tolerance)
+    return pp.simulate(pp.Scene(duration=duration, model=ROD, start=start, effects=effects, solver=solver))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    place=st.floats(0.01, 0.99),
+    depth=st.floats(-9, -2).map(lambda x: 10**x),
+    bend=st.floats(-1, 2).map(lambda x: 10**x),
+    ripple=st.floats(0, 6),
+)
+def test_pairs_of_crossings_are_seen(place, depth, bend, ripple) -> None:
+    """A function that dips below 0 for an instant, between others that do not."""
+
+    def guards(t):
+        dip = bend * (t - place) ** 2 * (1 + 0.3 * np.sin(ripple * t)) - depth
+        return np.stack([1.0 + np.cos(ripple * t), dip, 2.0 + np.sin(3 * t)], 1)
+
+    found = first_crossing(guards, 0.0, 1.0, np.full(3, 1e-13))
+    if guards(np.zeros(1))[0, 1] <= 0:
+        return
+    assert found is not None
+    assert found.which == 1
+    assert found.fired.tolist() == [False, True, False]
+    exact = optimize.brentq(lambda t: guards(np.array([t]))[0, 1], 0.0, place, xtol=1e-16)
+    assert abs((found.t - exact) * found.slope) < 1e-14
+
+
+def test_a_jump_is_found_where_it_is() -> None:
+    """A function that has no polynomial."""
+    found = first_crossing(lambda t: np.where(t > 0.3, -1.0, 1.0)[:, None], 0.0, 0.5, np.array([1e-12]))
+    assert found is not None
+    assert abs(found.t - 0.3) < 1e-12
+
+
+@settings(max_examples=18, deadline=None)
+@given(
+    method=st.sampled_from(METHODS),
+    depth=st.floats(-9, -3).map(lambda x: 10**x),
+    rate=st.floats(0.5, 5.0),
+    torque=st.floats(0.2, 3.0),
+)
+def test_grazing_an_elastic_stop(method, depth, rate, torque) -> None:
+    """A constant torque turns the joint round a hair beyond its stop: it comes back as it came, at once.
+
+    Methods of one step are exact for this motion, so what is tested is that the two crossings in a step are seen; the
+    position of the others is off by the tolerance, and an impact makes of that an error in the rate of a / speed of it.
+    """
+    a = torque / INERTIA
+    upper = rate**2 / (2 * a) - depth
+    speed = np.sqrt(2 * a * depth)  # at the stop
+    hit, after = (rate - speed) / a, 0.2
+    off = 1e-7 * a / speed if method in ("bdf", "lsoda") else 0.0
+    effects = (Motor(joint="theta", torque=-torque), Stop(upper=upper, restitution=1.0, joints=["theta"]))
+    run = run_of(*effects, v=rate, duration=hit + after, method=method, tolerance=1e-10)
+    assert run.stats.events == 1
+    assert run.v[-1, 0] == pytest.approx(-speed - a * after, abs=1e-9 + off)
+
+
+@settings(max_examples=8, deadline=None)
+@given(depth=st.floats(-8.5, -3).map(lambda x: 10**x), stiffness=st.floats(1.0, 20.0))
+def test_a_spring_grazes_its_stop(depth, stiffness) -> None:
+    """From -1 rad at rest to a stop just short of +1: the motion is mirrored in time about the impact."""
+    omega = np.sqrt(stiffness / INERTIA)
+    short = np.arccos(1 - depth)  # of the phase, half a turn
+    hit = (np.pi - short) / omega
+    later = hit + 0.5 * np.pi / omega
+    effects = (Spring(stiffness=stiffness, joints=["theta"]), Stop(upper=1 - depth, restitution=1.0))
+    run = run_of(*effects, q=-1.0, duration=later, tolerance=1e-13)
+    assert run.q[-1, 0] == pytest.approx(-np.cos(omega * (2 * hit - later)), abs=1e-10 + 2e-11 / short)
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    method=st.sampled_from(METHODS),
+    dip=st.floats(-5, -2).map(lambda x: 10**x),
+    frequency=st.floats(0.5, 20.0),
+    phase=st.floats(0.3, 2.5),
+)
+def test_a_rate_that_touches_zero_sticks(method, dip, frequency, phase) -> None:
+    """A sliding joint whose rate would go below 0 by a hair stops there, and is held."""
+    swing = 1.0 / (INERTIA * frequency)  # rad/s, of a torque of amplitude 1 N m
+    motor = Motor(joint="theta", torque=0.2, amplitude=1.0, frequency=frequency, phase=phase + np.pi / 2)
+    start = swing * (1 + np.sin(phase)) - dip  # the rate is swing (1 + sin(frequency t + phase)) - dip
+    touch = (1.5 * np.pi - np.arccos(1 - dip / swing) - phase) / frequency
+    run = run_of(
+        motor,
+        DryFriction(kinetic=0.2, static=5.0, joints=["theta"]),
+        v=start,
+        duration=touch + 1.0,
+        method=method,
+        tolerance=1e-10 if method != "rk23" else 1e-8,
+    )
+    way = (swing - dip) * touch + swing / frequency * (np.cos(phase) - np.cos(frequency * touch + phase))
+    assert run.stats.events == 1
+    assert run.v[-1, 0] == 0
+    assert run.q[-1, 0] == pytest.approx(way, abs=1e-6)
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    method=st.sampled_from(METHODS),
+    frequency=st.floats(20.0, 300.0),
+    beat=st.floats(0.5, 3.0),
+    share=st.floats(0.3, 0.95),
+)
+def test_beating_motors_loosen_a_joint_when_they_can(method, frequency, beat, share) -> None:
+    """A joint at rest comes loose at the first instant at which the torques of two motors pass what holds it."""
+    static, kinetic, size = 1.0, 0.5, 0.5 / share
+
+    def torque(t):
+        return size * (np.sin(frequency * t) - np.sin((frequency + beat) * t))
+
+    t = np.arange(0.0, 2 * np.pi / beat, 0.002 / frequency * np.pi)
+    first = int(np.argmax(np.abs(torque(t)) > static))
+    loose = optimize.brentq(lambda t: abs(torque(t)) - static, t[first - 1], t[first], xtol=1e-15)
+    way, after = np.sign(torque(loose)), 0.1 / frequency
+
+    def impulse(t):
+        return size * (np.cos((frequency + beat) * t) / (frequency + beat) - np.cos(frequency * t) / frequency)
+
+    motors = [
+        Motor(joint="theta", amplitude=s * size, frequency=w) for s, w in ((1, frequency), (-1, frequency + beat))
+    ]
+    friction = DryFriction(kinetic=kinetic, static=static, joints=["theta"])
+    run = run_of(*motors, friction, duration=loose + after, method=method, tolerance=1e-11)
+    exact = (impulse(loose + after) - impulse(loose) - way * kinetic * after) / INERTIA
+    assert run.stats.events == 1
+    assert abs(run.v[-1, 0] - exact) * INERTIA / (static - kinetic) < 1e-9  # s
+
+
+SCALES = st.sampled_from([1e-6, 1e-3, 1.0, 1e3, 1e6])
+
+
+def scaled(method, length, mass, time, q, v, tolerance) -> pp.Trajectory:
+    """Two rods with friction and stops, in other units of length, mass and time."""
+    torque = mass * (length / time) ** 2
+    sizes = ((0.7, 0.9), (0.5, 1.1))
+    model = pp.Chain(rods=[pp.Rod(length=a * length, mass=b * mass, radius=0.05 * length) for a, b in sizes])
+    start = pp.Start(positions=list(q), velocities=[x / time for x in v])
+    effects = [
+        Gravity(acceleration=9.81 * length / time**2),
+        DryFriction(kinetic=0.2 * torque, static=0.3 * torque),
+        Stop(lower=-0.5, upper=0.4, restitution=0.6),
+    ]
+    solver = pp.Solver(samples=31, method=method, tolerance=tolerance)
+    return pp.simulate(pp.Scene(duration=3 * time, model=model, start=start, effects=effects, solver=solver))
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    method=st.sampled_from(["dop853", "rk45"]),
+    scales=st.tuples(SCALES, SCALES, SCALES),
+    q=st.tuples(*[st.floats(-0.45, 0.35)] * 4),
+    v=st.tuples(*[st.floats(-1.0, 1.0)] * 4),
+)
+def test_units_do_not_matter(method, scales, q, v) -> None:
+    """The same scene in units a million times smaller and larger: the same motion, the same events."""
+    runs = [scaled(method, *sizes, q, v, 1e-10) for sizes in ((1.0, 1.0, 1.0), scales)]
+    assert np.abs(runs[0].q - runs[1].q).max() < 1e-9
+    assert runs[0].stats.events == runs[1].stats.events
+
+
+@pytest.mark.parametrize("length", [1e-6, 1e-4, 1.0, 1e3])
+def test_friction_is_small_or_large_against_the_weight(length) -> None:
+    """A rod of any length let go level moves against friction of a tenth of its weight's torque, and not against more."""
+    weight = 9.81 * length / 2  # N m, of 1 kg
+    model = pp.Chain(rods=[pp.Rod(length=length, mass=1.0, radius=0.01 * length)])
+    start, end = pp.Start(positions={"theta": np.pi / 2}), 0.1 * np.sqrt(length)
+    moved = []
+    for share in (0.1, 1 - 1e-9, 1 + 1e-9):
+        effects = [Gravity(), DryFriction(kinetic=0.1 * weight, static=share * weight, joints=["theta"])]
+        run = pp.simulate(
+            pp.Scene(duration=end, model=model, start=start, effects=effects, solver=pp.Solver(samples=2))
+        )
+        moved.append(abs(run.q[-1, 0] - run.q[0, 0]))
+    assert moved[0] > 0.05
+    assert moved[1] == pytest.approx(moved[0], rel=1e-6)
+    assert moved[2] == 0
