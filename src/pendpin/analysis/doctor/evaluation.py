@@ -1,0 +1,268 @@
+"""Trees to numbers: scalars, vectors and tensors, for any type of number."""
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from pendpin.analysis.doctor.mechanics import AXES, Quantities, Values, cross, dot, turned
+from pendpin.analysis.doctor.reading.names import DIMENSION_OF
+from pendpin.analysis.doctor.reading.tree import Node, Unread
+
+Known = dict[int, Values]  # the value of every node, by id
+
+
+class Context:
+    """Quantities, and what the text defines itself; `frame` is the frame that columns of components belong to.
+
+    `meanings` replaces names that can mean two things; `tensors` says that 3 x 3 matrices hold components of a tensor.
+    """
+
+    def __init__(
+        self,
+        quantities: Quantities,
+        definitions: dict[str, Node],
+        frame: str = "B",
+        meanings: dict[str, str] | None = None,
+        tensors: bool = False,
+    ) -> None:
+        self.quantities, self.definitions, self.frame = quantities, definitions, frame
+        self.meanings, self.tensors, self._open = meanings or {}, tensors, set[str]()
+        self._defined: dict[str, Values] = {}
+
+    def symbol(self, name: str, place: int) -> Values:
+        """The value of a symbol. Raises Unread for one without a meaning."""
+        name = self.meanings.get(name, name)
+        if name in self._defined:
+            return self._defined[name]
+        if name in self.definitions:
+            if name in self._open:
+                raise Unread(f"{name.lstrip('?')} is defined by itself", place)
+            self._open.add(name)
+            try:
+                self._defined[name] = evaluate(self.definitions[name], self)
+            finally:
+                self._open.discard(name)
+            return self._defined[name]
+        if name == "pi":
+            return self.quantities.number(1) * self.quantities.xp.pi
+        if name not in self.quantities:
+            raise Unread(f"the symbol {name.lstrip('?')} is not known; define it under symbols", place)
+        try:
+            return self.quantities[name]
+        except KeyError as missing:
+            raise Unread(f"{missing.args[0]} has no meaning for a {self.quantities.rod} rod", place) from None
+
+    def constant(self, value: Fraction) -> Values:
+        """A number, for every state."""
+        top, bottom = (self.quantities.number(part) for part in (value.numerator, value.denominator))
+        return top if value.denominator == 1 else top / bottom
+
+
+def evaluate(node: Node, context: Context, known: Known | None = None, instead: dict[int, Values] | None = None) -> Values:
+    """The value of a tree; those of its parts go to `known`. `instead` gives nodes, by id, another value.
+
+    Raises Unread where numbers and vectors are mixed.
+    """
+    if instead is not None and id(node) in instead:
+        return instead[id(node)]
+    parts = [evaluate(child, context, known, instead) for child in node.children]
+    value = _value(node, parts, context)
+    if known is not None:
+        known[id(node)] = value
+    return value
+
+
+def _value(node: Node, parts: list[Values], context: Context) -> Values:
+    match node.kind:
+        case "number":
+            return context.constant(Fraction(str(node.value)))
+        case "symbol":
+            return context.symbol(str(node.value), node.span[0])
+        case "sum":
+            return _sum(node, parts)
+        case "product":
+            value = parts[0]
+            for operator, part, child in zip(_list(node.value)[1:], parts[1:], node.children[1:], strict=True):
+                value = multiply(value, part, operator, child.span[0])
+            return value
+        case "power":
+            return power(parts[0], Fraction(str(node.value)), node.span[0], context)
+        case "function":
+            return function(str(node.value), parts[0], node.span[0], context)
+        case "matrix":
+            return _matrix(node, parts, context)
+        case _:
+            return parts[0]
+
+
+def _list(value: Any) -> list[Any]:
+    return list(value)
+
+
+def _sum(node: Node, parts: list[Values]) -> Values:
+    shape = max((part.ndim for part in parts), default=1)
+    total: Any = 0
+    for sign, part, child in zip(_list(node.value), parts, node.children, strict=True):
+        if part.ndim != shape and not (child.kind == "number" and child.value == 0):
+            raise Unread("a number is added to a vector", child.span[0])
+        total = total + part if sign > 0 else total - part
+    return total
+
+
+def multiply(a: Values, b: Values, operator: str, place: int) -> Values:
+    """A product of scalars, vectors and tensors, as far as it has a meaning. Raises Unread."""
+    if operator == "/":
+        if b.ndim != 1:
+            raise Unread("a division by a vector", place)
+        with np.errstate(all="ignore"):
+            return a / b
+    if 1 in (a.ndim, b.ndim):
+        return a * b
+    if operator == "x" and a.ndim == b.ndim == 2:
+        return cross(a, b)
+    if a.ndim == 3:
+        return np.stack([dot(row, b) for row in a]) if b.ndim == 2 else np.stack([_row_times(row, b) for row in a])
+    if b.ndim == 2 and operator in "*.":
+        return dot(a, b)
+    raise Unread("a product of vectors that has no meaning", place)
+
+
+def _row_times(row: Values, matrix: Values) -> Values:
+    return np.stack([dot(row, matrix[:, j]) for j in range(3)])
+
+
+def power(base: Values, exponent: Fraction, place: int, context: Context) -> Values:
+    """A power; the square of a vector is that of its length. Raises Unread."""
+    if base.ndim > 1:
+        if exponent != 2 or base.ndim != 2:
+            raise Unread("a power of a vector", place)
+        return dot(base, base)
+    with np.errstate(all="ignore"):
+        if exponent.denominator == 2:
+            base, exponent = context.quantities.xp.sqrt(base), exponent * 2
+        whole = int(exponent)
+        value = base ** abs(whole) if whole else context.quantities.number(1)
+        return context.quantities.number(1) / value if whole < 0 else value
+
+
+def function(name: str, x: Values, place: int, context: Context) -> Values:
+    """A function of a number. Raises Unread for a vector."""
+    if x.ndim != 1:
+        raise Unread(f"{name} of a vector", place)
+    xp, one = context.quantities.xp, context.quantities.number(1)
+    with np.errstate(all="ignore"):
+        match name:
+            case "sin":
+                return xp.sin(x)
+            case "cos":
+                return xp.cos(x)
+            case "tan":
+                return xp.sin(x) / xp.cos(x)
+            case "sec":
+                return one / xp.cos(x)
+            case "csc":
+                return one / xp.sin(x)
+            case "cot":
+                return xp.cos(x) / xp.sin(x)
+            case _:
+                return xp.sqrt(x)
+
+
+def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
+    quantities = context.quantities
+    if node.value == (3, 3):
+        if any(part.ndim != 1 for part in parts):
+            raise Unread("a matrix of vectors", node.span[0])
+        rows = np.stack([np.stack(parts[i : i + 3]) for i in (0, 3, 6)])
+        return turned(quantities, rows, "B") if context.tensors else rows
+    if node.value == (3, 1) and all(part.ndim == 1 for part in parts):
+        axes = AXES[context.frame]
+        return sum((part * quantities[axis] for part, axis in zip(parts, axes, strict=True)), start=quantities.number(0))
+    raise Unread("a matrix that is neither 3 x 3 nor a column of 3 components", node.span[0])
+
+
+def scale(node: Node, context: Context, known: Known) -> Values:
+    """The size of the terms that make up a value (n,): sums are taken without their signs. Floats only."""
+    match node.kind:
+        case "sum":
+            return sum((scale(child, context, known) for child in node.children), start=np.zeros(1))
+        case "product":
+            value: Any = 1.0
+            with np.errstate(all="ignore"):
+                for operator, child in zip(_list(node.value), node.children, strict=True):
+                    value = value / norm(known[id(child)]) if operator == "/" else value * scale(child, context, known)
+            return value
+        case "power" if Fraction(str(node.value)) > 0:
+            return scale(node.children[0], context, known) ** float(Fraction(str(node.value)))
+        case "matrix":
+            return sum((scale(child, context, known) for child in node.children), start=np.zeros(1))
+        case _:
+            return norm(known[id(node)])
+
+
+def norm(value: Values) -> Values:
+    """The size of scalars, vectors and tensors, (n,)."""
+    return np.sqrt((value * value).sum(tuple(range(value.ndim - 1)))) if value.ndim > 1 else np.abs(value)
+
+
+Dimension = tuple[Fraction, Fraction, Fraction]
+NONE: Dimension = (Fraction(0), Fraction(0), Fraction(0))
+
+
+class Disagreement(Exception):
+    """Terms of different dimensions are added or set equal; the message names them."""
+
+
+def dimension(node: Node, definitions: dict[str, Node], depth: int = 0) -> Dimension | None:
+    """Powers of kg, m and s; None for what fits anything (0, or a name that is not known). Raises Disagreement."""
+    parts = [dimension(child, definitions, depth) for child in node.children]
+    match node.kind:
+        case "number":
+            return NONE if node.value else None
+        case "symbol":
+            name = str(node.value)
+            if name in definitions and depth < 20:
+                return dimension(definitions[name], definitions, depth + 1)
+            found = DIMENSION_OF.get(name)
+            return None if found is None else (Fraction(found[0]), Fraction(found[1]), Fraction(found[2]))
+        case "sum" | "matrix":
+            return common(parts)
+        case "product":
+            if None in parts:
+                return None
+            signs = [-1 if operator == "/" else 1 for operator in _list(node.value)]
+            return tuple(sum((s * p[i] for s, p in zip(signs, parts, strict=True)), Fraction(0)) for i in range(3))  # type: ignore[index, return-value]
+        case "power":
+            return None if parts[0] is None else tuple(Fraction(str(node.value)) * p for p in parts[0])  # type: ignore[return-value]
+        case "function" if node.value != "sqrt":
+            common([parts[0], NONE])
+            return NONE
+        case "function":
+            return None if parts[0] is None else tuple(p / 2 for p in parts[0])  # type: ignore[return-value]
+        case _:
+            return None
+
+
+def common(parts: list[Dimension | None]) -> Dimension | None:
+    """The dimension that all have. Raises Disagreement."""
+    known = [part for part in parts if part is not None]
+    for part in known:
+        if part != known[0]:
+            raise Disagreement(f"{unit(known[0])} and {unit(part)}")
+    return known[0] if known else None
+
+
+def unit(dimension: Dimension) -> str:
+    """A dimension as a unit."""
+    names = {(1, 2, -2): "N m", (1, 1, -2): "N", (1, 2, 0): "kg m²", (0, 0, 0): "a pure number"}
+    plain = (int(dimension[0]), int(dimension[1]), int(dimension[2]))
+    if plain in names and plain == dimension:
+        return names[plain]
+    parts = (f"{symbol}{_raised(power)}" for symbol, power in zip(("kg", "m", "s"), dimension, strict=True) if power)
+    return " ".join(parts)
+
+
+def _raised(power: Fraction) -> str:
+    digits = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    return "" if power == 1 else str(power).translate(digits) if power.denominator == 1 else f"^({power})"

@@ -1,0 +1,285 @@
+"""An equation against the truth: residuals at random states, proofs, and in which motions an equation fails."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cache
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from pendpin.analysis.doctor import exact
+from pendpin.analysis.doctor.evaluation import Context, Disagreement, Known, common, dimension, evaluate, norm, scale
+from pendpin.analysis.doctor.mechanics import COORDINATES, PARAMETERS, Convention, Quantities, Values, solved
+from pendpin.analysis.doctor.reading.names import UNKNOWNS, meanings
+from pendpin.analysis.doctor.reading.tree import Node, Unread, symbols, walk
+
+STATES = 60  # half of them share the parameters of the other half
+EXACT_STATES = 500
+TOLERANCE = 1e-9  # relative to the terms, in floats
+ENERGIES = {"V", "L", "E"}  # known up to a constant
+MOST_READINGS = 24
+
+
+@dataclass(frozen=True, eq=False)
+class Equation:
+    """Sides that are equal, with what is chosen where a name or a column can mean two things."""
+
+    sides: tuple[Node, ...]
+    frame: str = "B"
+    meanings: dict[str, str] = field(default_factory=dict)
+    definitions: dict[str, Node] = field(default_factory=dict)
+
+    @property
+    def names(self) -> set[str]:
+        """The quantities in it, those inside definitions too."""
+        found = set().union(*(symbols(side) for side in self.sides))
+        for _ in range(8):
+            found |= set().union(*(symbols(self.definitions[name]) for name in found & set(self.definitions)))
+        return {self.meanings.get(name, name) for name in found}
+
+    def context(self, quantities: Quantities) -> Context:
+        """The equation's own meanings over some quantities."""
+        return Context(quantities, self.definitions, self.frame, self.meanings, tensors="inertia" in self.names)
+
+    def readings(self) -> Iterator["Equation"]:
+        """Itself with every other meaning of its names and columns, the likeliest first."""
+        several: dict[str, tuple[str, ...]] = {}
+        for part in (p for side in self.sides for p in walk(side) if p.written is not None):
+            assert part.written is not None
+            if len(found := meanings(part.written)) > 1 and found[0] not in self.definitions:
+                several[found[0]] = found
+        columns = any(p.kind == "matrix" and p.value == (3, 1) for side in self.sides for p in walk(side))
+        choices = product(*several.values(), ("B", "I", "A") if columns else ("B",))
+        for _, choice in zip(range(MOST_READINGS), choices, strict=False):
+            chosen = dict(zip(several, choice, strict=False))
+            yield Equation(self.sides, choice[-1], chosen, self.definitions)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Whether an equation holds, whether that is proved, and the error relative to its terms."""
+
+    holds: bool
+    proved: bool
+    error: float
+    remark: str = ""
+
+
+@cache
+def random_states(rod: str, convention: Convention, still: tuple[str, ...] = (), scaled: tuple[str, float] = ("", 1.0)) -> Quantities:
+    """Quantities at random states of the true motion. `still` are rates that are 0; `scaled` a parameter and its factor."""
+    base = random_base(rod, STATES)
+    for name in still:
+        base[name] = 0 * base[name]
+    if scaled[0]:
+        base[scaled[0]] = base[scaled[0]] * scaled[1]
+    return Quantities(solved(base, rod, convention, np), rod, convention, np)
+
+
+def random_base(rod: str, count: int, seed: int = 0) -> dict[str, Values]:
+    """Random states (count,): angles off the axes, rates of both signs, parameters between 0.5 and 2."""
+    random = np.random.default_rng(seed)
+    half = count // 2
+    base = {name: random.uniform(0.15, 1.4, count) * random.choice([-1, 1], count) for name in COORDINATES}
+    for name in PARAMETERS[rod]:
+        base[name] = np.tile(np.exp(random.uniform(-0.7, 0.7, half)), 2)
+    return base
+
+
+def residuals(equation: Equation, quantities: Quantities, known: Known | None = None) -> Iterator[tuple[Values, Values]]:
+    """Of each pair of neighbouring sides: left minus right, rows of scalars (k, n), and the size of the terms (n,).
+
+    Raises Unread where a vector is set equal to a number.
+    """
+    known = {} if known is None else known
+    context = equation.context(quantities)
+    values = [evaluate(side, context, known) for side in equation.sides]
+    if len(values) == 1:
+        values.append(quantities.number(0))
+    for i, (left, right) in enumerate(zip(values, values[1:], strict=False)):
+        left, right = _alike(left, right, equation.sides, i)
+        sizes = [scale(side, context, known) for side in equation.sides[i : i + 2]] if quantities.xp is np else [np.zeros(1)]
+        yield (left - right).reshape(-1, left.shape[-1]), sum(sizes, start=np.zeros(1)) + norm(left) if quantities.xp is np else sizes[0]
+
+
+def _alike(left: Values, right: Values, sides: tuple[Node, ...], i: int) -> tuple[Values, Values]:
+    """Two sides as values of one shape; 0 fits any."""
+    if left.ndim == right.ndim:
+        return left, right
+    small = i if left.ndim < right.ndim else i + 1
+    node = sides[small] if small < len(sides) else None
+    if node is None or (node.kind == "number" and node.value == 0):
+        return (np.zeros_like(right), right) if left.ndim < right.ndim else (left, np.zeros_like(left))
+    raise Unread("a vector is set equal to a number", node.span[0])
+
+
+def settled(equation: Equation, rows: Values) -> Values:
+    """The rows, less the constant that energies may differ by: the second half of the states has the same parameters."""
+    if not equation.names & ENERGIES:
+        return rows
+    half = rows.shape[-1] // 2
+    return rows[:, :half] - rows[:, half : 2 * half]
+
+
+def relative_error(equation: Equation, quantities: Quantities) -> float:
+    """The residual over the terms, root mean square over random states; NaN counts as infinite. Raises Unread."""
+    worst = 0.0
+    for rows, size in residuals(equation, quantities):
+        rows = settled(equation, rows)
+        top = np.sqrt(np.mean(np.sum(rows**2, 0)))
+        bottom = np.sqrt(np.mean(size**2)) or 1.0
+        ratio = float(top / bottom)
+        worst = max(worst, ratio if np.isfinite(ratio) else np.inf)
+    return worst
+
+
+def judge(equation: Equation, rod: str, convention: Convention) -> Judgement:
+    """Whether an equation holds on every true motion: at random states first, then by proof. Raises Unread."""
+    error = relative_error(equation, random_states(rod, convention))
+    if error > TOLERANCE:
+        if harmless(equation, rod, convention):
+            return Judgement(True, True, 0.0, "differs from T - V by a total derivative, which changes no equation of motion")
+        return Judgement(False, True, error)
+    try:
+        proved = proves(equation, rod, convention)
+    except exact.Unprovable:
+        return Judgement(_holds_in_50_digits(equation, rod, convention), False, error)
+    return Judgement(proved, True, error)
+
+
+def proves(equation: Equation, rod: str, convention: Convention) -> bool:
+    """Whether sympy's polynomials reduce every residual to 0. Raises Unprovable where they cannot tell."""
+    for row in _polynomial_rows(equation, _polynomial_truth(rod, convention)):
+        value = row[0]
+        if equation.names & ENERGIES:
+            if not _constant(value):
+                return False
+        elif not value.zero:
+            return False
+    return True
+
+
+def _polynomial_rows(equation: Equation, quantities: Quantities) -> Iterator[Any]:
+    for rows, _ in residuals(equation, quantities):
+        yield from rows
+
+
+def _constant(value: Any) -> bool:
+    """Whether a fraction is free of angles and rates."""
+    if value.zero:
+        return True
+    g = exact._ring()[1]
+    moving = [g[name] for name in ("st", "ct", "sp", "cp", "theta", "phi", "dtheta", "dphi")]
+    numerator = exact._reduced(value.num)
+    if any(value.den.degree(x) > 0 for x in moving):
+        quotient, rest = divmod(numerator, value.den)
+        return not rest and all(quotient.degree(x) <= 0 for x in moving)
+    return all(numerator.degree(x) <= 0 for x in moving)
+
+
+@cache
+def _polynomial_truth(rod: str, convention: Convention) -> Quantities:
+    xp = exact.polynomials()
+    base = exact.polynomial_base((*COORDINATES, *PARAMETERS[rod]))
+    return Quantities(solved(base, rod, convention, xp), rod, convention, xp)
+
+
+def _holds_in_50_digits(equation: Equation, rod: str, convention: Convention) -> bool:
+    xp = exact.fifty_digits()
+    base = {name: xp.asarray(values) for name, values in random_base(rod, EXACT_STATES, seed=1).items()}
+    quantities = Quantities(solved(base, rod, convention, xp), rod, convention, xp)
+    for rows, _ in residuals(equation, quantities):
+        rows = settled(equation, rows)
+        if any(abs(x) > 1e-35 for x in np.asarray(rows).flat):
+            return False
+    return True
+
+
+@cache
+def printed_quantities(rod: str, convention: Convention) -> Quantities:
+    """Quantities in sympy's symbols, the accelerations and reactions as they are printed, not solved for."""
+    base = exact.symbolic_base((*COORDINATES, *PARAMETERS[rod], *UNKNOWNS))
+    return Quantities(base, rod, convention, exact.symbolic())
+
+
+def harmless(equation: Equation, rod: str, convention: Convention) -> bool:
+    """Whether a Lagrangian differs from T - V by what changes no equation of motion."""
+    lone = [side for side in equation.sides if side.kind == "symbol" and side.value == "L" and equation.meanings.get("L", "L") == "L"]
+    others = [side for side in equation.sides if side not in lone]
+    if not lone or not others or equation.names & set(UNKNOWNS):
+        return False
+    quantities = printed_quantities(rod, convention)
+    context = equation.context(quantities)
+    differences = [evaluate(side, context) - quantities["L"] for side in others]
+    return all(value.ndim == 1 and _no_motion(value[0]) for value in differences)
+
+
+def _no_motion(lagrangian: Any) -> bool:
+    """Whether Euler and Lagrange's equations of an expression are 0 for every motion."""
+    from sympy import Symbol, diff
+
+    q, v, a = (tuple(Symbol(f"{d}{name}") for name in ("theta", "phi")) for d in ("", "d", "dd"))
+    for i in range(2):
+        momentum = diff(lagrangian, v[i])
+        rate = sum(diff(momentum, q[j]) * v[j] + diff(momentum, v[j]) * a[j] for j in range(2))
+        if not _identically_zero(rate - diff(lagrangian, q[i])):
+            return False
+    return True
+
+
+def _identically_zero(expression: Any) -> bool:
+    from pendpin.analysis.doctor.reading.grammar import parse
+
+    names = (*COORDINATES, *UNKNOWNS, "m", "l", "g", "h", "r", "I1", "I2", "I3")
+    try:
+        quantities = Quantities(exact.polynomial_base(names), "general", Convention(), exact.polynomials())
+        value = evaluate(parse(str(expression))[0][0], Context(quantities, {}))
+        return bool(value[0].zero)
+    except (exact.Unprovable, Unread):
+        return False
+
+
+def dimensions_of(equation: Equation) -> str:
+    """Which dimensions do not agree, in words; empty where all do."""
+    try:
+        chosen = {name: Node("symbol", (0, 0), other) for name, other in equation.meanings.items() if name != other}
+        common([dimension(side, equation.definitions | chosen) for side in equation.sides])
+    except Disagreement as found:
+        return str(found)
+    return ""
+
+
+def when(equation: Equation, rod: str, convention: Convention) -> str:
+    """In which motions a wrong equation fails, in words."""
+    cases = {
+        "already at rest": ("dtheta", "dphi"),
+        "as soon as theta turns": ("dphi",),
+        "as soon as phi turns": ("dtheta",),
+    }
+    wrong = [text for text, still in cases.items() if _fails(equation, random_states(rod, convention, still))]
+    if wrong and wrong[0] == "already at rest":
+        return wrong[0]
+    return " and ".join(wrong) or "only when theta and phi both turn"
+
+
+def _fails(equation: Equation, quantities: Quantities) -> bool:
+    return not relative_error(equation, quantities) < TOLERANCE
+
+
+def scaling(equation: Equation, rod: str, convention: Convention) -> str:
+    """How the residual grows with m, l and g, as a product of powers; empty where it is none."""
+    here = _size(equation, random_states(rod, convention))
+    words = []
+    for name in ("m", "l", "g"):
+        there = _size(equation, random_states(rod, convention, (), (name, 2.0)))
+        power = np.log2(there / here)
+        if not np.isfinite(power).all() or np.ptp(power) > 1e-6 or abs(power[0] - round(power[0])) > 1e-6:
+            return ""
+        words += [name + ("" if round(power[0]) == 1 else f"^{round(power[0])}")] if round(power[0]) else []
+    return " ".join(words)
+
+
+def _size(equation: Equation, quantities: Quantities) -> Values:
+    with np.errstate(all="ignore"):
+        return np.concatenate([norm(settled(equation, rows)) for rows, _ in residuals(equation, quantities)])

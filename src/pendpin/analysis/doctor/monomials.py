@@ -1,0 +1,168 @@
+"""Values at random states read back as a small fraction times a product of powers, and such products printed."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.analysis.doctor.mechanics import Convention, Quantities, Values
+
+MOST = 60  # of the numerator and denominator of a fraction that counts as small
+PLAIN = {"thin": ("m", "l", "g"), "uniform": ("m", "l", "g", "r"), "general": ("m", "l", "g", "h", "I1", "I2", "I3")}
+MOVING = ("dtheta", "dphi", "sin theta", "cos theta", "sin phi", "cos phi")
+EXTRA = ("ddtheta", "ddphi", "R1", "R2", "R3", "M3", "Mc", "I1", "I2", "I3", "J1", "J2", "J3", "h", "theta", "phi", "x", "y", "z", "vx", "vy", "vz")
+DIRECTIONS = ("b1", "b2", "b3", "a1", "a2", "a3", "xhat", "yhat", "zhat")
+CLOSE = 1e-8
+
+
+class Monomial(NamedTuple):
+    """A fraction times powers of atoms: names of quantities, and "sin phi" and the like."""
+
+    factor: Fraction
+    powers: tuple[tuple[str, int], ...]
+
+    @property
+    def size(self) -> int:
+        """How much there is to write."""
+        return sum(abs(power) for _, power in self.powers)
+
+
+def atom(name: str, quantities: Quantities) -> Values:
+    """The values of an atom."""
+    function, _, angle = name.rpartition(" ")
+    return quantities[angle] if not function else getattr(quantities.xp, function)(quantities[angle])
+
+
+def fraction_of(values: Values) -> Fraction | None:
+    """The small fraction that all values are equal to, or None."""
+    first = float(values[0])
+    if not np.isfinite(values).all() or np.ptp(values) > CLOSE * max(abs(first), 1e-12):
+        return None
+    return small_fraction(float(np.mean(values)))
+
+
+def small_fraction(value: float) -> Fraction | None:
+    """A small fraction within rounding of a number, or None."""
+    if abs(value) < CLOSE:
+        return Fraction(0)
+    if not abs(value) < MOST:
+        return None
+    found = Fraction(value).limit_denominator(MOST)
+    return found if found.numerator and abs(float(found) - value) < CLOSE * abs(value) and abs(found.numerator) <= MOST else None
+
+
+class Reader:
+    """Reads values at the states of some quantities back as monomials."""
+
+    def __init__(self, quantities: Quantities) -> None:
+        self.quantities = quantities
+        self.names = (*PLAIN[quantities.rod], *MOVING)
+        self.atoms = np.array([atom(name, quantities) for name in self.names])
+        logs = np.log(np.abs(self.atoms)).T
+        self._inverse = np.linalg.pinv(np.column_stack([logs, np.ones(len(logs))]))
+        self._extra = {name: quantities[name] for name in EXTRA if name not in self.names}
+        self._extra = {name: values for name, values in self._extra.items() if np.abs(values).min() > 0}
+
+    def plain(self, values: Values, flat: bool = False) -> Monomial | None:
+        """A monomial in parameters, rates, sines and cosines; `flat` ignores its sign."""
+        with np.errstate(all="ignore"):
+            powers = self._inverse @ np.log(np.abs(values))
+        whole = np.round(powers[:-1])
+        if not np.isfinite(powers).all() or np.abs(powers[:-1] - whole).max() > 1e-5 or np.abs(whole).max() > 4:
+            return None
+        product = np.prod(self.atoms ** whole[:, None], axis=0)
+        factor = fraction_of(np.abs(values / product) if flat else values / product)
+        if not factor:
+            return None
+        return Monomial(factor, tuple((n, int(p)) for n, p in zip(self.names, whole, strict=True) if p))
+
+    def all(self, values: Values, flat: bool = False) -> Iterator[Monomial]:
+        """Every monomial that fits: in plain atoms, or with one more quantity, in the numerator or denominator."""
+        if not np.isfinite(values).all() or np.abs(values).min() == 0:
+            return
+        if found := self.plain(values, flat):
+            yield found
+        for name, extra in self._extra.items():
+            for power in (1, -1):
+                if found := self.plain(values / extra**power, flat):
+                    yield Monomial(found.factor, (*found.powers, (name, power)))
+
+
+@cache
+def reader_of(quantities: Quantities) -> Reader:
+    """The reader for some quantities."""
+    return Reader(quantities)
+
+
+LATEX = {"theta": r"\theta", "phi": r"\phi", "dtheta": r"\dot{\theta}", "dphi": r"\dot{\phi}"}
+LATEX |= {"ddtheta": r"\ddot{\theta}", "ddphi": r"\ddot{\phi}", "Mc": "M_c", "Fg": "F_g", "omega": r"\omega", "alpha": r"\dot{\omega}"}
+LATEX |= {"xhat": r"\hat{x}", "yhat": r"\hat{y}", "zhat": r"\hat{z}", "speed": "v", "pi": r"\pi", "inertia": r"\mathbf{I}"}
+LATEX |= {f"{f}{i}": rf"\hat{{{f}}}_{i}" for f in "ab" for i in "123"}
+LATEX |= {f"{f}{i}": f"{f}_{i}" for f in "IJRM" for i in "123"} | {f"{f}{c}": f"{f}_{c}" for f in "va" for c in "xyz"}
+LATEX |= {f"w{i}": rf"\omega_{i}" for i in "123"} | {f"wd{i}": rf"\dot{{\omega}}_{i}" for i in "123"}
+LATEX |= {"rG": r"\mathbf{r}_G", "vG": r"\mathbf{v}_G", "aG": r"\mathbf{a}_G", "R": r"\mathbf{R}", "M": r"\mathbf{M}"}
+LATEX |= {f"ac{i}": f"a_{{G,{i}}}" for i in "123"} | {f"vc{i}": f"v_{i}" for i in "123"}
+
+
+class Printer:
+    """Writes numbers, symbols and monomials as a text does. `styles` gives names as the text prints them."""
+
+    def __init__(self, latex: bool, styles: dict[str, str]) -> None:
+        self.latex, self.styles = latex, styles
+
+    def symbol(self, name: str) -> str:
+        """A quantity, a function of an angle, or the quantity's own name."""
+        function, _, angle = name.rpartition(" ")
+        if function:
+            return f"\\{function}({self.symbol(angle)})" if self.latex else f"{function}({self.symbol(angle)})"
+        return self.styles.get(name) or (LATEX.get(name, name) if self.latex else name)
+
+    def number(self, value: Fraction) -> str:
+        """A whole number or a fraction."""
+        if value.denominator == 1:
+            return str(value)
+        if self.latex:
+            return ("-" if value < 0 else "") + rf"\frac{{{abs(value.numerator)}}}{{{value.denominator}}}"
+        return f"{value}"
+
+    def power(self, text: str, power: int) -> str:
+        """Something raised; a function's exponent stands before its bracket in LaTeX."""
+        if power == 1:
+            return text
+        if not self.latex:
+            return f"{text}**{power}"
+        name, bracket, rest = text.partition("(")
+        return f"{name}^{power}{bracket}{rest}" if bracket and name[:4] in ("\\sin", "\\cos", "\\tan") else f"{text}^{power}"
+
+    def product(self, factors: list[str]) -> str:
+        """Factors side by side."""
+        return (" " if self.latex else "*").join(factors)
+
+    def monomial(self, monomial: Monomial, last: str = "") -> str:
+        """A product without its sign; `last` is a unit vector that follows."""
+        top = [self.power(self.symbol(name), power) for name, power in monomial.powers if power > 0]
+        bottom = [self.power(self.symbol(name), -power) for name, power in monomial.powers if power < 0]
+        factor = abs(monomial.factor)
+        above = ([str(factor.numerator)] if factor.numerator != 1 or not top else []) + top
+        below = ([str(factor.denominator)] if factor.denominator != 1 else []) + bottom
+        text = self.product(above)
+        if below and self.latex:
+            text = rf"\frac{{{text}}}{{{self.product(below)}}}"
+        elif below:
+            text += "/" + (below[0] if len(below) == 1 else f"({self.product(below)})")
+        if text == "1" and last:
+            return last
+        return self.product([text, last]) if last else text
+
+
+def simple(factor: Fraction) -> float:
+    """How odd a fraction is: 0 for 1, small for halves, thirds and twelfths, larger for others."""
+    usual = {1: 0.0, 2: 0.02, 3: 0.03, 4: 0.03, 6: 0.03, 12: 0.03, 8: 0.08, 5: 0.12, 7: 0.14, 24: 0.08, 9: 0.12, 10: 0.12}
+    return sum(usual.get(abs(part), 0.2) for part in (factor.numerator, factor.denominator))
+
+
+def names_in(monomial: Monomial) -> Any:
+    """The quantities of a monomial."""
+    return {name.rpartition(" ")[2] for name, _ in monomial.powers}

@@ -1,0 +1,302 @@
+"""Tokens to trees: sums, products with and without signs, powers, functions, fractions, matrices."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+from pendpin.analysis.doctor.reading.printed_names import PrintedNames
+from pendpin.analysis.doctor.reading.tokens import Token, is_latex, tokens
+from pendpin.analysis.doctor.reading.tree import Node, Span, Unread
+
+CLOSING = {"(": ")", "[": "]", "{": "}", "\\{": "\\}"}
+ENDS = {"close", "relation", "other relation", "&", "row", ",", ";", "end"}
+MOST_POWER = 12
+MOST_DIGITS = 30
+MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix"}
+
+
+def parse(text: str, *, tight: bool = False, inserted: tuple[int, ...] = ()) -> list[list[Node]]:
+    """The equations of a text, each a list of sides that are equal. Raises Unread.
+
+    `tight` reads 3g/2l as 3g/(2l). `inserted` are places where a closing bracket is read that is not printed.
+    """
+    found = tokens(text)
+    for place in inserted:
+        after = next((i for i, token in enumerate(found) if token.start >= place), len(found))
+        found.insert(after, Token("close", ")", place, place))
+    return Parser(found, is_latex(text), tight).equations()
+
+
+class Parser(PrintedNames):
+    """One pass over the tokens of a text."""
+
+    def equations(self) -> list[list[Node]]:
+        """Lines, sides, and equations on one line with a comma between."""
+        found: list[list[Node]] = [[]]
+        fresh = True  # a side may begin
+        while (token := self.peek()).kind != "end":
+            if token.kind in (",", ";", "row", ".", "&"):
+                self.take()
+                if token.kind in (",", ";", "row") and found[-1] and self.peek().kind not in ("end", ".", "&", "relation"):
+                    found.append([])
+                fresh = True
+            elif token.kind == "relation":
+                self.take()
+                fresh = True
+            elif token.kind == "other relation":
+                raise Unread(f"not an equation: it holds the relation {token.text}", token.start)
+            elif not fresh or token.kind == "close":
+                raise Unread(f"the bracket {token.text} closes nothing", token.start)
+            else:
+                found[-1].append(self.sum())
+                fresh = False
+        return [sides for sides in found if sides]
+
+    def sum(self) -> Node:
+        """Terms with their signs."""
+        signs, terms, marks, start = [], [], [], self.peek().start
+        while True:
+            sign, mark = self._signs(self.peek().start)
+            if self.peek().kind in ENDS:
+                raise Unread("a term is missing", mark[1])
+            terms.append(self.product())
+            signs.append(sign)
+            marks.append(mark)
+            if self.peek().text not in ("+", "-") or self.peek().kind != "operator":
+                break
+        if len(terms) == 1 and marks[0][0] == marks[0][1]:
+            return terms[0]
+        return Node("sum", (start, terms[-1].outer[1]), tuple(signs), tuple(terms), tuple(marks))
+
+    def _signs(self, place: int) -> tuple[int, Span]:
+        sign, end = 1, place
+        while self.peek().kind == "operator" and self.peek().text in "+-":
+            token = self.take()
+            sign, end = (-sign if token.text == "-" else sign), token.end
+        return sign, (place, end)
+
+    def product(self) -> Node:
+        """Factors, multiplied with or without a sign."""
+        factors, operators, marks = [self.power()], ["*"], [(self.peek(-1).start,) * 2]
+        slash = False
+        while True:
+            token = self.peek()
+            if token.kind in ENDS or (token.kind == "operator" and token.text in "+-"):
+                break
+            mark = (token.start, token.start)
+            operator = "*"
+            if token.kind == "operator":
+                operator, mark = self._operator(), (token.start, token.end)
+            elif slash and self.tight:
+                operator = "/"
+            factors.append(self.power())
+            operators.append(operator)
+            marks.append(mark)
+            slash = operator == "/" and (token.kind == "operator" or slash)
+        if len(factors) == 1:
+            return factors[0]
+        marks[0] = (factors[0].outer[0],) * 2
+        return Node("product", (factors[0].outer[0], factors[-1].outer[1]), tuple(operators), tuple(factors), tuple(marks))
+
+    def _operator(self) -> str:
+        token = self.take()
+        if self.peek().kind in ENDS:
+            raise Unread("a factor is missing", token.end)
+        return token.text
+
+    def power(self) -> Node:
+        """A factor with its exponents."""
+        base = self.atom()
+        while self.peek().kind in ("^", "superscript"):
+            exponent, mark = self.exponent()
+            base = Node("power", (base.outer[0], mark[1]), exponent, (base,), (mark,))
+        return base
+
+    def exponent(self) -> tuple[Fraction, Span]:
+        """A small number after ^, with its place."""
+        token = self.take()
+        if token.kind == "superscript":
+            return Fraction(token.text), (token.start, token.end)
+        value = self.atom_of_exponent()
+        if abs(value) > MOST_POWER or value.denominator > 2:
+            raise Unread(f"the exponent {value} is none of -{MOST_POWER} to {MOST_POWER}", token.start)
+        return value, (token.start, self.peek(-1).end)
+
+    def atom_of_exponent(self) -> Fraction:
+        """The number of an exponent, such as 2, {2}, (-1), {1/2}."""
+        start = self.peek()
+        bracketed = start.kind == "open"
+        if bracketed:
+            self.take()
+            node = self.sum()
+            self.close(start)
+        else:
+            sign, _ = self._signs(start.start)
+            self.digit()
+            node = self.atom()
+            node = Node("sum", node.span, (sign,), (node,))
+        return _constant(node, start.start)
+
+    def atom(self) -> Node:
+        """A number, symbol, function, fraction, bracket or matrix."""
+        token = self.peek()
+        if token.kind == "number" or token.kind == "half":
+            return self._number()
+        if token.kind == "function":
+            return self._function()
+        if token.kind == "command":
+            return self._command()
+        if token.kind == "open" and not self.at_symbol():
+            return self.group()
+        if self.at_symbol():
+            return self.symbol()
+        raise Unread(f"{token.text!r} stands where a quantity should" if token.kind != "end" else "it ends too early", token.start)
+
+    def _number(self) -> Node:
+        token = self.take()
+        if len(token.text) > MOST_DIGITS:
+            raise Unread(f"a number of {len(token.text)} digits", token.start)
+        return Node("number", (token.start, token.end), Fraction(token.text))
+
+    def group(self) -> Node:
+        """What stands in brackets; with commas a column."""
+        with self.deeper():
+            opened = self.take()
+            entries = [self.sum()]
+            while self.peek().kind in (",", ";"):
+                self.take()
+                entries.append(self.sum())
+            self.close(opened)
+        span = (opened.start, self.peek(-1).end)
+        if len(entries) > 1:
+            return Node("matrix", span, (len(entries), 1), tuple(entries))
+        return replace(entries[0], bracketed=span)
+
+    def close(self, opened: Token) -> None:
+        """Take the bracket that closes one. Raises Unread, with the place of the one that is open."""
+        token = self.peek()
+        if token.kind != "close" or token.text != CLOSING[opened.text]:
+            reason = f"the bracket {opened.text} is not closed" if token.kind != "close" else f"{opened.text} is closed by {token.text}"
+            raise Unread(reason, opened.start)
+        self.take()
+
+    def _function(self) -> Node:
+        token = self.take()
+        name = token.text
+        exponent = self.exponent() if self.peek().kind in ("^", "superscript") else None
+        if exponent and exponent[0] < 0:
+            raise Unread(f"{name}^-1 may be the inverse function or 1/{name}: write which", token.start)
+        if name == "sqrt" and self.peek().text == "[":
+            raise Unread("only square roots are read", token.start)
+        argument = self._argument(name)
+        node = Node("function", (token.start, argument.outer[1]), name, (argument,), ((token.start, token.end),))
+        return node if exponent is None else Node("power", node.span, exponent[0], (node,), (exponent[1],))
+
+    def _argument(self, name: str) -> Node:
+        """Of a function: what is in brackets, or, as in sin 2 phi, a number and a symbol."""
+        if self.peek().kind == "open" and not self.at_symbol():
+            return self.group()
+        start, factors = self.peek().start, []
+        with self.deeper():
+            while self.peek().kind in ("number", "half") and len(factors) < 1:
+                factors.append(self._number())
+            if self.peek().kind == "command" or self.at_symbol():
+                factors.append(self.atom())
+        if not factors:
+            raise Unread(f"{name} of nothing", start)
+        if len(factors) == 1:
+            return factors[0]
+        return Node("product", (start, factors[-1].outer[1]), ("*", "*"), tuple(factors), ((start, start), (factors[1].span[0],) * 2))
+
+    def _command(self) -> Node:
+        token = self.peek()
+        if token.text == "frac":
+            return self._derivative() or self._fraction()
+        if token.text == "sqrt":
+            return self._function()
+        if token.text == "begin":
+            return self._matrix()
+        raise Unread(f"\\{token.text} stands where a quantity should", token.start)
+
+    def _fraction(self) -> Node:
+        start = self.take().start
+        with self.deeper():
+            parts = []
+            for _ in range(2):
+                self.digit()
+                parts.append(self.atom())
+        span = (start, parts[1].outer[1])
+        return Node("product", span, ("*", "/"), tuple(parts), ((start, start),) * 2, fraction=True)
+
+    def _derivative(self) -> Node | None:
+        """d/dt or a partial derivative, where a fraction is one."""
+        place, start = self.place, self.peek().start
+        self.take()
+        above, below = self.differential(), self.differential()
+        if above is None or below is None or (below[1] is None) or above[0] != below[0] or above[2] != below[2]:
+            self.place = place
+            return None
+        operand = above[1] if above[1] is not None else self.atom()
+        node = operand
+        for _ in range(above[2]):
+            node = self.differentiated(node, below[1], (start, self.peek(-1).end))
+        return node
+
+    def _matrix(self) -> Node:
+        """The environment of a matrix; an empty entry is 0."""
+        with self.deeper():
+            start, name = self.take().start, self.environment()
+            if name not in MATRICES:
+                raise Unread(f"\\begin{{{name}}} has no meaning in an equation here", start)
+            if name == "array" and self.peek().kind == "open":
+                self.skip_group()
+            rows: list[list[Node]] = [[]]
+            while not (self.peek().kind == "command" and self.peek().text == "end"):
+                self._entry(rows)
+            self.take()
+            self.environment()
+        rows = [row for row in rows if row]
+        width = max(map(len, rows), default=0)
+        if not width or any(len(row) != width for row in rows):
+            raise Unread("the rows of the matrix have different lengths", start)
+        return Node("matrix", (start, self.peek(-1).end), (len(rows), width), tuple(e for row in rows for e in row))
+
+    def _entry(self, rows: list[list[Node]]) -> None:
+        """One entry and the separator after it."""
+        token = self.peek()
+        if token.kind == "end":
+            raise Unread("the matrix has no \\end", token.start)
+        closing = token.kind == "command" and token.text == "end"
+        if token.kind in ("&", "row") or closing:
+            rows[-1].append(Node("number", (token.start, token.start), Fraction(0)))
+        else:
+            rows[-1].append(self.sum())
+        separator = self.peek()
+        if separator.kind == "&":
+            self.take()
+            after = self.peek()
+            if after.kind == "row" or (after.kind == "command" and after.text == "end"):
+                rows[-1].append(Node("number", (after.start, after.start), Fraction(0)))
+                separator = after
+        if separator.kind == "row":
+            self.take()
+            rows.append([])
+        elif separator.kind not in ("&", "command"):
+            raise Unread(f"{separator.text!r} ends no entry of a matrix", separator.start)
+
+
+def _constant(node: Node, place: int) -> Fraction:
+    """The value of an exponent, made of numbers only."""
+    if node.kind == "number":
+        return Fraction(str(node.value))
+    if node.kind == "sum":
+        return sum((s * _constant(c, place) for s, c in zip(node.value, node.children, strict=True)), Fraction(0))  # type: ignore[call-overload]
+    if node.kind == "product" and all(child.kind in ("number", "sum") for child in node.children):
+        value = Fraction(1)
+        for operator, child in zip(node.value, node.children, strict=True):  # type: ignore[call-overload]
+            other = _constant(child, place)
+            if operator == "/" and not other:
+                break
+            value = value / other if operator == "/" else value * other
+        else:
+            return value
+    raise Unread("only numbers are read as exponents", place)

@@ -1,0 +1,186 @@
+"""How the quantities of a rod are written: every printed name and what it means."""
+
+import re
+from typing import NamedTuple
+
+FUNCTIONS = {"sin", "cos", "tan", "sec", "csc", "cot", "sqrt"}
+GREEK_NAMES = ("theta", "phi", "omega", "alpha", "psi", "beta", "gamma", "tau", "pi", "mu", "lambda", "rho", "varphi")
+GREEK_NAMES += ("vartheta", "Omega", "Delta", "delta", "epsilon", "eta", "xi", "zeta", "kappa", "nu", "sigma", "chi", "ell")
+GREEK_NAMES += ("Phi", "Theta", "Psi", "Gamma", "Lambda", "imath", "jmath")
+GREEK = {name: name for name in GREEK_NAMES} | {"varphi": "phi", "vartheta": "theta", "ell": "l", "imath": "i", "jmath": "j"}
+GREEK |= {"θ": "theta", "φ": "phi", "ϕ": "phi", "ϑ": "theta", "ω": "omega", "α": "alpha", "π": "pi", "ψ": "psi", "ℓ": "l"}
+WORDS = {"mathcal L": "L"}
+
+
+class Written(NamedTuple):
+    """A printed symbol: its letter, how many dots, its index, a hat or bold type, frames before and after."""
+
+    letter: str
+    dots: int = 0
+    index: str = ""
+    styled: bool = False
+    frames: str = ""
+
+
+UNIT_VECTORS = {f"{frame}{i}" for frame in "ab" for i in "123"} | {"xhat", "yhat", "zhat"}
+VECTORS = UNIT_VECTORS | {"rG", "vG", "aG", "omega", "alpha", "R", "rT", "M"}
+MATRICES = {f"C_{a}{b}" for a in "IAB" for b in "IAB" if a != b} | {"inertia"}
+ANGLES = ("theta", "phi")
+UNKNOWNS = ("ddtheta", "ddphi", "R1", "R2", "R3", "M3")  # what the balances are solved for
+
+_RATES = {"theta": "dtheta", "phi": "dphi", "dtheta": "ddtheta", "dphi": "ddphi", "rG": "vG", "vG": "aG", "omega": "alpha"}
+_RATES |= {a + c: b + c for c in "xyz" for a, b in (("v", "a"),)} | {c: "v" + c for c in "xyz"}
+_RATES |= {"w1": "wd1", "w2": "wd2", "w3": "wd3", "wx": "wdx", "wy": "wdy", "wz": "wdz"}
+_CENTRE = {"", "G", "G/O", "C", "cm", "CM", "com", "c", "OG", "g", "G,O", "GO", "CG"}
+_TIP = {"T", "tip", "P", "t"}
+_AXES = {"1": "1", "2": "2", "3": "3", "xx": "1", "yy": "2", "zz": "3", "x": "1", "y": "2", "z": "3", "11": "1", "22": "2", "33": "3"}
+_ENERGIES = {"T": "T", "K": "T", "V": "V", "U": "V", "L": "L", "E": "E", "H": "E"}
+_SIMPLE = {"m", "l", "g", "h", "r", "pi", "t"}
+
+
+def meanings(written: Written) -> tuple[str, ...]:
+    """What a printed symbol can mean, the likeliest first; `?name` for one that is not known."""
+    found = _base(written._replace(dots=0))
+    for _ in range(written.dots):
+        found = tuple(_RATES[name] for name in found if name in _RATES)
+    return found or (unknown(written),)
+
+
+def unknown(written: Written) -> str:
+    """The name of a symbol that has no meaning of its own."""
+    letter, dots, index, _, frames = written
+    return "?" + "d" * dots + letter + (f"_{index}" if index else "") + (f"^{frames}" if frames else "")
+
+
+def _base(written: Written) -> tuple[str, ...]:
+    letter, _, index, styled, frames = written
+    if letter in ANGLES:
+        return (letter,) if index in ("", "1") and not styled else ()
+    if letter in ("omega", "w", "alpha"):
+        return _turning("w" if letter != "alpha" else "wd", "omega" if letter != "alpha" else "alpha", index)
+    if letter == "C" and len(frames) == 2:
+        return (f"C_{frames}",) if f"C_{frames}" in MATRICES else ()
+    if letter in ("a", "b", "e", "n", "i", "j", "k", "x", "y", "z", "v", "r"):
+        return _vector(letter, index, styled)
+    if letter in ("I", "J"):
+        return _inertia(letter, index, styled)
+    if letter in ("R", "M", "F", "W"):
+        return _load(letter, index, styled)
+    if letter == "q":
+        return {"1": ("theta",), "2": ("phi",), "i": ("q_i",)}.get(index, ())
+    if letter in _ENERGIES:
+        known = index in ("", "k", "p", "kin", "pot", "tot")
+        energy = {"E_k": "T", "E_p": "V", "E_kin": "T", "E_pot": "V"}.get(f"{letter}_{index}", _ENERGIES[letter])
+        return () if not known else ("L", "l") if energy == "L" and not index else (energy,)
+    return (letter,) if letter in _SIMPLE and not index else ()
+
+
+def _turning(component: str, vector: str, index: str) -> tuple[str, ...]:
+    index = index.removeprefix("B").lstrip(",/") if index not in ("B", "B/I", "BI") else ""
+    if index in "123" and index:
+        return (component + index,)
+    if index in "xyz" and index:
+        return (component + _AXES[index], component + index)
+    return (vector,) if index in ("", "IB", "I/B", "AB") else ()
+
+
+def _vector(letter: str, index: str, styled: bool) -> tuple[str, ...]:
+    """Unit vectors, positions, velocities and accelerations."""
+    if letter in "ab" and index in ("1", "2", "3"):
+        return (letter + index,) if styled or letter == "b" else (letter + index, "ac" + index)
+    if letter in ("e", "n") and index in _AXES and styled:
+        return ({"1": "xhat", "2": "yhat", "3": "zhat"}[_AXES[index]],)
+    if letter in "ijk":
+        return ({"i": "xhat", "j": "yhat", "k": "zhat"}[letter],) if styled and not index else ()
+    if letter in "xyz":
+        if styled:
+            return (letter + "hat",) if not index or index == "I" else ()
+        return (letter, letter + "hat") if index in _CENTRE else (letter + "T",) if index in _TIP else ()
+    if letter == "r":
+        return () if index not in _CENTRE | _TIP else ("rT",) if index in _TIP else ("rG", "r") if index or styled else ("r", "rG")
+    return _components(letter, index, styled)
+
+
+def _components(letter: str, index: str, styled: bool) -> tuple[str, ...]:
+    """v and a, of the centre of mass: the vector, or a component along x, y, z of I or 1, 2, 3 of B."""
+    if letter not in "va":
+        return ()
+    bare = re.sub(r"^(?:G|C|cm)[,]?(?=[xyz123])", "", index).rstrip("G").rstrip(",")
+    if bare in ("x", "y", "z"):
+        return (letter + bare,)
+    if bare in ("1", "2", "3"):
+        return (("vc" if letter == "v" else "ac") + bare,)
+    return ((letter + "G", "speed") if letter == "v" else (letter + "G",)) if index in _CENTRE else ()
+
+
+def _inertia(letter: str, index: str, styled: bool) -> tuple[str, ...]:
+    if index in _AXES:
+        return (letter + _AXES[index],)
+    if styled or (letter == "I" and not index):
+        return ("inertia", "I1")
+    return {"G": ("I1",), "C": ("I1",), "cm": ("I1",), "O": ("J1",), "": ("J1",), "A": ("J1",), "P": ("J1",)}.get(index, ())
+
+
+def _load(letter: str, index: str, styled: bool) -> tuple[str, ...]:
+    if letter in ("F", "W"):
+        return ("Fg",) if not styled and (index in ("g", "G") or (letter == "W" and not index)) else ()
+    if letter == "R":
+        return ("R" + index,) if index in ("1", "2", "3") else ("R",) if not index else ()
+    return {"1": ("M1",), "2": ("M2",), "3": ("M3",), "c": ("Mc",), "C": ("Mc",), "": ("M",) if styled else ()}.get(index, ())
+
+
+_PREFIX = re.compile(r"(d{1,2})_?(theta|phi|omega|x|y|z)(?:_?1)?")
+_SUFFIX = re.compile(r"(theta|phi|omega|x|y|z|th|ph)(?:_1)?_?(d{1,2}|d?dot|t{1,2}|p{1,2})(?:_1)?")
+_SPLIT = re.compile(r"([A-Za-z]+?)_?([0-9]|[xyz]|hat|G|c|g|k|p|tip|kin|pot|hat_?[123]|[123]_?hat|_.*)?")
+_SHORT = {"th": "theta", "ph": "phi", "thetadot": "theta", "KE": "T", "PE": "V", "ell": "l", "varphi": "phi", "vartheta": "theta"}
+_ORDERS = {"d": 1, "dd": 2, "dot": 1, "ddot": 2, "t": 1, "tt": 2, "p": 1, "pp": 2}
+
+
+def of_word(word: str) -> Written | None:
+    """A name in plain text, such as theta_dd, dphi, omega1, I_1, R1, b_1, xhat; None if it is not one."""
+    if word in FUNCTIONS or word == "d":
+        return None
+    if match := _PREFIX.fullmatch(word):
+        return Written(match[2], len(match[1]))
+    if match := _SUFFIX.fullmatch(word):
+        return Written(_SHORT.get(match[1], match[1]), _ORDERS[match[2]])
+    letter, _, index = word.partition("_")
+    if not index and (match := re.fullmatch(r"([A-Za-z]+?)(\d+|hat|G|hat\d|(?<=v)[xyz]|(?<=a)[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=w)[xyz])", word)):
+        letter, index = match[1], match[2]
+    styled = "hat" in index or "vec" in index
+    index = index.replace("hat", "").replace("vec", "").strip("_").replace("_", ",")
+    return Written(_SHORT.get(letter, GREEK.get(letter, letter)), 0, index, styled)
+
+
+def is_word(word: str) -> bool:
+    """Whether a word of plain text is one name and not several letters multiplied."""
+    if len(word) == 1 or "_" in word:
+        return True
+    written = of_word(word)
+    return written is not None and (not meanings(written)[0].startswith("?") or written.letter in GREEK)
+
+
+def letters_of(word: str, latex: bool) -> list[str]:
+    """A word taken apart into functions, Greek names and single letters: mglcos is m g l cos."""
+    names = sorted([*FUNCTIONS, *([] if latex else ["theta", "phi", "omega"])], key=len, reverse=True)
+    pattern = re.compile("|".join(names) + r"|[A-Za-z]\d+|[A-Za-z](?=_)|.")
+    if not latex and "_" in word:
+        return [word]
+    if not latex and not re.search("|".join(names), word) and len(word) > 4:
+        return [word]  # a name that is not known, rather than five letters
+    return pattern.findall(word)
+
+
+DIMENSIONS = {  # powers of kg, m, s
+    (0, 0, 0): ("theta", "phi", "pi", *UNIT_VECTORS, *(name for name in MATRICES if name != "inertia")),
+    (0, 0, -1): ("dtheta", "dphi", "omega", "w1", "w2", "w3", "wx", "wy", "wz"),
+    (0, 0, -2): ("ddtheta", "ddphi", "alpha", "wd1", "wd2", "wd3", "wdx", "wdy", "wdz"),
+    (1, 0, 0): ("m",),
+    (0, 1, 0): ("l", "h", "r", "x", "y", "z", "xT", "yT", "zT", "rG", "rT"),
+    (0, 1, -1): ("vG", "vx", "vy", "vz", "vc1", "vc2", "vc3", "speed"),
+    (0, 1, -2): ("g", "aG", "ax", "ay", "az", "ac1", "ac2", "ac3"),
+    (1, 2, 0): ("I1", "I2", "I3", "J1", "J2", "J3", "inertia"),
+    (1, 1, -2): ("R", "R1", "R2", "R3", "Fg"),
+    (1, 2, -2): ("M", "M1", "M2", "M3", "Mc", "T", "V", "L", "E"),
+}
+DIMENSION_OF = {name: dimension for dimension, names in DIMENSIONS.items() for name in names}

@@ -1,0 +1,242 @@
+"""Printed symbols: accents, hats, bold type, indices, primes, frames in front and behind."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from pendpin.analysis.doctor.reading.names import Written, meanings, of_word
+from pendpin.analysis.doctor.reading.tokens import ACCENTS, Token
+from pendpin.analysis.doctor.reading.tree import Node, Span, Unread
+
+MOST_DEPTH = 40  # brackets and accents inside each other
+FRAMES = set("ABINOWG")
+
+
+class PrintedNames:
+    """A cursor over tokens that reads names."""
+
+    def __init__(self, tokens: list[Token], latex: bool, tight: bool) -> None:
+        end = tokens[-1].end if tokens else 0
+        self.tokens, self.latex, self.tight = [*tokens, Token("end", "the end", end, end)], latex, tight
+        self.place, self.depth = 0, 0
+
+    def peek(self, ahead: int = 0) -> Token:
+        """The token so many places ahead."""
+        return self.tokens[max(0, min(self.place + ahead, len(self.tokens) - 1))]
+
+    def take(self) -> Token:
+        """The next token, and past it."""
+        token = self.peek()
+        self.place = min(self.place + 1, len(self.tokens) - 1)
+        return token
+
+    @contextmanager
+    def deeper(self) -> Iterator[None]:
+        """One level down. Raises Unread where that is too deep."""
+        self.depth += 1
+        if self.depth > MOST_DEPTH:
+            raise Unread(f"brackets nested more than {MOST_DEPTH} deep", self.peek().start)
+        yield
+        self.depth -= 1
+
+    def digit(self) -> None:
+        r"""LaTeX takes one digit where there are no braces, as in \frac12 and x^23."""
+        token = self.peek()
+        if self.latex and token.kind == "number" and len(token.text) > 1 and token.text.isdigit():
+            first = Token("number", token.text[0], token.start, token.start + 1)
+            self.tokens[self.place : self.place + 1] = [first, Token("number", token.text[1:], token.start + 1, token.end)]
+
+    def at_symbol(self) -> bool:
+        """Whether a printed name begins here; it may begin with frames, as in {}^I C^A."""
+        token = self.peek()
+        if token.kind == "open" and token.text == "{":
+            return self._at_frame()
+        return token.kind in ("letter", "word", "accent", "style", "plain")
+
+    def _at_frame(self) -> bool:
+        return self.peek(1).kind == "close" and self.peek(2).kind == "^"
+
+    def symbol(self) -> Node:
+        """One quantity; its value is the first meaning, `alternatives` gives the others."""
+        start = self.peek().start
+        before = self._frame_before()
+        written, end = self._written()
+        if self.peek().kind == "^" and (after := self._frame_after()):
+            both = written.letter == "C" and before and after
+            written, end = written._replace(frames=before + after if both else ""), self.peek(-1).end
+        dots = self._primes()
+        written = written._replace(dots=written.dots + dots)
+        end = max(end, self.peek(-1).end if dots else end)
+        return named(written, (start, end))
+
+    def _frame_before(self) -> str:
+        if self.peek().kind != "open":
+            return ""
+        self.take(), self.take(), self.take()
+        return self._frame_letter()
+
+    def _frame_letter(self) -> str:
+        bracketed = self.peek().kind == "open"
+        if bracketed:
+            self.take()
+        token = self.take()
+        if bracketed and self.peek().kind == "close":
+            self.take()
+        return token.text
+
+    def _frame_after(self) -> str:
+        ahead = 2 if self.peek(1).kind == "open" else 1
+        if self.peek(ahead).kind == "letter" and self.peek(ahead).text in FRAMES:
+            self.take()
+            return self._frame_letter()
+        return ""
+
+    def _primes(self) -> int:
+        count = 0
+        while True:
+            token = self.peek()
+            if token.kind == "prime":
+                count += len(self.take().text)
+            elif token.kind == "^" and self._prime_at(1):
+                self.take()
+                count += self._raised_primes()
+            else:
+                return count
+
+    def _prime_at(self, ahead: int) -> bool:
+        token = self.peek(ahead)
+        if token.kind == "open":
+            return self._prime_at(ahead + 1) if ahead < 2 else False
+        return (token.kind == "command" and token.text == "prime") or token.kind == "prime"
+
+    def _raised_primes(self) -> int:
+        count, bracketed = 0, self.peek().kind == "open"
+        if bracketed:
+            self.take()
+        while self.peek().text == "prime" or self.peek().kind == "prime":
+            count += len(self.take().text) if self.peek().kind == "prime" else bool(self.take())
+        if bracketed and self.peek().kind == "close":
+            self.take()
+        return count
+
+    def _written(self) -> tuple[Written, int]:
+        """A letter with what is above, below and around it, and where that ends."""
+        with self.deeper():
+            token = self.take()
+            if token.kind in ("accent", "style", "plain"):
+                written = self._decorated(token)
+            elif token.kind == "word":
+                written = of_word(token.text) or Written(token.text)
+            elif token.kind == "letter":
+                written = Written(token.text)
+            else:
+                raise Unread(f"{token.text!r} is no symbol", token.start)
+            while self.peek().kind == "dots":
+                written = written._replace(dots=written.dots + ACCENTS[self.take().text])
+            if self.peek().kind == "index":
+                written = written._replace(index=self.take().text)
+            if self.peek().kind == "_":
+                written = written._replace(index=self._index())
+        return written, self.peek(-1).end
+
+    def _decorated(self, token: Token) -> Written:
+        """The symbol under an accent, or in another type."""
+        bracketed = self.peek().kind == "open"
+        opened = self.take() if bracketed else None
+        if token.kind == "plain" and bracketed:
+            return Written(self._plain(opened))
+        written, _ = self._written()
+        written = written._replace(dots=written.dots + self._primes())
+        if opened is not None:
+            if self.peek().kind != "close":
+                raise Unread(f"\\{token.text} over more than one symbol", opened.start)
+            self.take()
+        if token.kind == "accent":
+            return written._replace(dots=written.dots + ACCENTS[token.text])
+        return written._replace(styled=written.styled or token.kind == "style")
+
+    def _plain(self, opened: Token | None) -> str:
+        """A word in upright type."""
+        letters = []
+        while self.peek().kind not in ("close", "end"):
+            letters.append(self.take().text)
+        if self.peek().kind == "end":
+            raise Unread("the bracket { is not closed", opened.start if opened else 0)
+        self.take()
+        return "".join(letters)
+
+    def _index(self) -> str:
+        self.take()
+        if self.peek().kind != "open":
+            self.digit()
+            token = self.take()
+            index = token.text
+        else:
+            opened, parts = self.take(), []
+            while self.peek().kind != "close":
+                if self.peek().kind == "end":
+                    raise Unread("the bracket { is not closed", opened.start)
+                part = self.take()
+                if part.kind == "open":
+                    parts.append(self._plain(part))
+                elif part.kind not in ("plain", "style"):
+                    parts.append(part.text)
+            self.take()
+            index = "".join(parts)
+        if index == "G" and self.peek().text == "/" and self.peek(1).text == "O":
+            self.take(), self.take()
+            index = "G/O"
+        return index
+
+    def differential(self) -> tuple[str, Node | None, int] | None:
+        """In braces: d or the sign of partial derivatives, what it is put before, and the order; None for anything else."""
+        if self.peek().kind != "open":
+            return None
+        opened, token = self.take(), self.take()
+        if token.text not in ("d", "partial"):
+            return None
+        order = self._order()
+        inner = None
+        if self.peek().kind != "close":
+            if not self.at_symbol():
+                return None
+            inner = self.symbol()
+            order = max(order, self._order())
+        if self.peek().kind != "close":
+            return None
+        self.take()
+        del opened
+        return token.text, inner, order
+
+    def _order(self) -> int:
+        if self.peek().kind == "superscript":
+            return int(self.take().text)
+        if self.peek().kind != "^":
+            return 1
+        self.take()
+        text = self._frame_letter()
+        return int(text) if text.isdigit() and len(text) == 1 else 1
+
+    def differentiated(self, node: Node, by: Node | None, span: Span) -> Node:
+        """The derivative of a node; a symbol's rate is a symbol."""
+        variable = str(by.value) if by is not None else "t"
+        if variable == "t" and node.kind == "symbol":
+            assert node.written is not None
+            return named(node.written._replace(dots=node.written.dots + 1), span)
+        return Node("derivative", span, variable, (node,))
+
+    def environment(self) -> str:
+        """The name after \\begin or \\end."""
+        opened = self.take()
+        if opened.kind != "open":
+            raise Unread("\\begin without a name", opened.start)
+        return self._plain(opened)
+
+    def skip_group(self) -> None:
+        """Past a bracket and what is in it."""
+        opened = self.take()
+        self._plain(opened)
+
+
+def named(written: Written, span: Span) -> Node:
+    """A printed name as a node."""
+    return Node("symbol", span, meanings(written)[0], written=written)

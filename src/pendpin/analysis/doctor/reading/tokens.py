@@ -1,0 +1,160 @@
+"""Text to tokens: LaTeX, plain text and their mixtures, with the place of every token."""
+
+import re
+from typing import NamedTuple
+
+from pendpin.analysis.doctor.reading.names import FUNCTIONS, GREEK, is_word, letters_of
+from pendpin.analysis.doctor.reading.tree import Unread
+
+MOST_CHARACTERS = 20_000  # of one equation
+
+
+class Token(NamedTuple):
+    """kind: number, letter, word, function, accent, style, operator, open, close, command, relation, or the text itself."""
+
+    kind: str
+    text: str
+    start: int
+    end: int
+
+
+ACCENTS = {"dot": 1, "ddot": 2}
+STYLES = {"hat", "widehat", "vec", "mathbf", "boldsymbol", "bm", "bold", "mathbb", "overline", "bar", "underline", "symbf"}
+PLAIN = {"mathrm", "mathit", "mathsf", "mathcal", "mathscr", "text", "textrm", "textit", "operatorname", "rm", "it"}
+SPACES = {",", ";", ":", "!", " ", "quad", "qquad", "displaystyle", "textstyle", "limits", "nonumber", "notag", "hfill"}
+SPACES |= {"big", "Big", "bigg", "Bigg", "bigl", "bigr", "Bigl", "Bigr", "biggl", "biggr", "Biggl", "Biggr", "left"}
+SPACES |= {"right", "middle", "hspace", "phantom", "allowbreak", "thinspace", "medspace", "enspace", "tfrac "}
+OPERATORS = {"cdot": "*", "times": "x", "ast": "*", "div": "/", "wedge": "x", "bullet": "."}
+FRACTIONS = {"frac", "tfrac", "dfrac", "cfrac"}
+OTHERS = {"sqrt", "partial", "begin", "end", "prime"}
+BRACKETS = {"{": "{", "}": "}", "lbrace": "{", "rbrace": "}", "lbrack": "[", "rbrack": "]", "lparen": "(", "rparen": ")"}
+RELATIONS = {"equiv": "=", "triangleq": "=", "coloneqq": "=", "eqdef": "=", "doteq": "="}
+OTHER_RELATIONS = {"approx", "neq", "ne", "leq", "geq", "le", "ge", "ll", "gg", "sim", "simeq", "propto", "to", "rightarrow", "Rightarrow"}
+SIGNS = {"+": "+", "-": "-", "−": "-", "–": "-", "*": "*", "/": "/", "·": "*", "⋅": "*", "×": "x", "∙": "*", "÷": "/"}
+POWERS = {"⁰": "0", "¹": "1", "²": "2", "³": "3", "⁴": "4", "⁵": "5", "⁶": "6"}
+HALVES = {"½": "1/2", "⅓": "1/3", "¼": "1/4", "¾": "3/4", "⅔": "2/3", "⅙": "1/6", "⅛": "1/8"}
+DOTS = {"\u0307": "dot", "\u0308": "ddot"}
+INDICES = {"₀": "0", "₁": "1", "₂": "2", "₃": "3"}
+
+_NUMBER = re.compile(r"\d+(?:\.\d+)?|\.\d+")
+_LATIN = re.compile(r"[A-Za-z]+")
+_WORD = re.compile(r"[A-Za-z][A-Za-z0-9]*(?:_(?:[A-Za-z0-9]+))*")
+_COMMAND = re.compile(r"\\([A-Za-z]+\*?|.)", re.DOTALL)
+_DECORATION = re.compile(r"\\(?:label|tag|ref|eqref|hspace|vspace|mbox|nonumber)\*?\s*\{[^{}]*\}|(?<!\\)%[^\n]*")
+
+
+def is_latex(text: str) -> bool:
+    """Whether an equation is printed in LaTeX rather than in plain text."""
+    return "\\" in text or "{" in text
+
+
+def tokens(text: str) -> list[Token]:
+    """The tokens of one equation. Raises Unread for a character or command that means nothing here."""
+    if len(text) > MOST_CHARACTERS:
+        raise Unread(f"longer than {MOST_CHARACTERS:,} characters")
+    latex, found, place = is_latex(text), [], 0
+    while place < len(text):
+        if match := _DECORATION.match(text, place):
+            place = match.end()
+        elif text[place].isspace() or text[place] in "~&\u2009\u202f":
+            if text[place] == "&":
+                found.append(Token("&", "&", place, place + 1))
+            place += 1
+        else:
+            new = _next(text, place, latex)
+            found.extend(token for token in new if token.kind != "space")
+            place = new[-1].end
+    return found
+
+
+def _next(text: str, place: int, latex: bool) -> list[Token]:
+    """The token, or the tokens of one word, that start at a place."""
+    letter = text[place]
+    if letter == "\\":
+        return [_command(text, place)]
+    if match := _NUMBER.match(text, place):
+        return [Token("number", match[0], place, match.end())]
+    if letter.isascii() and letter.isalpha():
+        match = (_LATIN if latex else _WORD).match(text, place)
+        assert match is not None
+        return _letters(match[0], place, latex)
+    return [_sign(text, place)]
+
+
+def _letters(word: str, place: int, latex: bool) -> list[Token]:
+    """A word: one name, or several letters and functions that are multiplied without a sign."""
+    if word in FUNCTIONS:
+        return [Token("function", word, place, place + len(word))]
+    if not latex and is_word(word):
+        return [Token("word", word, place, place + len(word))]
+    found = []
+    for part in letters_of(word, latex):
+        kind = "function" if part in FUNCTIONS else "word" if len(part) > 1 and not latex else "letter"
+        found.append(Token(kind, part, place, place + len(part)))
+        place += len(part)
+    return found
+
+
+def _command(text: str, place: int) -> Token:
+    match = _COMMAND.match(text, place)
+    if match is None:
+        raise Unread("a lone backslash at the end", place)
+    name, end = match[1].rstrip("*"), match.end()
+    kind, value = _meaning(name)
+    if not kind:
+        raise Unread(f"\\{name} has no meaning in an equation here", place)
+    return Token(kind, value, place, end)
+
+
+def _meaning(name: str) -> tuple[str, str]:
+    """Kind and text of the token that a LaTeX command makes; an empty kind for one that is not known."""
+    if name in FUNCTIONS:
+        return "function", name
+    if name in GREEK:
+        return "letter", GREEK[name]
+    if name in ACCENTS or name in STYLES or name in PLAIN:
+        return ("accent" if name in ACCENTS else "style" if name in STYLES else "plain"), name
+    if name in BRACKETS:
+        return ("open" if BRACKETS[name] in "{[(" else "close"), "\\" + BRACKETS[name]
+    tables = (("operator", OPERATORS), ("relation", RELATIONS))
+    for kind, table in tables:
+        if name in table:
+            return kind, table[name]
+    if name == "\\":
+        return "row", name
+    if name in OTHER_RELATIONS:
+        return "other relation", name
+    if name in SPACES:
+        return "space", name
+    return ("command", "frac" if name in FRACTIONS else name) if name in FRACTIONS | OTHERS else ("", name)
+
+
+def _sign(text: str, place: int) -> Token:
+    letter = text[place]
+    if text.startswith("**", place):
+        return Token("^", "^", place, place + 2)
+    if text.startswith(("==", ":="), place):
+        return Token("relation", "=", place, place + 2)
+    tables = (("operator", SIGNS), ("superscript", POWERS), ("half", HALVES), ("dots", DOTS), ("index", INDICES))
+    for kind, table in tables:
+        if letter in table:
+            return Token(kind, table[letter], place, place + 1)
+    if letter in GREEK:
+        return Token("letter", GREEK[letter], place, place + 1)
+    if letter in "([{":
+        return Token("open", letter, place, place + 1)
+    if letter in ")]}":
+        return Token("close", letter, place, place + 1)
+    if letter in "'′’″":
+        return Token("prime", "''" if letter == "″" else "'", place, place + 1)
+    if letter in "^_,.;|":
+        return Token(letter, letter, place, place + 1)
+    if letter == "=":
+        return Token("relation", "=", place, place + 1)
+    if letter in "<>≈≠≤≥∼≪≫":
+        return Token("other relation", letter, place, place + 1)
+    raise Unread(f"the character {letter!r} ({_code(letter)}) has no meaning in an equation here", place)
+
+
+def _code(letter: str) -> str:
+    return f"U+{ord(letter):04X}"
