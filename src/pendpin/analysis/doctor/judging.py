@@ -87,20 +87,25 @@ def random_base(rod: str, count: int, seed: int = 0) -> dict[str, Values]:
     return base
 
 
-def residuals(equation: Equation, quantities: Quantities, known: Known | None = None) -> Iterator[tuple[Values, Values]]:
+def residuals(
+    equation: Equation, quantities: Quantities, known: Known | None = None, instead: dict[int, Values] | None = None
+) -> Iterator[tuple[Values, Values]]:
     """Of each pair of neighbouring sides: left minus right, rows of scalars (k, n), and the size of the terms (n,).
 
-    Raises Unread where a vector is set equal to a number.
+    `instead` gives parts another value; the sizes are then 0. Raises Unread where a vector is set equal to a number.
     """
+    sized = quantities.xp is np and instead is None
     known = {} if known is None else known
     context = equation.context(quantities)
-    values = [evaluate(side, context, known) for side in equation.sides]
+    values = [evaluate(side, context, known, instead) for side in equation.sides]
     if len(values) == 1:
         values.append(quantities.number(0))
     for i, (left, right) in enumerate(zip(values, values[1:], strict=False)):
         left, right = _alike(left, right, equation.sides, i)
-        sizes = [scale(side, context, known) for side in equation.sides[i : i + 2]] if quantities.xp is np else [np.zeros(1)]
-        yield (left - right).reshape(-1, left.shape[-1]), sum(sizes, start=np.zeros(1)) + norm(left) if quantities.xp is np else sizes[0]
+        size: Values = np.zeros(1)
+        if sized:
+            size = norm(left) + sum((scale(side, context, known) for side in equation.sides[i : i + 2]), start=size)
+        yield (left - right).reshape(-1, left.shape[-1]), size
 
 
 def _alike(left: Values, right: Values, sides: tuple[Node, ...], i: int) -> tuple[Values, Values]:

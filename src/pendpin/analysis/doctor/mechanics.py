@@ -18,7 +18,7 @@ Values = NDArray[Any]  # (n,), (3, n) or (3, 3, n): scalars, vectors in I, tenso
 
 RODS = ("thin", "uniform", "general")
 COORDINATES = ("theta", "phi", "dtheta", "dphi")
-PARAMETERS = {"thin": ("m", "l", "g"), "uniform": ("m", "l", "g", "r"), "general": ("m", "l", "g", "h", "I1", "I2", "I3")}
+PARAMETERS = {"thin": ("m", "l", "g"), "uniform": ("m", "l", "g", "r"), "general": ("m", "l", "g", "h", "I1", "I2", "I3", "r")}
 
 
 @dataclass(frozen=True)

@@ -48,12 +48,13 @@ class Need:
 
 def needs(equation: Equation, quantities: Quantities, known: Known) -> Iterator[Need]:
     """Every part of an equation with the value that would heal it."""
+    frame = "tensor" if "inertia" in equation.names else equation.frame
     for i, side in enumerate(equation.sides):
         for target in _targets(equation, quantities, known, i):
             lone = side.kind in ("symbol", "number") and len(equation.sides) > 1
             value = known[id(side)]
             wanted = target if target.ndim == value.ndim else (target * np.ones_like(value) if not np.any(target) else None)
-            yield from _down(Need(side, value, wanted, "side", (), i, lone=lone), quantities, known, equation.frame)
+            yield from _down(Need(side, value, wanted, "side", (), i, lone=lone), quantities, known, frame)
 
 
 def _targets(equation: Equation, quantities: Quantities, known: Known, i: int) -> Iterator[Values]:
@@ -176,5 +177,9 @@ def _entry(node: Node, i: int, wanted: Values | None, quantities: Quantities, fr
     if node.value == (3, 1) and wanted.ndim == 2:
         return dot(wanted, quantities[AXES[frame][i]])
     if node.value == (3, 3) and wanted.ndim == 3:
-        return wanted[i // 3, i % 3]
+        row, column = divmod(i, 3)
+        if frame != "tensor":
+            return wanted[row, column]
+        first, second = (quantities[AXES["B"][k]] for k in (row, column))
+        return dot(first, np.stack([dot(part, second) for part in wanted]))
     return None

@@ -1,0 +1,281 @@
+"""The doctor's main line: a document in, a verdict and mends for each of its equations out."""
+
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Any
+
+from pendpin.analysis.doctor.judging import TOLERANCE, Equation, dimensions_of, judge, scaling, when
+from pendpin.analysis.doctor.mechanics import RODS, Convention
+from pendpin.analysis.doctor.mending import Mend, Patient, mends, styles_of
+from pendpin.analysis.doctor.monomials import Printer
+from pendpin.analysis.doctor.patients import Printed, chosen, kind_of, printed
+from pendpin.analysis.doctor.reading.documents import Document
+from pendpin.analysis.doctor.reading.grammar import parse
+from pendpin.analysis.doctor.reading.tokens import is_latex
+from pendpin.analysis.doctor.reading.tree import Node, Unread, walk
+from pendpin.errors import InputError, choices, shown
+
+SIMPLE = 2.0  # the cost of a mend that is a single change
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """What is found about one equation. verdict: holds, fails or unread; error relative to its terms."""
+
+    number: int
+    latex: str
+    place: str
+    kind: str
+    verdict: str
+    proved: bool = False
+    error: float = 0.0
+    remark: str = ""
+    when: str = ""
+    scaling: str = ""
+    dimensions: str = ""
+    mends: tuple[Mend, ...] = ()
+    equation: Equation | None = None
+    text: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """One mend that heals several equations."""
+
+    old: str
+    new: str
+    numbers: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """Every equation with its verdict, for the rod and convention that they were judged in."""
+
+    findings: tuple[Finding, ...]
+    rod: str
+    convention: Convention
+    remarks: tuple[str, ...] = ()
+    shared: tuple[Shared, ...] = ()
+    symbols: dict[str, Node] = field(default_factory=dict)
+
+    @property
+    def ok(self) -> bool:
+        """Whether some equation could be read, and every one that could holds."""
+        read = [finding for finding in self.findings if finding.verdict != "unread"]
+        return bool(read) and all(finding.verdict == "holds" for finding in read)
+
+    @property
+    def wrong(self) -> tuple[Finding, ...]:
+        """The equations that fail."""
+        return tuple(finding for finding in self.findings if finding.verdict == "fails")
+
+    def __str__(self) -> str:
+        """The report as text."""
+        from pendpin.analysis.doctor.report import text
+
+        return text(self)
+
+    def to_json(self) -> list[dict[str, Any]]:
+        """The findings for machines (docs/doctor.md)."""
+        from pendpin.analysis.doctor.report import records
+
+        return records(self)
+
+
+def examine(
+    document: Document, rod: str | None, convention: str | None, progress: Callable[[str], object] = lambda what: None
+) -> Diagnosis:
+    """Judge every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
+    rod, convention = rod or document.rod, convention or document.convention
+    if rod is not None and rod not in RODS:
+        raise InputError(f"rod: {shown(rod)} is not one of: {choices(RODS)}")
+    symbols = read_symbols(document.symbols)
+    equations = printed(document.statements, symbols)
+    kind = rod or likely_rod(equations)
+    base, remarks = (conventions_of(convention), []) if convention is not None else find_convention(equations, kind)
+    findings = []
+    for one in equations:
+        progress(f"equation {one.number}")
+        findings.append(find(one, kind, base, _styles(equations)))
+    if base.words:
+        remarks.insert(0, f"The text has its own convention: {base.words}.")
+    return Diagnosis(tuple(findings), kind, base, tuple(remarks), _shared(findings), symbols)
+
+
+def read_symbols(table: dict[str, str]) -> dict[str, Node]:
+    """Symbols that are given as expressions. Raises InputError."""
+    found = {}
+    for name, text in table.items():
+        try:
+            left, right = parse(name), parse(str(text))
+        except Unread as error:
+            raise InputError(f"symbols.{name}: {error.reason}") from None
+        if len(left) != 1 or len(left[0]) != 1 or left[0][0].kind != "symbol":
+            raise InputError(f"symbols.{name}: {shown(name)} is not one symbol")
+        if len(right) != 1 or len(right[0]) != 1:
+            raise InputError(f"symbols.{name}: {shown(text)} is not one expression")
+        found[str(left[0][0].value)] = right[0][0]
+    return found
+
+
+def likely_rod(equations: list[Printed]) -> str:
+    """The kind of rod that the symbols call for: h, or inertias without a length, a general one; r a uniform one."""
+    names = set().union(*(equation.names for one in equations for equation, _ in list(one.readings())[:1]))
+    inertias = {"I1", "I2", "I3", "J1", "J2", "J3"}
+    if any(_says_slender(one) for one in equations):
+        return "thin"
+    if "h" in names or (names & inertias and "l" not in names):
+        return "general"
+    return "uniform" if "r" in names else "thin"
+
+
+def _says_slender(one: Printed) -> bool:
+    """Whether an equation sets the inertia about the rod's axis to 0."""
+    sides = one.ways[0][0] if one.ways else ()
+    values = {str(side.value) for side in sides if side.kind in ("symbol", "number")}
+    return len(sides) == 2 and "0" in values and bool(values & {"I3", "J3", "M3", "Mc", "r"})
+
+
+CONVENTIONS = {
+    "theta": {"ccw", "counterclockwise", "reversed"},
+    "phi": {"cw", "clockwise", "reversed"},
+    "z": {"up"},
+}
+
+
+def conventions_of(text: str) -> Convention:
+    """A convention in words: theta-ccw, phi-reversed, z-up, swapped, b3-up, separated by commas; or standard. Raises InputError."""
+    found = Convention()
+    for part in filter(None, (p.strip().lower().replace("=", "-").replace(" ", "-") for p in text.split(","))):
+        name, _, value = part.partition("-")
+        value = value.replace("-", "")
+        if part == "standard":
+            continue
+        if name == "swapped":
+            found = replace(found, swapped=True)
+        elif name == "transposed":
+            found = replace(found, transposed=True)
+        elif part in ("b3-up", "b3-joint"):
+            found = replace(found, along=-1)
+        elif name == "mirrored" or part == "z-mirrored":
+            found = replace(found, z="mirrored")
+        elif value in CONVENTIONS.get(name, ()):
+            found = replace(found, **{name: "up" if name == "z" else -1})
+        else:
+            raise InputError(f"convention: {shown(part)} is not one of: theta-ccw, phi-reversed, z-up, swapped, b3-up, transposed, standard")
+    return found
+
+
+def _all_conventions() -> list[Convention]:
+    flags = product((1, -1), (1, -1), (False, True), ("down", "up", "mirrored"), (1, -1), (False, True))
+    every = [Convention(*flag) for flag in flags]
+    return sorted(every, key=lambda c: len([w for w in c.words.split(", ") if w]) + 0.1 * (c.z == "mirrored"))
+
+
+def _held(equations: list[Printed], rod: str, convention: Convention) -> tuple[int, int]:
+    """How many equations hold, and how many could be read."""
+    held = read = 0
+    for one in equations:
+        try:
+            _, _, error = chosen(one, rod, convention)
+        except Unread:
+            continue
+        if not one.defines:
+            read += 1
+            held += error < TOLERANCE
+    return held, read
+
+
+def find_convention(equations: list[Printed], rod: str) -> tuple[Convention, list[str]]:
+    """The convention that a text was written in: the usual one, unless another explains clearly more of it."""
+    usual = Convention()
+    held, read = _held(equations, rod, usual)
+    if held == read or not read:
+        return usual, []
+    counts = {convention: _held(equations, rod, convention)[0] for convention in _all_conventions()}
+    best = max(counts, key=lambda convention: counts[convention])
+    if counts[best] >= held + 2 and counts[best] >= 0.6 * read:
+        return best, []
+    if counts[best] <= held or counts[best] < read:
+        return usual, []
+    if _mended_simply(equations, rod):
+        return usual, [f"All equations hold if {best.words}; if that is meant, give it as the convention."]
+    return best, []
+
+
+def _mended_simply(equations: list[Printed], rod: str) -> bool:
+    """Whether single changes heal all that fails in the usual convention."""
+    findings = [find(one, rod, Convention(), _styles(equations)) for one in equations]
+    return all(f.mends and f.mends[0].cost < SIMPLE for f in findings if f.verdict == "fails")
+
+
+def find(one: Printed, rod: str, convention: Convention, styles: dict[str, str]) -> Finding:
+    """The verdict on one equation, and its mends."""
+    place = one.statement.place
+    unread = Finding(one.number, one.latex, place, "unread", "unread", remark=one.reason)
+    if one.reason:
+        return unread
+    if one.defines:
+        return replace(unread, kind="definition", remark=f"defines {one.defines.lstrip('?')}, which is put in where it is used")
+    try:
+        equation, tight, _ = chosen(one, rod, convention)
+        judgement = judge(equation, rod, convention)
+    except Unread as error:
+        return replace(unread, remark=f"{error.reason}")
+    remark = "; ".join(filter(None, (one.remark, judgement.remark)))
+    finding = Finding(
+        one.number, one.latex, place, kind_of(equation), "holds" if judgement.holds else "fails", judgement.proved,
+        judgement.error, remark, equation=equation, text=one.text,
+    )  # fmt: skip
+    return finding if judgement.holds else _failing(finding, one, tight, rod, convention, styles)
+
+
+def _failing(finding: Finding, one: Printed, tight: bool, rod: str, convention: Convention, styles: dict[str, str]) -> Finding:
+    equation = finding.equation
+    assert equation is not None
+    latex = is_latex(one.text)
+    own = styles_of(list(equation.sides), one.text)
+    printer = Printer(latex, {**styles, **own} if latex else own)
+    patient = Patient(equation, one.text, one.index, tight, rod, convention)
+    return replace(
+        finding,
+        when=when(equation, rod, convention),
+        scaling=scaling(equation, rod, convention),
+        dimensions=dimensions_of(equation),
+        mends=tuple(mends(patient, printer)),
+        remark="; ".join(filter(None, (finding.remark, _thin_only(equation, rod, convention)))),
+    )
+
+
+def _thin_only(equation: Equation, rod: str, convention: Convention) -> str:
+    """Whether an equation that fails would hold for a thin rod."""
+    if rod == "thin":
+        return ""
+    try:
+        return "it holds for a thin rod only" if judge(equation, "thin", convention).holds else ""
+    except Unread:
+        return ""
+
+
+def _styles(equations: list[Printed]) -> dict[str, str]:
+    """How a document prints its quantities: as where each is seen first."""
+    found: dict[str, str] = {}
+    for one in equations:
+        for sides, _ in one.ways[:1]:
+            for side in sides:
+                for part in walk(side):
+                    if part.kind == "symbol" and part.span[1] > part.span[0] and is_latex(one.text):
+                        found.setdefault(str(part.value), one.text[slice(*part.span)].strip())
+    return found
+
+
+def _shared(findings: list[Finding]) -> tuple[Shared, ...]:
+    """First mends that are the same in several equations."""
+    groups: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for finding in findings:
+        for mend in finding.mends[:1]:
+            if mend.old and mend.new:
+                groups[mend.old, mend.new].append(finding.number)
+    return tuple(Shared(*pair, tuple(numbers)) for pair, numbers in groups.items() if len(numbers) > 1)

@@ -1,0 +1,166 @@
+"""Changes of a printed equation: where characters are replaced, by what, in which words, and how far-fetched it is."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from pendpin.analysis.doctor.mechanics import Values
+from pendpin.analysis.doctor.monomials import Printer
+from pendpin.analysis.doctor.needs import Need
+from pendpin.analysis.doctor.reading.tree import Node, Span, walk
+
+Splice = tuple[int, int, str]  # these characters of the source become this text
+
+
+@dataclass(frozen=True, eq=False)
+class Edit:
+    """One change. `instead` gives nodes, by id, their new value where it is known; `old` and `new` are what is shown."""
+
+    splices: tuple[Splice, ...]
+    cost: float
+    words: str
+    old: str = ""
+    new: str = ""
+    instead: dict[int, Values] | None = None
+
+
+def apply(text: str, splices: tuple[Splice, ...]) -> str:
+    """The text with its changes."""
+    for start, end, new in sorted(splices, reverse=True):
+        text = text[:start] + new + text[end:]
+    return text
+
+
+def overlap(a: tuple[Splice, ...], b: tuple[Splice, ...]) -> bool:
+    """Whether two changes touch the same characters."""
+    return any(x[0] <= y[1] and y[0] <= x[1] for x in a for y in b)
+
+
+class Editor:
+    """Writes changes of one source text."""
+
+    def __init__(self, text: str, printer: Printer) -> None:
+        self.text, self.printer = text, printer
+
+    def of(self, span: Span) -> str:
+        """The characters of a span."""
+        return self.text[span[0] : span[1]].strip()
+
+    def put(self, span: Span, new: str) -> Splice:
+        """Replace a span, with a space or sign where two names would run together."""
+        before, after = self.text[: span[0]], self.text[span[1] :]
+        joint = " " if self.printer.latex else "*"
+        if new and after and re.match(r"\w", after) and self._runs_on(new, after):
+            new += joint
+        if new and before and self._runs_on(before, new):
+            new = joint + new
+        return (*span, new)
+
+    def _runs_on(self, left: str, right: str) -> bool:
+        if self.printer.latex:
+            return bool(re.search(r"\\[A-Za-z]+$", left) and re.match(r"[A-Za-z]", right)) or bool(
+                re.search(r"\d$", left) and re.match(r"\d", right)
+            )
+        return bool(re.search(r"\w$", left) and re.match(r"\w", right))
+
+    def before(self, node: Node, factor: str) -> Splice:
+        """Multiply a node by a factor that is written in front of it."""
+        start = node.outer[0]
+        joint = "*" if not self.printer.latex else r" \cdot " if re.match(r"\d", self.text[start:]) else " "
+        return (start, start, factor + joint)
+
+    def sign(self, need: Need) -> Splice:
+        """The other sign for a term, side or entry."""
+        node = need.node
+        if need.role == "term":
+            signs: Any = need.parents[-1].value
+            mark = need.parents[-1].marks[need.index]
+            if signs[need.index] < 0:
+                return (*mark, "+" if need.index else "")
+            return (*mark, "-") if mark[1] > mark[0] else (mark[0], mark[0], "-")
+        start = node.outer[0]
+        return (start, start, "-")
+
+    def flipped(self, need: Need) -> Splice:
+        """The other sign where a node is not a sum's term."""
+        return self.sign(need)
+
+    def without_term(self, need: Need) -> Splice:
+        """A sum without one of its terms; the term that comes first then loses its plus."""
+        total = need.parents[-1]
+        mark, end = total.marks[need.index], need.node.outer[1]
+        if len(total.children) == 1:
+            return (mark[0], end, "0")
+        if need.index == 0:
+            following = total.marks[1]
+            signs: Any = total.value
+            return (mark[0], following[1] if signs[1] > 0 else following[0], "")
+        return (mark[0], end, "")
+
+    def without_factor(self, need: Need) -> Splice:
+        """A product without one of its factors."""
+        product = need.parents[-1]
+        if product.fraction:
+            return (*need.node.outer, "{1}" if self.text[need.node.outer[0]] == "{" else "1")
+        if need.index == 0:
+            operators: Any = product.value
+            following = product.children[1]
+            if operators[1] == "/":
+                return (*need.node.outer, "1")
+            return (need.node.outer[0], following.outer[0], "")
+        return (product.marks[need.index][0], need.node.outer[1], "")
+
+    def exponent(self, node: Node, power: int) -> Splice:
+        """Raise a node that has no exponent yet."""
+        mark = "^" if self.printer.latex else "**"
+        text = f"{mark}{power}" if 0 <= power <= 9 or not self.printer.latex else f"^{{{power}}}"
+        if node.kind == "function" and self.printer.latex and node.bracketed is None:
+            return (node.marks[0][1], node.marks[0][1], text + " ")
+        return (node.outer[1], node.outer[1], text)
+
+    def other_exponent(self, node: Node, power: int) -> Splice:
+        """Another exponent for a power; none for 1."""
+        if power == 1:
+            after = " " if self.text[node.marks[0][1] : node.marks[0][1] + 1].isalpha() else ""
+            return (*node.marks[0], after)
+        mark = "^" if self.printer.latex else "**" if "*" in self.of(node.marks[0]) else "^"
+        text = f"{mark}{power}" if 0 <= power <= 9 else f"{mark}{{{power}}}" if self.printer.latex else f"{mark}({power})"
+        following = self.text[node.marks[0][1] : node.marks[0][1] + 1]
+        return (*node.marks[0], text + (" " if following.isdigit() else ""))
+
+    def added(self, node: Node, sign: int, term: str) -> Splice:
+        """One more term after a sum, side or entry."""
+        end = node.span[1] if node.kind == "sum" else node.outer[1]
+        return (end, end, f" {'+' if sign > 0 else '-'} {term}")
+
+    def shown(self, need: Need, splices: tuple[Splice, ...]) -> tuple[str, str]:
+        """What is shown of a change: the factor, fraction or term that it is in, before and after."""
+        node = need.node
+        for parent in reversed(need.parents):
+            if parent.kind not in ("product", "power", "function") or parent.span[1] - parent.span[0] > 60:
+                break
+            if any(part.kind == "sum" for part in walk(parent)):
+                break
+            node = parent
+            if parent.kind == "product":
+                break
+        start, end = (min(node.outer[0], *(s[0] for s in splices)), max(node.outer[1], *(s[1] for s in splices)))
+        inside = tuple((a - start, b - start, new) for a, b, new in splices)
+        return _bare(self.text[start:end]), _bare(apply(self.text[start:end], inside))
+
+    def below(self, node: Node, factor: int) -> Splice | None:
+        """Multiply the denominator of a printed fraction; None for what is none."""
+        if not (node.kind == "product" and node.fraction and self.printer.latex):
+            return None
+        start = node.children[1].span[0]
+        return self.put((start, start), f"{factor} " if not re.match(r"\d", self.text[start:]) else rf"{factor} \cdot ")
+
+
+def _bare(text: str) -> str:
+    """Without the braces around all of it."""
+    text = text.strip()
+    inside = text[1:-1]
+    return inside if text[:1] == "{" and text[-1:] == "}" and "{" not in inside and "}" not in inside else text
+

@@ -1,0 +1,61 @@
+"""The laws in their usual form, off the true motion: what a mended equation is compared with.
+
+An equation multiplied by 4 holds as well; of two mends the one that gives a law in its usual form is the likelier.
+"""
+
+from functools import cache
+
+import numpy as np
+
+from pendpin.analysis.doctor.judging import STATES, Equation, random_base, residuals
+from pendpin.analysis.doctor.mechanics import Convention, Quantities, Values, cross, dot, solved
+from pendpin.analysis.doctor.monomials import reader_of
+from pendpin.analysis.doctor.reading.names import UNKNOWNS
+
+USUAL = -0.12  # what a law in its usual form takes off the cost
+MULTIPLE = 0.12  # what an odd multiple of one adds
+
+
+@cache
+def free_states(rod: str, convention: Convention) -> Quantities:
+    """Random states in which accelerations and reactions are random too."""
+    base = random_base(rod, STATES, seed=2)
+    random = np.random.default_rng(3)
+    base |= {name: random.uniform(0.5, 2, STATES) for name in UNKNOWNS}
+    return Quantities(base, rod, convention, np)
+
+
+@cache
+def _laws(rod: str, convention: Convention) -> list[Values]:
+    """What each balance leaves over, (n,): forces, moments about G and about the joint, along the axes of B and A."""
+    q = free_states(rod, convention)
+    weight = q["Fg"] * q["z*"]
+    force = q["m"] * q["aG"] - q["R"] - weight
+    spin = np.stack([dot(row, q["alpha"]) for row in q["inertia"]])
+    momentum = np.stack([dot(row, q["omega"]) for row in q["inertia"]])
+    about_g = spin + cross(q["omega"], momentum) + cross(q["rG"], q["R"]) - q["M"]
+    about_joint = about_g + cross(q["rG"], force)
+    vectors = (force, about_g, about_joint)
+    truth = solved(q.base, rod, convention, np)
+    explicit = [q[name] - truth[name] for name in UNKNOWNS]
+    return explicit + [dot(vector, q[axis]) for vector in vectors for axis in ("b1", "b2", "b3", "a1")]
+
+
+def standing(equation: Equation, rod: str, convention: Convention) -> tuple[Values, float]:
+    """An equation's residual off the true motion up to a factor, and what its form adds to the cost of a mend."""
+    quantities = free_states(rod, convention)
+    values = np.concatenate([rows for rows, _ in residuals(equation, quantities)])
+    odd = _oddness(values[0], rod, convention) if len(values) == 1 else 0.0
+    flat = values.ravel()
+    largest = flat[np.argmax(np.abs(flat))]
+    return (flat / largest if abs(largest) > 1e-12 else flat), odd
+
+
+def _oddness(values: Values, rod: str, convention: Convention) -> float:
+    reader = reader_of(free_states(rod, convention))
+    for law in _laws(rod, convention):
+        with np.errstate(all="ignore"):
+            ratio = values / law
+        if np.isfinite(ratio).all() and (found := reader.plain(ratio)) is not None:
+            return USUAL if abs(found.factor) == 1 else MULTIPLE
+    return 0.0

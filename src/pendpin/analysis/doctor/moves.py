@@ -1,0 +1,195 @@
+"""Every small change of a printed equation that can be listed: a sign, a function, a symbol, a power, a term left out.
+
+Each move says what value it gives to which part, so that all are tried on numbers before any is written.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from pendpin.analysis.doctor.edits import Edit, Editor
+from pendpin.analysis.doctor.evaluation import Context, Values, power
+from pendpin.analysis.doctor.mechanics import Quantities
+from pendpin.analysis.doctor.monomials import CLOSE, simple
+from pendpin.analysis.doctor.needs import Need
+from pendpin.analysis.doctor.reading.names import DIMENSION_OF, MATRICES, UNIT_VECTORS, VECTORS
+from pendpin.analysis.doctor.reading.tree import Node, key
+
+COMMON = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "R1", "R2", "R3", "M3", "Mc", "Fg")
+RODS = {"thin": (), "uniform": ("r", "I1", "I2", "I3"), "general": ("h", "I1", "I2", "I3", "J1", "J2", "J3")}
+FAMILIES = [("x", "y", "z"), ("vx", "vy", "vz"), ("ax", "ay", "az"), ("w1", "w2", "w3"), ("wd1", "wd2", "wd3")]
+FAMILIES += [("ac1", "ac2", "ac3"), ("vc1", "vc2", "vc3"), ("I1", "I2", "I3", "J1", "J2", "J3"), ("T", "V", "L", "E")]
+FAMILIES += [("wx", "wy", "wz"), ("xT", "yT", "zT"), ("M1", "M2", "M3", "Mc"), ("rG", "vG", "aG", "rT"), ("omega", "alpha")]
+FAMILIES += [tuple(sorted(UNIT_VECTORS)), tuple(sorted(MATRICES)), ("h", "l", "r"), ("R", "M")]
+FUNCTIONS = ("sin", "cos", "tan", "cot")
+CIRCULAR = {"sin", "cos", "tan", "cot", "sec", "csc"}
+FACTORS = tuple(Fraction(a, b) for a, b in ((2, 1), (1, 2), (3, 1), (1, 3), (4, 1), (1, 4), (3, 2), (2, 3), (6, 1), (1, 6), (12, 1), (1, 12)))
+
+
+def moves(found: list[Need], context: Context, editor: Editor) -> Iterator[Edit]:
+    """All moves of one part, then those of all equal parts at once."""
+    seen: set[int] = set()
+    for need in found:
+        if id(need.node) not in seen:
+            seen.add(id(need.node))
+            yield from _of_part(need, context, editor)
+    yield from _of_equal_parts(found, context, editor)
+
+
+def _of_part(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
+    node = need.node
+    if need.whole and need.value.ndim and node.kind != "number":
+        splices = (editor.sign(need),)
+        old, new = _term(need, editor)
+        yield Edit(splices, 1.0 + 0.5 * need.lone, f"the sign of {_plain(need, editor)} is wrong", old, new, {id(node): -need.value})
+    if need.role == "term" and len(need.parents[-1].children) > 1:
+        words = f"the term {editor.of(node.outer)} is too many"
+        yield Edit((editor.without_term(need),), 1.25, words, editor.of(node.outer), "", {id(node): 0 * need.value})
+    if need.role in ("factor", "divisor") and need.value.ndim == 1:
+        one = {id(node): np.ones_like(need.value)}
+        yield Edit((editor.without_factor(need),), 1.2, f"the factor {editor.of(node.outer)} is too many", editor.of(node.outer), "", one)
+    for value, text, cost in replacements(node, context, editor):
+        splice = editor.put(node.span if node.kind == "symbol" else node.marks[0], text)
+        old, new = editor.shown(need, (splice,))
+        yield Edit((splice,), cost + 0.5 * need.lone, f"{old} should be {new}", old, new, {id(node): value})
+    yield from _powers(need, context, editor)
+    yield from _multiples(need, context, editor)
+    yield from _numbers(need, editor)
+
+
+def _term(need: Need, editor: Editor) -> tuple[str, str]:
+    """A term before and after its sign is changed."""
+    text = editor.of(need.node.outer)
+    if need.role != "term":
+        return text, f"-{text}"
+    signs: Any = need.parents[-1].value
+    return ("-" + text, "+" + text) if signs[need.index] < 0 else ("+" + text, "-" + text)
+
+
+def _plain(need: Need, editor: Editor) -> str:
+    return editor.of(need.node.outer)
+
+
+def replacements(node: Node, context: Context, editor: Editor) -> Iterator[tuple[Values, str, float]]:
+    """Other symbols for a symbol, other functions for a function: value, text and cost."""
+    quantities = context.quantities
+    if node.kind == "symbol":
+        name = context.meanings.get(str(node.value), str(node.value))
+        for other in alternatives(name, quantities):
+            same = DIMENSION_OF.get(other) == DIMENSION_OF.get(name)
+            used = other in editor.printer.styles or not editor.printer.styles
+            yield quantities[other], editor.printer.symbol(other), (1.05 if same else 1.3) + (0.0 if used else 0.1)
+    if node.kind == "function" and node.value in CIRCULAR:
+        inner = _argument(node, context)
+        for other in FUNCTIONS:
+            if inner is not None and other != node.value:
+                slash = "\\" if editor.of(node.marks[0]).startswith("\\") else ""
+                with np.errstate(all="ignore"):
+                    yield _functions(other, inner, quantities), slash + other, 1.0 + 0.1 * FUNCTIONS.index(other) ** 2 / 4
+
+
+def _argument(node: Node, context: Context) -> Values | None:
+    from pendpin.analysis.doctor.evaluation import evaluate
+
+    return evaluate(node.children[0], context)
+
+
+def _functions(name: str, x: Values, quantities: Quantities) -> Values:
+    xp = quantities.xp
+    if name in ("sin", "cos"):
+        return getattr(xp, name)(x)
+    return xp.sin(x) / xp.cos(x) if name == "tan" else xp.cos(x) / xp.sin(x)
+
+
+def alternatives(name: str, quantities: Quantities) -> list[str]:
+    """Names that could stand in place of one: of its family first, and the common ones."""
+    family = [other for names in FAMILIES if name in names for other in names]
+    if name in VECTORS | MATRICES:
+        return [other for other in dict.fromkeys(family) if other != name]
+    rest = [*COMMON, *RODS[quantities.rod]]
+    others = [other for other in dict.fromkeys([*family, *rest]) if other != name and other in quantities]
+    return [other for other in others if other not in VECTORS and np.any(quantities[other])]
+
+
+def _powers(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
+    """Another exponent, or one where there is none."""
+    node = need.node
+    if node.kind == "power" and isinstance(node.value, Fraction):
+        base = _argument(node, context)
+        for exponent in (1, 2, 3, 4):
+            if base is not None and base.ndim == 1 and exponent != node.value:
+                splice = editor.other_exponent(node, exponent)
+                old, new = editor.shown(need, (splice,))
+                yield Edit((splice,), 1.1, f"{old} should be {new}", old, new, {id(node): power(base, Fraction(exponent), 0, context)})
+    plain = node.kind in ("symbol", "function") and (need.parent is None or need.parent.kind != "power")
+    if plain and need.value.ndim == 1 and not need.lone and node.kind != "number":
+        for exponent in (2, 3):
+            splice = editor.exponent(node, exponent)
+            old, new = editor.shown(need, (splice,))
+            yield Edit((splice,), 1.15, f"{old} should be {new}", old, new, {id(node): need.value**exponent})
+
+
+def _multiples(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
+    """The argument of a function doubled or halved, and the factor of an argument left out."""
+    node = need.node
+    if need.role == "argument" and need.parents[-1].kind == "function" and need.value.ndim == 1:
+        for factor in (Fraction(2), Fraction(1, 2)):
+            number = editor.printer.number(factor)
+            splice = editor.before(node, number if editor.printer.latex else f"({number})")
+            if need.parents[-1].value != "sqrt" and node.bracketed is not None:
+                splice = (node.span[0], node.span[0], splice[2])
+                old, new = editor.shown(need, (splice,))
+                yield Edit((splice,), 1.2, f"{old} should be {new}", old, new, {id(node): need.value * float(factor)})
+
+
+def _numbers(need: Need, editor: Editor) -> Iterator[Edit]:
+    """A usual multiple of a number."""
+    if need.node.kind != "number" or not need.node.value or need.needed is None:
+        return
+    for factor in FACTORS:
+        value = Fraction(str(need.node.value)) * factor
+        if value.denominator == 1 or need.node.value == 1:
+            text = editor.printer.number(value)
+            splice = editor.put(need.node.span, text if value.denominator == 1 or editor.printer.latex else f"({text})")
+            old, new = editor.shown(need, (splice,))
+            yield Edit((splice,), 1.05 + simple(value), f"{old} should be {new}", old, new, {id(need.node): need.value * float(factor)})
+
+
+def _of_equal_parts(found: list[Need], context: Context, editor: Editor) -> Iterator[Edit]:
+    """The same replacement wherever a symbol or function stands, and two symbols exchanged."""
+    groups: dict[tuple, dict[int, Need]] = defaultdict(dict)
+    for need in found:
+        if need.node.kind in ("symbol", "function"):
+            groups[key(need.node)][id(need.node)] = need
+    several = {k: list(members.values()) for k, members in groups.items()}
+    for members in several.values():
+        if len(members) > 1:
+            yield from _together(members, context, editor)
+    names = [members for members in several.values() if members[0].node.kind == "symbol"]
+    for i, first in enumerate(names):
+        for second in names[i + 1 :]:
+            if len(first) + len(second) > 2 and first[0].value.shape == second[0].value.shape:
+                yield _exchanged(first, second, editor)
+
+
+def _together(members: list[Need], context: Context, editor: Editor) -> Iterator[Edit]:
+    for value, text, cost in replacements(members[0].node, context, editor):
+        splices = tuple(editor.put(n.node.span if n.node.kind == "symbol" else n.node.marks[0], text) for n in members)
+        old, new = editor.shown(members[0], splices[:1])
+        words = f"{old} should be {new}, wherever it stands"
+        yield Edit(splices, cost + 0.35, words, old, new, {id(n.node): value for n in members})
+
+
+def _exchanged(first: list[Need], second: list[Need], editor: Editor) -> Edit:
+    a, b = editor.of(first[0].node.span), editor.of(second[0].node.span)
+    splices = [editor.put(n.node.span, b) for n in first] + [editor.put(n.node.span, a) for n in second]
+    instead = {id(n.node): second[0].value for n in first} | {id(n.node): first[0].value for n in second}
+    return Edit(tuple(splices), 1.6, f"{a} and {b} are exchanged", a, b, instead)
+
+
+def small(values: Values, size: float) -> bool:
+    """Whether values are 0 but for rounding."""
+    return bool(np.abs(values).max() <= CLOSE * size)

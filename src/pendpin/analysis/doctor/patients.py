@@ -1,0 +1,203 @@
+"""From statements to equations that can be judged: every reading of a text, and the likeliest of them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+from pendpin.analysis.doctor.judging import TOLERANCE, Equation, dimensions_of, random_states, relative_error
+from pendpin.analysis.doctor.mechanics import Convention
+from pendpin.analysis.doctor.reading.documents import Statement
+from pendpin.analysis.doctor.reading.grammar import parse
+from pendpin.analysis.doctor.reading.names import DIMENSION_OF, VECTORS
+from pendpin.analysis.doctor.reading.tokens import tokens
+from pendpin.analysis.doctor.reading.tree import Node, Unread, symbols
+
+MOST_BRACKETS = 120  # places that are tried for a missing one
+COORDINATES = {"x", "y", "z"}
+
+
+@dataclass(frozen=True, eq=False)
+class Printed:
+    """One equation of a statement: its sides as they are read from `text`, which may hold a bracket more than was printed."""
+
+    statement: Statement
+    number: int
+    latex: str  # as printed
+    text: str
+    index: int
+    ways: tuple[tuple[tuple[Node, ...], bool], ...] = ()  # sides, and whether 3g/2l is read as 3g/(2l)
+    reason: str = ""  # why it cannot be read
+    remark: str = ""
+    defines: str = ""  # the symbol that it gives a meaning to
+    definitions: dict[str, Node] = field(default_factory=dict)
+
+    def readings(self) -> Iterator[tuple[Equation, bool]]:
+        """Every way to read it, the likeliest first."""
+        for sides, tight in self.ways:
+            for equation in Equation(sides, definitions=self.definitions).readings():
+                yield equation, tight
+
+
+def printed(statements: tuple[Statement, ...], definitions: dict[str, Node]) -> list[Printed]:
+    """The equations of some statements, numbered; symbols that one of them defines are known to those after it."""
+    found: list[Printed] = []
+    known = dict(definitions)
+    for statement in statements:
+        for one in _of_statement(statement, len(found) + 1):
+            one = replace(one, definitions=dict(known))
+            if name := _defined(one, known):
+                known[name] = one.ways[0][0][1]
+                one = replace(one, defines=name)
+            found.append(one)
+    return found
+
+
+def _of_statement(statement: Statement, number: int) -> list[Printed]:
+    text, remark = statement.text, ""
+    try:
+        equations = parse(text)
+    except Unread as error:
+        mended = _with_bracket(text) if "bracket" in error.reason or "closed by" in error.reason else None
+        if mended is None:
+            return [Printed(statement, number, text, text, 0, reason=f"{error.reason} (character {error.place + 1})")]
+        text, remark = mended
+        equations = parse(text)
+    except RecursionError:
+        return [Printed(statement, number, text, text, 0, reason="nested too deeply")]
+    return [
+        Printed(statement, number + i, _own(statement, text, sides, len(equations)), text, i, _ways(statement, text, i, sides), remark=remark)
+        for i, sides in enumerate(equations)
+        if len(sides) > 1 or statement.name or not statement.place.startswith("line")
+    ] or [Printed(statement, number, text, text, 0, reason="no equation: it has one side only")]
+
+
+def _own(statement: Statement, text: str, sides: list[Node], count: int) -> str:
+    """The part of a statement that is one of several equations."""
+    return statement.text if count == 1 else text[sides[0].outer[0] : sides[-1].outer[1]].strip()
+
+
+def _ways(statement: Statement, text: str, index: int, sides: list[Node]) -> tuple[tuple[tuple[Node, ...], bool], ...]:
+    """The sides, also with 3g/2l read as 3g/(2l), and with the statement's name as the left side."""
+    ways = [(tuple(sides), False)]
+    if "/" in text:
+        ways.append((tuple(parse(text, tight=True)[index]), True))
+    if len(sides) == 1 and statement.name:
+        named = _name(statement.name)
+        ways = [((left, *s), tight) for s, tight in ways for left in named] + ways
+    return tuple(ways)
+
+
+def _name(name: str) -> list[Node]:
+    """A key as the left side of an equation, if it is the name of a quantity."""
+    try:
+        found = parse(name)
+    except Unread:
+        return []
+    known = len(found) == 1 and len(found[0]) == 1 and found[0][0].kind == "symbol" and not str(found[0][0].value).startswith("?")
+    return [replace(found[0][0], span=(0, 0))] if known else []
+
+
+def _with_bracket(text: str) -> tuple[str, str] | None:
+    """A text with the bracket that is missing, where that makes an equation of vectors or numbers; and a remark."""
+    candidates = []
+    for place in [token.start for token in tokens(text)][1 : MOST_BRACKETS + 1] + [len(text)]:
+        for bracket in (")", "]", "(", "["):
+            fixed = text[:place] + bracket + text[place:]
+            if (error := _error_of(fixed)) is not None:
+                around = text[place : place + 12].strip() or "the end"
+                candidates.append((error, fixed, f"a bracket is missing; it is read with {bracket} before {around}"))
+    if not candidates:
+        return None
+    return min(candidates, key=lambda c: c[0])[1:]
+
+
+def _error_of(text: str) -> float | None:
+    """The least error of a text's first equation over its meanings; None where it cannot be read."""
+    try:
+        sides = parse(text)[0]
+    except (Unread, IndexError):
+        return None
+    errors = []
+    for equation in Equation(tuple(sides)).readings():
+        try:
+            if not dimensions_of(equation):
+                errors.append(relative_error(equation, random_states("thin", Convention())))
+        except Unread:
+            continue
+    return min(errors, default=None)
+
+
+def _defined(one: Printed, known: dict[str, Node]) -> str:
+    """The symbol that an equation defines: an unknown one alone on the left."""
+    if not one.ways or len(one.ways[0][0]) != 2:
+        return ""
+    left, right = one.ways[0][0]
+    fresh = left.kind == "symbol" and str(left.value).startswith("?") and left.value not in known
+    return str(left.value) if fresh and left.value not in symbols(right) else ""
+
+
+def chosen(one: Printed, rod: str, convention: Convention) -> tuple[Equation, bool, float]:
+    """The reading that holds, or else the likeliest that has a meaning: equation, tightness, error. Raises Unread."""
+    best: tuple[tuple[bool, float], Equation, bool, float] | None = None
+    reason = Unread(one.reason or "it has no meaning")
+    for rank, (equation, tight) in enumerate(one.readings()):
+        try:
+            error = relative_error(equation, random_states(rod, convention))
+        except Unread as unread:
+            reason = unread if best is None and rank == 0 else reason
+            continue
+        if error < TOLERANCE:
+            return equation, tight, error
+        order = (bool(dimensions_of(equation)), float(rank))
+        if best is None or order < best[0]:
+            best = (order, equation, tight, error)
+    if best is None:
+        raise reason
+    return best[1], best[2], best[3]
+
+
+def kind_of(equation: Equation) -> str:
+    """What an equation is about, in a word or two."""
+    names = equation.names
+    first = equation.sides[0]
+    lone = str(equation.meanings.get(str(first.value), first.value)) if first.kind == "symbol" else ""
+    for kind, members in KINDS:
+        if lone in members:
+            return kind
+    if any(name.startswith("C_") for name in names):
+        return "direction cosines"
+    if names & {"M3", "Mc", "M1", "M2", "M"} or _is_moment(equation):
+        return "moment balance"
+    if names & {"R1", "R2", "R3", "R"}:
+        return "force balance"
+    if names & {"L", "T", "V", "E"}:
+        return "energy"
+    if names & {"ddtheta", "ddphi", "alpha", "wd1", "wd2", "wd3"}:
+        return "equation of motion"
+    return "relation"
+
+
+def _is_moment(equation: Equation) -> bool:
+    from pendpin.analysis.doctor.evaluation import Disagreement, common, dimension
+
+    try:
+        found = common([dimension(side, equation.definitions) for side in equation.sides])
+    except Disagreement:
+        return bool(equation.names & {"I1", "I2", "I3"})
+    return found == (1, 2, -2) and bool(equation.names & {"R1", "R2", "R3", "R", "ddtheta", "ddphi", "alpha"})
+
+
+KINDS: tuple[tuple[str, set[str]], ...] = (
+    ("unit vectors", {name for name in VECTORS if DIMENSION_OF.get(name) == (0, 0, 0)}),
+    ("angular velocity", {"omega", "w1", "w2", "w3", "wx", "wy", "wz"}),
+    ("angular acceleration", {"alpha", "wd1", "wd2", "wd3", "wdx", "wdy", "wdz"}),
+    ("position", {"rG", "rT", "x", "y", "z", "xT", "yT", "zT", "h"}),
+    ("velocity", {"vG", "vx", "vy", "vz", "vc1", "vc2", "vc3", "speed"}),
+    ("acceleration", {"aG", "ax", "ay", "az", "ac1", "ac2", "ac3"}),
+    ("explicit acceleration", {"ddtheta", "ddphi"}),
+    ("reaction", {"R", "R1", "R2", "R3", "M3", "Mc", "M", "M1", "M2"}),
+    ("kinetic energy", {"T"}),
+    ("potential energy", {"V"}),
+    ("Lagrangian", {"L"}),
+    ("energy", {"E"}),
+    ("inertia", {"inertia", "I1", "I2", "I3", "J1", "J2", "J3"}),
+)
