@@ -8,6 +8,7 @@ from pendpin.versions import VERSION
 if TYPE_CHECKING:
     from pendpin import effects
     from pendpin.analysis.crosscheck import crosscheck
+    from pendpin.analysis.doctor.diagnose import diagnose
     from pendpin.analysis.work_precision import cost
     from pendpin.dynamics.dynamics import Dynamics, bind
     from pendpin.errors import InputError, MissingLibrary, PendpinError, RunError
@@ -20,6 +21,7 @@ __version__ = VERSION
 
 _HOMES = {
     "analysis.crosscheck": ("crosscheck",),
+    "analysis.doctor.diagnose": ("diagnose",),
     "analysis.work_precision": ("cost",),
     "dynamics.dynamics": ("Dynamics", "bind"),
     "errors": ("InputError", "MissingLibrary", "PendpinError", "RunError"),
@@ -47,6 +49,7 @@ __all__ = [
     "bind",
     "cost",
     "crosscheck",
+    "diagnose",
     "effects",
     "load_scene",
     "simulate",

@@ -12,6 +12,7 @@ from pendpin.cli.streams import drop_output, finish_output, prepare_streams, say
 from pendpin.cli.tables import (
     print_check,
     print_cost,
+    print_diagnosis,
     print_effects,
     print_files,
     print_hard,
@@ -267,6 +268,36 @@ def hard(
         raise KeyboardInterrupt
     if report.fault:
         raise PendpinError(report.fault)
+
+
+@app.command()
+def doctor(
+    file: Annotated[Path, typer.Argument(help="Equations: LaTeX, Markdown, plain text, or TOML with [equations].")],
+    rod: Annotated[str | None, typer.Option(help="thin, uniform or general; the symbols tell if absent.")] = None,
+    convention: Annotated[
+        str | None, typer.Option(help="theta-ccw, phi-reversed, z-up, swapped, with commas; found if absent.")
+    ] = None,
+    html: Annotated[Path | None, typer.Option(help="The report as one HTML page.")] = None,
+    json: Json = False,
+) -> None:
+    """Say which printed equation of a rod is wrong, and which change mends it.
+
+    The exit status is 0 only if some equation could be read and all that could hold.
+    """
+    from pendpin.analysis.doctor.diagnose import diagnose_file
+
+    _refuse_targets([html], [file])
+    with waiting("reading", hidden=json) as progress:
+        diagnosis = diagnose_file(file, rod, convention, progress)
+    print_diagnosis(diagnosis, json)
+    if html:
+        from pendpin.analysis.doctor.page import write_report
+
+        files = [write_report(html, diagnosis)]
+        if not json:
+            print_files(files)
+    if not diagnosis.ok:
+        raise typer.Exit(1)
 
 
 @app.command()

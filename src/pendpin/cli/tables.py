@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pendpin.analysis.crosscheck import Report
+    from pendpin.analysis.doctor.diagnosis import Diagnosis
     from pendpin.analysis.hardcases import Report as HardReport
     from pendpin.analysis.significance import EffectsReport
     from pendpin.analysis.work_precision_report import CostReport, Curve
@@ -210,3 +211,18 @@ def print_files(files: list[Path]) -> None:
     """The files written, a line each."""
     for file in files:
         print(f"wrote {file}")
+
+
+def print_diagnosis(diagnosis: "Diagnosis", as_json: bool) -> None:
+    """Every equation with its verdict, how it fails, and what mends it."""
+    if as_json:
+        print_json(diagnosis.to_json())
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    from pendpin.analysis.doctor.report import lines
+
+    console = Console()
+    for line in lines(diagnosis):
+        console.print(Text.assemble(*line), soft_wrap=True)

@@ -59,6 +59,7 @@ class Diagnosis:
     remarks: tuple[str, ...] = ()
     shared: tuple[Shared, ...] = ()
     symbols: dict[str, Node] = field(default_factory=dict)
+    harm: Any = None
 
     @property
     def ok(self) -> bool:
@@ -174,33 +175,36 @@ def _all_conventions() -> list[Convention]:
     return sorted(every, key=lambda c: len([w for w in c.words.split(", ") if w]) + 0.1 * (c.z == "mirrored"))
 
 
-def _held(equations: list[Printed], rod: str, convention: Convention) -> tuple[int, int]:
-    """How many equations hold, and how many could be read."""
-    held = read = 0
-    for one in equations:
-        try:
-            _, _, error = chosen(one, rod, convention)
-        except Unread:
-            continue
-        if not one.defines:
-            read += 1
-            held += error < TOLERANCE
-    return held, read
+def _holds(one: Printed, rod: str, convention: Convention) -> bool | None:
+    """Whether an equation holds at random states; None for one that cannot be read or tells little of the convention."""
+    sides = one.ways[0][0] if one.ways else ()
+    if one.defines or any(part.kind == "derivative" for side in sides for part in walk(side)):
+        return None
+    try:
+        return chosen(one, rod, convention)[2] < TOLERANCE
+    except Unread:
+        return None
 
 
 def find_convention(equations: list[Printed], rod: str) -> tuple[Convention, list[str]]:
     """The convention that a text was written in: the usual one, unless another explains clearly more of it."""
     usual = Convention()
-    held, read = _held(equations, rod, usual)
-    if held == read or not read:
+    verdicts = [(one, _holds(one, rod, usual)) for one in equations]
+    right = [one for one, holds in verdicts if holds]
+    wrong = [one for one, holds in verdicts if holds is False]
+    if not wrong:
         return usual, []
-    counts = {convention: _held(equations, rod, convention)[0] for convention in _all_conventions()}
-    best = max(counts, key=lambda convention: counts[convention])
-    if counts[best] >= held + 2 and counts[best] >= 0.6 * read:
+    healed = {c: sum(_holds(one, rod, c) is True for one in wrong) for c in _all_conventions()}
+    held = {c: n + sum(_holds(one, rod, c) is True for one in right) for c, n in healed.items() if n > 1 or n == len(wrong)}
+    best = max(held, key=lambda convention: held[convention], default=usual)
+    read = len(right) + len(wrong)
+    if best == usual or held[best] <= len(right):
+        return usual, []
+    if held[best] >= len(right) + 2 and held[best] >= 0.6 * read:
         return best, []
-    if counts[best] <= held or counts[best] < read:
+    if held[best] < read:
         return usual, []
-    if _mended_simply(equations, rod):
+    if _mended_simply(wrong, rod):
         return usual, [f"All equations hold if {best.words}; if that is meant, give it as the convention."]
     return best, []
 
@@ -238,7 +242,7 @@ def _failing(finding: Finding, one: Printed, tight: bool, rod: str, convention: 
     latex = is_latex(one.text)
     own = styles_of(list(equation.sides), one.text)
     printer = Printer(latex, {**styles, **own} if latex else own)
-    patient = Patient(equation, one.text, one.index, tight, rod, convention)
+    patient = Patient(equation, one.text, one.index, tight, rod, convention, one.alone)
     return replace(
         finding,
         when=when(equation, rod, convention),

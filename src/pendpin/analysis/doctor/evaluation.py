@@ -5,8 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor.mechanics import AXES, Quantities, Values, cross, dot, turned
-from pendpin.analysis.doctor.reading.names import DIMENSION_OF
+from pendpin.analysis.doctor.exact import printed_quantities
+from pendpin.analysis.doctor.mechanics import AXES, COORDINATES, Quantities, Values, cross, dot, turned
+from pendpin.analysis.doctor.reading.grammar import parse
+from pendpin.analysis.doctor.reading.names import DIMENSION_OF, UNKNOWNS
 from pendpin.analysis.doctor.reading.tree import Node, Unread
 
 Known = dict[int, Values]  # the value of every node, by id
@@ -66,8 +68,11 @@ def evaluate(node: Node, context: Context, known: Known | None = None, instead: 
     """
     if instead is not None and id(node) in instead:
         return instead[id(node)]
-    parts = [evaluate(child, context, known, instead) for child in node.children]
-    value = _value(node, parts, context)
+    if node.kind == "derivative":
+        value = derivative(node, context)
+    else:
+        parts = [evaluate(child, context, known, instead) for child in node.children]
+        value = _value(node, parts, context)
     if known is not None:
         known[id(node)] = value
     return value
@@ -90,10 +95,43 @@ def _value(node: Node, parts: list[Values], context: Context) -> Values:
             return power(parts[0], Fraction(str(node.value)), node.span[0], context)
         case "function":
             return function(str(node.value), parts[0], node.span[0], context)
-        case "matrix":
-            return _matrix(node, parts, context)
         case _:
-            return parts[0]
+            return _matrix(node, parts, context)
+
+
+def derivative(node: Node, context: Context) -> Values:
+    """A derivative in time or by a coordinate or rate, taken in symbols. Raises Unread for what is no function of those."""
+    q = context.quantities
+    chosen = (q.rod, q.convention, tuple(context.meanings.items()))
+    if (node, chosen) not in _DERIVED:
+        while len(_DERIVED) > 500:
+            _DERIVED.pop(next(iter(_DERIVED)))
+        _DERIVED[node, chosen] = _derived(node, context)
+    parts = [evaluate(part, Context(q, {})) for part in _DERIVED[node, chosen]]
+    return np.stack(parts) if len(parts) == 3 else parts[0]
+
+
+_DERIVED: dict[tuple[Node, Any], list[Node]] = {}
+
+
+def _derived(node: Node, context: Context) -> list[Node]:
+    """The derivative as trees, one of a scalar, three of a vector's components in I."""
+    from sympy import Symbol, diff
+
+    printed = printed_quantities(context.quantities.rod, context.quantities.convention)
+    symbols = Context(printed, context.definitions, context.frame, context.meanings, context.tensors)
+    name = context.meanings.get(str(node.value), str(node.value))
+    value = evaluate(node.children[0], symbols)
+    if value.ndim > 2 or name not in ("t", *COORDINATES):
+        raise Unread("this derivative is not read", node.span[0])
+    parts = []
+    for entry in value.reshape(-1):
+        if any(str(s) in UNKNOWNS for s in entry.free_symbols) and name == "t":
+            raise Unread("the rate of an acceleration or reaction is not known", node.span[0])
+        moving = {v: f"d{v}" for v in COORDINATES} if name == "t" else {name: "1"}
+        rate = sum(diff(entry, Symbol(v)) * (1 if d == "1" else Symbol(d)) for v, d in moving.items())
+        parts.append(parse(str(rate))[0][0])
+    return parts
 
 
 def _list(value: Any) -> list[Any]:

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.analysis.doctor.mechanics import COORDINATES, PARAMETERS, Convention, Quantities
+from pendpin.analysis.doctor.reading.names import UNKNOWNS
 from pendpin.errors import MissingLibrary
 
 ANGLES = ("theta", "phi")
@@ -210,6 +212,13 @@ def symbolic_base(names: tuple[str, ...]) -> dict[str, Any]:
     """The quantities of that name as sympy's symbols, each an array (1,)."""
     sympy = need_sympy()
     return {name: _single(sympy.Symbol(name)) for name in names}
+
+
+@cache
+def printed_quantities(rod: str, convention: Convention) -> Quantities:
+    """Quantities in sympy's symbols, the accelerations and reactions as they are printed, not solved for."""
+    base = symbolic_base((*COORDINATES, *PARAMETERS[rod], *UNKNOWNS))
+    return Quantities(base, rod, convention, symbolic())
 
 
 def _single(value: Any) -> Any:

@@ -1,7 +1,7 @@
 """An equation against the truth: residuals at random states, proofs, and in which motions an equation fails."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import product
 from typing import Any
@@ -10,6 +10,7 @@ import numpy as np
 
 from pendpin.analysis.doctor import exact
 from pendpin.analysis.doctor.evaluation import Context, Disagreement, Known, common, dimension, evaluate, norm, scale
+from pendpin.analysis.doctor.exact import printed_quantities
 from pendpin.analysis.doctor.mechanics import COORDINATES, PARAMETERS, Convention, Quantities, Values, solved
 from pendpin.analysis.doctor.reading.names import UNKNOWNS, meanings
 from pendpin.analysis.doctor.reading.tree import Node, Unread, symbols, walk
@@ -94,6 +95,11 @@ def residuals(
 
     `instead` gives parts another value; the sizes are then 0. Raises Unread where a vector is set equal to a number.
     """
+    if equation.names & {"q_i", "dq_i"}:
+        for angle in ("theta", "phi"):
+            meant = {"q_i": angle, "dq_i": f"d{angle}"}
+            yield from residuals(replace(equation, meanings=equation.meanings | meant), quantities, known, instead)
+        return
     sized = quantities.xp is np and instead is None
     known = {} if known is None else known
     context = equation.context(quantities)
@@ -199,13 +205,6 @@ def _holds_in_50_digits(equation: Equation, rod: str, convention: Convention) ->
         if any(abs(x) > 1e-35 for x in np.asarray(rows).flat):
             return False
     return True
-
-
-@cache
-def printed_quantities(rod: str, convention: Convention) -> Quantities:
-    """Quantities in sympy's symbols, the accelerations and reactions as they are printed, not solved for."""
-    base = exact.symbolic_base((*COORDINATES, *PARAMETERS[rod], *UNKNOWNS))
-    return Quantities(base, rod, convention, exact.symbolic())
 
 
 def harmless(equation: Equation, rod: str, convention: Convention) -> bool:

@@ -7,13 +7,15 @@ from functools import cache
 
 import numpy as np
 
+from pendpin.analysis.doctor.evaluation import Disagreement, common, dimension
 from pendpin.analysis.doctor.judging import STATES, Equation, random_base, residuals
 from pendpin.analysis.doctor.mechanics import Convention, Quantities, Values, cross, dot, solved
 from pendpin.analysis.doctor.monomials import reader_of
-from pendpin.analysis.doctor.reading.names import UNKNOWNS
+from pendpin.analysis.doctor.reading.names import DIMENSIONS, UNKNOWNS
 
 USUAL = -0.12  # what a law in its usual form takes off the cost
 MULTIPLE = 0.12  # what an odd multiple of one adds
+UNUSUAL = 0.06  # what sides of an unusual dimension add
 
 
 @cache
@@ -45,10 +47,19 @@ def standing(equation: Equation, rod: str, convention: Convention) -> tuple[Valu
     """An equation's residual off the true motion up to a factor, and what its form adds to the cost of a mend."""
     quantities = free_states(rod, convention)
     values = np.concatenate([rows for rows, _ in residuals(equation, quantities)])
-    odd = _oddness(values[0], rod, convention) if len(values) == 1 else 0.0
+    odd = _unusual(equation) + (_oddness(values[0], rod, convention) if len(values) == 1 else 0.0)
     flat = values.ravel()
     largest = flat[np.argmax(np.abs(flat))]
     return (flat / largest if abs(largest) > 1e-12 else flat), odd
+
+
+def _unusual(equation: Equation) -> float:
+    """What an equation costs whose sides are no quantity of mechanics, such as a mass over a time squared."""
+    try:
+        found = common([dimension(side, equation.definitions) for side in equation.sides])
+    except Disagreement:
+        return UNUSUAL
+    return 0.0 if found is None or tuple(map(int, found)) in DIMENSIONS or found == (0, 2, -2) else UNUSUAL
 
 
 def _oddness(values: Values, rod: str, convention: Convention) -> float:

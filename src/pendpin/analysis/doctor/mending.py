@@ -50,6 +50,13 @@ class Mend:
     proved: bool
     equation: Equation
     splices: tuple[tuple[int, int, str], ...]
+    alone: bool = True  # its text holds no other equation
+
+    @property
+    def latex(self) -> str:
+        """The mended equation as it would be printed."""
+        sides = self.equation.sides
+        return self.text if self.alone else self.text[sides[0].outer[0] : sides[-1].outer[1]].strip()
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +69,7 @@ class Patient:
     tight: bool
     rod: str
     convention: Convention
+    alone: bool = True  # the text holds no other equation
 
     def read(self, text: str) -> Equation:
         """The equation of a changed text, its names meaning the same. Raises Unread."""
@@ -84,7 +92,7 @@ def mends(patient: Patient, printer: Printer, most: int = 4) -> list[Mend]:
     effects = [_after(equation, quantities, edit) for edit in listed]
     size = float(np.abs(rows).max())
     singles = [edit for edit, after in zip(listed, effects, strict=True) if after is not None and _zero(after, size)]
-    singles += [edit for edit in _by_need(found, quantities, editor, _possible(equation))]
+    singles += [edit for edit in _by_need(found, quantities, editor, _possible(equation, patient.rod))]
     singles += _equal_products(found, equation, quantities, editor)
     chosen = _verified(patient, singles, most)
     if not chosen:
@@ -133,10 +141,11 @@ def _by_need(found: list[Need], quantities: Quantities, editor: Editor, names: s
             yield from _terms(need, reader, editor, names)
 
 
-def _possible(equation: Equation) -> set[str]:
+def _possible(equation: Equation, rod: str) -> set[str]:
     """Quantities that a missing term or factor may hold: not what the equation is solved for."""
     lone = {str(side.value) for side in equation.sides if side.kind == "symbol"}
-    return (equation.names | {*UNKNOWNS, *INERTIAS, "Mc"}) - lone
+    inertias = () if rod == "thin" else INERTIAS
+    return (equation.names | {*UNKNOWNS, *inertias, "Mc"}) - lone
 
 
 def _number(need: Need, found: list[Need], editor: Editor) -> Iterator[Edit]:
@@ -344,7 +353,7 @@ def _verified(patient: Patient, edits: list[Edit], most: int) -> list[Mend]:
         judgement = judge(equation, patient.rod, patient.convention)
         if judgement.holds:
             shapes.append(shape)
-            chosen.append(Mend(text, edit.words, edit.old, edit.new, cost, judgement.proved, equation, edit.splices))
+            chosen.append(Mend(text, edit.words, edit.old, edit.new, cost, judgement.proved, equation, edit.splices, patient.alone))
     return chosen
 
 

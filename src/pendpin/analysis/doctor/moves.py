@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from pendpin.analysis.doctor.edits import Edit, Editor
-from pendpin.analysis.doctor.evaluation import Context, Values, power
-from pendpin.analysis.doctor.mechanics import Quantities
+from pendpin.analysis.doctor.evaluation import Context, Disagreement, dimension, evaluate, power
+from pendpin.analysis.doctor.mechanics import PARAMETERS, Quantities, Values
 from pendpin.analysis.doctor.monomials import CLOSE, simple
 from pendpin.analysis.doctor.needs import Need
 from pendpin.analysis.doctor.reading.names import DIMENSION_OF, MATRICES, UNIT_VECTORS, VECTORS
-from pendpin.analysis.doctor.reading.tree import Node, key
+from pendpin.analysis.doctor.reading.tree import Node, Unread, key
 
 COMMON = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "R1", "R2", "R3", "M3", "Mc", "Fg")
 RODS = {"thin": (), "uniform": ("r", "I1", "I2", "I3"), "general": ("h", "I1", "I2", "I3", "J1", "J2", "J3")}
@@ -78,8 +78,12 @@ def replacements(node: Node, context: Context, editor: Editor) -> Iterator[tuple
     quantities = context.quantities
     if node.kind == "symbol":
         name = context.meanings.get(str(node.value), str(node.value))
+        for other in own_names(name, context):
+            yield context.symbol(other, 0), other.lstrip("?"), 1.05
         for other in alternatives(name, quantities):
             same = DIMENSION_OF.get(other) == DIMENSION_OF.get(name)
+            if not _in_use(other, context, editor):
+                continue
             used = other in editor.printer.styles or not editor.printer.styles
             yield quantities[other], editor.printer.symbol(other), (1.05 if same else 1.3) + (0.0 if used else 0.1)
     if node.kind == "function" and node.value in CIRCULAR:
@@ -91,9 +95,21 @@ def replacements(node: Node, context: Context, editor: Editor) -> Iterator[tuple
                     yield _functions(other, inner, quantities), slash + other, 1.0 + 0.1 * FUNCTIONS.index(other) ** 2 / 4
 
 
-def _argument(node: Node, context: Context) -> Values | None:
-    from pendpin.analysis.doctor.evaluation import evaluate
+def own_names(name: str, context: Context) -> Iterator[str]:
+    """Symbols that the text or the user defined, in place of another of the same dimension."""
+    own = context.definitions
+    for other in own:
+        if other != name and other.startswith("?"):
+            try:
+                same = dimension(own[other], own) == dimension(Node("symbol", (0, 0), name), own)
+                fits = same and context.symbol(other, 0).ndim == 1
+            except (Unread, Disagreement):
+                continue
+            if fits:
+                yield other
 
+
+def _argument(node: Node, context: Context) -> Values | None:
     return evaluate(node.children[0], context)
 
 
@@ -112,6 +128,12 @@ def alternatives(name: str, quantities: Quantities) -> list[str]:
     rest = [*COMMON, *RODS[quantities.rod]]
     others = [other for other in dict.fromkeys([*family, *rest]) if other != name and other in quantities]
     return [other for other in others if other not in VECTORS and np.any(quantities[other])]
+
+
+def _in_use(name: str, context: Context, editor: Editor) -> bool:
+    """Whether a name is a parameter of the rod, or one that the text uses."""
+    rod = context.quantities.rod
+    return name not in ("h", "r", "I1", "I2", "I3", "J1", "J2", "J3") or name in (*PARAMETERS[rod], *RODS[rod]) or name in editor.printer.styles
 
 
 def _powers(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:

@@ -78,7 +78,9 @@ def _close(a: Values, b: Values) -> bool:
 def _down(need: Need, quantities: Quantities, known: Known, frame: str) -> Iterator[Need]:
     """A part and everything below it."""
     yield need
-    if need.node.kind in ("function", "derivative"):
+    if need.node.kind == "derivative":
+        return
+    if need.node.kind == "function":
         for inner in _inside(need.node.children[0], (*need.parents, need.node), known):
             yield inner
         return

@@ -29,6 +29,7 @@ class Printed:
     remark: str = ""
     defines: str = ""  # the symbol that it gives a meaning to
     definitions: dict[str, Node] = field(default_factory=dict)
+    alone: bool = True  # no other equation stands in its text
 
     def readings(self) -> Iterator[tuple[Equation, bool]]:
         """Every way to read it, the likeliest first."""
@@ -56,7 +57,7 @@ def _of_statement(statement: Statement, number: int) -> list[Printed]:
     try:
         equations = parse(text)
     except Unread as error:
-        mended = _with_bracket(text) if "bracket" in error.reason or "closed by" in error.reason else None
+        mended = _with_bracket(text, error)
         if mended is None:
             return [Printed(statement, number, text, text, 0, reason=f"{error.reason} (character {error.place + 1})")]
         text, remark = mended
@@ -64,7 +65,7 @@ def _of_statement(statement: Statement, number: int) -> list[Printed]:
     except RecursionError:
         return [Printed(statement, number, text, text, 0, reason="nested too deeply")]
     return [
-        Printed(statement, number + i, _own(statement, text, sides, len(equations)), text, i, _ways(statement, text, i, sides), remark=remark)
+        Printed(statement, number + i, _own(statement, text, sides, len(equations)), text, i, _ways(statement, text, i, sides), remark=remark, alone=len(equations) == 1)
         for i, sides in enumerate(equations)
         if len(sides) > 1 or statement.name or not statement.place.startswith("line")
     ] or [Printed(statement, number, text, text, 0, reason="no equation: it has one side only")]
@@ -96,15 +97,16 @@ def _name(name: str) -> list[Node]:
     return [replace(found[0][0], span=(0, 0))] if known else []
 
 
-def _with_bracket(text: str) -> tuple[str, str] | None:
+def _with_bracket(text: str, error: Unread) -> tuple[str, str] | None:
     """A text with the bracket that is missing, where that makes an equation of vectors or numbers; and a remark."""
+    if not error.bracket:
+        return None
     candidates = []
     for place in [token.start for token in tokens(text)][1 : MOST_BRACKETS + 1] + [len(text)]:
-        for bracket in (")", "]", "(", "["):
-            fixed = text[:place] + bracket + text[place:]
-            if (error := _error_of(fixed)) is not None:
-                around = text[place : place + 12].strip() or "the end"
-                candidates.append((error, fixed, f"a bracket is missing; it is read with {bracket} before {around}"))
+        fixed = text[:place] + error.bracket + text[place:]
+        if (size := _error_of(fixed)) is not None:
+            before = text[max(0, place - 12) : place]
+            candidates.append((size, fixed, f"a bracket is missing; it is read with {error.bracket} after {before.strip() or 'the start'}"))
     if not candidates:
         return None
     return min(candidates, key=lambda c: c[0])[1:]
@@ -152,7 +154,18 @@ def chosen(one: Printed, rod: str, convention: Convention) -> tuple[Equation, bo
             best = (order, equation, tight, error)
     if best is None:
         raise reason
+    if _of_the_tip(best[1], rod, convention):
+        raise Unread("x, y, z may belong to the tip, for which it holds, or to the centre of mass, for which it fails: say which")
     return best[1], best[2], best[3]
+
+
+def _of_the_tip(equation: Equation, rod: str, convention: Convention) -> bool:
+    """Whether a condition on coordinates, none of them alone on a side, holds for the tip."""
+    lone = {str(side.value) for side in equation.sides}
+    if not equation.names & COORDINATES or lone & COORDINATES or equation.meanings.keys() - COORDINATES:
+        return False
+    tip = replace(equation, meanings={name: f"{name}T" for name in COORDINATES})
+    return relative_error(tip, random_states(rod, convention)) < TOLERANCE
 
 
 def kind_of(equation: Equation) -> str:

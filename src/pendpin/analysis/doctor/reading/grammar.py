@@ -14,16 +14,9 @@ MOST_DIGITS = 30
 MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix"}
 
 
-def parse(text: str, *, tight: bool = False, inserted: tuple[int, ...] = ()) -> list[list[Node]]:
-    """The equations of a text, each a list of sides that are equal. Raises Unread.
-
-    `tight` reads 3g/2l as 3g/(2l). `inserted` are places where a closing bracket is read that is not printed.
-    """
-    found = tokens(text)
-    for place in inserted:
-        after = next((i for i, token in enumerate(found) if token.start >= place), len(found))
-        found.insert(after, Token("close", ")", place, place))
-    return Parser(found, is_latex(text), tight).equations()
+def parse(text: str, *, tight: bool = False) -> list[list[Node]]:
+    """The equations of a text, each a list of sides that are equal; `tight` reads 3g/2l as 3g/(2l). Raises Unread."""
+    return Parser(tokens(text), is_latex(text), tight).equations()
 
 
 class Parser(PrintedNames):
@@ -45,7 +38,8 @@ class Parser(PrintedNames):
             elif token.kind == "other relation":
                 raise Unread(f"not an equation: it holds the relation {token.text}", token.start)
             elif not fresh or token.kind == "close":
-                raise Unread(f"the bracket {token.text} closes nothing", token.start)
+                opening = {closed: opened for opened, closed in CLOSING.items()}.get(token.text, "")
+                raise Unread(f"the bracket {token.text} closes nothing", token.start, opening)
             else:
                 found[-1].append(self.sum())
                 fresh = False
@@ -176,7 +170,7 @@ class Parser(PrintedNames):
         token = self.peek()
         if token.kind != "close" or token.text != CLOSING[opened.text]:
             reason = f"the bracket {opened.text} is not closed" if token.kind != "close" else f"{opened.text} is closed by {token.text}"
-            raise Unread(reason, opened.start)
+            raise Unread(reason, opened.start, CLOSING[opened.text])
         self.take()
 
     def _function(self) -> Node:

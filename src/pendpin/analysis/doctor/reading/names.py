@@ -28,7 +28,7 @@ MATRICES = {f"C_{a}{b}" for a in "IAB" for b in "IAB" if a != b} | {"inertia"}
 ANGLES = ("theta", "phi")
 UNKNOWNS = ("ddtheta", "ddphi", "R1", "R2", "R3", "M3")  # what the balances are solved for
 
-_RATES = {"theta": "dtheta", "phi": "dphi", "dtheta": "ddtheta", "dphi": "ddphi", "rG": "vG", "vG": "aG", "omega": "alpha"}
+_RATES = {"q_i": "dq_i", "theta": "dtheta", "phi": "dphi", "dtheta": "ddtheta", "dphi": "ddphi", "rG": "vG", "vG": "aG", "omega": "alpha"}
 _RATES |= {a + c: b + c for c in "xyz" for a, b in (("v", "a"),)} | {c: "v" + c for c in "xyz"}
 _RATES |= {"w1": "wd1", "w2": "wd2", "w3": "wd3", "wx": "wdx", "wy": "wdy", "wz": "wdz"}
 _CENTRE = {"", "G", "G/O", "C", "cm", "CM", "com", "c", "OG", "g", "G,O", "GO", "CG"}
@@ -129,8 +129,8 @@ def _load(letter: str, index: str, styled: bool) -> tuple[str, ...]:
     return {"1": ("M1",), "2": ("M2",), "3": ("M3",), "c": ("Mc",), "C": ("Mc",), "": ("M",) if styled else ()}.get(index, ())
 
 
-_PREFIX = re.compile(r"(d{1,2})_?(theta|phi|omega|x|y|z)(?:_?1)?")
-_SUFFIX = re.compile(r"(theta|phi|omega|x|y|z|th|ph)(?:_1)?_?(d{1,2}|d?dot|t{1,2}|p{1,2})(?:_1)?")
+_PREFIX = re.compile(r"(d{1,2})_?(theta|phi|omega|x|y|z)_?([123])?")
+_SUFFIX = re.compile(r"(theta|phi|omega|x|y|z|th|ph)_?([123]?)_?(d{1,2}|d?dot|t{1,2}|p{1,2})(?:_([123]))?")
 _SPLIT = re.compile(r"([A-Za-z]+?)_?([0-9]|[xyz]|hat|G|c|g|k|p|tip|kin|pot|hat_?[123]|[123]_?hat|_.*)?")
 _SHORT = {"th": "theta", "ph": "phi", "thetadot": "theta", "KE": "T", "PE": "V", "ell": "l", "varphi": "phi", "vartheta": "theta"}
 _ORDERS = {"d": 1, "dd": 2, "dot": 1, "ddot": 2, "t": 1, "tt": 2, "p": 1, "pp": 2}
@@ -141,9 +141,9 @@ def of_word(word: str) -> Written | None:
     if word in FUNCTIONS or word == "d":
         return None
     if match := _PREFIX.fullmatch(word):
-        return Written(match[2], len(match[1]))
+        return Written(match[2], len(match[1]), match[3] or "")
     if match := _SUFFIX.fullmatch(word):
-        return Written(_SHORT.get(match[1], match[1]), _ORDERS[match[2]])
+        return Written(_SHORT.get(match[1], match[1]), _ORDERS[match[3]], match[2] or match[4] or "")
     letter, _, index = word.partition("_")
     if not index and (match := re.fullmatch(r"([A-Za-z]+?)(\d+|hat|G|hat\d|(?<=v)[xyz]|(?<=a)[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=w)[xyz])", word)):
         letter, index = match[1], match[2]

@@ -12,11 +12,11 @@ Span = tuple[int, int]  # characters of the source, [start, end)
 
 
 class Unread(Exception):
-    """What cannot be read: the message says why, `place` is the character of the source."""
+    """What cannot be read: the message says why, `place` is the character of the source, `bracket` what is missing."""
 
-    def __init__(self, reason: str, place: int = 0) -> None:
+    def __init__(self, reason: str, place: int = 0, bracket: str = "") -> None:
         super().__init__(reason)
-        self.reason, self.place = reason, place
+        self.reason, self.place, self.bracket = reason, place, bracket
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ def key(node: Node) -> tuple:
 
 def symbols(node: Node) -> set[str]:
     """The names of the quantities in an expression."""
-    return {str(part.value) for part in walk(node) if part.kind == "symbol"}
+    return {str(part.value) for part in walk(node) if part.kind in ("symbol", "derivative")} - {"t"}
 
 
 def number(value: int | Fraction, span: Span = (0, 0)) -> Node:

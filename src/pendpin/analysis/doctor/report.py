@@ -1,0 +1,174 @@
+"""A diagnosis as text and as records for machines."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from pendpin.analysis.doctor import exact
+from pendpin.analysis.doctor.diagnosis import Diagnosis, Finding
+from pendpin.analysis.doctor.judging import Equation, residuals
+from pendpin.analysis.doctor.mechanics import AXES, COORDINATES, PARAMETERS, Convention, Quantities, dot
+from pendpin.analysis.doctor.mending import Mend
+from pendpin.analysis.doctor.reading.names import UNKNOWNS
+from pendpin.analysis.doctor.reading.tree import Unread
+
+STYLES = {"holds": "green", "fails": "bold red", "unread": "yellow"}
+Line = tuple[str, str]  # text and its style
+
+
+def records(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """One record an equation: number, latex, kind, verdict, proved, error, mends (docs/doctor.md)."""
+    return [_record(finding, diagnosis) for finding in diagnosis.findings]
+
+
+def _record(finding: Finding, diagnosis: Diagnosis) -> dict[str, Any]:
+    error = finding.error if np.isfinite(finding.error) else 1e300
+    return {
+        "number": finding.number,
+        "latex": finding.latex,
+        "kind": finding.kind,
+        "verdict": finding.verdict,
+        "proved": finding.proved,
+        "error": error,
+        "mends": [
+            {"latex": mend.latex, "words": mend.words, "residual": residual(mend.equation, diagnosis.rod, diagnosis.convention)}
+            for mend in finding.mends
+        ],
+        "place": finding.place,
+        "remark": finding.remark,
+        "when": finding.when,
+        "scaling": finding.scaling,
+        "dimensions": finding.dimensions,
+    }
+
+
+def residual(equation: Equation, rod: str, convention: Convention) -> str:
+    """Left minus right as text for sympy, in the coordinates, parameters and reactions of the text.
+
+    Of several equal sides the first two that are not the same for every motion; of vectors the components along b1, b2, b3.
+    """
+    symbolic = exact.printed_quantities(rod, convention)
+    found = []
+    try:
+        pairs = zip(residuals(equation, symbolic), _vanishing(equation, rod, convention), strict=True)
+        for (rows, _), zero in pairs:
+            found.append((_text(rows, equation, symbolic, zero), zero))
+    except Unread:
+        return ""
+    return next((text for text, zero in found if not zero), found[0][0])
+
+
+def _vanishing(equation: Equation, rod: str, convention: Convention) -> list[bool]:
+    """Of each pair of sides whether they are the same whatever accelerations and reactions are."""
+    base = exact.polynomial_base((*COORDINATES, *PARAMETERS[rod], *UNKNOWNS))
+    quantities = Quantities(base, rod, convention, exact.polynomials())
+    try:
+        return [all(row[0].zero for row in rows) for rows, _ in residuals(equation, quantities)]
+    except exact.Unprovable:
+        return [False] * max(1, len(equation.sides) - 1)
+
+
+def _text(rows: Any, equation: Equation, quantities: Quantities, zero: bool) -> str:
+    count = len(rows)
+    if count == 1:
+        return "0" if zero else str(rows[0][0])
+    if count == 3 and not zero:
+        rows = [dot(np.asarray(rows), quantities[axis]) for axis in AXES["B"]]
+    width = 1 if count == 3 else 3
+    entries = ["0" if zero else str(row[0]) for row in rows]
+    lines = (", ".join(entries[i : i + width]) for i in range(0, count, width))
+    return f"Matrix([{', '.join(f'[{line}]' for line in lines)}])"
+
+
+def text(diagnosis: Diagnosis) -> str:
+    """The whole report as plain text."""
+    return "\n".join("".join(part for part, _ in line) for line in lines(diagnosis))
+
+
+def lines(diagnosis: Diagnosis) -> Iterator[list[Line]]:
+    """The report line by line, each in parts with their styles."""
+    for finding in diagnosis.findings:
+        yield from _of_finding(finding)
+    yield []
+    for remark in diagnosis.remarks:
+        yield [(remark, "")]
+    for shared in diagnosis.shared:
+        yield [(shared_words(shared.old, shared.new, shared.numbers), "bold")]
+    if diagnosis.harm is not None:
+        yield from ([(line, "")] for line in diagnosis.harm.words)
+    yield [(summary(diagnosis), "bold")]
+
+
+def summary(diagnosis: Diagnosis) -> str:
+    """How many equations hold, fail and could not be read."""
+    verdicts = [finding.verdict for finding in diagnosis.findings]
+    counts = {word: verdicts.count(word) for word in STYLES}
+    rod = {"thin": "a uniform thin rod", "uniform": "a uniform rod of radius r", "general": "any rod"}[diagnosis.rod]
+    return f"Of {len(verdicts)} equations {counts['holds']} hold, {counts['fails']} fail, {counts['unread']} are not judged; for {rod}."
+
+
+def shared_words(old: str, new: str, numbers: tuple[int, ...]) -> str:
+    """One mend of several equations, in words."""
+    listed = ", ".join(map(str, numbers[:-1])) + f" and {numbers[-1]}"
+    return f"{new} for {old} heals equations {listed}{_known(old, new)}."
+
+
+def _known(old: str, new: str) -> str:
+    """What is known of a change that is often needed."""
+    short = [t.replace(" ", "").replace("{", "").replace("}", "").replace("*", "").replace("\\frac", "") for t in (old, new)]
+    if short[0] in ("ml^23", "ml^2/3", "ml2/3") and short[1] in ("ml^212", "ml^2/12", "ml2/12"):
+        return ": m l²/3 is the inertia about the joint, m l²/12 that about G"
+    if short[1] in ("ml^23", "ml^2/3", "ml2/3") and short[0] in ("ml^212", "ml^2/12", "ml2/12"):
+        return ": m l²/12 is the inertia about G, m l²/3 that about the joint"
+    return ""
+
+
+def _of_finding(finding: Finding) -> Iterator[list[Line]]:
+    printed = " ".join(finding.latex.split())
+    yield [(f"{finding.number:3} ", ""), (f"{finding.verdict:6}", STYLES[finding.verdict]), (f" {finding.kind}: {_short(printed)}", "")]
+    if finding.verdict == "unread":
+        yield [(f"      {finding.place}: {finding.remark}", "dim")]
+    elif finding.verdict == "holds":
+        if finding.remark or not finding.proved:
+            yield [("      " + (finding.remark or "not proved, but it holds to 35 digits at 500 random states"), "dim")]
+    else:
+        yield [(f"      {finding.place}: {failure(finding)}", "")]
+        yield from _of_mends(finding.mends)
+
+
+def failure(finding: Finding) -> str:
+    """How an equation fails, in words."""
+    parts = [f"off by {finding.error:.2g} of its terms, {finding.when}"]
+    if finding.scaling:
+        parts.append(f"in proportion to {finding.scaling}")
+    if finding.dimensions:
+        parts.append(f"dimensions do not agree: {finding.dimensions}")
+    if finding.remark:
+        parts.append(finding.remark)
+    return "; ".join(parts)
+
+
+def _of_mends(mends: tuple[Mend, ...]) -> Iterator[list[Line]]:
+    if not mends:
+        yield [("      no simple mend found", "yellow")]
+    for rank, mend in enumerate(mends):
+        known = _known(mend.old, mend.new)
+        yield [("      mend: " if not rank else "      or:   ", "green"), (mend.words + known, "")]
+        yield [("            ", ""), *_marked(mend)]
+
+
+def _marked(mend: Mend) -> list[Line]:
+    """The mended text, its changed characters marked."""
+    parts, place, shift = [], 0, 0
+    for start, end, new in sorted(mend.splices):
+        parts.append((mend.text[place : start + shift], ""))
+        place = start + shift + len(new)
+        parts.append((mend.text[start + shift : place], "reverse"))
+        shift += len(new) - (end - start)
+    parts.append((mend.text[place:], ""))
+    return [(" ".join(part.split("\n")), style) for part, style in parts if part]
+
+
+def _short(text: str, most: int = 300) -> str:
+    return text if len(text) <= most else f"{text[: most - 3]}..."
