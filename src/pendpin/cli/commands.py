@@ -291,7 +291,7 @@ def doctor(
         diagnosis = diagnose_file(file, rod, convention, progress)
     print_diagnosis(diagnosis, json)
     if html:
-        from pendpin.analysis.doctor.page import write_report
+        from pendpin.analysis.doctor.reports.page import write_report
 
         files = [write_report(html, diagnosis)]
         if not json:

@@ -221,7 +221,7 @@ def print_diagnosis(diagnosis: "Diagnosis", as_json: bool) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    from pendpin.analysis.doctor.report import lines
+    from pendpin.analysis.doctor.reports.text import lines
 
     console = Console()
     for line in lines(diagnosis):

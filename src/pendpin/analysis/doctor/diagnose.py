@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pendpin.analysis.doctor.diagnosis import Diagnosis, examine
-from pendpin.analysis.doctor.exact import need_sympy
+from pendpin.analysis.doctor.judging.exact import need_sympy
 from pendpin.analysis.doctor.reading.documents import MOST_BYTES, Document, read_text, read_toml, statements
 from pendpin.errors import InputError, inside, shown
 from pendpin.files import read_whole
@@ -54,7 +54,12 @@ def diagnose(
     return examine(document, rod, convention, progress)
 
 
-def diagnose_file(path: Path, rod: str | None = None, convention: str | None = None, progress: Callable[[str], object] = lambda what: None) -> Diagnosis:
+def diagnose_file(
+    path: Path,
+    rod: str | None = None,
+    convention: str | None = None,
+    progress: Callable[[str], object] = lambda what: None,
+) -> Diagnosis:
     """The diagnosis of a file; its errors name it. Raises InputError."""
     with inside(str(path)):
         found = diagnose(path, rod=rod, convention=convention, progress=progress)
@@ -90,7 +95,7 @@ def _plain(value: Any) -> str:
         return value
     if isinstance(value, int | float):
         return repr(value)
-    from pendpin.analysis.doctor.from_sympy import text_of
+    from pendpin.analysis.doctor.reading.from_sympy import text_of
 
     if (text := text_of(value)) is None:
         raise InputError(f"{shown(value)} is neither text nor an expression of sympy")

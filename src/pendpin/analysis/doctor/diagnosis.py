@@ -3,19 +3,23 @@
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from itertools import product
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
-from pendpin.analysis.doctor.judging import TOLERANCE, Equation, dimensions_of, judge, scaling, when
-from pendpin.analysis.doctor.mechanics import RODS, Convention
-from pendpin.analysis.doctor.mending import Mend, Patient, mends, styles_of
-from pendpin.analysis.doctor.monomials import Printer
+from pendpin.analysis.doctor.conventions import conventions_of, find_convention
+from pendpin.analysis.doctor.judging.judge import Equation, dimensions_of, judge, scaling, when
+from pendpin.analysis.doctor.judging.mechanics import RODS, Convention
+from pendpin.analysis.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, styles_of
+from pendpin.analysis.doctor.mending.monomials import Printer
 from pendpin.analysis.doctor.patients import Printed, chosen, kind_of, printed
 from pendpin.analysis.doctor.reading.documents import Document
 from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.tokens import is_latex
-from pendpin.analysis.doctor.reading.tree import Node, Unread, walk
+from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, walk
 from pendpin.errors import InputError, choices, shown
+
+if TYPE_CHECKING:
+    from pendpin.analysis.doctor.reports.harm import Harm
 
 SIMPLE = 2.0  # the cost of a mend that is a single change
 
@@ -59,7 +63,13 @@ class Diagnosis:
     remarks: tuple[str, ...] = ()
     shared: tuple[Shared, ...] = ()
     symbols: dict[str, Node] = field(default_factory=dict)
-    harm: Any = None
+
+    @cached_property
+    def harm(self) -> "Harm | None":
+        """What the wrong equations do when they are solved; None where they cannot be. Computed when it is asked for."""
+        from pendpin.analysis.doctor.reports.harm import harm_of
+
+        return harm_of(self)
 
     @property
     def ok(self) -> bool:
@@ -74,13 +84,13 @@ class Diagnosis:
 
     def __str__(self) -> str:
         """The report as text."""
-        from pendpin.analysis.doctor.report import text
+        from pendpin.analysis.doctor.reports.text import text
 
         return text(self)
 
     def to_json(self) -> list[dict[str, Any]]:
         """The findings for machines (docs/doctor.md)."""
-        from pendpin.analysis.doctor.report import records
+        from pendpin.analysis.doctor.reports.text import records
 
         return records(self)
 
@@ -95,7 +105,14 @@ def examine(
     symbols = read_symbols(document.symbols)
     equations = printed(document.statements, symbols)
     kind = rod or likely_rod(equations)
-    base, remarks = (conventions_of(convention), []) if convention is not None else find_convention(equations, kind)
+
+    def simply(wrong: list[Printed]) -> bool:
+        found = [find(one, kind, Convention(), _styles(equations)) for one in wrong]
+        return all(f.mends and f.mends[0].cost < SIMPLE for f in found if f.verdict == "fails")
+
+    base, remarks = (
+        (conventions_of(convention), []) if convention is not None else find_convention(equations, kind, simply)
+    )
     findings = []
     for one in equations:
         progress(f"equation {one.number}")
@@ -139,82 +156,6 @@ def _says_slender(one: Printed) -> bool:
     return len(sides) == 2 and "0" in values and bool(values & {"I3", "J3", "M3", "Mc", "r"})
 
 
-CONVENTIONS = {
-    "theta": {"ccw", "counterclockwise", "reversed"},
-    "phi": {"cw", "clockwise", "reversed"},
-    "z": {"up"},
-}
-
-
-def conventions_of(text: str) -> Convention:
-    """A convention in words: theta-ccw, phi-reversed, z-up, swapped, b3-up, separated by commas; or standard. Raises InputError."""
-    found = Convention()
-    for part in filter(None, (p.strip().lower().replace("=", "-").replace(" ", "-") for p in text.split(","))):
-        name, _, value = part.partition("-")
-        value = value.replace("-", "")
-        if part == "standard":
-            continue
-        if name == "swapped":
-            found = replace(found, swapped=True)
-        elif name == "transposed":
-            found = replace(found, transposed=True)
-        elif part in ("b3-up", "b3-joint"):
-            found = replace(found, along=-1)
-        elif name == "mirrored" or part == "z-mirrored":
-            found = replace(found, z="mirrored")
-        elif value in CONVENTIONS.get(name, ()):
-            found = replace(found, **{name: "up" if name == "z" else -1})
-        else:
-            raise InputError(f"convention: {shown(part)} is not one of: theta-ccw, phi-reversed, z-up, swapped, b3-up, transposed, standard")
-    return found
-
-
-def _all_conventions() -> list[Convention]:
-    flags = product((1, -1), (1, -1), (False, True), ("down", "up", "mirrored"), (1, -1), (False, True))
-    every = [Convention(*flag) for flag in flags]
-    return sorted(every, key=lambda c: len([w for w in c.words.split(", ") if w]) + 0.1 * (c.z == "mirrored"))
-
-
-def _holds(one: Printed, rod: str, convention: Convention) -> bool | None:
-    """Whether an equation holds at random states; None for one that cannot be read or tells little of the convention."""
-    sides = one.ways[0][0] if one.ways else ()
-    if one.defines or any(part.kind == "derivative" for side in sides for part in walk(side)):
-        return None
-    try:
-        return chosen(one, rod, convention)[2] < TOLERANCE
-    except Unread:
-        return None
-
-
-def find_convention(equations: list[Printed], rod: str) -> tuple[Convention, list[str]]:
-    """The convention that a text was written in: the usual one, unless another explains clearly more of it."""
-    usual = Convention()
-    verdicts = [(one, _holds(one, rod, usual)) for one in equations]
-    right = [one for one, holds in verdicts if holds]
-    wrong = [one for one, holds in verdicts if holds is False]
-    if not wrong:
-        return usual, []
-    healed = {c: sum(_holds(one, rod, c) is True for one in wrong) for c in _all_conventions()}
-    held = {c: n + sum(_holds(one, rod, c) is True for one in right) for c, n in healed.items() if n > 1 or n == len(wrong)}
-    best = max(held, key=lambda convention: held[convention], default=usual)
-    read = len(right) + len(wrong)
-    if best == usual or held[best] <= len(right):
-        return usual, []
-    if held[best] >= len(right) + 2 and held[best] >= 0.6 * read:
-        return best, []
-    if held[best] < read:
-        return usual, []
-    if _mended_simply(wrong, rod):
-        return usual, [f"All equations hold if {best.words}; if that is meant, give it as the convention."]
-    return best, []
-
-
-def _mended_simply(equations: list[Printed], rod: str) -> bool:
-    """Whether single changes heal all that fails in the usual convention."""
-    findings = [find(one, rod, Convention(), _styles(equations)) for one in equations]
-    return all(f.mends and f.mends[0].cost < SIMPLE for f in findings if f.verdict == "fails")
-
-
 def find(one: Printed, rod: str, convention: Convention, styles: dict[str, str]) -> Finding:
     """The verdict on one equation, and its mends."""
     place = one.statement.place
@@ -222,12 +163,16 @@ def find(one: Printed, rod: str, convention: Convention, styles: dict[str, str])
     if one.reason:
         return unread
     if one.defines:
-        return replace(unread, kind="definition", remark=f"defines {one.defines.lstrip('?')}, which is put in where it is used")
+        return replace(
+            unread, kind="definition", remark=f"defines {one.defines.lstrip('?')}, which is put in where it is used"
+        )
     try:
         equation, tight, _ = chosen(one, rod, convention)
         judgement = judge(equation, rod, convention)
+    except Mismatch as error:
+        return _mismatched(unread, one, rod, convention, styles, error.reason)
     except Unread as error:
-        return replace(unread, remark=f"{error.reason}")
+        return replace(unread, remark=error.reason)
     remark = "; ".join(filter(None, (one.remark, judgement.remark)))
     finding = Finding(
         one.number, one.latex, place, kind_of(equation), "holds" if judgement.holds else "fails", judgement.proved,
@@ -236,7 +181,9 @@ def find(one: Printed, rod: str, convention: Convention, styles: dict[str, str])
     return finding if judgement.holds else _failing(finding, one, tight, rod, convention, styles)
 
 
-def _failing(finding: Finding, one: Printed, tight: bool, rod: str, convention: Convention, styles: dict[str, str]) -> Finding:
+def _failing(
+    finding: Finding, one: Printed, tight: bool, rod: str, convention: Convention, styles: dict[str, str]
+) -> Finding:
     equation = finding.equation
     assert equation is not None
     latex = is_latex(one.text)
@@ -251,6 +198,22 @@ def _failing(finding: Finding, one: Printed, tight: bool, rod: str, convention: 
         mends=tuple(mends(patient, printer)),
         remark="; ".join(filter(None, (finding.remark, _thin_only(equation, rod, convention)))),
     )
+
+
+def _mismatched(
+    unread: Finding, one: Printed, rod: str, convention: Convention, styles: dict[str, str], reason: str
+) -> Finding:
+    """An equation that mixes numbers and vectors: wrong if a small change makes it hold, else not read."""
+    found: list[Mend] = []
+    for equation, tight in list(one.readings())[:2]:
+        patient = Patient(equation, one.text, one.index, tight, rod, convention, one.alone)
+        latex = is_latex(one.text)
+        own = styles_of(list(equation.sides), one.text)
+        found = found or mends_of_mismatch(patient, Printer(latex, {**styles, **own} if latex else own))
+    if not found:
+        return replace(unread, remark=reason)
+    verdict = replace(unread, verdict="fails", proved=True, error=1.0, when="in every motion", remark=reason)
+    return replace(verdict, kind=kind_of(found[0].equation), mends=tuple(found), text=one.text)
 
 
 def _thin_only(equation: Equation, rod: str, convention: Convention) -> str:

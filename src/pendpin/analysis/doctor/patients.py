@@ -3,21 +3,22 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from pendpin.analysis.doctor.judging import TOLERANCE, Equation, dimensions_of, random_states, relative_error
-from pendpin.analysis.doctor.mechanics import Convention
+from pendpin.analysis.doctor.judging.judge import TOLERANCE, Equation, dimensions_of, random_states, relative_error
+from pendpin.analysis.doctor.judging.mechanics import Convention
 from pendpin.analysis.doctor.reading.documents import Statement
 from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.names import DIMENSION_OF, VECTORS
 from pendpin.analysis.doctor.reading.tokens import tokens
-from pendpin.analysis.doctor.reading.tree import Node, Unread, symbols
+from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
+MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is judged
 COORDINATES = {"x", "y", "z"}
 
 
 @dataclass(frozen=True, eq=False)
 class Printed:
-    """One equation of a statement: its sides as they are read from `text`, which may hold a bracket more than was printed."""
+    """One equation of a statement, read from `text`, which may hold a bracket more than was printed."""
 
     statement: Statement
     number: int
@@ -64,8 +65,23 @@ def _of_statement(statement: Statement, number: int) -> list[Printed]:
         equations = parse(text)
     except RecursionError:
         return [Printed(statement, number, text, text, 0, reason="nested too deeply")]
+    if sum(1 for sides in equations for side in sides for _ in walk(side)) > MOST_NODES or any(
+        len(sides) > MOST_SIDES for sides in equations
+    ):
+        return [
+            Printed(statement, number, text, text, 0, reason="too long to be judged: write it as several equations")
+        ]
     return [
-        Printed(statement, number + i, _own(statement, text, sides, len(equations)), text, i, _ways(statement, text, i, sides), remark=remark, alone=len(equations) == 1)
+        Printed(
+            statement,
+            number + i,
+            _own(statement, text, sides, len(equations)),
+            text,
+            i,
+            _ways(statement, text, i, sides),
+            remark=remark,
+            alone=len(equations) == 1,
+        )
         for i, sides in enumerate(equations)
         if len(sides) > 1 or statement.name or not statement.place.startswith("line")
     ] or [Printed(statement, number, text, text, 0, reason="no equation: it has one side only")]
@@ -93,7 +109,12 @@ def _name(name: str) -> list[Node]:
         found = parse(name)
     except Unread:
         return []
-    known = len(found) == 1 and len(found[0]) == 1 and found[0][0].kind == "symbol" and not str(found[0][0].value).startswith("?")
+    known = (
+        len(found) == 1
+        and len(found[0]) == 1
+        and found[0][0].kind == "symbol"
+        and not str(found[0][0].value).startswith("?")
+    )
     return [replace(found[0][0], span=(0, 0))] if known else []
 
 
@@ -102,11 +123,11 @@ def _with_bracket(text: str, error: Unread) -> tuple[str, str] | None:
     if not error.bracket:
         return None
     candidates = []
-    for place in [token.start for token in tokens(text)][1 : MOST_BRACKETS + 1] + [len(text)]:
+    for place in [*[token.start for token in tokens(text)][1 : MOST_BRACKETS + 1], len(text)]:
         fixed = text[:place] + error.bracket + text[place:]
         if (size := _error_of(fixed)) is not None:
-            before = text[max(0, place - 12) : place]
-            candidates.append((size, fixed, f"a bracket is missing; it is read with {error.bracket} after {before.strip() or 'the start'}"))
+            around = f"{text[max(0, place - 10) : place]}{error.bracket}{text[place : place + 10]}"
+            candidates.append((size, fixed, f"the bracket {error.bracket} is missing; it is read as ...{around}..."))
     if not candidates:
         return None
     return min(candidates, key=lambda c: c[0])[1:]
@@ -133,7 +154,8 @@ def _defined(one: Printed, known: dict[str, Node]) -> str:
     if not one.ways or len(one.ways[0][0]) != 2:
         return ""
     left, right = one.ways[0][0]
-    fresh = left.kind == "symbol" and str(left.value).startswith("?") and left.value not in known
+    plain = left.written is not None and not left.written.dots
+    fresh = plain and str(left.value).startswith("?") and left.value not in known
     return str(left.value) if fresh and left.value not in symbols(right) else ""
 
 
@@ -145,7 +167,9 @@ def chosen(one: Printed, rod: str, convention: Convention) -> tuple[Equation, bo
         try:
             error = relative_error(equation, random_states(rod, convention))
         except Unread as unread:
-            reason = unread if best is None and rank == 0 else reason
+            reason = (
+                unread if rank == 0 or (isinstance(unread, Mismatch) and not isinstance(reason, Mismatch)) else reason
+            )
             continue
         if error < TOLERANCE:
             return equation, tight, error
@@ -155,7 +179,9 @@ def chosen(one: Printed, rod: str, convention: Convention) -> tuple[Equation, bo
     if best is None:
         raise reason
     if _of_the_tip(best[1], rod, convention):
-        raise Unread("x, y, z may belong to the tip, for which it holds, or to the centre of mass, for which it fails: say which")
+        raise Unread(
+            "x, y, z may belong to the tip, for which it holds, or to the centre of mass, for which it fails: say which"
+        )
     return best[1], best[2], best[3]
 
 
@@ -190,7 +216,7 @@ def kind_of(equation: Equation) -> str:
 
 
 def _is_moment(equation: Equation) -> bool:
-    from pendpin.analysis.doctor.evaluation import Disagreement, common, dimension
+    from pendpin.analysis.doctor.judging.dimensions import Disagreement, common, dimension
 
     try:
         found = common([dimension(side, equation.definitions) for side in equation.sides])

@@ -11,7 +11,9 @@ from pendpin.errors import InputError, shown
 MOST_BYTES = 2_000_000  # of a document
 MOST_STATEMENTS = 500
 
-_LINES = "equation|align|aligned|alignat|gather|gathered|multline|eqnarray|split|flalign|displaymath|math|cases|subequations"
+_LINES = (
+    "equation|align|aligned|alignat|gather|gathered|multline|eqnarray|split|flalign|displaymath|math|cases|subequations"
+)
 _OPENERS = re.compile(rf"\$\$|\\\[|\\\(|(?<!\\)\$|\\begin\{{(?:{_LINES})\*?\}}|```math|\n")
 _CLOSERS = {"$$": "$$", r"\[": r"\]", r"\(": r"\)", "$": "$", "```math": "```"}
 _WRAPPING = re.compile(rf"\\(?:begin|end)\{{(?:{_LINES})\*?\}}(?:\{{[^{{}}]{{0,20}}\}})?")
@@ -45,7 +47,11 @@ def read_text(text: str) -> Document:
     found = list(_formulas(text))
     if not found:
         lines = enumerate(text.splitlines(), start=1)
-        found = [Statement(line.strip(), f"line {i}") for i, line in lines if "=" in line and line.strip()[:1] not in ("#", "%", "")]
+        found = [
+            Statement(line.strip(), f"line {i}")
+            for i, line in lines
+            if "=" in line and line.strip()[:1] not in ("#", "%", "")
+        ]
     return Document(tuple(found[:MOST_STATEMENTS]), {})
 
 
@@ -81,14 +87,14 @@ def read_toml(data: bytes, place: str) -> Document:
     """The tables [equations] and [symbols] of a TOML file. Raises InputError."""
     try:
         tables = tomllib.loads(data.decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # of TOML, of its letters, of numbers with thousands of digits
         raise InputError(f"{place}: not TOML: {error}") from None
     unknown = [name for name in tables if name not in ("equations", "symbols", "rod", "convention")]
     if unknown:
-        raise InputError(f"{place}: {shown(unknown[0])}: unknown key; the tables are equations and symbols, beside them rod and convention")
+        raise InputError(f"{place}: {shown(unknown[0])}: unknown key; known are equations, symbols, rod and convention")
     equations = _texts(tables.get("equations"), "equations", place)
     if not equations:
-        raise InputError(f"{place}: equations: missing; write [equations] and below it name = \"expression\"")
+        raise InputError(f'{place}: equations: missing; write [equations] and below it name = "expression"')
     symbols = _texts(tables.get("symbols", {}), "symbols", place)
     words = {name: tables[name] for name in ("rod", "convention") if name in tables}
     for name, value in words.items():

@@ -11,6 +11,7 @@ CLOSING = {"(": ")", "[": "]", "{": "}", "\\{": "\\}"}
 ENDS = {"close", "relation", "other relation", "&", "row", ",", ";", "end"}
 MOST_POWER = 12
 MOST_DIGITS = 30
+SEPARATORS = (",", ";", "row", ".", "&")
 MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix"}
 
 
@@ -23,26 +24,36 @@ class Parser(PrintedNames):
     """One pass over the tokens of a text."""
 
     def equations(self) -> list[list[Node]]:
-        """Lines, sides, and equations on one line with a comma between."""
+        """Lines, sides, and equations on one line with a comma between. Raises Unread."""
         found: list[list[Node]] = [[]]
-        fresh = True  # a side may begin
+        before = ""  # what stands before this place: nothing, a side, or =
         while (token := self.peek()).kind != "end":
-            if token.kind in (",", ";", "row", ".", "&"):
+            if token.kind in SEPARATORS:
                 self.take()
-                if token.kind in (",", ";", "row") and found[-1] and self.peek().kind not in ("end", ".", "&", "relation"):
+                if token.kind not in ("&", ".") and before == "=":
+                    raise Unread("nothing stands after =", token.start)
+                if (
+                    token.kind not in ("&", ".")
+                    and found[-1]
+                    and self.peek().kind not in ("end", "&", "relation", *SEPARATORS)
+                ):
                     found.append([])
-                fresh = True
+                    before = ""
             elif token.kind == "relation":
+                if before == "=" or not found[-1]:
+                    raise Unread("nothing stands before =", token.start)
                 self.take()
-                fresh = True
+                before = "="
             elif token.kind == "other relation":
                 raise Unread(f"not an equation: it holds the relation {token.text}", token.start)
-            elif not fresh or token.kind == "close":
+            elif before == "side" or token.kind == "close":
                 opening = {closed: opened for opened, closed in CLOSING.items()}.get(token.text, "")
                 raise Unread(f"the bracket {token.text} closes nothing", token.start, opening)
             else:
                 found[-1].append(self.sum())
-                fresh = False
+                before = "side"
+        if before == "=":
+            raise Unread("nothing stands after =", token.start)
         return [sides for sides in found if sides]
 
     def sum(self) -> Node:
@@ -70,7 +81,7 @@ class Parser(PrintedNames):
 
     def product(self) -> Node:
         """Factors, multiplied with or without a sign."""
-        factors, operators, marks = [self.power()], ["*"], [(self.peek(-1).start,) * 2]
+        factors, operators, marks = [self.power()], ["*"], [(0, 0)]
         slash = False
         while True:
             token = self.peek()
@@ -80,7 +91,7 @@ class Parser(PrintedNames):
             operator = "*"
             if token.kind == "operator":
                 operator, mark = self._operator(), (token.start, token.end)
-            elif slash and self.tight:
+            elif slash and self.tight and token.kind in ("letter", "word", "number"):
                 operator = "/"
             factors.append(self.power())
             operators.append(operator)
@@ -88,8 +99,10 @@ class Parser(PrintedNames):
             slash = operator == "/" and (token.kind == "operator" or slash)
         if len(factors) == 1:
             return factors[0]
-        marks[0] = (factors[0].outer[0],) * 2
-        return Node("product", (factors[0].outer[0], factors[-1].outer[1]), tuple(operators), tuple(factors), tuple(marks))
+        marks[0] = (factors[0].outer[0], factors[0].outer[0])
+        return Node(
+            "product", (factors[0].outer[0], factors[-1].outer[1]), tuple(operators), tuple(factors), tuple(marks)
+        )
 
     def _operator(self) -> str:
         token = self.take()
@@ -143,7 +156,10 @@ class Parser(PrintedNames):
             return self.group()
         if self.at_symbol():
             return self.symbol()
-        raise Unread(f"{token.text!r} stands where a quantity should" if token.kind != "end" else "it ends too early", token.start)
+        raise Unread(
+            f"{token.text!r} stands where a quantity should" if token.kind != "end" else "it ends too early",
+            token.start,
+        )
 
     def _number(self) -> Node:
         token = self.take()
@@ -169,7 +185,11 @@ class Parser(PrintedNames):
         """Take the bracket that closes one. Raises Unread, with the place of the one that is open."""
         token = self.peek()
         if token.kind != "close" or token.text != CLOSING[opened.text]:
-            reason = f"the bracket {opened.text} is not closed" if token.kind != "close" else f"{opened.text} is closed by {token.text}"
+            reason = (
+                f"the bracket {opened.text} is not closed"
+                if token.kind != "close"
+                else f"{opened.text} is closed by {token.text}"
+            )
             raise Unread(reason, opened.start, CLOSING[opened.text])
         self.take()
 
@@ -199,7 +219,13 @@ class Parser(PrintedNames):
             raise Unread(f"{name} of nothing", start)
         if len(factors) == 1:
             return factors[0]
-        return Node("product", (start, factors[-1].outer[1]), ("*", "*"), tuple(factors), ((start, start), (factors[1].span[0],) * 2))
+        return Node(
+            "product",
+            (start, factors[-1].outer[1]),
+            ("*", "*"),
+            tuple(factors),
+            ((start, start), (factors[1].span[0], factors[1].span[0])),
+        )
 
     def _command(self) -> Node:
         token = self.peek()
@@ -219,7 +245,7 @@ class Parser(PrintedNames):
                 self.digit()
                 parts.append(self.atom())
         span = (start, parts[1].outer[1])
-        return Node("product", span, ("*", "/"), tuple(parts), ((start, start),) * 2, fraction=True)
+        return Node("product", span, ("*", "/"), tuple(parts), ((start, start), (start, start)), fraction=True)
 
     def _derivative(self) -> Node | None:
         """d/dt or a partial derivative, where a fraction is one."""

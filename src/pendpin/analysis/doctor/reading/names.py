@@ -1,18 +1,48 @@
 """How the quantities of a rod are written: every printed name and what it means."""
 
 import re
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 FUNCTIONS = {"sin", "cos", "tan", "sec", "csc", "cot", "sqrt"}
 GREEK_NAMES = ("theta", "phi", "omega", "alpha", "psi", "beta", "gamma", "tau", "pi", "mu", "lambda", "rho", "varphi")
-GREEK_NAMES += ("vartheta", "Omega", "Delta", "delta", "epsilon", "eta", "xi", "zeta", "kappa", "nu", "sigma", "chi", "ell")
+GREEK_NAMES += (
+    "vartheta",
+    "Omega",
+    "Delta",
+    "delta",
+    "epsilon",
+    "eta",
+    "xi",
+    "zeta",
+    "kappa",
+    "nu",
+    "sigma",
+    "chi",
+    "ell",
+)
 GREEK_NAMES += ("Phi", "Theta", "Psi", "Gamma", "Lambda", "imath", "jmath")
-GREEK = {name: name for name in GREEK_NAMES} | {"varphi": "phi", "vartheta": "theta", "ell": "l", "imath": "i", "jmath": "j"}
-GREEK |= {"θ": "theta", "φ": "phi", "ϕ": "phi", "ϑ": "theta", "ω": "omega", "α": "alpha", "π": "pi", "ψ": "psi", "ℓ": "l"}
-WORDS = {"mathcal L": "L"}
+GREEK = {name: name for name in GREEK_NAMES} | {
+    "varphi": "phi",
+    "vartheta": "theta",
+    "ell": "l",
+    "imath": "i",
+    "jmath": "j",
+}
+GREEK |= {
+    "θ": "theta",
+    "φ": "phi",
+    "ϕ": "phi",
+    "ϑ": "theta",
+    "ω": "omega",
+    "α": "alpha",
+    "π": "pi",
+    "ψ": "psi",
+    "ℓ": "l",
+}
 
 
-class Written(NamedTuple):
+@dataclass(frozen=True)
+class Written:
     """A printed symbol: its letter, how many dots, its index, a hat or bold type, frames before and after."""
 
     letter: str
@@ -28,19 +58,41 @@ MATRICES = {f"C_{a}{b}" for a in "IAB" for b in "IAB" if a != b} | {"inertia"}
 ANGLES = ("theta", "phi")
 UNKNOWNS = ("ddtheta", "ddphi", "R1", "R2", "R3", "M3")  # what the balances are solved for
 
-_RATES = {"q_i": "dq_i", "theta": "dtheta", "phi": "dphi", "dtheta": "ddtheta", "dphi": "ddphi", "rG": "vG", "vG": "aG", "omega": "alpha"}
+_RATES = {
+    "q_i": "dq_i",
+    "theta": "dtheta",
+    "phi": "dphi",
+    "dtheta": "ddtheta",
+    "dphi": "ddphi",
+    "rG": "vG",
+    "vG": "aG",
+    "omega": "alpha",
+}
 _RATES |= {a + c: b + c for c in "xyz" for a, b in (("v", "a"),)} | {c: "v" + c for c in "xyz"}
 _RATES |= {"w1": "wd1", "w2": "wd2", "w3": "wd3", "wx": "wdx", "wy": "wdy", "wz": "wdz"}
 _CENTRE = {"", "G", "G/O", "C", "cm", "CM", "com", "c", "OG", "g", "G,O", "GO", "CG"}
 _TIP = {"T", "tip", "P", "t"}
-_AXES = {"1": "1", "2": "2", "3": "3", "xx": "1", "yy": "2", "zz": "3", "x": "1", "y": "2", "z": "3", "11": "1", "22": "2", "33": "3"}
+_AXES = {
+    "1": "1",
+    "2": "2",
+    "3": "3",
+    "xx": "1",
+    "yy": "2",
+    "zz": "3",
+    "x": "1",
+    "y": "2",
+    "z": "3",
+    "11": "1",
+    "22": "2",
+    "33": "3",
+}
 _ENERGIES = {"T": "T", "K": "T", "V": "V", "U": "V", "L": "L", "E": "E", "H": "E"}
 _SIMPLE = {"m", "l", "g", "h", "r", "pi", "t"}
 
 
 def meanings(written: Written) -> tuple[str, ...]:
     """What a printed symbol can mean, the likeliest first; `?name` for one that is not known."""
-    found = _base(written._replace(dots=0))
+    found = _base(replace(written, dots=0))
     for _ in range(written.dots):
         found = tuple(_RATES[name] for name in found if name in _RATES)
     return found or (unknown(written),)
@@ -48,12 +100,12 @@ def meanings(written: Written) -> tuple[str, ...]:
 
 def unknown(written: Written) -> str:
     """The name of a symbol that has no meaning of its own."""
-    letter, dots, index, _, frames = written
+    letter, dots, index, frames = written.letter, written.dots, written.index, written.frames
     return "?" + "d" * dots + letter + (f"_{index}" if index else "") + (f"^{frames}" if frames else "")
 
 
 def _base(written: Written) -> tuple[str, ...]:
-    letter, _, index, styled, frames = written
+    letter, index, styled, frames = written.letter, written.index, written.styled, written.frames
     if letter in ANGLES:
         return (letter,) if index in ("", "1") and not styled else ()
     if letter in ("omega", "w", "alpha"):
@@ -97,7 +149,15 @@ def _vector(letter: str, index: str, styled: bool) -> tuple[str, ...]:
             return (letter + "hat",) if not index or index == "I" else ()
         return (letter, letter + "hat") if index in _CENTRE else (letter + "T",) if index in _TIP else ()
     if letter == "r":
-        return () if index not in _CENTRE | _TIP else ("rT",) if index in _TIP else ("rG", "r") if index or styled else ("r", "rG")
+        return (
+            ()
+            if index not in _CENTRE | _TIP
+            else ("rT",)
+            if index in _TIP
+            else ("rG", "r")
+            if index or styled
+            else ("r", "rG")
+        )
     return _components(letter, index, styled)
 
 
@@ -118,7 +178,9 @@ def _inertia(letter: str, index: str, styled: bool) -> tuple[str, ...]:
         return (letter + _AXES[index],)
     if styled or (letter == "I" and not index):
         return ("inertia", "I1")
-    return {"G": ("I1",), "C": ("I1",), "cm": ("I1",), "O": ("J1",), "": ("J1",), "A": ("J1",), "P": ("J1",)}.get(index, ())
+    return {"G": ("I1",), "C": ("I1",), "cm": ("I1",), "O": ("J1",), "": ("J1",), "A": ("J1",), "P": ("J1",)}.get(
+        index, ()
+    )
 
 
 def _load(letter: str, index: str, styled: bool) -> tuple[str, ...]:
@@ -126,13 +188,24 @@ def _load(letter: str, index: str, styled: bool) -> tuple[str, ...]:
         return ("Fg",) if not styled and (index in ("g", "G") or (letter == "W" and not index)) else ()
     if letter == "R":
         return ("R" + index,) if index in ("1", "2", "3") else ("R",) if not index else ()
-    return {"1": ("M1",), "2": ("M2",), "3": ("M3",), "c": ("Mc",), "C": ("Mc",), "": ("M",) if styled else ()}.get(index, ())
+    return {"1": ("M1",), "2": ("M2",), "3": ("M3",), "c": ("Mc",), "C": ("Mc",), "": ("M",) if styled else ()}.get(
+        index, ()
+    )
 
 
 _PREFIX = re.compile(r"(d{1,2})_?(theta|phi|omega|x|y|z)_?([123])?")
 _SUFFIX = re.compile(r"(theta|phi|omega|x|y|z|th|ph)_?([123]?)_?(d{1,2}|d?dot|t{1,2}|p{1,2})(?:_([123]))?")
 _SPLIT = re.compile(r"([A-Za-z]+?)_?([0-9]|[xyz]|hat|G|c|g|k|p|tip|kin|pot|hat_?[123]|[123]_?hat|_.*)?")
-_SHORT = {"th": "theta", "ph": "phi", "thetadot": "theta", "KE": "T", "PE": "V", "ell": "l", "varphi": "phi", "vartheta": "theta"}
+_SHORT = {
+    "th": "theta",
+    "ph": "phi",
+    "thetadot": "theta",
+    "KE": "T",
+    "PE": "V",
+    "ell": "l",
+    "varphi": "phi",
+    "vartheta": "theta",
+}
 _ORDERS = {"d": 1, "dd": 2, "dot": 1, "ddot": 2, "t": 1, "tt": 2, "p": 1, "pp": 2}
 
 
@@ -145,7 +218,11 @@ def of_word(word: str) -> Written | None:
     if match := _SUFFIX.fullmatch(word):
         return Written(_SHORT.get(match[1], match[1]), _ORDERS[match[3]], match[2] or match[4] or "")
     letter, _, index = word.partition("_")
-    if not index and (match := re.fullmatch(r"([A-Za-z]+?)(\d+|hat|G|hat\d|(?<=v)[xyz]|(?<=a)[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=w)[xyz])", word)):
+    if not index and (
+        match := re.fullmatch(
+            r"([A-Za-z]+?)(\d+|hat|G|hat\d|(?<=v)[xyz]|(?<=a)[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=w)[xyz])", word
+        )
+    ):
         letter, index = match[1], match[2]
     styled = "hat" in index or "vec" in index
     index = index.replace("hat", "").replace("vec", "").strip("_").replace("_", ",")
@@ -162,7 +239,8 @@ def is_word(word: str) -> bool:
 
 def letters_of(word: str, latex: bool) -> list[str]:
     """A word taken apart into functions, Greek names and single letters: mglcos is m g l cos."""
-    names = sorted([*FUNCTIONS, *([] if latex else ["theta", "phi", "omega"])], key=len, reverse=True)
+    greek = [] if latex else ["theta", "phi", "omega"]
+    names = sorted([*FUNCTIONS, *greek], key=lambda name: -len(name))
     pattern = re.compile("|".join(names) + r"|[A-Za-z]\d+|[A-Za-z](?=_)|.")
     if not latex and "_" in word:
         return [word]

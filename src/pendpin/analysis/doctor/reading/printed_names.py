@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 from pendpin.analysis.doctor.reading.names import Written, meanings, of_word
 from pendpin.analysis.doctor.reading.tokens import ACCENTS, Token
@@ -43,7 +44,10 @@ class PrintedNames:
         token = self.peek()
         if self.latex and token.kind == "number" and len(token.text) > 1 and token.text.isdigit():
             first = Token("number", token.text[0], token.start, token.start + 1)
-            self.tokens[self.place : self.place + 1] = [first, Token("number", token.text[1:], token.start + 1, token.end)]
+            self.tokens[self.place : self.place + 1] = [
+                first,
+                Token("number", token.text[1:], token.start + 1, token.end),
+            ]
 
     def at_symbol(self) -> bool:
         """Whether a printed name begins here; it may begin with frames, as in {}^I C^A."""
@@ -62,16 +66,17 @@ class PrintedNames:
         written, end = self._written()
         if self.peek().kind == "^" and (after := self._frame_after()):
             both = written.letter == "C" and before and after
-            written, end = written._replace(frames=before + after if both else ""), self.peek(-1).end
+            written, end = replace(written, frames=before + after if both else ""), self.peek(-1).end
         dots = self._primes()
-        written = written._replace(dots=written.dots + dots)
+        written = replace(written, dots=written.dots + dots)
         end = max(end, self.peek(-1).end if dots else end)
         return named(written, (start, end))
 
     def _frame_before(self) -> str:
         if self.peek().kind != "open":
             return ""
-        self.take(), self.take(), self.take()
+        for _ in range(3):
+            self.take()
         return self._frame_letter()
 
     def _frame_letter(self) -> str:
@@ -131,11 +136,11 @@ class PrintedNames:
             else:
                 raise Unread(f"{token.text!r} is no symbol", token.start)
             while self.peek().kind == "dots":
-                written = written._replace(dots=written.dots + ACCENTS[self.take().text])
+                written = replace(written, dots=written.dots + ACCENTS[self.take().text])
             if self.peek().kind == "index":
-                written = written._replace(index=self.take().text)
+                written = replace(written, index=self.take().text)
             if self.peek().kind == "_":
-                written = written._replace(index=self._index())
+                written = replace(written, index=self._index())
         return written, self.peek(-1).end
 
     def _decorated(self, token: Token) -> Written:
@@ -145,14 +150,14 @@ class PrintedNames:
         if token.kind == "plain" and bracketed:
             return Written(self._plain(opened))
         written, _ = self._written()
-        written = written._replace(dots=written.dots + self._primes())
+        written = replace(written, dots=written.dots + self._primes())
         if opened is not None:
             if self.peek().kind != "close":
                 raise Unread(f"\\{token.text} over more than one symbol", opened.start)
             self.take()
         if token.kind == "accent":
-            return written._replace(dots=written.dots + ACCENTS[token.text])
-        return written._replace(styled=written.styled or token.kind == "style")
+            return replace(written, dots=written.dots + ACCENTS[token.text])
+        return replace(written, styled=written.styled or token.kind == "style")
 
     def _plain(self, opened: Token | None) -> str:
         """A word in upright type."""
@@ -183,7 +188,8 @@ class PrintedNames:
             self.take()
             index = "".join(parts)
         if index == "G" and self.peek().text == "/" and self.peek(1).text == "O":
-            self.take(), self.take()
+            self.take()
+            self.take()
             index = "G/O"
         return index
 
@@ -221,7 +227,7 @@ class PrintedNames:
         variable = str(by.value) if by is not None else "t"
         if variable == "t" and node.kind == "symbol":
             assert node.written is not None
-            return named(node.written._replace(dots=node.written.dots + 1), span)
+            return named(replace(node.written, dots=node.written.dots + 1), span)
         return Node("derivative", span, variable, (node,))
 
     def environment(self) -> str:

@@ -7,6 +7,7 @@ from pendpin.analysis.doctor.reading.names import FUNCTIONS, GREEK, is_word, let
 from pendpin.analysis.doctor.reading.tree import Unread
 
 MOST_CHARACTERS = 20_000  # of one equation
+MOST_TOKENS = 2_000
 
 
 class Token(NamedTuple):
@@ -19,7 +20,20 @@ class Token(NamedTuple):
 
 
 ACCENTS = {"dot": 1, "ddot": 2}
-STYLES = {"hat", "widehat", "vec", "mathbf", "boldsymbol", "bm", "bold", "mathbb", "overline", "bar", "underline", "symbf"}
+STYLES = {
+    "hat",
+    "widehat",
+    "vec",
+    "mathbf",
+    "boldsymbol",
+    "bm",
+    "bold",
+    "mathbb",
+    "overline",
+    "bar",
+    "underline",
+    "symbf",
+}
 PLAIN = {"mathrm", "mathit", "mathsf", "mathcal", "mathscr", "text", "textrm", "textit", "operatorname", "rm", "it"}
 SPACES = {",", ";", ":", "!", " ", "quad", "qquad", "displaystyle", "textstyle", "limits", "nonumber", "notag", "hfill"}
 SPACES |= {"big", "Big", "bigg", "Bigg", "bigl", "bigr", "Bigl", "Bigr", "biggl", "biggr", "Biggl", "Biggr", "left"}
@@ -27,9 +41,34 @@ SPACES |= {"right", "middle", "hspace", "phantom", "allowbreak", "thinspace", "m
 OPERATORS = {"cdot": "*", "times": "x", "ast": "*", "div": "/", "wedge": "x", "bullet": "."}
 FRACTIONS = {"frac", "tfrac", "dfrac", "cfrac"}
 OTHERS = {"sqrt", "partial", "begin", "end", "prime"}
-BRACKETS = {"{": "{", "}": "}", "lbrace": "{", "rbrace": "}", "lbrack": "[", "rbrack": "]", "lparen": "(", "rparen": ")"}
+BRACKETS = {
+    "{": "{",
+    "}": "}",
+    "lbrace": "{",
+    "rbrace": "}",
+    "lbrack": "[",
+    "rbrack": "]",
+    "lparen": "(",
+    "rparen": ")",
+}
 RELATIONS = {"equiv": "=", "triangleq": "=", "coloneqq": "=", "eqdef": "=", "doteq": "="}
-OTHER_RELATIONS = {"approx", "neq", "ne", "leq", "geq", "le", "ge", "ll", "gg", "sim", "simeq", "propto", "to", "rightarrow", "Rightarrow"}
+OTHER_RELATIONS = {
+    "approx",
+    "neq",
+    "ne",
+    "leq",
+    "geq",
+    "le",
+    "ge",
+    "ll",
+    "gg",
+    "sim",
+    "simeq",
+    "propto",
+    "to",
+    "rightarrow",
+    "Rightarrow",
+}
 SIGNS = {"+": "+", "-": "-", "−": "-", "–": "-", "*": "*", "/": "/", "·": "*", "⋅": "*", "×": "x", "∙": "*", "÷": "/"}
 POWERS = {"⁰": "0", "¹": "1", "²": "2", "³": "3", "⁴": "4", "⁵": "5", "⁶": "6"}
 HALVES = {"½": "1/2", "⅓": "1/3", "¼": "1/4", "¾": "3/4", "⅔": "2/3", "⅙": "1/6", "⅛": "1/8"}
@@ -64,6 +103,8 @@ def tokens(text: str) -> list[Token]:
             new = _next(text, place, latex)
             found.extend(token for token in new if token.kind != "space")
             place = new[-1].end
+        if len(found) > MOST_TOKENS:
+            raise Unread(f"longer than {MOST_TOKENS:,} symbols")
     return found
 
 

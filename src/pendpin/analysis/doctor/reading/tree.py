@@ -19,6 +19,10 @@ class Unread(Exception):
         self.reason, self.place, self.bracket = reason, place, bracket
 
 
+class Mismatch(Unread):
+    """Numbers and vectors where the other is wanted: the text is read, but says nothing."""
+
+
 @dataclass(frozen=True, eq=False)
 class Node:
     """One part of an expression.

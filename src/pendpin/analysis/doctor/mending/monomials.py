@@ -3,16 +3,40 @@
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.analysis.doctor.mechanics import Convention, Quantities, Values
+from pendpin.analysis.doctor.judging.mechanics import Quantities, Values
 
 MOST = 60  # of the numerator and denominator of a fraction that counts as small
 PLAIN = {"thin": ("m", "l", "g"), "uniform": ("m", "l", "g", "r"), "general": ("m", "l", "g", "h", "I1", "I2", "I3")}
 MOVING = ("dtheta", "dphi", "sin theta", "cos theta", "sin phi", "cos phi")
-EXTRA = ("ddtheta", "ddphi", "R1", "R2", "R3", "M3", "Mc", "I1", "I2", "I3", "J1", "J2", "J3", "h", "theta", "phi", "x", "y", "z", "vx", "vy", "vz")
+EXTRA = (
+    "ddtheta",
+    "ddphi",
+    "R1",
+    "R2",
+    "R3",
+    "M3",
+    "Mc",
+    "I1",
+    "I2",
+    "I3",
+    "J1",
+    "J2",
+    "J3",
+    "h",
+    "theta",
+    "phi",
+    "x",
+    "y",
+    "z",
+    "vx",
+    "vy",
+    "vz",
+)
+DIFFERENCES = ("I1 - I3", "I2 - I3", "J1 - I3", "J2 - I3", "I2 - I1", "J2 - J1")
 DIRECTIONS = ("b1", "b2", "b3", "a1", "a2", "a3", "xhat", "yhat", "zhat")
 CLOSE = 1e-8
 
@@ -31,6 +55,9 @@ class Monomial(NamedTuple):
 
 def atom(name: str, quantities: Quantities) -> Values:
     """The values of an atom."""
+    if " - " in name:
+        first, _, second = name.partition(" - ")
+        return quantities[first] - quantities[second]
     function, _, angle = name.rpartition(" ")
     return quantities[angle] if not function else getattr(quantities.xp, function)(quantities[angle])
 
@@ -50,7 +77,11 @@ def small_fraction(value: float) -> Fraction | None:
     if not abs(value) < MOST:
         return None
     found = Fraction(value).limit_denominator(MOST)
-    return found if found.numerator and abs(float(found) - value) < CLOSE * abs(value) and abs(found.numerator) <= MOST else None
+    return (
+        found
+        if found.numerator and abs(float(found) - value) < CLOSE * abs(value) and abs(found.numerator) <= MOST
+        else None
+    )
 
 
 class Reader:
@@ -62,8 +93,8 @@ class Reader:
         self.atoms = np.array([atom(name, quantities) for name in self.names])
         logs = np.log(np.abs(self.atoms)).T
         self._inverse = np.linalg.pinv(np.column_stack([logs, np.ones(len(logs))]))
-        self._extra = {name: quantities[name] for name in EXTRA if name not in self.names}
-        self._extra = {name: values for name, values in self._extra.items() if np.abs(values).min() > 0}
+        extra = {name: atom(name, quantities) for name in (*EXTRA, *DIFFERENCES) if name not in self.names}
+        self.extra = {name: values for name, values in extra.items() if np.abs(values).min() > 0}
 
     def plain(self, values: Values, flat: bool = False) -> Monomial | None:
         """A monomial in parameters, rates, sines and cosines; `flat` ignores its sign."""
@@ -84,7 +115,7 @@ class Reader:
             return
         if found := self.plain(values, flat):
             yield found
-        for name, extra in self._extra.items():
+        for name, extra in self.extra.items():
             for power in (1, -1):
                 if found := self.plain(values / extra**power, flat):
                     yield Monomial(found.factor, (*found.powers, (name, power)))
@@ -97,8 +128,22 @@ def reader_of(quantities: Quantities) -> Reader:
 
 
 LATEX = {"theta": r"\theta", "phi": r"\phi", "dtheta": r"\dot{\theta}", "dphi": r"\dot{\phi}"}
-LATEX |= {"ddtheta": r"\ddot{\theta}", "ddphi": r"\ddot{\phi}", "Mc": "M_c", "Fg": "F_g", "omega": r"\omega", "alpha": r"\dot{\omega}"}
-LATEX |= {"xhat": r"\hat{x}", "yhat": r"\hat{y}", "zhat": r"\hat{z}", "speed": "v", "pi": r"\pi", "inertia": r"\mathbf{I}"}
+LATEX |= {
+    "ddtheta": r"\ddot{\theta}",
+    "ddphi": r"\ddot{\phi}",
+    "Mc": "M_c",
+    "Fg": "F_g",
+    "omega": r"\omega",
+    "alpha": r"\dot{\omega}",
+}
+LATEX |= {
+    "xhat": r"\hat{x}",
+    "yhat": r"\hat{y}",
+    "zhat": r"\hat{z}",
+    "speed": "v",
+    "pi": r"\pi",
+    "inertia": r"\mathbf{I}",
+}
 LATEX |= {f"{f}{i}": rf"\hat{{{f}}}_{i}" for f in "ab" for i in "123"}
 LATEX |= {f"{f}{i}": f"{f}_{i}" for f in "IJRM" for i in "123"} | {f"{f}{c}": f"{f}_{c}" for f in "va" for c in "xyz"}
 LATEX |= {f"w{i}": rf"\omega_{i}" for i in "123"} | {f"wd{i}": rf"\dot{{\omega}}_{i}" for i in "123"}
@@ -114,6 +159,9 @@ class Printer:
 
     def symbol(self, name: str) -> str:
         """A quantity, a function of an angle, or the quantity's own name."""
+        if " - " in name:
+            first, _, second = name.partition(" - ")
+            return f"({self.symbol(first)} - {self.symbol(second)})"
         function, _, angle = name.rpartition(" ")
         if function:
             return f"\\{function}({self.symbol(angle)})" if self.latex else f"{function}({self.symbol(angle)})"
@@ -134,7 +182,11 @@ class Printer:
         if not self.latex:
             return f"{text}**{power}"
         name, bracket, rest = text.partition("(")
-        return f"{name}^{power}{bracket}{rest}" if bracket and name[:4] in ("\\sin", "\\cos", "\\tan") else f"{text}^{power}"
+        return (
+            f"{name}^{power}{bracket}{rest}"
+            if bracket and name[:4] in ("\\sin", "\\cos", "\\tan")
+            else f"{text}^{power}"
+        )
 
     def product(self, factors: list[str]) -> str:
         """Factors side by side."""
@@ -159,10 +211,18 @@ class Printer:
 
 def simple(factor: Fraction) -> float:
     """How odd a fraction is: 0 for 1, small for halves, thirds and twelfths, larger for others."""
-    usual = {1: 0.0, 2: 0.02, 3: 0.03, 4: 0.03, 6: 0.03, 12: 0.03, 8: 0.08, 5: 0.12, 7: 0.14, 24: 0.08, 9: 0.12, 10: 0.12}
+    usual = {
+        1: 0.0,
+        2: 0.02,
+        3: 0.03,
+        4: 0.03,
+        6: 0.03,
+        12: 0.03,
+        8: 0.08,
+        5: 0.12,
+        7: 0.14,
+        24: 0.08,
+        9: 0.12,
+        10: 0.12,
+    }
     return sum(usual.get(abs(part), 0.2) for part in (factor.numerator, factor.denominator))
-
-
-def names_in(monomial: Monomial) -> Any:
-    """The quantities of a monomial."""
-    return {name.rpartition(" ")[2] for name, _ in monomial.powers}

@@ -5,15 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor import exact
 from pendpin.analysis.doctor.diagnosis import Diagnosis, Finding
-from pendpin.analysis.doctor.judging import Equation, residuals
-from pendpin.analysis.doctor.mechanics import AXES, COORDINATES, PARAMETERS, Convention, Quantities, dot
-from pendpin.analysis.doctor.mending import Mend
+from pendpin.analysis.doctor.judging import exact
+from pendpin.analysis.doctor.judging.judge import Equation, residuals
+from pendpin.analysis.doctor.judging.mechanics import AXES, COORDINATES, PARAMETERS, Convention, Quantities, dot
+from pendpin.analysis.doctor.mending.mends import Mend
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
 from pendpin.analysis.doctor.reading.tree import Unread
 
 STYLES = {"holds": "green", "fails": "bold red", "unread": "yellow"}
+RODS = {"thin": "a uniform thin rod", "uniform": "a uniform rod of radius r", "general": "any rod"}
 Line = tuple[str, str]  # text and its style
 
 
@@ -32,7 +33,11 @@ def _record(finding: Finding, diagnosis: Diagnosis) -> dict[str, Any]:
         "proved": finding.proved,
         "error": error,
         "mends": [
-            {"latex": mend.latex, "words": mend.words, "residual": residual(mend.equation, diagnosis.rod, diagnosis.convention)}
+            {
+                "latex": mend.latex,
+                "words": mend.words,
+                "residual": residual(mend.equation, diagnosis.rod, diagnosis.convention),
+            }
             for mend in finding.mends
         ],
         "place": finding.place,
@@ -104,19 +109,21 @@ def summary(diagnosis: Diagnosis) -> str:
     """How many equations hold, fail and could not be read."""
     verdicts = [finding.verdict for finding in diagnosis.findings]
     counts = {word: verdicts.count(word) for word in STYLES}
-    rod = {"thin": "a uniform thin rod", "uniform": "a uniform rod of radius r", "general": "any rod"}[diagnosis.rod]
-    return f"Of {len(verdicts)} equations {counts['holds']} hold, {counts['fails']} fail, {counts['unread']} are not judged; for {rod}."
+    counted = f"{counts['holds']} hold, {counts['fails']} fail, {counts['unread']} are not judged"
+    return f"Of {len(verdicts)} equations {counted}; for {RODS[diagnosis.rod]}."
 
 
 def shared_words(old: str, new: str, numbers: tuple[int, ...]) -> str:
     """One mend of several equations, in words."""
     listed = ", ".join(map(str, numbers[:-1])) + f" and {numbers[-1]}"
-    return f"{new} for {old} heals equations {listed}{_known(old, new)}."
+    return f"{new} for {old} heals equations {listed}{known(old, new)}."
 
 
-def _known(old: str, new: str) -> str:
+def known(old: str, new: str) -> str:
     """What is known of a change that is often needed."""
-    short = [t.replace(" ", "").replace("{", "").replace("}", "").replace("*", "").replace("\\frac", "") for t in (old, new)]
+    short = [
+        t.replace(" ", "").replace("{", "").replace("}", "").replace("*", "").replace("\\frac", "") for t in (old, new)
+    ]
     if short[0] in ("ml^23", "ml^2/3", "ml2/3") and short[1] in ("ml^212", "ml^2/12", "ml2/12"):
         return ": m l²/3 is the inertia about the joint, m l²/12 that about G"
     if short[1] in ("ml^23", "ml^2/3", "ml2/3") and short[0] in ("ml^212", "ml^2/12", "ml2/12"):
@@ -126,7 +133,11 @@ def _known(old: str, new: str) -> str:
 
 def _of_finding(finding: Finding) -> Iterator[list[Line]]:
     printed = " ".join(finding.latex.split())
-    yield [(f"{finding.number:3} ", ""), (f"{finding.verdict:6}", STYLES[finding.verdict]), (f" {finding.kind}: {_short(printed)}", "")]
+    yield [
+        (f"{finding.number:3} ", ""),
+        (f"{finding.verdict:6}", STYLES[finding.verdict]),
+        (f" {finding.kind}: {_short(printed)}", ""),
+    ]
     if finding.verdict == "unread":
         yield [(f"      {finding.place}: {finding.remark}", "dim")]
     elif finding.verdict == "holds":
@@ -153,8 +164,7 @@ def _of_mends(mends: tuple[Mend, ...]) -> Iterator[list[Line]]:
     if not mends:
         yield [("      no simple mend found", "yellow")]
     for rank, mend in enumerate(mends):
-        known = _known(mend.old, mend.new)
-        yield [("      mend: " if not rank else "      or:   ", "green"), (mend.words + known, "")]
+        yield [("      mend: " if not rank else "      or:   ", "green"), (mend.words + known(mend.old, mend.new), "")]
         yield [("            ", ""), *_marked(mend)]
 
 

@@ -1,14 +1,12 @@
 """Changes of a printed equation: where characters are replaced, by what, in which words, and how far-fetched it is."""
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
-from pendpin.analysis.doctor.mechanics import Values
-from pendpin.analysis.doctor.monomials import Printer
-from pendpin.analysis.doctor.needs import Need
+from pendpin.analysis.doctor.judging.mechanics import Values
+from pendpin.analysis.doctor.mending.monomials import Printer
+from pendpin.analysis.doctor.mending.needs import Need
 from pendpin.analysis.doctor.reading.tree import Node, Span, walk
 
 Splice = tuple[int, int, str]  # these characters of the source become this text
@@ -126,7 +124,9 @@ class Editor:
             after = " " if self.text[node.marks[0][1] : node.marks[0][1] + 1].isalpha() else ""
             return (*node.marks[0], after)
         mark = "^" if self.printer.latex else "**" if "*" in self.of(node.marks[0]) else "^"
-        text = f"{mark}{power}" if 0 <= power <= 9 else f"{mark}{{{power}}}" if self.printer.latex else f"{mark}({power})"
+        text = (
+            f"{mark}{power}" if 0 <= power <= 9 else f"{mark}{{{power}}}" if self.printer.latex else f"{mark}({power})"
+        )
         following = self.text[node.marks[0][1] : node.marks[0][1] + 1]
         return (*node.marks[0], text + (" " if following.isdigit() else ""))
 
@@ -163,4 +163,3 @@ def _bare(text: str) -> str:
     text = text.strip()
     inside = text[1:-1]
     return inside if text[:1] == "{" and text[-1:] == "}" and "{" not in inside and "}" not in inside else text
-

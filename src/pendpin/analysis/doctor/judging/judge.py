@@ -3,17 +3,18 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cache
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor import exact
-from pendpin.analysis.doctor.evaluation import Context, Disagreement, Known, common, dimension, evaluate, norm, scale
-from pendpin.analysis.doctor.exact import printed_quantities
-from pendpin.analysis.doctor.mechanics import COORDINATES, PARAMETERS, Convention, Quantities, Values, solved
+from pendpin.analysis.doctor.judging import exact
+from pendpin.analysis.doctor.judging.dimensions import Disagreement, common, dimension
+from pendpin.analysis.doctor.judging.evaluation import Context, Known, evaluate, norm, scale
+from pendpin.analysis.doctor.judging.exact import printed_quantities
+from pendpin.analysis.doctor.judging.mechanics import COORDINATES, PARAMETERS, Convention, Quantities, Values, solved
 from pendpin.analysis.doctor.reading.names import UNKNOWNS, meanings
-from pendpin.analysis.doctor.reading.tree import Node, Unread, symbols, walk
+from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
 
 STATES = 60  # half of them share the parameters of the other half
 EXACT_STATES = 500
@@ -68,7 +69,9 @@ class Judgement:
 
 
 @cache
-def random_states(rod: str, convention: Convention, still: tuple[str, ...] = (), scaled: tuple[str, float] = ("", 1.0)) -> Quantities:
+def random_states(
+    rod: str, convention: Convention, still: tuple[str, ...] = (), scaled: tuple[str, float] = ("", 1.0)
+) -> Quantities:
     """Quantities at random states of the true motion. `still` are rates that are 0; `scaled` a parameter and its factor."""
     base = random_base(rod, STATES)
     for name in still:
@@ -86,6 +89,12 @@ def random_base(rod: str, count: int, seed: int = 0) -> dict[str, Values]:
     for name in PARAMETERS[rod]:
         base[name] = np.tile(np.exp(random.uniform(-0.7, 0.7, half)), 2)
     return base
+
+
+def free_base(rod: str, count: int) -> dict[str, Values]:
+    """Random states (count,) in which accelerations and reactions are random too, off the true motion."""
+    random = np.random.default_rng(3)
+    return random_base(rod, count, seed=2) | {name: random.uniform(0.5, 2, count) for name in UNKNOWNS}
 
 
 def residuals(
@@ -106,7 +115,7 @@ def residuals(
     values = [evaluate(side, context, known, instead) for side in equation.sides]
     if len(values) == 1:
         values.append(quantities.number(0))
-    for i, (left, right) in enumerate(zip(values, values[1:], strict=False)):
+    for i, (left, right) in enumerate(pairwise(values)):
         left, right = _alike(left, right, equation.sides, i)
         size: Values = np.zeros(1)
         if sized:
@@ -122,7 +131,7 @@ def _alike(left: Values, right: Values, sides: tuple[Node, ...], i: int) -> tupl
     node = sides[small] if small < len(sides) else None
     if node is None or (node.kind == "number" and node.value == 0):
         return (np.zeros_like(right), right) if left.ndim < right.ndim else (left, np.zeros_like(left))
-    raise Unread("a vector is set equal to a number", node.span[0])
+    raise Mismatch("a vector is set equal to a number", node.span[0])
 
 
 def settled(equation: Equation, rows: Values) -> Values:
@@ -133,15 +142,26 @@ def settled(equation: Equation, rows: Values) -> Values:
     return rows[:, :half] - rows[:, half : 2 * half]
 
 
+def changed(equation: Equation, quantities: Quantities, instead: dict[int, Values]) -> Values | None:
+    """The residual with other values for some parts, rows (k, n); None where they have no meaning there."""
+    try:
+        with np.errstate(all="ignore"):
+            return np.concatenate([settled(equation, r) for r, _ in residuals(equation, quantities, instead=instead)])
+    except Unread:
+        return None
+
+
 def relative_error(equation: Equation, quantities: Quantities) -> float:
-    """The residual over the terms, root mean square over random states; NaN counts as infinite. Raises Unread."""
+    """The residual over the terms, root mean square over random states. Raises Unread, also for infinite values."""
     worst = 0.0
-    for rows, size in residuals(equation, quantities):
-        rows = settled(equation, rows)
-        top = np.sqrt(np.mean(np.sum(rows**2, 0)))
-        bottom = np.sqrt(np.mean(size**2)) or 1.0
-        ratio = float(top / bottom)
-        worst = max(worst, ratio if np.isfinite(ratio) else np.inf)
+    with np.errstate(all="ignore"):
+        for rows, size in residuals(equation, quantities):
+            rows = settled(equation, rows)
+            top = np.sqrt(np.mean(np.sum(rows**2, 0)))
+            bottom = np.sqrt(np.mean(size**2)) or 1.0
+            if not np.isfinite(top) or not np.isfinite(bottom):
+                raise Unread("it divides by 0, takes the root of a negative number or grows beyond bounds")
+            worst = max(worst, float(top / bottom))
     return worst
 
 
@@ -150,7 +170,9 @@ def judge(equation: Equation, rod: str, convention: Convention) -> Judgement:
     error = relative_error(equation, random_states(rod, convention))
     if error > TOLERANCE:
         if harmless(equation, rod, convention):
-            return Judgement(True, True, 0.0, "differs from T - V by a total derivative, which changes no equation of motion")
+            return Judgement(
+                True, True, 0.0, "differs from T - V by a total derivative, which changes no equation of motion"
+            )
         return Judgement(False, True, error)
     try:
         proved = proves(equation, rod, convention)
@@ -209,7 +231,11 @@ def _holds_in_50_digits(equation: Equation, rod: str, convention: Convention) ->
 
 def harmless(equation: Equation, rod: str, convention: Convention) -> bool:
     """Whether a Lagrangian differs from T - V by what changes no equation of motion."""
-    lone = [side for side in equation.sides if side.kind == "symbol" and side.value == "L" and equation.meanings.get("L", "L") == "L"]
+    lone = [
+        side
+        for side in equation.sides
+        if side.kind == "symbol" and side.value == "L" and equation.meanings.get("L", "L") == "L"
+    ]
     others = [side for side in equation.sides if side not in lone]
     if not lone or not others or equation.names & set(UNKNOWNS):
         return False
@@ -277,7 +303,8 @@ def scaling(equation: Equation, rod: str, convention: Convention) -> str:
     words = []
     for name in ("m", "l", "g"):
         there = _size(equation, random_states(rod, convention, (), (name, 2.0)))
-        power = np.log2(there / here)
+        with np.errstate(all="ignore"):
+            power = np.log2(there / here)
         if not np.isfinite(power).all() or np.ptp(power) > 1e-6 or abs(power[0] - round(power[0])) > 1e-6:
             return ""
         words += [name + ("" if round(power[0]) == 1 else f"^{round(power[0])}")] if round(power[0]) else []

@@ -11,9 +11,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from pendpin.analysis.doctor.evaluation import Known, norm
-from pendpin.analysis.doctor.judging import ENERGIES, Equation
-from pendpin.analysis.doctor.mechanics import AXES, Quantities, Values, dot
+from pendpin.analysis.doctor.judging.evaluation import Known, norm
+from pendpin.analysis.doctor.judging.judge import ENERGIES, Equation
+from pendpin.analysis.doctor.judging.mechanics import AXES, Quantities, Values, dot
 from pendpin.analysis.doctor.reading.tree import Node
 
 Role = Literal["side", "term", "entry", "factor", "divisor", "base", "argument"]
@@ -53,7 +53,9 @@ def needs(equation: Equation, quantities: Quantities, known: Known) -> Iterator[
         for target in _targets(equation, quantities, known, i):
             lone = side.kind in ("symbol", "number") and len(equation.sides) > 1
             value = known[id(side)]
-            wanted = target if target.ndim == value.ndim else (target * np.ones_like(value) if not np.any(target) else None)
+            wanted = (
+                target if target.ndim == value.ndim else (target * np.ones_like(value) if not np.any(target) else None)
+            )
             yield from _down(Need(side, value, wanted, "side", (), i, lone=lone), quantities, known, frame)
 
 
@@ -81,8 +83,7 @@ def _down(need: Need, quantities: Quantities, known: Known, frame: str) -> Itera
     if need.node.kind == "derivative":
         return
     if need.node.kind == "function":
-        for inner in _inside(need.node.children[0], (*need.parents, need.node), known):
-            yield inner
+        yield from _inside(need.node.children[0], (*need.parents, need.node), known)
         return
     for index, (child, wanted, role, flat) in enumerate(_children(need, quantities, known, frame)):
         parents = (*need.parents, need.node)
@@ -96,10 +97,14 @@ def _inside(node: Node, parents: tuple[Node, ...], known: Known) -> Iterator[Nee
     yield Need(node, known[id(node)], None, "argument", parents)
     for index, child in enumerate(node.children):
         for below in _inside(child, (*parents, node), known):
-            yield Need(below.node, below.value, None, below.role, below.parents, index if below.node is child else below.index)
+            yield Need(
+                below.node, below.value, None, below.role, below.parents, index if below.node is child else below.index
+            )
 
 
-def _children(need: Need, quantities: Quantities, known: Known, frame: str) -> Iterator[tuple[Node, Values | None, Role, bool]]:
+def _children(
+    need: Need, quantities: Quantities, known: Known, frame: str
+) -> Iterator[tuple[Node, Values | None, Role, bool]]:
     """The children of a node with what they would have to be."""
     node, wanted = need.node, need.needed
     with np.errstate(all="ignore"):
@@ -109,14 +114,24 @@ def _children(need: Need, quantities: Quantities, known: Known, frame: str) -> I
                 for sign, child in zip(signs, node.children, strict=True):
                     value = known[id(child)]
                     fits = wanted is not None and wanted.ndim == value.ndim and not need.flat
-                    yield child, value + sign * (wanted - need.value) if fits and wanted is not None else None, "term", False
+                    yield (
+                        child,
+                        value + sign * (wanted - need.value) if fits and wanted is not None else None,
+                        "term",
+                        False,
+                    )
             case "product":
                 for i, child in enumerate(node.children):
                     role: Role = "divisor" if _list(node.value)[i] == "/" else "factor"
                     yield child, None if wanted is None else _factor(node, i, wanted, known), role, need.flat
             case "power":
                 exponent = Fraction(str(node.value))
-                yield node.children[0], None if wanted is None else _root(wanted, exponent, known[id(node.children[0])]), "base", _even(exponent) or need.flat
+                yield (
+                    node.children[0],
+                    None if wanted is None else _root(wanted, exponent, known[id(node.children[0])]),
+                    "base",
+                    _even(exponent) or need.flat,
+                )
             case "matrix":
                 for i, child in enumerate(node.children):
                     yield child, _entry(node, i, wanted, quantities, frame), "entry", False

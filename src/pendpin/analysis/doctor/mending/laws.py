@@ -7,10 +7,10 @@ from functools import cache
 
 import numpy as np
 
-from pendpin.analysis.doctor.evaluation import Disagreement, common, dimension
-from pendpin.analysis.doctor.judging import STATES, Equation, random_base, residuals
-from pendpin.analysis.doctor.mechanics import Convention, Quantities, Values, cross, dot, solved
-from pendpin.analysis.doctor.monomials import reader_of
+from pendpin.analysis.doctor.judging.dimensions import Disagreement, common, dimension
+from pendpin.analysis.doctor.judging.judge import STATES, Equation, free_base, residuals
+from pendpin.analysis.doctor.judging.mechanics import Convention, Quantities, Values, cross, dot, solved
+from pendpin.analysis.doctor.mending.monomials import reader_of
 from pendpin.analysis.doctor.reading.names import DIMENSIONS, UNKNOWNS
 
 USUAL = -0.12  # what a law in its usual form takes off the cost
@@ -21,10 +21,7 @@ UNUSUAL = 0.06  # what sides of an unusual dimension add
 @cache
 def free_states(rod: str, convention: Convention) -> Quantities:
     """Random states in which accelerations and reactions are random too."""
-    base = random_base(rod, STATES, seed=2)
-    random = np.random.default_rng(3)
-    base |= {name: random.uniform(0.5, 2, STATES) for name in UNKNOWNS}
-    return Quantities(base, rod, convention, np)
+    return Quantities(free_base(rod, STATES), rod, convention, np)
 
 
 @cache

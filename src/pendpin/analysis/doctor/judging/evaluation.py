@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor.exact import printed_quantities
-from pendpin.analysis.doctor.mechanics import AXES, COORDINATES, Quantities, Values, cross, dot, turned
+from pendpin.analysis.doctor.judging.exact import printed_quantities
+from pendpin.analysis.doctor.judging.mechanics import AXES, COORDINATES, Quantities, Values, cross, dot, turned
 from pendpin.analysis.doctor.reading.grammar import parse
-from pendpin.analysis.doctor.reading.names import DIMENSION_OF, UNKNOWNS
-from pendpin.analysis.doctor.reading.tree import Node, Unread
+from pendpin.analysis.doctor.reading.names import UNKNOWNS
+from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread
 
 Known = dict[int, Values]  # the value of every node, by id
 
@@ -61,7 +61,9 @@ class Context:
         return top if value.denominator == 1 else top / bottom
 
 
-def evaluate(node: Node, context: Context, known: Known | None = None, instead: dict[int, Values] | None = None) -> Values:
+def evaluate(
+    node: Node, context: Context, known: Known | None = None, instead: dict[int, Values] | None = None
+) -> Values:
     """The value of a tree; those of its parts go to `known`. `instead` gives nodes, by id, another value.
 
     Raises Unread where numbers and vectors are mixed.
@@ -143,7 +145,7 @@ def _sum(node: Node, parts: list[Values]) -> Values:
     total: Any = 0
     for sign, part, child in zip(_list(node.value), parts, node.children, strict=True):
         if part.ndim != shape and not (child.kind == "number" and child.value == 0):
-            raise Unread("a number is added to a vector", child.span[0])
+            raise Mismatch("a number is added to a vector", child.span[0])
         total = total + part if sign > 0 else total - part
     return total
 
@@ -152,18 +154,20 @@ def multiply(a: Values, b: Values, operator: str, place: int) -> Values:
     """A product of scalars, vectors and tensors, as far as it has a meaning. Raises Unread."""
     if operator == "/":
         if b.ndim != 1:
-            raise Unread("a division by a vector", place)
+            raise Mismatch("a division by a vector", place)
         with np.errstate(all="ignore"):
             return a / b
     if 1 in (a.ndim, b.ndim):
         return a * b
     if operator == "x" and a.ndim == b.ndim == 2:
         return cross(a, b)
+    if a.ndim == 2 and b.ndim == 3:
+        return _row_times(a, b)
     if a.ndim == 3:
         return np.stack([dot(row, b) for row in a]) if b.ndim == 2 else np.stack([_row_times(row, b) for row in a])
     if b.ndim == 2 and operator in "*.":
         return dot(a, b)
-    raise Unread("a product of vectors that has no meaning", place)
+    raise Mismatch("a product of vectors that has no meaning", place)
 
 
 def _row_times(row: Values, matrix: Values) -> Values:
@@ -174,7 +178,7 @@ def power(base: Values, exponent: Fraction, place: int, context: Context) -> Val
     """A power; the square of a vector is that of its length. Raises Unread."""
     if base.ndim > 1:
         if exponent != 2 or base.ndim != 2:
-            raise Unread("a power of a vector", place)
+            raise Mismatch("a power of a vector", place)
         return dot(base, base)
     with np.errstate(all="ignore"):
         if exponent.denominator == 2:
@@ -187,7 +191,7 @@ def power(base: Values, exponent: Fraction, place: int, context: Context) -> Val
 def function(name: str, x: Values, place: int, context: Context) -> Values:
     """A function of a number. Raises Unread for a vector."""
     if x.ndim != 1:
-        raise Unread(f"{name} of a vector", place)
+        raise Mismatch(f"{name} of a vector", place)
     xp, one = context.quantities.xp, context.quantities.number(1)
     with np.errstate(all="ignore"):
         match name:
@@ -216,7 +220,9 @@ def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
         return turned(quantities, rows, "B") if context.tensors else rows
     if node.value == (3, 1) and all(part.ndim == 1 for part in parts):
         axes = AXES[context.frame]
-        return sum((part * quantities[axis] for part, axis in zip(parts, axes, strict=True)), start=quantities.number(0))
+        return sum(
+            (part * quantities[axis] for part, axis in zip(parts, axes, strict=True)), start=quantities.number(0)
+        )
     raise Unread("a matrix that is neither 3 x 3 nor a column of 3 components", node.span[0])
 
 
@@ -242,65 +248,3 @@ def scale(node: Node, context: Context, known: Known) -> Values:
 def norm(value: Values) -> Values:
     """The size of scalars, vectors and tensors, (n,)."""
     return np.sqrt((value * value).sum(tuple(range(value.ndim - 1)))) if value.ndim > 1 else np.abs(value)
-
-
-Dimension = tuple[Fraction, Fraction, Fraction]
-NONE: Dimension = (Fraction(0), Fraction(0), Fraction(0))
-
-
-class Disagreement(Exception):
-    """Terms of different dimensions are added or set equal; the message names them."""
-
-
-def dimension(node: Node, definitions: dict[str, Node], depth: int = 0) -> Dimension | None:
-    """Powers of kg, m and s; None for what fits anything (0, or a name that is not known). Raises Disagreement."""
-    parts = [dimension(child, definitions, depth) for child in node.children]
-    match node.kind:
-        case "number":
-            return NONE if node.value else None
-        case "symbol":
-            name = str(node.value)
-            if name in definitions and depth < 20:
-                return dimension(definitions[name], definitions, depth + 1)
-            found = DIMENSION_OF.get(name)
-            return None if found is None else (Fraction(found[0]), Fraction(found[1]), Fraction(found[2]))
-        case "sum" | "matrix":
-            return common(parts)
-        case "product":
-            if None in parts:
-                return None
-            signs = [-1 if operator == "/" else 1 for operator in _list(node.value)]
-            return tuple(sum((s * p[i] for s, p in zip(signs, parts, strict=True)), Fraction(0)) for i in range(3))  # type: ignore[index, return-value]
-        case "power":
-            return None if parts[0] is None else tuple(Fraction(str(node.value)) * p for p in parts[0])  # type: ignore[return-value]
-        case "function" if node.value != "sqrt":
-            common([parts[0], NONE])
-            return NONE
-        case "function":
-            return None if parts[0] is None else tuple(p / 2 for p in parts[0])  # type: ignore[return-value]
-        case _:
-            return None
-
-
-def common(parts: list[Dimension | None]) -> Dimension | None:
-    """The dimension that all have. Raises Disagreement."""
-    known = [part for part in parts if part is not None]
-    for part in known:
-        if part != known[0]:
-            raise Disagreement(f"{unit(known[0])} and {unit(part)}")
-    return known[0] if known else None
-
-
-def unit(dimension: Dimension) -> str:
-    """A dimension as a unit."""
-    names = {(1, 2, -2): "N m", (1, 1, -2): "N", (1, 2, 0): "kg m²", (0, 0, 0): "a pure number"}
-    plain = (int(dimension[0]), int(dimension[1]), int(dimension[2]))
-    if plain in names and plain == dimension:
-        return names[plain]
-    parts = (f"{symbol}{_raised(power)}" for symbol, power in zip(("kg", "m", "s"), dimension, strict=True) if power)
-    return " ".join(parts)
-
-
-def _raised(power: Fraction) -> str:
-    digits = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-    return "" if power == 1 else str(power).translate(digits) if power.denominator == 1 else f"^({power})"

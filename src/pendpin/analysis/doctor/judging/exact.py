@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor.mechanics import COORDINATES, PARAMETERS, Convention, Quantities
+from pendpin.analysis.doctor.judging.mechanics import COORDINATES, PARAMETERS, Convention, Quantities
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
 from pendpin.errors import MissingLibrary
 
@@ -58,7 +58,9 @@ class Quotient:
         other = _quotient(other)
         if self.den == other.den:
             return Quotient(self.num + other.num, self.den)
-        return Quotient(_times(self.num, other.den) + _times(other.num, self.den), _times(self.den, other.den)).lowered()
+        return Quotient(
+            _times(self.num, other.den) + _times(other.num, self.den), _times(self.den, other.den)
+        ).lowered()
 
     def __mul__(self, other: Any) -> "Quotient":
         """Product."""

@@ -18,7 +18,11 @@ Values = NDArray[Any]  # (n,), (3, n) or (3, 3, n): scalars, vectors in I, tenso
 
 RODS = ("thin", "uniform", "general")
 COORDINATES = ("theta", "phi", "dtheta", "dphi")
-PARAMETERS = {"thin": ("m", "l", "g"), "uniform": ("m", "l", "g", "r"), "general": ("m", "l", "g", "h", "I1", "I2", "I3", "r")}
+PARAMETERS = {
+    "thin": ("m", "l", "g"),
+    "uniform": ("m", "l", "g", "r"),
+    "general": ("m", "l", "g", "h", "I1", "I2", "I3", "r"),
+}
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,8 @@ def solved(base: Mapping[str, Values], rod: str, convention: Convention, xp: Any
     zero = known.number(0)
     field = np.stack([zero, zero, known["g"] + zero], -1)
     q, v = (np.stack([known[f"{d}theta*"], known[f"{d}phi*"]], -1) for d in ("", "d"))
-    answer = newton_euler.solve(RodInertia(*(known[name] for name in ("m", "h", "I1", "I2", "I3"))), q, v, field, xp)
+    inertia: Any = [known[name] for name in ("m", "h", "I1", "I2", "I3")]
+    answer = newton_euler.solve(RodInertia(*inertia), q, v, field, xp)
     sign = convention.along
     unknowns = {"R1": answer.R1, "R2": sign * answer.R2, "R3": answer.R3, "M3": sign * answer.M3}
     angles = {"theta": convention.theta * answer.theta_dd, "phi": convention.phi * answer.phi_dd}

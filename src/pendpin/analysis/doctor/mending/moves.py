@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor.edits import Edit, Editor
-from pendpin.analysis.doctor.evaluation import Context, Disagreement, dimension, evaluate, power
-from pendpin.analysis.doctor.mechanics import PARAMETERS, Quantities, Values
-from pendpin.analysis.doctor.monomials import CLOSE, simple
-from pendpin.analysis.doctor.needs import Need
+from pendpin.analysis.doctor.judging.dimensions import Disagreement, dimension
+from pendpin.analysis.doctor.judging.evaluation import Context, evaluate, power
+from pendpin.analysis.doctor.judging.mechanics import PARAMETERS, Quantities, Values
+from pendpin.analysis.doctor.mending.edits import Edit, Editor
+from pendpin.analysis.doctor.mending.monomials import CLOSE, simple
+from pendpin.analysis.doctor.mending.needs import Need
 from pendpin.analysis.doctor.reading.names import DIMENSION_OF, MATRICES, UNIT_VECTORS, VECTORS
 from pendpin.analysis.doctor.reading.tree import Node, Unread, key
 
@@ -22,11 +23,20 @@ COMMON = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "
 RODS = {"thin": (), "uniform": ("r", "I1", "I2", "I3"), "general": ("h", "I1", "I2", "I3", "J1", "J2", "J3")}
 FAMILIES = [("x", "y", "z"), ("vx", "vy", "vz"), ("ax", "ay", "az"), ("w1", "w2", "w3"), ("wd1", "wd2", "wd3")]
 FAMILIES += [("ac1", "ac2", "ac3"), ("vc1", "vc2", "vc3"), ("I1", "I2", "I3", "J1", "J2", "J3"), ("T", "V", "L", "E")]
-FAMILIES += [("wx", "wy", "wz"), ("xT", "yT", "zT"), ("M1", "M2", "M3", "Mc"), ("rG", "vG", "aG", "rT"), ("omega", "alpha")]
+FAMILIES += [
+    ("wx", "wy", "wz"),
+    ("xT", "yT", "zT"),
+    ("M1", "M2", "M3", "Mc"),
+    ("rG", "vG", "aG", "rT"),
+    ("omega", "alpha"),
+]
 FAMILIES += [tuple(sorted(UNIT_VECTORS)), tuple(sorted(MATRICES)), ("h", "l", "r"), ("R", "M")]
 FUNCTIONS = ("sin", "cos", "tan", "cot")
 CIRCULAR = {"sin", "cos", "tan", "cot", "sec", "csc"}
-FACTORS = tuple(Fraction(a, b) for a, b in ((2, 1), (1, 2), (3, 1), (1, 3), (4, 1), (1, 4), (3, 2), (2, 3), (6, 1), (1, 6), (12, 1), (1, 12)))
+FACTORS = tuple(
+    Fraction(a, b)
+    for a, b in ((2, 1), (1, 2), (3, 1), (1, 3), (4, 1), (1, 4), (3, 2), (2, 3), (6, 1), (1, 6), (12, 1), (1, 12))
+)
 
 
 def moves(found: list[Need], context: Context, editor: Editor) -> Iterator[Edit]:
@@ -44,13 +54,27 @@ def _of_part(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
     if need.whole and need.value.ndim and node.kind != "number":
         splices = (editor.sign(need),)
         old, new = _term(need, editor)
-        yield Edit(splices, 1.0 + 0.5 * need.lone, f"the sign of {_plain(need, editor)} is wrong", old, new, {id(node): -need.value})
+        yield Edit(
+            splices,
+            1.0 + 0.5 * need.lone,
+            f"the sign of {_plain(need, editor)} is wrong",
+            old,
+            new,
+            {id(node): -need.value},
+        )
     if need.role == "term" and len(need.parents[-1].children) > 1:
         words = f"the term {editor.of(node.outer)} is too many"
         yield Edit((editor.without_term(need),), 1.25, words, editor.of(node.outer), "", {id(node): 0 * need.value})
     if need.role in ("factor", "divisor") and need.value.ndim == 1:
         one = {id(node): np.ones_like(need.value)}
-        yield Edit((editor.without_factor(need),), 1.2, f"the factor {editor.of(node.outer)} is too many", editor.of(node.outer), "", one)
+        yield Edit(
+            (editor.without_factor(need),),
+            1.2,
+            f"the factor {editor.of(node.outer)} is too many",
+            editor.of(node.outer),
+            "",
+            one,
+        )
     for value, text, cost in replacements(node, context, editor):
         splice = editor.put(node.span if node.kind == "symbol" else node.marks[0], text)
         old, new = editor.shown(need, (splice,))
@@ -92,7 +116,11 @@ def replacements(node: Node, context: Context, editor: Editor) -> Iterator[tuple
             if inner is not None and other != node.value:
                 slash = "\\" if editor.of(node.marks[0]).startswith("\\") else ""
                 with np.errstate(all="ignore"):
-                    yield _functions(other, inner, quantities), slash + other, 1.0 + 0.1 * FUNCTIONS.index(other) ** 2 / 4
+                    yield (
+                        _functions(other, inner, quantities),
+                        slash + other,
+                        1.0 + 0.1 * FUNCTIONS.index(other) ** 2 / 4,
+                    )
 
 
 def own_names(name: str, context: Context) -> Iterator[str]:
@@ -133,7 +161,11 @@ def alternatives(name: str, quantities: Quantities) -> list[str]:
 def _in_use(name: str, context: Context, editor: Editor) -> bool:
     """Whether a name is a parameter of the rod, or one that the text uses."""
     rod = context.quantities.rod
-    return name not in ("h", "r", "I1", "I2", "I3", "J1", "J2", "J3") or name in (*PARAMETERS[rod], *RODS[rod]) or name in editor.printer.styles
+    return (
+        name not in ("h", "r", "I1", "I2", "I3", "J1", "J2", "J3")
+        or name in (*PARAMETERS[rod], *RODS[rod])
+        or name in editor.printer.styles
+    )
 
 
 def _powers(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
@@ -145,7 +177,14 @@ def _powers(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
             if base is not None and base.ndim == 1 and exponent != node.value:
                 splice = editor.other_exponent(node, exponent)
                 old, new = editor.shown(need, (splice,))
-                yield Edit((splice,), 1.1, f"{old} should be {new}", old, new, {id(node): power(base, Fraction(exponent), 0, context)})
+                yield Edit(
+                    (splice,),
+                    1.1,
+                    f"{old} should be {new}",
+                    old,
+                    new,
+                    {id(node): power(base, Fraction(exponent), 0, context)},
+                )
     plain = node.kind in ("symbol", "function") and (need.parent is None or need.parent.kind != "power")
     if plain and need.value.ndim == 1 and not need.lone and node.kind != "number":
         for exponent in (2, 3):
@@ -177,7 +216,14 @@ def _numbers(need: Need, editor: Editor) -> Iterator[Edit]:
             text = editor.printer.number(value)
             splice = editor.put(need.node.span, text if value.denominator == 1 or editor.printer.latex else f"({text})")
             old, new = editor.shown(need, (splice,))
-            yield Edit((splice,), 1.05 + simple(value), f"{old} should be {new}", old, new, {id(need.node): need.value * float(factor)})
+            yield Edit(
+                (splice,),
+                1.05 + simple(value),
+                f"{old} should be {new}",
+                old,
+                new,
+                {id(need.node): need.value * float(factor)},
+            )
 
 
 def _of_equal_parts(found: list[Need], context: Context, editor: Editor) -> Iterator[Edit]:

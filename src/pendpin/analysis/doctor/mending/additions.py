@@ -1,0 +1,219 @@
+"""Changes whose size is found and not listed: numbers, factors and terms that are missing."""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from pendpin.analysis.doctor.judging.judge import Equation, changed
+from pendpin.analysis.doctor.judging.mechanics import Quantities, Values, dot
+from pendpin.analysis.doctor.mending.edits import Edit, Editor, apply
+from pendpin.analysis.doctor.mending.monomials import (
+    DIRECTIONS,
+    MOVING,
+    Monomial,
+    Reader,
+    fraction_of,
+    reader_of,
+    simple,
+)
+from pendpin.analysis.doctor.mending.needs import Need
+from pendpin.analysis.doctor.reading.names import UNKNOWNS
+from pendpin.analysis.doctor.reading.tree import key, walk
+
+INERTIAS = ("I1", "I2", "I3", "J1", "J2", "J3", "h")
+
+
+def by_need(found: list[Need], quantities: Quantities, editor: Editor, names: set[str]) -> Iterator[Edit]:
+    """Numbers to be replaced, factors and terms that are missing, as the needed values tell."""
+    reader = reader_of(quantities)
+    for need in found:
+        if need.needed is None or not np.isfinite(need.needed).all():
+            continue
+        if need.node.kind == "number":
+            yield from _number(need, found, editor)
+        if need.whole and not need.flat:
+            yield from _factors(need, reader, editor, names)
+            yield from _terms(need, reader, editor, names)
+
+
+def possible(equation: Equation, rod: str) -> set[str]:
+    """Quantities that a missing term or factor may hold: not what the equation is solved for."""
+    lone = {str(side.value) for side in equation.sides if side.kind == "symbol"}
+    inertias = () if rod == "thin" else INERTIAS
+    return (equation.names | {*UNKNOWNS, *inertias, "Mc"}) - lone
+
+
+def _number(need: Need, found: list[Need], editor: Editor) -> Iterator[Edit]:
+    """Another number in place of one."""
+    assert need.needed is not None
+    value = fraction_of(np.abs(need.needed) if need.flat else need.needed) if need.needed.ndim == 1 else None
+    if not value or value == need.node.value:
+        return
+    size = abs(value)
+    text = editor.printer.number(size)
+    if size.denominator > 1 and not editor.printer.latex:
+        text = f"({text})"
+    splice = editor.put(need.node.span, text)
+    old, new = editor.shown(need, (splice,))
+    cost = 1.0 + simple(size) + (0.1 if size.denominator > 1 else 0.0) + 0.5 * need.lone
+    if value > 0:
+        yield Edit((splice,), cost, f"{old} should be {new}", old, new)
+    elif owner := next((n for n in found if n.whole and n.node in need.parents and not n.flat), None):
+        sign = editor.sign(owner)
+        words = f"{old} should be {new}, and the sign of {editor.of(owner.node.outer)} is wrong"
+        if size == need.node.value:
+            return
+        yield Edit((splice, sign), cost + 1.0, words, old, new)
+
+
+def _factors(need: Need, reader: Reader, editor: Editor, names: set[str]) -> Iterator[Edit]:
+    """A factor that is missing: a fraction, a symbol, a sine."""
+    ratio = _ratio(need)
+    if ratio is None:
+        return
+    for monomial in reader.all(ratio):
+        if (
+            monomial.factor < 0
+            or (not monomial.powers and monomial.factor == 1)
+            or odd_extra(monomial, reader, names, 2)
+        ):
+            continue
+        if not monomial.powers and monomial.factor.numerator == 1:
+            below = editor.below(need.node, monomial.factor.denominator)
+            if below is not None:
+                old, new = editor.shown(need, (below,))
+                yield Edit((below,), 1.2 + simple(monomial.factor), f"{old} should be {new}", old, new)
+        text = editor.printer.monomial(monomial)
+        splice = editor.before(need.node, text if editor.printer.latex or "/" not in text else f"({text})")
+        odd = 0.0 if monomial.factor == 1 else 0.4
+        cost = (
+            1.22
+            + 0.01 * len(need.parents)
+            + simple(monomial.factor)
+            + (0.3 * (monomial.size - 1) + odd if monomial.powers else 0.0)
+        )
+        old, new = editor.shown(need, (splice,))
+        yield Edit((splice,), cost + 0.5 * need.lone, f"the factor {text} is missing in {old}", old, new)
+
+
+def _ratio(need: Need) -> Values | None:
+    """Needed over present, (n,); None where it is no number."""
+    value, needed = need.value, need.needed
+    if needed is None or value.ndim != needed.ndim or value.ndim > 2:
+        return None
+    with np.errstate(all="ignore"):
+        if value.ndim == 1:
+            return needed / value
+        ratio = dot(needed, value) / dot(value, value)
+        return ratio if np.abs(needed - ratio * value).max() <= 1e-8 * np.abs(needed).max() else None
+
+
+def _terms(need: Need, reader: Reader, editor: Editor, names: set[str]) -> Iterator[Edit]:
+    """A term that is missing after a sum, side or entry."""
+    assert need.needed is not None
+    inside = need.parent is not None and need.parent.kind == "sum"
+    if need.needed.ndim != need.value.ndim or (inside and need.node.kind != "sum"):
+        return
+    missing = need.needed - need.value
+    for monomial, direction in _read(missing, reader):
+        if odd_extra(monomial, reader, names, 5):
+            continue
+        vector = editor.printer.symbol(direction) if direction else ""
+        text = editor.printer.monomial(monomial, vector)
+        splice = editor.added(need.node, 1 if monomial.factor > 0 else -1, text)
+        cost = 1.55 + 0.05 * monomial.size + simple(monomial.factor) + 0.5 * need.lone
+        sign = "+" if monomial.factor > 0 else "-"
+        yield Edit((splice,), cost, f"the term {sign} {text} is missing", "", f"{sign} {text}")
+
+
+def odd_extra(monomial: Monomial, reader: Reader, names: set[str], most: int) -> bool:
+    """Whether a monomial holds a quantity that would stand there in an unlikely way.
+
+    That is one of another kind than the equation's, one below a fraction, or one with many others.
+    """
+    extra = [(name, power) for name, power in monomial.powers if name in reader.extra]
+    if not extra:
+        return False
+    name, power = extra[0]
+    steep = any(p < 0 and n in MOVING for n, p in monomial.powers) and name != "M3"
+    return power < 0 or steep or monomial.size > most or not set(name.split(" - ")) <= names
+
+
+def _read(values: Values, reader: Reader) -> Iterator[tuple[Monomial, str]]:
+    """Scalars or vectors as monomials, with the direction of a vector."""
+    if values.ndim == 1:
+        yield from ((monomial, "") for monomial in reader.all(values))
+    elif values.ndim == 2:
+        for name in DIRECTIONS:
+            unit = reader.quantities[name]
+            along = dot(values, unit)
+            if np.abs(values - along * unit).max() <= 1e-8 * np.abs(values).max():
+                yield from ((monomial, name) for monomial in reader.all(along))
+
+
+def equal_products(found: list[Need], equation: Equation, quantities: Quantities, editor: Editor) -> list[Edit]:
+    """A number that is wrong in the same way in several equal products, such as m l²/3 printed twice."""
+    groups: dict[tuple, dict[int, Need]] = defaultdict(dict)
+    for need in found:
+        if need.node.kind == "product" and not any(part.kind == "sum" for part in walk(need.node)):
+            groups[key(need.node)][id(need.node)] = need
+    edits = []
+    for members in (list(group.values()) for group in groups.values() if len(group) > 1):
+        factor = _common_factor(members, equation, quantities)
+        if factor is not None and factor > 0:
+            edits += list(_rescaled(members, factor, editor))
+    return edits
+
+
+def _common_factor(members: list[Need], equation: Equation, quantities: Quantities) -> Fraction | None:
+    """The factor on all members that heals, where the residual is straight in it."""
+    rows = []
+    for k in (1.0, 2.0, 3.0):
+        after = changed(equation, quantities, {id(n.node): k * n.value for n in members})
+        if after is None:
+            return None
+        rows.append(after.ravel())
+    slope = rows[1] - rows[0]
+    if np.abs(rows[2] - rows[1] - slope).max() > 1e-9 * np.abs(rows[2]).max() or not np.abs(slope).min() > 0:
+        return None
+    return fraction_of(1 - rows[0] / slope)
+
+
+def _rescaled(members: list[Need], factor: Fraction, editor: Editor) -> Iterator[Edit]:
+    """Each number of the products replaced, so that the product is multiplied by a factor."""
+    first = members[0].node
+    numbers = [part for part in walk(first) if part.kind == "number"]
+    below = {
+        id(p)
+        for n in walk(first)
+        if n.kind == "product"
+        for o, c in zip(_list(n.value), n.children, strict=True)
+        if o == "/"
+        for p in walk(c)
+    }
+    raised = {id(p) for n in walk(first) if n.kind in ("power", "function") for p in walk(n)}
+    for number in numbers:
+        if id(number) in raised:
+            continue
+        old_value = Fraction(str(number.value))
+        value = old_value / factor if id(number) in below else old_value * factor
+        text = editor.printer.number(value)
+        offset = [part.span for part in walk(first)].index(number.span)
+        spans = [list(walk(member.node))[offset].span for member in members]
+        splices = tuple(editor.put(span, text) for span in spans)
+        start, end = first.outer
+        old = editor.of(first.outer)
+        new = apply(editor.text[start:end], ((splices[0][0] - start, splices[0][1] - start, splices[0][2]),)).strip()
+        cost = 1.1 + simple(value) + (0.1 if value.denominator > 1 else 0.0)
+        yield Edit(splices, cost, f"{old} should be {new}, {_times(len(members))}", old, new)
+
+
+def _list(value: Any) -> list[Any]:
+    return list(value)
+
+
+def _times(count: int) -> str:
+    return {2: "in both places"}.get(count, f"in all {count} places")

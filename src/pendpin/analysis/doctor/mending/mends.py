@@ -1,0 +1,205 @@
+"""The smallest changes of a printed equation that make it hold, the simplest first, each verified on the changed text."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pendpin.analysis.doctor.judging.evaluation import Known
+from pendpin.analysis.doctor.judging.judge import (
+    TOLERANCE,
+    Equation,
+    changed,
+    judge,
+    random_states,
+    relative_error,
+    residuals,
+    settled,
+)
+from pendpin.analysis.doctor.judging.mechanics import Convention, Quantities, Values
+from pendpin.analysis.doctor.mending.additions import by_need, equal_products, possible
+from pendpin.analysis.doctor.mending.edits import Edit, Editor, apply, overlap
+from pendpin.analysis.doctor.mending.laws import standing
+from pendpin.analysis.doctor.mending.mismatches import changes_of_kind
+from pendpin.analysis.doctor.mending.monomials import (
+    Printer,
+)
+from pendpin.analysis.doctor.mending.moves import moves
+from pendpin.analysis.doctor.mending.needs import needs
+from pendpin.analysis.doctor.reading.grammar import parse
+from pendpin.analysis.doctor.reading.tree import Node, Unread, walk
+
+MOST_NODES = 400  # of an equation that is searched
+MOST_TOGETHER = 110  # moves of which every pair is tried
+MOST_PAIRED = 700  # single moves that are tried in pairs
+MOST_VERIFIED = 400  # candidates whose text is read again
+FARTHER = 0.75  # what a second mend may cost more than the first
+FARTHEST = 3.2  # the cost beyond which a mend is far-fetched
+
+
+@dataclass(frozen=True, eq=False)
+class Mend:
+    """A verified change: the text with it, the changed spans of that text, words, and the equation that results."""
+
+    text: str
+    words: str
+    old: str
+    new: str
+    cost: float
+    proved: bool
+    equation: Equation
+    splices: tuple[tuple[int, int, str], ...]
+    alone: bool = True  # its text holds no other equation
+
+    @property
+    def latex(self) -> str:
+        """The mended equation as it would be printed."""
+        sides = self.equation.sides
+        return self.text if self.alone else self.text[sides[0].outer[0] : sides[-1].outer[1]].strip()
+
+
+@dataclass(frozen=True, eq=False)
+class Patient:
+    """A wrong equation with its source, and how that is read."""
+
+    equation: Equation
+    text: str
+    index: int  # which of the equations in the text
+    tight: bool
+    rod: str
+    convention: Convention
+    alone: bool = True  # the text holds no other equation
+
+    def read(self, text: str) -> Equation:
+        """The equation of a changed text, its names meaning the same. Raises Unread."""
+        found = parse(text, tight=self.tight)
+        if len(found) <= self.index:
+            raise Unread("the equation is gone")
+        return replace(self.equation, sides=tuple(found[self.index]))
+
+
+def mends(patient: Patient, printer: Printer, most: int = 4) -> list[Mend]:
+    """Verified mends, the simplest first; none where only far-fetched ones would do."""
+    equation, quantities = patient.equation, random_states(patient.rod, patient.convention)
+    if sum(1 for side in equation.sides for _ in walk(side)) > MOST_NODES:
+        return []
+    known: Known = {}
+    rows = np.concatenate([settled(equation, r) for r, _ in residuals(equation, quantities, known)])
+    found = list(needs(equation, quantities, known))
+    editor = Editor(patient.text, printer)
+    listed = list(moves(found, equation.context(quantities), editor))
+    effects = [changed(equation, quantities, edit.instead or {}) for edit in listed]
+    size = float(np.abs(rows).max())
+    singles = [edit for edit, after in zip(listed, effects, strict=True) if after is not None and _zero(after, size)]
+    singles += list(by_need(found, quantities, editor, possible(equation, patient.rod)))
+    singles += equal_products(found, equation, quantities, editor)
+    chosen = _verified(patient, singles, most)
+    if not chosen:
+        chosen = _verified(patient, _pairs(listed, effects, rows), most)
+    if not chosen:
+        chosen = _verified(patient, list(_any_two(equation, quantities, listed, size)), most)
+    return chosen
+
+
+def _any_two(equation: Equation, quantities: Quantities, listed: list[Edit], size: float) -> Iterator[Edit]:
+    """Two of the likeliest moves, one inside the other's term or not, each pair tried on numbers."""
+    likely = sorted((edit for edit in listed if edit.instead), key=lambda e: e.cost)[:MOST_TOGETHER]
+    for i, a in enumerate(likely):
+        for b in likely[i + 1 :]:
+            if not overlap(a.splices, b.splices):
+                both = replace(_both(a, b), instead={**(a.instead or {}), **(b.instead or {})})
+                after = changed(equation, quantities, both.instead or {})
+                if after is not None and _zero(after, size):
+                    yield both
+
+
+def mends_of_mismatch(patient: Patient, printer: Printer, most: int = 4) -> list[Mend]:
+    """Mends of an equation that mixes numbers and vectors, so that no part has a value: tried on the text."""
+    sides = patient.equation.sides
+    if sum(1 for side in sides for _ in walk(side)) > MOST_NODES // 2:
+        return []
+    return _verified(patient, list(changes_of_kind(list(sides), Editor(patient.text, printer))), most)
+
+
+def _zero(rows: Values, size: float) -> bool:
+    return bool(np.isfinite(rows).all() and np.abs(rows).max() <= 1e-8 * size)
+
+
+def _pairs(listed: list[Edit], effects: list[Values | None], rows: Values) -> list[Edit]:
+    """Two moves whose effects add up to what is missing: sorted by the first state, compared on all."""
+    usable = [
+        (edit, after)
+        for edit, after in zip(listed, effects, strict=True)
+        if after is not None and after.shape == rows.shape and np.isfinite(after).all()
+    ]
+    usable = sorted(usable, key=lambda pair: pair[0].cost)[:MOST_PAIRED]
+    if len(usable) < 2:
+        return []
+    target, size = -rows.ravel(), float(np.abs(rows).max())
+    changes = np.array([(after - rows).ravel() for _, after in usable])
+    first = int(np.argmax(np.abs(target)))
+    order = np.argsort(changes[:, first])
+    ranked = changes[order, first]
+    pairs = []
+    for i, change in enumerate(changes):
+        wanted = target - change
+        low, high = np.searchsorted(ranked, [wanted[first] - 1e-8 * size, wanted[first] + 1e-8 * size])
+        for j in order[low:high]:
+            if (
+                j > i
+                and np.abs(changes[j] - wanted).max() <= 1e-8 * size
+                and not overlap(usable[i][0].splices, usable[j][0].splices)
+            ):
+                pairs.append(_both(usable[i][0], usable[j][0]))
+    return pairs
+
+
+def _both(a: Edit, b: Edit) -> Edit:
+    return Edit(
+        (*a.splices, *b.splices), a.cost + b.cost, f"{a.words}, and {b.words}", f"{a.old}; {b.old}", f"{a.new}; {b.new}"
+    )
+
+
+def _verified(patient: Patient, edits: list[Edit], most: int) -> list[Mend]:
+    """The simplest edits whose text, read again, holds; of those that come to the same the simplest."""
+    held: list[tuple[float, Edit, str, Equation, Values]] = []
+    truth = random_states(patient.rod, patient.convention)
+    for edit in sorted((e for e in edits if e.cost <= FARTHEST), key=_order)[:MOST_VERIFIED]:
+        text = apply(patient.text, edit.splices)
+        try:
+            equation = patient.read(text)
+            if relative_error(equation, truth) < TOLERANCE:
+                shape, odd = standing(equation, patient.rod, patient.convention)
+                held.append((edit.cost + odd, edit, text, equation, shape))
+        except Unread:
+            continue
+    chosen: list[Mend] = []
+    shapes: list[Values] = []
+    for cost, edit, text, equation, shape in sorted(held, key=lambda h: (h[0], *_order(h[1]))):
+        if len(chosen) == most or (chosen and cost > chosen[0].cost + FARTHER):
+            break
+        if any(other.shape == shape.shape and np.abs(other - shape).max() < 1e-8 for other in shapes):
+            continue
+        judgement = judge(equation, patient.rod, patient.convention)
+        if judgement.holds:
+            shapes.append(shape)
+            chosen.append(
+                Mend(
+                    text, edit.words, edit.old, edit.new, cost, judgement.proved, equation, edit.splices, patient.alone
+                )
+            )
+    return chosen
+
+
+def _order(edit: Edit) -> tuple[float, int, str]:
+    return edit.cost, len(edit.words), edit.words
+
+
+def styles_of(sides: list[Node], text: str) -> dict[str, str]:
+    """How a text prints each quantity."""
+    return {
+        str(part.value): text[part.span[0] : part.span[1]].strip()
+        for side in sides
+        for part in walk(side)
+        if part.kind == "symbol"
+    }

@@ -1,0 +1,67 @@
+"""Changes of an equation that mixes numbers and vectors: a unit vector missing, too many, or in place of another symbol."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pendpin.analysis.doctor.mending.edits import Edit, Editor
+from pendpin.analysis.doctor.mending.monomials import DIRECTIONS
+from pendpin.analysis.doctor.mending.needs import Need, Role
+from pendpin.analysis.doctor.reading.names import VECTORS
+from pendpin.analysis.doctor.reading.tree import Node
+
+NOTHING = np.zeros(1)
+SCALARS = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "h")
+
+
+def changes_of_kind(sides: list[Node], editor: Editor) -> Iterator[Edit]:
+    """Edits that turn a number into a vector or the reverse, without values: their texts are to be tried."""
+    for side in sides:
+        for need in _parts(side, "side", (), 0):
+            yield from _changes(need, editor)
+
+
+def _parts(node: Node, role: Role, parents: tuple[Node, ...], index: int) -> Iterator[Need]:
+    yield Need(node, NOTHING, None, role, parents, index)
+    if node.kind in ("function", "derivative"):
+        return
+    inner: Role = {"sum": "term", "power": "base", "matrix": "entry"}.get(node.kind, "factor")  # type: ignore[assignment]
+    for i, child in enumerate(node.children):
+        yield from _parts(child, inner, (*parents, node), i)
+
+
+def _changes(need: Need, editor: Editor) -> Iterator[Edit]:
+    node = need.node
+    if need.whole and node.kind != "sum":
+        for name in DIRECTIONS:
+            text = editor.printer.symbol(name)
+            end = node.outer[1]
+            splice = (end, end, (" " if editor.printer.latex else "*") + text)
+            yield Edit(
+                (splice,),
+                1.2,
+                f"{text} is missing after {editor.of(node.outer)}",
+                editor.of(node.outer),
+                f"{editor.of(node.outer)} {text}",
+            )
+    if need.role == "factor" and node.kind == "symbol":
+        yield Edit(
+            (editor.without_factor(need),),
+            1.25,
+            f"the factor {editor.of(node.outer)} is too many",
+            editor.of(node.outer),
+            "",
+        )
+    if need.role == "term" and len(need.parents[-1].children) > 1:
+        yield Edit(
+            (editor.without_term(need),),
+            1.3,
+            f"the term {editor.of(node.outer)} is too many",
+            editor.of(node.outer),
+            "",
+        )
+    if node.kind == "symbol":
+        for name in SCALARS if str(node.value) in VECTORS else DIRECTIONS:
+            splice = editor.put(node.span, editor.printer.symbol(name))
+            old, new = editor.shown(need, (splice,))
+            yield Edit((splice,), 1.15, f"{old} should be {new}", old, new)

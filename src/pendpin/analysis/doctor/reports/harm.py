@@ -1,0 +1,194 @@
+"""What wrong equations do: the motion and reactions that they give when they are solved, beside the true ones."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from pendpin.analysis.doctor.diagnosis import Diagnosis, Finding
+from pendpin.analysis.doctor.judging.judge import ENERGIES, Equation, residuals
+from pendpin.analysis.doctor.judging.mechanics import (
+    COORDINATES,
+    PARAMETERS,
+    Convention,
+    Quantities,
+    Values,
+    cross,
+    dot,
+    solved,
+)
+from pendpin.analysis.doctor.reading.grammar import parse
+from pendpin.analysis.doctor.reading.names import UNKNOWNS
+from pendpin.analysis.doctor.reading.tree import Unread
+from pendpin.arrays import Array
+
+# of the rod, in kg, m, m/s² and kg m²
+ROD = {"m": 1.0, "l": 1.0, "g": 9.81, "h": 0.5, "r": 0.05, "I1": 1 / 12, "I2": 1 / 12, "I3": 0.00125}
+START = (0.7, 0.4, 1.3, -0.8)  # rad, rad/s
+DURATION, SAMPLES = 10.0, 601  # s
+APART = 0.01  # of the length
+TOLERANCE = 1e-6
+MOST_EVALUATIONS = 3_000  # of one motion
+LARGEST_RATE = 1e3  # rad/s
+
+
+@dataclass(frozen=True, eq=False)
+class Harm:
+    """Tips (n, 3) in m, in I with z down, of the true motion and of the one that the printed equations give; t (n,) in s."""
+
+    words: tuple[str, ...]
+    t: Array
+    true: Array
+    printed: Array
+
+
+class System:
+    """Six equations for the accelerations and reactions at one state, some of them as printed."""
+
+    def __init__(self, printed: list[Equation], rod: str, convention: Convention) -> None:
+        self.printed, self.rod, self.convention = printed, rod, convention
+        self.moving = all(
+            not equation.names & {"R", "R1", "R2", "R3", "M", "M1", "M2", "M3", "Mc"} for equation in printed
+        )
+
+    def solution(self, state: Array) -> Array:
+        """theta'', phi'', R1, R2, R3, M3 at (theta, phi, theta', phi'). Raises LinAlgError where there is none."""
+        q = self._columns(state)
+        wrong = [rows[0] for equation in self.printed for rows, _ in residuals(equation, q)]
+        rows = self._laws(q)
+        for row in wrong:
+            rows[self._nearest(row, rows)] = row
+        table = np.array(rows)
+        matrix = (table[:, 1:] - table[:, :1]) / np.abs(table[:, 1:] - table[:, :1]).max(1, keepdims=True)
+        right = -table[:, 0] / np.abs(table[:, 1:] - table[:, :1]).max(1)
+        return np.linalg.solve(matrix, right)
+
+    def _columns(self, state: Array) -> Quantities:
+        """The state seven times: all unknowns 0, then each of them 1."""
+        base = _base(np.tile(state, (7, 1)), self.rod)
+        base |= {name: np.eye(6)[i] for i, name in enumerate(UNKNOWNS)}
+        base |= {name: np.concatenate([[0.0], base[name]]) for name in UNKNOWNS}
+        return Quantities(base, self.rod, self.convention, np)
+
+    def _laws(self, q: Quantities) -> list[Values]:
+        """The true equations: solved for the accelerations, or the six balances where reactions are printed."""
+        force = q["m"] * q["aG"] - q["R"] - q["Fg"] * q["z*"]
+        if self.moving:
+            truth = solved(q.base, self.rod, self.convention, np)
+            return [q[name] - truth[name] for name in UNKNOWNS]
+        spin, momentum = (np.stack([dot(row, q[name]) for row in q["inertia"]]) for name in ("alpha", "omega"))
+        moment = spin + cross(q["omega"], momentum) + cross(q["rG"], q["R"]) - q["M"]
+        return [dot(vector, q[axis]) for vector in (force, moment) for axis in ("b1", "b2", "b3")]
+
+    @staticmethod
+    def _nearest(row: Values, rows: list[Values]) -> int:
+        """The law that a printed equation stands for: the one whose coefficients are most alike."""
+        slopes = [r[1:] - r[0] for r in (row, *rows)]
+        units = [s / (np.linalg.norm(s) or 1.0) for s in slopes]
+        return int(np.argmax([abs(units[0] @ unit) for unit in units[1:]]))
+
+
+def harm_of(diagnosis: Diagnosis) -> Harm | None:
+    """The harm of the equations that fail, as far as they can be solved; None where they cannot."""
+    printed = [equation for finding in diagnosis.wrong for equation in _dynamic(finding, diagnosis)]
+    if not printed:
+        return None
+    system = System(printed, diagnosis.rod, diagnosis.convention)
+    numbers = [f.number for f in diagnosis.wrong if any(True for _ in _dynamic(f, diagnosis))]
+    try:
+        return _compared(system, numbers, diagnosis)
+    except (np.linalg.LinAlgError, Unread, ValueError, FloatingPointError):
+        return None
+
+
+def _dynamic(finding: Finding, diagnosis: Diagnosis) -> list[Equation]:
+    """An equation that determines accelerations or reactions; of a Lagrangian its two equations of motion."""
+    equation = finding.equation
+    if equation is None or len(equation.sides) != 2:
+        return []
+    if equation.names & ENERGIES:
+        return _from_lagrangian(equation, diagnosis)
+    from pendpin.analysis.doctor.judging.judge import random_states
+
+    rows = next(residuals(equation, random_states(diagnosis.rod, diagnosis.convention)))[0]
+    lone = [side for side in equation.sides if side.kind == "symbol" and side.value in (*UNKNOWNS, "Mc")]
+    balance = {"R1", "R2", "R3", "M3", "Mc", "ddtheta", "ddphi"} & equation.names and not equation.names & {
+        "ac1",
+        "ac2",
+        "ac3",
+        "wd1",
+        "wd3",
+    }
+    return [equation] if len(rows) == 1 and (lone or balance) else []
+
+
+def _from_lagrangian(equation: Equation, diagnosis: Diagnosis) -> list[Equation]:
+    from sympy import Symbol, diff
+
+    from pendpin.analysis.doctor.judging.evaluation import evaluate
+    from pendpin.analysis.doctor.judging.exact import printed_quantities
+
+    if not (equation.sides[0].kind == "symbol" and equation.sides[0].value == "L"):
+        return []
+    lagrangian = evaluate(equation.sides[1], equation.context(printed_quantities(diagnosis.rod, diagnosis.convention)))[
+        0
+    ]
+    q, v, a = (tuple(Symbol(f"{d}{name}") for name in ("theta", "phi")) for d in ("", "d", "dd"))
+    found = []
+    for i in range(2):
+        momentum = diff(lagrangian, v[i])
+        rate = sum(diff(momentum, q[j]) * v[j] + diff(momentum, v[j]) * a[j] for j in range(2))
+        found.append(Equation((parse(str(rate - diff(lagrangian, q[i])))[0][0],)))
+    return found
+
+
+def _compared(wrong: System, numbers: list[int], diagnosis: Diagnosis) -> Harm | None:
+    listed = " and ".join([", ".join(map(str, numbers[:-1])), str(numbers[-1])] if numbers[1:] else [str(numbers[0])])
+    start = "1 kg, 1 m, from theta 0.7, phi 0.4, rates 1.3, -0.8"
+    who = f"Equation{'s' if numbers[1:] else ''} {listed}, solved as printed ({start})"
+
+    def truth(state: Array) -> Array:
+        base = solved(_base(state[None], diagnosis.rod), diagnosis.rod, diagnosis.convention, np)
+        return np.array([base[name][0] for name in UNKNOWNS])
+
+    here, there = wrong.solution(np.array(START)), truth(np.array(START))
+    if np.allclose(here[:2], there[:2], rtol=1e-9, atol=1e-12):
+        worst = int(np.argmax(np.abs(here - there)))
+        values = f"{UNKNOWNS[worst]} is {here[worst]:.4g} in place of {there[worst]:.4g} at the start"
+        return Harm(
+            (f"{who}: the motion is not changed, but {values}.",), np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))
+        )
+    motions = [_motion(lambda t, x, f=f: np.concatenate([x[2:], f(x)[:2]])) for f in (truth, wrong.solution)]
+    count = min(map(len, motions))
+    t = np.linspace(0, DURATION, SAMPLES)[:count]
+    right, printed = (_at(states[:count], diagnosis) for states in motions)
+    apart = np.linalg.norm(right["rT"] - printed["rT"], axis=0) / ROD["l"]
+    first = f"after {t[np.argmax(apart > APART)]:.2f} s the tip is 1 % of the length off"
+    when = first if apart.max() > APART else "the tip stays within 1 %"
+    words = f"{who}: {when}, at most {apart.max():.0%} in {t[-1]:.3g} s."
+    change = np.ptp(printed["E"]) / (ROD["m"] * ROD["g"] * ROD["h"])
+    energy = f"The energy of that motion changes by {change:.1%} of m g h."
+    return Harm((words, energy), t, right["rT"].T, printed["rT"].T)
+
+
+def _motion(rates: Callable[[float, Array], Array]) -> Array:
+    """States (n, 4) at the output times, up to where the motion takes too many evaluations or runs away."""
+    solver = DOP853(rates, 0.0, np.array(START), DURATION, rtol=TOLERANCE, atol=TOLERANCE)
+    times, states = np.linspace(0, DURATION, SAMPLES), [np.array([START])]
+    while solver.status == "running" and solver.nfev < MOST_EVALUATIONS and np.abs(solver.y[2:]).max() < LARGEST_RATE:
+        before = solver.t
+        solver.step()
+        new = times[(times > before) & (times <= solver.t)]
+        states.append(solver.dense_output()(new).T.reshape(-1, 4))
+    return np.concatenate(states)
+
+
+def _base(states: Array, rod: str) -> dict[str, Values]:
+    """Coordinates and parameters at states (n, 4)."""
+    base: dict[str, Values] = {name: states[:, i] for i, name in enumerate(COORDINATES)}
+    return base | {name: np.full(len(states), ROD[name]) for name in PARAMETERS[rod]}
+
+
+def _at(states: Array, diagnosis: Diagnosis) -> Quantities:
+    return Quantities(_base(states, diagnosis.rod), diagnosis.rod, diagnosis.convention, np)

@@ -1,0 +1,137 @@
+"""Trees as MathML, which browsers typeset without fonts or network; changed parts are marked."""
+
+import html
+from typing import Any
+
+from pendpin.analysis.doctor.reading.names import Written
+from pendpin.analysis.doctor.reading.tree import Node, Span
+
+GREEK = {"theta": "θ", "phi": "φ", "omega": "ω", "alpha": "α", "psi": "ψ", "pi": "π", "beta": "β", "gamma": "γ"}
+GREEK |= {"tau": "τ", "mu": "μ", "rho": "ρ", "lambda": "λ", "delta": "δ"}
+SIGNS = {"*": "", "x": "×", ".": "·"}
+
+
+def equation(sides: tuple[Node, ...], changed: tuple[Span, ...] = ()) -> str:
+    """Sides that are equal, as a displayed formula."""
+    inside = "<mo>=</mo>".join(part(side, changed) for side in sides) or "<mn>0</mn>"
+    if len(sides) == 1:
+        inside += "<mo>=</mo><mn>0</mn>"
+    return f'<math display="block"><mrow>{inside}</mrow></math>'
+
+
+def part(node: Node, changed: tuple[Span, ...]) -> str:
+    """One node; marked where the characters that changed are its own or those of all that is in it."""
+    text = _inside(node, changed)
+    if node.bracketed and node.kind in ("sum", "product") and not node.fraction:
+        text = f"<mrow><mo>(</mo>{text}<mo>)</mo></mrow>"
+    return (
+        f'<mrow class="changed">{text}</mrow>'
+        if any(a <= node.span[0] and node.span[1] <= b for a, b in changed)
+        else text
+    )
+
+
+def _inside(node: Node, changed: tuple[Span, ...]) -> str:
+    values: Any = node.value
+    match node.kind:
+        case "number":
+            return (
+                f"<mn>{values}</mn>"
+                if values.denominator == 1
+                else f"<mfrac><mn>{values.numerator}</mn><mn>{values.denominator}</mn></mfrac>"
+            )
+        case "symbol":
+            return symbol(node.written or Written(str(values).lstrip("?")))
+        case "sum":
+            return _sum(node, changed)
+        case "product":
+            return _product(node, changed)
+        case "power":
+            return (
+                f"<msup>{_base(node.children[0], changed)}{_mark(f'<mn>{values}</mn>', node.marks[0], changed)}</msup>"
+            )
+        case "function":
+            return _function(node, changed)
+        case "matrix":
+            rows, columns = values
+            cells = [f"<mtd>{part(child, changed)}</mtd>" for child in node.children]
+            lines = "".join(f"<mtr>{''.join(cells[i * columns : (i + 1) * columns])}</mtr>" for i in range(rows))
+            return f"<mrow><mo>[</mo><mtable>{lines}</mtable><mo>]</mo></mrow>"
+        case _:
+            variable = "t" if values == "t" else symbol(Written(str(values)))
+            sign = "d" if values == "t" else "∂"
+            below = f"<mrow><mi>{sign}</mi>{variable if values != 't' else '<mi>t</mi>'}</mrow>"
+            return f"<mrow><mfrac><mi>{sign}</mi>{below}</mfrac>{part(node.children[0], changed)}</mrow>"
+
+
+def _mark(text: str, span: Span, changed: tuple[Span, ...]) -> str:
+    touched = any(a < span[1] and span[0] < b for a, b in changed)
+    return f'<mrow class="changed">{text}</mrow>' if touched else text
+
+
+def _sum(node: Node, changed: tuple[Span, ...]) -> str:
+    parts, signs = [], node.value
+    assert isinstance(signs, tuple)
+    for i, (sign, child) in enumerate(zip(signs, node.children, strict=True)):
+        if sign < 0 or i:
+            parts.append(_mark(f"<mo>{'−' if sign < 0 else '+'}</mo>", node.marks[i], changed))
+        inner = part(child, changed)
+        parts.append(inner)
+    return f"<mrow>{''.join(parts)}</mrow>"
+
+
+def _product(node: Node, changed: tuple[Span, ...]) -> str:
+    """Factors side by side; what is divided by stands below a line."""
+    text, operators = "", node.value
+    assert isinstance(operators, tuple)
+    for operator, child in zip(operators, node.children, strict=True):
+        inner = part(child, changed)
+        if operator == "/":
+            text = f"<mfrac><mrow>{text}</mrow><mrow>{_bare(child, inner)}</mrow></mfrac>"
+        else:
+            number = child.kind == "number" and text.endswith("</mn>")
+            sign = "·" if number else SIGNS[operator] if operator != "*" else ""
+            text += (f"<mo>{sign}</mo>" if sign else "") + inner
+    return f"<mrow>{text}</mrow>"
+
+
+def _bare(child: Node, text: str) -> str:
+    """Below a line no brackets are needed."""
+    wrapped = child.bracketed and text.startswith("<mrow><mo>(</mo>") and text.endswith("<mo>)</mo></mrow>")
+    return text[len("<mrow><mo>(</mo>") : -len("<mo>)</mo></mrow>")] if wrapped else text
+
+
+def _base(child: Node, changed: tuple[Span, ...]) -> str:
+    if child.kind == "function" and child.value != "sqrt":
+        return f"<mrow><mo>(</mo>{part(child, changed)}<mo>)</mo></mrow>"
+    return f"<mrow>{part(child, changed)}</mrow>"
+
+
+def _function(node: Node, changed: tuple[Span, ...]) -> str:
+    inner = part(node.children[0], changed)
+    if node.value == "sqrt":
+        return f"<msqrt>{inner}</msqrt>"
+    name = _mark(f"<mi>{node.value}</mi>", node.marks[0], changed)
+    if node.children[0].kind in ("symbol", "number"):
+        return f"<mrow>{name}<mo>&#8289;</mo><mspace width='0.15em'/>{inner}</mrow>"
+    return f"<mrow>{name}<mo>(</mo>{_bare(node.children[0], inner)}<mo>)</mo></mrow>"
+
+
+def symbol(written: Written) -> str:
+    """A name with its dots, hat and index."""
+    letter = html.escape(GREEK.get(written.letter, written.letter))
+    text = (
+        f'<mi mathvariant="bold">{letter}</mi>'
+        if written.styled and len(letter) == 1 and written.letter not in "abxyzijkn"
+        else f"<mi>{letter}</mi>"
+    )
+    if written.styled and written.letter in "abxyzijkne":
+        text = f'<mover accent="true">{text}<mo>^</mo></mover>'
+    if written.dots:
+        text = f'<mover accent="true">{text}<mo>{"˙" if written.dots == 1 else "¨"}</mo></mover>'
+    if written.index:
+        text = f"<msub>{text}<mi>{html.escape(written.index)}</mi></msub>"
+    if len(written.frames) == 2:
+        before, after = map(html.escape, written.frames)
+        text = f"<mmultiscripts>{text}<none/><mi>{after}</mi><mprescripts/><none/><mi>{before}</mi></mmultiscripts>"
+    return text

@@ -1,0 +1,324 @@
+"""The equation doctor: right equations hold in any notation, wrong ones are found and mended, hostile texts do no harm."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import pendpin as pp
+from pendpin.analysis.doctor.judging.judge import free_base
+from pendpin.analysis.doctor.judging.mechanics import Convention, Quantities, solved
+from pendpin.errors import InputError
+
+PRINTED = Path(__file__).with_name("printed_derivation.md")
+
+
+def verdicts(diagnosis):
+    """The verdicts in order."""
+    return [finding.verdict for finding in diagnosis.findings]
+
+
+def first_mend(equation, **options):
+    """The mended equation that is named first."""
+    (finding,) = pp.diagnose([equation], **options).findings
+    assert finding.verdict == "fails"
+    return finding.mends[0].latex if finding.mends else None
+
+
+# --- the truth ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "convention", [Convention(), Convention(-1, -1, True, "up", -1), Convention(1, -1, False, "mirrored")]
+)
+def test_velocities_and_accelerations_are_the_rates_of_positions(convention):
+    """Each quantity of the doctor's mechanics against a central difference along a motion with constant accelerations.
+
+    The step of 1e-5 leaves an error of about 1e-10 times third derivatives, some tens in these units.
+    """
+    base = free_base("general", 8)
+    pairs = [("rG", "vG"), ("vG", "aG"), ("omega", "alpha"), ("b3", None), ("x", "vx"), ("vy", "ay")]
+    step = 1e-5
+
+    def at(t):
+        moved = dict(base)
+        for angle in ("theta", "phi"):
+            moved[angle] = base[angle] + base[f"d{angle}"] * t + base[f"dd{angle}"] * t**2 / 2
+            moved[f"d{angle}"] = base[f"d{angle}"] + base[f"dd{angle}"] * t
+        return Quantities(moved, "general", convention, np)
+
+    here = at(0.0)
+    for position, rate in pairs:
+        slope = (at(step)[position] - at(-step)[position]) / (2 * step)
+        if rate is not None:
+            np.testing.assert_allclose(slope, here[rate], atol=1e-7)
+    turning = np.cross(here["omega"], here["b3"], axis=0)
+    np.testing.assert_allclose((at(step)["b3"] - at(-step)["b3"]) / (2 * step), turning, atol=1e-8)
+
+
+def test_energy_is_conserved_on_the_true_motion():
+    """dE/dt by differences at the solved accelerations: 0 to the error of the difference."""
+    base = free_base("general", 8)
+    base = solved(base, "general", Convention(), np)
+    step = 1e-5
+
+    def energy(t):
+        moved = dict(base)
+        for angle in ("theta", "phi"):
+            moved[angle] = base[angle] + base[f"d{angle}"] * t + base[f"dd{angle}"] * t**2 / 2
+            moved[f"d{angle}"] = base[f"d{angle}"] + base[f"dd{angle}"] * t
+        return Quantities(moved, "general", Convention(), np)["E"]
+
+    np.testing.assert_allclose((energy(step) - energy(-step)) / (2 * step), 0, atol=1e-6)
+
+
+# --- the printed derivation -----------------------------------------------------------------------------------------
+
+
+def test_the_printed_derivation_has_exactly_its_faults():
+    found = pp.diagnose(PRINTED)
+    assert [f.number for f in found.wrong] == [2, 5, 6]
+    assert "unread" not in verdicts(found)
+    assert all(f.proved for f in found.findings)
+    sign, first, second = found.wrong
+    assert r"\dot{\phi}^2+\dot{\theta}^2cos^2" in sign.mends[0].latex
+    assert "bracket" in sign.remark
+    assert first.mends[0].latex.count(r"\frac{ml^2}{12}") == second.mends[0].latex.count(r"\frac{ml^2}{12}") == 2
+    assert found.shared[0].numbers == (5, 6)
+    assert "about the joint" in str(found)
+    assert found.harm.words[0].startswith("Equations 5 and 6")
+
+
+# --- right equations hold -------------------------------------------------------------------------------------------
+
+RIGHT = {
+    "thin": [
+        r"\ddot\theta = 2\dot\theta\dot\phi\tan\phi - \tfrac32\,\frac{g}{l}\,\frac{\sin\theta}{\cos\phi}",
+        r"\frac{d^2\phi}{dt^2} = -\left(\frac{d\theta}{dt}\right)^2\sin\phi\cos\phi - \frac{3g}{2l}\cos\theta\sin\phi",
+        "θ̈ = 2θ̇φ̇ tan φ − 3g/2l sin θ/cos φ",
+        "phi'' = -theta'^2 sin(2 phi)/2 - 3/2 g/l cos(theta) sin(phi)",
+        r"\vec\omega = (-\dot\theta\cos\phi,\ \dot\phi,\ -\dot\theta\sin\phi)",
+        r"\mathbf{a}_G = \dot{\vec\omega}\times\vec{r}_G + \vec\omega\times(\vec\omega\times\vec{r}_G)",
+        r"\frac{d}{dt}\frac{\partial L}{\partial\dot\phi} = \frac{\partial L}{\partial\phi}",
+        r"L = \frac{ml^2}{6}(\dot\phi^2+\dot\theta^2\cos^2\phi) + \frac{mgl}{2}(\cos\theta\cos\phi - 1)",
+        "L = m*l**2/6*(dphi**2+dtheta**2*cos(phi)**2) + m*g*l/2*cos(theta)*cos(phi) + dphi*cos(theta)-phi*dtheta*sin(theta)",
+        r"R_1 = \frac{mg}{4}\cos\theta\sin\phi",
+        r"\hat{b}_3 \cdot \hat{x} = \sin\phi",
+    ],
+    "uniform": [r"I_1 = m(3r^2+l^2)/12", r"T = \frac12 m v_G^2 + \frac12 \omega\cdot\mathbf{I}\omega"],
+    "general": [
+        r"\ddot\theta (J_1\cos^2\phi+I_3\sin^2\phi) = (2(J_1-I_3)\dot\theta\dot\phi\sin\phi - mgh\sin\theta)\cos\phi",
+        "M_c = -(I_3*sin(phi)*ddtheta/cos(phi) + (I_3 + J_2 - J_1)*dtheta*dphi)",
+    ],
+}
+
+
+@pytest.mark.parametrize(("rod", "equation"), [(rod, e) for rod, equations in RIGHT.items() for e in equations])
+def test_right_equations_hold(rod, equation):
+    (finding,) = pp.diagnose([equation], rod=rod).findings
+    assert (finding.verdict, finding.proved) == ("holds", True), finding.remark
+
+
+def test_what_cannot_be_proved_is_judged_in_50_digits():
+    (finding,) = pp.diagnose([r"v = \frac{l}{2}\sqrt{\dot\phi^2+\dot\theta^2\cos^2\phi}"]).findings
+    assert (finding.verdict, finding.proved) == ("holds", False)
+
+
+def test_a_thin_rod_alone_is_said():
+    (finding,) = pp.diagnose(
+        [r"\ddot\phi = -\dot\theta^2\sin\phi\cos\phi - \frac{mgh}{J_2}\cos\theta\sin\phi"]
+    ).findings
+    assert finding.verdict == "fails"
+    assert "thin rod only" in finding.remark
+
+
+# --- wrong equations are mended -------------------------------------------------------------------------------------
+
+WRONG = [
+    ("x = l/2*cos(phi)", "x = l/2*sin(phi)"),
+    ("omega_3 = dtheta*sin(phi)", "omega_3 = -dtheta*sin(phi)"),
+    (r"\ddot\phi = -\dot\theta\sin\phi\cos\phi - \frac{3g}{2l}\cos\theta\sin\phi", None),
+    (r"y = \frac{l}{2}\sin\theta", None),
+    (r"R_3 = \frac{ml}{2}\dot\phi^2 + mg\cos\theta\cos\phi", None),
+    (r"\hat{y} = \cos\theta\,\hat{a}_2 + \sin\theta", None),
+    ("T = m*l**2/6*(dphi**2 + dtheta**2*cos(phi)**2) + m*g*l", None),
+    ("ddphi = dtheta**2*sin(phi)*cos(phi) - 3*g*sin(theta)*sin(phi)/(2*l)", None),
+]
+
+
+@pytest.mark.parametrize(("wrong", "right"), WRONG)
+def test_the_mend_holds_and_is_the_simplest(wrong, right):
+    mended = first_mend(wrong)
+    assert mended is not None
+    assert right is None or mended == right
+    assert verdicts(pp.diagnose([mended], convention="standard")) == ["holds"]
+
+
+def test_far_fetched_mends_are_not_named():
+    (finding,) = pp.diagnose(["ddphi = g*m*sin(theta)**3 + l*dtheta"]).findings
+    assert (finding.verdict, finding.mends) == ("fails", ())
+    assert "no simple mend found" in str(pp.diagnose(["ddphi = g*m*sin(theta)**3 + l*dtheta"]))
+
+
+def test_sympy_expressions_are_read():
+    t = sp.Symbol("t")
+    theta, phi = (sp.Function(name)(t) for name in ("theta", "phi"))
+    g, l = sp.symbols("g l")  # noqa: E741
+    right = sp.Eq(
+        phi.diff(t, 2),
+        -(theta.diff(t) ** 2) * sp.sin(phi) * sp.cos(phi) - 3 * g * sp.cos(theta) * sp.sin(phi) / (2 * l),
+    )
+    wrong = right.subs(g, 2 * g)
+    assert verdicts(pp.diagnose([right, wrong])) == ["holds", "fails"]
+
+
+def test_own_symbols_and_names():
+    table = {"T": "D*dtheta**2/2 + J_2*dphi**2/2", "b2": "J_2*ddphi + (J_1 - I_3)*dtheta**2*s*c + m*g*h*c*cos(theta)"}
+    symbols = {"s": "sin(phi)", "c": "cos(phi)", "D": "J_1*c**2 + I_3*s**2"}
+    found = pp.diagnose(table, symbols=symbols)
+    assert verdicts(found) == ["holds", "fails"]
+    assert found.findings[1].mends[0].latex.endswith("m*g*h*s*cos(theta)")
+
+
+# --- conventions ----------------------------------------------------------------------------------------------------
+
+
+def test_a_convention_is_found_and_said():
+    texts = [
+        r"\omega = \dot\theta\hat{x} + \dot\phi\hat{a}_2",
+        "y = -l/2*sin(theta)*cos(phi)",
+        "omega_1 = dtheta*cos(phi)",
+    ]
+    found = pp.diagnose(texts)
+    assert found.ok
+    assert "counter-clockwise" in str(found)
+    assert not pp.diagnose(texts, convention="standard").ok
+    assert pp.diagnose(texts, convention="theta-ccw").ok
+
+
+def test_one_sign_alone_is_a_fault_and_no_convention():
+    found = pp.diagnose(["V = m*g*z"])
+    assert verdicts(found) == ["fails"]
+    assert "z points up" in str(found)
+
+
+@pytest.mark.parametrize("options", [{"rod": "thick"}, {"convention": "upside-down"}, {"symbols": {"2": "x"}}])
+def test_options_are_checked(options):
+    with pytest.raises(InputError):
+        pp.diagnose(["x = 1"], **options)
+
+
+# --- hostile texts --------------------------------------------------------------------------------------------------
+
+HOSTILE = [
+    "(" * 10_000 + "x" + ")" * 10_000 + "=1",
+    r"\[" + "{" * 9_000 + "x=1" + r"\]",
+    "x=" * 9_000,
+    "x" * 1_000_000 + "=1",
+    r"\[\input{/etc/passwd}=1\]",
+    r"\[\write18{touch /tmp/x}=1\]",
+    "__import__('os').system('x')=1",
+    r"\[\def\x{\x\x}\x=1\]",
+    "а=b",  # a Cyrillic letter
+    "x = 9^9^9^9",
+    "x=2^(99999)",
+    "x=1e400",
+    "x = 1/0",
+    r"\dot{" * 3_000 + r"\theta=1",
+    r"\sin" * 3_000 + "=1",
+    r"\[\begin{bmatrix}1&2\\3\end{bmatrix}=I\]",
+    "\x00=1",
+    r"\[x=\]",
+    r"\begin{equation}x=1",
+    "sqrt(sqrt(-1))=theta",
+    "theta''''''=0",
+    "(((a+b+c+d)^12)^12)^12 = 1",
+    r"\[\theta\over 2=1\]",
+    "$" * 10_001,
+    r"\[" * 10_000 + "x=1",
+    "-" * 5_000 + "x=l",
+]
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
+def test_hostile_texts_are_refused_in_one_line(text, tmp_path):
+    path = tmp_path / "hostile.tex"
+    path.write_text(text)
+    done = outcome(path)
+    assert done
+    assert all("\n" not in line for line in done)
+
+
+def outcome(path):
+    """The lines that a file comes to: its error, or the remarks on its equations, none of which holds."""
+    try:
+        found = pp.diagnose(path)
+    except InputError as error:
+        return [str(error)]
+    assert not found.ok
+    return [finding.remark for finding in found.findings]
+
+
+# --- command and page -----------------------------------------------------------------------------------------------
+
+
+def doctor(*arguments):
+    """The command, as a process."""
+    command = [sys.executable, "-c", "from pendpin.cli.commands import main; main()", "doctor", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_the_command_writes_json_and_a_page(tmp_path):
+    page = tmp_path / "report.html"
+    done = doctor(PRINTED, "--json", "--html", page)
+    assert done.returncode == 1, done.stderr
+    records = json.loads(done.stdout)
+    assert {"number", "latex", "kind", "verdict", "proved", "error", "mends"} <= set(records[0])
+    residual = sp.sympify(records[5]["mends"][0]["residual"])
+    names = {"l", "m", "R1", "phi", "dtheta", "ddphi"}
+    assert {symbol.name for symbol in residual.free_symbols} == names
+    text = page.read_text()
+    assert "<math" in text
+    assert "://" not in text
+    assert 'class="changed"' in text
+
+
+def test_the_exit_status_says_whether_all_holds(tmp_path):
+    path = tmp_path / "right.toml"
+    path.write_text('[equations]\nx = "l/2*sin(phi)"\nT = "D*dphi**2/2"\n[symbols]\nD = "m*l**2/3"\n')
+    done = doctor(path)
+    assert done.returncode == 1
+    path.write_text('[equations]\nx = "l/2*s"\n[symbols]\ns = "sin(phi)"\n')
+    assert doctor(path).returncode == 0
+
+
+# --- code in place of formulae --------------------------------------------------------------------------------------
+
+CHAIN = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.05)] * 2), effects=[pp.effects.Gravity()])
+
+
+def test_black_boxes_are_compared_joint_by_joint():
+    truth = pp.bind(CHAIN)
+
+    def wrong(q, v):
+        rest = truth.acceleration(0.0, q, 0 * v)
+        return rest + np.array([1, 1, 1, 0.5]) * (truth.acceleration(0.0, q, v) - rest)
+
+    right = pp.diagnose(
+        CHAIN,
+        accelerations=lambda q, v: truth.acceleration(0.0, q, v),
+        reactions=lambda q, v: truth.wrenches(0.0, q, v),
+    )
+    assert right.ok
+    found = pp.diagnose(CHAIN, accelerations=wrong)
+    assert [row.ok for row in found.rows] == [True, True, True, False]
+    assert "0.5 times" in found.rows[3].words
+
+
+def test_black_boxes_of_the_wrong_shape_are_refused():
+    with pytest.raises(InputError, match="shape"):
+        pp.diagnose(CHAIN, accelerations=lambda q, v: q[:2])
