@@ -24,7 +24,7 @@ from pendpin.equations.chain.kinematics import along
 from pendpin.model import kinematics
 from pendpin.model.build import FLIP
 from pendpin.scene import Scene
-from pendpin.simulation.target_accuracy import ORDERS
+from pendpin.simulation.accuracy.refinement import ORDERS
 from pendpin.trajectory import Trajectory
 
 EPS = float(np.finfo(float).eps)

@@ -12,10 +12,10 @@ from pendpin.errors import InputError, Note, RunError, shown
 from pendpin.model.build import build
 from pendpin.model.notes import notes
 from pendpin.scene import Scene, load_scene
+from pendpin.simulation.accuracy.target import reach
 from pendpin.simulation.checkpoint import EVERY, Checkpoint
 from pendpin.simulation.guards import Deadline
 from pendpin.simulation.run import run_scene
-from pendpin.simulation.target_accuracy import reach
 from pendpin.trajectory import Trajectory, samples_of
 
 

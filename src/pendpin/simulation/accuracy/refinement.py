@@ -1,0 +1,61 @@
+"""How a method is made finer: its settings from coarse to fine, and how much smaller the error of each should be."""
+
+import math
+from dataclasses import dataclass
+
+from pendpin.arrays import Array
+from pendpin.scene import least_tolerance
+
+LOOSEST = 1e-2  # tolerance of a first run
+MOST_STEPS = 1e7  # of one run
+TAYLOR = "taylor"
+WHOLE = 1.0 - 1e-9  # rounding of a number of steps
+ORDERS = {"gauss2": 2.0, "gauss4": 4.0, "gauss6": 6.0, "rk4": 4.0, "euler": 1.0}
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """The settings of one method, a tolerance or a step; errors should fall with their power `order`.
+
+    A step is a whole fraction of `spacing`, the time from sample to sample: what is taken is what was asked for, and no
+    two settings give the same run.
+    """
+
+    method: str
+    first: float  # the coarsest setting worth a run
+    least: float  # the finest there is; 0 for steps, which end at MOST_STEPS
+    order: float = 1.0
+    usual: float = 30.0  # how much smaller the next error should be where nothing else is known
+    smallest: float = 10.0  # and at least: with less, two runs may be alike
+    pace: float = 0.85  # of the order, which is reckoned with
+    spacing: float | None = None  # s, of steps
+
+    def finer(self, setting: float, factor: float) -> float:
+        """The setting with an error smaller by about `factor`; never below the least."""
+        ratio = max(factor, self.smallest) ** (1 / self.order)
+        if self.spacing is not None:
+            count = round(self.spacing / setting)
+            return self.spacing / max(count + 1, math.ceil(count * ratio * WHOLE))
+        found = setting / ratio
+        return self.least if found < self.least * math.sqrt(self.smallest) else found
+
+    def promised(self, coarse: float, fine: float) -> float:
+        """How much smaller the error of the finer setting should be."""
+        return (coarse / fine) ** self.order
+
+
+def by_tolerance(method: str, accuracy: float) -> Refinement:
+    """The tolerances of an adaptive method. The error of a power series jumps with its order, from 5 to 1000 a hundredth."""
+    least = least_tolerance(method)
+    if method == TAYLOR:
+        first = min(max(1e3 * accuracy, 1e4 * least), LOOSEST)
+        return Refinement(method, first, least, usual=100.0, smallest=100.0, pace=0.25)
+    return Refinement(method, min(max(100 * accuracy, 300 * least), LOOSEST), least)
+
+
+def by_step(method: str, times: Array, wanted: int) -> Refinement:
+    """The steps of a method with fixed ones over output times (n,) in s; the first takes about `wanted` steps in all."""
+    intervals = len(times) - 1
+    spacing = float(times[-1] - times[0]) / intervals
+    first = spacing / max(1, math.ceil(wanted / intervals))
+    return Refinement(method, first, 0.0, ORDERS[method], smallest=8.0, spacing=spacing)

@@ -1,0 +1,113 @@
+"""The runs that a target accuracy takes: one limit for all, samples close enough to compare, none like the one before."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.engines import ProgressCallback
+from pendpin.errors import Halted, RunError
+from pendpin.model.build import Model
+from pendpin.model.kinematics import apart, reach
+from pendpin.scene import FIXED_METHODS, Scene
+from pendpin.simulation.run import OFF_THE_BOOKS, run_scene
+from pendpin.trajectory import Reactions, Trajectory
+
+INTERVALS = 64  # at least, between times at which runs are compared
+MOST_DENSER = 3  # times that samples are doubled for a run that differs
+SAMPLED = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tip")
+
+
+class Runs:
+    """Runs of one scene, each at the same times; `seconds` of all of them together."""
+
+    def __init__(self, scene: Scene, energy_balance: bool, progress: ProgressCallback, limit: float | None) -> None:
+        self._energy_balance, self._progress, self._limit = energy_balance, progress, limit
+        self._begin, self.seconds = time.perf_counter(), 0.0
+        self.scene, self.every = scene, 1
+        intervals = len(scene.times) - 1
+        while 0 < self.every * intervals < INTERVALS:
+            self.every *= 2
+
+    @property
+    def times(self) -> Array:
+        """When runs are compared, (n,) in s since the start: the output times and, where these are few, times between."""
+        return _with_samples(self.scene, self.every).times
+
+    def run(self, scene: Scene, denser: int = 1) -> Trajectory:
+        """A run of a scene with a method and its setting; one that is too coarse to get to its end is good up to there."""
+        try:
+            found = run_scene(_with_samples(scene, self.every * denser), self._energy_balance, self._watched)
+        except Halted as error:
+            raise type(error)(str(error), self.at_output_times(_thinned(error.partial, denser))) from None
+        except RunError as error:
+            found, coarse = error.partial, scene.solver.method in FIXED_METHODS
+            if not coarse and found.stats.stopped != OFF_THE_BOOKS:
+                raise
+        self.seconds += found.stats.seconds
+        return _thinned(found, denser)
+
+    def unlike(self, scene: Scene, before: Trajectory) -> Trajectory:
+        """A run that is not the one before over again, bit for bit and step for step, if there is any."""
+        found = self.run(scene)
+        for doublings in range(MOST_DENSER):
+            if not alike(before, found):
+                break
+            found = self.run(scene, 2 << doublings)
+        return found
+
+    def at_output_times(self, run: Trajectory) -> Trajectory:
+        """The run without the times between."""
+        run = _thinned(run, self.every)
+        solver = run.scene["solver"] | {"samples": self.scene.solver.samples}
+        return replace(run, scene=run.scene | {"solver": solver})
+
+    def _watched(self, t: float) -> None:
+        self._progress(t)
+        if self._limit is not None and time.perf_counter() - self._begin > self._limit:
+            raise Halted(f"it takes over {self._limit:g} s")
+
+
+def alike(one: Trajectory, other: Trajectory) -> bool:
+    """Whether two runs are the same computation."""
+    return one.stats.steps == other.stats.steps and np.array_equal(one.q, other.q) and np.array_equal(one.v, other.v)
+
+
+def at_rest(run: Trajectory) -> bool:
+    """Whether nothing moves, and nothing makes it move."""
+    return not (run.v.any() or run.a.any())
+
+
+def gap(one: Trajectory, other: Trajectory, length: float, count: int) -> Array:
+    """How far the tips were apart at most so far, at each of `count` times, over a length; inf where a run did not get."""
+    n = min(len(one.t), len(other.t))
+    distance = apart(one.tips()[:n], other.tips()[:n], length)
+    return np.maximum.accumulate(np.append(distance, np.full(count - n, np.inf)))
+
+
+def _with_samples(scene: Scene, every: int) -> Scene:
+    """The scene with so many intervals in place of each one."""
+    if every == 1:
+        return scene
+    solver = scene.solver.model_copy(update={"samples": (len(scene.times) - 1) * every + 1})
+    return scene.model_copy(update={"solver": solver})
+
+
+def _thinned(run: Trajectory, every: int) -> Trajectory:
+    """Every so many samples of a run."""
+    if every == 1:
+        return run
+    arrays = {name: getattr(run, name)[::every] for name in SAMPLED}
+    rods = run.rods and Reactions(*(x[::every] for x in run.rods))
+    return replace(run, **arrays, rods=rods, work={kind: work[::every] for kind, work in run.work.items()})
+
+
+def extent(run: Trajectory, length: float) -> float:
+    """How far a tip got from where it started, over a length."""
+    return float(apart(run.tips(), run.tips()[:1], length).max())
+
+
+def length_of(model: Model, run: Trajectory) -> float:
+    """What errors are relative to, m: how far tips can get from W's origin; for slides alone how far they do get."""
+    return reach(model) or float(np.linalg.norm(run.tips(), axis=-1).max()) or 1.0

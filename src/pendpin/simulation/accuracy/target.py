@@ -1,0 +1,272 @@
+"""Accuracy as the target: the method and its setting that bring the tips within a given error.
+
+The scene is run with a coarse setting and with finer ones. Three runs in a row give an estimate of the error (estimate.py),
+a run with a shifted start gives what rounding does (rounding.py); the finest run is returned where both together are
+within the target. Else the setting is made finer, as far as that can help.
+"""
+
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.dynamics import MAX_COMPILED, bind
+from pendpin.effects import BodyEffect
+from pendpin.engines import ProgressCallback
+from pendpin.errors import RunError
+from pendpin.integrators import ADAPTIVE, FEW_JOINTS, MAX_JOINTS, automatic, taylor_takes
+from pendpin.model.build import build, start_state
+from pendpin.scene import FIXED_METHODS, Scene
+from pendpin.simulation.accuracy import rounding
+from pendpin.simulation.accuracy.estimate import SMALL, Estimate, Gaps, estimate
+from pendpin.simulation.accuracy.refinement import LOOSEST, MOST_STEPS, Refinement, by_step, by_tolerance
+from pendpin.simulation.accuracy.runs import Runs, alike, at_rest, extent, gap, length_of
+from pendpin.trajectory import Trajectory
+
+FINE = 1e-12  # accuracies below are for the Taylor integrator wherever it can
+FARTHEST = 1e3  # how much smaller than the last error the next may be
+BLIND = 100.0  # the same, where runs are too coarse to tell anything
+MARGIN = 1.5  # by which the next error should be below the target
+COMING = 5.0  # the time of the runs to come, over that of the first
+COMPILING = 0.02  # s a joint
+NEGLIGIBLE = 1e-3  # of the target: gaps that need not be small beside the motion
+LAST_NEGLIGIBLE = 1e-2  # the same, of runs that cannot be finer
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class _Attempt:
+    """A run, with the scene that gave it and its setting."""
+
+    scene: Scene
+    setting: float
+    run: Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class _Verdict:
+    """What the last three runs say, over the length."""
+
+    found: Estimate
+    gaps: Gaps
+    size: float  # of the motion
+
+    @property
+    def error(self) -> float:
+        """Of the finest run, over all times; inf where nothing can be said."""
+        return float(self.found.error[-1])
+
+
+def reach(scene: Scene, energy_balance: bool, progress: ProgressCallback, limit: float | None) -> Trajectory:
+    """The motion of a scene to the accuracy of its solver; as `simulate`, which see."""
+    runs = Runs(scene, energy_balance, progress, limit)
+    search = _Search(scene, runs, _refinement(scene, runs, energy_balance))
+    if not scene.duration:
+        return search.result(0.0)
+    while (found := search.go_on()) is None:
+        pass
+    return found
+
+
+class _Search:
+    """The runs of a scene from coarse to fine, and what they say."""
+
+    def __init__(self, scene: Scene, runs: Runs, refinement: Refinement) -> None:
+        self.runs, self.refinement, self.target = runs, refinement, scene.solver.accuracy or 0.0
+        scene = _compiled(scene, refinement.method) if _has_wrenches(scene) else scene
+        first = scene.by(refinement.method, refinement.first)
+        self.attempts = [_Attempt(first, refinement.first, runs.run(first))]
+        self.length = length_of(build(scene.model), self.last.run)
+        self.scene = _compiled(scene, refinement.method) if _worth_compiling(self.last.run, runs) else scene
+        self.rounding: Array | None = None
+        if scene.duration:
+            self._refuse_start()
+
+    @property
+    def last(self) -> _Attempt:
+        """The finest run so far."""
+        return self.attempts[-1]
+
+    @property
+    def finest(self) -> bool:
+        """Whether there is no finer setting."""
+        return self.last.setting <= self.refinement.least
+
+    def go_on(self) -> Trajectory | None:
+        """One more run; what it gives where it meets the target. Raises RunError where no other can."""
+        setting = self.refinement.finer(self.last.setting, self._factor())
+        scene = self.scene.by(self.refinement.method, setting)
+        run = self.runs.unlike(scene, self.last.run)
+        if alike(run, self.last.run) and not at_rest(run):
+            raise self._refused(np.full(len(self.runs.times), np.inf), "finer settings give the same run, bit for bit")
+        self.attempts = [*self.attempts[-2:], _Attempt(scene, setting, run)]
+        if len(self.attempts) < 3:
+            return None
+        verdict = self._judged()
+        if verdict.error <= self.target or self.finest or (verdict.found.small and not verdict.found.regular):
+            self._measure_rounding(verdict.found.small)
+            verdict = self._judged()
+        if verdict.error <= self.target:
+            return self.result(verdict.error)
+        if self.finest or (self.rounding is not None and self.rounding[-1] > self.target):
+            raise self._refused(verdict.found.error, self._reason(verdict))
+        return None
+
+    # --- what runs say ----------------------------------------------------------------------------------------------
+
+    def _gap(self, one: int, other: int) -> Array:
+        return gap(self.attempts[one].run, self.attempts[other].run, self.length, len(self.runs.times))
+
+    def _promised(self, one: int, other: int) -> float:
+        return self.refinement.promised(self.attempts[one].setting, self.attempts[other].setting)
+
+    def _judged(self) -> _Verdict:
+        """What the last three runs say; rounding counts as far as it is known."""
+        gaps = Gaps(
+            *(self._gap(-3, -2), self._gap(-2, -1)),
+            (self._promised(-3, -2), self._promised(-2, -1)),
+            self.refinement.pace,
+        )
+        size, rounded = extent(self.last.run, self.length), self.rounding
+        negligible = self.target * (LAST_NEGLIGIBLE if self.finest else NEGLIGIBLE)
+        known = np.full(len(gaps.first), EPS) if rounded is None else rounded
+        return _Verdict(estimate(gaps, size, known, negligible), gaps, size)
+
+    def _measure_rounding(self, small: bool) -> None:
+        """By a shifted run beside the coarsest that is good enough to tell."""
+        if self.rounding is not None:
+            return
+        base = self.attempts[-3 if small else -1]
+        shift = rounding.shifted(base.scene, self.last.run, self.target)
+        left = gap(base.run, self.runs.run(shift.scene), self.length, len(self.runs.times))
+        self.rounding = rounding.of_motion(self.last.run, left, shift, self.length)
+
+    def _factor(self) -> float:
+        """How much smaller the next error should be. Raises RunError where that would take too many steps."""
+        if len(self.attempts) == 1:
+            return self.refinement.usual
+        if len(self.attempts) == 2:
+            promised, last = self._promised(0, 1), self._gap(0, 1)[-1]
+        else:
+            verdict = self._judged()
+            if np.isfinite(verdict.error):
+                return self._affordable((MARGIN * verdict.error / self.target) ** (1 / self.refinement.pace))
+            promised, last = self._promised(-2, -1), self._gap(-2, -1)[-1]
+        if last > SMALL * extent(self.last.run, self.length):
+            return self._affordable(self.refinement.usual if len(self.attempts) == 2 else BLIND)
+        error = last / promised**self.refinement.pace
+        return self._affordable((MARGIN * error / self.target) ** (1 / self.refinement.pace))
+
+    def _affordable(self, factor: float) -> float:
+        """The factor, as far as one more run goes. Raises RunError where it would take too many steps."""
+        one, other = self.attempts[-2:]
+        more = np.log(max(other.run.stats.steps, 1) / max(one.run.stats.steps, 1)) / np.log(self._promised(-2, -1))
+        power = 1 / self.refinement.order if self.refinement.spacing else max(float(more), 0.0)
+        needed = other.run.stats.steps * factor**power
+        if needed > MOST_STEPS:
+            seconds = needed * other.run.stats.seconds / max(other.run.stats.steps, 1)
+            raise self._refused(np.full(len(self.runs.times), np.inf), self._too_many(needed, seconds))
+        return float(np.clip(factor, self.refinement.smallest, FARTHEST))
+
+    # --- what comes of it -------------------------------------------------------------------------------------------
+
+    def result(self, error: float | None) -> Trajectory:
+        """The finest run with its error."""
+        run = self.runs.at_output_times(self.last.run)
+        return replace(run, stats=replace(run.stats, accuracy=self.target, error=error, all_seconds=self.runs.seconds))
+
+    def _refuse_start(self) -> None:
+        """Raise RunError where the start's own rounding is beyond the target."""
+        moved = rounding.of_start(self.last.scene, self.length)
+        if moved > self.target:
+            q = self.last.run.q[0]
+            joint = int(np.argmax(np.abs(q)))
+            where, off = f"{self.last.run.joints[joint]} = {q[joint]:.10g}", np.spacing(abs(q[joint]))
+            raise RunError(
+                f"accuracy {self.target:g} is not met: it is finer than the start, where {where} is rounded to {off:.1g}",
+                self.result(moved),
+            )
+
+    def _reason(self, verdict: _Verdict) -> str:
+        """Why no other run can meet the target."""
+        gaps, stats = verdict.gaps, self.last.run.stats
+        if self.rounding is not None and self.rounding[-1] > self.target:
+            return (
+                f"the motion magnifies the rounding of its start and of {stats.steps} steps beyond that, as chaotic and "
+                "unstable motions do: no setting can do better"
+            )
+        if not verdict.found.small:
+            return (
+                f"runs with the finest settings are {gaps.second[-1]:.1g} of the length apart, not small beside "
+                f"the motion ({verdict.size:.1g})"
+            )
+        if not verdict.found.regular:
+            return (
+                f"the gap between runs has fallen {gaps.fallen:.2g} times, where {stats.method} promises "
+                f"{gaps.promised[0]:.2g}"
+            )
+        return f"{stats.setting} is the finest of {stats.method}"
+
+    def _too_many(self, steps: float, seconds: float) -> str:
+        order = f" is of order {self.refinement.order:g} and" if self.refinement.spacing else ""
+        return (
+            f"{self.refinement.method}{order} would take about {steps:.0e} steps, {_duration(seconds)}; take a method "
+            "of higher order, such as dop853"
+        )
+
+    def _refused(self, error: Array, why: str) -> RunError:
+        """The error that says why, and up to when the target is met."""
+        run = self.last.run
+        held = run.t[: int(np.argmax(np.append(error[: len(run.t)] > self.target, True)))]
+        up_to = f"it is met up to t = {held[-1]:g} s" if len(held) > 1 else "it is met nowhere"
+        last = error[-1] if np.isfinite(error[-1]) else self._gap(-2, -1)[-1]
+        about = f"the error is about {last:.1g}" if np.isfinite(last) else "the run does not get to its end"
+        setting = f"with {run.stats.method}, {run.stats.setting}"
+        message = f"accuracy {self.target:g} is not met: {why}; {setting}, {about}; {up_to}"
+        return RunError(message, self.result(float(last) if np.isfinite(last) else None))
+
+
+def _duration(seconds: float) -> str:
+    for unit, size in (("days", 86_400.0), ("hours", 3_600.0), ("minutes", 60.0)):
+        if seconds > 2 * size:
+            return f"about {seconds / size:.0f} {unit}"
+    return f"about {seconds:.0f} s"
+
+
+def _refinement(scene: Scene, runs: Runs, energy_balance: bool) -> Refinement:
+    """The settings of the scene's method, or of the fastest where it names none."""
+    solver, target = scene.solver, scene.solver.accuracy or 0.0
+    method = solver.method if solver.method != "auto" else _fastest(scene, energy_balance)
+    if method not in FIXED_METHODS:
+        return by_tolerance(method, target)
+    if not scene.duration:
+        return Refinement(method, 1.0, 0.0)
+    return by_step(method, runs.times, runs.run(scene.by("dop853", LOOSEST)).stats.steps)
+
+
+def _fastest(scene: Scene, energy_balance: bool) -> str:
+    """The method for a scene that names none."""
+    dynamics, target = bind(scene), scene.solver.accuracy or 0.0
+    found = automatic(dynamics, *start_state(dynamics.model, scene.start), scene.duration)
+    few = MAX_JOINTS if target < FINE else FEW_JOINTS
+    return "taylor" if found == "dop853" and taylor_takes(scene, dynamics, energy_balance, few) else found
+
+
+def _compiled(scene: Scene, method: str) -> Scene:
+    """The scene on compiled equations, where it and its method take them."""
+    smooth = all(effect.smooth for effect in scene.effects)
+    if not (smooth and method in ADAPTIVE and scene.solver.engine == "auto" and find_spec("heyoka")):
+        return scene
+    if len(build(scene.model).joints) > MAX_COMPILED:
+        return scene
+    return scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": "compiled"})})
+
+
+def _worth_compiling(run: Trajectory, runs: Runs) -> bool:
+    return COMING * runs.seconds > COMPILING * len(run.joints)
+
+
+def _has_wrenches(scene: Scene) -> bool:
+    """Whether an evaluation computes what acts on the bodies, which takes far longer than all else."""
+    return any(isinstance(effect, BodyEffect) for effect in scene.effects)
