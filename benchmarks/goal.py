@@ -20,7 +20,6 @@ from random import Random
 from typing import Any
 
 import numpy as np
-from reference_motion import Reference, reference
 from rich.console import Console
 from rich.table import Table
 
@@ -29,6 +28,7 @@ from pendpin import effects as fx
 from pendpin.model.build import build
 from pendpin.model.kinematics import apart, reach
 from pendpin.scene import FIXED_METHODS, least_tolerance
+from reference_motion import Reference, reference
 
 ACCURACIES = (1e-2, 1e-3, 1e-6, 1e-9)
 METHODS = (
@@ -70,7 +70,7 @@ def case(seed: int, number: int) -> tuple[str, pp.Scene]:
 
 def _scene(kind: str, random: Random) -> pp.Scene:
     size = 10 ** random.uniform(-4, 3) if kind == "scaled" else 1.0
-    single = kind in {"long", "contacts", "unstable"} and random.random() < 0.8 or kind == "contacts"
+    single = (kind in {"long", "contacts", "unstable"} and random.random() < 0.8) or kind == "contacts"
     count = 1 if single else random.choice((2, 2, 3)) if kind == "chaotic" else random.choice((1, 1, 2, 3))
     rods = [_rod(random, size, kind) for _ in range(count)]
     pace = math.sqrt(size)  # of time with size

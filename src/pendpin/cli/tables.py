@@ -54,7 +54,7 @@ def print_run(trajectory: "Trajectory", report: "Report | None", files: list[Pat
         return
     rows = {
         "method": f"{stats.method}, {stats.setting} ({stats.library} {stats.version})",
-        "accuracy": stats.accuracy and f"{stats.error:.1e} estimated, {stats.accuracy:g} asked",
+        "accuracy": stats.accuracy and f"{_estimated(stats.error)}, {stats.accuracy:g} asked",
         "engine": stats.engine,
         "steps": str(stats.steps),
         "evaluations": str(stats.evaluations),
@@ -76,6 +76,10 @@ def print_run(trajectory: "Trajectory", report: "Report | None", files: list[Pat
 
 def _crosscheck(report: "Report") -> str:
     return f"{report.worst.relative:.1e} at worst, {report.worst.quantity}, {_verdict(report.ok)},"
+
+
+def _estimated(error: float | None) -> str:
+    return "no estimate" if error is None else f"{error:.1e} estimated"
 
 
 def _change(trajectory: "Trajectory") -> float:

@@ -37,6 +37,7 @@ class Gaps:
 class Estimate:
     """The error of the finest run, over the length, and what stands against it."""
 
+    gaps: Gaps
     error: Array  # (n,), never falling; inf where nothing can be said
     small: bool  # whether the gaps are small beside the motion
     regular: bool  # whether they fall
@@ -58,4 +59,4 @@ def estimate(gaps: Gaps, size: float, rounding: Array, negligible: float) -> Est
     from_order = np.maximum(two / (falls[1] - 1), one / (falls[0] * falls[1]))
     error = np.minimum(np.where(regular, from_order, np.inf), DISAGREEMENT * larger)
     error = np.where(small, error, np.inf) + rounding
-    return Estimate(np.maximum.accumulate(error), bool(small[-1]), bool(regular[-1]))
+    return Estimate(gaps, np.maximum.accumulate(error), bool(small[-1]), bool(regular[-1]))

@@ -1,6 +1,5 @@
-"""The runs that a target accuracy takes: one limit for all, samples close enough to compare, none like the one before."""
+"""The runs that a target accuracy takes: samples close enough to compare, none like the one before."""
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +10,7 @@ from pendpin.errors import Halted, RunError
 from pendpin.model.build import Model
 from pendpin.model.kinematics import apart, reach
 from pendpin.scene import FIXED_METHODS, Scene
+from pendpin.simulation.guards import Deadline
 from pendpin.simulation.run import OFF_THE_BOOKS, run_scene
 from pendpin.trajectory import Reactions, Trajectory
 
@@ -22,9 +22,8 @@ SAMPLED = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tip")
 class Runs:
     """Runs of one scene, each at the same times; `seconds` of all of them together."""
 
-    def __init__(self, scene: Scene, energy_balance: bool, progress: ProgressCallback, limit: float | None) -> None:
-        self._energy_balance, self._progress, self._limit = energy_balance, progress, limit
-        self._begin, self.seconds = time.perf_counter(), 0.0
+    def __init__(self, scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> None:
+        self._options, self.seconds = (energy_balance, progress, deadline), 0.0
         self.scene, self.every = scene, 1
         intervals = len(scene.times) - 1
         while 0 < self.every * intervals < INTERVALS:
@@ -38,7 +37,7 @@ class Runs:
     def run(self, scene: Scene, denser: int = 1) -> Trajectory:
         """A run of a scene with a method and its setting; one that is too coarse to get to its end is good up to there."""
         try:
-            found = run_scene(_with_samples(scene, self.every * denser), self._energy_balance, self._watched)
+            found = run_scene(_with_samples(scene, self.every * denser), *self._options)
         except Halted as error:
             raise type(error)(str(error), self.at_output_times(_thinned(error.partial, denser))) from None
         except RunError as error:
@@ -62,11 +61,6 @@ class Runs:
         run = _thinned(run, self.every)
         solver = run.scene["solver"] | {"samples": self.scene.solver.samples}
         return replace(run, scene=run.scene | {"solver": solver})
-
-    def _watched(self, t: float) -> None:
-        self._progress(t)
-        if self._limit is not None and time.perf_counter() - self._begin > self._limit:
-            raise Halted(f"it takes over {self._limit:g} s")
 
 
 def alike(one: Trajectory, other: Trajectory) -> bool:

@@ -11,7 +11,8 @@ from importlib.util import find_spec
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.dynamics import MAX_COMPILED, bind
+from pendpin.dynamics.compiling import MAX_COMPILED
+from pendpin.dynamics.dynamics import bind
 from pendpin.effects import BodyEffect
 from pendpin.engines import ProgressCallback
 from pendpin.errors import RunError
@@ -19,9 +20,10 @@ from pendpin.integrators import ADAPTIVE, FEW_JOINTS, MAX_JOINTS, automatic, tay
 from pendpin.model.build import build, start_state
 from pendpin.scene import FIXED_METHODS, Scene
 from pendpin.simulation.accuracy import rounding
-from pendpin.simulation.accuracy.estimate import SMALL, Estimate, Gaps, estimate
+from pendpin.simulation.accuracy.estimate import DISAGREEMENT, SMALL, Estimate, Gaps, estimate
 from pendpin.simulation.accuracy.refinement import LOOSEST, MOST_STEPS, Refinement, by_step, by_tolerance
 from pendpin.simulation.accuracy.runs import Runs, alike, at_rest, extent, gap, length_of
+from pendpin.simulation.guards import Deadline
 from pendpin.trajectory import Trajectory
 
 FINE = 1e-12  # accuracies below are for the Taylor integrator wherever it can
@@ -32,6 +34,7 @@ COMING = 5.0  # the time of the runs to come, over that of the first
 COMPILING = 0.02  # s a joint
 NEGLIGIBLE = 1e-3  # of the target: gaps that need not be small beside the motion
 LAST_NEGLIGIBLE = 1e-2  # the same, of runs that cannot be finer
+LEAST_OF_ANOTHER = 1e-13  # tolerance of another method
 EPS = float(np.finfo(float).eps)
 
 
@@ -44,23 +47,9 @@ class _Attempt:
     run: Trajectory
 
 
-@dataclass(frozen=True, eq=False)
-class _Verdict:
-    """What the last three runs say, over the length."""
-
-    found: Estimate
-    gaps: Gaps
-    size: float  # of the motion
-
-    @property
-    def error(self) -> float:
-        """Of the finest run, over all times; inf where nothing can be said."""
-        return float(self.found.error[-1])
-
-
-def reach(scene: Scene, energy_balance: bool, progress: ProgressCallback, limit: float | None) -> Trajectory:
+def reach(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> Trajectory:
     """The motion of a scene to the accuracy of its solver; as `simulate`, which see."""
-    runs = Runs(scene, energy_balance, progress, limit)
+    runs = Runs(scene, energy_balance, progress, deadline)
     search = _Search(scene, runs, _refinement(scene, runs, energy_balance))
     if not scene.duration:
         return search.result(0.0)
@@ -98,19 +87,25 @@ class _Search:
         setting = self.refinement.finer(self.last.setting, self._factor())
         scene = self.scene.by(self.refinement.method, setting)
         run = self.runs.unlike(scene, self.last.run)
-        if alike(run, self.last.run) and not at_rest(run):
-            raise self._refused(np.full(len(self.runs.times), np.inf), "finer settings give the same run, bit for bit")
-        self.attempts = [*self.attempts[-2:], _Attempt(scene, setting, run)]
+        again = alike(run, self.last.run) and not at_rest(run)
+        before = self.attempts[:-1] if again else self.attempts[-2:]
+        self.attempts = [*before, _Attempt(scene, setting, run)]
+        if again:
+            return self._met(self._against_another_method(), "finer settings give the same run")
         if len(self.attempts) < 3:
             return None
         verdict = self._judged()
-        if verdict.error <= self.target or self.finest or (verdict.found.small and not verdict.found.regular):
-            self._measure_rounding(verdict.found.small)
+        if verdict.error[-1] <= self.target or self.finest or (verdict.small and not verdict.regular):
+            self._measure_rounding(self.attempts[-3 if verdict.small else -1])
             verdict = self._judged()
-        if verdict.error <= self.target:
-            return self.result(verdict.error)
+        return self._met(verdict.error, self._reason(verdict))
+
+    def _met(self, error: Array, reason: str) -> Trajectory | None:
+        """The last run, if its error (n,) is within the target. Raises RunError with the reason if no other can do it."""
+        if error[-1] <= self.target:
+            return self.result(float(error[-1]))
         if self.finest or (self.rounding is not None and self.rounding[-1] > self.target):
-            raise self._refused(verdict.found.error, self._reason(verdict))
+            raise self._refused(error, reason)
         return None
 
     # --- what runs say ----------------------------------------------------------------------------------------------
@@ -121,26 +116,32 @@ class _Search:
     def _promised(self, one: int, other: int) -> float:
         return self.refinement.promised(self.attempts[one].setting, self.attempts[other].setting)
 
-    def _judged(self) -> _Verdict:
+    def _judged(self) -> Estimate:
         """What the last three runs say; rounding counts as far as it is known."""
         gaps = Gaps(
             *(self._gap(-3, -2), self._gap(-2, -1)),
             (self._promised(-3, -2), self._promised(-2, -1)),
             self.refinement.pace,
         )
-        size, rounded = extent(self.last.run, self.length), self.rounding
         negligible = self.target * (LAST_NEGLIGIBLE if self.finest else NEGLIGIBLE)
-        known = np.full(len(gaps.first), EPS) if rounded is None else rounded
-        return _Verdict(estimate(gaps, size, known, negligible), gaps, size)
+        known = np.full(len(gaps.first), EPS) if self.rounding is None else self.rounding
+        return estimate(gaps, extent(self.last.run, self.length), known, negligible)
 
-    def _measure_rounding(self, small: bool) -> None:
-        """By a shifted run beside the coarsest that is good enough to tell."""
-        if self.rounding is not None:
-            return
-        base = self.attempts[-3 if small else -1]
-        shift = rounding.shifted(base.scene, self.last.run, self.target)
-        left = gap(base.run, self.runs.run(shift.scene), self.length, len(self.runs.times))
-        self.rounding = rounding.of_motion(self.last.run, left, shift, self.length)
+    def _against_another_method(self) -> Array:
+        """The error (n,) of a run that no finer setting changes: as far as another method disagrees."""
+        method = "rk45" if self.refinement.method == "dop853" else "dop853"
+        other = self.runs.run(self.scene.by(method, max(self.last.setting, LEAST_OF_ANOTHER)))
+        self._measure_rounding(self.last)
+        assert self.rounding is not None
+        apart = gap(self.last.run, other, self.length, len(self.runs.times))
+        return DISAGREEMENT * apart + self.rounding
+
+    def _measure_rounding(self, base: _Attempt) -> None:
+        """By a shifted run beside one that is good enough to tell."""
+        if self.rounding is None:
+            shift = rounding.shifted(base.scene, self.last.run, self.target)
+            left = gap(base.run, self.runs.run(shift.scene), self.length, len(self.runs.times))
+            self.rounding = rounding.of_motion(self.last.run, left, shift, self.length)
 
     def _factor(self) -> float:
         """How much smaller the next error should be. Raises RunError where that would take too many steps."""
@@ -150,8 +151,8 @@ class _Search:
             promised, last = self._promised(0, 1), self._gap(0, 1)[-1]
         else:
             verdict = self._judged()
-            if np.isfinite(verdict.error):
-                return self._affordable((MARGIN * verdict.error / self.target) ** (1 / self.refinement.pace))
+            if np.isfinite(verdict.error[-1]):
+                return self._affordable((MARGIN * verdict.error[-1] / self.target) ** (1 / self.refinement.pace))
             promised, last = self._promised(-2, -1), self._gap(-2, -1)[-1]
         if last > SMALL * extent(self.last.run, self.length):
             return self._affordable(self.refinement.usual if len(self.attempts) == 2 else BLIND)
@@ -188,7 +189,7 @@ class _Search:
                 self.result(moved),
             )
 
-    def _reason(self, verdict: _Verdict) -> str:
+    def _reason(self, verdict: Estimate) -> str:
         """Why no other run can meet the target."""
         gaps, stats = verdict.gaps, self.last.run.stats
         if self.rounding is not None and self.rounding[-1] > self.target:
@@ -196,12 +197,12 @@ class _Search:
                 f"the motion magnifies the rounding of its start and of {stats.steps} steps beyond that, as chaotic and "
                 "unstable motions do: no setting can do better"
             )
-        if not verdict.found.small:
+        if not verdict.small:
             return (
                 f"runs with the finest settings are {gaps.second[-1]:.1g} of the length apart, not small beside "
-                f"the motion ({verdict.size:.1g})"
+                f"the motion ({extent(self.last.run, self.length):.1g})"
             )
-        if not verdict.found.regular:
+        if not verdict.regular:
             return (
                 f"the gap between runs has fallen {gaps.fallen:.2g} times, where {stats.method} promises "
                 f"{gaps.promised[0]:.2g}"
