@@ -20,7 +20,7 @@ from pendpin.simulation.guards import Deadline
 
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.02)
 REDUCED = (ROD.properties.I1 + ROD.properties.h**2) / ROD.properties.h  # m, of the simple pendulum that swings alike
-FIXED = {"rk4": 3e-7, "gauss2": 1e-4, "gauss4": 1e-7, "gauss6": 1e-8, "euler": 0.03}
+FIXED = {"rk4": 3e-7, "gauss2": 1e-4, "gauss4": 1e-7, "gauss6": 1e-8, "euler": 0.1}
 
 
 def swing(theta: float, duration: float, samples: int | None, rate: float = 0.0) -> pp.Scene:
@@ -60,7 +60,7 @@ def claim_holds(scene: pp.Scene, method: str, accuracy: float) -> bool:
 @pytest.mark.parametrize("samples", [None, 2])
 def test_fixed_steps_are_those_taken(method: str, samples: int | None) -> None:
     """Whatever the samples cut the steps to: the claim holds, and the step named is the one taken."""
-    scene = swing(1.9, 1.0, samples)
+    scene = swing(1.9, 0.5, samples)
     run = pp.simulate(scene, method=method, accuracy=FIXED[method])
     assert true_error(scene, run) <= FIXED[method]
     assert run.stats.steps == round(scene.duration / (run.stats.step or 1))

@@ -6,12 +6,11 @@ within the target. Else the setting is made finer, as far as that can help.
 """
 
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.compiling import MAX_COMPILED
+from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import BodyEffect
 from pendpin.engines import ProgressCallback
@@ -155,7 +154,9 @@ class _Search:
                 return self._affordable((MARGIN * verdict.error[-1] / self.target) ** (1 / self.refinement.pace))
             promised, last = self._promised(-2, -1), self._gap(-2, -1)[-1]
         if last > SMALL * extent(self.last.run, self.length):
-            return self._affordable(self.refinement.usual if len(self.attempts) == 2 else BLIND)
+            return self._affordable(
+                self.refinement.usual if len(self.attempts) == 2 or self.refinement.spacing else BLIND
+            )
         error = last / promised**self.refinement.pace
         return self._affordable((MARGIN * error / self.target) ** (1 / self.refinement.pace))
 
@@ -256,10 +257,8 @@ def _fastest(scene: Scene, energy_balance: bool) -> str:
 
 def _compiled(scene: Scene, method: str) -> Scene:
     """The scene on compiled equations, where it and its method take them."""
-    smooth = all(effect.smooth for effect in scene.effects)
-    if not (smooth and method in ADAPTIVE and scene.solver.engine == "auto" and find_spec("heyoka")):
-        return scene
-    if len(build(scene.model).joints) > MAX_COMPILED:
+    auto = method in ADAPTIVE and scene.solver.engine == "auto"
+    if not (auto and compilable(scene.effects, len(build(scene.model).joints))):
         return scene
     return scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": "compiled"})})
 
