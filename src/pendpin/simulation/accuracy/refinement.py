@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from pendpin.arrays import Array
 from pendpin.scene import least_tolerance
 
@@ -17,8 +19,8 @@ ORDERS = {"gauss2": 2.0, "gauss4": 4.0, "gauss6": 6.0, "rk4": 4.0, "euler": 1.0}
 class Refinement:
     """The settings of one method, a tolerance or a step; errors should fall with their power `order`.
 
-    A step is a whole fraction of `spacing`, the time from sample to sample: what is taken is what was asked for, and no
-    two settings give the same run.
+    A step is a whole fraction of `spacing`, the longest time from sample to sample: what is taken is what was asked for,
+    and no two settings give the same run.
     """
 
     method: str
@@ -55,7 +57,6 @@ def by_tolerance(method: str, accuracy: float) -> Refinement:
 
 def by_step(method: str, times: Array, wanted: int) -> Refinement:
     """The steps of a method with fixed ones over output times (n,) in s; the first takes about `wanted` steps in all."""
-    intervals = len(times) - 1
-    spacing = float(times[-1] - times[0]) / intervals
-    first = spacing / max(1, math.ceil(wanted / intervals))
-    return Refinement(method, first, 0.0, ORDERS[method], smallest=8.0, spacing=spacing)
+    spacing = float(np.diff(times).max())
+    first = spacing / max(1, math.ceil(wanted * spacing / float(times[-1] - times[0])))
+    return Refinement(method, first, 0.0, ORDERS[method], smallest=4.0, spacing=spacing)

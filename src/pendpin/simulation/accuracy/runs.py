@@ -12,11 +12,10 @@ from pendpin.model.kinematics import apart, reach
 from pendpin.scene import FIXED_METHODS, Scene
 from pendpin.simulation.guards import Deadline
 from pendpin.simulation.run import OFF_THE_BOOKS, run_scene
-from pendpin.trajectory import Reactions, Trajectory
+from pendpin.trajectory import Trajectory, samples_of
 
 INTERVALS = 64  # at least, between times at which runs are compared
 MOST_DENSER = 3  # times that samples are doubled for a run that differs
-SAMPLED = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tip")
 
 
 class Runs:
@@ -26,7 +25,7 @@ class Runs:
         self._options, self.seconds = (energy_balance, progress, deadline), 0.0
         self.scene, self.every = scene, 1
         intervals = len(scene.times) - 1
-        while 0 < self.every * intervals < INTERVALS:
+        while 0 < self.every * intervals < INTERVALS and _apart(_with_samples(scene, 2 * self.every)):
             self.every *= 2
 
     @property
@@ -58,9 +57,9 @@ class Runs:
 
     def at_output_times(self, run: Trajectory) -> Trajectory:
         """The run without the times between."""
-        run = _thinned(run, self.every)
-        solver = run.scene["solver"] | {"samples": self.scene.solver.samples}
-        return replace(run, scene=run.scene | {"solver": solver})
+        own = self.scene.solver.model_dump(mode="json", include={"samples", "times"})
+        scene = run.scene | {"solver": run.scene["solver"] | own}
+        return replace(_thinned(run, self.every), scene=scene)
 
 
 def alike(one: Trajectory, other: Trajectory) -> bool:
@@ -81,20 +80,16 @@ def gap(one: Trajectory, other: Trajectory, length: float, count: int) -> Array:
 
 
 def _with_samples(scene: Scene, every: int) -> Scene:
-    """The scene with so many intervals in place of each one."""
+    """The scene with so many intervals between output times in place of each one."""
     if every == 1:
         return scene
-    solver = scene.solver.model_copy(update={"samples": (len(scene.times) - 1) * every + 1})
-    return scene.model_copy(update={"solver": solver})
-
-
-def _thinned(run: Trajectory, every: int) -> Trajectory:
-    """Every so many samples of a run."""
-    if every == 1:
-        return run
-    arrays = {name: getattr(run, name)[::every] for name in SAMPLED}
-    rods = run.rods and Reactions(*(x[::every] for x in run.rods))
-    return replace(run, **arrays, rods=rods, work={kind: work[::every] for kind, work in run.work.items()})
+    if scene.solver.times is None:
+        new = {"samples": (len(scene.times) - 1) * every + 1}
+    else:
+        t = scene.clock
+        between = t[:-1, None] + np.diff(t)[:, None] * np.arange(every) / every
+        new = {"times": (*between.ravel().tolist(), float(t[-1]))}
+    return scene.model_copy(update={"solver": scene.solver.model_copy(update=new)})
 
 
 def extent(run: Trajectory, length: float) -> float:
@@ -105,3 +100,12 @@ def extent(run: Trajectory, length: float) -> float:
 def length_of(model: Model, run: Trajectory) -> float:
     """What errors are relative to, m: how far tips can get from W's origin; for slides alone how far they do get."""
     return reach(model) or float(np.linalg.norm(run.tips(), axis=-1).max()) or 1.0
+
+
+def _apart(scene: Scene) -> bool:
+    """Whether no two samples are at the same double."""
+    return bool((np.diff(scene.clock) > 0).all())
+
+
+def _thinned(run: Trajectory, every: int) -> Trajectory:
+    return run if every == 1 else samples_of(run, slice(None, None, every))
