@@ -16,6 +16,8 @@ ON_THE_COMMAND_LINE = {case.name for case in (*bad_runs.TARGETS, *bad_runs.USAGE
 TESTS = {
     "test_bad_input_ends_in_one_line": "refused",
     "test_odd_input_runs": "taken",
+    "test_implausible_inertia_is_a_finding": "taken",
+    "test_what_a_urdf_says_and_pendpin_leaves_out_is_noted": "taken",
     "test_odd_names_are_drawn": "taken",
 }
 WORKS = ("test_poor_settings", "test_tiny_terminal", "test_two_views")  # surroundings that change nothing

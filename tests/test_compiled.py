@@ -4,11 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
 from effect_cases import EFFECTS, MODELS, URDF
+from laws import law
 from pendpin import effects as fx
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Compiled
@@ -102,7 +103,7 @@ def test_a_track_is_a_table(tmp_path: Path) -> None:
         assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max()
 
 
-@settings(max_examples=20, deadline=None)
+@law(20)
 @given(
     mass=st.floats(0.1, 10.0), length=st.floats(0.1, 2.0), damping=st.floats(0.01, 1.0), gravity=st.floats(1.0, 20.0)
 )

@@ -262,8 +262,10 @@ JUNK = [
 
 def test_two_views_at_once_and_junk_sent_to_one(folder: Path) -> None:
     """Each finds a port of its own; what is no request of a browser is answered or dropped, in silence."""
-    views = [start_view() for _ in range(2)]
+    views: list[subprocess.Popen] = []
     try:
+        for _ in range(2):
+            views.append(start_view())
         ports = [int(view.stdout.readline().split(b"/")[2].split(b":")[1]) for view in views if view.stdout]
         assert len(set(ports)) == 2
         for junk in JUNK:

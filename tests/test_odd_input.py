@@ -98,7 +98,7 @@ NOTED = {
 }
 
 
-@pytest.mark.parametrize("name", IMPLAUSIBLE)
+@pytest.mark.parametrize("name", IMPLAUSIBLE, ids="urdf: {}".format)
 def test_implausible_inertia_is_a_finding(name: str, folder: Path, capfd: pytest.CaptureFixture) -> None:
     """Link, numbers, and what follows, in one line; the run goes on; --strict refuses it with the same words."""
     old, new, says = IMPLAUSIBLE[name]
@@ -114,7 +114,7 @@ def test_implausible_inertia_is_a_finding(name: str, folder: Path, capfd: pytest
         assert refused.endswith(f"{line.removeprefix('pendpin: finding: ')}; --strict refuses this")
 
 
-@pytest.mark.parametrize("name", NOTED)
+@pytest.mark.parametrize("name", NOTED, ids="urdf: {}".format)
 def test_what_a_urdf_says_and_pendpin_leaves_out_is_noted(
     name: str, folder: Path, capfd: pytest.CaptureFixture
 ) -> None:

@@ -31,7 +31,7 @@ SWING = Case(
         "solver": {"method": "dop853", "samples": 11},
     },
     True,
-    10.0,
+    HANG,
 )
 
 

@@ -32,7 +32,7 @@ def error(run: pp.Trajectory, asked: pp.Scene) -> float:
 
 
 @needs_heyoka
-@law(12)
+@law(5)
 @given(
     lengths=st.lists(st.floats(0.3, 2.0), min_size=1, max_size=3),
     radius=st.sampled_from([0.0, 0.05]),
