@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -262,10 +262,7 @@ JUNK = [
 
 def test_two_views_at_once_and_junk_sent_to_one(folder: Path) -> None:
     """Each finds a port of its own; what is no request of a browser is answered or dropped, in silence."""
-    views: list[subprocess.Popen] = []
-    try:
-        for _ in range(2):
-            views.append(start_view())
+    with two_views() as views:
         ports = [int(view.stdout.readline().split(b"/")[2].split(b":")[1]) for view in views if view.stdout]
         assert len(set(ports)) == 2
         for junk in JUNK:
@@ -275,17 +272,28 @@ def test_two_views_at_once_and_junk_sent_to_one(folder: Path) -> None:
         for view in views:
             assert view.communicate(timeout=HANG)[1] == b""
             assert view.returncode == 0
-    finally:
-        for view in views:
-            view.kill()
-            view.wait()
 
 
-def start_view() -> subprocess.Popen:
-    """A view that Ctrl-C ends, also where the tests run in the background, in which shells switch that off."""
+def test_a_test_that_fails_leaves_no_view(folder: Path) -> None:
+    """Whatever happens beside them, they end with the test."""
+    with pytest.raises(ZeroDivisionError), two_views() as views:
+        assert [view.poll() for view in views] == [None, None]
+        1 / 0  # noqa: B018
+    assert [view.returncode for view in views] == [-signal.SIGKILL, -signal.SIGKILL]
+
+
+@contextmanager
+def two_views() -> Iterator[list[subprocess.Popen]]:
+    """Two views that Ctrl-C ends, also where the tests run in the background, in which shells switch that off."""
     line, pipe = [*COMMAND, "view", "run.npz"], subprocess.PIPE
     ctrl_c_on = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)  # noqa: E731
-    return subprocess.Popen(line, env=PLAIN, stdout=pipe, stderr=pipe, preexec_fn=ctrl_c_on)
+    with ExitStack() as ends:
+        views = []
+        for _ in range(2):
+            view = subprocess.Popen(line, env=PLAIN, stdout=pipe, stderr=pipe, preexec_fn=ctrl_c_on)
+            views.append(ends.enter_context(view))
+            ends.callback(view.kill)
+        yield views
 
 
 def answer(port: int, junk: bytes) -> bytes:
