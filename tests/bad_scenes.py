@@ -130,6 +130,7 @@ REST = {
     "large tolerance": (TOLERANCE, "tolerance = 1", "solver.tolerance: 1 is above 0.1"),
     "nan tolerance": (TOLERANCE, "tolerance = nan", "solver.tolerance: nan is not a finite number"),
     "no samples": (TOLERANCE, "samples = 0", "solver.samples: 0 is below 1"),
+    "one sample": (TOLERANCE, "samples = 1", "solver.samples: 1 is the start alone; a run has 2 or more"),
     "samples and a half": (TOLERANCE, "samples = 1.5", "solver.samples: 1.5 is not a whole number"),
     "samples as bool": (TOLERANCE, "samples = true", "solver.samples: True is not a whole number"),
     "too many samples": (TOLERANCE, "samples = 3000000", "solver.samples: 3000000 is above 2000000"),
