@@ -17,6 +17,15 @@ _NEXT = np.array([1, 2, 0])
 _UPPER = np.triu(np.ones((3, 3), dtype=bool))
 
 
+def subdivided(times: Array, parts: int) -> Array:
+    """Times (n,) with each interval cut into so many equal parts: (n - 1) parts + 1 of them, the given ones to the bit."""
+    out = np.repeat(times, parts)[: (len(times) - 1) * parts + 1]
+    if parts > 1:
+        inner = np.diff(times)[:, None] * (np.arange(parts) / parts)
+        out[:-1] += inner.reshape(-1)
+    return out
+
+
 def applied(M: Array, x: Array) -> Array:
     """M x, (..., 3)."""
     return (M @ x[..., None])[..., 0]

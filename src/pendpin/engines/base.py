@@ -55,7 +55,14 @@ class Engine(ABC):
 
     @abstractmethod
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """Positions and velocities (n, nv) from states y (n, size) at t (n,); `near` (nv,): positions just before."""
+        """Positions and velocities (n, nv) from states y (n, size) at t (n,); `near` (nv,): positions at the first."""
+
+    def denser(self, t: Array, y: Array, steps: int) -> float:
+        """How many times as dense states y (n, size) at t (n,), of so many steps, have to be for `unpack`; up to 1 they do.
+
+        An engine whose state is no angles reads them from one state to the next, and so has to see how the rods turn.
+        """
+        return 0.0
 
     @abstractmethod
     def project(self, y: Array) -> Array:

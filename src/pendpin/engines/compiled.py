@@ -78,6 +78,10 @@ class Compiled(Engine):
         """Angles and rates from that state."""
         return self.base.unpack(t, y, near)
 
+    def denser(self, t: Array, y: Array, steps: int) -> float:
+        """How dense the states have to be for the compiled engine."""
+        return self.base.denser(t, y, steps)
+
     def project(self, y: Array) -> Array:
         """The projection of the compiled engine."""
         return self.base.project(y)

@@ -21,6 +21,7 @@ from pendpin.equations.chain.kinematics import Joints, rods_last
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import FLIP, Model
 
+TURN = 0.2  # rad, of a rod from state to state: the path between is then known to 1e-5 of it
 MAX_SPHERICAL = 10  # rods; in longer chains Pinocchio's spherical joints lose digits (docs/pinocchio_notes.md)
 
 
@@ -37,16 +38,35 @@ class Thin(Engine):
         """Unit directions of the rods and their rates, (n, rods, 3) in I, from states y (n, size)."""
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """Angles and rates (n, nv) read from directions; d'' is computed only where a rate is read from it, at a pole."""
+        """Angles and rates (n, nv) read from directions, with states between where a rod passes near a pole."""
         if not len(y):
             return np.empty((0, len(near))), np.empty((0, len(near)))
         d, rate = self.directions(y)
+        kept, reading = np.arange(len(y)), self._read(t, d, rate, near)
+        for _ in range(angles.REFINEMENTS):
+            if not (coarse := angles.unresolved(t, reading)).any():
+                break
+            t, d, rate, kept = angles.refined(t, d, rate, kept, coarse)
+            reading = self._read(t, d, rate, near)
+        return reading.q[kept].reshape(len(y), -1), reading.v[kept].reshape(len(y), -1)
+
+    def _read(self, t: Array, d: Array, rate: Array, near: Array) -> angles.Reading:
+        """The angles of directions; d'' is computed only where a rate is read from it, at a pole."""
         bend, near = np.zeros_like(d), near.reshape(-1, 2)
         reading = angles.read(d, rate, bend, near)
         if (pole := (np.abs(np.cos(reading.q[..., 1])) < 2 * angles.POLE).any(1)).any():
             bend[pole] = self.bend(t[pole], d[pole], rate[pole])
             reading = angles.read(d, rate, bend, near)
-        return reading.q.reshape(len(y), -1), reading.v.reshape(len(y), -1)
+        return reading
+
+    def denser(self, t: Array, y: Array, steps: int) -> float:
+        """So that no rod turns by more than TURN relative to the one above, nor an integrator makes more than one step."""
+        if len(y) < 2:
+            return 0.0
+        speed = np.linalg.norm(self.directions(y)[1], axis=-1)
+        speed[:, 1:] += speed[:, :-1].copy()
+        turn = float((np.maximum(speed[1:], speed[:-1]).max(1) * np.diff(t)).max())
+        return max(turn / TURN, steps / (len(y) - 1))
 
     def bend(self, t: Array, d: Array, rate: Array) -> Array:
         """d'' (n, rods, 3) in I, at times (n,)."""

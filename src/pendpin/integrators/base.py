@@ -55,6 +55,7 @@ class Integrator(ABC):
     library: str
     version: str
     compile_seconds: float = 0.0
+    step: float | None = None  # s, of a method with a fixed one
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """Take up an engine: its derivative, and the count of evaluations. `progress` gets t now and then, and may raise.

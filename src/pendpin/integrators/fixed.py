@@ -40,7 +40,8 @@ class FixedStep(Integrator):
     """A method with one step for all, the largest that is taken."""
 
     def __init__(self, step: float) -> None:
-        self.step, self.library, self.version = step, "numpy", np.__version__
+        self._step, self.library, self.version = step, "numpy", np.__version__
+        self.step = step
 
     def integrate(
         self,
@@ -54,7 +55,7 @@ class FixedStep(Integrator):
         """The states (n, size), each interval of output times cut into equal steps."""
         y, states, steps = np.array(y), np.full((len(times), len(y)), np.nan), 0
         advance, states[0] = self.advancing(derivative, y), y
-        for sample, (start, count, h) in enumerate(intervals(times, self.step), 1):
+        for sample, (start, count, h) in enumerate(intervals(times, self._step), 1):
             for done in range(0, count, LOOK_EVERY):
                 if done and not np.isfinite(y).all():
                     return Segment(*finite_part(states, steps + done, NOT_FINITE))

@@ -80,7 +80,8 @@ class Gauss(Integrator):
     """
 
     def __init__(self, method: str, step: float) -> None:
-        self.step, self.rule = step, rule(STAGES[method])
+        self._step, self.rule = step, rule(STAGES[method])
+        self.step = step
         self.library, self.version = "pinocchio", version("pin")
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
@@ -110,7 +111,7 @@ class Gauss(Integrator):
         """The states (n, size) by collocation; what is integrated beside the motion goes by the same rule."""
         self._state, others = _State.recalled(memory or self.memory(y)), y[2 * self._nv :]
         states, steps = [np.array(y)], 0
-        for start, count, h in intervals(times, self.step):
+        for start, count, h in intervals(times, self._step):
             for i in range(count):
                 t = start + i * h
                 if not steps % CALLBACK_STEPS:

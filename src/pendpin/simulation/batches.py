@@ -1,5 +1,6 @@
 """Starts of one scene side by side in the processor's vectors, as Taylor series with steps of their own, in threads."""
 
+import math
 import time
 from collections.abc import Generator
 from concurrent.futures import ThreadPoolExecutor
@@ -11,11 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, subdivided
 from pendpin.engines import Engine
 from pendpin.integrators.taylor import Taylor
 
 VECTORS = 2  # side by side: hides the time that an instruction takes (measured: 1.0 to 1.4 times as fast as one)
+MOST_STATES = 200_000  # of a start
 SAMPLES_AT_ONCE = 256  # between two chances to stop
 STEPS_AT_ONCE = 65_536  # in so many samples, at most
 
@@ -70,14 +72,34 @@ def _motions(
     """Positions and rates (c, n, nv) from q, v (c, nv), and the steps of all."""
     y = np.array([engine.pack(*start) for start in zip(q, v, strict=True)]).T
     filled = y[:, np.resize(np.arange(len(q)), series.state.shape[1])]  # up to the width, with copies
-    states, steps = _along(series, filled, times, stopped)
+    states, steps, parts = _close_enough(series, engine, filled, times, stopped)
+    fine = subdivided(times, parts)
     rows = np.full((2, len(q), len(times), q.shape[1]), np.nan)
     rows[:, :, 0] = q, v
     for i, near in enumerate(q):
-        found = np.ascontiguousarray(states[1:, :, i])
+        found = np.ascontiguousarray(states[:, :, i])
         if np.isfinite(found).all():
-            rows[:, i, 1:] = engine.unpack(times[1:], found, near)
+            rows[:, i, 1:] = [x[::parts][1:] for x in engine.unpack(fine, found, near)]
     return (rows[0], rows[1]), int(steps[: len(q)].sum())
+
+
+def _close_enough(series: Any, engine: Engine, y: Array, times: Array, stopped: Event) -> tuple[Array, Places, int]:
+    """As `_along`, with so many states in each interval of the times that angles can be read from them.
+
+    What would need too many is left NaN.
+    """
+    parts = 1
+    while True:
+        fine = subdivided(times, parts)
+        states, steps = _along(series, y, fine, stopped)
+        ended = [i for i in range(y.shape[1]) if np.isfinite(states[-1, :, i]).all()]
+        needed = max((engine.denser(fine, states[:, :, i], int(steps[i])) for i in ended), default=0.0)
+        if needed <= 1:
+            return states, steps, parts
+        if math.ceil(parts * needed) * len(times) > MOST_STATES:
+            states[1:] = np.nan
+            return states, steps, parts
+        parts = math.ceil(parts * needed)
 
 
 def _along(series: Any, y: Array, times: Array, stopped: Event) -> tuple[Array, Places]:

@@ -1,14 +1,16 @@
 """A motion without contacts: an integrator goes over the output times, segment by segment."""
 
+import math
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, subdivided
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects.pace import Pace
 from pendpin.engines import ProgressCallback
+from pendpin.errors import RunError
 from pendpin.integrators import Integrator, Memory, Segment
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.energy_balance import EnergyBalance
@@ -18,6 +20,8 @@ EVALUATIONS = 20_000  # about, in a segment, which bounds what an interrupt lose
 LEAST_EVALUATIONS = 2_000  # of a large model, whose evaluations take longer
 SMALL = 2  # joints: those of a model with EVALUATIONS in a segment
 FIRST_SEGMENT = 1  # output times
+MARGIN = 1.2  # of the states in the next segment, over those that this one needed
+MOST_STATES = 4_000_000  # in a segment
 
 
 class SmoothLoop(IntegrationLoop):
@@ -48,6 +52,7 @@ class SmoothLoop(IntegrationLoop):
             "y": y,
             "ahead": np.array(float(FIRST_SEGMENT)),
             "first_step": np.array(0.0),
+            "parts": np.array(1.0),
             **self.integrator.memory(y),
         }
         return RunState.at_start(np.concatenate([q, v, np.zeros(self.accounts)]), len(self.times), carried)
@@ -58,17 +63,43 @@ class SmoothLoop(IntegrationLoop):
         span, last = self.times[done.n - 1 :][: ahead + 1], done.samples[-1]
         self.progress(float(span[0]))
         before, start = self._evaluations(), np.concatenate([y, last[2 * self.nv :]])
-        segment = self._integrate(start, span, first_step or None, done.carried)
+        segment, parts, needed = self._read_closely(
+            start, span, int(done.carried["parts"]), first_step or None, done.carried
+        )
         took = self._evaluations() - before
-        states, work = np.split(segment.y, [len(y)], axis=1)
-        q, v = self._engine.unpack(span[1 : len(states)], states[1:], last[: self.nv])
+        states, work = (x[::parts] for x in np.split(segment.y, [len(y)], axis=1))
+        fine = subdivided(span, parts)[: len(segment.y)]
+        q, v = (x[::parts][1:] for x in self._engine.unpack(fine, segment.y[:, : len(y)], last[: self.nv]))
         carried = {
             "y": self._engine.project(states[-1]),
             "ahead": np.array(float(max(1, ahead * self._budget // max(took, 1)))),
             "first_step": np.array((span[-1] - span[0]) / max(segment.steps, 1)),
+            "parts": np.array(float(max(1, math.ceil(MARGIN * parts * needed)))),
             **segment.memory,
         }
         return done.grown(np.concatenate([q, v, work[1:]], 1), carried, segment.steps, took), segment.failure
+
+    def _read_closely(
+        self, y: Array, span: Array, parts: int, first_step: float | None, memory: Memory
+    ) -> tuple[Segment, int, float]:
+        """A segment with states between the output times, where angles are read from states; into how many parts each
+        interval is cut, and how many times as many it should have been.
+        """
+        step = self.integrator.step
+        whole = math.ceil((span[1] - span[0]) / step * (1 - 1e-9)) if step else 0  # steps in an interval
+        while True:
+            parts = parts if not step else 1 if parts == 1 else whole  # or the steps would be others
+            segment = self._integrate(y, subdivided(span, parts), first_step, memory)
+            states = segment.y[:, : len(memory["y"])]
+            needed = self._engine.denser(subdivided(span, parts)[: len(states)], states, segment.steps)
+            wanted = math.ceil(parts * needed)
+            if segment.failure or wanted <= parts or (step and parts == whole):
+                return segment, parts, needed
+            if wanted * len(span) > MOST_STATES:
+                raise RunError(
+                    "thin rods turn too far between samples for their turns to be counted: take more samples"
+                )
+            parts = wanted
 
     def _integrate(self, y: Array, span: Array, first_step: float | None, memory: Memory) -> Segment:
         """From y over the output times `span` (n,), anew from each corner of the pace on."""

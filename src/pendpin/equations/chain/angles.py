@@ -10,6 +10,8 @@ POLE = 1e-8  # |cos(phi)| below which theta, theta' are read from what the direc
 RESTING = (
     1e-12  # of the rates of the rod and of the one above: one that passes a pole no faster rests there, to rounding
 )
+PASS = 1e-6  # rad: a rod that comes so close to a pole passes through it
+PARTS, REFINEMENTS = 8, 8  # of an interval that is too long, how often
 
 
 class Reading(NamedTuple):
@@ -45,6 +47,37 @@ def read(d: Array, rate: Array, acceleration: Array, previous: Array | None = No
         above, v[:, i], a[:, i] = _rates(above, q[:, i], rate[:, i], acceleration[:, i])
         frames[:, i] = above.frame
     return Reading(q, v, a, frames)
+
+
+def unresolved(t: Array, reading: Reading) -> Mask:
+    """The intervals (k - 1,) between samples at t (k,) in which a rod turns by over half its distance to a pole.
+
+    There theta may change by anything; from one of smaller turns to the next it is known.
+    """
+    across = np.abs(np.cos(reading.q[..., 1]))
+    speed = np.hypot(reading.v[..., 1], reading.v[..., 0] * across)
+    turn = np.maximum(speed[1:], speed[:-1]) * np.diff(t)[:, None]
+    return np.asarray(((turn > np.minimum(across[1:], across[:-1]) / 2) & (turn > PASS)).any(1))
+
+
+def refined(t: Array, d: Array, rate: Array, kept: Array, chosen: Mask) -> tuple[Array, Array, Array, Array]:
+    """Samples at t (k,), with PARTS - 1 more in each chosen interval (k - 1,), and where those of `kept` are among them.
+
+    Between d, d' (k, n, 3) goes a cubic on the sphere.
+    """
+    i, s = np.flatnonzero(chosen), (np.arange(1, PARTS) / PARTS)[:, None, None, None]
+    h = (t[i + 1] - t[i])[:, None, None]
+    d0, d1, r0, r1 = d[i], d[i + 1], h * rate[i], h * rate[i + 1]
+    a, b = 3 * (d1 - d0) - 2 * r0 - r1, 2 * (d0 - d1) + r0 + r1
+    more = d0 + s * (r0 + s * (a + s * b))  # (parts - 1, chosen, n, 3)
+    slope = (r0 + s * (2 * a + 3 * s * b)) / h
+    size = np.linalg.norm(more, axis=-1, keepdims=True)
+    more, slope = more / size, slope / size
+    slope = slope - more * (more * slope).sum(-1, keepdims=True)
+    times = t[i] + s[..., 0, 0] * h[:, 0, 0]
+    t, d, rate = (np.concatenate([x, y.reshape(-1, *x.shape[1:])]) for x, y in ((t, times), (d, more), (rate, slope)))
+    order = np.argsort(t, kind="stable")
+    return t[order], d[order], rate[order], np.argsort(order, kind="stable")[kept]
 
 
 def _into(frames: Array, x: Array) -> Array:
