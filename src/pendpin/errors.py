@@ -92,3 +92,11 @@ def inside(place: str) -> Iterator[None]:
         yield
     except InputError as error:
         raise InputError(f"{place}: {str(error).removeprefix(f'{place}: ')}") from None
+
+
+def find(names: tuple[str, ...], name: str, what: str) -> int:
+    """The place of a name. Raises InputError that lists the names, or the first of many."""
+    if name in names:
+        return names.index(name)
+    more = ", ..." if len(names) > 12 else ""
+    raise InputError(f"{what} {shown(name)} is not one of: {choices(names[:12])}{more}{did_you_mean(name, names)}")

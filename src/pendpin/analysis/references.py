@@ -17,7 +17,7 @@ from pendpin.equations import exact
 from pendpin.errors import InputError, Interrupted, PendpinError
 from pendpin.integrators import MAX_JOINTS
 from pendpin.model.build import Model, build, start_state
-from pendpin.model.kinematics import apart, reach
+from pendpin.model.kinematics import apart, marks, scale
 from pendpin.scene import Scene
 from pendpin.simulation.simulate import simulate
 
@@ -65,7 +65,7 @@ def reference(scene: Scene, error: float, solutions: tuple[Maker, ...] | None = 
     Raises InputError where two do not answer, where they contradict each other, or where nothing is known so well.
     """
     model = build(scene.model)
-    length, found = reach(model), []
+    length, found = scale(model), []
     for maker in WITNESSES if solutions is None else solutions:
         found += list(_heard(maker, scene, model, length))
         if len(found) == 2:
@@ -159,8 +159,9 @@ def by_collocation(scene: Scene, model: Model, length: float) -> Solution:
 
 def _of_runs(name: str, scene: Scene, length: float, method: str, fine: float, coarse: float) -> Solution:
     runs = [simulate(scene.by(method, setting)) for setting in (fine, coarse)]
-    doubt = apart(runs[0].tips(), runs[1].tips(), length)
-    return Solution(name, runs[0].tips(), doubt, EPS * runs[0].stats.steps)
+    one, other = (marks(build(scene.model), run.tips(), run.q) for run in runs)
+    doubt = apart(one, other, length)
+    return Solution(name, one, doubt, EPS * runs[0].stats.steps)
 
 
 WITNESSES: tuple[Maker, ...] = (by_elliptic_functions, by_series, by_runge_kutta, by_collocation)

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Drag, Effect, Rotation, Viscous
 from pendpin.errors import InputError, PendpinError
 from pendpin.model.build import build, start_state
-from pendpin.model.kinematics import apart, reach
+from pendpin.model.kinematics import apart, marks, scale
 from pendpin.scene import Chain, Rod, Scene
 from pendpin.simulation.simulate import simulate
 from pendpin.trajectory import Trajectory
@@ -54,8 +55,8 @@ def significance(scene: Scene, accuracy: float = 1e-3) -> EffectsReport:
     if not 0 < accuracy < 1:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
     base, finer = (simulate(scene, method="dop853", tolerance=tolerance) for tolerance in TOLERANCES)
-    length = reach(build(scene.model))
-    good = int(np.argmax(np.append(apart(base.tips(), finer.tips(), length) > MARGIN * accuracy, True)))
+    length = scale(build(scene.model))
+    good = int(np.argmax(np.append(apart(_marks(scene, base), _marks(scene, finer), length) > MARGIN * accuracy, True)))
     horizon = float(scene.times[max(good - 1, 0)])
     solver = scene.solver.model_copy(update={"samples": max(good, 1)})
     compared = scene.model_copy(update={"duration": horizon, "solver": solver})
@@ -95,11 +96,15 @@ def _row(name: str, listed: bool, other: Scene, scene: Scene, base: Trajectory, 
         run = simulate(other, method="dop853", tolerance=TOLERANCES[0])
     except PendpinError as error:
         return Row(name, listed, float("nan"), None, f"not compared: {error}")
-    length = reach(build(scene.model))
-    change = float(apart(base.tips()[: len(run.t)], run.tips(), length).max())
+    length = scale(build(scene.model))
+    change = float(apart(_marks(scene, base)[: len(run.t)], _marks(scene, run), length).max())
     more, less = (scene, other) if listed else (other, scene)
     share = 1 - _evaluation(less) / _evaluation(more) if less.effects != more.effects else None
     return Row(name, listed, change, None if share is None else max(share, 0.0), _verdict(listed, change, accuracy))
+
+
+def _marks(scene: Scene, run: Trajectory) -> Array:
+    return marks(build(scene.model), run.tips(), run.q)
 
 
 def _verdict(listed: bool, change: float, accuracy: float) -> str:

@@ -13,7 +13,7 @@ from pendpin.analysis.work_precision_report import CostReport, Curve, Point
 from pendpin.arrays import Array
 from pendpin.errors import InputError, Interrupted, PendpinError, RunError, choices, one_line
 from pendpin.model.build import Model, build
-from pendpin.model.kinematics import apart, poses, reach, tips
+from pendpin.model.kinematics import apart, marks, poses, scale, tips
 from pendpin.scene import FIXED_METHODS, Scene, least_tolerance
 from pendpin.simulation.simulate import simulate
 from pendpin.versions import installed
@@ -151,7 +151,13 @@ def _method_curve(bench: _Bench, method: str) -> Curve:
             return _Outcome(None, time.perf_counter() - begin, failure=one_line(str(error)), hopeless=hopeless)
         stats = found.stats
         library = f"{stats.library} {stats.version}"
-        return _Outcome(found.tips(), stats.seconds, stats.steps, stats.evaluations, stats.compile_seconds)
+        return _Outcome(
+            marks(bench.model, found.tips(), found.q),
+            stats.seconds,
+            stats.steps,
+            stats.evaluations,
+            stats.compile_seconds,
+        )
 
     settings = _steps(bench.first_step) if fixed else _tolerances(least_tolerance(name), _stride(bench, name))
     points, failures, compiling = _climb(bench, method, settings, run)
@@ -163,7 +169,12 @@ def _peer(bench: _Bench, peer: "Peer") -> Curve:
         found = peer.run(setting, PATIENCE * bench.budget)
         if found.failure is not None:
             return _Outcome(None, found.seconds, failure=found.failure)
-        return _Outcome(tips(bench.model, poses(bench.model, found.q)), found.seconds, found.steps, found.evaluations)
+        return _Outcome(
+            marks(bench.model, tips(bench.model, poses(bench.model, found.q)), found.q),
+            found.seconds,
+            found.steps,
+            found.evaluations,
+        )
 
     settings = _steps(bench.first_step) if peer.kind == "step" else _tolerances(1e-14)
     points, failures, compiling = _climb(bench, peer.name, settings, run)
@@ -188,7 +199,7 @@ def _climb(
     bench: _Bench, name: str, settings: Iterable[float], run: Callable[[float], _Outcome]
 ) -> tuple[tuple[Point, ...], tuple[str, ...], float]:
     """The points of a ladder, why settings failed, and the longest time of compiling."""
-    points, failures, compiling, length = [], [], 0.0, reach(bench.model)
+    points, failures, compiling, length = [], [], 0.0, scale(bench.model)
     for setting in settings:
         bench.progress(f"{name}, {setting:.1e}")
         found = run(setting)

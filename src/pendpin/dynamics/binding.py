@@ -26,8 +26,8 @@ from pendpin.effects import (
     Support,
 )
 from pendpin.engines import Loads
-from pendpin.errors import InputError, PendpinError, shown
-from pendpin.model.build import Model, find
+from pendpin.errors import InputError, PendpinError, find, shown
+from pendpin.model.build import Model
 
 LATEST = 340  # digits: more than a time times a frequency can have before its point
 Torque = Callable[[float, Array, Array], Array]  # t, q, v (nv,) -> (nv,)
@@ -170,6 +170,7 @@ def body_wrench(
     bodies: Bodies | None = None,
 ) -> Wrench:
     """The wrenches of one effect, on all bodies of the model, from the motion of all; `bodies` as numbers hand them out."""
+    _refuse_no_point(model, effect, where)
     bodies, wrench = bodies or bodies_of(model), partial(numbers.effect(effect).wrench, xp=xp)
     if effect.on is None:
         return lambda t, motion: wrench(t, bodies, motion)
@@ -186,6 +187,16 @@ def body_wrench(
         return scattered(force), scattered(moment)
 
     return on_some
+
+
+def _refuse_no_point(model: Model, effect: BodyEffect, where: str) -> None:
+    """Raise InputError for a push at a point of a body that has no tip, and so no direction to measure it along."""
+    if isinstance(effect, Push) and effect.point is not None:
+        body = model.bodies[chosen_bodies(model, effect.on, where)[0]]
+        if not body.tip.any():
+            raise InputError(
+                f"{where}.point: link {shown(body.link)} has no tip to measure it to; model.tips gives it one"
+            )
 
 
 def chosen_bodies(model: Model, names: Sequence[str], where: str) -> Indices:

@@ -93,7 +93,7 @@ class Drag(BodyEffect):
         """Forces and moments (n, 3) of the air; along a rod the flow is u(s) = u0 + s u1, s from 0 to 1."""
         rod, length = motion.levers(bodies.tip), xp.sqrt((bodies.tip**2).sum(-1, keepdims=True))
         wind = motion.velocity + motion.pivot_velocity - self.air(t, xp)
-        u0, u1 = wind - rod * (dot(wind, rod) / length**2), cross(motion.spin, rod)
+        u0, u1 = wind - rod * (dot(wind, rod) / (length**2 + _TINY)), cross(motion.spin, rod)
         width = 2 * bodies.radius[:, None] if self.diameter is None else self.diameter
         force, turn = -self.linear * length * (u0 + u1 / 2), -self.linear * length * (u0 / 2 + u1 / 3)
         if self.density * self.coefficient:

@@ -1,7 +1,7 @@
 """The bodies of a Pinocchio model and the rods among them that hang on universal joints."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -9,7 +9,9 @@ import numpy as np
 from pendpin.arrays import Array, Mask
 from pendpin.equations.base import RodInertia
 from pendpin.equations.recursion import Tree
-from pendpin.errors import MissingLibrary
+from pendpin.errors import MissingLibrary, find
+
+NEAR = 1e-9  # m: a tip so near to its joint is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +23,7 @@ class Body:
     mass: float  # kg
     com: Array  # (3,) m, in the link frame
     inertia: Array  # (3, 3) kg m², central, in the link frame
-    tip: Array  # (3,) m, its far end, in the link frame
+    tip: Array  # (3,) m, its far end, in the link frame; 0 for a body that has none
     radius: float = 0.0  # m
 
 
@@ -51,32 +53,52 @@ def pinocchio() -> Any:
     return pinocchio
 
 
-def find_bodies(model: Any, drawn: Mapping[str, tuple[Array, float]]) -> tuple[Body, ...]:
+def find_bodies(
+    model: Any, drawn: Mapping[str, tuple[Array, float]], tips: Mapping[str, Sequence[float]]
+) -> tuple[Body, ...]:
     """The links with a mass or an inertia of a pin.Model, in model order.
 
-    `drawn` gives the far end (3,) m, in the link frame, and the radius of links that are drawn as rods. A body's tip is
-    the farthest of its child joints and fixed frames, else its drawn end, else twice as far as its centre of mass.
+    `drawn` gives the two ends (2, 3) m, in the link frame, and the radius of links that are drawn as rods; `tips` the
+    tips that the user chose. A body's tip is that, else the far end of the longest rod that it, or a link fixed to it, is
+    drawn with, else the farthest joint that hangs on it, else twice as far as its centre of mass. Frames do not count.
+    Raises InputError for a tip of a link that does not move or does not exist.
     """
     ends: list[list[Array]] = [[] for _ in range(model.njoints)]
     for joint in range(1, model.njoints):
         ends[model.parents[joint]].append(np.array(model.jointPlacements[joint].translation))
-    for frame in model.frames:
-        ends[frame.parentJoint].append(np.array(frame.placement.translation))
     moved = (
         joint
         for joint in range(1, model.njoints)
         if model.inertias[joint].mass > 0 or model.inertias[joint].inertia.any()
     )
-    return tuple(_body(model, joint, ends[joint], drawn) for joint in moved)
+    bodies = tuple(_body(model, joint, ends[joint], _rods_drawn(model, joint, drawn)) for joint in moved)
+    places = {body.link: i for i, body in enumerate(bodies)}
+    for link in tips:
+        find(tuple(places), link, "model.tips: link")
+    return tuple(replace(body, tip=np.array(tips[body.link])) if body.link in tips else body for body in bodies)
 
 
-def _body(model: Any, joint: int, ends: list[Array], drawn: Mapping[str, tuple[Array, float]]) -> Body:
-    inertia, link = model.inertias[joint], _link(model, joint)
+def _rods_drawn(model: Any, joint: int, drawn: Mapping[str, tuple[Array, float]]) -> list[tuple[Array, float]]:
+    """The ends (2, 3) m, in the frame of what a joint moves, and the radii of the rods that this is drawn with."""
+    body = pinocchio().FrameType.BODY
+    placed = ((f.placement, *drawn[f.name]) for f in model.frames if _moves(f, joint, body) and f.name in drawn)
+    return [(place.translation + ends @ place.rotation.T, radius) for place, ends, radius in placed]
+
+
+def _moves(frame: Any, joint: int, kind: Any) -> bool:
+    return frame.parentJoint == joint and frame.type == kind
+
+
+def _body(model: Any, joint: int, ends: list[Array], rods: list[tuple[Array, float]]) -> Body:
+    inertia = model.inertias[joint]
     com = np.array(inertia.lever)
-    farthest = max(ends, key=np.linalg.norm, default=com)
-    end, radius = drawn.get(link, (2 * com, 0.0))
-    tip = farthest if np.linalg.norm(farthest) > 1e-9 else end
-    return Body(link, joint - 1, inertia.mass, com, np.array(inertia.inertia), tip, radius)
+    farthest, radius = max(ends, key=np.linalg.norm, default=np.zeros(3)), 0.0
+    tip = farthest if np.linalg.norm(farthest) > NEAR else 2 * com
+    if rods:
+        both, radius = max(rods, key=lambda rod: float(np.linalg.norm(rod[0][0] - rod[0][1])))
+        tip = max(both, key=np.linalg.norm)
+    tip = tip if np.linalg.norm(tip) > NEAR else np.zeros(3)
+    return Body(_link(model, joint), joint - 1, inertia.mass, com, np.array(inertia.inertia), tip, radius)
 
 
 def _link(model: Any, joint: int) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from pendpin.arrays import Array, Mask
 from pendpin.equations.chain.inertia import ChainInertia
-from pendpin.errors import InputError, choices, did_you_mean, shown
+from pendpin.errors import InputError, choices, find, shown
 from pendpin.model.bodies import Body, RodJoint, find_bodies, find_rods, pinocchio, prismatic
 from pendpin.model.read_urdf import Urdf, read_urdf
 from pendpin.scene import Chain, Rod, Start, UrdfModel, Values
@@ -44,15 +44,6 @@ class Model:
         if self.joints == ("theta", "phi") and name in {"theta_1", "phi_1"}:
             name = name.removesuffix("_1")
         return find(self.joints, name, f"{where}: joint")
-
-
-def find(names: tuple[str, ...], name: str, what: str) -> int:
-    """The place of a name. Raises InputError that lists the names, or the first of many."""
-    if name in names:
-        return names.index(name)
-    more = ", ..." if len(names) > 12 else ""
-    meant = did_you_mean(name, names)
-    raise InputError(f"{what} {shown(name)} is not one of: {choices(names[:12])}{more}{meant}")
 
 
 def build(model: Chain | UrdfModel) -> Model:
@@ -164,17 +155,24 @@ def _from_urdf(model: UrdfModel) -> Model:
         lost = sorted(set(urdf.moving_joints) - set(joints))
         raise InputError(f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, lost))}")
     _refuse_what_cannot_move(loaded, joints, urdf.source)
-    return Model(joints, loaded, None, find_rods(loaded), find_bodies(loaded, _drawn(urdf)), urdf.notes, urdf.findings)
+    return Model(
+        joints,
+        loaded,
+        None,
+        find_rods(loaded),
+        find_bodies(loaded, _drawn(urdf), model.tips),
+        urdf.notes,
+        urdf.findings,
+    )
 
 
 def _drawn(urdf: Urdf) -> dict[str, tuple[Array, float]]:
-    """The far end from the link's origin, and the radius, of the cylinders that links are drawn with."""
+    """The two ends (2, 3) m, in the link frame, and the radius of the shapes that links are drawn with."""
     rotate = pinocchio().rpy.rpyToMatrix
     found = {}
-    for link, cylinder in urdf.cylinders.items():
-        half = rotate(np.array(cylinder.rpy))[:, 2] * (cylinder.length / 2)
-        ends = [np.array(cylinder.xyz) + half, np.array(cylinder.xyz) - half]
-        found[link] = (max(ends, key=np.linalg.norm), cylinder.radius)
+    for link, shape in urdf.shapes.items():
+        half = rotate(np.array(shape.rpy))[:, shape.axis] * (shape.length / 2)
+        found[link] = (np.array(shape.xyz) + np.array([half, -half]), shape.radius)
     return found
 
 

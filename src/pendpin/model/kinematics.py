@@ -4,7 +4,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.equations.chain import kinematics
-from pendpin.model.bodies import pinocchio
+from pendpin.model.bodies import NEAR, pinocchio, tree_of
 from pendpin.model.build import FLIP, Model
 
 
@@ -50,7 +50,7 @@ def centres(model: Model, link_poses: Array) -> Array:
 
 
 def reach(model: Model) -> float:
-    """How far from W's origin a body's far end can get, m: the length of a chain."""
+    """How far from W's origin a body's far end can get, m: the length of a chain; 0 where nothing has a length."""
     if model.chain is not None:
         return float(model.chain.l.sum())
     pin = model.pin
@@ -59,6 +59,37 @@ def reach(model: Model) -> float:
     for parent, placement in list(zip(pin.parents, pin.jointPlacements, strict=True))[1:]:
         away.append(away[parent] + float(np.linalg.norm(placement.translation)))
     return max(away[body.joint + 1] + float(np.linalg.norm(body.tip)) for body in model.bodies)
+
+
+def scale(model: Model) -> float:
+    """What distances are compared with, m: `reach`, and 1 m where that is 0."""
+    return reach(model) or 1.0
+
+
+def marks(model: Model, link_tips: Array, q: Array) -> Array:
+    """The points by which motions q (n, nv) are compared, (n, bodies, 3) m in W, from their tips.
+
+    They are the tips. A body whose tip its own joint does not move, as a flywheel on its axis, is compared by a point
+    across the axis, as far from its tip as the model is long: so an error in the angle counts as that of a rod.
+    """
+    offsets = _across(model)
+    if not offsets.any():
+        return link_tips
+    return link_tips + np.einsum("nrij,rj->nri", poses(model, q)[..., :3, :3], offsets)
+
+
+def _across(model: Model) -> Array:
+    """From the tips to the marks, (bodies, 3) m, in the link frames."""
+    offsets = np.zeros((len(model.bodies), 3))
+    if model.chain is not None:
+        return offsets
+    tree, length = tree_of(model.pin), scale(model)
+    for offset, body in zip(offsets, model.bodies, strict=True):
+        axis = tree.axes[body.joint]
+        if tree.kinds[body.joint] == "revolute" and np.linalg.norm(np.cross(axis, body.tip)) <= NEAR * length:
+            across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+            offset[:] = length * across / np.linalg.norm(across)
+    return offsets
 
 
 def apart(one: Array, other: Array, length: float) -> Array:

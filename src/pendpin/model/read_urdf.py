@@ -20,6 +20,7 @@ from pendpin.model.urdf_inertia import check_inertial, inertia_findings
 from pendpin.model.urdf_locks import freeze_joints, massless_finding, massless_joints
 from pendpin.model.urdf_xml import Element, named, needed, number, numbers, parse, plain, put, triple
 from pendpin.scene import UrdfModel
+from pendpin.scene.models import FARTHEST
 
 MAX_BYTES = 8_000_000
 MAX_LINKS = 10_000
@@ -44,15 +45,16 @@ class Urdf:
     moving_joints: tuple[str, ...]
     findings: tuple[str, ...]  # what is implausible, and computed as written
     notes: tuple[str, ...]  # what the file says and pendpin leaves out, for the user to know
-    cylinders: dict[str, "Cylinder"]  # the longest that each link is drawn with
+    shapes: dict[str, "RodShape"]  # the longest that each link is drawn with
 
 
-class Cylinder(NamedTuple):
-    """A cylinder that a link is drawn with, in the link's frame."""
+class RodShape(NamedTuple):
+    """A cylinder, capsule or box, longer than wide, that a link is drawn with, in the link's frame."""
 
     xyz: tuple[float, float, float]  # m, its centre
     rpy: tuple[float, float, float]  # rad
-    radius: float  # m
+    axis: int  # of its own axes, the one along it
+    radius: float  # m; 0 for a box
     length: float  # m
 
 
@@ -89,7 +91,7 @@ def _checked(model: UrdfModel, robot: Element) -> Urdf:
     notes = (*notes, *_not_applied(joints), *_missing_meshes(links, model.file.parent))
     for joint in joints.values():
         _make_plain(joint)
-    drawn = {name: longest for name, link in links.items() if (longest := _longest_cylinder(link))}
+    drawn = {name: longest for name, link in links.items() if (longest := _longest_shape(link))}
     return Urdf(place_of(model.file), plain(links, joints), moving, (*findings, *inertia_findings(links)), notes, drawn)
 
 
@@ -107,15 +109,23 @@ def _check_link(where: str, link: Element) -> None:
         check_inertial(where, inertial)
 
 
-def _longest_cylinder(link: Element) -> Cylinder | None:
+def _longest_shape(link: Element) -> RodShape | None:
+    """The longest shape of a link's drawing that is longer than wide; None where there is none."""
     found = []
     for visual in link.findall("visual"):
-        shape = visual.find("geometry/cylinder")
-        if shape is not None:
-            origin = visual.find("origin")
-            xyz, rpy = ((0.0, 0.0, 0.0) if origin is None else triple("", origin, key) for key in ("xyz", "rpy"))
-            found.append(Cylinder(xyz, rpy, number("", shape, "radius"), number("", shape, "length")))
-    return max(found, key=lambda cylinder: cylinder.length, default=None)
+        geometry, origin = visual.find("geometry"), visual.find("origin")
+        shape = None if geometry is None else next(iter(geometry), None)
+        xyz, rpy = ((0.0, 0.0, 0.0) if origin is None else triple("", origin, key) for key in ("xyz", "rpy"))
+        if shape is not None and shape.tag in {"cylinder", "capsule"}:
+            radius = number("", shape, "radius")
+            length = number("", shape, "length") + 2 * radius * (shape.tag == "capsule")
+            found.append((RodShape(xyz, rpy, 2, radius, length), 2 * radius))
+        elif shape is not None and shape.tag == "box":
+            sides = triple("", shape, "size")
+            axis = max(range(3), key=sides.__getitem__)
+            found.append((RodShape(xyz, rpy, axis, 0.0, sides[axis]), sorted(sides)[1]))
+    rods = (shape for shape, width in found if shape.length > width)
+    return max(rods, key=lambda shape: shape.length, default=None)
 
 
 def _check_origin(where: str, element: Element) -> None:
@@ -215,7 +225,18 @@ def _not_applied(joints: dict[str, Element]) -> tuple[str, ...]:
             value = float(dynamics.get(key, "0"))
             if value:
                 notes.append(f"joint {shown(name)}: <dynamics {key}={value:g}> is not applied")
+    if limited := [name for name, joint in joints.items() if joint.get("type") != "fixed" and _limited(joint)]:
+        notes.append(f"<limit> is not applied (a stop holds a joint); it is there for: {choices(map(shown, limited))}")
     return tuple(notes)
+
+
+def _limited(joint: Element) -> bool:
+    """Whether a joint has a limit that a motion could meet."""
+    limit = joint.find("limit")
+    keys = ("lower", "upper") if joint.get("type") != "continuous" else ()
+    return limit is not None and any(
+        abs(float(limit.get(key, "0"))) < FARTHEST for key in (*keys, "effort", "velocity")
+    )
 
 
 def _make_plain(joint: Element) -> None:

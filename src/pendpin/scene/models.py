@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from pendpin.equations.base import RodInertia
-from pendpin.records import LARGEST_SIZE, FilePath, NotNegative, Number, Positive, Record
+from pendpin.records import LARGEST_SIZE, FilePath, NotNegative, Number, Positive, Record, Vector
 from pendpin.scene.robots import robot_file
 
 MAX_RODS = 100_000
@@ -111,6 +111,9 @@ class UrdfModel(Record):
     )
     lock: dict[str, Position] = Field(
         default_factory=dict, description="joints that are frozen, each at its position: rad, m for prismatic joints"
+    )
+    tips: dict[str, Vector] = Field(
+        default_factory=dict, description="far ends of links in their frames, m; as they are drawn where none is given"
     )
 
     @classmethod

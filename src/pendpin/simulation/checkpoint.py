@@ -19,7 +19,7 @@ from pendpin.scene import Scene
 from pendpin.trajectory import read_array
 from pendpin.versions import VERSION, installed
 
-FORMAT = 2
+FORMAT = 1
 EVERY = 5.0  # s of wall time between two saves, unless another is given
 LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # that compute a motion, or by their absence choose what does
 REMEDY = "delete it or name another file"

@@ -12,8 +12,9 @@ from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import bind
 from pendpin.engines import Engine
 from pendpin.model.build import build, start_state
-from pendpin.model.kinematics import apart, poses, tips
+from pendpin.model.kinematics import apart, marks, poses, tips
 from pendpin.scene import Scene
+from pendpin.simulation.accuracy.runs import points
 from pendpin.trajectory import Trajectory
 
 EPS = float(np.finfo(float).eps)
@@ -71,7 +72,7 @@ def _directions(count: int, seed: int) -> Array:
 
 def of_motion(run: Trajectory, left: Array, shift: Shift, length: float) -> Array:
     """What rounding amounts to at the output times (n,), over the length, from how far the shifted run has left."""
-    t, step = run.t - run.t[0], np.linalg.norm(np.diff(run.tips(), axis=0), axis=-1).max(-1, initial=0.0)
+    t, step = run.t - run.t[0], np.linalg.norm(np.diff(points(run), axis=0), axis=-1).max(-1, initial=0.0)
     speed = np.append(0.0, np.maximum.accumulate(step / np.diff(t))) / length if len(t) > 1 else np.zeros(1)
     rate = np.append(RATE * EPS * t * speed, np.full(len(left) - len(t), np.inf))
     return EPS + rate + left * (shift.amount / shift.units)
@@ -81,5 +82,5 @@ def of_start(scene: Scene, length: float) -> float:
     """How far half a unit of rounding of the start's positions moves the tips, over the length."""
     model = build(scene.model)
     q, _ = start_state(model, scene.start)
-    one, other = (tips(model, poses(model, x[None])) for x in (q, q - EPS / 2 * q))
+    one, other = (marks(model, tips(model, poses(model, x[None])), x[None]) for x in (q, q - EPS / 2 * q))
     return float(apart(one, other, length)[0])

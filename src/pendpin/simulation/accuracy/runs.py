@@ -7,9 +7,9 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
-from pendpin.model.build import Model
-from pendpin.model.kinematics import apart, reach
-from pendpin.scene import FIXED_METHODS, Scene
+from pendpin.model.build import Model, build
+from pendpin.model.kinematics import apart, marks, reach
+from pendpin.scene import FIXED_METHODS, Scene, UrdfModel
 from pendpin.simulation.guards import Deadline
 from pendpin.simulation.run import OFF_THE_BOOKS, run_scene
 from pendpin.trajectory import Trajectory, samples_of
@@ -72,10 +72,16 @@ def at_rest(run: Trajectory) -> bool:
     return not (run.v.any() or run.a.any())
 
 
+def points(run: Trajectory) -> Array:
+    """The points by which runs are compared, (n, bodies, 3) m in W: see `kinematics.marks`."""
+    model = run.scene["model"]
+    return run.tips() if model["kind"] == "chain" else marks(build(UrdfModel(**model)), run.tips(), run.q)
+
+
 def gap(one: Trajectory, other: Trajectory, length: float, count: int) -> Array:
     """How far the tips were apart at most so far, at each of `count` times, over a length; inf where a run did not get."""
     n = min(len(one.t), len(other.t))
-    distance = apart(one.tips()[:n], other.tips()[:n], length)
+    distance = apart(points(one)[:n], points(other)[:n], length)
     return np.maximum.accumulate(np.append(distance, np.full(count - n, np.inf)))
 
 
@@ -94,7 +100,7 @@ def _with_samples(scene: Scene, every: int) -> Scene:
 
 def extent(run: Trajectory, length: float) -> float:
     """How far a tip got from where it started, over a length."""
-    return float(apart(run.tips(), run.tips()[:1], length).max())
+    return float(apart(points(run), points(run)[:1], length).max())
 
 
 def length_of(model: Model, run: Trajectory) -> float:

@@ -1,0 +1,157 @@
+"""Where the bodies of a URDF end, and how motions are compared where they end nowhere."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pendpin as pp
+from pendpin import effects as fx
+from pendpin.analysis.significance import significance
+from pendpin.model.build import build
+
+INERTIA = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.2"/>'
+
+
+def robot(folder: Path, *parts: str) -> pp.UrdfModel:
+    """A URDF with a link `base` and these parts, as a model."""
+    path = folder / "robot.urdf"
+    path.write_text(f'<robot name="r"><link name="base"/>{"".join(parts)}</robot>')
+    return pp.UrdfModel(path=path)
+
+
+def link(name: str, z: float = 0.0, mass: float = 1.0, shapes: str = "") -> str:
+    """A link with its centre of mass at z."""
+    return f'<link name="{name}"><inertial><origin xyz="0 0 {z}"/><mass value="{mass}"/>{INERTIA}</inertial>{shapes}</link>'
+
+
+def joint(
+    name: str, parent: str, child: str, at: Any = (0, 0, 0), kind: str = "continuous", axis: str = "1 0 0"
+) -> str:
+    """A joint."""
+    place = " ".join(map(str, at))
+    ends = f'<parent link="{parent}"/><child link="{child}"/><origin xyz="{place}"/>'
+    return f'<joint name="{name}" type="{kind}">{ends}<axis xyz="{axis}"/></joint>'
+
+
+def drawn(shape: str, z: float, turned: str = "0 0 0") -> str:
+    """A visual with its centre at z."""
+    return f'<visual><origin xyz="0 0 {z}" rpy="{turned}"/><geometry>{shape}</geometry></visual>'
+
+
+CYLINDER = drawn('<cylinder radius="0.02" length="1"/>', -0.5)
+
+
+def tips(model: pp.UrdfModel) -> list[list[float]]:
+    """The tips of its bodies."""
+    return [np.round(body.tip, 12).tolist() for body in build(model).bodies]
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.tuples(*[st.floats(-5, 5)] * 3), max_size=4), st.booleans())
+def test_frames_and_what_hangs_on_a_drawn_rod_do_not_move_its_tip(places: Any, hanging: bool) -> None:
+    """Any number of fixed frames anywhere, and a second pendulum half way: the rod ends where it is drawn."""
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        parts = [link("rod", -0.5, shapes=CYLINDER), joint("a", "base", "rod")]
+        for i, place in enumerate(places):
+            parts += [f'<link name="mark{i}"/>', joint(f"fix{i}", "rod", f"mark{i}", place, "fixed")]
+        if hanging:
+            parts += [link("bob", -0.2), joint("b", "rod", "bob", (0, 0, -0.4))]
+        assert tips(robot(Path(folder), *parts))[0] == [0, 0, -1]
+
+
+@pytest.mark.parametrize(
+    ("shapes", "tip"),
+    [
+        (CYLINDER, -1.0),
+        (drawn('<box size="0.1 0.05 0.8"/>', -0.4), -0.8),
+        (drawn('<box size="0.8 0.05 0.1"/>', -0.4, "0 1.5707963267948966 0"), -0.8),
+        (drawn('<capsule radius="0.1" length="0.8"/>', -0.5), -1.0),
+        (CYLINDER + drawn('<sphere radius="0.3"/>', -2.0), -1.0),
+        (drawn('<cylinder radius="0.3" length="0.05"/>', 0.0), -0.6),  # a disk is no rod
+        ("", -0.6),
+    ],
+)
+def test_the_longest_shape_decides(tmp_path: Path, shapes: str, tip: float) -> None:
+    """Cylinders, capsules and boxes that are longer than wide; else twice the way to the centre of mass."""
+    assert tips(robot(tmp_path, link("rod", -0.3, shapes=shapes), joint("a", "base", "rod")))[0] == [0, 0, tip]
+
+
+def test_what_is_fixed_to_a_link_is_drawn_with_it(tmp_path: Path) -> None:
+    """A hub that turns, with the rod as a link of its own welded to it."""
+    parts = [link("hub"), joint("a", "base", "hub"), link("rod", -0.5, shapes=CYLINDER)]
+    assert tips(robot(tmp_path, *parts, joint("weld", "hub", "rod", (0, 0.1, 0), "fixed"))) == [[0, 0.1, -1]]
+
+
+def test_a_link_that_is_not_drawn_ends_at_its_farthest_joint(tmp_path: Path) -> None:
+    """As the links of an arm do whose drawings are meshes; the user's choice comes before all."""
+    parts = [
+        link("upper", -0.1),
+        joint("a", "base", "upper"),
+        link("lower", -0.2),
+        joint("b", "upper", "lower", (0, 0, -0.7)),
+    ]
+    model = robot(tmp_path, *parts)
+    assert tips(model) == [[0, 0, -0.7], [0, 0, -0.4]]
+    chosen = pp.UrdfModel(path=model.path, tips={"upper": (0.0, 0.0, -0.65)})
+    assert tips(chosen) == [[0, 0, -0.65], [0, 0, -0.4]]
+    with pytest.raises(pp.InputError, match=r"model\.tips: link 'uper' is not one of: upper, lower"):
+        build(pp.UrdfModel(path=model.path, tips={"uper": (0.0, 0.0, 1.0)}))
+
+
+@pytest.fixture
+def flywheel(tmp_path: Path) -> pp.UrdfModel:
+    """A wheel on its axis: no point of it that is known moves."""
+    return robot(tmp_path, link("wheel", mass=2.0), joint("spin", "base", "wheel", axis="0 0 1"))
+
+
+def test_a_flywheel_is_compared_by_its_angle(flywheel: pp.UrdfModel) -> None:
+    """Effects, work and precision, and a target accuracy: numbers where there were NaN."""
+    brake = fx.Viscous(coefficient=0.1)
+    start = pp.Start(velocities={"spin": 3.0})
+    scene = pp.Scene(duration=1.0, model=flywheel, start=start, effects=(brake,), solver=pp.Solver(samples=11))
+    found = significance(scene)
+    (row,) = [row for row in found.rows if row.effect == "viscous"]
+    run = pp.simulate(scene, tolerance=1e-10)
+    assert row.change == pytest.approx(2 * np.sin((3.0 - run.q[-1, 0]) / 2), rel=1e-6)
+    assert row.verdict == "called for"
+    report = pp.cost(scene, methods=["dop853", "rk4"], budget=0.05, repetitions=0)
+    assert 0 < report.error < 1e-9
+    assert all(np.isfinite(point.error) for curve in report.curves for point in curve.points)
+    asked = pp.simulate(scene, accuracy=1e-8)
+    assert asked.q[-1, 0] == pytest.approx(6.0 * (1 - np.exp(-0.5)), abs=1e-8)  # the wheel's inertia is 0.2
+
+
+def test_drag_has_no_hold_on_a_body_without_length(flywheel: pp.UrdfModel) -> None:
+    """It turns on, exactly; a push at a point of it is refused in one line."""
+    start = pp.Start(velocities={"spin": 3.0})
+    drag = fx.Drag(diameter=0.1, linear=0.2, wind=(1.0, 2.0, 0.0), buoyancy=True)
+    scene = pp.Scene(duration=1.0, model=flywheel, start=start, effects=(fx.Gravity(), drag))
+    assert pp.simulate(scene).q[-1, 0] == pytest.approx(3.0, rel=1e-12)
+    pushed = scene.model_copy(update={"effects": (fx.Push(link="wheel", force=(1, 0, 0), point=0.9),)})
+    with pytest.raises(pp.InputError, match=r"effects\[0\]\.point: link 'wheel' has no tip to measure it to"):
+        pp.simulate(pushed)
+
+
+def test_the_cross_of_a_joint_may_have_mass_in_the_wind(tmp_path: Path) -> None:
+    """Its rod feels the drag, the cross none."""
+    parts = [link("cross", mass=0.1), joint("theta", "base", "cross"), link("rod", -0.5, shapes=CYLINDER)]
+    model = robot(tmp_path, *parts, joint("phi", "cross", "rod", axis="0 1 0"))
+    scene = pp.Scene(duration=0.5, model=model, start=pp.Start(positions=(0.5, 0.3)), effects=(fx.Gravity(), fx.Drag()))
+    assert np.isfinite(pp.simulate(scene).q).all()
+
+
+def test_limits_that_are_not_applied_are_noted(tmp_path: Path) -> None:
+    """As damping is, once for all joints; not where they are beyond all motion."""
+    limits = '<limit lower="{0}" upper="{1}" effort="{1}" velocity="{1}"/></joint>'
+    parts = [link("one", -0.5), link("two", -0.5)]
+    close = joint("a", "base", "one", kind="revolute").replace("</joint>", limits.format(-1, 1))
+    far = joint("b", "one", "two", kind="revolute").replace("</joint>", limits.format(-1e9, 1e9))
+    assert [note for note in build(robot(tmp_path, *parts, close, far)).notes if "limit" in note] == [
+        "<limit> is not applied (a stop holds a joint); it is there for: 'a'"
+    ]
