@@ -356,6 +356,13 @@ def test_a_pendulum_of_a_micrometre_swings() -> None:
     assert runs[1].energy().drift < 1e-9
 
 
+def test_one_sample_of_a_duration_is_refused() -> None:
+    """It would be the start alone, and no run."""
+    with pytest.raises(pp.InputError, match=r"solver\.samples: 1 is the start alone"):
+        pp.Scene(duration=1.0, model=TWO, solver=pp.Solver(samples=1))
+    assert len(pp.simulate(pp.Scene(duration=0.0, model=TWO, solver=pp.Solver(samples=1))).t) == 1
+
+
 # --- tracks ---------------------------------------------------------------------------------------------------------
 
 

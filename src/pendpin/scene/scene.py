@@ -88,6 +88,8 @@ class Scene(Record):
             )
         if self.duration == 0 and (self.solver.samples or 1) > 1:
             raise ValueError("a duration of 0 has 1 sample; leave solver.samples out")
+        if self.duration and self.solver.samples == 1:
+            raise ValueError("solver.samples: 1 is the start alone; a run has 2 or more, or a duration of 0")
         if (np.diff(self.clock) <= 0).any():
             raise ValueError(f"start.time: samples so close together are the same double at {self.start.time:g} s")
         return self
