@@ -273,7 +273,7 @@ class Latex:
             case ast.BinOp(op=ast.Div()):
                 return rf"\frac{{{self.write(node.left)}}}{{{self.write(node.right)}}}", 2
             case ast.BinOp(op=ast.Pow(), left=ast.Call(func=ast.Name(id=name))):
-                return self._call(name, node.left.args[0], f"^{self.write(node.right)}"), 2
+                return self._call(name, node.left.args[0], f"^{{{self.write(node.right)}}}"), 2
             case ast.BinOp():
                 return f"{self.write(node.left, 3)}^{{{self.write(node.right)}}}", 2
         raise ValueError(ast.dump(node))

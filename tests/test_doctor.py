@@ -108,6 +108,11 @@ RIGHT = {
         "L = m*l**2/6*(dphi**2+dtheta**2*cos(phi)**2) + m*g*l/2*cos(theta)*cos(phi) + dphi*cos(theta)-phi*dtheta*sin(theta)",
         r"R_1 = \frac{mg}{4}\cos\theta\sin\phi",
         r"\hat{b}_3 \cdot \hat{x} = \sin\phi",
+        r"\mathbf{I}\dot{\vec\omega}+\vec\omega\times\mathbf{I}\vec\omega = -\mathbf{r}_G\times\mathbf{R}+\mathbf{M}",
+        r"\dot{\hat{b}}_3 = \dot\phi\hat b_1+\dot\theta\cos\phi\hat b_2",
+        r"T=\frac{1}{2}m\left|\mathbf{v}_G\right|^2+\frac12 \vec\omega\cdot\mathbf{I}\vec\omega",
+        r"\frac{dE}{dt} = 0",
+        r"\begin{aligned} \ddot\phi &= -\dot\theta^2\sin\phi\cos\phi \\ &\quad - \frac{3g}{2l}\cos\theta\sin\phi \end{aligned}",
     ],
     "uniform": [r"I_1 = m(3r^2+l^2)/12", r"T = \frac12 m v_G^2 + \frac12 \omega\cdot\mathbf{I}\omega"],
     "general": [

@@ -1,4 +1,4 @@
-"""The convention that a text is written in: given in words, or the one that explains most of its equations."""
+"""The convention and the kind of rod that a text is about: given in words, or what explains most of its equations."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,7 +7,7 @@ from itertools import product
 from pendpin.analysis.doctor.judging.judge import TOLERANCE
 from pendpin.analysis.doctor.judging.mechanics import Convention
 from pendpin.analysis.doctor.patients import Printed, chosen
-from pendpin.analysis.doctor.reading.tree import Unread, walk
+from pendpin.analysis.doctor.reading.tree import Unread, symbols, walk
 from pendpin.errors import InputError, shown
 
 WORDS = "theta-ccw, phi-reversed, z-up, swapped, b3-up, transposed, standard"
@@ -88,3 +88,49 @@ def find_convention(
     if mended(wrong):
         return usual, [f"All equations hold if {best.words}; if that is meant, give it as the convention."]
     return best, []
+
+
+INERTIAS = {"I1", "I2", "I3", "J1", "J2", "J3"}
+
+
+def likely_rod(equations: list[Printed]) -> str:
+    """The kind of rod that a text is about.
+
+    What is stated counts first: an inertia about the axis that is 0, or h or an inertia given by l. Then the symbols: h, or
+    inertias without a length, call for any rod; r, or an inertia about the axis, for a uniform one; else it is thin.
+    """
+    names: set[str] = set()
+    for one in equations:
+        for equation, _ in list(one.readings())[:1]:
+            names |= equation.names
+    if any(_says_slender(one) for one in equations):
+        return "thin"
+    uniform = "uniform" if "r" in names else "thin"
+    if any(_says_uniform(one) for one in equations):
+        return uniform
+    if "h" in names or (names & INERTIAS and "l" not in names):
+        return "general"
+    if uniform == "thin" and names & {"I3", "J3"}:
+        held = {rod: sum(_holds(one, rod, Convention()) is True for one in equations) for rod in ("uniform", "thin")}
+        return "uniform" if held["thin"] < held["uniform"] + 2 else "thin"
+    return uniform
+
+
+def _lone(one: Printed) -> tuple[set[str], set[str]]:
+    """The symbols and numbers that are all of a side of an equation, and all its names."""
+    sides = one.ways[0][0] if one.ways else ()
+    if len(sides) < 2:
+        return set(), set()
+    return {str(side.value) for side in sides if side.kind in ("symbol", "number")}, set().union(*map(symbols, sides))
+
+
+def _says_slender(one: Printed) -> bool:
+    """Whether an equation sets the inertia or moment about the rod's axis to 0."""
+    lone, _ = _lone(one)
+    return "0" in lone and bool(lone & {"I3", "J3", "M3", "Mc", "r"})
+
+
+def _says_uniform(one: Printed) -> bool:
+    """Whether an equation gives h or an inertia by the length."""
+    lone, names = _lone(one)
+    return "l" in names and "h" not in names - lone and bool(lone & {"h", "inertia", *INERTIAS})

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from pendpin.analysis.doctor.conventions import conventions_of, find_convention
-from pendpin.analysis.doctor.judging.judge import Equation, dimensions_of, judge, scaling, when
+from pendpin.analysis.doctor.conventions import conventions_of, find_convention, likely_rod
+from pendpin.analysis.doctor.judging.circumstances import dimensions_of, scaling, when
+from pendpin.analysis.doctor.judging.judge import Equation, judge
 from pendpin.analysis.doctor.judging.mechanics import RODS, Convention
 from pendpin.analysis.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, styles_of
 from pendpin.analysis.doctor.mending.monomials import Printer
@@ -21,7 +22,7 @@ from pendpin.errors import InputError, choices, shown
 if TYPE_CHECKING:
     from pendpin.analysis.doctor.reports.harm import Harm
 
-SIMPLE = 2.0  # the cost of a mend that is a single change
+SIMPLE = 1.45  # the cost of a mend that is one sign, symbol, function or number
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,24 +137,6 @@ def read_symbols(table: dict[str, str]) -> dict[str, Node]:
             raise InputError(f"symbols.{name}: {shown(text)} is not one expression")
         found[str(left[0][0].value)] = right[0][0]
     return found
-
-
-def likely_rod(equations: list[Printed]) -> str:
-    """The kind of rod that the symbols call for: h, or inertias without a length, a general one; r a uniform one."""
-    names = set().union(*(equation.names for one in equations for equation, _ in list(one.readings())[:1]))
-    inertias = {"I1", "I2", "I3", "J1", "J2", "J3"}
-    if any(_says_slender(one) for one in equations):
-        return "thin"
-    if "h" in names or (names & inertias and "l" not in names):
-        return "general"
-    return "uniform" if "r" in names else "thin"
-
-
-def _says_slender(one: Printed) -> bool:
-    """Whether an equation sets the inertia about the rod's axis to 0."""
-    sides = one.ways[0][0] if one.ways else ()
-    values = {str(side.value) for side in sides if side.kind in ("symbol", "number")}
-    return len(sides) == 2 and "0" in values and bool(values & {"I3", "J3", "M3", "Mc", "r"})
 
 
 def find(one: Printed, rod: str, convention: Convention, styles: dict[str, str]) -> Finding:

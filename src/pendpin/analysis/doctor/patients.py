@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from pendpin.analysis.doctor.judging.judge import TOLERANCE, Equation, dimensions_of, random_states, relative_error
+from pendpin.analysis.doctor.judging.circumstances import dimensions_of
+from pendpin.analysis.doctor.judging.judge import TOLERANCE, Equation, random_states, relative_error
 from pendpin.analysis.doctor.judging.mechanics import Convention
 from pendpin.analysis.doctor.reading.documents import Statement
 from pendpin.analysis.doctor.reading.grammar import parse

@@ -11,6 +11,7 @@ from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
 from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread
 
+MOST_DERIVED = 500  # derivatives that are remembered
 Known = dict[int, Values]  # the value of every node, by id
 
 
@@ -89,10 +90,7 @@ def _value(node: Node, parts: list[Values], context: Context) -> Values:
         case "sum":
             return _sum(node, parts)
         case "product":
-            value = parts[0]
-            for operator, part, child in zip(_list(node.value)[1:], parts[1:], node.children[1:], strict=True):
-                value = multiply(value, part, operator, child.span[0])
-            return value
+            return _product(node, parts)
         case "power":
             return power(parts[0], Fraction(str(node.value)), node.span[0], context)
         case "function":
@@ -103,21 +101,24 @@ def _value(node: Node, parts: list[Values], context: Context) -> Values:
 
 def derivative(node: Node, context: Context) -> Values:
     """A derivative in time or by a coordinate or rate, taken in symbols. Raises Unread for what is no function of those."""
-    q = context.quantities
-    chosen = (q.rod, q.convention, tuple(context.meanings.items()))
-    if (node, chosen) not in _DERIVED:
-        while len(_DERIVED) > 500:
-            _DERIVED.pop(next(iter(_DERIVED)))
-        _DERIVED[node, chosen] = _derived(node, context)
-    parts = [evaluate(part, Context(q, {})) for part in _DERIVED[node, chosen]]
+    parts = [evaluate(part, Context(context.quantities, {})) for part in derived(node, context)]
     return np.stack(parts) if len(parts) == 3 else parts[0]
 
 
 _DERIVED: dict[tuple[Node, Any], list[Node]] = {}
 
 
+def derived(node: Node, context: Context) -> list[Node]:
+    """The derivative as trees, one of a scalar, three of a vector's components in I. Raises Unread."""
+    chosen = (context.quantities.rod, context.quantities.convention, tuple(context.meanings.items()))
+    if (node, chosen) not in _DERIVED:
+        while len(_DERIVED) > MOST_DERIVED:
+            _DERIVED.pop(next(iter(_DERIVED)))
+        _DERIVED[node, chosen] = _derived(node, context)
+    return _DERIVED[node, chosen]
+
+
 def _derived(node: Node, context: Context) -> list[Node]:
-    """The derivative as trees, one of a scalar, three of a vector's components in I."""
     from sympy import Symbol, diff
 
     printed = printed_quantities(context.quantities.rod, context.quantities.convention)
@@ -138,6 +139,19 @@ def _derived(node: Node, context: Context) -> list[Node]:
 
 def _list(value: Any) -> list[Any]:
     return list(value)
+
+
+def _product(node: Node, parts: list[Values]) -> Values:
+    """Factors from left to right, but a tensor and the vector behind it first, as in omega x I omega."""
+    factors = list(zip(_list(node.value), parts, node.children, strict=True))
+    for i in range(len(factors) - 2, -1, -1):
+        (operator, first, child), (joint, second, _) = factors[i : i + 2]
+        if first.ndim == 3 and second.ndim == 2 and joint in "*.":
+            factors[i : i + 2] = [(operator, multiply(first, second, joint, child.span[0]), child)]
+    value = factors[0][1]
+    for operator, part, child in factors[1:]:
+        value = multiply(value, part, operator, child.span[0])
+    return value
 
 
 def _sum(node: Node, parts: list[Values]) -> Values:
@@ -190,6 +204,8 @@ def power(base: Values, exponent: Fraction, place: int, context: Context) -> Val
 
 def function(name: str, x: Values, place: int, context: Context) -> Values:
     """A function of a number. Raises Unread for a vector."""
+    if name == "norm" and x.ndim == 2:
+        x, name = dot(x, x), "sqrt"
     if x.ndim != 1:
         raise Mismatch(f"{name} of a vector", place)
     xp, one = context.quantities.xp, context.quantities.number(1)
@@ -207,6 +223,8 @@ def function(name: str, x: Values, place: int, context: Context) -> Values:
                 return one / xp.sin(x)
             case "cot":
                 return xp.cos(x) / xp.sin(x)
+            case "norm":
+                return xp.sqrt(x * x)
             case _:
                 return xp.sqrt(x)
 
@@ -223,6 +241,8 @@ def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
         return sum(
             (part * quantities[axis] for part, axis in zip(parts, axes, strict=True)), start=quantities.number(0)
         )
+    if node.value == (3, 1) and all(part.ndim == 2 for part in parts) and not context.tensors:
+        return np.stack(parts)
     raise Unread("a matrix that is neither 3 x 3 nor a column of 3 components", node.span[0])
 
 
@@ -241,6 +261,11 @@ def scale(node: Node, context: Context, known: Known) -> Values:
             return scale(node.children[0], context, known) ** float(Fraction(str(node.value)))
         case "matrix":
             return sum((scale(child, context, known) for child in node.children), start=np.zeros(1))
+        case "derivative":
+            inner, inside = Context(context.quantities, {}), Known()
+            for part in derived(node, context):
+                evaluate(part, inner, inside)
+            return sum((scale(part, inner, inside) for part in derived(node, context)), start=np.zeros(1))
         case _:
             return norm(known[id(node)])
 

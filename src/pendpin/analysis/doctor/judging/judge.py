@@ -2,14 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 
 from pendpin.analysis.doctor.judging import exact
-from pendpin.analysis.doctor.judging.dimensions import Disagreement, common, dimension
 from pendpin.analysis.doctor.judging.evaluation import Context, Known, evaluate, norm, scale
 from pendpin.analysis.doctor.judging.exact import printed_quantities
 from pendpin.analysis.doctor.judging.mechanics import COORDINATES, PARAMETERS, Convention, Quantities, Values, solved
@@ -32,7 +31,7 @@ class Equation:
     meanings: dict[str, str] = field(default_factory=dict)
     definitions: dict[str, Node] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def names(self) -> set[str]:
         """The quantities in it, those inside definitions too."""
         found = set().union(*(symbols(side) for side in self.sides))
@@ -268,49 +267,3 @@ def _identically_zero(expression: Any) -> bool:
         return bool(value[0].zero)
     except (exact.Unprovable, Unread):
         return False
-
-
-def dimensions_of(equation: Equation) -> str:
-    """Which dimensions do not agree, in words; empty where all do."""
-    try:
-        chosen = {name: Node("symbol", (0, 0), other) for name, other in equation.meanings.items() if name != other}
-        common([dimension(side, equation.definitions | chosen) for side in equation.sides])
-    except Disagreement as found:
-        return str(found)
-    return ""
-
-
-def when(equation: Equation, rod: str, convention: Convention) -> str:
-    """In which motions a wrong equation fails, in words."""
-    cases = {
-        "already at rest": ("dtheta", "dphi"),
-        "as soon as theta turns": ("dphi",),
-        "as soon as phi turns": ("dtheta",),
-    }
-    wrong = [text for text, still in cases.items() if _fails(equation, random_states(rod, convention, still))]
-    if wrong and wrong[0] == "already at rest":
-        return wrong[0]
-    return " and ".join(wrong) or "only when theta and phi both turn"
-
-
-def _fails(equation: Equation, quantities: Quantities) -> bool:
-    return not relative_error(equation, quantities) < TOLERANCE
-
-
-def scaling(equation: Equation, rod: str, convention: Convention) -> str:
-    """How the residual grows with m, l and g, as a product of powers; empty where it is none."""
-    here = _size(equation, random_states(rod, convention))
-    words = []
-    for name in ("m", "l", "g"):
-        there = _size(equation, random_states(rod, convention, (), (name, 2.0)))
-        with np.errstate(all="ignore"):
-            power = np.log2(there / here)
-        if not np.isfinite(power).all() or np.ptp(power) > 1e-6 or abs(power[0] - round(power[0])) > 1e-6:
-            return ""
-        words += [name + ("" if round(power[0]) == 1 else f"^{round(power[0])}")] if round(power[0]) else []
-    return " ".join(words)
-
-
-def _size(equation: Equation, quantities: Quantities) -> Values:
-    with np.errstate(all="ignore"):
-        return np.concatenate([norm(settled(equation, rows)) for rows, _ in residuals(equation, quantities)])

@@ -13,6 +13,7 @@ from pendpin.analysis.doctor.mending.edits import Edit, Editor, apply
 from pendpin.analysis.doctor.mending.monomials import (
     DIRECTIONS,
     MOVING,
+    SUMS,
     Monomial,
     Reader,
     fraction_of,
@@ -23,6 +24,7 @@ from pendpin.analysis.doctor.mending.needs import Need
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
 from pendpin.analysis.doctor.reading.tree import key, walk
 
+MOST_TERMS = 8  # of a sum whose neighbouring terms are tried together
 INERTIAS = ("I1", "I2", "I3", "J1", "J2", "J3", "h")
 
 
@@ -37,6 +39,8 @@ def by_need(found: list[Need], quantities: Quantities, editor: Editor, names: se
         if need.whole and not need.flat:
             yield from _factors(need, reader, editor, names)
             yield from _terms(need, reader, editor, names)
+        if need.node.kind == "sum" and not need.flat:
+            yield from _factors_of_runs(need, reader, editor, names)
 
 
 def possible(equation: Equation, rod: str) -> set[str]:
@@ -99,6 +103,45 @@ def _factors(need: Need, reader: Reader, editor: Editor, names: set[str]) -> Ite
         yield Edit((splice,), cost + 0.5 * need.lone, f"the factor {text} is missing in {old}", old, new)
 
 
+def _factors_of_runs(need: Need, reader: Reader, editor: Editor, names: set[str]) -> Iterator[Edit]:
+    """A factor that is missing before several neighbouring terms, which then stand in brackets."""
+    node, signs = need.node, _list(need.node.value)
+    if need.needed is None or need.needed.shape != need.value.shape or len(signs) > MOST_TERMS:
+        return
+    for first in range(len(signs) - 1):
+        for last in range(first + 1, len(signs)):
+            if last - first + 1 == len(signs) and need.node.bracketed is None and need.role != "side":
+                continue
+            run = sum((signs[i] * need.parts[i] for i in range(first, last + 1)), start=0 * need.value)
+            part = Need(node, run, run + need.needed - need.value, "term", need.parents)
+            ratio = _ratio(part)
+            for monomial in reader.all(ratio) if ratio is not None else ():
+                if monomial.factor <= 0 or not monomial.powers or odd_extra(monomial, reader, names, 2):
+                    continue
+                yield _before_run(need, first, last, monomial, editor)
+
+
+def _before_run(need: Need, first: int, last: int, monomial: Monomial, editor: Editor) -> Edit:
+    """The edit that puts a factor and brackets around some terms of a sum."""
+    node, text = need.node, editor.printer.monomial(monomial)
+    text = text if editor.printer.latex or "/" not in text else f"({text})"
+    start, end = node.children[first].outer[0], node.children[last].outer[1]
+    mark = node.marks[first]
+    minus = _list(node.value)[first] < 0
+    opened = f"{text}{'' if editor.printer.latex else '*'}({'-' if minus else ''}"
+    opening = (mark[0], start, ("+ " if first else "") + opened)
+    old = editor.text[mark[0] : end].strip()
+    cost = (
+        1.3
+        + unused(monomial, editor)
+        + 0.3 * (monomial.size - 1)
+        + simple(monomial.factor)
+        + 0.3 * (monomial.factor != 1)
+    )
+    words = f"the factor {text} is missing in {old}"
+    return Edit((opening, (end, end, ")")), cost, words, old, f"{opened}{editor.text[start:end].strip()})")
+
+
 def _ratio(need: Need) -> Values | None:
     """Needed over present, (n,); None where it is no number."""
     value, needed = need.value, need.needed
@@ -124,7 +167,7 @@ def _terms(need: Need, reader: Reader, editor: Editor, names: set[str]) -> Itera
         vector = editor.printer.symbol(direction) if direction else ""
         text = editor.printer.monomial(monomial, vector)
         splice = editor.added(need.node, 1 if monomial.factor > 0 else -1, text)
-        cost = 1.55 + 0.05 * monomial.size + simple(monomial.factor) + 0.5 * need.lone
+        cost = 1.55 + unused(monomial, editor) + 0.05 * monomial.size + simple(monomial.factor) + 0.5 * need.lone
         sign = "+" if monomial.factor > 0 else "-"
         yield Edit((splice,), cost, f"the term {sign} {text} is missing", "", f"{sign} {text}")
 
@@ -139,7 +182,19 @@ def odd_extra(monomial: Monomial, reader: Reader, names: set[str], most: int) ->
         return False
     name, power = extra[0]
     steep = any(p < 0 and n in MOVING for n, p in monomial.powers) and name != "M3"
-    return power < 0 or steep or monomial.size > most or not set(name.split(" - ")) <= names
+    return power < 0 or steep or monomial.size > most or not (name in SUMS or set(name.split(" - ")) <= names)
+
+
+def unused(monomial: Monomial, editor: Editor) -> float:
+    """What names cost that the text does not use."""
+    names = {
+        part
+        for name, _ in monomial.powers
+        if name not in SUMS
+        for part in name.replace("- ", "").split()
+        if part not in ("sin", "cos")
+    }
+    return 0.03 * len(names - editor.printer.styles.keys())
 
 
 def _read(values: Values, reader: Reader) -> Iterator[tuple[Monomial, str]]:

@@ -37,6 +37,11 @@ EXTRA = (
     "vz",
 )
 DIFFERENCES = ("I1 - I3", "I2 - I3", "J1 - I3", "J2 - I3", "I2 - I1", "J2 - J1")
+SUMS = {  # that are found often: terms with their signs
+    "speed squared": (("dphi", "dphi"), ("dtheta", "dtheta", "cos phi", "cos phi")),
+    "along b1": (("ddphi",), ("dtheta", "dtheta", "sin phi", "cos phi")),
+    "along b2": (("ddtheta", "cos phi"), ("-2", "dtheta", "dphi", "sin phi")),
+}
 DIRECTIONS = ("b1", "b2", "b3", "a1", "a2", "a3", "xhat", "yhat", "zhat")
 CLOSE = 1e-8
 
@@ -58,8 +63,17 @@ def atom(name: str, quantities: Quantities) -> Values:
     if " - " in name:
         first, _, second = name.partition(" - ")
         return quantities[first] - quantities[second]
+    if name in SUMS:
+        return sum((_term(term, quantities) for term in SUMS[name]), start=np.zeros(1))
     function, _, angle = name.rpartition(" ")
     return quantities[angle] if not function else getattr(quantities.xp, function)(quantities[angle])
+
+
+def _term(names: tuple[str, ...], quantities: Quantities) -> Values:
+    """A product of atoms; -2 is a number."""
+    return np.prod(
+        [np.full_like(quantities["phi"], -2.0) if name == "-2" else atom(name, quantities) for name in names], axis=0
+    )
 
 
 def fraction_of(values: Values) -> Fraction | None:
@@ -93,7 +107,7 @@ class Reader:
         self.atoms = np.array([atom(name, quantities) for name in self.names])
         logs = np.log(np.abs(self.atoms)).T
         self._inverse = np.linalg.pinv(np.column_stack([logs, np.ones(len(logs))]))
-        extra = {name: atom(name, quantities) for name in (*EXTRA, *DIFFERENCES) if name not in self.names}
+        extra = {name: atom(name, quantities) for name in (*EXTRA, *DIFFERENCES, *SUMS) if name not in self.names}
         self.extra = {name: values for name, values in extra.items() if np.abs(values).min() > 0}
 
     def plain(self, values: Values, flat: bool = False) -> Monomial | None:
@@ -162,10 +176,22 @@ class Printer:
         if " - " in name:
             first, _, second = name.partition(" - ")
             return f"({self.symbol(first)} - {self.symbol(second)})"
+        if name in SUMS:
+            return self.sum(name)
         function, _, angle = name.rpartition(" ")
         if function:
             return f"\\{function}({self.symbol(angle)})" if self.latex else f"{function}({self.symbol(angle)})"
         return self.styles.get(name) or (LATEX.get(name, name) if self.latex else name)
+
+    def sum(self, name: str) -> str:
+        """One of the sums that are found often, in brackets."""
+        parts = []
+        for term in SUMS[name]:
+            factors = [factor for factor in term if factor != "-2"]
+            powers = tuple((factor, factors.count(factor)) for factor in dict.fromkeys(factors))
+            text = self.monomial(Monomial(Fraction(2 if "-2" in term else 1), powers))
+            parts.append((" - " if "-2" in term else " + ") + text)
+        return f"({''.join(parts).removeprefix(' + ')})"
 
     def number(self, value: Fraction) -> str:
         """A whole number or a fraction."""

@@ -5,7 +5,7 @@ root. One pass gives the needed value of every part, and what kind of change it 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Literal
 
@@ -33,6 +33,7 @@ class Need:
     parents: tuple[Node, ...]
     index: int = 0
     flat: bool = False
+    parts: tuple[Values, ...] = ()  # the values of a sum's terms
     lone: bool = False  # a symbol that is all of a side, such as what an equation is solved for
 
     @property
@@ -79,7 +80,11 @@ def _close(a: Values, b: Values) -> bool:
 
 def _down(need: Need, quantities: Quantities, known: Known, frame: str) -> Iterator[Need]:
     """A part and everything below it."""
-    yield need
+    yield (
+        replace(need, parts=tuple(known[id(child)] for child in need.node.children))
+        if need.node.kind == "sum"
+        else need
+    )
     if need.node.kind == "derivative":
         return
     if need.node.kind == "function":
@@ -88,7 +93,7 @@ def _down(need: Need, quantities: Quantities, known: Known, frame: str) -> Itera
     for index, (child, wanted, role, flat) in enumerate(_children(need, quantities, known, frame)):
         parents = (*need.parents, need.node)
         lone = need.lone and need.node.kind == "matrix"
-        below = Need(child, known[id(child)], wanted, role, parents, index, flat, lone)
+        below = Need(child, known[id(child)], wanted, role, parents, index, flat, lone=lone)
         yield from _down(below, quantities, known, frame)
 
 

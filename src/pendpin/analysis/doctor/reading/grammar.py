@@ -3,24 +3,22 @@
 from dataclasses import replace
 from fractions import Fraction
 
-from pendpin.analysis.doctor.reading.printed_names import PrintedNames
-from pendpin.analysis.doctor.reading.tokens import Token, is_latex, tokens
+from pendpin.analysis.doctor.reading.brackets import CLOSING, Brackets
+from pendpin.analysis.doctor.reading.tokens import Token, is_latex, joined, tokens
 from pendpin.analysis.doctor.reading.tree import Node, Span, Unread
 
-CLOSING = {"(": ")", "[": "]", "{": "}", "\\{": "\\}"}
 ENDS = {"close", "relation", "other relation", "&", "row", ",", ";", "end"}
 MOST_POWER = 12
 MOST_DIGITS = 30
 SEPARATORS = (",", ";", "row", ".", "&")
-MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix"}
 
 
 def parse(text: str, *, tight: bool = False) -> list[list[Node]]:
     """The equations of a text, each a list of sides that are equal; `tight` reads 3g/2l as 3g/(2l). Raises Unread."""
-    return Parser(tokens(text), is_latex(text), tight).equations()
+    return Parser(joined(tokens(text)), is_latex(text), tight).equations()
 
 
-class Parser(PrintedNames):
+class Parser(Brackets):
     """One pass over the tokens of a text."""
 
     def equations(self) -> list[list[Node]]:
@@ -61,7 +59,7 @@ class Parser(PrintedNames):
         signs, terms, marks, start = [], [], [], self.peek().start
         while True:
             sign, mark = self._signs(self.peek().start)
-            if self.peek().kind in ENDS:
+            if self._ends(self.peek()):
                 raise Unread("a term is missing", mark[1])
             terms.append(self.product())
             signs.append(sign)
@@ -85,7 +83,7 @@ class Parser(PrintedNames):
         slash = False
         while True:
             token = self.peek()
-            if token.kind in ENDS or (token.kind == "operator" and token.text in "+-"):
+            if self._ends(token) or (token.kind == "operator" and token.text in "+-"):
                 break
             mark = (token.start, token.start)
             operator = "*"
@@ -106,15 +104,22 @@ class Parser(PrintedNames):
 
     def _operator(self) -> str:
         token = self.take()
-        if self.peek().kind in ENDS:
+        if self._ends(self.peek()):
             raise Unread("a factor is missing", token.end)
         return token.text
+
+    def _ends(self, token: Token) -> bool:
+        """Whether an expression ends before a token; | ends one that a | has opened."""
+        closes = token.kind == "|" and self.bars > 0
+        return token.kind in ENDS or closes or (token.kind == "command" and token.text == "end")
 
     def power(self) -> Node:
         """A factor with its exponents."""
         base = self.atom()
         while self.peek().kind in ("^", "superscript"):
             exponent, mark = self.exponent()
+            if base.value == "norm" and exponent == 2:
+                base = replace(base.children[0], bracketed=base.span)
             base = Node("power", (base.outer[0], mark[1]), exponent, (base,), (mark,))
         return base
 
@@ -154,6 +159,8 @@ class Parser(PrintedNames):
             return self._command()
         if token.kind == "open" and not self.at_symbol():
             return self.group()
+        if token.kind == "|":
+            return self.length()
         if self.at_symbol():
             return self.symbol()
         raise Unread(
@@ -166,32 +173,6 @@ class Parser(PrintedNames):
         if len(token.text) > MOST_DIGITS:
             raise Unread(f"a number of {len(token.text)} digits", token.start)
         return Node("number", (token.start, token.end), Fraction(token.text))
-
-    def group(self) -> Node:
-        """What stands in brackets; with commas a column."""
-        with self.deeper():
-            opened = self.take()
-            entries = [self.sum()]
-            while self.peek().kind in (",", ";"):
-                self.take()
-                entries.append(self.sum())
-            self.close(opened)
-        span = (opened.start, self.peek(-1).end)
-        if len(entries) > 1:
-            return Node("matrix", span, (len(entries), 1), tuple(entries))
-        return replace(entries[0], bracketed=span)
-
-    def close(self, opened: Token) -> None:
-        """Take the bracket that closes one. Raises Unread, with the place of the one that is open."""
-        token = self.peek()
-        if token.kind != "close" or token.text != CLOSING[opened.text]:
-            reason = (
-                f"the bracket {opened.text} is not closed"
-                if token.kind != "close"
-                else f"{opened.text} is closed by {token.text}"
-            )
-            raise Unread(reason, opened.start, CLOSING[opened.text])
-        self.take()
 
     def _function(self) -> Node:
         token = self.take()
@@ -234,7 +215,7 @@ class Parser(PrintedNames):
         if token.text == "sqrt":
             return self._function()
         if token.text == "begin":
-            return self._matrix()
+            return self.matrix()
         raise Unread(f"\\{token.text} stands where a quantity should", token.start)
 
     def _fraction(self) -> Node:
@@ -260,48 +241,6 @@ class Parser(PrintedNames):
         for _ in range(above[2]):
             node = self.differentiated(node, below[1], (start, self.peek(-1).end))
         return node
-
-    def _matrix(self) -> Node:
-        """The environment of a matrix; an empty entry is 0."""
-        with self.deeper():
-            start, name = self.take().start, self.environment()
-            if name not in MATRICES:
-                raise Unread(f"\\begin{{{name}}} has no meaning in an equation here", start)
-            if name == "array" and self.peek().kind == "open":
-                self.skip_group()
-            rows: list[list[Node]] = [[]]
-            while not (self.peek().kind == "command" and self.peek().text == "end"):
-                self._entry(rows)
-            self.take()
-            self.environment()
-        rows = [row for row in rows if row]
-        width = max(map(len, rows), default=0)
-        if not width or any(len(row) != width for row in rows):
-            raise Unread("the rows of the matrix have different lengths", start)
-        return Node("matrix", (start, self.peek(-1).end), (len(rows), width), tuple(e for row in rows for e in row))
-
-    def _entry(self, rows: list[list[Node]]) -> None:
-        """One entry and the separator after it."""
-        token = self.peek()
-        if token.kind == "end":
-            raise Unread("the matrix has no \\end", token.start)
-        closing = token.kind == "command" and token.text == "end"
-        if token.kind in ("&", "row") or closing:
-            rows[-1].append(Node("number", (token.start, token.start), Fraction(0)))
-        else:
-            rows[-1].append(self.sum())
-        separator = self.peek()
-        if separator.kind == "&":
-            self.take()
-            after = self.peek()
-            if after.kind == "row" or (after.kind == "command" and after.text == "end"):
-                rows[-1].append(Node("number", (after.start, after.start), Fraction(0)))
-                separator = after
-        if separator.kind == "row":
-            self.take()
-            rows.append([])
-        elif separator.kind not in ("&", "command"):
-            raise Unread(f"{separator.text!r} ends no entry of a matrix", separator.start)
 
 
 def _constant(node: Node, place: int) -> Fraction:

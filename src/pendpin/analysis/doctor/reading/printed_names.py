@@ -18,7 +18,7 @@ class PrintedNames:
     def __init__(self, tokens: list[Token], latex: bool, tight: bool) -> None:
         end = tokens[-1].end if tokens else 0
         self.tokens, self.latex, self.tight = [*tokens, Token("end", "the end", end, end)], latex, tight
-        self.place, self.depth = 0, 0
+        self.place, self.depth, self.bars = 0, 0, 0
 
     def peek(self, ahead: int = 0) -> Token:
         """The token so many places ahead."""
@@ -244,5 +244,9 @@ class PrintedNames:
 
 
 def named(written: Written, span: Span) -> Node:
-    """A printed name as a node."""
+    """A printed name as a node; with dots over what has no name for its rate, a derivative in time."""
+    if written.dots and meanings(written)[0].startswith("?"):
+        inner = replace(written, dots=written.dots - 1)
+        if not meanings(inner)[0].startswith("?"):
+            return Node("derivative", span, "t", (named(inner, span),))
     return Node("symbol", span, meanings(written)[0], written=written)

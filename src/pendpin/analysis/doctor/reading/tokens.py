@@ -199,3 +199,27 @@ def _sign(text: str, place: int) -> Token:
 
 def _code(letter: str) -> str:
     return f"U+{ord(letter):04X}"
+
+
+def joined(found: list[Token]) -> list[Token]:
+    """Tokens without the breaks of lines before those that only go on with a sum or product."""
+    kept: list[Token] = []
+    for i, token in enumerate(found):
+        if token.kind == "row" and not _inside_matrix(kept):
+            line = [other for other in found[i + 1 :] if other.kind != "&"]
+            end = next((k for k, other in enumerate(line) if other.kind == "row"), len(line))
+            goes_on = bool(line) and line[0].kind == "operator" and not any(t.kind == "relation" for t in line[:end])
+            if goes_on:
+                continue
+        kept.append(token)
+    return [
+        t
+        for i, t in enumerate(kept)
+        if not (t.kind == "&" and i and kept[i - 1].kind != "row" and not _inside_matrix(kept[:i]))
+    ]
+
+
+def _inside_matrix(before: list[Token]) -> bool:
+    """Whether a matrix is open after some tokens."""
+    names = [token.text for token in before if token.kind == "command" and token.text in ("begin", "end")]
+    return names.count("begin") > names.count("end")

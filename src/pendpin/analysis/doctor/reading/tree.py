@@ -33,7 +33,7 @@ class Node:
     sum       terms                 signs (1 or -1)                        the sign of each, empty if none is printed
     product   factors               operators * / x (cross) . (dot) each   the operator, empty if none is printed
     power     base                  Fraction                               the exponent with its ^
-    function  argument              sin, cos, tan, sec, csc, cot, sqrt     the name
+    function  argument              sin, cos, ..., sqrt, norm              the name
     matrix    entries row by row    (rows, columns)                        none
     derivative expression           the variable: t, or a symbol's name    none
     """

@@ -86,6 +86,8 @@ def _product(node: Node, changed: tuple[Span, ...]) -> str:
     assert isinstance(operators, tuple)
     for operator, child in zip(operators, node.children, strict=True):
         inner = part(child, changed)
+        if node.fraction:
+            inner = _bare(child, inner)
         if operator == "/":
             text = f"<mfrac><mrow>{text}</mrow><mrow>{_bare(child, inner)}</mrow></mfrac>"
         else:
@@ -102,16 +104,19 @@ def _bare(child: Node, text: str) -> str:
 
 
 def _base(child: Node, changed: tuple[Span, ...]) -> str:
-    if child.kind == "function" and child.value != "sqrt":
+    if child.kind == "function" and child.value not in ("sqrt", "norm"):
         return f"<mrow><mo>(</mo>{part(child, changed)}<mo>)</mo></mrow>"
     return f"<mrow>{part(child, changed)}</mrow>"
 
 
-def _function(node: Node, changed: tuple[Span, ...]) -> str:
+def _function(node: Node, changed: tuple[Span, ...], exponent: str = "") -> str:
     inner = part(node.children[0], changed)
     if node.value == "sqrt":
         return f"<msqrt>{inner}</msqrt>"
+    if node.value == "norm":
+        return f"<mrow><mo>|</mo>{inner}<mo>|</mo></mrow>"
     name = _mark(f"<mi>{node.value}</mi>", node.marks[0], changed)
+    name = f"<msup>{name}{exponent}</msup>" if exponent else name
     if node.children[0].kind in ("symbol", "number"):
         return f"<mrow>{name}<mo>&#8289;</mo><mspace width='0.15em'/>{inner}</mrow>"
     return f"<mrow>{name}<mo>(</mo>{_bare(node.children[0], inner)}<mo>)</mo></mrow>"

@@ -1,0 +1,55 @@
+"""In which motions a wrong equation fails, how its error grows with the parameters, which dimensions do not agree."""
+
+import numpy as np
+
+from pendpin.analysis.doctor.judging.dimensions import Disagreement, common, dimension
+from pendpin.analysis.doctor.judging.evaluation import norm
+from pendpin.analysis.doctor.judging.judge import TOLERANCE, Equation, random_states, relative_error, residuals, settled
+from pendpin.analysis.doctor.judging.mechanics import Convention, Quantities, Values
+from pendpin.analysis.doctor.reading.tree import Node
+
+
+def dimensions_of(equation: Equation) -> str:
+    """Which dimensions do not agree, in words; empty where all do."""
+    try:
+        chosen = {name: Node("symbol", (0, 0), other) for name, other in equation.meanings.items() if name != other}
+        common([dimension(side, equation.definitions | chosen) for side in equation.sides])
+    except Disagreement as found:
+        return str(found)
+    return ""
+
+
+def when(equation: Equation, rod: str, convention: Convention) -> str:
+    """In which motions a wrong equation fails, in words."""
+    cases = {
+        "already at rest": ("dtheta", "dphi"),
+        "as soon as theta turns": ("dphi",),
+        "as soon as phi turns": ("dtheta",),
+    }
+    wrong = [text for text, still in cases.items() if _fails(equation, random_states(rod, convention, still))]
+    if wrong and wrong[0] == "already at rest":
+        return wrong[0]
+    return " and ".join(wrong) or "only when theta and phi both turn"
+
+
+def _fails(equation: Equation, quantities: Quantities) -> bool:
+    return not relative_error(equation, quantities) < TOLERANCE
+
+
+def scaling(equation: Equation, rod: str, convention: Convention) -> str:
+    """How the residual grows with m, l and g, as a product of powers; empty where it is none."""
+    here = _size(equation, random_states(rod, convention))
+    words = []
+    for name in ("m", "l", "g"):
+        there = _size(equation, random_states(rod, convention, (), (name, 2.0)))
+        with np.errstate(all="ignore"):
+            power = np.log2(there / here)
+        if not np.isfinite(power).all() or np.ptp(power) > 1e-6 or abs(power[0] - round(power[0])) > 1e-6:
+            return ""
+        words += [name + ("" if round(power[0]) == 1 else f"^{round(power[0])}")] if round(power[0]) else []
+    return " ".join(words)
+
+
+def _size(equation: Equation, quantities: Quantities) -> Values:
+    with np.errstate(all="ignore"):
+        return np.concatenate([norm(settled(equation, rows)) for rows, _ in residuals(equation, quantities)])

@@ -1,0 +1,99 @@
+"""What stands in brackets: groups, columns, lengths and matrices."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+from pendpin.analysis.doctor.reading.printed_names import PrintedNames
+from pendpin.analysis.doctor.reading.tokens import Token
+from pendpin.analysis.doctor.reading.tree import Node, Unread
+
+CLOSING = {"(": ")", "[": "]", "{": "}", "\\{": "\\}"}
+MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix"}
+
+
+class Brackets(PrintedNames):
+    """A reader of brackets; what is inside is read by `sum`."""
+
+    def sum(self) -> Node:
+        """Terms with their signs: the grammar's."""
+        raise NotImplementedError
+
+    def group(self) -> Node:
+        """What stands in brackets; with commas a column."""
+        with self.deeper():
+            opened = self.take()
+            entries = [self.sum()]
+            while self.peek().kind in (",", ";"):
+                self.take()
+                entries.append(self.sum())
+            self.close(opened)
+        span = (opened.start, self.peek(-1).end)
+        if len(entries) > 1:
+            return Node("matrix", span, (len(entries), 1), tuple(entries))
+        return replace(entries[0], bracketed=span)
+
+    def length(self) -> Node:
+        """What stands between two |: the length of a vector."""
+        with self.deeper():
+            opened = self.take()
+            self.bars += 1
+            inner = self.sum()
+            self.bars -= 1
+            if self.peek().kind != "|":
+                raise Unread("the bracket | is not closed", opened.start)
+            closed = self.take()
+        return Node("function", (opened.start, closed.end), "norm", (inner,), ((opened.start, opened.end),))
+
+    def close(self, opened: Token) -> None:
+        """Take the bracket that closes one. Raises Unread, with the place of the one that is open."""
+        token = self.peek()
+        if token.kind != "close" or token.text != CLOSING[opened.text]:
+            reason = (
+                f"the bracket {opened.text} is not closed"
+                if token.kind != "close"
+                else f"{opened.text} is closed by {token.text}"
+            )
+            raise Unread(reason, opened.start, CLOSING[opened.text])
+        self.take()
+
+    def matrix(self) -> Node:
+        """The environment of a matrix; an empty entry is 0."""
+        with self.deeper():
+            start, name = self.take().start, self.environment()
+            if name not in MATRICES:
+                raise Unread(f"\\begin{{{name}}} has no meaning in an equation here", start)
+            if name == "array" and self.peek().kind == "open":
+                self.skip_group()
+            rows: list[list[Node]] = [[]]
+            while not (self.peek().kind == "command" and self.peek().text == "end"):
+                self._entry(rows)
+            self.take()
+            self.environment()
+        rows = [row for row in rows if row]
+        width = max(map(len, rows), default=0)
+        if not width or any(len(row) != width for row in rows):
+            raise Unread("the rows of the matrix have different lengths", start)
+        return Node("matrix", (start, self.peek(-1).end), (len(rows), width), tuple(e for row in rows for e in row))
+
+    def _entry(self, rows: list[list[Node]]) -> None:
+        """One entry and the separator after it."""
+        token = self.peek()
+        if token.kind == "end":
+            raise Unread("the matrix has no \\end", token.start)
+        closing = token.kind == "command" and token.text == "end"
+        if token.kind in ("&", "row") or closing:
+            rows[-1].append(Node("number", (token.start, token.start), Fraction(0)))
+        else:
+            rows[-1].append(self.sum())
+        separator = self.peek()
+        if separator.kind == "&":
+            self.take()
+            after = self.peek()
+            if after.kind == "row" or (after.kind == "command" and after.text == "end"):
+                rows[-1].append(Node("number", (after.start, after.start), Fraction(0)))
+                separator = after
+        if separator.kind == "row":
+            self.take()
+            rows.append([])
+        elif separator.kind not in ("&", "command"):
+            raise Unread(f"{separator.text!r} ends no entry of a matrix", separator.start)
