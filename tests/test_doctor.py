@@ -112,7 +112,7 @@ RIGHT = {
         r"\dot{\hat{b}}_3 = \dot\phi\hat b_1+\dot\theta\cos\phi\hat b_2",
         r"T=\frac{1}{2}m\left|\mathbf{v}_G\right|^2+\frac12 \vec\omega\cdot\mathbf{I}\vec\omega",
         r"\frac{dE}{dt} = 0",
-        r"\begin{aligned} \ddot\phi &= -\dot\theta^2\sin\phi\cos\phi \\ &\quad - \frac{3g}{2l}\cos\theta\sin\phi \end{aligned}",
+        r"\begin{aligned} \ddot\phi &= -\dot\theta^2\sin\phi\cos\phi \\ &- \frac{3g}{2l}\cos\theta\sin\phi \end{aligned}",
     ],
     "uniform": [r"I_1 = m(3r^2+l^2)/12", r"T = \frac12 m v_G^2 + \frac12 \omega\cdot\mathbf{I}\omega"],
     "general": [
