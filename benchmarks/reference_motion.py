@@ -3,7 +3,8 @@
 The scene's numbers are taken as the doubles that they are; what follows from them (rod properties, accelerations by the
 articulated-body recursion on symbols) has 19 digits, or 33. Smooth scenes: Taylor series by heyoka in that precision.
 Quadratic drag, and dry friction and stops on a single rod, whose two axes do not couple: DOP853 in 19 digits, from event to
-event, written here. Each motion is computed twice; how far the two are apart is the doubt about it.
+event, written here. Each motion is computed twice, with the start off by ten units of rounding or with a looser tolerance;
+how far the two are apart is the doubt about it.
 """
 
 from collections.abc import Callable
@@ -25,6 +26,7 @@ from pendpin.model.kinematics import apart, poses, reach, tips
 
 LONG = np.longdouble
 QUAD = hy.real128
+LONG_EPS, QUAD_EPS = 1.1e-19, 1.9e-34
 COMPACT = 2  # joints, above which the code is compiled in compact form
 FAR = 1e3  # rad, beyond which 33 digits are needed for whole turns
 CONTACTS = (fx.DryFriction, fx.Stop)
@@ -45,8 +47,8 @@ def reference(scene: pp.Scene) -> Reference:
     smooth = [effect for effect in scene.effects if not isinstance(effect, CONTACTS)]
     if all(effect.smooth for effect in scene.effects):
         number = QUAD if np.abs(start_state(model, scene.start)[0]).max() > FAR else LONG
-        least = 1e-22 if number is QUAD else 1e-19
-        runs = [_by_series(scene, model, number, tolerance) for tolerance in (least, 100 * least)]
+        series = _series(scene, model, number, 1e-22 if number is QUAD else 1e-19)
+        runs = [_by_series(scene, model, series, number, units) for units in (0.0, 10.0)]
     else:
         rate = _compiled(scene, model, smooth)
         runs = [_by_steps(scene, model, rate, tolerance) for tolerance in (3e-16, 1e-14)]
@@ -124,18 +126,27 @@ def _accelerations(scene: pp.Scene, model: Model, effects: Any, number: Any) -> 
 # --- smooth motions -------------------------------------------------------------------------------------------------
 
 
-def _by_series(scene: pp.Scene, model: Model, number: Any, tolerance: float) -> np.ndarray:
-    """Angles (n, nv) less whole turns."""
+def _series(scene: pp.Scene, model: Model, number: Any, tolerance: float) -> Any:
+    """heyoka's integrator of the scene."""
     y, a = _accelerations(scene, model, scene.effects, number)
-    state, nv = np.concatenate(start_state(model, scene.start)), len(model.joints)
-    series = hy.taylor_adaptive(
+    nv = len(model.joints)
+    return hy.taylor_adaptive(
         list(zip(y, [*y[nv:], *a], strict=True)),
-        np.array([number(float(x)) for x in state]),
+        np.zeros(2 * nv, dtype=number),
         tol=number(tolerance),
         fp_type=number,
         compact_mode=nv > COMPACT,
     )
-    rows = [_less_turns(state[:nv])]
+
+
+def _by_series(scene: pp.Scene, model: Model, series: Any, number: Any, units: float) -> np.ndarray:
+    """Angles (n, nv) less whole turns, from a start that is off by so many of its units of rounding."""
+    nv, unit = len(model.joints), LONG_EPS if number is LONG else QUAD_EPS
+    state = np.concatenate(start_state(model, scene.start))
+    shift = units * unit * (1 + np.abs(state))
+    series.time = number(0.0)
+    series.state[:] = [number(float(x)) + number(float(off)) for x, off in zip(state, shift, strict=True)]
+    rows = [_less_turns(series.state[:nv])]
     for t in scene.times[1:]:
         if series.propagate_until(number(float(t)))[0] != hy.taylor_outcome.time_limit:
             break
@@ -190,7 +201,7 @@ def _by_steps(scene: pp.Scene, model: Model, smooth: Callable[[Any, np.ndarray],
     """Angles (n, nv), by DOP853 from event to event."""
     nv, axes = len(model.joints), _axes(scene, model)
     touching = bool(axes.static.any() or np.isfinite(axes.lower).any() or np.isfinite(axes.upper).any())
-    assert not touching or model.count == 1 if hasattr(model, "count") else True
+    assert not touching or nv == 2, "contacts of a single rod only"
     y, t = np.concatenate(start_state(model, scene.start)).astype(LONG), LONG(0)
     motion = _Stepper(scene, smooth, axes, nv, tolerance)
     rows, h = [y[:nv].astype(float)], LONG(1e-4 * scene.duration)
