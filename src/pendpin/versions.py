@@ -1,6 +1,7 @@
 """The version of pendpin, and of the libraries that compute with it."""
 
-from importlib.metadata import PackageNotFoundError, version
+from functools import cache
+from importlib import metadata
 
 VERSION = "0.1.0"
 
@@ -10,8 +11,14 @@ def installed(*libraries: str) -> dict[str, str | None]:
     return {name: _version(name) for name in libraries}
 
 
+@cache
+def version(library: str) -> str:
+    """The version of an installed library by the name of its package; reading it takes a millisecond, once."""
+    return metadata.version(library)
+
+
 def _version(library: str) -> str | None:
     try:
         return version(library)
-    except PackageNotFoundError:
+    except metadata.PackageNotFoundError:
         return None

@@ -1,13 +1,13 @@
 """The adaptive integrator: embedded Runge-Kutta and multistep methods, on CyRK where installed, else on SciPy."""
 
 from collections.abc import Callable
-from importlib.metadata import version
 
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.engines import Derivative
 from pendpin.integrators.base import Integrator, Memory, Segment
+from pendpin.versions import version
 
 NAMES = {"dop853": "DOP853", "rk45": "RK45", "rk23": "RK23", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 LEAST_RTOL = 2.3e-14  # SciPy raises smaller ones to 100 times the rounding, with a warning

@@ -8,7 +8,6 @@ then q += h sum_j b_j V_j, p += h sum_j b_j F_j. After E. Hairer, C. Lubich, G. 
 
 from collections.abc import Callable
 from functools import cache
-from importlib.metadata import version
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ from pendpin.engines import Canonical, CanonicalForm, Derivative, Engine, Progre
 from pendpin.errors import InputError
 from pendpin.integrators.base import Integrator, Memory, Segment
 from pendpin.integrators.fixed import intervals
+from pendpin.versions import version
 
 STAGES = {"gauss2": 1, "gauss4": 2, "gauss6": 3}
 MOST_ITERATIONS = 40

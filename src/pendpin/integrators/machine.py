@@ -6,7 +6,6 @@ CyRK offers this way in for Numba (CyRK.nb.numba_solver); no Numba function is c
 import ctypes
 from collections.abc import Callable
 from functools import cache
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from pendpin.arrays import Array
 from pendpin.engines import Compiled, Derivative, Engine, ProgressCallback
 from pendpin.integrators.adaptive import NAMES, finite_part
 from pendpin.integrators.base import Integrator, Memory, Segment
+from pendpin.versions import version
 
 _ARGUMENTS = 25  # of CyRK's solver in C, as of 0.20
 _MEGABYTES = 2000  # that its output may take

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable, Sequence
 from copy import copy
-from importlib.metadata import version
 from operator import add, mul, neg, sub, truediv
 from typing import Any
 
@@ -18,6 +17,7 @@ from pendpin.engines.tape import Recording
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.integrators.adaptive import NAMES, NOT_FINITE
 from pendpin.integrators.base import Integrator, Memory, Segment
+from pendpin.versions import version
 
 MAX_JOINTS = 20  # ten rods compile in about half a minute
 SMALL = 2  # joints, up to which the code is written out whole

@@ -1,7 +1,5 @@
 """A motion with contacts: integrated from event to event, each segment with its own joints held and sliding."""
 
-from importlib.metadata import version
-
 import numpy as np
 
 from pendpin.arrays import Array
@@ -17,6 +15,7 @@ from pendpin.model import kinematics
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.energy_balance import EnergyBalance
 from pendpin.simulation.loop import IntegrationLoop
+from pendpin.versions import version
 
 SAMPLES_A_SEGMENT = 64  # output times between two looks at the clock
 MOST_AT_ONCE = 200.0  # events without time going on
