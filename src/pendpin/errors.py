@@ -7,6 +7,10 @@ from pathlib import Path
 from typing import Any
 
 MOST_CHARACTERS = 1_000  # of a message
+
+KeyPath = tuple[str | int, ...]  # names of fields or joints, and places in lists; a name first
+
+_PLAIN = re.compile(r"[\w-]+")
 MOST_COMPARED = 2_000  # names, with one that is unknown
 
 
@@ -100,3 +104,15 @@ def find(names: tuple[str, ...], name: str, what: str) -> int:
         return names.index(name)
     more = ", ..." if len(names) > 12 else ""
     raise InputError(f"{what} {shown(name)} is not one of: {choices(names[:12])}{more}{did_you_mean(name, names)}")
+
+
+def written(path: KeyPath) -> str:
+    """A key path as text."""
+    text = ""
+    for part in path:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            name = part if _PLAIN.fullmatch(part) else repr(part)
+            text += f".{name}" if text else name
+    return text

@@ -7,8 +7,7 @@ from typing import Annotated, Any, ClassVar, get_args
 import numpy as np
 from pydantic import AfterValidator, AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
 
-from pendpin.errors import InputError, choices, did_you_mean, shown
-from pendpin.keypaths import written
+from pendpin.errors import InputError, choices, did_you_mean, shown, written
 
 MOST_SHOWN = 60  # letters of a name in a message
 LARGEST = 1e150  # of any number in a scene or a run: its square stays within doubles
