@@ -19,13 +19,13 @@ ROD = """<?xml version="1.0"?>
     <parent link="support"/><child link="cross"/>
     <origin xyz="0 0 0.5" rpy="0 0 0"/>
     <axis xyz="-1 0 0"/>
-    <limit lower="-7" upper="7" effort="8" velocity="9"/>
+    <limit lower="-1e9" upper="1e9" effort="1e9" velocity="1e9"/>
   </joint>
   <link name="cross"/>
   <joint name="phi" type="revolute">
     <parent link="cross"/><child link="rod"/>
     <axis xyz="0 -1 0"/>
-    <limit lower="-5" upper="5" effort="6" velocity="6"/>
+    <limit lower="-2e9" upper="2e9" effort="2e9" velocity="2e9"/>
   </joint>
   <link name="rod">
     <inertial>

@@ -6,7 +6,7 @@ from pathlib import Path
 from bad_input import ROD, URDF_SCENE, Case, Content, edited
 
 MASS, INERTIA, AXIS = '<mass value="1.0"/>', 'ixx="0.0834"', '<axis xyz="0 -1 0"/>'
-LIMIT = '<limit lower="-5" upper="5" effort="6" velocity="6"/>'
+LIMIT = '<limit lower="-2e9" upper="2e9" effort="2e9" velocity="2e9"/>'
 PARENT, LINK = '<parent link="cross"/>', '<link name="cross"/>'
 VISUAL = '<cylinder radius="0.01" length="1.0"/>'
 END = "</robot>"
@@ -68,7 +68,7 @@ NUMBERS = {
     "nan limit": (LIMIT, LIMIT.replace("-5", "nan"), "joint 'phi': limit lower: 'nan' is not a number"),
     "no limit": (LIMIT, "", "joint 'phi': a revolute joint needs <limit"),
     "limit without effort": (LIMIT, LIMIT.replace("effort", "force"), "joint 'phi': <limit> has no effort"),
-    "negative effort": (LIMIT, LIMIT.replace('effort="6"', 'effort="-6"'), "joint 'phi': limit effort is negative"),
+    "negative effort": (LIMIT, LIMIT.replace('effort="2e9"', 'effort="-6"'), "joint 'phi': limit effort is negative"),
     "negative damping": (LIMIT, LIMIT + '<dynamics damping="-1"/>', "joint 'phi': damping is negative"),
     "nan friction": (LIMIT, LIMIT + '<dynamics friction="x"/>', "joint 'phi': dynamics friction: 'x' is not a number"),
 }

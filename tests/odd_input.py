@@ -5,7 +5,7 @@ import os
 from bad_input import ROD, SCENE, URDF_SCENE, Case, Content, edited
 
 INERTIAL = ROD[ROD.index("<inertial>") : ROD.index("<visual>")]
-LIMIT = '<limit lower="-5" upper="5" effort="6" velocity="6"/>'
+LIMIT = '<limit lower="-2e9" upper="2e9" effort="2e9" velocity="2e9"/>'
 POINT = '<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
 INERTIA = ROD[ROD.index("<inertia ixx") : ROD.index("</inertial>")].strip()
 VISUAL = '<cylinder radius="0.01" length="1.0"/>'
@@ -35,7 +35,7 @@ URDFS: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     "capsule": ((VISUAL, '<capsule radius="0.01" length="1"/>'),),
     "box and sphere": ((VISUAL, '<box size="0 0.1 1"/></geometry></visual><visual><geometry><sphere radius="1"/>'),),
-    "equal limits": ((LIMIT, LIMIT.replace("-5", "5")),),
+    "equal limits": ((LIMIT, LIMIT.replace("-2e9", "2e9")),),
     "limits left out": ((LIMIT, '<limit effort="0" velocity="0"/>'),),
     "prismatic": (('name="phi" type="revolute"', 'name="phi" type="prismatic"'),),
     "point mass": ((INERTIA, POINT),),

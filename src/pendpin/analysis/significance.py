@@ -84,7 +84,8 @@ def _candidates(scene: Scene) -> Iterator[tuple[str, Effect]]:
         yield "drag in still air", Drag()
     yield f"Earth's rotation at {LATITUDE:g} degrees", Rotation(latitude=LATITUDE)
     coefficient = SMALL_DAMPING * max(body.mass * 9.81 * float(np.linalg.norm(body.com)) for body in bodies)
-    yield f"viscous joints, {coefficient:.2g} N m s/rad", Viscous(coefficient=coefficient)
+    if coefficient:  # 0 for bodies on their axes
+        yield f"viscous joints, {coefficient:.2g} N m s/rad", Viscous(coefficient=coefficient)
 
 
 def _with(scene: Scene, *effects: Effect) -> Scene:

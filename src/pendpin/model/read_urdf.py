@@ -24,6 +24,7 @@ from pendpin.scene.models import FARTHEST
 
 MAX_BYTES = 8_000_000
 MAX_LINKS = 10_000
+SHOWN = 6  # joints in a note
 MAX_DEPTH = 1_000  # links in a row; Pinocchio's reader recurses and dies far below 5,000
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 _NO_LIMIT = {"lower": "-1e300", "upper": "1e300", "effort": "1e300", "velocity": "1e300"}
@@ -226,7 +227,8 @@ def _not_applied(joints: dict[str, Element]) -> tuple[str, ...]:
             if value:
                 notes.append(f"joint {shown(name)}: <dynamics {key}={value:g}> is not applied")
     if limited := [name for name, joint in joints.items() if joint.get("type") != "fixed" and _limited(joint)]:
-        notes.append(f"<limit> is not applied (a stop holds a joint); it is there for: {choices(map(shown, limited))}")
+        more = f", ... ({len(limited)} joints)" if len(limited) > SHOWN else ""
+        notes.append(f"<limit> is not applied (a stop holds a joint): {choices(map(shown, limited[:SHOWN]))}{more}")
     return tuple(notes)
 
 
@@ -235,7 +237,7 @@ def _limited(joint: Element) -> bool:
     limit = joint.find("limit")
     keys = ("lower", "upper") if joint.get("type") != "continuous" else ()
     return limit is not None and any(
-        abs(float(limit.get(key, "0"))) < FARTHEST for key in (*keys, "effort", "velocity")
+        0 < abs(float(limit.get(key, "0"))) < FARTHEST for key in (*keys, "effort", "velocity")
     )
 
 
