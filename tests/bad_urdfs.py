@@ -64,7 +64,11 @@ NUMBERS = {
     "axis without xyz": (AXIS, "<axis/>", "joint 'phi': <axis> has no xyz"),
     "axis of two numbers": (AXIS, '<axis xyz="1 0"/>', "joint 'phi': axis xyz: '1 0' is not 3 numbers"),
     "nan axis": (AXIS, '<axis xyz="nan 0 1"/>', "joint 'phi': axis xyz: 'nan' is not a number"),
-    "swapped limits": (LIMIT, LIMIT.replace("-2e9", "5e9"), "joint 'phi': its limits are swapped: lower 5e+09 > upper 2e+09"),
+    "swapped limits": (
+        LIMIT,
+        LIMIT.replace("-2e9", "5e9"),
+        "joint 'phi': its limits are swapped: lower 5e+09 > upper 2e+09",
+    ),
     "nan limit": (LIMIT, LIMIT.replace("-2e9", "nan"), "joint 'phi': limit lower: 'nan' is not a number"),
     "no limit": (LIMIT, "", "joint 'phi': a revolute joint needs <limit"),
     "limit without effort": (LIMIT, LIMIT.replace("effort", "force"), "joint 'phi': <limit> has no effort"),
