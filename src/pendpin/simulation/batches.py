@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pendpin.arrays import Array, subdivided
 from pendpin.engines import Engine
-from pendpin.integrators.taylor import Taylor
+from pendpin.integrators.taylor import SERIES, Taylor
 
 VECTORS = 2  # side by side: hides the time that an instruction takes (measured: 1.0 to 1.4 times as fast as one)
 MOST_STATES = 200_000  # of a start
@@ -35,11 +35,12 @@ class Batch(NamedTuple):
 
 
 def side_by_side(
-    integrator: Taylor, engine: Engine, times: Array, q: Array, v: Array, workers: int
+    integrator: Taylor, engine: Engine, times: Array, q: Array, v: Array, workers: int, longest: float = np.inf
 ) -> Generator[Batch, None, None]:
     """The motions from q, v (k, nv), batch by batch, in order. `integrator.compile_seconds` is set before.
 
-    A batch ends with the first of its starts that fails, or that needs too many steps. Close the iterator to stop.
+    A batch ends with the first of its starts that fails, or that needs too many steps. No step is longer than a series
+    may take where an effect changes within `longest` s. Close the iterator to stop.
     """
     import heyoka
 
@@ -51,7 +52,7 @@ def side_by_side(
 
     def run(places: Places) -> Batch:
         own, begin = spare.get(), time.perf_counter()
-        found, steps = _motions(own, engine, times, q[places], v[places], stopped)
+        found, steps = _motions(own, engine, times, q[places], v[places], longest, stopped)
         spare.put(own)
         return Batch(places, *found, steps, time.perf_counter() - begin)
 
@@ -67,12 +68,12 @@ def side_by_side(
 
 
 def _motions(
-    series: Any, engine: Engine, times: Array, q: Array, v: Array, stopped: Event
+    series: Any, engine: Engine, times: Array, q: Array, v: Array, longest: float, stopped: Event
 ) -> tuple[tuple[Array, Array], int]:
     """Positions and rates (c, n, nv) from q, v (c, nv), and the steps of all."""
     y = np.array([engine.pack(*start) for start in zip(q, v, strict=True)]).T
     filled = y[:, np.resize(np.arange(len(q)), series.state.shape[1])]  # up to the width, with copies
-    states, steps, parts = _close_enough(series, engine, filled, times, stopped)
+    states, steps, parts = _close_enough(series, engine, filled, times, longest, stopped)
     fine = subdivided(times, parts)
     rows = np.full((2, len(q), len(times), q.shape[1]), np.nan)
     rows[:, :, 0] = q, v
@@ -83,7 +84,9 @@ def _motions(
     return (rows[0], rows[1]), int(steps[: len(q)].sum())
 
 
-def _close_enough(series: Any, engine: Engine, y: Array, times: Array, stopped: Event) -> tuple[Array, Places, int]:
+def _close_enough(
+    series: Any, engine: Engine, y: Array, times: Array, longest: float, stopped: Event
+) -> tuple[Array, Places, int]:
     """As `_along`, with so many states in each interval of the times that angles can be read from them.
 
     What would need too many is left NaN.
@@ -91,7 +94,7 @@ def _close_enough(series: Any, engine: Engine, y: Array, times: Array, stopped: 
     parts = 1
     while True:
         fine = subdivided(times, parts)
-        states, steps = _along(series, y, fine, stopped)
+        states, steps = _along(series, y, fine, longest, stopped)
         ended = [i for i in range(y.shape[1]) if np.isfinite(states[-1, :, i]).all()]
         needed = max((engine.denser(fine, states[:, :, i], int(steps[i])) for i in ended), default=0.0)
         if needed <= 1:
@@ -102,7 +105,7 @@ def _close_enough(series: Any, engine: Engine, y: Array, times: Array, stopped: 
         parts = math.ceil(parts * needed)
 
 
-def _along(series: Any, y: Array, times: Array, stopped: Event) -> tuple[Array, Places]:
+def _along(series: Any, y: Array, times: Array, longest: float, stopped: Event) -> tuple[Array, Places]:
     """States (n, size, width) at the times from y (size, width), and their steps (width,); NaN from where one fails."""
     width = y.shape[1]
     states, steps = np.full((len(times), *y.shape), np.nan), np.zeros(width, dtype=np.intp)
@@ -111,7 +114,7 @@ def _along(series: Any, y: Array, times: Array, stopped: Event) -> tuple[Array, 
     for first in range(0, len(times) - 1, SAMPLES_AT_ONCE):
         grid = np.repeat(times[first : first + SAMPLES_AT_ONCE + 1, None], width, axis=1)
         grid[0] = series.time
-        _, found = series.propagate_grid(grid, max_steps=STEPS_AT_ONCE)
+        _, found = series.propagate_grid(grid, max_steps=STEPS_AT_ONCE, max_delta_t=[SERIES * longest] * width)
         outcomes, _, _, taken = zip(*series.propagate_res, strict=True)
         steps += taken
         if stopped.is_set() or any(outcome != outcome.time_limit for outcome in outcomes):

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from pendpin.arrays import Array, Mask
 from pendpin.dynamics.dynamics import Dynamics, bind
+from pendpin.dynamics.timing import timing
 from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.integrators import automatic, integrator_for, taylor_takes
 from pendpin.integrators.taylor import Taylor
@@ -233,7 +234,10 @@ def _by_series(scene: Scene, dynamics: Dynamics, integrator: Taylor, table: _Tab
     """Fill in what ends well; the rest wants the closer look of `simulate`."""
     table.methods.add("taylor")
     table.libraries.add((integrator.library, integrator.version))
-    with closing(side_by_side(integrator, dynamics.engine, scene.times, *table.starts, workers)) as batches:
+    start = [part[0] for part in table.starts]
+    pace = timing(dynamics, scene.effects, *start, scene.duration, scene.solver.tolerance).pace
+    longest = float(np.min(pace.shortest))
+    with closing(side_by_side(integrator, dynamics.engine, scene.times, *table.starts, workers, longest)) as batches:
         for places, q, v, steps, seconds in batches:
             table.q[places], table.v[places] = q, v
             table.finish(places[_sound(dynamics, q, v)], _Took(steps, steps, seconds))
