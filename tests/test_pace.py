@@ -169,3 +169,19 @@ def test_paces_join() -> None:
     pace = together([Pace(np.array([2.0]), np.array([1.0, np.inf])), Pace(np.array([1.0, 2.0]), np.array([9, 0.5, 9]))])
     assert pace.corners.tolist() == [1.0, 2.0]
     assert pace.shortest.tolist() == [1.0, 0.5, 9.0]
+
+
+class Misdeclared(PacedPulse):
+    """A pulse with one shortest time for three pieces."""
+
+    kind: Literal["misdeclared"] = "misdeclared"
+
+    def pace(self, begin, end, negligible):
+        """Too few numbers."""
+        return Pace(np.array([1.0, 2.0]), np.array([0.1]))
+
+
+def test_a_pace_that_makes_no_sense_is_refused() -> None:
+    """In one line that names the effect and what would be right."""
+    with pytest.raises(pp.InputError, match="misdeclared: its pace has corners .* one more than corners"):
+        run_of(Misdeclared(at=1.0, width=0.1, impulse=0.1), method="dop853", tolerance=1e-9, duration=3.0)

@@ -11,6 +11,7 @@ from pendpin.dynamics.binding import body_wrench, field_since, joint_torque, sin
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect
 from pendpin.effects.pace import Pace, intervals_for, measured, together
+from pendpin.errors import InputError
 
 SAMPLES = intervals_for(1024)  # of an effect that cannot say how fast it changes: intervals over the run
 NEGLIGIBLE = 1e-10  # of an effect, for methods without a tolerance
@@ -79,7 +80,16 @@ def _declared(effect: Effect, name: str, start: float, duration: float, negligib
         return None
     moved, early = effect.since(start)
     pace = moved.pace(early, early + duration, negligible)
-    return pace and pace._replace(corners=np.asarray(pace.corners, float) - early, shortest=np.asarray(pace.shortest))
+    if pace is None:
+        return None
+    corners, shortest = np.asarray(pace.corners, float), np.asarray(pace.shortest, float)
+    rises = corners.ndim == 1 and np.isfinite(corners).all() and (np.diff(corners) > 0).all()
+    if not rises or shortest.shape != (len(corners) + 1,) or not (shortest > 0).all():
+        raise InputError(
+            f"{effect.kind}: its pace has corners {corners.tolist()} and shortest times {shortest.tolist()}: corners have "
+            "to rise, shortest times to be above 0, one more than corners"
+        )
+    return Pace(corners - early, shortest)
 
 
 def _sampled(
