@@ -183,5 +183,5 @@ class Misdeclared(PacedPulse):
 
 def test_a_pace_that_makes_no_sense_is_refused() -> None:
     """In one line that names the effect and what would be right."""
-    with pytest.raises(pp.InputError, match="misdeclared: its pace has corners .* one more than corners"):
+    with pytest.raises(pp.InputError, match=r"misdeclared: its pace has corners .* one more than corners"):
         run_of(Misdeclared(at=1.0, width=0.1, impulse=0.1), method="dop853", tolerance=1e-9, duration=3.0)
