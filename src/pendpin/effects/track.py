@@ -19,7 +19,7 @@ from pendpin.records import LARGEST
 COLUMNS = ("t", "x", "y", "z")
 MAX_BYTES = 5_000_000  # more takes seconds
 DEGREE = 5  # of the spline: accelerations with two continuous derivatives
-ROUNDING = 4e-14  # of positions, and of times times speeds: what it makes of second differences, with a margin
+ROUNDING = 2e-13  # of positions, and of times times speeds: what it makes of second differences, with a margin
 ULPS = 64  # of times: what they may be off by when written with 15 digits, or as a start plus a duration
 DIGITS = 60  # of times, before they are counted from the first row
 LONGEST_GAP = 50  # median intervals; what a spline does in a longer one has nothing to do with the motion
