@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy import optimize
 
@@ -22,7 +22,6 @@ def run_of(*effects, q=0.0, v=0.0, duration=5.0, method="dop853", tolerance=1e-1
     return pp.simulate(pp.Scene(duration=duration, model=ROD, start=start, effects=effects, solver=solver))
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     place=st.floats(0.01, 0.99),
     depth=st.floats(-9, -2).map(lambda x: 10**x),
@@ -53,7 +52,6 @@ def test_a_jump_is_found_where_it_is() -> None:
     assert abs(found.t - 0.3) < 1e-12
 
 
-@settings(max_examples=18, deadline=None)
 @given(
     method=st.sampled_from(METHODS),
     depth=st.floats(-9, -3).map(lambda x: 10**x),
@@ -77,7 +75,6 @@ def test_grazing_an_elastic_stop(method, depth, rate, torque) -> None:
     assert run.v[-1, 0] == pytest.approx(-speed - a * after, abs=1e-9 + off)
 
 
-@settings(max_examples=8, deadline=None)
 @given(depth=st.floats(-8.5, -3).map(lambda x: 10**x), stiffness=st.floats(1.0, 20.0))
 def test_a_spring_grazes_its_stop(depth, stiffness) -> None:
     """From -1 rad at rest to a stop just short of +1: the motion is mirrored in time about the impact."""
@@ -90,7 +87,6 @@ def test_a_spring_grazes_its_stop(depth, stiffness) -> None:
     assert run.q[-1, 0] == pytest.approx(-np.cos(omega * (2 * hit - later)), abs=1e-10 + 2e-11 / short)
 
 
-@settings(max_examples=12, deadline=None)
 @given(
     method=st.sampled_from(METHODS),
     dip=st.floats(-5, -2).map(lambda x: 10**x),
@@ -117,7 +113,6 @@ def test_a_rate_that_touches_zero_sticks(method, dip, frequency, phase) -> None:
     assert run.q[-1, 0] == pytest.approx(way, abs=1e-6)
 
 
-@settings(max_examples=10, deadline=None)
 @given(
     method=st.sampled_from(METHODS),
     frequency=st.floats(20.0, 300.0),
@@ -167,7 +162,6 @@ def scaled(method, length, mass, time, q, v, tolerance) -> pp.Trajectory:
     return pp.simulate(pp.Scene(duration=3 * time, model=model, start=start, effects=effects, solver=solver))
 
 
-@settings(max_examples=8, deadline=None)
 @given(
     method=st.sampled_from(["dop853", "rk45"]),
     scales=st.tuples(SCALES, SCALES, SCALES),
