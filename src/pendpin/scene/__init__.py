@@ -5,6 +5,7 @@ To add a kind of model: a record in models.py, and the function that builds it i
 integration: a field in solver.py.
 """
 
+from pendpin.scene.data import Data
 from pendpin.scene.files import load_scene
 from pendpin.scene.models import AnyModel, Chain, Rod, UrdfModel
 from pendpin.scene.scene import Scene, builtin_scene, urdf_folder
@@ -23,6 +24,7 @@ __all__ = [
     "AdaptiveMethod",
     "AnyModel",
     "Chain",
+    "Data",
     "FixedMethod",
     "Method",
     "Rod",

@@ -11,6 +11,7 @@ from pendpin.arrays import Array
 from pendpin.effects import AnyEffect, Gravity
 from pendpin.keypaths import parsed
 from pendpin.records import NotNegative, Record
+from pendpin.scene.data import Data
 from pendpin.scene.models import AnyModel, UrdfModel
 from pendpin.scene.replacing import changed, default_of
 from pendpin.scene.solver import FIXED_METHODS, MAX_SAMPLES, Solver
@@ -28,6 +29,7 @@ class Scene(Record):
     start: Start = Field(Start(), description="when, where and how fast the motion starts; at rest at 0 if absent")
     effects: tuple[SerializeAsAny[AnyEffect], ...] = Field((), description="what acts; nothing if absent")
     solver: Solver = Field(Solver(), description="how the motion is integrated and recorded")
+    data: Data | None = Field(None, description="how measured swings are read, for a fit; none if absent")
 
     @property
     def times(self) -> Array:

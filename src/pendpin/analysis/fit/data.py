@@ -1,0 +1,177 @@
+"""Measured swings: read from a CSV as the scene's [data] table says, in pieces that are integrated side by side."""
+
+import csv
+import io
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.errors import InputError, choices, did_you_mean, inside, shown
+from pendpin.files import read_whole
+from pendpin.scene import Data
+
+MOST_BYTES = 200_000_000
+FEWEST = 8  # samples of a segment
+_JUMP = 0.9 * 2 * math.pi  # rad from one sample to the next: the angle was wrapped
+
+
+class Swing(NamedTuple):
+    """One uninterrupted motion."""
+
+    name: str
+    t: Array  # (m,) s, rising
+    y: Array  # (m, columns) rad or m; NaN where a sensor gave nothing
+
+    def part(self, chosen: Any) -> "Swing":
+        """Some of its samples."""
+        return Swing(self.name, self.t[chosen], self.y[chosen])
+
+
+class Batch(NamedTuple):
+    """P pieces of swings, padded to the longest: M times."""
+
+    swing: Array  # (P,) which swing a piece is of
+    t: Array  # (M, P) s; the last time again where a piece is over
+    y: Array  # (M, columns, P); NaN where there is nothing
+    longest: float  # s: swings are cut into pieces no longer than this
+
+
+def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
+    """The swings of a CSV file, of several, or of a mapping of columns to numbers (a pandas table is one).
+
+    Raises InputError with the file, line and column of what is wrong.
+    """
+    if isinstance(data, str | Path):
+        with inside(str(data)):
+            return _swings(_read_csv(Path(data), table), table)
+    if isinstance(data, Sequence):
+        return tuple(swing for one in data for swing in read_swings(one, table))
+    if not isinstance(data, Mapping) and not hasattr(data, "keys"):
+        raise InputError(f"data: {shown(data)} is not the path of a CSV file, nor a table of columns")
+    with inside("data"):
+        names = list(data.keys())
+        columns = {name: np.asarray(data[_column(names, name)]) for name in _wanted(table)}
+        return _swings(columns, table)
+
+
+def in_pieces(swings: Sequence[Swing], longest: float) -> tuple[Swing, ...]:
+    """The swings cut into pieces of equal lengths, none longer than `longest` in s."""
+    pieces = []
+    for swing in swings:
+        count = max(1, math.ceil((swing.t[-1] - swing.t[0]) / longest - 1e-9))
+        count = min(count, max(1, len(swing.t) // FEWEST))
+        edges = np.round(np.linspace(0, len(swing.t), count + 1)).astype(int)
+        pieces += [swing.part(slice(a, b)) for a, b in pairwise(edges)]
+    return tuple(pieces)
+
+
+def batch(swings: Sequence[Swing], longest: float, thin: int = 1) -> Batch:
+    """The swings in pieces of at most `longest` s, every `thin`-th sample of them, side by side."""
+    cut = [(k, piece.part(slice(None, None, thin))) for k, s in enumerate(swings) for piece in in_pieces([s], longest)]
+    most = max(len(piece.t) for _, piece in cut)
+    t = np.array([np.pad(piece.t, (0, most - len(piece.t)), mode="edge") for _, piece in cut]).T
+    pads = [((0, most - len(piece.t)), (0, 0)) for _, piece in cut]
+    y = np.array([np.pad(p.y, pad, constant_values=np.nan) for (_, p), pad in zip(cut, pads, strict=True)])
+    columns = np.ascontiguousarray(y.transpose(1, 2, 0))
+    return Batch(np.array([k for k, _ in cut]), np.ascontiguousarray(t), columns, longest)
+
+
+# --- reading --------------------------------------------------------------------------------------------------------
+
+
+def _wanted(table: Data) -> list[str]:
+    return [table.time, *([table.segment] if table.segment else []), *table.columns]
+
+
+def _column(names: list[str], name: str) -> str:
+    if name in names:
+        return name
+    raise InputError(f"there is no column {shown(name)} among: {choices(names[:20])}{did_you_mean(name, names)}")
+
+
+def _read_csv(path: Path, table: Data) -> dict[str, Array]:
+    try:
+        text = read_whole(path, MOST_BYTES, "measured data").decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"not a CSV file: byte {error.start} is not UTF-8 text") from None
+    try:
+        rows = [(i, row) for i, row in enumerate(csv.reader(io.StringIO(text)), start=1) if row]
+    except csv.Error as error:
+        raise InputError(f"not a CSV file: {error}") from None
+    if not rows:
+        raise InputError("an empty file: a CSV starts with a line of column names")
+    names = [name.strip() for name in rows[0][1]]
+    if len(names) == 1 and ";" in names[0]:
+        raise InputError("columns are separated by semicolons; separate them by commas, with decimal points")
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise InputError(f"column {shown(twice[0])} is there twice")
+    places = {name: names.index(_column(names, name)) for name in _wanted(table)}
+    for line, row in rows[1:]:
+        if len(row) != len(names):
+            raise InputError(f"line {line} has {len(row)} cells, where the first line names {len(names)} columns")
+    return {
+        name: np.array([_cell(row[place], name, line, table) for line, row in rows[1:]])
+        for name, place in places.items()
+    }
+
+
+def _cell(text: str, name: str, line: int, table: Data) -> Any:
+    if name == table.segment:
+        return text.strip()
+    if not text.strip() and name != table.time:
+        return math.nan
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"line {line}, column {name}: {shown(text)} is not a number") from None
+
+
+def _swings(columns: dict[str, Array], table: Data) -> tuple[Swing, ...]:
+    try:
+        t = np.asarray(columns[table.time], float)
+        y = np.array([np.asarray(columns[name], float) for name in table.columns]).T
+    except (TypeError, ValueError):
+        raise InputError("a column holds what are no numbers, or columns differ in length") from None
+    if not np.isfinite(t).all():
+        raise InputError(f"column {table.time}: sample {int(np.argmin(np.isfinite(t))) + 1} has no time")
+    if np.isinf(y).any():
+        raise InputError("a column holds an infinite number")
+    angles = np.array([not isinstance(measured, str) for measured in table.columns.values()])
+    if table.unit == "degrees":
+        y = np.where(angles, np.radians(y), y)
+    labels = np.asarray(columns[table.segment]).astype(str) if table.segment else np.full(len(t), "1")
+    names = list(dict.fromkeys(labels.tolist()))
+    swings = tuple(_swing(name, t[labels == name], y[labels == name]) for name in names)
+    for swing in swings:
+        _refuse_odd(swing, list(table.columns), angles)
+    if not swings:
+        raise InputError("no samples")
+    return swings
+
+
+def _swing(name: str, t: Array, y: Array) -> Swing:
+    """A swing without the samples at which no sensor gave anything."""
+    some = ~np.isnan(y).all(1)
+    return Swing(name, t[some], y[some])
+
+
+def _refuse_odd(swing: Swing, names: list[str], angles: Array) -> None:
+    where = f"segment {swing.name}"
+    if len(swing.t) < FEWEST:
+        raise InputError(f"{where} has {len(swing.t)} samples; a segment needs {FEWEST} at least")
+    if (late := np.diff(swing.t) <= 0).any():
+        i = int(np.argmax(late))
+        raise InputError(f"{where}: time does not rise from {swing.t[i]:g} to {swing.t[i + 1]:g} s; name its segments")
+    for k, name in enumerate(names):
+        seen = ~np.isnan(swing.y[:, k])
+        jumps = np.abs(np.diff(swing.y[seen, k])) > _JUMP
+        if angles[k] and jumps.any():
+            at = swing.t[seen][1:][int(np.argmax(jumps))]
+            raise InputError(
+                f"{where}, column {name}: it jumps by a turn before {at:g} s; unwrap the angle, or check data.unit"
+            )

@@ -1,0 +1,257 @@
+"""From a scene with guesses and measured swings to a fitted scene with error bars."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from pendpin.analysis.fit.data import Swing, batch, in_pieces, read_swings
+from pendpin.analysis.fit.equations import Equations, compile_equations
+from pendpin.analysis.fit.guess import (
+    Regression,
+    first_state,
+    joint_angles,
+    natural_scale,
+    regressed,
+    regression,
+    time_scale,
+)
+from pendpin.analysis.fit.honesty import Certainty, certainty, sensor_noise
+from pendpin.analysis.fit.parameters import Free, free_parameters
+from pendpin.analysis.fit.search import Problem, Search, Solved, Starts, solve_starts
+from pendpin.analysis.fit.sensors import sensors_of
+from pendpin.arrays import Array
+from pendpin.errors import InputError
+from pendpin.model.build import build
+from pendpin.scene import Data, Scene
+
+STEP = 0.3  # of the time scale: the longest step of a search; a quarter of that for what is reported
+SMOOTHING = 0.7  # of the time scale, to either side: local polynomials
+SHORT = 12.6  # time scales: about one period, the length of the first pieces
+HOLD = 1e-3  # weight of the guess, in units of the noise, for what the data do not determine
+MOST_CHANGE = 0.3  # of a positive number: its natural scale is not above this
+OFFSET = 0.01  # rad or m: natural scale of a zero
+NEAR = 0.3  # of the spread of a column: residuals from which whole swings can be searched
+MOST_GROWTH = 1e3  # of a disturbance of a start: pieces are cut where the motion forgets its start
+MOST_WEIGHT = 10.0  # between the best and the worst explained piece
+ROBUST = 1.345  # standard deviations: P. Huber, Robust Statistics (1981)
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What does not change during a fit."""
+
+    scene: Scene
+    table: Data
+    free: Free
+    equations: Equations
+    sensors: Array  # (columns, outputs)
+    swings: tuple[Swing, ...]
+    pace: float  # s, the time scale of the data
+    noise: Array  # (columns,) rad or m
+    columns: tuple[str, ...]
+    robust: bool
+
+    @property
+    def shift(self) -> Array:
+        """How the zeros of the columns shift joint angles, (n, columns); tips' zeros are left out."""
+        n = len(self.equations.joints)
+        angles = self.sensors[:, :n]
+        return np.linalg.pinv(angles) if self.sensors.shape[1] == n else np.zeros((n, len(angles)))
+
+    @cached_property
+    def angles(self) -> tuple[Swing, ...]:
+        """The swings of the joints that move (n,), from the columns."""
+        return joint_angles(self.equations, self.sensors, self.swings, self.free.start)
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The unknowns that explain the data best, with what is known of them."""
+
+    problem: Problem  # with every sample of the data
+    x: Array  # (nx,)
+    solved: Solved
+    certainty: Certainty
+
+    @property
+    def z(self) -> Array:
+        """The search coordinates (nz,)."""
+        return self.problem.split(self.x)[0]
+
+    @property
+    def offsets(self) -> Array:
+        """The zeros of the columns (columns,)."""
+        return self.problem.split(self.x)[1]
+
+
+def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = False) -> Setting:
+    """Read the data and compile the equations. Raises InputError for what is wrong with scene, data or keys."""
+    if scene.data is None:
+        raise InputError("data: the scene has no [data] table, which says what the columns of the CSV file measure")
+    model = build(scene.model)
+    sensors = sensors_of(scene.data, model)
+    swings = read_swings(data, scene.data)
+    parameters = free_parameters(scene, free)
+    measured = sensors.joints or range(len(model.joints))
+    equations = compile_equations(scene, parameters, measured)
+    found = sensor_noise(swings)
+    noise = np.full(len(found), scene.data.noise) if scene.data.noise else np.maximum(found, 1e-12)
+    pace = time_scale(swings)
+    if not np.isfinite(pace):
+        raise InputError("data: nothing moves in the columns that are measured")
+    names = tuple(scene.data.columns)
+    outputs = sensors.of(equations.joints)
+    return Setting(scene, scene.data, parameters, equations, outputs, swings, pace, noise, names, robust)
+
+
+def given_offsets(setting: Setting) -> Array:
+    """The zeros of columns that are not free, (columns,) in rad or m."""
+    offsets = setting.table.offsets
+    if isinstance(offsets, str):
+        return np.zeros(len(setting.columns))
+    if unknown := [name for name in offsets if name not in setting.columns]:
+        raise InputError(f"data.offsets.{unknown[0]}: there is no such column among: {', '.join(setting.columns)}")
+    return np.array([offsets.get(name, 0.0) for name in setting.columns])
+
+
+def search(setting: Setting, progress: Progress, begin: Array | None = None) -> Solution:
+    """The unknowns that explain the data best: by equation error, by short pieces, then by whole swings.
+
+    `begin` (nx,) are unknowns known to be near: only whole swings are then searched.
+    """
+    problem = _problem(setting)
+    x = problem.prior if begin is None else begin
+    if begin is None:
+        progress("a start by equation error")
+        x = _by_equation_error(setting, problem)
+        if not _followed(setting, problem, x):
+            progress("short pieces")
+            problem = _rescaled(setting, problem, x)
+            x, _ = Search(problem, Starts(x, _states(setting, problem, x))).run(20, 1e-3)
+    progress("whole swings")
+    problem = _rescaled(setting, _whole(setting, problem, x), x)
+    x, solved = Search(problem, Starts(x, _states(setting, problem, x))).run(15, 1e-3)
+    problem = _weighted(setting, _rescaled(setting, problem, x), solved)
+    x, solved = Search(problem, Starts(x, solved.starts)).run(20, 1e-5)
+    progress("error bars")
+    return _finished(setting, problem, x, solved)
+
+
+def start_states(setting: Setting, offsets: Array, swings: Sequence[Swing], longest: float) -> Array:
+    """First guesses of the starts (2n, P) of all pieces of swings of joint angles, from the samples at their beginnings."""
+    shift = setting.shift @ offsets
+    states = (first_state(piece, SMOOTHING * setting.pace) for piece in in_pieces(swings, longest))
+    return np.array([np.concatenate([q - shift, rate]) for q, rate in states]).T
+
+
+# --- the parts of a search ------------------------------------------------------------------------------------------
+
+
+def _problem(setting: Setting) -> Problem:
+    """The problem in short pieces, with the guesses as the prior."""
+    count = len(setting.columns)
+    many = count if setting.table.offsets == "free" else 0
+    free, none = setting.free, np.full(many, np.inf)
+    return Problem(
+        setting.equations,
+        setting.sensors,
+        batch(setting.swings, SHORT * setting.pace, _thin(setting)),
+        1 / setting.noise,
+        np.concatenate([np.where(free.start != 0, np.abs(free.start), 1.0), np.full(many, OFFSET)]),
+        np.concatenate([free.lower, -none]),
+        np.concatenate([free.upper, none]),
+        np.concatenate([free.start, np.zeros(many)]),
+        HOLD,
+        given_offsets(setting),
+        STEP * setting.pace * 1.01,
+    )
+
+
+def _states(setting: Setting, problem: Problem, x: Array) -> Array:
+    return start_states(setting, problem.split(x)[1], setting.angles, problem.batch.longest)
+
+
+def _thin(setting: Setting) -> int:
+    """Every how many samples the search looks at: samples a step apart say as much as all."""
+    spacing = np.median(np.concatenate([np.diff(swing.t) for swing in setting.swings]))
+    return max(1, int(STEP * setting.pace / spacing))
+
+
+def _regression(setting: Setting) -> Regression:
+    return regression(setting.equations, setting.shift, setting.angles, SMOOTHING * setting.pace)
+
+
+def _by_equation_error(setting: Setting, problem: Problem) -> Array:
+    found = _regression(setting)
+    p = _rescaled(setting, problem, problem.prior)
+    return regressed(found, p.prior, p.scale, p.lower, p.upper, p.prior)
+
+
+def _rescaled(setting: Setting, problem: Problem, x: Array) -> Problem:
+    """The problem with natural scales at unknowns x; those that change nothing keep the one they have."""
+    z, offsets = problem.split(x)
+    found = natural_scale(_regression(setting), z, offsets)
+    scale = problem.scale.copy()
+    scale[: len(z)] = np.where(found > 0, found, scale[: len(z)])
+    positive = np.isfinite(problem.lower) & (problem.lower > 0)
+    scale = np.where(positive, np.minimum(scale, MOST_CHANGE * np.abs(x)), scale)
+    return replace(problem, scale=scale)
+
+
+def _followed(setting: Setting, problem: Problem, x: Array) -> bool:
+    """Whether the motions at unknowns x follow whole swings well enough for a search to begin there."""
+    whole = replace(_whole(setting, problem, x), weights=1 / _spread(setting))
+    r = solve_starts(whole, x, _states(setting, whole, x)).r
+    return bool(np.sqrt((r**2).sum() / (~np.isnan(whole.batch.y)).sum()) < NEAR)
+
+
+def _spread(setting: Setting) -> Array:
+    """The standard deviation of each column (columns,)."""
+    return np.nanstd(np.concatenate([swing.y for swing in setting.swings]), 0)
+
+
+def _whole(setting: Setting, problem: Problem, x: Array) -> Problem:
+    """The problem with whole swings, cut where a motion has forgotten its start."""
+    longest = max(swing.t[-1] - swing.t[0] for swing in setting.swings)
+    while True:
+        whole = replace(problem, batch=batch(setting.swings, longest, _thin(setting)))
+        _, J = whole.by_starts(x, _states(setting, whole, x))
+        growth = np.abs(J.reshape(len(J), -1, len(setting.columns), J.shape[-1]) / whole.weights[:, None])
+        growth[..., len(setting.equations.joints) :] /= 2 * setting.pace
+        if growth.max() <= MOST_GROWTH or longest <= SHORT * setting.pace:
+            return whole
+        longest /= 2
+
+
+def _weighted(setting: Setting, problem: Problem, solved: Solved) -> Problem:
+    """Weights by what is left over: each column and each piece counts by the inverse of its residuals."""
+    seen = ~np.isnan(problem.batch.y)
+    M, columns, P = seen.shape
+    r = solved.r.reshape(P, M, columns).transpose(1, 2, 0) / problem.weights[:, None]
+    mean = lambda axis: np.sqrt((r**2).sum(axis) / np.maximum(seen.sum(axis), 1))  # noqa: E731
+    weights = 1 / np.maximum(mean((0, 2)), setting.noise)
+    piece = np.sqrt(((r * weights[:, None]) ** 2).sum((0, 1)) / np.maximum(seen.sum((0, 1)), 1))
+    share = np.ones_like(r) / np.clip(piece / np.median(piece), 1 / MOST_WEIGHT, MOST_WEIGHT)
+    if setting.robust:
+        size = np.abs(r * weights[:, None] * share)
+        share = share * np.sqrt(np.minimum(1.0, ROBUST / np.maximum(size, 1e-300)))
+    return replace(problem, weights=weights, share=share)
+
+
+def _finished(setting: Setting, problem: Problem, x: Array, solved: Solved) -> Solution:
+    """The solution over all samples, in finer steps, and what is known of it."""
+    pieces = batch(setting.swings, problem.batch.longest)
+    full = replace(problem, batch=pieces, share=1.0, largest_step=STEP / 4 * setting.pace)
+    solved = solve_starts(full, x, solved.starts)
+    full = _weighted(setting, full, solved)
+    solved = solve_starts(full, x, solved.starts)
+    J = full.by_unknowns(x, solved.starts, solved.r, central=True)
+    shape = (len(J), -1, len(setting.columns))
+    rest = solved.rest(solved.r[..., None]).reshape(shape)
+    known = certainty(rest, solved.rest(J).reshape(*shape, len(x)), full.scale, full.batch.swing, solved.starts.size)
+    return Solution(full, x, solved, known)

@@ -1,0 +1,222 @@
+"""The search: least squares over physics and offsets, the starts of all pieces being solved for at every step.
+
+Separable least squares (G. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973), 413; the Jacobian of L. Kaufman, BIT 15
+(1975), 49): residuals and derivatives are projected onto what the starts cannot explain, piece by piece, so that the
+outer problem has a dozen unknowns whatever the number of pieces. Derivatives are differences of exact motions.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from pendpin.analysis.fit.data import Batch
+from pendpin.analysis.fit.equations import Equations
+from pendpin.analysis.fit.motion import motions
+from pendpin.arrays import Array
+
+MOST_START_STEPS = 6
+STARTS_DONE = 1e-4  # of the sum of squares: what another step of the starts would gain
+DIFFERENCE = 1e-4  # of a natural scale: step of the derivatives by search coordinates
+START_DIFFERENCE = 1e-6  # rad, rad/s
+BOUND = 0.02  # of a natural scale: how soft a lower bound is
+LOST = 1e6  # a residual that is no number, in units of the weights
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Measured pieces, the equations that shall explain them, and what each residual counts.
+
+    The unknowns x (nx,) are the search coordinates z (nz,), then the offsets of the columns if these are free.
+    """
+
+    equations: Equations
+    sensors: Array  # (columns, outputs): what each column measures of the outputs of the equations
+    batch: Batch
+    weights: Array  # (columns,) 1/rad or 1/m
+    scale: Array  # (nx,) natural sizes of the unknowns: they change accelerations by one hundredth
+    lower: Array  # (nx,)
+    upper: Array  # (nx,)
+    prior: Array  # (nx,) the guess, to which what the data do not determine is held
+    hold: float  # weight of the guess, in units of scale
+    offsets: Array  # (columns,) those of columns whose offsets are not free
+    largest_step: float  # s
+    share: Array | float = 1.0  # (M, columns, P) of each residual, for robust fits
+
+    @property
+    def nz(self) -> int:
+        """How many search coordinates there are."""
+        return self.equations.nz
+
+    def split(self, x: Array) -> tuple[Array, Array]:
+        """The search coordinates (nz,) and the offsets (columns,)."""
+        return x[: self.nz], x[self.nz :] if len(x) > self.nz else self.offsets
+
+    def predicted(self, z: Array, starts: Array, t: Array) -> Array:
+        """What the sensors would show without offsets, (M, columns, C), from starts (2n, C) at times t (M, C)."""
+        y = motions(self.equations, t, starts, z, self.largest_step)
+        n = len(self.equations.joints)
+        if self.sensors.shape[1] == n:
+            return self.sensors @ y[:, :n]
+        M, _, C = y.shape
+        flat = y.transpose(1, 0, 2).reshape(2 * n, -1)
+        outputs = self.equations.outputs(np.vstack([flat, t.reshape(1, -1)]), np.tile(z, (1, M)))
+        return self.sensors @ outputs.reshape(-1, M, C).transpose(1, 0, 2)
+
+    def residuals(self, x: Array, starts: Array) -> Array:
+        """Weighted residuals (P, M columns); 0 where nothing was measured."""
+        return self._residuals(x[:, None] + np.zeros((1, starts.shape[1])), starts)
+
+    def _residuals(self, x: Array, starts: Array) -> Array:
+        """As `residuals`, for k P motions with unknowns (nx, k P)."""
+        repeats = starts.shape[1] // self.batch.t.shape[1]
+        with np.errstate(all="ignore"):
+            found = self.predicted(x[: self.nz], starts, np.tile(self.batch.t, repeats))
+            offset = x[self.nz :] if len(x) > self.nz else self.offsets[:, None]
+            r = (found + offset - np.tile(self.batch.y, repeats)) * self.weights[:, None]
+            r = r * (self.share if np.isscalar(self.share) else np.tile(self.share, repeats))
+        seen = ~np.isnan(np.tile(self.batch.y, repeats))
+        r = np.where(seen, np.where(np.abs(r) < LOST, r, LOST), 0.0)
+        return r.transpose(2, 0, 1).reshape(starts.shape[1], -1)
+
+    def by_starts(self, x: Array, starts: Array) -> tuple[Array, Array]:
+        """Residuals (P, M columns) and their derivatives by the starts (P, M columns, 2n)."""
+        size, P = starts.shape
+        moved = starts[:, None, :] + START_DIFFERENCE * np.eye(size, size + 1, 1)[:, :, None]
+        r = self._residuals(np.repeat(x[:, None], (size + 1) * P, 1), moved.reshape(size, -1))
+        r = r.reshape(size + 1, P, -1)
+        return r[0], ((r[1:] - r[0]) / START_DIFFERENCE).transpose(1, 2, 0)
+
+    def by_unknowns(self, x: Array, starts: Array, r: Array, central: bool = False) -> Array:
+        """The derivatives of the residuals by the unknowns, (P, M columns, nx), the starts being held."""
+        P, nz = starts.shape[1], self.nz
+        h = DIFFERENCE * self.scale[:nz]
+        h = np.where(x[:nz] + h > self.upper[:nz], -h, h)
+        sides = (h, -h) if central else (h,)
+        found = []
+        for side in sides:
+            moved = x[:, None] + np.eye(len(x), nz) * side
+            found.append(self._residuals(np.repeat(moved, P, 1), np.tile(starts, nz)).reshape(nz, P, -1))
+        slope = (found[0] - found[1]) / (2 * h[:, None, None]) if central else (found[0] - r) / h[:, None, None]
+        J = np.zeros((P, r.shape[1], len(x)))
+        J[:, :, :nz] = slope.transpose(1, 2, 0)
+        if len(x) > nz:
+            seen = ~np.isnan(self.batch.y) * (self.weights[:, None] * self.share)  # (M, columns, P)
+            eye = np.eye(len(self.weights))
+            J[:, :, nz:] = (seen.transpose(2, 0, 1)[..., None] * eye).reshape(P, -1, len(eye))
+        return J
+
+
+@dataclass
+class Starts:
+    """The starts (2n, P) that explain the data best at some unknowns, and how they follow the unknowns."""
+
+    x: Array
+    starts: Array
+    follow: Array | None = None  # (2n, P, nx), their derivatives by the unknowns
+
+    def near(self, x: Array) -> Array:
+        """The starts to begin with at other unknowns."""
+        return self.starts if self.follow is None else self.starts + self.follow @ (x - self.x)
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """The starts at some unknowns, the residuals there, and the basis of what the starts explain."""
+
+    starts: Array  # (2n, P)
+    r: Array  # (P, M columns)
+    Q: Array  # (P, M columns, 2n)
+    R_inverse: Array  # (P, 2n, 2n)
+
+    def rest(self, J: Array) -> Array:
+        """What the starts cannot explain of residuals or derivatives (P, M columns, ...)."""
+        return J - self.Q @ (self.Q.transpose(0, 2, 1) @ J)
+
+
+def solve_starts(problem: Problem, x: Array, starts: Array, steps: int = MOST_START_STEPS) -> Solved:
+    """The starts (2n, P) that explain the data best at unknowns x: Gauss-Newton, piece by piece, halved where worse."""
+    r, J = problem.by_starts(x, starts)
+    pace = np.ones(starts.shape[1])
+    for _ in range(steps):
+        Q, inverse = _basis(J)
+        seen = (Q.transpose(0, 2, 1) @ r[:, :, None])[:, :, 0]  # (P, 2n)
+        cost = (r**2).sum(1)
+        if (seen**2).sum() <= STARTS_DONE * cost.sum() + 1e-300:
+            break
+        step = -(inverse @ seen[:, :, None])[:, :, 0].T
+        tried = starts + pace * step
+        r_new, J_new = problem.by_starts(x, tried)
+        better = (r_new**2).sum(1) <= cost
+        starts, r = np.where(better, tried, starts), np.where(better[:, None], r_new, r)
+        J = np.where(better[:, None, None], J_new, J)
+        pace = np.where(better, np.minimum(1.0, 2 * pace), pace / 4)
+    return Solved(starts, r, *_basis(J))
+
+
+def _basis(J: Array) -> tuple[Array, Array]:
+    Q, R = np.linalg.qr(np.nan_to_num(J))
+    return Q, np.linalg.pinv(R, rcond=1e-12)
+
+
+@dataclass
+class Search:
+    """One least-squares search: the functions that `scipy.optimize.least_squares` calls, and what they share.
+
+    It moves w, free of bounds: above a lower bound x = lower + (w + sqrt(w² + 4 s²)) / 2, with s small against scale.
+    """
+
+    problem: Problem
+    best: Starts
+    last: tuple[Array, Solved] | None = field(default=None)
+
+    def run(self, most: int, tolerance: float) -> tuple[Array, Solved]:
+        """The best unknowns (nx,), beginning at those of `best`, and the starts there; at most so many evaluations."""
+        found = least_squares(
+            lambda w: self.residuals(self._bounded(w)),
+            self._unbounded(self.best.x),
+            lambda w: self.jacobian(self._bounded(w)) * self._slope(w),
+            x_scale=self.problem.scale,
+            ftol=tolerance,
+            xtol=1e-8,
+            gtol=None,
+            max_nfev=most,
+        )
+        x = self._bounded(found.x)
+        return x, self.solved(x)
+
+    def solved(self, x: Array) -> Solved:
+        """The starts at unknowns x."""
+        if self.last is None or not np.array_equal(self.last[0], x):
+            self.last = x.copy(), solve_starts(self.problem, x, self.best.near(x))
+        return self.last[1]
+
+    def residuals(self, x: Array) -> Array:
+        """Residuals that no start can explain, then the pull of the guess."""
+        at = self.solved(x)
+        return np.concatenate([at.rest(at.r[..., None]).reshape(-1), self._pull(x)])
+
+    def jacobian(self, x: Array) -> Array:
+        """Their derivatives by the unknowns."""
+        at = self.solved(x)
+        J = self.problem.by_unknowns(x, at.starts, at.r)
+        follow = -(at.R_inverse @ (at.Q.transpose(0, 2, 1) @ J))
+        self.best = Starts(x.copy(), at.starts, follow.transpose(1, 0, 2))
+        return np.concatenate([at.rest(J).reshape(-1, len(x)), np.diag(self.problem.hold / self.problem.scale)])
+
+    def _pull(self, x: Array) -> Array:
+        return self.problem.hold * (x - self.problem.prior) / self.problem.scale
+
+    def _bounded(self, w: Array) -> Array:
+        p, soft = self.problem, BOUND * self.problem.scale
+        above = (w + np.sqrt(w**2 + 4 * soft**2)) / 2
+        return np.where(np.isfinite(p.lower), np.minimum(p.lower + above, p.upper), w)
+
+    def _unbounded(self, x: Array) -> Array:
+        p, soft = self.problem, BOUND * self.problem.scale
+        above = np.maximum(x - p.lower, 0.1 * soft)
+        return np.where(np.isfinite(p.lower), above - soft**2 / above, x)
+
+    def _slope(self, w: Array) -> Array:
+        p, soft = self.problem, BOUND * self.problem.scale
+        return np.where(np.isfinite(p.lower), (1 + w / np.sqrt(w**2 + 4 * soft**2)) / 2, 1.0)

@@ -1,0 +1,26 @@
+"""How measured swings are read from a CSV file."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from pendpin.records import Number, Positive, Record
+
+
+class Data(Record):
+    """How measured swings are read from a CSV file, for a fit: which column measures what.
+
+    A column measures the sum of the joints listed (an absolute angle is a sum), or one coordinate of a tip in W, in m,
+    as "rod_1.y". Each column has a zero of its own, which the fit finds unless `offsets` says otherwise.
+    """
+
+    time: str = Field("t", description="the column of times, s")
+    segment: str | None = Field(None, description="the column that tells independent swings apart; one swing if absent")
+    columns: Annotated[dict[str, tuple[str, ...] | str], Field(min_length=1)] = Field(
+        description='by column: the joints whose angles add up to it, or the coordinate of a tip, as "rod_1.y"'
+    )
+    unit: Literal["radians", "degrees"] = Field("radians", description="of the angles")
+    offsets: Literal["free", "zero"] | dict[str, Number] = Field(
+        "free", description="the zero of each column: free, zero, or by column in rad (m for tips)"
+    )
+    noise: Positive | None = Field(None, description="rad, standard deviation of the sensors; estimated if absent")
