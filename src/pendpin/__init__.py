@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from pendpin import effects
     from pendpin.analysis.crosscheck import crosscheck
     from pendpin.analysis.doctor.diagnose import diagnose
+    from pendpin.analysis.fit import Fit, fit
     from pendpin.analysis.work_precision import cost
     from pendpin.dynamics.dynamics import Dynamics, bind
     from pendpin.errors import InputError, MissingLibrary, PendpinError, RunError
@@ -22,6 +23,7 @@ __version__ = VERSION
 _HOMES = {
     "analysis.crosscheck": ("crosscheck",),
     "analysis.doctor.diagnose": ("diagnose",),
+    "analysis.fit": ("Fit", "fit"),
     "analysis.work_precision": ("cost",),
     "dynamics.dynamics": ("Dynamics", "bind"),
     "errors": ("InputError", "MissingLibrary", "PendpinError", "RunError"),
@@ -36,6 +38,7 @@ __all__ = [
     "Chain",
     "Dynamics",
     "Ensemble",
+    "Fit",
     "InputError",
     "MissingLibrary",
     "PendpinError",
@@ -51,6 +54,7 @@ __all__ = [
     "crosscheck",
     "diagnose",
     "effects",
+    "fit",
     "load_scene",
     "simulate",
     "simulate_many",

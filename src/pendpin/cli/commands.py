@@ -15,6 +15,7 @@ from pendpin.cli.tables import (
     print_diagnosis,
     print_effects,
     print_files,
+    print_fit,
     print_hard,
     print_run,
     progress_bar,
@@ -249,6 +250,44 @@ def cost(
         print_files([save_cost_plot(report, plot)])
     if report.interrupted:
         raise KeyboardInterrupt
+
+
+@app.command()
+def fit(
+    scene: Annotated[Path, typer.Argument(help="Scene file (TOML) with guesses and a [data] table.")],
+    data: Annotated[list[Path], typer.Argument(help="Measured swings: one CSV file or several.")],
+    free: Annotated[
+        str, typer.Option(help='Key paths, separated by commas, or "physics" (inertias, frictions, drags), "friction".')
+    ] = "physics",
+    hold_out: Annotated[list[Path] | None, typer.Option(help="CSV of other swings, to be predicted.")] = None,
+    hold_out_start: Annotated[
+        float, typer.Option(help="Part of each held-out swing on which its start is fitted; the rest is judged.")
+    ] = 0.1,
+    explain_residual: Annotated[
+        bool, typer.Option("--explain-residual", help="Fit without each part of the model, and with parts it lacks.")
+    ] = False,
+    robust: Annotated[bool, typer.Option("--robust", help="Let outliers count less.")] = False,
+    out: Annotated[Path | None, typer.Option(help="The fitted scene (TOML).")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
+    json: Json = False,
+) -> None:
+    """Fit free numbers of a scene to measured swings: values with errors, and what the data cannot tell."""
+    from pendpin.analysis.fit import explain_residual as explained
+    from pendpin.analysis.fit import fit as fitted
+    from pendpin.graphics.figure import picture_kind
+
+    chosen = _scene(scene)
+    if plot:
+        picture_kind(plot)
+    _refuse_targets([out, plot], [scene, *data, *(hold_out or []), *_files_of(chosen)])
+    with inside(str(scene)), waiting("fitting", hidden=json) as progress:
+        found = fitted(chosen, data, free, hold_out, hold_out_start, robust=robust, progress=progress)
+        if explain_residual:
+            found = explained(found, progress)
+    print_fit(found, json)
+    files = [chosen_file for chosen_file in (out and found.scene.save(out), plot and found.plot(plot)) if chosen_file]
+    if files and not json:
+        print_files(files)
 
 
 @app.command()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pendpin.analysis.crosscheck import Report
     from pendpin.analysis.doctor.diagnosis import Diagnosis
+    from pendpin.analysis.fit import Fit
     from pendpin.analysis.hardcases import Report as HardReport
     from pendpin.analysis.significance import EffectsReport
     from pendpin.analysis.work_precision_report import CostReport, Curve
@@ -169,6 +170,21 @@ def _cost_row(curve: "Curve", errors: list[float], accuracy: float) -> list[str]
     unit = " s" if curve.kind == "step" else ""
     asked = [f"{point.setting:.0e}{unit}", str(point.steps), str(point.evaluations)] if point else ["", "", ""]
     return [curve.name, *("" if t is None else time_text(t) for t in times), *asked]
+
+
+def print_fit(found: "Fit", as_json: bool) -> None:
+    """Fitted numbers with their errors, and what they are worth."""
+    if as_json:
+        print_json(found.as_dict())
+        return
+    rows = [[key, f"{value:.6g}", _error_of(found, key)] for key, value in found.values.items()]
+    print_table(["", "value", "standard error"], rows)
+    for line in found.words():
+        print(line)
+
+
+def _error_of(found: "Fit", key: str) -> str:
+    return f"{found.errors[key]:.2g}" if key in found.errors else "not determined"
 
 
 def print_hard(report: "HardReport", as_json: bool) -> None:

@@ -81,7 +81,7 @@ def _one_rod(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Accele
 
 def _of_tree(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Acceleration:
     tree = _with_numbers(tree_of(model.pin), numbers)
-    external = None if loads.wrench is None else _external(model, loads, numbers, tree, xp)
+    external = None if loads.wrench is None else external_wrenches(model, loads, numbers, tree, xp)
 
     def acceleration(t: Any, q: Array, v: Array) -> Array:
         tau = None if loads.torque is None else loads.torque(t, q, v)
@@ -98,7 +98,7 @@ def _with_numbers(tree: Tree, numbers: Parameters) -> Tree:
     return tree._replace(**{name: numbers(getattr(tree, name)) for name in changing})
 
 
-def _external(model: Model, loads: Loads, numbers: Numbers, tree: Tree, xp: Any) -> Acceleration:
+def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, xp: Any) -> Acceleration:
     """Wrenches on the links, (n, 6), at the joints' origins, in the joints' frames."""
     joints, com = [body.joint for body in model.bodies], numbers(np.array([body.com for body in model.bodies]))
     wrench = loads.wrench

@@ -1,0 +1,100 @@
+"""Fit: from measured swings to a scene with fitted numbers and their errors (docs/fit.md).
+
+May import: what analysis may. Reading: data, sensors; the free numbers: parameters; motion: equations, motion; search:
+guess, search, fitting; what the result is worth: honesty, combinations, parts; what is shown: report, figure.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendpin.analysis.fit.combinations import combinations
+from pendpin.analysis.fit.data import read_swings
+from pendpin.analysis.fit.fitting import Setting, Solution, prepare, search
+from pendpin.analysis.fit.honesty import whiteness
+from pendpin.analysis.fit.parameters import checked, substituted
+from pendpin.analysis.fit.parts import explain_residual
+from pendpin.analysis.fit.report import Fit, Prediction, fitted_prediction, predict
+from pendpin.arrays import Array
+from pendpin.scene import Data, Scene, load_scene
+
+__all__ = ["Fit", "Prediction", "explain_residual", "fit"]
+
+
+def fit(
+    scene: Scene | str | Path,
+    data: Any,
+    free: str | Sequence[str] = "physics",
+    hold_out: Any = None,
+    hold_out_start: float = 0.1,
+    *,
+    robust: bool = False,
+    progress: Callable[[str], None] = lambda what: None,
+) -> Fit:
+    """Fit free numbers of a scene to measured swings, and say what they are worth.
+
+    data: the path of a CSV file, several of them, or a table of columns; the scene's [data] table says what they
+    measure. free: key paths such as "model.rods[0].com", and the short forms "physics" (centres of mass, inertias,
+    frictions, drags) and "friction". hold_out: other data, predicted with starts fitted on their first part
+    hold_out_start. robust: residuals of single samples count less the larger they are (Huber).
+
+    Raises InputError for what is wrong with scene, data or keys; MissingLibrary without heyoka.
+    """
+    begin = time.perf_counter()
+    chosen = scene if isinstance(scene, Scene) else load_scene(scene)
+    setting = prepare(chosen, data, free, robust)
+    others = None if hold_out is None else read_swings(hold_out, setting.table)
+    solution = search(setting, progress)
+    held = None if others is None else predict(setting, solution, others, hold_out_start)
+    return report(setting, solution, held, time.perf_counter() - begin)
+
+
+def report(setting: Setting, solution: Solution, held: Prediction | None, seconds: float) -> Fit:
+    """The report of a solution."""
+    values, gradients = _numbers(setting, solution)
+    known = solution.certainty
+    errors = {key: known.error(g) for key, g in gradients.items() if known.determined(g)}
+    unsure = tuple(key for key in values if key not in errors)
+    matrix = np.array([gradients[key] for key in errors]).reshape(len(errors), -1)
+    batch = solution.problem.batch
+    r = solution.solved.r.reshape(len(batch.swing), -1, len(setting.columns))
+    return Fit(
+        scene=_fitted(setting, solution),
+        values=values,
+        errors=errors,
+        covariance=matrix @ known.covariance @ matrix.T,
+        undetermined=unsure,
+        combinations=combinations(setting.scene, setting.free, solution.z, known, set(unsure)),
+        train=fitted_prediction(setting, solution),
+        hold_out=held,
+        noise=dict(zip(setting.columns, setting.noise.tolist(), strict=True)),
+        white=whiteness(r),
+        inflation=known.inflation,
+        seconds=seconds,
+        setting=setting,
+        solution=solution,
+    )
+
+
+def _numbers(setting: Setting, solution: Solution) -> tuple[dict[str, float], dict[str, Array]]:
+    """The fitted numbers and zeros by key path, and their gradients by the unknowns (nx,)."""
+    free, nx = setting.free, len(solution.x)
+    values = dict(zip(free.keys, map(float, free.values(solution.z)), strict=True))
+    gradients = {key: np.pad(row, (0, nx - len(row))) for key, row in zip(free.keys, free.transform, strict=True)}
+    for row, name in enumerate(setting.columns):
+        if nx > len(solution.z):
+            key = f"data.offsets.{name}"
+            values[key], gradients[key] = float(solution.offsets[row]), np.eye(nx)[len(solution.z) + row]
+    return values, gradients
+
+
+def _fitted(setting: Setting, solution: Solution) -> Scene:
+    """The scene with the fitted numbers and zeros."""
+    values = [float(value) for value in setting.free.values(solution.z)]
+    offsets = dict(zip(setting.columns, map(float, solution.offsets), strict=True))
+    scene = substituted(setting.scene, setting.free.keys, values, checked)
+    table: Data = checked(setting.table, {"offsets": offsets})
+    return checked(scene, {"data": table})

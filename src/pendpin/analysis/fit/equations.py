@@ -15,6 +15,7 @@ import numpy as np
 from pendpin.analysis.fit.parameters import Free, substituted, unchecked
 from pendpin.arrays import Array
 from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.parameters import GIVEN
 from pendpin.dynamics.symbols import external_wrenches
 from pendpin.effects import ContactEffect, DryFriction, FieldEffect, Gravity, Motion
 from pendpin.equations import recursion
@@ -185,7 +186,7 @@ class _Symbolic:
                 torque[joint] -= self.hy.par[self.nz + k] * effect.sliding(v[joint], xp)
         external = None
         if self.loads.wrench is not None:
-            external = external_wrenches(self.model, self.loads, y[-1], recursion.motions(self.tree, q, v, xp))
+            external = external_wrenches(self.model, self.loads, GIVEN, self.tree, xp)(y[-1], q, v)
         field = np.array(self.loads.field(y[-1]), dtype=object)
         return y, recursion.accelerations(self.tree, q, v, field, torque, external, xp)
 

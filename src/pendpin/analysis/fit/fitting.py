@@ -109,6 +109,13 @@ def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = F
     return Setting(scene, scene.data, parameters, equations, outputs, swings, pace, noise, names, robust)
 
 
+def prepared(setting: Setting, scene: Scene, free: str | Sequence[str]) -> Setting:
+    """The same data with another scene and other free numbers."""
+    parameters = free_parameters(scene, free)
+    equations = compile_equations(scene, parameters, sensors_of(setting.table, build(scene.model)).joints)
+    return replace(setting, scene=scene, free=parameters, equations=equations)
+
+
 def given_offsets(setting: Setting) -> Array:
     """The zeros of columns that are not free, (columns,) in rad or m."""
     offsets = setting.table.offsets
@@ -160,7 +167,7 @@ def _problem(setting: Setting) -> Problem:
     return Problem(
         setting.equations,
         setting.sensors,
-        batch(setting.swings, SHORT * setting.pace, _thin(setting)),
+        batch(setting.swings, SHORT * setting.pace, search_thin(setting)),
         1 / setting.noise,
         np.concatenate([np.where(free.start != 0, np.abs(free.start), 1.0), np.full(many, OFFSET)]),
         np.concatenate([free.lower, -none]),
@@ -176,7 +183,14 @@ def _states(setting: Setting, problem: Problem, x: Array) -> Array:
     return start_states(setting, problem.split(x)[1], setting.angles, problem.batch.longest)
 
 
-def _thin(setting: Setting) -> int:
+def begun_at(setting: Setting, problem: Problem) -> Problem:
+    """A problem with the equations of a setting, its numbers as the prior, and the data and weights of another."""
+    own = _problem(setting)
+    kept = {"batch": problem.batch, "weights": problem.weights, "share": problem.share}
+    return _rescaled(setting, replace(own, **kept), own.prior)
+
+
+def search_thin(setting: Setting) -> int:
     """Every how many samples the search looks at: samples a step apart say as much as all."""
     spacing = np.median(np.concatenate([np.diff(swing.t) for swing in setting.swings]))
     return max(1, int(STEP * setting.pace / spacing))
@@ -219,7 +233,7 @@ def _whole(setting: Setting, problem: Problem, x: Array) -> Problem:
     """The problem with whole swings, cut where a motion has forgotten its start."""
     longest = max(swing.t[-1] - swing.t[0] for swing in setting.swings)
     while True:
-        whole = replace(problem, batch=batch(setting.swings, longest, _thin(setting)))
+        whole = replace(problem, batch=batch(setting.swings, longest, search_thin(setting)))
         _, J = whole.by_starts(x, _states(setting, whole, x))
         growth = np.abs(J.reshape(len(J), -1, len(setting.columns), J.shape[-1]) / whole.weights[:, None])
         growth[..., len(setting.equations.joints) :] /= 2 * setting.pace

@@ -1,0 +1,173 @@
+"""What each part of a model is worth: fits without each friction and drag, and with parts that the scene lacks."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pendpin.analysis.fit.data import batch
+from pendpin.analysis.fit.fitting import Setting, Solution, begun_at, prepared, search_thin
+from pendpin.analysis.fit.honesty import autocorrelation
+from pendpin.analysis.fit.parameters import checked
+from pendpin.analysis.fit.report import Fit, predict
+from pendpin.analysis.fit.search import Search, Solved, Starts
+from pendpin.effects import Drag, DryFriction, Gravity, Viscous
+from pendpin.errors import InputError
+from pendpin.scene import Chain, Scene
+
+MOST = 12  # evaluations of a search, from the fitted numbers
+CALLED_FOR = (
+    6.0  # of the information criterion: strong evidence (R. Kass, A. Raftery, J. Am. Stat. Assoc. 90 (1995), 773)
+)
+SMALL = 1e-3  # of the largest torque of gravity: first guess of a friction
+SLOW = 5.0  # rad/s: first guess of a Stribeck speed
+SLENDER = 20.0  # length over diameter: first guess of a rod in the air
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a model, and what leaving it out or taking it in changes."""
+
+    name: str
+    present: bool  # in the scene: the changes are those of leaving it out
+    rms: float  # of the residuals over those of the fit
+    criterion: float  # change of the Bayesian information criterion for having the part; negative is better
+    hold_out: float | None  # change of the held-out rms, over that of the fit
+
+    @property
+    def called_for(self) -> bool:
+        """Whether the data call for it."""
+        return self.criterion < -CALLED_FOR
+
+    def __str__(self) -> str:
+        what = "without" if self.present else "with"
+        held = "" if self.hold_out is None else f", held out {self.hold_out:.3f}"
+        verdict = "called for" if self.called_for else "not called for"
+        return (
+            f"{self.name}: {verdict} (residuals {what} it: {self.rms:.3f} times{held}; criterion {self.criterion:+.0f})"
+        )
+
+
+def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: None) -> Fit:
+    """The fit with what each part of its model is worth, and what parts that it lacks would be."""
+    base_setting = prepared(fit.setting, fit.scene, list(fit.setting.free.keys))
+    progress("the fit as it is")
+    base = _refitted(base_setting, fit)
+    parts = []
+    for name, present, scene, keys in _alternatives(fit):
+        progress(f"{'without' if present else 'with'} {name}")
+        try:
+            setting = prepared(fit.setting, scene, keys)
+        except InputError:
+            continue  # the scene without this part does not fit together
+        parts.append(_compared(name, present, fit, base, base_setting, _refitted(setting, fit), setting))
+    return replace(fit, parts=tuple(sorted(parts, key=lambda part: part.criterion)))
+
+
+def _refitted(setting: Setting, fit: Fit) -> Solution:
+    """A search over whole swings from the fitted numbers, with the weights of the fit."""
+    p = fit.solution.problem
+    pieces = batch(setting.swings, p.batch.longest, search_thin(setting))
+    share = p.share if np.isscalar(p.share) else p.share[:1]
+    problem = begun_at(setting, replace(p, batch=pieces, share=share))
+    x = np.concatenate([setting.free.start, fit.solution.offsets[: len(problem.prior) - len(setting.free.start)]])
+    search = Search(problem, Starts(x, fit.solution.solved.starts))
+    x, solved = search.run(MOST, 1e-5)
+    return Solution(problem, x, solved, fit.solution.certainty)
+
+
+def _compared(
+    name: str, present: bool, fit: Fit, base: Solution, base_setting: Setting, other: Solution, setting: Setting
+) -> Part:
+    """The part's worth, from fits with and without it."""
+    rss, other_rss = _squares(base.solved), _squares(other.solved)
+    rho = autocorrelation(base.solved.r[:, :, None], base.solved.r.shape[1] // 2)
+    memory = 1 + 2 * rho[1 : 1 + int(np.argmax(rho[1:] < 0.05))].sum()
+    samples = max((base.solved.r != 0).sum() / memory, 10.0)
+    more = other.problem.nz - base.problem.nz
+    change = samples * np.log(other_rss / rss) + more * np.log(samples)
+    held = None
+    if fit.hold_out:
+        part = float(np.mean(~np.concatenate(fit.hold_out.judged)))
+        errors = [
+            predict(s, sol, fit.hold_out.swings, part).errors() for s, sol in ((base_setting, base), (setting, other))
+        ]
+        held = float(np.sqrt(np.nanmean(errors[1] ** 2) / np.nanmean(errors[0] ** 2)))
+    return Part(name, present, float(np.sqrt(other_rss / rss)), float(-change if present else change), held)
+
+
+def _squares(solved: Solved) -> float:
+    return float((solved.rest(solved.r[..., None]) ** 2).sum())
+
+
+# --- alternatives ---------------------------------------------------------------------------------------------------
+
+
+def _alternatives(fit: Fit) -> Iterator[tuple[str, bool, Scene, list[str]]]:
+    """Name, whether the scene has it, the scene without or with it, and what is then free."""
+    keys = list(fit.setting.free.keys)
+    yield from _without(fit.scene, keys)
+    yield from _with(fit.scene, keys)
+
+
+def _without(scene: Scene, keys: list[str]) -> Iterator[tuple[str, bool, Scene, list[str]]]:
+    for i, effect in enumerate(scene.effects):
+        rest = [key for key in keys if not key.startswith(f"effects[{i}].")]
+        where = f"effects[{i}], {effect.kind}"
+        if isinstance(effect, Viscous):
+            yield where, True, _changed(scene, i, Viscous(**effect.given() | {"coefficient": 0.0})), rest
+        if isinstance(effect, DryFriction):
+            yield where, True, _changed(scene, i, DryFriction(kinetic=0.0, joints=effect.joints)), rest
+        if isinstance(effect, DryFriction) and effect.stribeck is not None:
+            size = effect.static or effect.kinetic
+            plain = DryFriction(kinetic=size, joints=effect.joints)
+            kinetic = [key for key in keys if key == f"effects[{i}].kinetic"]
+            yield f"{where}: stribeck", True, _changed(scene, i, plain), [*rest, *kinetic]
+        if isinstance(effect, Drag) and effect.coefficient:
+            yield where, True, _changed(scene, i, checked(effect, {"coefficient": 0.0})), rest
+
+
+def _with(scene: Scene, keys: list[str]) -> Iterator[tuple[str, bool, Scene, list[str]]]:
+    kinds, many = {effect.kind for effect in scene.effects}, len(scene.effects)
+    size = SMALL * _weight(scene)
+    added: dict[str, tuple[Any, list[str]]] = {
+        "viscous": (Viscous(coefficient=size / SLOW), ["coefficient"]),
+        "dry_friction": (DryFriction(kinetic=size), ["kinetic"]),
+        "drag": (Drag(diameter=_length(scene) / SLENDER), ["coefficient"]),
+    }
+    for kind, (effect, names) in added.items():
+        if kind not in kinds:
+            more = [f"effects[{many}].{name}" for name in names]
+            yield kind, False, checked(scene, {"effects": (*scene.effects, effect)}), [*keys, *more]
+    for i, effect in enumerate(scene.effects):
+        if isinstance(effect, DryFriction) and effect.stribeck is None:
+            low, high = 0.8 * effect.kinetic + size / 10, 1.2 * effect.kinetic + size
+            falling = DryFriction(kinetic=low, static=high, stribeck=SLOW, joints=effect.joints)
+            more = [f"effects[{i}].{name}" for name in ("kinetic", "static", "stribeck")]
+            rest = [key for key in keys if key not in more]
+            yield f"effects[{i}], dry_friction: stribeck", False, _changed(scene, i, falling), [*rest, *more]
+        if isinstance(effect, Gravity) and not any(key.startswith(f"effects[{i}].direction") for key in keys):
+            yield "tilt of gravity", False, scene, [*keys, f"effects[{i}].direction[1]"]
+    lengths = (
+        [f"model.rods[{i}].length" for i in range(len(scene.model.rods) - 1)] if isinstance(scene.model, Chain) else []
+    )
+    if missing := [key for key in lengths if key not in keys]:
+        yield "other lengths of rods", False, scene, [*keys, *missing]
+
+
+def _changed(scene: Scene, place: int, effect: Any) -> Scene:
+    effects = [*scene.effects]
+    effects[place] = effect
+    return checked(scene, {"effects": tuple(effects)})
+
+
+def _weight(scene: Scene) -> float:
+    """The largest torque of gravity about a joint, N m, or a size like it."""
+    if not isinstance(scene.model, Chain):
+        return 1.0
+    return sum(9.81 * rod.properties.m * rod.length for rod in scene.model.all_rods)
+
+
+def _length(scene: Scene) -> float:
+    return min(rod.length for rod in scene.model.rods) if isinstance(scene.model, Chain) else 1.0

@@ -1,0 +1,199 @@
+"""The result of a fit: numbers with errors, what they are worth, predictions of other swings, as text and as JSON."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.analysis.fit.combinations import Combination
+from pendpin.analysis.fit.data import FEWEST, Swing, batch, read_swings
+from pendpin.analysis.fit.fitting import Setting, Solution, start_states
+from pendpin.analysis.fit.guess import joint_angles
+from pendpin.analysis.fit.honesty import NOISY, WHITE
+from pendpin.analysis.fit.search import solve_starts
+from pendpin.arrays import Array
+from pendpin.errors import InputError
+from pendpin.scene import Scene
+
+WIDER = 1.2  # times: said from there on
+POOR = 0.05  # of the spread of a column: residuals of a model that misses something large
+
+
+class Prediction(NamedTuple):
+    """What a fitted model says of swings, their starts being fitted on the first part of each."""
+
+    swings: tuple[Swing, ...]  # measured
+    predicted: tuple[Array, ...]  # (m, columns) rad or m, of each swing
+    judged: tuple[Array, ...]  # (m,) whether a sample counts: those after the part that the start was fitted on
+    columns: tuple[str, ...]
+
+    def errors(self) -> Array:
+        """Predicted less measured, over the samples that count, (N, columns)."""
+        parts = zip(self.swings, self.predicted, self.judged, strict=True)
+        return np.concatenate([(found - swing.y)[judged] for swing, found, judged in parts])
+
+    @property
+    def rms(self) -> dict[str, float]:
+        """The root of the mean square error of each column, rad or m."""
+        return dict(zip(self.columns, np.sqrt(np.nanmean(self.errors() ** 2, 0)).tolist(), strict=True))
+
+    @property
+    def max(self) -> dict[str, float]:
+        """The largest error of each column, rad or m."""
+        return dict(zip(self.columns, np.nanmax(np.abs(self.errors()), 0).tolist(), strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted scene and what is known of its numbers.
+
+    values and errors (standard errors) are by key path; what the data do not determine is in `undetermined`, has no
+    error and stays near its guess. Angles are in rad, tips in m.
+    """
+
+    scene: Scene  # with the fitted numbers
+    values: dict[str, float]
+    errors: dict[str, float]
+    covariance: Array  # (len(errors), len(errors)), in the order of errors
+    undetermined: tuple[str, ...]
+    combinations: tuple[Combination, ...]  # what is determined of the undetermined
+    train: Prediction  # every sample counts
+    hold_out: Prediction | None
+    noise: dict[str, float]  # of the sensors, by column
+    white: float  # probability of so much correlation in white residuals
+    inflation: float  # of the standard errors by correlated residuals
+    seconds: float
+    setting: Setting
+    solution: Solution
+    parts: tuple[Any, ...] = ()  # what each part of the model is worth, where it was asked
+
+    @property
+    def residuals(self) -> tuple[Swing, ...]:
+        """Fitted less measured, swing by swing, (m, columns)."""
+        pairs = zip(self.train.swings, self.train.predicted, strict=True)
+        return tuple(Swing(swing.name, swing.t, found - swing.y) for swing, found in pairs)
+
+    @property
+    def explained(self) -> bool:
+        """Whether the model explains the data: what is left over is no larger than the noise, and white."""
+        loud = any(rms > NOISY * self.noise[name] for name, rms in self.train.rms.items())
+        return not loud and self.white > WHITE
+
+    def predict(self, data: Any, start: float = 0.1) -> Prediction:
+        """What the fitted model says of other swings; their starts are fitted on the first part `start` of each."""
+        return predict(self.setting, self.solution, read_swings(data, self.setting.table), start)
+
+    def plot(self, path: Any = None) -> Any:
+        """A figure of measured and fitted angles, residuals and their autocorrelation; written to `path` if given."""
+        from pendpin.analysis.fit.figure import draw_fit, save_fit
+
+        return draw_fit(self) if path is None else save_fit(self, path)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The report as plain data, for JSON."""
+        held = self.hold_out and {"rms": self.hold_out.rms, "max": self.hold_out.max}
+        return {
+            "values": self.values,
+            "errors": self.errors,
+            "undetermined": list(self.undetermined),
+            "combinations": {c.name: {"value": c.value, "error": c.error, "unit": c.unit} for c in self.combinations},
+            "seconds": self.seconds,
+            "train": {"rms": self.train.rms},
+            "hold_out": held,
+            "explained": self.explained,
+            "verdict": self.verdict,
+            "parts": [asdict(part) | {"called_for": part.called_for} for part in self.parts],
+        }
+
+    @property
+    def verdict(self) -> str:
+        """Whether the model explains the data, in a sentence."""
+        rms, spread = self.train.rms, np.nanstd(np.concatenate([s.y for s in self.train.swings]), 0)
+        worst = max(rms, key=lambda name: rms[name] / self.noise[name])
+        part = max(r / s for r, s in zip(rms.values(), spread, strict=True))
+        times = f"residuals of {worst} are {rms[worst]:.3g}, {rms[worst] / self.noise[worst]:.3g} times the noise"
+        if self.explained:
+            return "The model explains the data: what is left over is white and no larger than the noise."
+        if rms[worst] <= NOISY * self.noise[worst]:
+            return f"The model cannot explain the data: residuals are small, but correlated (p = {self.white:.1g})."
+        cannot = "The model cannot explain the data at all" if part > POOR else "The model cannot explain the data"
+        return f"{cannot}: {times}, {100 * part:.2g} % of the motion, and correlated; something is missing."
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines())
+
+    def lines(self) -> list[str]:
+        """The report as lines of text."""
+        width = max(map(len, self.values))
+        return [f"{key:{width}}  {value: .6g}{self._error(key)}" for key, value in self.values.items()] + self.words()
+
+    def words(self) -> list[str]:
+        """What the numbers are worth, as lines of text."""
+        rows = [self.verdict]
+        if self.undetermined:
+            rows.append(
+                f"Not determined by these data, held near the guess: {', '.join(self.undetermined)}. Free fewer of them, "
+                "keeping those that you can weigh or measure."
+            )
+        if self.combinations:
+            rows.append("Determined of them:")
+            rows += [f"  {c.name} = {c.value:.6g} +- {c.error:.2g} {c.unit}".rstrip() for c in self.combinations]
+        if self.inflation > WIDER:
+            rows.append(
+                f"Standard errors count the correlation of the residuals: up to {self.inflation:.3g} times wider."
+            )
+        rows.append("Fitted: rms " + _listed(self.train.rms))
+        if self.hold_out:
+            rows.append(f"Held out: rms {_listed(self.hold_out.rms)}; largest {_listed(self.hold_out.max)}")
+        return [*rows, *(str(part) for part in self.parts), f"{self.seconds:.1f} s"]
+
+    def _error(self, key: str) -> str:
+        return f" +- {self.errors[key]:.2g}" if key in self.errors else "  (not determined)"
+
+
+def _listed(values: dict[str, float]) -> str:
+    return ", ".join(f"{name} {value:.3g}" for name, value in values.items())
+
+
+def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
+    """What the fit itself says of the swings that it was made from."""
+    p, starts = solution.problem, solution.solved.starts
+    found = (
+        p.predicted(np.repeat(solution.z[:, None], starts.shape[1], 1), starts, p.batch.t) + solution.offsets[:, None]
+    )
+    swings, predicted, place = setting.swings, [], 0
+    for k, swing in enumerate(swings):
+        rows = []
+        for piece in np.flatnonzero(p.batch.swing == k):
+            rows.append(found[:, :, piece])
+        lengths = _lengths(swing, len(rows))
+        predicted.append(np.concatenate([row[:m] for row, m in zip(rows, lengths, strict=True)]))
+        place += len(rows)
+    judged = tuple(np.ones(len(swing.t), bool) for swing in swings)
+    return Prediction(swings, tuple(predicted), judged, setting.columns)
+
+
+def _lengths(swing: Swing, pieces: int) -> list[int]:
+    """How many samples each of the pieces of a swing has."""
+    return np.diff(np.round(np.linspace(0, len(swing.t), pieces + 1)).astype(int)).tolist()
+
+
+def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start: float) -> Prediction:
+    """As `Fit.predict`."""
+    if not 0 < start < 1:
+        raise InputError(f"hold_out_start: {start:g} is not between 0 and 1: it is the part that a start is fitted on")
+    judged = [swing.t > swing.t[0] + start * (swing.t[-1] - swing.t[0]) for swing in swings]
+    for late, swing in zip(judged, swings, strict=True):
+        late[:FEWEST] = False
+        if not late.any():
+            raise InputError(f"segment {swing.name}: too few samples to fit a start and judge the rest")
+    heads = [swing.part(~late) for swing, late in zip(swings, judged, strict=True)]
+    problem = replace(solution.problem, batch=batch(heads, np.inf), share=1.0)
+    angles = joint_angles(setting.equations, setting.sensors, heads, solution.z)
+    solved = solve_starts(problem, solution.x, start_states(setting, solution.offsets, angles, np.inf), 20)
+    full = batch(swings, np.inf)
+    z = np.repeat(solution.z[:, None], len(swings), 1)
+    found = problem.predicted(z, solved.starts, full.t) + solution.offsets[:, None]
+    predicted = tuple(found[: len(swing.t), :, k] for k, swing in enumerate(swings))
+    return Prediction(tuple(swings), predicted, tuple(judged), setting.columns)
