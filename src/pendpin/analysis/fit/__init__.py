@@ -13,7 +13,7 @@ import numpy as np
 
 from pendpin.analysis.fit.combinations import combinations
 from pendpin.analysis.fit.data import read_swings
-from pendpin.analysis.fit.fitting import Setting, Solution, prepare, search
+from pendpin.analysis.fit.fitting import Setting, Solution, prepare, solution_of
 from pendpin.analysis.fit.honesty import whiteness
 from pendpin.analysis.fit.parameters import checked, substituted
 from pendpin.analysis.fit.parts import explain_residual
@@ -47,12 +47,12 @@ def fit(
     chosen = scene if isinstance(scene, Scene) else load_scene(scene)
     setting = prepare(chosen, data, free, robust)
     others = None if hold_out is None else read_swings(hold_out, setting.table)
-    solution = search(setting, progress)
+    solution = solution_of(setting, progress)
     held = None if others is None else predict(setting, solution, others, hold_out_start)
-    return report(setting, solution, held, time.perf_counter() - begin)
+    return _report(setting, solution, held, time.perf_counter() - begin)
 
 
-def report(setting: Setting, solution: Solution, held: Prediction | None, seconds: float) -> Fit:
+def _report(setting: Setting, solution: Solution, held: Prediction | None, seconds: float) -> Fit:
     """The report of a solution."""
     values, gradients = _numbers(setting, solution)
     known = solution.certainty
@@ -83,7 +83,9 @@ def _numbers(setting: Setting, solution: Solution) -> tuple[dict[str, float], di
     """The fitted numbers and zeros by key path, and their gradients by the unknowns (nx,)."""
     free, nx = setting.free, len(solution.x)
     values = dict(zip(free.keys, map(float, free.values(solution.z)), strict=True))
-    gradients = {key: np.pad(row, (0, nx - len(row))) for key, row in zip(free.keys, free.transform, strict=True)}
+    gradients = {
+        key: np.pad(row, (0, nx - len(row))) for key, row in zip(free.keys, free.gradients(solution.z), strict=True)
+    }
     for row, name in enumerate(setting.columns):
         if nx > len(solution.z):
             key = f"data.offsets.{name}"

@@ -32,7 +32,7 @@ def combinations(scene: Scene, free: Free, z: Array, known: Certainty, unsure: s
     for name, unit, function in _ratios(scene, free, unsure):
         values = free.values(z)
         gradient = np.zeros(len(known.scale))
-        gradient[: len(z)] = _gradient(function, values) @ free.transform
+        gradient[: len(z)] = _gradient(function, values) @ free.gradients(z)
         if known.determined(gradient):
             found.append(Combination(name, function(values), known.error(gradient), unit))
     return tuple(found)

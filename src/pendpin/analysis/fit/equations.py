@@ -115,7 +115,7 @@ class _Symbolic:
         joints = set(measured) | set(np.flatnonzero((q != 0) | (v != 0)))
         while True:
             resting = [j for j in range(len(q)) if j not in joints]
-            pushed = self._pushed(sorted(joints), resting)
+            pushed = self._pushed([int(j) for j in sorted(joints)], resting)
             if not pushed:
                 return tuple(sorted(int(j) for j in joints))
             joints |= set(pushed)

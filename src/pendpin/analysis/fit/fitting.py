@@ -30,8 +30,9 @@ from pendpin.scene import Data, Scene
 STEP = 0.3  # of the time scale: the longest step of a search; a quarter of that for what is reported
 SMOOTHING = 0.7  # of the time scale, to either side: local polynomials
 SHORT = 12.6  # time scales: about one period, the length of the first pieces
+POLISHING = 15  # steps at most
 HOLD = 1e-3  # weight of the guess, in units of the noise, for what the data do not determine
-MOST_CHANGE = 0.3  # of a positive number: its natural scale is not above this
+MOST_CHANGE = 0.3  # of the logarithm of a positive number: its natural scale is not above this
 OFFSET = 0.01  # rad or m: natural scale of a zero
 NEAR = 0.3  # of the spread of a column: residuals from which whole swings can be searched
 MOST_GROWTH = 1e3  # of a disturbance of a start: pieces are cut where the motion forgets its start
@@ -126,7 +127,7 @@ def given_offsets(setting: Setting) -> Array:
     return np.array([offsets.get(name, 0.0) for name in setting.columns])
 
 
-def search(setting: Setting, progress: Progress, begin: Array | None = None) -> Solution:
+def solution_of(setting: Setting, progress: Progress, begin: Array | None = None) -> Solution:
     """The unknowns that explain the data best: by equation error, by short pieces, then by whole swings.
 
     `begin` (nx,) are unknowns known to be near: only whole swings are then searched.
@@ -144,7 +145,7 @@ def search(setting: Setting, progress: Progress, begin: Array | None = None) -> 
     problem = _rescaled(setting, _whole(setting, problem, x), x)
     x, solved = Search(problem, Starts(x, _states(setting, problem, x))).run(15, 1e-3)
     problem = _weighted(setting, _rescaled(setting, problem, x), solved)
-    x, solved = Search(problem, Starts(x, solved.starts)).run(20, 1e-5)
+    x, solved, _ = Search(problem, Starts(x, solved.starts)).polished(POLISHING)
     progress("error bars")
     return _finished(setting, problem, x, solved)
 
@@ -169,7 +170,7 @@ def _problem(setting: Setting) -> Problem:
         setting.sensors,
         batch(setting.swings, SHORT * setting.pace, search_thin(setting)),
         1 / setting.noise,
-        np.concatenate([np.where(free.start != 0, np.abs(free.start), 1.0), np.full(many, OFFSET)]),
+        np.concatenate([np.where(free.positive | (free.start == 0), 1.0, np.abs(free.start)), np.full(many, OFFSET)]),
         np.concatenate([free.lower, -none]),
         np.concatenate([free.upper, none]),
         np.concatenate([free.start, np.zeros(many)]),
@@ -212,8 +213,8 @@ def _rescaled(setting: Setting, problem: Problem, x: Array) -> Problem:
     found = natural_scale(_regression(setting), z, offsets)
     scale = problem.scale.copy()
     scale[: len(z)] = np.where(found > 0, found, scale[: len(z)])
-    positive = np.isfinite(problem.lower) & (problem.lower > 0)
-    scale = np.where(positive, np.minimum(scale, MOST_CHANGE * np.abs(x)), scale)
+    positive = np.pad(setting.free.positive, (0, len(x) - len(z)))
+    scale = np.where(positive, np.minimum(scale, MOST_CHANGE), scale)
     return replace(problem, scale=scale)
 
 
@@ -263,9 +264,8 @@ def _finished(setting: Setting, problem: Problem, x: Array, solved: Solved) -> S
     full = replace(problem, batch=pieces, share=1.0, largest_step=STEP / 4 * setting.pace)
     solved = solve_starts(full, x, solved.starts)
     full = _weighted(setting, full, solved)
-    solved = solve_starts(full, x, solved.starts)
-    J = full.by_unknowns(x, solved.starts, solved.r, central=True)
+    x, solved, J = Search(full, Starts(x, solved.starts)).polished(2, central=True)
     shape = (len(J), -1, len(setting.columns))
     rest = solved.rest(solved.r[..., None]).reshape(shape)
-    known = certainty(rest, solved.rest(J).reshape(*shape, len(x)), full.scale, full.batch.swing, solved.starts.size)
+    known = certainty(rest, J.reshape(*shape, len(x)), full.scale, full.batch.swing, solved.starts.size)
     return Solution(full, x, solved, known)

@@ -151,13 +151,13 @@ def _margins(equations: Equations, before: _Columns, y: Array) -> Array:
 
 def _happens(equations: Equations, before: _Columns, after: Array) -> Mask:
     """Whether in a step (C,) a sliding joint turned round or a held one came loose."""
-    return (_margins(equations, before, after) < 0).any(0)
+    return np.any(_margins(equations, before, after) < 0, axis=0)
 
 
 def _may_dip(equations: Equations, before: _Columns, after: Array, slopes: Array) -> Mask:
     """Whether in a step (C,) a rate of sliding falls and then rises, being above 0 at both ends."""
     way, rows = before.pars[equations.nz :], list(equations.rubbing)
-    return ((slopes[0, rows] * way < 0) & (slopes[1, rows] * way > 0)).any(0)
+    return np.any((slopes[0, rows] * way < 0) & (slopes[1, rows] * way > 0), axis=0)
 
 
 def _first_dip(equations: Equations, before: _Columns, after: Array, slopes: Array, h: Array) -> Array:

@@ -9,18 +9,22 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.effects import Drag, DryFriction, Viscous
+from pendpin.equations.numbers import symbols
 from pendpin.errors import InputError, choices, did_you_mean, shown
 from pendpin.keypaths import parsed
 from pendpin.records import Record
 from pendpin.scene import Chain, Rod, Scene
 
 _MOMENTS = np.ones((3, 3)) - np.eye(3)  # I = _MOMENTS S with S the second moments of mass along b1, b2, b3
+_LEAST = 1e-6  # of the guess of a positive number
 _NEGLIGIBLE = 1e-9  # of the largest second moment: the rod is thin
 
 
 @dataclass(frozen=True, eq=False)
 class Free:
-    """Free numbers and their search coordinates z (nz,): values = fixed + transform z, lower <= z <= upper.
+    """Free numbers and their search coordinates z (nz,): values = guess + transform (x(z) - x(start)), z within bounds.
+
+    x is exp(z) where a number is positive, else z.
 
     A rod's three inertias move through its second moments of mass, none of them negative, so that a real body has
     them; a static friction moves through its excess over the kinetic one.
@@ -29,13 +33,20 @@ class Free:
     keys: tuple[str, ...]  # K key paths of single numbers
     guess: Array  # (K,)
     transform: Array  # (K, nz)
+    positive: Array  # (nz,) whether a coordinate is the logarithm
     start: Array  # (nz,)
     lower: Array  # (nz,)
     upper: Array  # (nz,)
 
     def values(self, z: Any) -> Any:
         """The numbers (K,) at search coordinates (nz,), floats or symbols."""
-        return self.guess + self.transform @ (z - self.start)
+        start = np.where(self.positive, np.exp(self.start), self.start)
+        x = np.array([_exp(c) if log else c for c, log in zip(z, self.positive, strict=True)])
+        return self.guess + self.transform @ (x - start)
+
+    def gradients(self, z: Array) -> Array:
+        """The derivatives (K, nz) of the numbers by the search coordinates."""
+        return self.transform * np.where(self.positive, np.exp(z), 1.0)
 
 
 def free_parameters(scene: Scene, free: str | Sequence[str]) -> Free:
@@ -45,17 +56,23 @@ def free_parameters(scene: Scene, free: str | Sequence[str]) -> Free:
     """
     keys = _expanded(scene, [free] if isinstance(free, str) else list(free))
     guess = np.array([_number(scene, key) for key in keys])
-    columns, start, lower, upper = [], [], [], []
+    columns, positive, start, lower, upper = [], [], [], [], []
     for rows, matrix, first, low, high in _groups(scene, keys, guess):
+        guess[rows] = matrix @ np.asarray(first)  # of a body that cannot be, one that can
         for column, z, least, most in zip(matrix.T, first, low, high, strict=True):
             full = np.zeros(len(keys))
             full[rows] = column
             columns.append(full)
-            start.append(z)
-            lower.append(least)
+            positive.append(least > 0 and z > 0 and most == np.inf)
+            start.append(np.log(z) if positive[-1] else z)
+            lower.append(-np.inf if positive[-1] else least)
             upper.append(most)
     transform = np.array(columns).T.reshape(len(keys), len(columns))
-    return Free(tuple(keys), guess, transform, *map(np.array, (start, lower, upper)))
+    return Free(tuple(keys), guess, transform, *map(np.array, (positive, start, lower, upper)))
+
+
+def _exp(x: Any) -> Any:
+    return np.exp(x) if isinstance(x, float) else symbols().exp(x)
 
 
 def substituted(scene: Scene, keys: Sequence[str], values: Sequence[Any], make: Callable[..., Any]) -> Scene:
@@ -95,18 +112,18 @@ def checked(record: Record, changes: dict[str, Any]) -> Any:
 def _parsed(key: str) -> tuple[str, int, str, int | None]:
     """The home of a free number, rods or effects, the place there, the field, and the place in that, if it is a list."""
     match parsed(key):
-        case ("model", "rods", int(place), str(name), *rest) if _is_place(rest):
-            return "model.rods", place, name, *(rest or [None])
-        case ("effects", int(place), str(name), *rest) if _is_place(rest):
-            return "effects", place, name, *(rest or [None])
+        case ("model", "rods", int(place), str(name)):
+            return "model.rods", place, name, None
+        case ("model", "rods", int(place), str(name), int(part)):
+            return "model.rods", place, name, part
+        case ("effects", int(place), str(name)):
+            return "effects", place, name, None
+        case ("effects", int(place), str(name), int(part)):
+            return "effects", place, name, part
     raise InputError(
         f"free: {shown(key)} is no number of a rod or an effect, such as model.rods[0].com or effects[1].coefficient, "
         'nor "physics" or "friction"'
     )
-
-
-def _is_place(rest: list[Any]) -> bool:
-    return not rest or (len(rest) == 1 and isinstance(rest[0], int))
 
 
 def _expanded(scene: Scene, given: list[str]) -> list[str]:
@@ -218,7 +235,7 @@ def _second_moments(inertia: Array) -> tuple[Array, Array, Array, Array]:
     moments = np.linalg.solve(_MOMENTS, inertia)
     moments = np.where(moments > _NEGLIGIBLE * moments.max(), moments, 0.0)
     some = moments > 0
-    return _MOMENTS[:, some], moments[some], np.zeros(some.sum()), np.full(some.sum(), np.inf)
+    return _MOMENTS[:, some], moments[some], _LEAST * moments[some], np.full(some.sum(), np.inf)
 
 
 def _bounds(scene: Scene, key: str) -> tuple[float, float]:
@@ -229,7 +246,7 @@ def _bounds(scene: Scene, key: str) -> tuple[float, float]:
     lower, upper = -np.inf, np.inf
     for limit in _limits(type(record).model_fields[name]):
         if isinstance(limit, annotated_types.Gt):
-            lower = max(lower, 1e-6 * _number(scene, key))  # a positive number stays one
+            lower = max(lower, _LEAST * _number(scene, key))  # a positive number stays one
         elif isinstance(limit, annotated_types.Ge) and limit.ge == 0:
             lower = max(lower, float(limit.ge))  # pyright: ignore[reportArgumentType]
     if isinstance(record, DryFriction) and name == "kinetic" and record.static is not None:

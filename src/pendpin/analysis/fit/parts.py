@@ -69,11 +69,11 @@ def _refitted(setting: Setting, fit: Fit) -> Solution:
     """A search over whole swings from the fitted numbers, with the weights of the fit."""
     p = fit.solution.problem
     pieces = batch(setting.swings, p.batch.longest, search_thin(setting))
-    share = p.share if np.isscalar(p.share) else p.share[:1]
+    share = p.share[:1] if isinstance(p.share, np.ndarray) else p.share
     problem = begun_at(setting, replace(p, batch=pieces, share=share))
     x = np.concatenate([setting.free.start, fit.solution.offsets[: len(problem.prior) - len(setting.free.start)]])
     search = Search(problem, Starts(x, fit.solution.solved.starts))
-    x, solved = search.run(MOST, 1e-5)
+    x, solved, _ = search.polished(MOST)
     return Solution(problem, x, solved, fit.solution.certainty)
 
 

@@ -8,7 +8,7 @@ outer problem has a dozen unknowns whatever the number of pieces. Derivatives ar
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, lsq_linear
 
 from pendpin.analysis.fit.data import Batch
 from pendpin.analysis.fit.equations import Equations
@@ -20,6 +20,7 @@ STARTS_DONE = 1e-4  # of the sum of squares: what another step of the starts wou
 DIFFERENCE = 1e-4  # of a natural scale: step of the derivatives by search coordinates
 START_DIFFERENCE = 1e-6  # rad, rad/s
 BOUND = 0.02  # of a natural scale: how soft a lower bound is
+POLISHED = 0.01  # of the noise of one residual: what another step would gain of the sum of squares
 LOST = 1e6  # a residual that is no number, in units of the weights
 
 
@@ -70,11 +71,11 @@ class Problem:
     def _residuals(self, x: Array, starts: Array) -> Array:
         """As `residuals`, for k P motions with unknowns (nx, k P)."""
         repeats = starts.shape[1] // self.batch.t.shape[1]
+        share = np.tile(self.share, repeats) if isinstance(self.share, np.ndarray) else self.share
         with np.errstate(all="ignore"):
             found = self.predicted(x[: self.nz], starts, np.tile(self.batch.t, repeats))
             offset = x[self.nz :] if len(x) > self.nz else self.offsets[:, None]
-            r = (found + offset - np.tile(self.batch.y, repeats)) * self.weights[:, None]
-            r = r * (self.share if np.isscalar(self.share) else np.tile(self.share, repeats))
+            r = (found + offset - np.tile(self.batch.y, repeats)) * self.weights[:, None] * share
         seen = ~np.isnan(np.tile(self.batch.y, repeats))
         r = np.where(seen, np.where(np.abs(r) < LOST, r, LOST), 0.0)
         return r.transpose(2, 0, 1).reshape(starts.shape[1], -1)
@@ -163,7 +164,8 @@ def _basis(J: Array) -> tuple[Array, Array]:
 class Search:
     """One least-squares search: the functions that `scipy.optimize.least_squares` calls, and what they share.
 
-    It moves w, free of bounds: above a lower bound x = lower + (w + sqrt(w² + 4 s²)) / 2, with s small against scale.
+    It moves w, free of bounds and in natural scales: x = w scale, or above a lower bound
+    x = lower + scale (w + sqrt(w² + 4 s²)) / 2 with a small s.
     """
 
     problem: Problem
@@ -175,15 +177,53 @@ class Search:
         found = least_squares(
             lambda w: self.residuals(self._bounded(w)),
             self._unbounded(self.best.x),
-            lambda w: self.jacobian(self._bounded(w)) * self._slope(w),
-            x_scale=self.problem.scale,
+            lambda w: self.jacobian(self._bounded(w)) * self._slope(w),  # pyright: ignore[reportArgumentType]
             ftol=tolerance,
-            xtol=1e-8,
-            gtol=None,
+            xtol=1e-9,
+            gtol=1e-15,
             max_nfev=most,
         )
         x = self._bounded(found.x)
         return x, self.solved(x)
+
+    def polished(self, most: int, central: bool = False) -> tuple[Array, Solved, Array]:
+        """At most so many steps of Gauss-Newton from `best` within the bounds, and the last derivatives.
+
+        The derivatives are (P, M columns, nx), less what the starts explain. Steps are damped where they fail.
+        """
+        x, p, damping = self.best.x, self.problem, 0.0
+        at = self.solved(x)
+        cost, J = self._cost(x, at), at.rest(p.by_unknowns(x, at.starts, at.r, central))
+        for step in range(most):
+            dx, gain = self._step(x, at, J, damping)
+            if gain < POLISHED and not damping:
+                break
+            tried = x + dx
+            new = solve_starts(p, tried, at.starts)
+            if (cost_new := self._cost(tried, new)) < cost:
+                x, at, cost, damping = tried, new, cost_new, damping / 10 if damping > 1e-6 else 0.0
+                if step + 1 < most:
+                    J = at.rest(p.by_unknowns(x, at.starts, at.r, central))
+            else:
+                damping = max(10 * damping, 1e-6)
+        return x, at, J
+
+    def _cost(self, x: Array, at: Solved) -> float:
+        return float((at.rest(at.r[..., None]) ** 2).sum() + (self._pull(x) ** 2).sum())
+
+    def _step(self, x: Array, at: Solved, J: Array, damping: float) -> tuple[Array, float]:
+        """The best step (nx,) within the bounds for linear residuals, and what it would gain of the sum of squares."""
+        p = self.problem
+        rows = np.concatenate([J.reshape(-1, len(x)) * p.scale, p.hold * np.eye(len(x))])
+        r = np.concatenate([at.rest(at.r[..., None]).reshape(-1), self._pull(x)])
+        Q, R = np.linalg.qr(rows)
+        seen = Q.T @ r
+        damped = np.concatenate([R, np.sqrt(damping) * np.diag(np.linalg.norm(R, axis=0))])
+        aim = np.concatenate([-seen, np.zeros(len(x))])
+        bounds = (np.minimum((p.lower - x) / p.scale, -1e-12), np.maximum((p.upper - x) / p.scale, 1e-12))
+        step = lsq_linear(damped, aim, bounds, method="bvls").x
+        gain = float((seen**2).sum() - ((seen + R @ step) ** 2).sum())
+        return np.clip(x + p.scale * step, p.lower, p.upper) - x, gain
 
     def solved(self, x: Array) -> Solved:
         """The starts at unknowns x."""
@@ -208,15 +248,16 @@ class Search:
         return self.problem.hold * (x - self.problem.prior) / self.problem.scale
 
     def _bounded(self, w: Array) -> Array:
-        p, soft = self.problem, BOUND * self.problem.scale
-        above = (w + np.sqrt(w**2 + 4 * soft**2)) / 2
-        return np.where(np.isfinite(p.lower), np.minimum(p.lower + above, p.upper), w)
+        p = self.problem
+        above = p.lower + p.scale * (w + np.sqrt(w**2 + 4 * BOUND**2)) / 2
+        return np.where(np.isfinite(p.lower), np.minimum(above, p.upper), p.scale * w)
 
     def _unbounded(self, x: Array) -> Array:
-        p, soft = self.problem, BOUND * self.problem.scale
-        above = np.maximum(x - p.lower, 0.1 * soft)
-        return np.where(np.isfinite(p.lower), above - soft**2 / above, x)
+        p = self.problem
+        above = np.maximum((x - p.lower) / p.scale, 0.1 * BOUND)
+        return np.where(np.isfinite(p.lower), above - BOUND**2 / above, x / p.scale)
 
     def _slope(self, w: Array) -> Array:
-        p, soft = self.problem, BOUND * self.problem.scale
-        return np.where(np.isfinite(p.lower), (1 + w / np.sqrt(w**2 + 4 * soft**2)) / 2, 1.0)
+        """dx / dw (nx,)."""
+        p = self.problem
+        return p.scale * np.where(np.isfinite(p.lower), (1 + w / np.sqrt(w**2 + 4 * BOUND**2)) / 2, 1.0)
