@@ -2,8 +2,8 @@
 
     nice -n 10 python benchmarks/fit.py 100 [SEED]      # so many random rods and doubles, 3 segments each
 
-Each is simulated by `simulate` with random numbers, measured with the noise of an encoder and fitted from guesses that are off
-by up to 30 %. With the scale of mass known (one first moment is not free) all free numbers are determined.
+Each is simulated by `simulate` with random numbers, measured with the noise of an encoder and fitted from guesses that
+are off by up to 30 %. With the scale of mass known (one first moment is not free) all free numbers are determined.
 """
 
 import sys
@@ -105,18 +105,13 @@ def main() -> None:
         z |= {key: found.values[key] / e for key, e in found.errors.items() if "offsets" in key}
         scores += z.values()
         bad = {key: round(x, 1) for key, x in z.items() if abs(x) > 3}
-        print(
-            f"{case}: rods {len(truth.model.rods)}, {seconds[-1]:.1f} s, explained {found.explained}, {len(z)} numbers {bad or ''}"
-        )
+        rods = len(truth.model.rods)
+        print(f"{case}: rods {rods}, {seconds[-1]:.1f} s, explained {found.explained}, {len(z)} numbers {bad or ''}")
         sys.stdout.flush()
     size = np.abs(scores)
-    print(
-        f"{len(seconds)} fits, {explained} explained, {len(size)} numbers: within 3 standard errors {np.mean(size < 3):.3f}, ",
-        end="",
-    )
-    print(
-        f"95 % intervals cover {np.mean(size < 1.96):.3f}; seconds (CPU): median {np.median(seconds):.1f}, most {max(seconds):.1f}"
-    )
+    print(f"{len(seconds)} fits, {explained} explained, {len(size)} numbers")
+    print(f"within 3 standard errors {np.mean(size < 3):.3f}, 95 % intervals cover {np.mean(size < 1.96):.3f}")
+    print(f"seconds (CPU): median {np.median(seconds):.1f}, most {max(seconds):.1f}")
 
 
 if __name__ == "__main__":

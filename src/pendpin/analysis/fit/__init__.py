@@ -58,7 +58,7 @@ def _report(setting: Setting, solution: Solution, held: Prediction | None, secon
     known = solution.certainty
     errors = {key: known.error(g) for key, g in gradients.items() if known.determined(g)}
     unsure = tuple(key for key in values if key not in errors)
-    matrix = np.array([gradients[key] for key in errors]).reshape(len(errors), -1)
+    matrix = np.array([gradients[key] for key in errors]).reshape(len(errors), len(solution.x))
     batch = solution.problem.batch
     r = solution.solved.r.reshape(len(batch.swing), -1, len(setting.columns))
     return Fit(

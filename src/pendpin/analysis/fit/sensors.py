@@ -6,10 +6,12 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.errors import InputError, choices, shown
+from pendpin.model import kinematics
 from pendpin.model.build import Model, find
 from pendpin.scene import Data
 
 _AXES = ("x", "y", "z")
+SENSITIVE = 1e-9  # m/rad
 
 
 class Sensors(NamedTuple):
@@ -17,11 +19,9 @@ class Sensors(NamedTuple):
 
     angles: Array
     tips: Array
-
-    @property
-    def joints(self) -> list[int]:
-        """The joints that columns measure, in model order."""
-        return np.flatnonzero(self.angles.any(0)).tolist()
+    joints: list[
+        int
+    ]  # those that columns measure, in model order: for tips those that move a column from the zero position
 
     def of(self, joints: tuple[int, ...]) -> Array:
         """Columns as sums of the outputs of equations with these joints: their angles, then tips if any is measured."""
@@ -42,7 +42,16 @@ def sensors_of(table: Data, model: Model) -> Sensors:
         else:
             for joint in measured:
                 angles[row, model.index(joint, where)] += 1.0
-    return Sensors(angles, tips)
+    measured = angles.any(0) | (np.abs(tips @ _tips_by_joints(model)) > SENSITIVE).any(0)
+    return Sensors(angles, tips, np.flatnonzero(measured).tolist())
+
+
+def _tips_by_joints(model: Model) -> Array:
+    """The derivatives (3 bodies, nv) of the tips by the joints' positions, at zero."""
+    step, ends = 1e-6, np.array([[*body.tip, 1.0] for body in model.bodies])
+    moved = [kinematics.poses(model, side * step * np.eye(len(model.joints))) for side in (1.0, -1.0)]
+    plus, minus = ((found @ ends[:, :, None])[:, :, :3, 0].reshape(len(found), -1) for found in moved)
+    return (plus - minus).T / (2 * step)
 
 
 def _tip(text: str, model: Model, where: str) -> int:

@@ -1,0 +1,191 @@
+"""Fits: exact motions, synthetic truth found again within its errors, what cannot be told, files that are wrong."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+from pendpin.analysis.fit.data import read_swings
+from pendpin.analysis.fit.equations import compile_equations
+from pendpin.analysis.fit.motion import motions
+from pendpin.analysis.fit.parameters import checked, free_parameters, substituted
+from pendpin.cli.commands import main
+from pendpin.effects import Drag, DryFriction, Gravity, Viscous
+from pendpin.scene import Data
+
+ROD = {"length": 0.2, "mass": 0.1, "radius": 0.005}
+NOISE = 5e-5  # rad
+
+
+def scene_of(rods: int, *effects, data: Data | None = None, duration: float = 2.0, rate: int = 100) -> pp.Scene:
+    """A chain of equal rods under gravity and these effects."""
+    solver = pp.Solver(samples=round(rate * duration) + 1, tolerance=1e-11)
+    chain = pp.Chain(rods=[pp.Rod(**ROD)] * rods)
+    return pp.Scene(duration=duration, model=chain, effects=[Gravity(), *effects], solver=solver, data=data)
+
+
+def swings_of(scene: pp.Scene, *starts: list[float], seed: int = 0) -> dict[str, np.ndarray]:
+    """Noisy absolute angles of plane swings from these theta angles at rest, as a table of columns."""
+    draw, parts = np.random.default_rng(seed), []
+    for segment, start in enumerate(starts):
+        positions = [x for angle in start for x in (angle, 0.0)]
+        run = pp.simulate(pp.Scene(**scene.given() | {"start": pp.Start(positions=positions)}))
+        angles = np.cumsum(run.q[:, ::2], 1)
+        angles += draw.normal(0, NOISE, angles.shape)
+        columns = {f"a{i + 1}": angles[:, i] for i in range(len(start))}
+        parts.append({"t": run.t, "segment": np.full(len(run.t), segment)} | columns)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+ANGLE = Data(segment="segment", columns={"a1": ("theta",)})
+ANGLES = Data(segment="segment", columns={"a1": ("theta_1",), "a2": ("theta_1", "theta_2")})
+
+
+@pytest.mark.parametrize(
+    ("rods", "effects", "start"),
+    [
+        (1, (DryFriction(kinetic=1e-3, static=2e-3, stribeck=5.0), Viscous(coefficient=1e-4), Drag()), [1.5]),
+        (2, (DryFriction(kinetic=1e-2, static=1.2e-2),), [1.0, -0.5]),
+        (2, (DryFriction(kinetic=3e-4), Drag(diameter=0.02)), [1.0, -1.0]),
+    ],
+)
+def test_motions_agree_with_simulate(rods: int, effects, start: list[float]) -> None:
+    """Sliding, sticking and coming loose included. Steps of 2.5 ms of order 5: below 1e-7 rad."""
+    scene = scene_of(rods, *effects, rate=400)
+    free = free_parameters(scene, "physics")
+    equations = compile_equations(scene, free, [2 * i for i in range(rods)])
+    assert equations.joints == tuple(2 * i for i in range(rods))  # phi stays at rest
+    times = scene.times[:, None]
+    y = motions(equations, times, np.array([*start, *[0.0] * rods])[:, None], free.start[:, None], 1.0)
+    positions = [x for angle in start for x in (angle, 0.0)]
+    run = pp.simulate(pp.Scene(**scene.given() | {"start": pp.Start(positions=positions)}))
+    assert np.abs(y[:, :rods, 0] - run.q[:, ::2]).max() < 1e-7
+
+
+@pytest.fixture(scope="module")
+def single() -> tuple[pp.Scene, dict[str, np.ndarray]]:
+    """A rod with friction and drag, and three of its swings."""
+    effects = (Viscous(coefficient=5e-5), DryFriction(kinetic=1e-4), Drag(diameter=0.02))
+    truth = scene_of(1, *effects, data=ANGLE, duration=3.0)
+    return truth, swings_of(truth, [1.2], [0.8], [0.5])
+
+
+def test_the_truth_is_within_its_errors(single) -> None:
+    """Free numbers, from guesses 20 % off; the zeros of the sensors are 0. Four standard errors: one in 16,000."""
+    truth, table = single
+    free = ["model.rods[0].inertia", "effects[1].coefficient", "effects[2].kinetic", "effects[3].coefficient"]
+    right = free_parameters(truth, free)
+    guess = substituted(truth, right.keys, [1.2 * value for value in right.guess.tolist()], checked)
+    fit = pp.fit(guess, table, free, hold_out=table)
+    assert fit.explained, fit.verdict
+    assert set(fit.undetermined) == {"model.rods[0].inertia[1]", "model.rods[0].inertia[2]"}  # no part in a plane swing
+    for key, true in zip(right.keys, right.guess, strict=True):
+        if key in fit.errors:
+            assert abs(fit.values[key] - true) < 4 * fit.errors[key], key
+            assert fit.errors[key] < 0.1 * true
+    assert abs(fit.values["data.offsets.a1"]) < 4 * fit.errors["data.offsets.a1"]
+    assert fit.hold_out is not None
+    assert fit.train.rms["a1"] == pytest.approx(NOISE, rel=0.1)
+    assert fit.hold_out.rms["a1"] < 3 * NOISE
+    assert "The model explains the data" in str(fit)
+
+
+def test_a_free_swing_shows_no_scale_of_mass(single) -> None:
+    """Of physics nothing is determined but ratios: these are right within their errors, and nothing else has one."""
+    truth, table = single
+    fit = pp.fit(truth, table, "physics")
+    assert set(fit.errors) == {"data.offsets.a1"}
+    reduced, *rest = fit.combinations
+    m, h, inertia, *_ = truth.model.rods[0].properties
+    assert abs(reduced.value - (inertia + m * h * h) / (m * h)) < 4 * reduced.error
+    assert [c.name.split(" / ")[0] for c in rest] == [k for k in fit.values if k.startswith("effects")]
+
+
+def test_a_wrong_model_is_noticed(single) -> None:
+    """Drag that is missing; a single rod for a double pendulum, which is far off."""
+    truth, table = single
+    without = pp.Scene(**truth.given() | {"effects": truth.effects[:-1]})
+    assert "cannot explain" in pp.fit(without, table, "physics").verdict
+    double = swings_of(scene_of(2, data=ANGLES), [0.5, -0.3])
+    assert "cannot explain the data at all" in pp.fit(truth, double, "physics").verdict
+
+
+def test_a_double_pendulum_by_its_tips(tmp_path: Path, capfd, monkeypatch) -> None:
+    """Tips as columns, gaps, and the command with its JSON and its fitted scene, from which the fit starts again."""
+    data = Data(columns={"y1": "rod_1.y", "y2": "rod_2.y", "z2": "rod_2.z"}, offsets="zero")
+    truth = scene_of(2, Viscous(coefficient=1e-4), data=data)
+    start = pp.Start(positions={"theta_1": 0.6, "theta_2": -0.4})
+    run = pp.simulate(pp.Scene(**truth.given() | {"start": start}))
+    tips = run.tips() + np.random.default_rng(1).normal(0, 1e-5, run.tips().shape)
+    rows = [f"{t},{a},{b},{c}" for t, a, b, c in zip(run.t, tips[:, 0, 1], tips[:, 1, 1], tips[:, 1, 2], strict=True)]
+    rows[20] = rows[20].rsplit(",", 1)[0] + ","
+    del rows[40:45]
+    csv, scene, out = tmp_path / "tips.csv", tmp_path / "scene.toml", tmp_path / "out.toml"
+    csv.write_text("\n".join(["t,y1,y2,z2", *rows]))
+    truth.replace({"effects[1].coefficient": 3e-4}).save(scene)
+    command = ["fit", str(scene), str(csv), "--free", "friction", "--json", "--out", str(out)]
+    monkeypatch.setattr("sys.argv", ["pendpin", *command])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert not end.value.code
+    found = json.loads(capfd.readouterr().out)
+    assert {"values", "errors", "undetermined", "seconds", "train", "hold_out"} <= set(found)
+    key = "effects[1].coefficient"
+    assert abs(found["values"][key] - 1e-4) < 4 * found["errors"][key] < 1e-5
+    assert pp.load_scene(out).effects[1].coefficient == found["values"][key]
+
+
+GOOD = "t,segment,a1\n" + "\n".join(f"{0.1 * i},1,{np.cos(0.5 * i)}" for i in range(12))
+BAD = {
+    "": "an empty file",
+    "t;segment;a1\n0;1;0": "separated by semicolons",
+    "t,segment,b\n": "there is no column 'a1' among: t, segment, b",
+    "t,segment,a1,a1\n": "column 'a1' is there twice",
+    GOOD + "\n2,1": "line 14 has 2 cells",
+    GOOD + "\n2,1,high": "line 14, column a1: 'high' is not a number",
+    GOOD + "\n0.3,1,0": "segment 1: time does not rise from 1.1 to 0.3 s",
+    GOOD + "\nnan,1,0": "sample 13 has no time",
+    GOOD + "\n2,2,0": "segment 2 has 1 samples",
+    GOOD + "\n2,1,inf": "an infinite number",
+    GOOD + "\n1.2,1,7": "jumps by a turn before 1.2 s",
+}
+
+
+@pytest.mark.parametrize("text", BAD, ids=BAD.values())
+def test_a_wrong_file_is_refused_in_one_line(text: str, tmp_path: Path) -> None:
+    """With the file, and the line and column."""
+    path = tmp_path / "data.csv"
+    path.write_text(text)
+    with pytest.raises(pp.InputError, match=r"data\.csv: ") as found:
+        read_swings(path, ANGLE)
+    assert BAD[text] in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("free", "said"),
+    [
+        ("model.rods[1].com", "the scene has 1 rods, counted from 0"),
+        ("model.rods[0].massa", "did you mean 'mass'"),
+        ("effects[1].static", "set it to a guess"),
+        ("effects[0].kind", "is not one of"),
+        ("start.positions.theta", "is no number of a rod or an effect"),
+        ("model.rods[0].inertia[3]", "there is no entry [3]"),
+        ("", "is not a key path"),
+    ],
+)
+def test_a_wrong_key_is_refused(free: str, said: str) -> None:
+    """In one line that names the key."""
+    with pytest.raises(pp.InputError) as found:
+        free_parameters(scene_of(1, DryFriction(kinetic=1e-3)), free)
+    assert said in str(found.value)
+
+
+def test_an_inertia_stays_that_of_a_real_body() -> None:
+    """Whatever the search coordinates: the three inertias meet the triangle inequality."""
+    scene = scene_of(1)
+    free = free_parameters(scene, "model.rods[0].inertia")
+    for z in np.random.default_rng(0).normal(0, 3, (100, len(free.start))) + free.start:
+        inertia = np.sort(free.values(z))
+        assert inertia[2] <= inertia[:2].sum() * (1 + 1e-12)
