@@ -10,7 +10,7 @@ import pendpin
 PACKAGE = Path(pendpin.__file__).parent
 ROWS = [  # the ground first
     {"errors", "versions"},
-    {"arrays", "files", "keypaths"},
+    {"arrays", "files", "keypaths", "late"},
     {"records"},
     {"effects", "equations"},
     {"scene", "trajectory"},

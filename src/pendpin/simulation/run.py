@@ -82,16 +82,16 @@ def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_ba
 def _finished(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, note: str) -> Trajectory:
     """The trajectory of a run that came to its end; else RunError with the good part of it, and how to go on."""
     try:
-        trajectory = _fill_in(scene, dynamics, balance, run)
+        trajectory = fill_in(scene, dynamics, balance, run)
     except np.linalg.LinAlgError as error:
         run = _solvable(scene, dynamics, balance, run, str(error))
-        trajectory = _fill_in(scene, dynamics, balance, run)
+        trajectory = fill_in(scene, dynamics, balance, run)
     if trajectory.sound == 0:
         raise InputError(START_OVERFLOWS)
     for count, why in ((trajectory.sound, TOO_LARGE), (balanced(trajectory), OFF_THE_BOOKS)):
         if count < len(run.t):
             run = run.cut(count, why)
-            trajectory = _fill_in(scene, dynamics, balance, run)
+            trajectory = fill_in(scene, dynamics, balance, run)
     if run.failure is None:
         return trajectory
     end = scene.start.time + scene.duration
@@ -105,7 +105,7 @@ def _solvable(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, r
     while bad - good > 1:
         middle = (good + bad) // 2
         try:
-            _fill_in(scene, dynamics, balance, run.cut(middle, why))
+            fill_in(scene, dynamics, balance, run.cut(middle, why))
         except np.linalg.LinAlgError:
             bad = middle
         else:
@@ -144,7 +144,7 @@ def _reserve(scene: Scene, dynamics: Dynamics, start: Run, deadline: Deadline) -
         count = max(1, 4 * count)
         rows = {name: np.repeat(getattr(start, name), count, axis=0) for name in ("t", "q", "v", "work")}
         begin = time.thread_time()  # other processes make no difference
-        _fill_in(scene, dynamics, None, replace(start, **rows))
+        fill_in(scene, dynamics, None, replace(start, **rows))
         seconds = time.thread_time() - begin
     return lambda t: SLACK * seconds * max(1.0, np.searchsorted(times, t, "right") / count)
 
@@ -152,14 +152,14 @@ def _reserve(scene: Scene, dynamics: Dynamics, start: Run, deadline: Deadline) -
 def _refuse_overflow(scene: Scene, dynamics: Dynamics, start: Run) -> None:
     """Raise InputError for a start whose forces and energies cannot be computed."""
     try:
-        sound = _fill_in(scene, dynamics, None, start).sound
+        sound = fill_in(scene, dynamics, None, start).sound
     except np.linalg.LinAlgError as error:
         raise InputError(f"start: {error}") from None
     if not sound:
         raise InputError(START_OVERFLOWS)
 
 
-def _fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run) -> Trajectory:
+def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run) -> Trajectory:
     """Accelerations, wrenches, energies and tips along the run."""
     model, solver = dynamics.model, scene.solver
     a, wrench = dynamics.engine.evaluate(run.t, run.q, run.v, run.torque)
@@ -183,4 +183,5 @@ def _fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, ru
         ),
         work={} if balance is None else balance.close(run.work, run.q, poses),
         scene=scene.model_dump(mode="json"),
+        source=scene,
     )

@@ -2,20 +2,26 @@
 
 import json
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pendpin.arrays import Array
 from pendpin.errors import InputError
 from pendpin.files import open_arrays, write_whole
+from pendpin.late import from_above
 from pendpin.records import LARGEST
+from pendpin.trajectory.columns import Place, column, columns
 from pendpin.trajectory.parts import Energy, Reactions, Stats
+from pendpin.trajectory.presentation import Summary, page, summary, text
 from pendpin.trajectory.reading import ARRAYS, FORMAT, read_fields
+from pendpin.trajectory.tables import to_csv, to_pandas
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """A motion sampled at t, with everything that was computed along it.
 
@@ -38,6 +44,21 @@ class Trajectory:
     stats: Stats
     work: dict[str, Array] = field(default_factory=dict)  # J (n,), of each kind of effect, with energy_balance
     scene: dict[str, Any] = field(default_factory=dict)  # as in a scene file
+    source: Any = field(default=None, repr=False, compare=False)  # the Scene that was run, in the process that ran it
+
+    def __getitem__(self, name: str) -> Array:
+        """One quantity by its name, (n,): run["theta_1"], run["R3_2"], run["tip_x"]. Raises InputError."""
+        return column(self, name)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all quantities, t first."""
+        return tuple(self.places)
+
+    @cached_property
+    def places(self) -> dict[str, Place]:
+        """Where each quantity is, by its name."""
+        return columns(self)
 
     def __eq__(self, other: object) -> bool:
         """Whether another run is of the same scene and holds the same numbers."""
@@ -77,6 +98,66 @@ class Trajectory:
     def tips(self) -> Array:
         """The far end of each rod, (n, rods, 3) in m, world frame W."""
         return self.tip
+
+    def at(self, times: ArrayLike) -> "Trajectory":
+        """The run at any times inside it, (m,) in s, rising, or one: as accurate as the run.
+
+        Integrated from the sample before, by the run's own method and setting; at the instant of an impact the state
+        after it. Raises InputError for other times, and where the run's scene cannot be built again.
+        """
+        return from_above("Trajectory.at")(self, times)
+
+    def crossings(self, name: str, level: float = 0.0, direction: int = 0) -> "Trajectory":
+        """The run at the instants at which a quantity crosses a level: upwards (1), downwards (-1) or both ways (0).
+
+        Found between the samples, each to the accuracy of the run. An angle counts its turns: it is not wrapped. There
+        may be none. Raises InputError.
+        """
+        return from_above("Trajectory.crossings")(self, name, level, direction)
+
+    def extend(self, duration: float) -> "Trajectory":
+        """The run gone on with for another duration in s, with samples as dense as before.
+
+        With the fixed steps rk4 and euler, bit for bit what one long run gives; elsewhere to the run's tolerance.
+        """
+        return from_above("Trajectory.extend")(self, duration)
+
+    def summary(self) -> Summary:
+        """Largest swing from the vertical, extremes of R1, R2, R3, M3, each with its time; periods; energy."""
+        return summary(self)
+
+    def to_pandas(self) -> Any:
+        """A pandas DataFrame: time as index, a column for each name. Raises MissingLibrary without pandas."""
+        return to_pandas(self)
+
+    def to_csv(self, path: str | Path) -> Path:
+        """Write a CSV file with a column for each name, every digit kept. Raises InputError."""
+        return to_csv(self, path)
+
+    def plot(self, *names: str, ax: Any = None) -> Any:
+        """Draw quantities by name against time on a matplotlib Axes, `ax` or a new one, and return it.
+
+        Without names the figure of the run is drawn and returned.
+        """
+        return from_above("Trajectory.plot")(self, names, ax)
+
+    def animate(self) -> Any:
+        """The motion as an Animation, which shows itself in a notebook; .save("x.html"), "x.gif" or "x.mp4"."""
+        return from_above("Trajectory.animate")(self)
+
+    def show(self, viewer: Any) -> Any:
+        """Play the run in a viewer that is there: a meshcat.Visualizer, or Pinocchio's MeshcatVisualizer."""
+        return from_above("Trajectory.show")(self, viewer)
+
+    def configurations(self, pin_model: Any) -> Array:
+        """q as a pin.Model takes it, (n, nq): continuous joints as cosine and sine, joints that are locked in place."""
+        return from_above("Trajectory.configurations")(self, pin_model)
+
+    def __repr__(self) -> str:
+        return text(self)
+
+    def _repr_html_(self) -> str:
+        return page(self, from_above("Trajectory.page")(self))
 
     @property
     def sound(self) -> int:

@@ -1,0 +1,29 @@
+"""What records at the bottom of the house do by functions of higher rooms, loaded when they are called.
+
+Imports point one way. A trajectory is a record that every room uses, so it cannot import the rooms that integrate, draw or
+show; yet users ask a run for run.at(t) and run.plot(). This table is the one exception: it names these functions, and
+nothing else reaches upward (tests/test_architecture.py holds both).
+"""
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+HOMES = {
+    "Start.at_rest": "simulation.starts:at_rest",
+    "Start.conical": "simulation.starts:conical",
+    "Trajectory.animate": "graphics.animation:animate",
+    "Trajectory.at": "simulation.continuation:at",
+    "Trajectory.configurations": "model.configurations:configurations",
+    "Trajectory.crossings": "simulation.crossings:crossings",
+    "Trajectory.extend": "simulation.continuation:extend",
+    "Trajectory.page": "graphics.animation:frame_of",
+    "Trajectory.plot": "graphics.figure:plot",
+    "Trajectory.show": "graphics.viewers:show",
+}
+
+
+def from_above(name: str) -> Callable[..., Any]:
+    """The function that does the work of a method."""
+    module, function = HOMES[name].split(":")
+    return getattr(import_module(f"pendpin.{module}"), function)

@@ -1,0 +1,135 @@
+"""A run gone on with from any of its samples: at other times, and beyond its end."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pendpin.arrays import Array
+from pendpin.dynamics.dynamics import bind
+from pendpin.dynamics.timing import timing
+from pendpin.errors import InputError, RunError, inside, shown
+from pendpin.integrators import Run, integrator_for
+from pendpin.scene import Scene
+from pendpin.simulation.checkpoint import Saver
+from pendpin.simulation.energy_balance import EnergyBalance
+from pendpin.simulation.loop import integrate_to_end
+from pendpin.simulation.motion_with_events import LoopWithEvents
+from pendpin.simulation.run import fill_in
+from pendpin.simulation.smooth_motion import SmoothLoop
+from pendpin.trajectory import Trajectory, joined, samples_of
+
+COUNTS = ("steps", "evaluations", "events", "seconds")  # of stats, that add up
+ROUNDING = 1e-9  # of the distance of samples
+
+
+class Continuation:
+    """A run's scene, ready to be integrated on from any of its samples by the run's own method and setting."""
+
+    def __init__(self, run: Trajectory, scene: Scene | None = None) -> None:
+        self.run, self.scene = run, scene or scene_of(run)
+        self.dynamics = bind(self.scene)
+        integrator = integrator_for(self.scene, self.dynamics, bool(run.work))
+        self.balance = EnergyBalance(self.dynamics, self.scene.effects) if run.work else None
+        pace = timing(
+            self.dynamics, self.scene.effects, run.q[0], run.v[0], self.scene.duration, self.scene.solver.tolerance
+        ).pace
+        way = SmoothLoop if self.dynamics.contacts is None else LoopWithEvents
+        parts = (integrator, self.dynamics, self.balance, self.scene.times, lambda t: None, pace)
+        self._loop = way(*parts)
+
+    def piece(self, sample: int, times: Array) -> Run:
+        """The motion from a sample of the run, at times (m,) in s since the scene's start, the sample's own first.
+
+        Raises RunError where it cannot be integrated.
+        """
+        self._loop.times = times
+        piece = integrate_to_end(self._loop, self.run.q[sample], self.run.v[sample], Saver())
+        if piece.failure is not None:
+            raise RunError(f"from t = {self.run.t[sample]:.10g} s on: {piece.failure}", self.run)
+        return piece
+
+    def at(self, t: Array) -> Trajectory:
+        """The run at times (m,) inside it, rising."""
+        start = self.scene.start.time
+        before = np.searchsorted(self.run.t, t, side="right") - 1
+        first = np.flatnonzero(np.diff(before, prepend=-1))  # of the times after each sample
+        pieces = [
+            self.piece(
+                before[i], np.concatenate([[self.run.t[before[i]]], wanted[wanted > self.run.t[before[i]]]]) - start
+            )
+            for i, wanted in zip(first, np.split(t, first[1:]), strict=True)
+        ]
+        rows = self.filled(pieces, before[first])
+        wanted = np.searchsorted(rows.t, t - start, side="right") - 1
+        counts = {name: sum(getattr(piece, name) for piece in pieces) for name in COUNTS}
+        return replace(samples_of(rows, wanted), t=t, stats=replace(self.run.stats, **counts))
+
+    def filled(self, pieces: list[Run], samples: ArrayLike) -> Trajectory:
+        """All rows of some pieces, with what is computed along them; each piece begins at a sample of the run.
+
+        t is counted from the scene's start, the work on from those samples.
+        """
+        arrays = {name: np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("t", "q", "v", "work")}
+        torque = (
+            None if pieces[0].torque is None else np.concatenate([p.torque for p in pieces if p.torque is not None])
+        )
+        rows = fill_in(self.scene, self.dynamics, self.balance, replace(pieces[0], **arrays, torque=torque))
+        lengths = [len(piece.t) for piece in pieces]
+        starts, places = np.repeat(np.cumsum([0, *lengths[:-1]]), lengths), np.repeat(samples, lengths)
+        work = {kind: w - w[starts] + self.run.work[kind][places] for kind, w in rows.work.items()}
+        return replace(rows, t=arrays["t"], work=work)
+
+
+def scene_of(run: Trajectory) -> Scene:
+    """The scene of a run. Raises InputError where a saved run's scene holds what no file can."""
+    if isinstance(run.source, Scene):
+        return run.source
+    with inside("the run's scene cannot be built again"):
+        return Scene(**run.scene)
+
+
+def at(run: Trajectory, times: ArrayLike) -> Trajectory:
+    """As `Trajectory.at`."""
+    try:
+        t = np.atleast_1d(np.asarray(times, float))
+    except (TypeError, ValueError):
+        raise InputError(f"times: {shown(times)} are not numbers") from None
+    if t.ndim != 1 or not len(t) or not np.isfinite(t).all() or (np.diff(t) <= 0).any():
+        raise InputError(f"times: {shown(times)} are not one or more finite times that rise")
+    for moment in t[[0, -1]]:
+        if not run.t[0] <= moment <= run.t[-1]:
+            raise InputError(f"times: {moment:.15g} s is outside the run, {run.t[0]:.15g} to {run.t[-1]:.15g} s")
+    return Continuation(run).at(t)
+
+
+def extend(run: Trajectory, duration: float) -> Trajectory:
+    """As `Trajectory.extend`."""
+    if isinstance(duration, bool) or not isinstance(duration, int | float) or not 0 < duration < np.inf:
+        raise InputError(f"duration: {shown(duration)} is not a number of seconds above 0")
+    scene, last = _longer(run, float(duration)), len(run.t) - 1
+    ahead = np.flatnonzero(scene.clock > run.t[-1] + ROUNDING * (scene.clock[-1] - run.t[-1]))
+    more = Continuation(run, scene)
+    piece = more.piece(last, np.concatenate([[run.t[-1] - scene.start.time], scene.times[ahead]]))
+    new = replace(samples_of(more.filled([piece], [last]), slice(1, None)), t=scene.clock[ahead])
+    counts = {name: getattr(run.stats, name) + getattr(piece, name) for name in COUNTS}
+    stats = replace(run.stats, stopped=None, **counts)
+    return replace(joined([run, new]), stats=stats, scene=scene.model_dump(mode="json"), source=scene)
+
+
+def _longer(run: Trajectory, duration: float) -> Scene:
+    """The run's scene with a longer duration, and samples as dense as they are."""
+    scene = scene_of(run)
+    total, samples = scene.duration + duration, scene.solver.samples
+    if scene.solver.times is None and samples is None:
+        return scene.replace(duration=total)
+    count = (samples or 1) - 1
+    if scene.solver.times is None and abs(count * total / scene.duration % 1 - 0.5) > 0.5 - ROUNDING:
+        return scene.replace({"solver.samples": round(count * total / scene.duration) + 1}, duration=total)
+    old, end = scene.clock, scene.start.time + scene.duration
+    spacing = scene.duration / max(1, len(old) - 1)
+    new = end + duration * np.arange(1, (count := max(1, round(duration / spacing))) + 1) / count
+    times = (*old.tolist(), *(new if new[0] > old[-1] else new[1:]).tolist())
+    return scene.replace(
+        {"solver.samples": None, "solver.times": times}, duration=max(total, times[-1] - scene.start.time)
+    )

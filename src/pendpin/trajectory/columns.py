@@ -1,0 +1,64 @@
+"""The quantities of a run by name, one dimension each, as in the figure and the CSV."""
+
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.errors import InputError, choices, did_you_mean, shown
+from pendpin.trajectory.parts import Reactions
+
+Place = tuple[str, Any]  # the array of a run, and the index of the column in it
+
+AXES = "xyz"
+WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+
+
+def columns(run: Any) -> dict[str, Place]:
+    """Where each quantity of a run is, by its name, in the order of a table.
+
+    t; a joint's name for its position, with _rate and _acceleration; R1_1 to Mc_1 of rod 1 and so on (R1 of a single
+    rod), or, without universal joints, the wrench of each joint; tip_x, tip_y, tip_z of the last tip, tip_x_1 of others;
+    kinetic, potential, energy; work_ of each kind of effect.
+    """
+    joints, rods = run.joints, run.tip.shape[1]
+    found: dict[str, Place] = {"t": ("t", ...), "kinetic": ("kinetic", ...), "potential": ("potential", ...)}
+    found["energy"] = ("energy", ...)
+    for name, part in (("", "q"), ("_rate", "v"), ("_acceleration", "a")):
+        for j, joint in enumerate(joints):
+            found.setdefault(
+                f"{joint}{name}" if f"{joint}{name}" not in found else f"{joint}{name} (joint)", (part, (..., j))
+            )
+    if run.rods is not None:
+        count = run.rods.R1.shape[1]
+        for name in Reactions._fields:
+            found |= {f"{name}_{i + 1}" if count > 1 else name: (name, (..., i)) for i in range(count)}
+    else:
+        found |= {
+            f"{joint}_{axis}": ("wrench", (..., j, k))
+            for j, joint in enumerate(joints)
+            for k, axis in enumerate(WRENCH)
+        }
+    found |= {f"tip_{axis}": ("tip", (..., rods - 1, k)) for k, axis in enumerate(AXES)}
+    found |= {f"tip_{axis}_{i + 1}": ("tip", (..., i, k)) for i in range(rods - 1) for k, axis in enumerate(AXES)}
+    found |= {f"work_{kind}": (kind, ...) for kind in run.work}
+    energies = {name: found.pop(name) for name in ("kinetic", "potential", "energy")}
+    return found | energies
+
+
+def column(run: Any, name: str) -> Array:
+    """One quantity of a run by its name, (n,). Raises InputError that says which name was probably meant."""
+    places = run.places
+    single = name.removesuffix("_1") if isinstance(name, str) and len(run.joints) == 2 else name
+    if single != name and name not in places and single in places:
+        name = single
+    if name not in places:
+        known = did_you_mean(name, places) or f"; it has {choices(list(places)[:12])}, ..."
+        raise InputError(f"{shown(name)} is no quantity of this run{known}")
+    part, index = places[name]
+    if part == "energy":
+        return run.kinetic + run.potential
+    if name.startswith("work_") and part in run.work:
+        return run.work[part]
+    array = getattr(run.rods, part) if part in Reactions._fields else getattr(run, part)
+    return np.asarray(array[index])

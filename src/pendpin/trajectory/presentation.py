@@ -1,0 +1,132 @@
+"""A run in a few lines: what ran, how far it can be trusted, its extremes; as text, as a table, in a notebook."""
+
+import html
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+
+MOST_PERIODS = 4  # joints
+LEAST_TURNS = 2  # upward crossings, for a period
+FORCES = ("R1", "R2", "R3")
+
+
+class Figure(NamedTuple):
+    """One number of a summary."""
+
+    value: float
+    unit: str
+    time: float | None = None  # s, when it was so
+    place: str = ""  # which rod
+
+    def __str__(self) -> str:
+        when = "" if self.time is None else f" at {self.time:.6g} s"
+        return f"{self.value:.6g} {self.unit}{when}{self.place and f', {self.place}'}"
+
+
+class Summary(dict[str, Figure]):
+    """The extremes of a run by name; it prints as a table."""
+
+    def __repr__(self) -> str:
+        width = max(map(len, self), default=0)
+        return "\n".join(f"{name:<{width}}  {figure}" for name, figure in self.items())
+
+    def _repr_html_(self) -> str:
+        rows = (
+            f"<tr><th>{html.escape(name)}</th><td>{html.escape(str(figure))}</td></tr>" for name, figure in self.items()
+        )
+        return f"<table>{''.join(rows)}</table>"
+
+
+def summary(run: Any) -> Summary:
+    """The largest swing, the extremes of the reactions, periods and energy of a run."""
+    found = {
+        "largest swing": _extreme(np.degrees(swing(run))[:, None], run.t, np.max, "degrees", ["from the vertical"])
+    }
+    if run.rods is not None:
+        rods = [f"rod {i + 1}" for i in range(run.rods.R1.shape[1])] if run.rods.R1.shape[1] > 1 else [""]
+        for name, unit in (*((force, "N") for force in FORCES), ("M3", "N m")):
+            values = getattr(run.rods, name)
+            if values.any():
+                found[f"{name} least"] = _extreme(values, run.t, np.min, unit, rods)
+                found[f"{name} largest"] = _extreme(values, run.t, np.max, unit, rods)
+    found |= {f"period of {joint}": Figure(period, "s") for joint, period in _periods(run)}
+    energy = run.energy().total
+    found["energy at the start"] = Figure(float(energy[0]), "J")
+    found["energy at the end"] = Figure(float(energy[-1]), "J")
+    return Summary(found)
+
+
+def swing(run: Any) -> Array:
+    """The angle between the line from the pivot to the last tip and the downward vertical, (n,) rad."""
+    x, y, z = run.tip[:, -1].T
+    return np.arctan2(np.hypot(x, y), -z)
+
+
+def _extreme(values: Array, t: Array, of: Any, unit: str, places: list[str]) -> Figure:
+    """The least or largest of values (n, places), when and where."""
+    row, column = np.argwhere(values == of(values))[0] if np.isfinite(values).all() else (0, 0)
+    return Figure(float(values[row, column]), unit, float(t[row]), places[column])
+
+
+def _periods(run: Any) -> Iterator[tuple[str, float]]:
+    """Mean times between the crossings of each joint's middle, upwards, as the samples show them."""
+    for joint, q in list(zip(run.joints, run.q.T, strict=True))[:MOST_PERIODS]:
+        x = q - (q.min() + q.max()) / 2
+        up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
+        if len(up) >= LEAST_TURNS:
+            times = run.t[up] - x[up] * (run.t[up + 1] - run.t[up]) / (x[up + 1] - x[up])
+            yield joint, float((times[-1] - times[0]) / (len(times) - 1))
+
+
+def text(run: Any) -> str:
+    """Three lines: what ran, how far it can be trusted, its extremes."""
+    return "\n".join([_what(run), _trust(run), _extremes(run)])
+
+
+def _what(run: Any) -> str:
+    stats, bodies = run.stats, run.tip.shape[1]
+    model = run.scene.get("model") or {}
+    name = str(model.get("name") or model.get("path") or "").replace("\\", "/").rsplit("/", 1)[-1][:40]
+    what = (
+        f"{bodies} rod{'s' * (bodies > 1)}"
+        if model.get("kind") == "chain"
+        else f"{name or 'a tree'}, {len(run.joints)} joints"
+    )
+    return (
+        f"Trajectory of {what}: {run.t[0]:g} to {run.t[-1]:g} s, {len(run.t)} samples, {stats.method} with {stats.setting}, "
+        f"{stats.steps} steps"
+    )
+
+
+def _trust(run: Any) -> str:
+    stats, told = run.stats, []
+    if stats.stopped:
+        told.append(f"ended early: {stats.stopped[:200]}")
+    if stats.error is not None:
+        told.append(f"tip error {stats.error:.1e} of the length estimated, {stats.accuracy:g} asked")
+    if stats.conservative:
+        told.append(f"energy drift {run.energy().drift:.1e} of the energy moved")
+    if run.work:
+        told.append(f"works and energy differ by {run.imbalance:.1e} of the energy moved")
+    told += [f"note: {note[:120]}" for note in stats.notes[:1]]
+    return (
+        "; ".join(told)
+        or "no energy to compare: something acts that has no potential; energy_balance=True books its work"
+    )
+
+
+def _extremes(run: Any) -> str:
+    found = summary(run)
+    told = [f"largest swing {found['largest swing']}"]
+    if "R3 largest" in found:
+        told.append(f"tension R3 from {found['R3 least'].value:.4g} to {found['R3 largest']}")
+    told += [f"{name} {figure}" for name, figure in found.items() if name.startswith("period")][:1]
+    return "; ".join(told)
+
+
+def page(run: Any, player: str) -> str:
+    """A run in a notebook: the player, three lines, and the table of extremes."""
+    return f"{player}<pre>{html.escape(text(run))}</pre>{summary(run)._repr_html_()}"
