@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import pendpin
+from pendpin.late import HOMES, from_above
 
 PACKAGE = Path(pendpin.__file__).parent
 ROWS = [  # the ground first
@@ -88,3 +89,11 @@ def test_hand_routes_do_not_know_each_other() -> None:
             node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and "pendpin" in str(node.module)
         }
         assert own == {"pendpin.arrays", "pendpin.equations.base"}
+
+
+def test_what_lower_rooms_ask_of_higher_ones_stands_in_one_table() -> None:
+    """Each entry of the table is there, and no other module imports by name at run time but the package's own front."""
+    assert all(callable(from_above(name)) for name in HOMES)
+    for path in MODULES:
+        if path.relative_to(PACKAGE).as_posix() != "late.py":
+            assert "import_module" not in path.read_text(), path

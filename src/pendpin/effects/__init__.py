@@ -27,6 +27,7 @@ from pendpin.effects.joints import Motor, Spring, Viscous
 from pendpin.effects.push import Push
 from pendpin.effects.rotation import Rotation
 from pendpin.effects.support import Support
+from pendpin.effects.torque import Torque
 
 
 def _branch(value: Any) -> str:
@@ -76,6 +77,7 @@ __all__ = [
     "Spring",
     "Stop",
     "Support",
+    "Torque",
     "Viscous",
     "applied",
     "cross",

@@ -123,3 +123,19 @@ def _moments(ax: Any, trajectory: Trajectory) -> None:
 def _shown(count: int) -> list[int]:
     half = MOST_LINES // 2
     return list(range(count)) if count <= MOST_LINES else [*range(half), *range(count - half, count)]
+
+
+def plot(trajectory: Trajectory, names: tuple[str, ...], ax: Any = None) -> Any:
+    """As `Trajectory.plot`."""
+    if not names and ax is None:
+        with _plain_text():
+            return draw(trajectory)
+    if ax is None:
+        from matplotlib.figure import Figure
+
+        ax = Figure(figsize=(7, 3.5), layout="constrained").subplots()
+    for name in names or trajectory.joints[:MOST_LINES]:
+        ax.plot(trajectory.t, trajectory[name], label=_plain(name), linewidth=1.2)
+    ax.set_xlabel("time, s")
+    ax.legend(fontsize=9)
+    return ax

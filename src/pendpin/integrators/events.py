@@ -15,6 +15,7 @@ from pendpin.integrators.crossings import Crossing, first_crossing
 ORDERS = {"DOP853": 8, "RK45": 5, "RK23": 3, "Radau": 5, "BDF": 1, "LSODA": 1}  # of a method's first step
 REFINEMENTS = 4  # of the time of an event, with the state integrated anew
 SETTLED = 1e-13  # of a step: what a refinement that is the last moves an event by
+INSTANT = 1e-12  # of a step: times no farther from an event happen with it
 
 Guards = Callable[[Array, Array], Array]  # t (n,), y (n, size) -> (n, m), what an event brings down to 0
 
@@ -82,7 +83,8 @@ def integrate_to_event(
     """Integrate from t to `end` or to the first event; samples at those of `times` (n,), after t, that are reached.
 
     An event is where a guard comes down to 0 and goes on below -floor (m,). The state there is integrated anew up to the
-    event, and its time refined by it, so that both have the accuracy of a step and not of its interpolation.
+    event, and its time refined by it, so that both have the accuracy of a step and not of its interpolation. An output
+    time at the instant of the event is left to what follows: what counts there is the state after it.
     """
     samples, steps = np.empty((0, len(y))), 0
     for step in _steps(method, t, y, end):
@@ -91,11 +93,17 @@ def integrate_to_event(
         steps += 1
         event = _event(guards, floor, step)
         t, y = _located(method, guards, step, event) if event else (step.end, step.inside(np.array([step.end]))[0])
-        due = times[len(samples) : np.searchsorted(times, t, "right")]
+        before = t - instant(t, step.end - step.begin) if event else t
+        due = times[len(samples) : np.searchsorted(times, before, "left" if event else "right")]
         samples = np.concatenate([samples, step.inside(due)])
         if event:
             return SegmentToEvent(t, y, samples, steps, event.fired)
     return SegmentToEvent(end, y, samples, steps)
+
+
+def instant(t: float, length: float) -> float:
+    """How far from an event at t, found in a step of a length, times count as its instant, s."""
+    return max(INSTANT * length, 4 * float(np.spacing(abs(t))))
 
 
 def _event(guards: Guards, floor: Array, step: _Step) -> Crossing | None:

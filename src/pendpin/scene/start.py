@@ -1,9 +1,10 @@
 """When, where and how fast the motion starts."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag
 
+from pendpin.late import from_above
 from pendpin.records import Number, Record
 
 Values = Annotated[
@@ -19,3 +20,20 @@ class Start(Record):
     positions: Values = Field(default_factory=dict, description="rad, or degrees; m for prismatic joints")
     velocities: Values = Field(default_factory=dict, description="rad/s, or degrees/s; m/s for prismatic joints")
     unit: Literal["radians", "degrees"] = Field("radians", description="of the angles and their rates")
+
+    @classmethod
+    def at_rest(cls, scene: Any) -> Self:
+        """The equilibrium of a scene under all that acts at its start, stable and nearest to its start's positions.
+
+        Friction is left out of it. Raises InputError where there is none.
+        """
+        return from_above("Start.at_rest")(scene)
+
+    @classmethod
+    def conical(cls, scene: Any, angle: float) -> Self:
+        """The steady cone of a single rod about the vertical, at an angle from it in rad: the tip runs round a circle.
+
+        Exact for a rod without inertia about its axis; a universal joint makes a thick one nod. The rate Omega follows
+        from Omega² cos(angle) = m g h / (I1 + m h²). Raises InputError for other scenes.
+        """
+        return from_above("Start.conical")(scene, angle)

@@ -37,6 +37,7 @@ class Continuation:
         way = SmoothLoop if self.dynamics.contacts is None else LoopWithEvents
         parts = (integrator, self.dynamics, self.balance, self.scene.times, lambda t: None, pace)
         self._loop = way(*parts)
+        self._loop.begin(run.q[0], run.v[0])  # what is large and what is small in the run, its parts share
 
     def piece(self, sample: int, times: Array) -> Run:
         """The motion from a sample of the run, at times (m,) in s since the scene's start, the sample's own first.

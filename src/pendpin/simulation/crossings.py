@@ -3,15 +3,17 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from pendpin.arrays import Array, Indices
 from pendpin.errors import InputError, shown
-from pendpin.integrators.events import AT_ONCE
 from pendpin.simulation.continuation import Continuation
 from pendpin.trajectory import Trajectory, samples_of
 
-LOOKS = 8  # places between two samples at which the quantity is looked at, where it may cross twice
+JUMP = 1e-3  # of the offsets around it: what is still on the other side has not crossed but jumps
+AFTER = 1e-13  # of the times: how far behind a jump the state is taken
+SHARES = np.arange(1, 8) / 8  # of an interval: where the quantity is looked at
+LEVELS = 5  # of looks, each 8 times as close as the last
 
 
 def crossings(run: Trajectory, name: str, level: float, direction: int) -> Trajectory:
@@ -33,27 +35,26 @@ def crossings(run: Trajectory, name: str, level: float, direction: int) -> Traje
 
 
 def _looked_at(more: Continuation, name: str, level: float, offset: Array) -> tuple[Array, Array]:
-    """Times and offsets (m,): the samples, and places between those where the quantity turns back near the level."""
-    run, places = more.run, _turns_near(offset)
-    if not len(places):
-        return run.t, offset
-    share = np.arange(1, LOOKS) / LOOKS
-    between = np.unique((run.t[places, None] + share * (run.t[places + 1] - run.t[places])[:, None]).ravel())
-    times = np.concatenate([run.t, between])
-    values = np.concatenate([offset, more.at(between)[name] - level])
-    order = np.argsort(times, kind="stable")
-    return times[order], values[order]
+    """Times and offsets (m,): the samples, and places between those, closer and closer to where it turns back near 0."""
+    times = more.run.t
+    for _ in range(LEVELS):
+        places = _turns_near(offset)
+        if not len(places):
+            break
+        between = np.unique(times[places, None] + SHARES * (times[places + 1] - times[places])[:, None])
+        together = np.concatenate([times, between])
+        order = np.argsort(together, kind="stable")
+        times, offset = together[order], np.concatenate([offset, more.at(between)[name] - level])[order]
+    return times, offset
 
 
 def _turns_near(offset: Array) -> Indices:
-    """Intervals beside a sample that is nearest to the level among its neighbours, on one side of it, and not far."""
-    size = np.abs(offset)
+    """Intervals beside a value that is nearest to 0 among its neighbours, all on one side of it, and no farther off."""
+    before, size, after = np.abs(offset[:-2]), np.abs(offset[1:-1]), np.abs(offset[2:])
     same = (offset[1:-1] * offset[:-2] > 0) & (offset[1:-1] * offset[2:] > 0)
-    near = size[1:-1] <= np.maximum(size[:-2], size[2:]) - size[1:-1]
-    least = (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:])
-    turns = np.flatnonzero(same & near & least) + 1
-    ends = [i for i in (0, len(offset) - 2) if len(offset) > 1]
-    return np.unique(np.concatenate([turns - 1, turns, ends]).astype(np.intp))
+    near = size <= np.maximum(before, after) - size
+    turns = np.flatnonzero(same & near & (size <= before) & (size <= after)) + 1
+    return np.unique(np.concatenate([turns - 1, turns]).astype(np.intp))
 
 
 def _signs(offset: Array) -> Array:
@@ -74,9 +75,7 @@ def _instant(more: Continuation, name: str, level: float, bracket: Array, offset
     begin, end = bracket
     if offset[0] == 0:
         return float(begin)
-    instant = brentq(value, begin, end, xtol=1e-15 * max(1.0, abs(end)), rtol=1e-15)
-    jumped = value(instant) * after < 0 and abs(value(instant)) > JUMP * np.abs(offset).max()
-    return float(min(end, instant + AT_ONCE * max(1.0, abs(instant)))) if jumped else float(instant)
-
-
-JUMP = 1e-3  # of the offsets around it: what is still on the other side has not crossed but jumped
+    instant = float(root_scalar(value, bracket=(begin, end), method="brentq", xtol=1e-15 * max(1.0, abs(end))).root)
+    off = value(instant)
+    jumped = off * after < 0 and abs(off) > JUMP * np.abs(offset).max()
+    return min(float(end), instant + AFTER * max(float(end - begin), abs(instant))) if jumped else instant

@@ -10,7 +10,7 @@ from pendpin.effects.pace import Pace
 from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
 from pendpin.errors import InputError, RunError
 from pendpin.integrators import Adaptive, Integrator
-from pendpin.integrators.events import Method, SegmentToEvent, integrate_to_event
+from pendpin.integrators.events import Method, SegmentToEvent, instant, integrate_to_event
 from pendpin.model import kinematics
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.energy_balance import EnergyBalance
@@ -39,6 +39,7 @@ class LoopWithEvents(IntegrationLoop):
         self.contacts, self.calls = dynamics.contacts, 0
         self.method, self.tolerance = integrator.method, integrator.tolerance
         self.library, self.version = "scipy", version("scipy")
+        self._scales: Scales | None = None  # of the whole run: a later beginning keeps them
 
     def begin(self, q: Array, v: Array) -> RunState:
         """The first sample, after the impacts that are due at the start."""
@@ -47,7 +48,7 @@ class LoopWithEvents(IntegrationLoop):
         try:
             y = self._struck(t, y)
             y[2 * self.nv :] = 0.0  # what an impact at the start takes is gone before the first sample
-            scales = self.contacts.scales(self.times, *self._angles(y))
+            scales = self._scales = self._scales or self.contacts.scales(self.times, *self._angles(y))
             mode = self.contacts.choose(t, *self._angles(y), scales)
             first = self._rows(y[None], self.times[:1], mode)[0]
         except (RunError, np.linalg.LinAlgError) as error:
@@ -59,6 +60,8 @@ class LoopWithEvents(IntegrationLoop):
         t, y, mode, at_once, scales = _recalled(done.carried)
         self.progress(t)
         times, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self.calls
+        if len(now := times[times <= t + instant(t, float(times[-1]) - t)]):  # at the instant of an event
+            return done.grown(self._rows(np.tile(y, (len(now), 1)), now, mode), done.carried, 0, 0), None
         end = float(np.append(self.pace.corners[self.pace.corners > t], np.inf).min(initial=times[-1]))
         guards = guards_of(self.contacts, t, *self._angles(y), mode, scales)
         found = integrate_to_event(

@@ -26,19 +26,15 @@ def columns(run: Any) -> dict[str, Place]:
     found["energy"] = ("energy", ...)
     for name, part in (("", "q"), ("_rate", "v"), ("_acceleration", "a")):
         for j, joint in enumerate(joints):
-            found.setdefault(
-                f"{joint}{name}" if f"{joint}{name}" not in found else f"{joint}{name} (joint)", (part, (..., j))
-            )
+            key = f"{joint}{name}"
+            found[f"{key} (joint)" if key in found else key] = (part, (..., j))
     if run.rods is not None:
         count = run.rods.R1.shape[1]
         for name in Reactions._fields:
             found |= {f"{name}_{i + 1}" if count > 1 else name: (name, (..., i)) for i in range(count)}
     else:
-        found |= {
-            f"{joint}_{axis}": ("wrench", (..., j, k))
-            for j, joint in enumerate(joints)
-            for k, axis in enumerate(WRENCH)
-        }
+        for j, joint in enumerate(joints):
+            found |= {f"{joint}_{axis}": ("wrench", (..., j, k)) for k, axis in enumerate(WRENCH)}
     found |= {f"tip_{axis}": ("tip", (..., rods - 1, k)) for k, axis in enumerate(AXES)}
     found |= {f"tip_{axis}_{i + 1}": ("tip", (..., i, k)) for i in range(rods - 1) for k, axis in enumerate(AXES)}
     found |= {f"work_{kind}": (kind, ...) for kind in run.work}

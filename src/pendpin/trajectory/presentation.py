@@ -112,10 +112,7 @@ def _trust(run: Any) -> str:
     if run.work:
         told.append(f"works and energy differ by {run.imbalance:.1e} of the energy moved")
     told += [f"note: {note[:120]}" for note in stats.notes[:1]]
-    return (
-        "; ".join(told)
-        or "no energy to compare: something acts that has no potential; energy_balance=True books its work"
-    )
+    return "; ".join(told) or "something acts that has no potential: energy_balance=True books its work"
 
 
 def _extremes(run: Any) -> str:

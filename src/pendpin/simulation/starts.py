@@ -1,0 +1,63 @@
+"""Starts of particular motions: at rest in equilibrium, and round a steady cone."""
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import root
+
+from pendpin.arrays import Array
+from pendpin.dynamics.dynamics import Dynamics, bind
+from pendpin.equations import exact
+from pendpin.errors import InputError, shown
+from pendpin.model.build import start_state
+from pendpin.scene import Chain, Scene, Start
+
+REST = 1e-10  # of the largest acceleration seen: what is left at an equilibrium
+LONG = 1e6  # of pseudo-time, s²: until the slowest mode has come to rest
+UPRIGHT = 1e-12  # of a field: what it may have across the vertical
+
+
+def at_rest(scene: Scene) -> Start:
+    """As `Start.at_rest`."""
+    dynamics, time = bind(scene), scene.start.time
+    q, _ = start_state(dynamics.model, scene.start)
+
+    def pull(_: float, q: Array) -> Array:
+        return dynamics.acceleration(time, q, np.zeros_like(q))
+
+    size = max(float(np.abs(pull(0.0, x)).max()) for x in (q, q + 0.5))
+    settled = solve_ivp(pull, (0.0, LONG), q, method="Radau", rtol=1e-6, atol=1e-9).y[:, -1]
+    found = root(lambda x: pull(0.0, x), settled, tol=1e-15).x
+    if not np.abs(pull(0.0, found)).max(initial=0.0) <= REST * size:
+        raise InputError(
+            "start: no equilibrium is found near start.positions: what acts lets nothing come to rest there"
+        )
+    _refuse_beyond_stops(dynamics, found)
+    return Start(time=time, positions=dict(zip(dynamics.model.joints, found.tolist(), strict=True)))
+
+
+def _refuse_beyond_stops(dynamics: Dynamics, q: Array) -> None:
+    contacts = dynamics.contacts
+    if contacts is not None and ((q < contacts.lower) | (q > contacts.upper)).any():
+        joint = dynamics.model.joints[int(np.argmax((q < contacts.lower) | (q > contacts.upper)))]
+        raise InputError(f"start: the equilibrium of {joint} is beyond its stop")
+
+
+def conical(scene: Scene, angle: float) -> Start:
+    """As `Start.conical`."""
+    dynamics = bind(scene)
+    if not isinstance(scene.model, Chain) or scene.model.count != 1:
+        raise InputError("start: a steady cone needs a chain of one rod")
+    if isinstance(angle, bool) or not isinstance(angle, int | float) or not 0 < abs(angle) < np.pi / 2:
+        raise InputError(f"angle: {shown(angle)} is not between 0 and pi/2 rad")
+    field, rod = dynamics.loads.constant, scene.model.all_rods[0].properties
+    if not (field[2] < 0 and np.abs(field[:2]).max() <= UPRIGHT * -field[2]):
+        raise InputError("start: a steady cone needs gravity straight down")
+    if rod.I1 != rod.I2:
+        raise InputError("start: a steady cone needs a rod with I1 = I2")
+    rate = np.sqrt(-field[2] * rod.m * rod.h / ((rod.I1 + rod.m * rod.h**2) * np.cos(angle)))
+    q = np.array([0.0, float(angle)])
+    along = np.array([exact.direction_rate(q, v) for v in np.eye(2)]).T  # (3, 2)
+    v = np.linalg.lstsq(along, rate * np.cross([0.0, 0.0, 1.0], exact.direction(q)), rcond=None)[0]
+    names = dynamics.model.joints
+    positions, velocities = (dict(zip(names, x.tolist(), strict=True)) for x in (q, v))
+    return Start(time=scene.start.time, positions=positions, velocities=velocities)

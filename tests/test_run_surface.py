@@ -1,0 +1,249 @@
+"""A run asked for more: quantities by name, other times, crossings, more time, tables, pictures."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+from pendpin.scene import builtin_scene
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+ROD = {"kind": "chain", "rods": [{"length": 1.0, "mass": 1.0, "radius": 0.02}]}
+THIN = {"kind": "chain", "rods": [{"length": 1.0, "mass": 1.0}, {"length": 0.7, "mass": 0.5}]}
+GRAVITY = pp.effects.Gravity()
+START = {"positions": {"theta_1": 0.9, "phi_1": 0.4}, "velocities": {"theta_1": 1.0}}
+SCENES = {
+    "smooth": pp.Scene(model=ROD, start=START, effects=[GRAVITY], duration=3.0),
+    "thin chain": pp.Scene(model=THIN, start=START, effects=[GRAVITY], duration=3.0),
+    "damped": pp.Scene(model=THIN, start=START, effects=[GRAVITY, pp.effects.Drag(diameter=0.05)], duration=3.0),
+    "later": pp.Scene(model=ROD, start=START | {"time": 5.0}, effects=[GRAVITY], duration=3.0),
+    "friction": pp.Scene(model=ROD, start=START, effects=[GRAVITY, pp.effects.DryFriction(kinetic=0.3)], duration=3.0),
+    "stops": pp.Scene(
+        model=ROD, start=START, effects=[GRAVITY, pp.effects.Stop(lower=-0.3, upper=1.0, restitution=0.6)], duration=3.0
+    ),
+}
+
+
+@pytest.fixture(params=SCENES)
+def scene(request: pytest.FixtureRequest) -> pp.Scene:
+    """One of the scenes."""
+    return SCENES[request.param]
+
+
+def test_between_samples_a_run_is_as_accurate_as_at_them(scene: pp.Scene) -> None:
+    """Against a run 1000 times as tight, within 10 times the run's own error at its samples."""
+    run = pp.simulate(scene, samples=61, tolerance=1e-8)
+    between = np.sort(np.random.default_rng(1).uniform(run.t[0], run.t[-1], 50))
+    tight = pp.simulate(scene, times=np.union1d(run.t, between), tolerance=1e-12)
+    at_samples, at_others = np.searchsorted(tight.t, run.t), np.searchsorted(tight.t, between)
+    found = run.at(between)
+    for one, other, size in [(run.q, tight.q, 1.0), (run.v, tight.v, 1.0), (run.tip, tight.tip, 1.0)]:
+        part = {id(run.q): found.q, id(run.v): found.v, id(run.tip): found.tip}[id(one)]
+        error = max(float(np.abs(one - other[at_samples]).max()), 1e-9 * size)
+        assert np.abs(part - other[at_others]).max() <= 10 * error
+
+
+def test_at_a_sample_it_is_the_sample(scene: pp.Scene) -> None:
+    """Whatever else is asked for."""
+    run = pp.simulate(scene, samples=31)
+    found = run.at(run.t[[0, 7, 8, 30]])
+    np.testing.assert_allclose(found.q, run.q[[0, 7, 8, 30]], atol=1e-12)
+    np.testing.assert_allclose(found.wrench, run.wrench[[0, 7, 8, 30]], atol=1e-9)
+
+
+def test_crossings_against_a_tighter_run(scene: pp.Scene) -> None:
+    """Their instants are within 10 times the run's error over the rate there."""
+    run, tight = (pp.simulate(scene, samples=40, tolerance=tolerance) for tolerance in (1e-8, 1e-12))
+    found, right = (
+        r.crossings("theta", 0.05) if len(r.joints) == 2 else r.crossings("theta_1", 0.05) for r in (run, tight)
+    )
+    assert len(found.t) == len(right.t) > 1
+    error = max(float(np.abs(run.q - tight.q).max()), 1e-9)
+    assert (np.abs(found.t - right.t) * np.abs(right.v[:, 0]) <= 10 * error).all()
+    np.testing.assert_allclose(found.q[:, 0], 0.05, atol=1e-11)
+
+
+def test_the_state_at_an_impact_is_the_one_after_it() -> None:
+    """Where a joint strikes its stop the rate jumps; at that instant it has turned round."""
+    run = pp.simulate(SCENES["stops"], samples=31)
+    struck = run.crossings("theta_rate", 0.0, direction=1)
+    on_stop = np.abs(struck["theta"] + 0.3) < 1e-9
+    assert on_stop.any()
+    before = run.at(struck.t[on_stop] - 1e-9)
+    np.testing.assert_allclose(struck["theta_rate"][on_stop], -0.6 * before["theta_rate"], rtol=1e-6)
+
+
+def test_crossings_that_no_two_samples_enclose() -> None:
+    """A level just inside a turning point is crossed twice between two samples."""
+    run = pp.simulate(SCENES["smooth"], samples=25)
+    top = float(run.crossings("theta_rate", 0.0, direction=-1)["theta"][-1])
+    near = run.crossings("theta", top - 1e-4)
+    assert len(near.t) >= 2
+    assert len(run.crossings("theta", 10.0).t) == 0
+    up, down = (run.crossings("theta", 0.0, direction=d) for d in (1, -1))
+    assert (up["theta_rate"] > 0).all()
+    assert (down["theta_rate"] < 0).all()
+
+
+def test_extend(scene: pp.Scene) -> None:
+    """The run gone on with is one long run, to the tolerance."""
+    run = pp.simulate(scene, samples=31, duration=1.5, tolerance=1e-9, energy_balance=True)
+    whole, long = run.extend(1.5), pp.simulate(scene, samples=61, duration=3.0, tolerance=1e-9, energy_balance=True)
+    np.testing.assert_array_equal(whole.t, long.t)
+    np.testing.assert_allclose(whole.q, long.q, atol=1e-6)
+    assert whole.imbalance < 1e-6
+    assert whole.scene["duration"] == 3.0
+    np.testing.assert_array_equal(whole.q[:31], run.q)
+
+
+@pytest.mark.parametrize("method", ["rk4", "euler"])
+def test_extend_bit_for_bit(method: str) -> None:
+    """Fixed steps give what one long run gives."""
+    scene = pp.load_scene(EXAMPLES / "double_pendulum.toml").replace({"solver.step": 0.004, "solver.method": method})
+    whole, long = pp.simulate(scene, duration=1.0).extend(0.5), pp.simulate(scene, duration=1.5)
+    np.testing.assert_array_equal(whole.q, long.q)
+    np.testing.assert_array_equal(whole.wrench, long.wrench)
+    assert whole.stats.steps == long.stats.steps
+
+
+def test_a_saved_run_goes_on_too(tmp_path: Path) -> None:
+    """From what its file holds."""
+    run = pp.simulate(SCENES["smooth"], samples=31)
+    again = pp.Trajectory.load(run.save(tmp_path / "run.npz"))
+    np.testing.assert_array_equal(again.at(1.2345).q, run.at(1.2345).q)
+
+
+def test_what_is_no_time_is_refused() -> None:
+    """Outside, falling, not numbers; names, levels and directions too."""
+    run = pp.simulate(SCENES["smooth"], samples=31)
+    for times in (-0.1, 3.1, [1.0, 0.5], [], "soon", np.nan, [[1.0]]):
+        with pytest.raises(pp.InputError, match="times: "):
+            run.at(times)
+    for arguments, says in [
+        (("thets",), "did you mean 'theta'"),
+        (("theta", np.nan), "level"),
+        (("theta", 0.0, 2), "direction"),
+    ]:
+        with pytest.raises(pp.InputError, match=says):
+            run.crossings(*arguments)
+    for duration in (0, -1.0, np.inf, "1"):
+        with pytest.raises(pp.InputError, match="duration"):
+            run.extend(duration)
+
+
+def test_names_and_tables(tmp_path: Path) -> None:
+    """Every name is a column: in the CSV with all digits, in pandas, in [...]."""
+    run = pp.simulate(SCENES["thin chain"], samples=7, energy_balance=True)
+    assert {"t", "theta_1", "phi_2_rate", "R3_2", "tip_x", "tip_z_1", "kinetic", "energy", "work_gravity"} <= set(
+        run.names
+    )
+    np.testing.assert_array_equal(run["R3_2"], run.reactions().R3[:, 1])
+    np.testing.assert_array_equal(run["tip_x"], run.tips()[:, -1, 0])
+    np.testing.assert_array_equal(run["energy"], run.energy().total)
+    with run.to_csv(tmp_path / "run.csv").open() as file:
+        head, *rows = csv.reader(file)
+    assert tuple(head) == run.names
+    np.testing.assert_array_equal(np.array(rows, float), np.array([run[name] for name in run.names]).T)
+    assert all(run[name].shape == (7,) for name in run.names)
+    single = pp.simulate(SCENES["smooth"], samples=2)
+    np.testing.assert_array_equal(single["theta_1"], single["theta"])
+    np.testing.assert_array_equal(single["R3_1"], single["R3"])
+    pandas = pytest.importorskip("pandas")
+    table = run.to_pandas()
+    assert isinstance(table, pandas.DataFrame)
+    np.testing.assert_array_equal(table["theta_1"].to_numpy(), run["theta_1"])
+
+
+def test_summary_of_a_known_swing() -> None:
+    """A plane swing of 0.1 rad: its angle, its period by the elliptic integral, its tension by energy."""
+    g, angle = 9.81, 0.1
+    scene = pp.Scene(model={"kind": "chain", "rods": [{"length": 1.0, "mass": 0.0, "payload": 1.0}]}, effects=[GRAVITY])
+    found = pp.simulate(scene.replace(start=pp.Start(positions={"phi": angle})), duration=20.0).summary()
+    assert found["largest swing"].value == pytest.approx(np.degrees(angle), rel=1e-8)
+    from scipy.special import ellipk
+
+    assert found["period of phi"].value == pytest.approx(4 / np.sqrt(g) * ellipk(np.sin(angle / 2) ** 2), rel=1e-4)
+    assert found["R3 largest"].value == pytest.approx(g * (3 - 2 * np.cos(angle)), rel=1e-4)
+    assert "largest swing" in repr(found)
+
+
+def test_representations_are_short() -> None:
+    """Of a run, however long its chain, under 1,000 characters."""
+    for run in (
+        pp.simulate(builtin_scene(), duration=0.1),
+        pp.simulate(EXAMPLES / "thousand_rods.toml", duration=0.02),
+    ):
+        assert len(repr(run)) < 1000
+        assert len(repr(run.summary())) < 1000
+        assert len(repr(run.animate())) < 1000
+        assert repr(run).count("\n") == 2
+
+
+def test_plot_on_own_axes() -> None:
+    """Two quantities on the axes given; the figure of the run without names."""
+    from matplotlib.figure import Figure
+
+    run, axes = pp.simulate(SCENES["smooth"], samples=31), Figure().subplots()
+    assert run.plot("theta_1", "R3_1", ax=axes) is axes
+    assert [line.get_label() for line in axes.get_lines()] == ["theta_1", "R3_1"]
+    np.testing.assert_array_equal(axes.get_lines()[0].get_ydata(), run["theta"])
+    assert len(run.plot().axes) >= 4
+
+
+def test_animations(tmp_path: Path) -> None:
+    """As a page and as a GIF; other names are refused."""
+    run = pp.simulate(SCENES["smooth"], samples=5, duration=0.1)
+    film = run.animate()
+    assert film.save(tmp_path / "a.html").read_bytes().startswith(b"<!DOCTYPE html>")
+    assert film.save(tmp_path / "a.gif").read_bytes().startswith(b"GIF89a")
+    assert "<iframe" in film._repr_html_()
+    assert "largest swing" in run._repr_html_()
+    with pytest.raises(pp.InputError, match="ends in one of"):
+        film.save(tmp_path / "a.mov")
+
+
+def test_configurations() -> None:
+    """Pinocchio's own functions take what a run gives, continuous joints as cosine and sine."""
+    import pinocchio as pin
+
+    model = pin.Model()
+    for name in ("theta", "phi"):
+        model.addJoint(model.njoints - 1, pin.JointModelRUBX(), pin.SE3.Identity(), name)
+    run = pp.simulate(builtin_scene(), duration=0.1)
+    q = run.configurations(model)
+    assert q.shape == (len(run.t), 4)
+    np.testing.assert_allclose(np.arctan2(q[:, 1], q[:, 0]), run.q[:, 0], atol=1e-15)
+    with pytest.raises(pp.InputError, match="no joint 'theta'"):
+        run.configurations(pin.buildSampleModelManipulator())
+
+
+def test_a_controller_is_a_function() -> None:
+    """It is the same as the effect that says so; its work is booked; what it returns is checked."""
+    damped, own = (
+        SCENES["smooth"].replace(effects=[GRAVITY, effect])
+        for effect in (
+            pp.effects.Viscous(coefficient=0.3, joints=["theta"]),
+            pp.effects.Torque(lambda t, q, v: -0.3 * v, joints=["theta"]),
+        )
+    )
+    one, other = (pp.simulate(scene, samples=31, energy_balance=True) for scene in (damped, own))
+    np.testing.assert_allclose(other.q, one.q, atol=1e-8)
+    np.testing.assert_allclose(other["work_torque"], one["work_viscous"], atol=1e-8)
+    for bad in (lambda t, q, v: np.nan * v, lambda t, q, v: [1.0, 2.0], lambda t, q, v: "none", lambda t, q, v: None):
+        with pytest.raises(pp.InputError, match="its function returned"):
+            pp.simulate(own.replace(effects=[pp.effects.Torque(bad, joints=["theta"])]))
+
+
+def test_particular_starts() -> None:
+    """A cone keeps its height; an equilibrium keeps its place."""
+    scene = pp.Scene(model={"kind": "chain", "rods": [{"length": 1.0, "mass": 1.0}]}, effects=[GRAVITY], duration=5.0)
+    cone = pp.simulate(scene.replace(start=pp.Start.conical(scene, angle=0.5)))
+    np.testing.assert_allclose(cone["tip_z"], -np.cos(0.5), atol=1e-8)
+    windy = SCENES["damped"].replace(effects=[GRAVITY, pp.effects.Drag(diameter=0.05, wind=(6.0, 2.0, 0.0))])
+    rest = pp.simulate(windy.replace(start=pp.Start.at_rest(windy)))
+    np.testing.assert_allclose(rest.q, np.tile(rest.q[0], (len(rest.t), 1)), atol=1e-7)
+    assert np.abs(rest.q[0]).max() > 0.01
+    with pytest.raises(pp.InputError, match="a chain of one rod"):
+        pp.Start.conical(windy, angle=0.5)
