@@ -42,6 +42,8 @@ class Summary(dict[str, Figure]):
 
 def summary(run: Any) -> Summary:
     """The largest swing, the extremes of the reactions, periods and energy of a run."""
+    if not len(run.t):
+        return Summary()
     found = {
         "largest swing": _extreme(np.degrees(swing(run))[:, None], run.t, np.max, "degrees", ["from the vertical"])
     }
@@ -83,6 +85,8 @@ def _periods(run: Any) -> Iterator[tuple[str, float]]:
 
 def text(run: Any) -> str:
     """Three lines: what ran, how far it can be trusted, its extremes."""
+    if not len(run.t):
+        return "Trajectory without samples"
     return "\n".join([_what(run), _trust(run), _extremes(run)])
 
 
