@@ -47,7 +47,9 @@ def compared(console: Console, rods: int, report: CostReport) -> None:
         ]
         table.add_row(f"{error:g}", *cells, f"{other[1] / own[1]:.3g}" if own and other else "")
     console.print(table)
-    console.print(f"the reference is known to {report.error:.0e}: {report.solutions[0]} against {report.solutions[1]}")
+    console.print(
+        f"error of the reference: {report.error:.0e}, the difference of {report.solutions[0]} and {report.solutions[1]}"
+    )
 
 
 def raw_heyoka(given: pp.Scene, tolerance: float, samples: int) -> float:

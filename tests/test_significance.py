@@ -18,18 +18,18 @@ def scene_of(*effects, model=ROD, duration=2.0, q=(0.5, 0.2)) -> pp.Scene:
 
 
 def test_gravity_is_called_for_and_a_spring_of_no_stiffness_is_not() -> None:
-    """What moves the tip by more than the accuracy is called for; what does nothing changes exactly nothing."""
+    """What moves the tip by more than the accuracy is needed; what does nothing changes exactly nothing."""
     rows = {row.effect: row for row in significance(scene_of(Gravity(), Spring(stiffness=0.0)), 1e-3).rows}
-    assert rows["gravity"].verdict == "called for"
+    assert rows["gravity"].verdict == "needed"
     assert rows["spring"].change == 0.0
-    assert rows["spring"].verdict == "below the accuracy asked"
+    assert rows["spring"].verdict == "not needed at this accuracy"
     assert 0.0 <= rows["spring"].share <= 1.0
 
 
 def test_the_verdict_follows_the_accuracy() -> None:
     """Earth's rotation matters at 1e-6 and not at 1e-2; it is offered where the scene lacks it, and only there."""
     scene = scene_of(Gravity())
-    for accuracy, verdict in ((1e-2, "below the accuracy asked"), (1e-6, "called for, and not listed")):
+    for accuracy, verdict in ((1e-2, "not needed at this accuracy"), (1e-6, "needed, but not listed")):
         (row,) = [row for row in significance(scene, accuracy).rows if "rotation" in row.effect]
         assert row.verdict == verdict
         assert not row.listed
@@ -55,7 +55,7 @@ def test_chaos_ends_the_comparison() -> None:
 
 
 def test_explain_says_what_an_evaluation_calls() -> None:
-    """Only the seams that the scene uses are named."""
+    """Only the interfaces that the scene uses are named."""
     bare = "\n".join(explain(pp.bind(scene_of(Gravity())), (Gravity(),)))
     assert "an evaluation calls: one solve for the accelerations" in bare
     assert "torques" not in bare

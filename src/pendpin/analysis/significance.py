@@ -1,4 +1,4 @@
-"""Which effects a scene calls for: what each one changes, and what it costs."""
+"""Which effects a scene needs: what each one changes, and what it costs."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -16,8 +16,8 @@ from pendpin.scene import Chain, Rod, Scene
 from pendpin.simulation.simulate import simulate
 from pendpin.trajectory import Trajectory
 
-TOLERANCES = (1e-9, 1e-11)  # of the runs compared, and of the run that shows how far they can be believed
-MARGIN = 0.1  # of the accuracy asked: where two runs of the same scene differ by more, the comparison ends
+TOLERANCES = (1e-9, 1e-11)  # of the runs compared, and of the run that shows their error
+MARGIN = 0.1  # of the accuracy: where two runs of the same scene differ by more, the comparison ends
 SMALL_DAMPING = 1e-4  # N m s/rad per N m of the heaviest rod's weight times its lever: a good bearing
 LATITUDE = 45.0  # degrees
 CALLS, REPETITIONS = 200, 5
@@ -28,29 +28,30 @@ class Row:
     """What one effect changes and costs."""
 
     effect: str
-    listed: bool  # whether the scene has it; else it was tried
-    change: float  # largest tip distance with and without it, over the chain's length
+    listed: bool  # True if the scene has the effect; False if it was added for the comparison
+    change: float  # largest distance between the tips with and without it, divided by the chain's length
     share: float | None  # of an evaluation's time; None where that has no meaning
     verdict: str
 
 
 @dataclass(frozen=True)
 class EffectsReport:
-    """The verdicts for a scene, at an accuracy, as far as the runs could be compared."""
+    """The effects of a scene at an accuracy, compared from the start to `horizon`."""
 
     rows: tuple[Row, ...]
     accuracy: float
     duration: float  # s, of the scene
-    horizon: float  # s, how far the comparison means anything
+    horizon: float  # s, end of the comparison; shorter than `duration` in chaotic motion
 
 
 def significance(scene: Scene, accuracy: float = 1e-3) -> EffectsReport:
-    """What every effect of a scene changes, and what those would that it might call for: drag, Earth's rotation,
-    viscous joints, the thickness of its rods.
+    """How much every effect of a scene changes the motion, and how much some effects that it lacks would change it:
+    drag, Earth's rotation, viscous joints, the thickness of its rods.
 
-    The change is the largest distance between the tips with and without the effect, over the run, over the chain's
-    length. Where the scene's own run at two tolerances differs by more than a tenth of the accuracy, as in chaos, the
-    comparison ends. Raises InputError for an accuracy that is not between 0 and 1, and what `simulate` raises.
+    The change is the largest distance between the tips with and without the effect during the run, divided by the
+    chain's length. The comparison ends where two runs of the same scene, at two tolerances, differ by more than a tenth
+    of the accuracy, as in chaotic motion. Raises InputError for an accuracy that is not between 0 and 1, and what
+    `simulate` raises.
     """
     if not 0 < accuracy < 1:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
@@ -65,7 +66,7 @@ def significance(scene: Scene, accuracy: float = 1e-3) -> EffectsReport:
 
 
 def _variants(scene: Scene) -> Iterator[tuple[str, bool, Scene]]:
-    """The scene without each of its effects, and with each that it lacks and might call for."""
+    """The scene without each of its effects, and with each of the candidates that it lacks."""
     for i, effect in enumerate(scene.effects):
         yield effect.kind, True, _with(scene, *scene.effects[:i], *scene.effects[i + 1 :])
     kinds = {effect.kind for effect in scene.effects}
@@ -105,13 +106,14 @@ def _row(name: str, listed: bool, other: Scene, scene: Scene, base: Trajectory, 
 
 
 def _marks(scene: Scene, run: Trajectory) -> Array:
+    """The points that are compared (n, points, 3), m."""
     return marks(build(scene.model), run.tips(), run.q)
 
 
 def _verdict(listed: bool, change: float, accuracy: float) -> str:
     if change > accuracy:
-        return "called for" if listed else "called for, and not listed"
-    return "below the accuracy asked"
+        return "needed" if listed else "needed, but not listed"
+    return "not needed at this accuracy"
 
 
 def _evaluation(scene: Scene) -> float:

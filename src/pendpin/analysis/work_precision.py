@@ -1,4 +1,4 @@
-"""What accuracy costs: every method, and other simulators, run over a ladder of tolerances or steps."""
+"""Work and precision: every method, and other simulators, over a series of tolerances or steps."""
 
 import os
 import platform
@@ -26,18 +26,18 @@ COMPILED = " compiled"  # after the name of a method: on the compiled engine
 METHODS = (*PLAIN, *(f"{name}{COMPILED}" for name in ("dop853", "rk45", "lsoda", "rk4")))
 ACCURACY = 1e-9
 SAMPLES = 201  # output times of a comparison, unless the scene says how many
-KNOWN = 0.1  # of the accuracy: how well the reference has to be known
+KNOWN = 0.1  # of the accuracy: largest error of the reference
 REPETITIONS = 3
 BUDGET = 1.0  # s, of the slowest run of a method
-PATIENCE = 5.0  # times the budget: how long a run may take that was thought to be within it
+PATIENCE = 5.0  # times the budget: a run that takes longer is stopped
 FEW_JOINTS = 6
-MOST_STEPS = 20  # rungs of a ladder of steps
+MOST_STEPS = 20  # of a series
 LIBRARIES = ("pendpin", "pin", "numpy", "scipy", "CyRK", "heyoka", "mujoco", "drake")
 
 
 @dataclass(frozen=True)
 class _Outcome:
-    """One run of a ladder: its tips, or why there are none."""
+    """One run of a series: its tips, or why there are none."""
 
     tips: Array | None  # (n, rods, 3)
     seconds: float
@@ -50,7 +50,7 @@ class _Outcome:
 
 @dataclass(frozen=True, eq=False)
 class _Bench:
-    """What all ladders share."""
+    """What all series share."""
 
     scene: Scene  # up to the reference's horizon
     known: Reference
@@ -58,7 +58,7 @@ class _Bench:
     repetitions: int
     budget: float
     progress: Callable[[str], None]
-    first_step: float  # s, of ladders of steps
+    first_step: float  # s, of series of steps
 
 
 def cost(
@@ -73,11 +73,11 @@ def cost(
 ) -> CostReport:
     """Error against time for the methods of `methods`, and with `peers` for other simulators, on one scene.
 
-    The error is the largest distance of any tip to its reference over the run, over the chain's length; the reference
-    is known to a tenth of `accuracy`, and where that ends, as in chaos, the comparison ends. Times
-    are the least of `repetitions` runs after a first one; a ladder ends where its next run would take over `budget` s.
-    `progress` is called with the name of what is being measured. An interrupt ends the
-    measurement; what is measured is reported. Raises InputError for an unknown method, or where there is no reference.
+    The error is the largest distance of any tip to its reference during the run, divided by the chain's length. The
+    comparison ends where the reference is off by more than a tenth of `accuracy`, as in chaotic motion. Each time is the
+    least of `repetitions` runs after a first one; a series ends where its next run would take more than `budget` s.
+    `progress` is called with the name of what is being measured. An interrupt ends the measurement; the report holds
+    what was measured until then. Raises InputError for an unknown method, or where there is no reference.
     """
     for method in methods:
         if method not in METHODS:
@@ -129,7 +129,7 @@ def _peers(scene: Scene) -> "tuple[Peer, ...]":
     return peers(scene)
 
 
-# --- ladders --------------------------------------------------------------------------------------------------------
+# --- series -------------------------------------------------------------------------------------------------------
 
 
 def _method_curve(bench: _Bench, method: str) -> Curve:
@@ -187,7 +187,7 @@ def _tolerances(least: float, stride: int = 1) -> Iterator[float]:
 
 
 def _stride(bench: _Bench, method: str) -> int:
-    """Decades from rung to rung: each tolerance of taylor is compiled, which takes long for many joints."""
+    """Decades between two tolerances: taylor compiles for each, which takes long for many joints."""
     return 4 if method == "taylor" and len(bench.model.joints) > FEW_JOINTS else 1
 
 
@@ -198,7 +198,7 @@ def _steps(first: float) -> Iterator[float]:
 def _climb(
     bench: _Bench, name: str, settings: Iterable[float], run: Callable[[float], _Outcome]
 ) -> tuple[tuple[Point, ...], tuple[str, ...], float]:
-    """The points of a ladder, why settings failed, and the longest time of compiling."""
+    """The points of a series, why runs failed, and the longest time of compiling."""
     points, failures, compiling, length = [], [], 0.0, scale(bench.model)
     for setting in settings:
         bench.progress(f"{name}, {setting:.1e}")
@@ -224,7 +224,7 @@ def _least(bench: _Bench, first: _Outcome, setting: float, run: Callable[[float]
 
 
 def _enough(bench: _Bench, points: list[Point], seconds: float) -> bool:
-    """Whether a ladder ends: the next run takes too long, or the reference can tell no more."""
+    """Whether a series ends: the next run takes too long, or the error has reached that of the reference."""
     if not points:
         return seconds > bench.budget
     growth = points[-1].seconds / points[-2].seconds if len(points) > 1 else 1.0

@@ -1,4 +1,4 @@
-"""Error against time as data: points, curves, and what they say in words."""
+"""Error against time as data: points, curves, and sentences about them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ TINY = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class Point:
-    """One run: what it was asked, how wrong it is, what it took."""
+    """One run: its setting, its error, its cost."""
 
     setting: float  # the tolerance, or the step in s
-    error: float  # largest tip distance to the reference over the run, over the chain's length
+    error: float  # largest tip distance to the reference during the run, divided by the chain's length
     seconds: float  # of integration with its sampling: the least of some repetitions, warm-up and compiling apart
     steps: int
     evaluations: int
@@ -27,7 +27,7 @@ class Curve:
     library: str
     kind: str  # of its settings: "tolerance" or "step"
     points: tuple[Point, ...]
-    failures: tuple[str, ...] = ()  # why settings did not get to the end
+    failures: tuple[str, ...] = ()  # why runs did not reach the end
     compile_seconds: float = 0.0  # the longest
     peer: bool = False
 
@@ -62,41 +62,41 @@ def _between(cheaper: Point, dearer: Point, error: float) -> float:
 class CostReport:
     """Error against time on one scene and one machine."""
 
-    subject: str  # what moves, in words
+    subject: str  # the model, such as "3 rods"
     curves: tuple[Curve, ...]
-    accuracy: float  # the one that was asked about
+    accuracy: float  # the accuracy of interest
     error: float  # of the reference
-    solutions: tuple[str, str]  # the two computations that the reference is made of
+    solutions: tuple[str, str]  # the two computations that make the reference
     duration: float  # s, of the scene
-    horizon: float  # s, up to which the motion is known well enough to compare
+    horizon: float  # s, end of the comparison: later the reference is not accurate enough
     machine: str
     versions: dict[str, str]
     repetitions: int
     interrupted: bool = False
 
     def best(self, error: float, peers: bool | None = False) -> tuple[str, float] | None:
-        """The name that meets an error in the least time, and that time: of methods, of peers (True), or of all (None)."""
+        """The cheapest curve that meets an error, and its time in s; of methods, of simulators (True) or of all (None)."""
         found = ((curve.name, curve.seconds_at(error)) for curve in self.curves if peers in (None, curve.peer))
         return min(((name, time) for name, time in found if time is not None), key=lambda pair: pair[1], default=None)
 
     @property
     def decades(self) -> tuple[float, ...]:
-        """The powers of ten of error, from 0.1 down to what the reference can tell."""
+        """The powers of ten of error, from 0.1 down to the error of the reference."""
         return tuple(10.0**-k for k in range(1, 17) if 10.0**-k >= self.error)
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What was found, in sentences."""
+        """The results in sentences."""
         return tuple(_words(self))
 
 
 def _words(report: CostReport) -> Iterator[str]:
     if report.horizon < report.duration:
         yield (
-            f"Compared up to {report.horizon:.3g} s of {report.duration:g} s: beyond, two references differ by more than "
-            f"{report.accuracy / 10:.0e}, and the motion itself is known no better."
+            f"Compared up to {report.horizon:.3g} s of {report.duration:g} s: later, the two references differ by more than "
+            f"{report.accuracy / 10:.0e}."
         )
-    yield f"The reference is known to {report.error:.0e}: {report.solutions[0]} against {report.solutions[1]}."
+    yield f"Error of the reference: {report.error:.0e}, the difference of {report.solutions[0]} and {report.solutions[1]}."
     yield from _asked(report)
     for first, last, name in _spans(report):
         where = f"At {first:.0e}" if first == last else f"From {first:.0e} to {last:.0e}"

@@ -51,7 +51,7 @@ UsageError: Any = typer.BadParameter.__mro__[1]  # its base: whatever is wrong w
 def main() -> None:
     """Run the command line: every foreseen fault ends in one line on stderr and exit status 1, wrong usage in 2."""
     prepare_streams()
-    warnings.simplefilter("ignore", Note)  # the commands say them in their own way
+    warnings.simplefilter("ignore", Note)  # the commands print them as lines of their own
     try:
         status = app(prog_name="pendpin", standalone_mode=False)
         if status == 130:  # what newer typers make of Ctrl-C
@@ -67,7 +67,9 @@ def main() -> None:
     except BrokenPipeError:  # the reader of our output is gone
         drop_output()
         sys.exit(1)
-    except OSError as error:  # of files, our own words are raised; what is left is the output, on a full disk or closed
+    except (
+        OSError
+    ) as error:  # faults of files are raised as InputError; this one is the output, on a full disk or closed
         drop_output()
         _fail(f"{error.filename or 'the output cannot be written'}: {error.strerror or error}")
     except MemoryError:
@@ -96,25 +98,26 @@ def run(
     strict: Strict = False,
     method: Annotated[str | None, typer.Option(help="Integration method, such as dop853.")] = None,
     tolerance: Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")] = None,
-    step: Annotated[float | None, typer.Option(help="Largest step in s, for methods with a fixed one.")] = None,
+    step: Annotated[float | None, typer.Option(help="Largest step in s, for fixed-step methods.")] = None,
     accuracy: Annotated[
-        float | None, typer.Option(help="The target instead: largest tip error over the chain's length.")
+        float | None,
+        typer.Option(help="Target accuracy: largest tip error divided by the chain's length."),
     ] = None,
-    limit: Annotated[float | None, typer.Option(min=0, help="End a run that takes longer, in s.")] = None,
-    checkpoint: Annotated[Path | None, typer.Option(help="Save the run's state here, and go on from it.")] = None,
-    every: Annotated[float, typer.Option(min=0, help="Time between two saves of the state, in s.")] = 5.0,
+    limit: Annotated[float | None, typer.Option(min=0, help="Stop the run after this time, in s.")] = None,
+    checkpoint: Annotated[Path | None, typer.Option(help="Save the state of the run here; continue from it.")] = None,
+    every: Annotated[float, typer.Option(min=0, help="Time between two saves of that file, in s.")] = 5.0,
     out: Annotated[Path, typer.Option(help="Where the run is saved.")] = Path("run.npz"),
     html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
-    energy_balance: Annotated[bool, typer.Option("--energy-balance", help="Book the work of every effect.")] = False,
-    explain: Annotated[bool, typer.Option("--explain", help="Say first what was bound.")] = False,
+    energy_balance: Annotated[bool, typer.Option("--energy-balance", help="Compute the work of every effect.")] = False,
+    explain: Annotated[bool, typer.Option("--explain", help="Print first what acts in this scene.")] = False,
     view: Annotated[bool, typer.Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
     json: Json = False,
 ) -> None:
-    """Simulate a scene, save the run, and say what it took and how far it can be trusted.
+    """Simulate a scene, save the run, and print its cost and its checks.
 
-    Without SCENE the built-in rod is run, and run.html and run.png are written beside run.npz. A run with a checkpoint
-    that was killed or stopped goes on from it when the same command is given again.
+    Without SCENE the built-in rod is run, and run.html and run.png are written beside run.npz. If a run with
+    a checkpoint was killed or stopped, the same command continues it.
     """
     from pendpin.analysis.crosscheck import along
     from pendpin.graphics.figure import picture_kind
@@ -209,10 +212,12 @@ def plot(
 @app.command()
 def effects(
     scene: SceneFile = None,
-    accuracy: Annotated[float, typer.Option(help="What counts: tip distance over the chain's length.")] = 1e-3,
+    accuracy: Annotated[
+        float, typer.Option(help="Smallest change that matters: tip distance over the chain's length.")
+    ] = 1e-3,
     json: Json = False,
 ) -> None:
-    """Say what each effect changes and costs, and which ones the scene calls for at an accuracy."""
+    """Show what each effect changes and costs, and which effects the scene needs at an accuracy."""
     from pendpin.analysis.significance import significance
 
     with waiting("comparing runs with and without each effect", hidden=json):
@@ -223,16 +228,16 @@ def effects(
 @app.command()
 def cost(
     scene: SceneFile = None,
-    methods: Annotated[str | None, typer.Option(help="Lanes, separated by commas; all if absent.")] = None,
+    methods: Annotated[str | None, typer.Option(help="Methods, separated by commas; all if absent.")] = None,
     accuracy: Annotated[
-        float, typer.Option(help="The tip error, over the chain's length, that is asked about.")
+        float, typer.Option(help="Accuracy of interest: tip error divided by the chain's length.")
     ] = 1e-9,
-    peers: Annotated[bool, typer.Option("--peers", help="Beside them MuJoCo, Drake and plain SciPy.")] = False,
+    peers: Annotated[bool, typer.Option("--peers", help="Measure MuJoCo, Drake and plain SciPy too.")] = False,
     budget: Annotated[float, typer.Option(min=0, help="The longest run of a method, in s.")] = 1.0,
     plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
     json: Json = False,
 ) -> None:
-    """Say what accuracy costs: error against time for every integrator, the cheapest at each accuracy."""
+    """Show error against time for every integrator, and the cheapest one at each accuracy."""
     from pendpin.analysis.work_precision import METHODS
     from pendpin.analysis.work_precision import cost as measure
     from pendpin.analysis.work_precision_figure import save_cost_plot
@@ -294,7 +299,9 @@ def fit(
 def hard(
     cases: Annotated[list[str] | None, typer.Argument(help="Names of cases; all if absent.")] = None,
     short: Annotated[bool, typer.Option("--short", help="The short forms, as in the tests.")] = False,
-    peers: Annotated[bool, typer.Option("--peers", help="The short forms in MuJoCo, Drake and plain SciPy.")] = False,
+    peers: Annotated[
+        bool, typer.Option("--peers", help="Run the short forms in MuJoCo, Drake and plain SciPy.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Run the hard cases (docs/hard_cases.md), each on its methods against its bound."""
@@ -351,7 +358,7 @@ def urdf(
 
     model = _scene(scene).model
     if not isinstance(model, Chain):
-        raise PendpinError(f"{scene}: model.kind: it is a URDF already, {model.file}")
+        raise PendpinError(f"{scene}: model.kind: the model is a URDF file already: {model.file}")
     _refuse_targets([out], [scene])
     text = chain_urdf(model)
     if out is None:
@@ -409,7 +416,7 @@ def _place(path: Path | None) -> str:
 
 
 def _check_options(solver: "Solver", **options: Any) -> None:
-    """Options that stand in for those of a scene's solver are refused like those, under their own names."""
+    """Check options that replace settings of the scene's solver; errors name the option."""
     try:
         solver.replaced(**{name: value for name, value in options.items() if value is not None})
     except InputError as error:
@@ -418,7 +425,7 @@ def _check_options(solver: "Solver", **options: Any) -> None:
 
 
 def _refuse_targets(targets: list[Path | None], sources: list[Path | None]) -> None:
-    """What cannot be written, or would take the place of what is read, is said before the work is done."""
+    """Refuse files that cannot be written, or that are read by the same command, before the work begins."""
     from pendpin.files import refuse_targets
 
     refuse_targets(filter(None, targets), list(filter(None, sources)))

@@ -20,7 +20,7 @@ LEAST_WIDTH = 60  # letters: on a narrower terminal the lines of a table go on b
 
 @contextmanager
 def waiting(what: str, hidden: bool) -> Iterator[Callable[[str], None]]:
-    """A sign of life on stderr, only where a person watches; what is being done can be named as it goes on."""
+    """A spinner on stderr, only on a terminal; the function that it returns names what is being done."""
     from rich.console import Console
 
     console = Console(stderr=True)
@@ -33,7 +33,7 @@ def waiting(what: str, hidden: bool) -> Iterator[Callable[[str], None]]:
 
 @contextmanager
 def progress_bar(what: str, end: float, hidden: bool) -> Iterator[Callable[[float], None]]:
-    """A progress bar on stderr, only where a person watches."""
+    """A progress bar on stderr, only on a terminal."""
     from rich.console import Console
     from rich.progress import Progress
 
@@ -133,12 +133,12 @@ def print_effects(found: "EffectsReport", as_json: bool) -> None:
     print_table(["effect", "in the scene", "change", "share of time", "verdict"], rows)
     if found.horizon < found.duration:
         print(
-            f"compared up to {found.horizon:.3g} s of {found.duration:g} s: beyond, the motion itself is known no better"
+            f"compared up to {found.horizon:.3g} s of {found.duration:g} s: later the motion is not known to this accuracy"
         )
 
 
 def print_cost(report: "CostReport", as_json: bool) -> None:
-    """Error against time: the time of every method at some errors, the run that meets the one asked for, and words."""
+    """Error against time: the time of every method at some errors, the run that meets the accuracy, and sentences."""
     from dataclasses import asdict
 
     from pendpin.analysis.work_precision_report import time_text
