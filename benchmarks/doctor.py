@@ -357,6 +357,8 @@ def _proportional(a: np.ndarray, b: np.ndarray) -> bool:
     ratio = a[np.argmax(np.abs(b))] / b[np.argmax(np.abs(b))]
     if np.abs(a - ratio * b).max() <= 1e-9 * np.abs(a).max():
         return True
+    if np.abs(b).min() == 0:
+        return False
     parameters = [WORLD[name] for name in ("m", "l")] if len(a) == len(WORLD["m"]) else []
     return any(np.ptp(a / b * p**k) <= 1e-9 * np.abs(a / b * p**k).max() for p in parameters for k in (1, -1))
 

@@ -112,6 +112,7 @@ RIGHT = {
         r"\dot{\hat{b}}_3 = \dot\phi\hat b_1+\dot\theta\cos\phi\hat b_2",
         r"T=\frac{1}{2}m\left|\mathbf{v}_G\right|^2+\frac12 \vec\omega\cdot\mathbf{I}\vec\omega",
         r"\frac{dE}{dt} = 0",
+        r"\ddot\theta(t)\,c_\phi = 2\dot\theta(t)\dot\phi(t)\sin\phi(t) - \frac{3g}{2l}\operatorname{sin}\theta(t)",
         r"\begin{aligned} \ddot\phi &= -\dot\theta^2\sin\phi\cos\phi \\ &- \frac{3g}{2l}\cos\theta\sin\phi \end{aligned}",
     ],
     "uniform": [r"I_1 = m(3r^2+l^2)/12", r"T = \frac12 m v_G^2 + \frac12 \omega\cdot\mathbf{I}\omega"],
@@ -146,6 +147,8 @@ def test_a_thin_rod_alone_is_said():
 WRONG = [
     ("x = l/2*cos(phi)", "x = l/2*sin(phi)"),
     ("omega_3 = dtheta*sin(phi)", "omega_3 = -dtheta*sin(phi)"),
+    (r"\omega_3 = -\dot\theta c_\phi", r"\omega_3 = -\dot\theta s_\phi"),
+    (r"\frac{\partial L}{\partial\dot\theta} = \frac{ml^2}{3}\dot\theta\cos^2\phi + ml^2", None),
     (r"\ddot\phi = -\dot\theta\sin\phi\cos\phi - \frac{3g}{2l}\cos\theta\sin\phi", None),
     (r"y = \frac{l}{2}\sin\theta", None),
     (r"R_3 = \frac{ml}{2}\dot\phi^2 + mg\cos\theta\cos\phi", None),

@@ -22,6 +22,7 @@ from pendpin.errors import InputError, choices, shown
 if TYPE_CHECKING:
     from pendpin.analysis.doctor.reports.harm import Harm
 
+MOST_HOPELESS = 10  # equations without a mend, after which two changes are no longer tried
 SIMPLE = 1.45  # the cost of a mend that is one sign, symbol, function or number
 
 
@@ -117,7 +118,8 @@ def examine(
     findings = []
     for one in equations:
         progress(f"equation {one.number}")
-        findings.append(find(one, kind, base, _styles(equations)))
+        hopeless = sum(finding.verdict == "fails" and not finding.mends for finding in findings)
+        findings.append(find(one, kind, base, _styles(equations), pairs=hopeless < MOST_HOPELESS))
     if base.words:
         remarks.insert(0, f"The text has its own convention: {base.words}.")
     return Diagnosis(tuple(findings), kind, base, tuple(remarks), _shared(findings), symbols)
@@ -139,8 +141,8 @@ def read_symbols(table: dict[str, str]) -> dict[str, Node]:
     return found
 
 
-def find(one: Printed, rod: str, convention: Convention, styles: dict[str, str]) -> Finding:
-    """The verdict on one equation, and its mends."""
+def find(one: Printed, rod: str, convention: Convention, styles: dict[str, str], pairs: bool = True) -> Finding:
+    """The verdict on one equation, and its mends; `pairs` also looks for two changes."""
     place = one.statement.place
     unread = Finding(one.number, one.latex, place, "unread", "unread", remark=one.reason)
     if one.reason:
@@ -161,12 +163,13 @@ def find(one: Printed, rod: str, convention: Convention, styles: dict[str, str])
         one.number, one.latex, place, kind_of(equation), "holds" if judgement.holds else "fails", judgement.proved,
         judgement.error, remark, equation=equation, text=one.text,
     )  # fmt: skip
-    return finding if judgement.holds else _failing(finding, one, tight, rod, convention, styles)
+    return finding if judgement.holds else _failing(finding, one, tight, rod, convention, styles, pairs)
 
 
 def _failing(
-    finding: Finding, one: Printed, tight: bool, rod: str, convention: Convention, styles: dict[str, str]
+    finding: Finding, one: Printed, tight: bool, rod: str, convention: Convention, styles: dict[str, str], pairs: bool
 ) -> Finding:
+    """The circumstances and mends of an equation that fails."""
     equation = finding.equation
     assert equation is not None
     latex = is_latex(one.text)
@@ -178,7 +181,7 @@ def _failing(
         when=when(equation, rod, convention),
         scaling=scaling(equation, rod, convention),
         dimensions=dimensions_of(equation),
-        mends=tuple(mends(patient, printer)),
+        mends=tuple(mends(patient, printer, pairs)),
         remark="; ".join(filter(None, (finding.remark, _thin_only(equation, rod, convention)))),
     )
 

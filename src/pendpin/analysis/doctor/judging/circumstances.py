@@ -4,7 +4,7 @@ import numpy as np
 
 from pendpin.analysis.doctor.judging.dimensions import Disagreement, common, dimension
 from pendpin.analysis.doctor.judging.evaluation import norm
-from pendpin.analysis.doctor.judging.judge import TOLERANCE, Equation, random_states, relative_error, residuals, settled
+from pendpin.analysis.doctor.judging.judge import TOLERANCE, Equation, random_states, relative_error, settled
 from pendpin.analysis.doctor.judging.mechanics import Convention, Quantities, Values
 from pendpin.analysis.doctor.reading.tree import Node
 
@@ -52,4 +52,4 @@ def scaling(equation: Equation, rod: str, convention: Convention) -> str:
 
 def _size(equation: Equation, quantities: Quantities) -> Values:
     with np.errstate(all="ignore"):
-        return np.concatenate([norm(settled(equation, rows)) for rows, _ in residuals(equation, quantities)])
+        return np.concatenate([norm(rows) for rows, _ in settled(equation, quantities)])

@@ -18,7 +18,7 @@ from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, symbols
 STATES = 60  # half of them share the parameters of the other half
 EXACT_STATES = 500
 TOLERANCE = 1e-9  # relative to the terms, in floats
-ENERGIES = {"V", "L", "E"}  # known up to a constant
+ENERGIES = {"V": 1, "E": 2, "L": -3}  # each known up to a constant of its own: by how much it is moved to see its slope
 MOST_READINGS = 24
 
 
@@ -39,6 +39,12 @@ class Equation:
             found |= set().union(*(symbols(self.definitions[name]) for name in found & set(self.definitions)))
         return {self.meanings.get(name, name) for name in found}
 
+    @cached_property
+    def floats(self) -> bool:
+        """Whether a constant may be added: an energy stands in it, and not only its derivatives."""
+        names = {str(part.value) for side in self.sides for part in _undifferentiated(side)}
+        return bool({self.meanings.get(name, name) for name in names} & ENERGIES.keys())
+
     def context(self, quantities: Quantities) -> Context:
         """The equation's own meanings over some quantities."""
         return Context(quantities, self.definitions, self.frame, self.meanings, tensors="inertia" in self.names)
@@ -55,6 +61,15 @@ class Equation:
         for _, choice in zip(range(MOST_READINGS), choices, strict=False):
             chosen = dict(zip(several, choice, strict=False))
             yield Equation(self.sides, choice[-1], chosen, self.definitions)
+
+
+def _undifferentiated(node: Node) -> Iterator[Node]:
+    """The symbols in an expression but for those inside derivatives."""
+    if node.kind == "symbol":
+        yield node
+    elif node.kind != "derivative":
+        for child in node.children:
+            yield from _undifferentiated(child)
 
 
 @dataclass(frozen=True)
@@ -133,19 +148,44 @@ def _alike(left: Values, right: Values, sides: tuple[Node, ...], i: int) -> tupl
     raise Mismatch("a vector is set equal to a number", node.span[0])
 
 
-def settled(equation: Equation, rows: Values) -> Values:
-    """The rows, less the constant that energies may differ by: the second half of the states has the same parameters."""
-    if not equation.names & ENERGIES:
-        return rows
-    half = rows.shape[-1] // 2
-    return rows[:, :half] - rows[:, half : 2 * half]
+def settled(
+    equation: Equation, quantities: Quantities, known: Known | None = None, instead: dict[int, Values] | None = None
+) -> Iterator[tuple[Values, Values]]:
+    """The residuals, less what a constant in the energies may account for.
+
+    That constant is the residual over its slope in the energies. It may depend on the parameters, which the second half of
+    the states shares with the first: what is left is the difference between the halves, times the slope.
+    """
+    plain = residuals(equation, quantities, known, instead)
+    if not equation.floats:
+        yield from plain
+        return
+    half = quantities.base["theta"].shape[-1] // 2
+    for (rows, size), slope in zip(plain, _slopes(equation, quantities, instead), strict=True):
+        if not np.any(slope):
+            yield rows, size
+        else:
+            with np.errstate(all="ignore"):
+                constant = rows / slope
+            yield (constant[:, :half] - constant[:, half : 2 * half]) * slope[:, :half], size
+
+
+def _slopes(equation: Equation, quantities: Quantities, instead: dict[int, Values] | None) -> list[Values]:
+    """How the residuals change as the zero of potential energy is moved by one unit, rows (k, n)."""
+    moved = dict(instead or {})
+    for node in (part for side in equation.sides for part in _undifferentiated(side)):
+        name = equation.meanings.get(str(node.value), str(node.value))
+        if name in ENERGIES and id(node) not in moved:
+            moved[id(node)] = quantities[name] + quantities.number(ENERGIES[name])
+    both = (residuals(equation, quantities, None, values) for values in (moved, instead or {}))
+    return [there - here for (there, _), (here, _) in zip(*both, strict=True)]
 
 
 def changed(equation: Equation, quantities: Quantities, instead: dict[int, Values]) -> Values | None:
     """The residual with other values for some parts, rows (k, n); None where they have no meaning there."""
     try:
         with np.errstate(all="ignore"):
-            return np.concatenate([settled(equation, r) for r, _ in residuals(equation, quantities, instead=instead)])
+            return np.concatenate([rows for rows, _ in settled(equation, quantities, None, instead)])
     except Unread:
         return None
 
@@ -154,8 +194,7 @@ def relative_error(equation: Equation, quantities: Quantities) -> float:
     """The residual over the terms, root mean square over random states. Raises Unread, also for infinite values."""
     worst = 0.0
     with np.errstate(all="ignore"):
-        for rows, size in residuals(equation, quantities):
-            rows = settled(equation, rows)
+        for rows, size in settled(equation, quantities):
             top = np.sqrt(np.mean(np.sum(rows**2, 0)))
             bottom = np.sqrt(np.mean(size**2)) or 1.0
             if not np.isfinite(top) or not np.isfinite(bottom):
@@ -182,19 +221,13 @@ def judge(equation: Equation, rod: str, convention: Convention) -> Judgement:
 
 def proves(equation: Equation, rod: str, convention: Convention) -> bool:
     """Whether sympy's polynomials reduce every residual to 0. Raises Unprovable where they cannot tell."""
-    for row in _polynomial_rows(equation, _polynomial_truth(rod, convention)):
-        value = row[0]
-        if equation.names & ENERGIES:
-            if not _constant(value):
-                return False
-        elif not value.zero:
-            return False
-    return True
-
-
-def _polynomial_rows(equation: Equation, quantities: Quantities) -> Iterator[Any]:
-    for rows, _ in residuals(equation, quantities):
-        yield from rows
+    quantities = _polynomial_truth(rod, convention)
+    values = [row[0] for rows, _ in residuals(equation, quantities) for row in rows]
+    if not equation.floats:
+        return all(value.zero for value in values)
+    slopes = [row[0] for rows in _slopes(equation, quantities, None) for row in rows]
+    pairs = zip(values, slopes, strict=True)
+    return all(value.zero if slope.zero else _constant(value / slope) for value, slope in pairs)
 
 
 def _constant(value: Any) -> bool:
@@ -221,11 +254,7 @@ def _holds_in_50_digits(equation: Equation, rod: str, convention: Convention) ->
     xp = exact.fifty_digits()
     base = {name: xp.asarray(values) for name, values in random_base(rod, EXACT_STATES, seed=1).items()}
     quantities = Quantities(solved(base, rod, convention, xp), rod, convention, xp)
-    for rows, _ in residuals(equation, quantities):
-        rows = settled(equation, rows)
-        if any(abs(x) > 1e-35 for x in np.asarray(rows).flat):
-            return False
-    return True
+    return all(abs(x) < 1e-35 for rows, _ in settled(equation, quantities) for x in np.asarray(rows).flat)
 
 
 def harmless(equation: Equation, rod: str, convention: Convention) -> bool:

@@ -193,6 +193,10 @@ def _along(sign: str, name: str) -> Callable[[Quantities], Values]:
     return lambda q: (q.convention.along if sign == "along" else 1) * q[name]
 
 
+def _function(name: str, angle: str) -> Callable[[Quantities], Values]:
+    return lambda q: getattr(q.xp, name)(q[angle])
+
+
 def _axis(name: str, conventions: tuple[str, ...]) -> Callable[[Quantities], Values]:
     return lambda q: (-1 if q.convention.z in conventions else 1) * q[f"{name}*"]
 
@@ -204,6 +208,7 @@ FORMULAS: dict[str, Callable[[Quantities], Values]] = {
     "ct*": lambda q: q.xp.cos(q["theta*"]),
     "s*": lambda q: q.xp.sin(q["phi*"]),
     "c*": lambda q: q.xp.cos(q["phi*"]),
+    **{f"{f[0]}_{angle}": _function(f, angle) for f in ("sin", "cos") for angle in ("theta", "phi")},
     "x*": _stacked("1", "0", "0"),
     "y*": _stacked("0", "1", "0"),
     "z*": _stacked("0", "0", "1"),

@@ -13,7 +13,6 @@ from pendpin.analysis.doctor.judging.judge import (
     judge,
     random_states,
     relative_error,
-    residuals,
     settled,
 )
 from pendpin.analysis.doctor.judging.mechanics import Convention, Quantities, Values
@@ -30,6 +29,7 @@ from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.tree import Node, Unread, walk
 
 MOST_NODES = 400  # of an equation that is searched
+MOST_WORK = 400_000  # moves times parts of an equation that are tried
 MOST_TOGETHER = 110  # moves of which every pair is tried
 MOST_PAIRED = 700  # single moves that are tried in pairs
 MOST_VERIFIED = 400  # candidates whose text is read again
@@ -78,25 +78,26 @@ class Patient:
         return replace(self.equation, sides=tuple(found[self.index]))
 
 
-def mends(patient: Patient, printer: Printer, most: int = 4) -> list[Mend]:
-    """Verified mends, the simplest first; none where only far-fetched ones would do."""
+def mends(patient: Patient, printer: Printer, pairs: bool = True, most: int = 4) -> list[Mend]:
+    """Verified mends, the simplest first; none where only far-fetched ones would do. `pairs` also tries two changes."""
     equation, quantities = patient.equation, random_states(patient.rod, patient.convention)
-    if sum(1 for side in equation.sides for _ in walk(side)) > MOST_NODES:
+    nodes = sum(1 for side in equation.sides for _ in walk(side))
+    if nodes > MOST_NODES:
         return []
     known: Known = {}
-    rows = np.concatenate([settled(equation, r) for r, _ in residuals(equation, quantities, known)])
+    rows = np.concatenate([rows for rows, _ in settled(equation, quantities, known)])
     found = list(needs(equation, quantities, known))
     editor = Editor(patient.text, printer)
-    listed = list(moves(found, equation.context(quantities), editor))
+    listed = sorted(moves(found, equation.context(quantities), editor), key=_order)[: MOST_WORK // nodes]
     effects = [changed(equation, quantities, edit.instead or {}) for edit in listed]
     size = float(np.abs(rows).max())
     singles = [edit for edit, after in zip(listed, effects, strict=True) if after is not None and _zero(after, size)]
     singles += list(by_need(found, quantities, editor, possible(equation, patient.rod)))
     singles += equal_products(found, equation, quantities, editor)
     chosen = _verified(patient, singles, most)
-    if not chosen:
+    if not chosen and pairs:
         chosen = _verified(patient, _pairs(listed, effects, rows), most)
-    if not chosen:
+    if not chosen and pairs and nodes < MOST_NODES // 4:
         chosen = _verified(patient, list(_any_two(equation, quantities, listed, size)), most)
     return chosen
 

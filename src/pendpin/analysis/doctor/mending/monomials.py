@@ -162,6 +162,7 @@ LATEX |= {f"{f}{i}": rf"\hat{{{f}}}_{i}" for f in "ab" for i in "123"}
 LATEX |= {f"{f}{i}": f"{f}_{i}" for f in "IJRM" for i in "123"} | {f"{f}{c}": f"{f}_{c}" for f in "va" for c in "xyz"}
 LATEX |= {f"w{i}": rf"\omega_{i}" for i in "123"} | {f"wd{i}": rf"\dot{{\omega}}_{i}" for i in "123"}
 LATEX |= {"rG": r"\mathbf{r}_G", "vG": r"\mathbf{v}_G", "aG": r"\mathbf{a}_G", "R": r"\mathbf{R}", "M": r"\mathbf{M}"}
+LATEX |= {f"{f}_{angle}": f"{f}_\\{angle}" for f in "sc" for angle in ("theta", "phi")}
 LATEX |= {f"ac{i}": f"a_{{G,{i}}}" for i in "123"} | {f"vc{i}": f"v_{i}" for i in "123"}
 
 

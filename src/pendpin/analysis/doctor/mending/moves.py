@@ -16,7 +16,7 @@ from pendpin.analysis.doctor.judging.mechanics import PARAMETERS, Quantities, Va
 from pendpin.analysis.doctor.mending.edits import Edit, Editor
 from pendpin.analysis.doctor.mending.monomials import CLOSE, simple
 from pendpin.analysis.doctor.mending.needs import Need
-from pendpin.analysis.doctor.reading.names import DIMENSION_OF, MATRICES, UNIT_VECTORS, VECTORS
+from pendpin.analysis.doctor.reading.names import DIMENSION_OF, MATRICES, SHORT_FUNCTIONS, UNIT_VECTORS, VECTORS
 from pendpin.analysis.doctor.reading.tree import Node, Unread, key
 
 COMMON = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "R1", "R2", "R3", "M3", "Mc", "Fg")
@@ -30,7 +30,7 @@ FAMILIES += [
     ("rG", "vG", "aG", "rT"),
     ("omega", "alpha"),
 ]
-FAMILIES += [tuple(sorted(UNIT_VECTORS)), tuple(sorted(MATRICES)), ("h", "l", "r"), ("R", "M")]
+FAMILIES += [tuple(sorted(UNIT_VECTORS)), tuple(sorted(MATRICES)), SHORT_FUNCTIONS, ("h", "l", "r"), ("R", "M")]
 FUNCTIONS = ("sin", "cos", "tan", "cot")
 CIRCULAR = {"sin", "cos", "tan", "cot", "sec", "csc"}
 FACTORS = tuple(

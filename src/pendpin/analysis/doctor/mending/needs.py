@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from pendpin.analysis.doctor.judging.evaluation import Known, norm
-from pendpin.analysis.doctor.judging.judge import ENERGIES, Equation
+from pendpin.analysis.doctor.judging.judge import Equation
 from pendpin.analysis.doctor.judging.mechanics import AXES, Quantities, Values, dot
 from pendpin.analysis.doctor.reading.tree import Node
 
@@ -67,7 +67,7 @@ def _targets(equation: Equation, quantities: Quantities, known: Known, i: int) -
     if any(other.shape != first.shape or not _close(other, first) for other in others[1:]):
         return
     yield first
-    if equation.names & ENERGIES and first.ndim == 1:
+    if equation.floats and first.ndim == 1:
         weight = quantities["m"] * quantities["g"]
         for length in ("h", "l"):
             for sign in (1, -1):

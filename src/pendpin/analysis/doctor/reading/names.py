@@ -56,6 +56,7 @@ UNIT_VECTORS = {f"{frame}{i}" for frame in "ab" for i in "123"} | {"xhat", "yhat
 VECTORS = UNIT_VECTORS | {"rG", "vG", "aG", "omega", "alpha", "R", "rT", "M"}
 MATRICES = {f"C_{a}{b}" for a in "IAB" for b in "IAB" if a != b} | {"inertia"}
 ANGLES = ("theta", "phi")
+SHORT_FUNCTIONS = ("s_theta", "c_theta", "s_phi", "c_phi")  # sines and cosines
 UNKNOWNS = ("ddtheta", "ddphi", "R1", "R2", "R3", "M3")  # what the balances are solved for
 
 _RATES = {
@@ -110,6 +111,8 @@ def _base(written: Written) -> tuple[str, ...]:
         return (letter,) if index in ("", "1") and not styled else ()
     if letter in ("omega", "w", "alpha"):
         return _turning("w" if letter != "alpha" else "wd", "omega" if letter != "alpha" else "alpha", index)
+    if letter in ("s", "c") and index in ANGLES:
+        return (f"{letter}_{index}",)
     if letter == "C" and len(frames) == 2:
         return (f"C_{frames}",) if f"C_{frames}" in MATRICES else ()
     if letter in ("a", "b", "e", "n", "i", "j", "k", "x", "y", "z", "v", "r"):
@@ -250,7 +253,7 @@ def letters_of(word: str, latex: bool) -> list[str]:
 
 
 DIMENSIONS = {  # powers of kg, m, s
-    (0, 0, 0): ("theta", "phi", "pi", *UNIT_VECTORS, *(name for name in MATRICES if name != "inertia")),
+    (0, 0, 0): ("theta", "phi", "pi", *SHORT_FUNCTIONS, *UNIT_VECTORS, *sorted(MATRICES - {"inertia"})),
     (0, 0, -1): ("dtheta", "dphi", "omega", "w1", "w2", "w3", "wx", "wy", "wz"),
     (0, 0, -2): ("ddtheta", "ddphi", "alpha", "wd1", "wd2", "wd3", "wdx", "wdy", "wdz"),
     (1, 0, 0): ("m",),

@@ -70,6 +70,8 @@ class PrintedNames:
         dots = self._primes()
         written = replace(written, dots=written.dots + dots)
         end = max(end, self.peek(-1).end if dots else end)
+        if [token.text for token in (self.peek(), self.peek(1), self.peek(2))] == ["(", "t", ")"]:
+            end = [self.take() for _ in range(3)][-1].end  # a function of time
         return named(written, (start, end))
 
     def _frame_before(self) -> str:

@@ -1,6 +1,7 @@
 """Text to tokens: LaTeX, plain text and their mixtures, with the place of every token."""
 
 import re
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from pendpin.analysis.doctor.reading.names import FUNCTIONS, GREEK, is_word, letters_of
@@ -105,7 +106,25 @@ def tokens(text: str) -> list[Token]:
             place = new[-1].end
         if len(found) > MOST_TOKENS:
             raise Unread(f"longer than {MOST_TOKENS:,} symbols")
-    return found
+    return list(_merged(found))
+
+
+def _merged(found: list[Token]) -> Iterator[Token]:
+    r"""Tokens with \mathrm{d} and \operatorname{sin} as the letter and the function that they stand for."""
+    place = 0
+    while place < len(found):
+        token = found[place]
+        word = found[place + 1 : place + 4]
+        if (
+            token.kind == "plain"
+            and [t.kind for t in word[::2]] == ["open", "close"]
+            and word[1].text in {"d", *FUNCTIONS}
+        ):
+            yield word[1]._replace(start=token.start, end=word[2].end)
+            place += 4
+        else:
+            yield token
+            place += 1
 
 
 def _next(text: str, place: int, latex: bool) -> list[Token]:

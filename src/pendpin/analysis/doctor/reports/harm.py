@@ -107,7 +107,7 @@ def _dynamic(finding: Finding, diagnosis: Diagnosis) -> list[Equation]:
     equation = finding.equation
     if equation is None or len(equation.sides) != 2:
         return []
-    if equation.names & ENERGIES:
+    if equation.names & ENERGIES.keys():
         return _from_lagrangian(equation, diagnosis)
     from pendpin.analysis.doctor.judging.judge import random_states
 

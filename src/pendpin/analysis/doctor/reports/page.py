@@ -12,7 +12,7 @@ from pendpin.analysis.doctor.mending.mends import Mend
 from pendpin.analysis.doctor.reading.tree import Span
 from pendpin.analysis.doctor.reports.harm import Harm
 from pendpin.analysis.doctor.reports.mathml import equation
-from pendpin.analysis.doctor.reports.text import STYLES, failure, known, shared_words, summary
+from pendpin.analysis.doctor.reports.text import STYLES, failure, known, shared_words, shortened, summary
 from pendpin.files import write_whole
 
 PER_SECOND = 30  # poses of the animation
@@ -47,7 +47,9 @@ def _text(text: str) -> str:
 def _card(finding: Finding) -> str:
     """One equation, its verdict, and what mends it."""
     assert finding.verdict in STYLES
-    printed = equation(finding.equation.sides) if finding.equation else f"<pre>{_text(finding.latex)}</pre>"
+    printed = (
+        equation(finding.equation.sides) if finding.equation else f"<pre>{_text(shortened(finding.latex, 2000))}</pre>"
+    )
     head = (("number", str(finding.number)), ("badge", finding.verdict), ("kind", _text(finding.kind)))
     spans = "".join(f'<span class="{name}">{text}</span>' for name, text in head)
     body = [f"<header>{spans}</header>", printed]

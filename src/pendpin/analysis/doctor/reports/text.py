@@ -12,9 +12,11 @@ from pendpin.analysis.doctor.judging.mechanics import AXES, COORDINATES, PARAMET
 from pendpin.analysis.doctor.mending.mends import Mend
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
 from pendpin.analysis.doctor.reading.tree import Unread
+from pendpin.errors import one_line
 
 STYLES = {"holds": "green", "fails": "bold red", "unread": "yellow"}
 RODS = {"thin": "a uniform thin rod", "uniform": "a uniform rod of radius r", "general": "any rod"}
+MOST_PRINTED = 20_000  # characters of an equation in a record
 Line = tuple[str, str]  # text and its style
 
 
@@ -27,7 +29,7 @@ def _record(finding: Finding, diagnosis: Diagnosis) -> dict[str, Any]:
     error = finding.error if np.isfinite(finding.error) else 1e300
     return {
         "number": finding.number,
-        "latex": finding.latex,
+        "latex": shortened(finding.latex, MOST_PRINTED),
         "kind": finding.kind,
         "verdict": finding.verdict,
         "proved": finding.proved,
@@ -132,20 +134,17 @@ def known(old: str, new: str) -> str:
 
 
 def _of_finding(finding: Finding) -> Iterator[list[Line]]:
-    printed = " ".join(finding.latex.split())
-    yield [
-        (f"{finding.number:3} ", ""),
-        (f"{finding.verdict:6}", STYLES[finding.verdict]),
-        (f" {finding.kind}: {_short(printed)}", ""),
-    ]
+    head: list[Line] = [(f"{finding.number:3} ", ""), (f"{finding.verdict:6}", STYLES[finding.verdict])]
+    printed = one_line(finding.latex)
     if finding.verdict == "unread":
-        yield [(f"      {finding.place}: {finding.remark}", "dim")]
-    elif finding.verdict == "holds":
-        if finding.remark or not finding.proved:
-            yield [("      " + (finding.remark or "not proved, but it holds to 35 digits at 500 random states"), "dim")]
-    else:
+        yield [*head, (f" {finding.place}: {one_line(finding.remark)}: {shortened(printed, 60)}", "")]
+        return
+    yield [*head, (f" {finding.kind}: {shortened(printed, 300)}", "")]
+    if finding.verdict == "fails":
         yield [(f"      {finding.place}: {failure(finding)}", "")]
         yield from _of_mends(finding.mends)
+    elif finding.remark or not finding.proved:
+        yield [("      " + (finding.remark or "not proved, but it holds to 35 digits at 500 random states"), "dim")]
 
 
 def failure(finding: Finding) -> str:
@@ -180,5 +179,6 @@ def _marked(mend: Mend) -> list[Line]:
     return [(" ".join(part.split("\n")), style) for part, style in parts if part]
 
 
-def _short(text: str, most: int = 300) -> str:
+def shortened(text: str, most: int) -> str:
+    """A text, cut where it is longer."""
     return text if len(text) <= most else f"{text[: most - 3]}..."
