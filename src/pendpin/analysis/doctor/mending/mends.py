@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from pendpin.analysis.doctor.mending.monomials import (
 from pendpin.analysis.doctor.mending.moves import moves
 from pendpin.analysis.doctor.mending.needs import needs
 from pendpin.analysis.doctor.reading.grammar import parse
-from pendpin.analysis.doctor.reading.tree import Node, Unread, walk
+from pendpin.analysis.doctor.reading.tree import Node, Unread, key, walk
 
 MOST_NODES = 400  # of an equation that is searched
 MOST_WORK = 400_000  # moves times parts of an equation that are tried
@@ -169,7 +170,7 @@ def _verified(patient: Patient, edits: list[Edit], most: int) -> list[Mend]:
         text = apply(patient.text, edit.splices)
         try:
             equation = patient.read(text)
-            if relative_error(equation, truth) < TOLERANCE:
+            if not _empty(equation) and relative_error(equation, truth) < TOLERANCE:
                 shape, odd = standing(equation, patient.rod, patient.convention)
                 held.append((edit.cost + odd, edit, text, equation, shape))
         except Unread:
@@ -190,6 +191,11 @@ def _verified(patient: Patient, edits: list[Edit], most: int) -> list[Mend]:
                 )
             )
     return chosen
+
+
+def _empty(equation: Equation) -> bool:
+    """Whether two neighbouring sides are printed alike, which says nothing."""
+    return any(key(left) == key(right) for left, right in pairwise(equation.sides))
 
 
 def _order(edit: Edit) -> tuple[float, int, str]:

@@ -11,6 +11,7 @@ from pendpin.analysis.doctor.reading.names import VECTORS
 from pendpin.analysis.doctor.reading.tree import Node
 
 NOTHING = np.zeros(1)
+MOST_TERMS = 6  # of a sum whose neighbouring terms are tried together
 SCALARS = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "h")
 
 
@@ -44,6 +45,8 @@ def _changes(need: Need, editor: Editor) -> Iterator[Edit]:
                 editor.of(node.outer),
                 f"{editor.of(node.outer)} {text}",
             )
+    if node.kind == "sum":
+        yield from _directions_of_runs(node, editor)
     if need.role == "factor" and node.kind == "symbol":
         yield Edit(
             (editor.without_factor(need),),
@@ -65,3 +68,16 @@ def _changes(need: Need, editor: Editor) -> Iterator[Edit]:
             splice = editor.put(node.span, editor.printer.symbol(name))
             old, new = editor.shown(need, (splice,))
             yield Edit((splice,), 1.15, f"{old} should be {new}", old, new)
+
+
+def _directions_of_runs(node: Node, editor: Editor) -> Iterator[Edit]:
+    """A unit vector after several neighbouring terms, which then stand in brackets."""
+    for first in range(min(len(node.children), MOST_TERMS) - 1):
+        for last in range(first + 1, min(len(node.children), MOST_TERMS)):
+            start = node.children[first].outer[0] if first else node.marks[0][0]
+            end = node.children[last].outer[1]
+            for name in DIRECTIONS:
+                text = editor.printer.symbol(name)
+                splices = ((start, start, "("), (end, end, ")" + (" " if editor.printer.latex else "*") + text))
+                old = editor.of((start, end))
+                yield Edit(splices, 1.35, f"{text} is missing after {old}", old, f"({old}) {text}")
