@@ -1,4 +1,4 @@
-"""Writes the figures into docs/hard_cases.md, from what the command printed.
+"""Writes the figures into docs/hard_cases.md, from the JSON that the command prints.
 
 pendpin hard --json > hard.json
 pendpin hard --peers --json > peers.json
@@ -26,8 +26,8 @@ def settings(method: dict[str, float]) -> str:
     return ", ".join(f"{name} {value:g}{' s' if name == 'step' else ''}" for name, value in method.items())
 
 
-def told(case: dict[str, Any], rows: list[dict[str, Any]]) -> list[str]:
-    """One case: what it is, its bound, and a row for each method."""
+def case_lines(case: dict[str, Any], rows: list[dict[str, Any]]) -> list[str]:
+    """One case: its text, its bound, and a row for each method."""
     lines = [f"### {case['name']}: {case['title']}", "", f"{case['physics']} {case['why']}", ""]
     lines += [f"Measured: {case['figure']}. Bound {number(case['bound'])}: {case['derivation']}.", ""]
     lines += ["| method | setting | measured | verdict | s |", "|---|---|---|---|---|"]
@@ -45,12 +45,12 @@ def figures(found: dict[str, Any]) -> list[str]:
     for group, cases in groupby(found["cases"], key=lambda case: case["group"]):
         lines += [f"## {group}. {GROUPS[group]}", ""]
         for case in cases:
-            lines += told(case, rows[case["name"]])
+            lines += case_lines(case, rows[case["name"]])
     return lines
 
 
 def survivors(found: dict[str, Any]) -> list[str]:
-    """A row a case and a column a simulator: the figure, bold where it is within the bound; why there is none."""
+    """A row for each case, a column for each simulator: the figure, bold within the bound; then the failures."""
     methods = list(dict.fromkeys(row["method"].split(",")[0] for row in found["outcomes"]))
     lines = [f"| case | bound | {' | '.join(methods)} |", "|---|---|" + "---|" * len(methods)]
     reasons: dict[str, list[str]] = {}

@@ -152,7 +152,7 @@ def test_ctrl_c_keeps_what_is_done(way, monkeypatch, capfd) -> None:
 
 
 def test_a_run_that_fails_is_an_outcome() -> None:
-    """What a case raises is told; the others go on."""
+    """The outcome holds the error of a case; the other cases run."""
     failing = Case(**{**CASES[CHEAP].__dict__, "measure": refuse})
     found = outcome(failing, "auto", full=False)
     assert (found.measured, found.failure, found.verdict) == (None, "no such thing", "BROKEN")

@@ -21,11 +21,11 @@ def hard(
     peers: bool = False,
     progress: Progress = lambda what: None,
 ) -> Report:
-    """Run the hard cases of these names, or all, on the methods that they claim, or on those of `methods` alone.
+    """Run the hard cases with these names, or all of them, on their methods, or only on those of `methods`.
 
-    full=False takes the short forms; with `peers` other simulators run those, where gravity acts alone, beside "auto".
-    `progress` gets the name of what is being run. Raises InputError for an unknown case, MissingLibrary for a missing
-    simulator; Ctrl-C ends it with what is done.
+    full=False runs the short forms. With `peers`, other simulators and "auto" run the short forms of the cases in which
+    only gravity acts. `progress` is called with the name of the case and method. After Ctrl-C the report holds the
+    outcomes so far. Raises InputError for an unknown case, MissingLibrary for a missing simulator.
     """
     cases = chosen(CASES, names)
     if not peers:

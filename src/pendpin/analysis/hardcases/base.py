@@ -1,4 +1,4 @@
-"""What a hard case is, what came of it on one method, and the scenes that the cases share."""
+"""Hard cases: the record of a case, its outcome on one method, and scenes that the cases share."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -45,8 +45,8 @@ GROUPS = {
 
 @dataclass(frozen=True)
 class Case:
-    """One hard case. `measure` solves its scenes, in the full or the short form, and gives the figure to hold against
-    the bound; `beside` gives figures of others that make no claim."""
+    """One hard case. `measure` solves its scenes, in the full or the short form, and returns the figure that is compared
+    with `bound`; `beside` returns the same figure for other algorithms, which make no claim."""
 
     name: str
     group: int  # of GROUPS
@@ -55,27 +55,27 @@ class Case:
     why: str
     figure: str  # what is measured, with its unit
     bound: float
-    derivation: str  # of the bound
-    methods: Mapping[str, Settings]  # by method; "auto" among them
+    derivation: str  # where the bound comes from
+    methods: Mapping[str, Settings]  # settings by method; "auto" is one of them
     measure: Callable[[Solve, bool], float]
     beside: Callable[[], Mapping[str, float]] | None = None
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was measured of one case on one method."""
+    """The result of one case on one method."""
 
     case: str
     method: str
-    measured: float | None  # None where there is no figure
+    measured: float | None  # None if the run failed
     bound: float
     seconds: float
     failure: str | None = None
-    claimed: bool = True  # False for what is shown beside
+    claimed: bool = True  # False for other algorithms and simulators
 
     @property
     def ok(self) -> bool:
-        """Whether the figure is within the bound; NaN is not."""
+        """Whether the figure is within the bound; False for NaN."""
         return self.measured is not None and bool(self.measured <= self.bound)
 
     @property
@@ -85,14 +85,14 @@ class Outcome:
 
     @property
     def verdict(self) -> str:
-        """The outcome in a word."""
+        """The outcome in one word."""
         if self.claimed:
             return "ok" if self.ok else "BROKEN"
         return "holds" if self.ok else "fails"
 
 
 def on_method(case: Case, method: str) -> Solve:
-    """How a case is solved on one of its methods."""
+    """A function that solves a scene by one method of the case, with its setting."""
     settings: dict[str, Any] = dict(case.methods[method])
     return lambda scene: simulate(scene, method=method, **settings)
 
@@ -130,15 +130,15 @@ def inertia_about_joint(rod: Rod) -> float:
 
 
 def tip_errors(run: Trajectory, angles: Array, exact: Array) -> float:
-    """The largest distance of the tip of a rod of 1 m to its true place, in m, from angles in a plane (n,) in rad."""
+    """The largest distance in m of the tip of a 1 m rod to its exact place, from angles in a plane (n,) in rad."""
     return float(np.abs(2 * np.sin((angles - exact) / 2)).max()) if len(run.t) else np.nan
 
 
 def departure(run: Trajectory, angle: Array, far: float) -> float:
-    """When an angle (n,) is `far` first, in s, by logarithms between samples. Raises RunError if it never is."""
+    """The first time in s at which an angle (n,) in rad exceeds `far`, interpolated in logarithms. RunError if none."""
     beyond = np.abs(angle) > far
     if not beyond.any():
-        raise RunError(f"it does not get {far:g} rad away", run)
+        raise RunError(f"the angle never exceeds {far:g} rad", run)
     i = int(np.argmax(beyond))
     if i == 0:
         return float(run.t[0])
@@ -147,7 +147,7 @@ def departure(run: Trajectory, angle: Array, far: float) -> float:
 
 
 def refused(solve: Solve, given: Callable[[], Scene], *words: str) -> float:
-    """0 if a scene is refused, or its run ended, in one line with these words; else 1."""
+    """0 if the scene is refused, or its run ends, with an error of one line that has these words; else 1."""
     try:
         solve(given())
     except Interrupted:
@@ -159,6 +159,6 @@ def refused(solve: Solve, given: Callable[[], Scene], *words: str) -> float:
 
 
 def turned_rates(run: Trajectory, scene: Scene) -> Scene:
-    """A scene that starts where a run ended, with all rates turned round."""
+    """A scene that starts at the end of a run, with all rates reversed."""
     start = Start(positions=tuple(run.q[-1].tolist()), velocities=tuple((-run.v[-1]).tolist()))
     return scene.model_copy(update={"start": start})

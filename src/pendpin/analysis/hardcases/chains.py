@@ -1,4 +1,4 @@
-"""Chains whose neighbours are far apart in mass or length, and chains of many rods."""
+"""Chains whose neighbours differ much in mass or length, and chains of many rods."""
 
 from collections.abc import Callable
 from functools import cache, partial
@@ -27,7 +27,7 @@ def _swinging(sizes: Scale, duration: float) -> Scene:
 
 @cache
 def _by_reactions(sizes: Scale, duration: float) -> Array:
-    """The tips by the other equations: the reactions of all joints as unknowns, at a tight tolerance."""
+    """The tips (n, rods, 3) in m by the chain equations (reactions as the unknowns), at a tight tolerance."""
     solver = Solver(engine="chain", method="dop853", tolerance=1e-12, samples=11)
     return simulate(_swinging(sizes, duration).model_copy(update={"solver": solver})).tips()
 
@@ -46,9 +46,9 @@ def _unlike(
         name=name,
         group=7,
         title=title,
-        physics="Rods of very unlike size swing below each other under gravity.",
+        physics="Rods of very different mass or length hang below each other and swing under gravity.",
         why=why,
-        figure="tips against those by the chain equations, each rod's in its own length",
+        figure="distance of the tips to a run with the chain equations, relative to each rod's length",
         bound=tolerance * steps * growth,
         derivation=f"tolerance {tolerance:g}, at most {steps:,} steps, errors grow {growth:g} times",
         methods={"auto": {"tolerance": tolerance}} | ({"taylor": {"tolerance": 1e-14}} if len(sizes) == 2 else {}),
@@ -63,7 +63,7 @@ HUNDRED = chain_of(LINK, copies=100)
 
 
 def tumbling(model: Chain, duration: float) -> Scene:
-    """A chain bent and moving at random."""
+    """A chain with random angles and rates."""
     random = np.random.default_rng(0)
     q, v = random.normal(size=(2, 2 * model.count))
     return scene(model, q=0.3 * q, v=v, duration=duration, samples=3)
@@ -98,7 +98,7 @@ def _digits(solve: Solve, full: bool) -> float:
 
 
 def _other_joints() -> dict[str, float]:
-    """The same with Pinocchio's own joints of two and three degrees of freedom."""
+    """The figure for Pinocchio's own joints of two and three degrees of freedom."""
     pin = pinocchio()
     x, y = np.eye(3)[:2]
     kinds: dict[str, Callable[[], Any]] = {
@@ -114,7 +114,7 @@ def _other_joints() -> dict[str, float]:
 
 
 def _with_joints(joint: Any, convention: Any) -> float:
-    """How far aba is from its own inverse, rnea: the largest torque that it leaves, over that which holds the chain."""
+    """The largest torque that rnea computes for the accelerations of aba, over the torque that holds the chain."""
     pin = pinocchio()
     model, parent, (m, h, *principal) = pin.Model(), 0, LINK.properties
     body = pin.Inertia(m, np.array([0, 0, -h]), np.diag(principal))
@@ -131,7 +131,7 @@ def _with_joints(joint: Any, convention: Any) -> float:
 
 
 def whip(n: int, duration: float) -> Scene:
-    """A chain of 1 m, of thin links, level and at rest, that is released at its far end."""
+    """A chain of n thin rods, 1 m long, released level and at rest."""
     model = chain_of(Rod(length=1 / n, mass=1 / n), copies=n)
     return scene(model, q=(np.pi / 2,), duration=duration, samples=31)
 
@@ -140,8 +140,8 @@ def _whip(solve: Solve, full: bool) -> float:
     return solve(whip(40, 0.9) if full else whip(12, 0.3)).energy().drift
 
 
-BAD = "The mass matrix has entries from {} to 1: digits go wherever they are subtracted."
-FAST = "The short rod turns at {} rad/s while the long one swings once."
+BAD = "The mass matrix has entries from {} to 1: digits are lost where large entries are subtracted."
+FAST = "The short rod turns at {} rad/s during one swing of the long rod."
 
 CASES = (
     _unlike(
@@ -175,7 +175,7 @@ CASES = (
         "mass-mixed",
         "1, 1e-6, 1 and 1e6 kg below each other",
         ((1.0, 1.0), (1e-6, 1.0), (1.0, 1.0), (1e6, 1.0)),
-        BAD.format(1e-12) + " Small differences grow 40 times in 0.3 s and 10,000 times in 0.7 s.",
+        BAD.format(1e-12) + " Errors grow 40 times in 0.3 s and 10,000 times in 0.7 s.",
         *(1e-10, 1000, 100),
         most=0.3,
         short=0.05,
@@ -193,7 +193,7 @@ CASES = (
         "length-short-above",
         "a rod of 0.1 mm above one of 1 m",
         ((1.0, 1e-4), (1.0, 1.0)),
-        FAST.format(100) + " It carries inertias 1e8 times its own: accelerations are good to 1e-8.",
+        FAST.format(100) + " It carries inertias 1e8 times its own: accelerations are accurate to 1e-8 only.",
         *(1e-9, 2000, 1000),
         most=0.2,
         short=0.05,
@@ -202,9 +202,9 @@ CASES = (
         name="chain-100",
         group=8,
         title="100 rods in Pinocchio",
-        physics="A chain of 100 rods of 1 m and 1 kg, bent and moving at random.",
-        why="Errors that one joint hands to the next grow through 200 joints.",
-        figure="energy drift over the energy moved",
+        physics="A chain of 100 rods of 1 m and 1 kg, with random angles and rates.",
+        why="Errors pass from joint to joint and grow through 200 joints.",
+        figure="energy drift divided by the energy exchanged",
         bound=1e-9 * 1000 * 10,
         derivation="tolerance 1e-9, at most 1,000 steps, 10 for the share of the fast rods",
         methods={"auto": {"tolerance": 1e-9}},
@@ -213,13 +213,14 @@ CASES = (
     Case(
         name="chain-100-digits",
         group=8,
-        title="accelerations of 100 rods, beside Pinocchio's own universal and spherical joints",
-        physics="The same chain in random states; universal joints as two revolute ones.",
+        title="accelerations of 100 rods, compared with Pinocchio's own universal and spherical joints",
+        physics="The same chain in random states; each universal joint consists of two revolute joints.",
         why="Pinocchio's joints of several degrees of freedom lose digits exponentially in chains "
         "(docs/pinocchio_notes.md).",
-        figure="accelerations against the chain equations, relative; beside: the torque that rnea finds after aba, relative",
+        figure="relative difference of the accelerations to the chain equations; for Pinocchio's joints the relative "
+        "torque that rnea computes for the accelerations of aba",
         bound=200 * 100 * EPS,
-        derivation="rounding through 200 joints, each with some 100 operations on the way",
+        derivation="rounding of about 100 operations in each of 200 joints",
         methods={"auto": {}},
         measure=_digits,
         beside=_other_joints,
@@ -228,9 +229,9 @@ CASES = (
         name="chain-2000",
         group=8,
         title="2,000 rods by the chain equations",
-        physics="A chain of 2,000 rods of 1 m and 1 kg, bent and moving at random.",
-        why="Pinocchio would need 2 TB; the equations have to be solved in O(n) and keep their digits.",
-        figure="energy drift over the energy moved",
+        physics="A chain of 2,000 rods of 1 m and 1 kg, with random angles and rates.",
+        why="Pinocchio would need 2 TB of memory. The equations must be solved in O(n) without loss of digits.",
+        figure="energy drift divided by the energy exchanged",
         bound=1e-8 * 1000 * 10,
         derivation="tolerance 1e-8, at most 1,000 steps, 10 for the share of the fast rods",
         methods={"auto": {"tolerance": 1e-8}},
@@ -240,9 +241,9 @@ CASES = (
         name="whip",
         group=8,
         title="a chain held level and released at one end",
-        physics="40 thin links of a chain of 1 m fall from rest, the far end free; the end cracks like a whip.",
-        why="The energy of the whole runs into the last links, which turn faster and faster.",
-        figure="energy drift over the energy moved",
+        physics="A level chain of 1 m, 40 thin rods, falls from rest with its far end free. The end moves like a whip.",
+        why="The energy of the chain goes into the last rods, which turn faster and faster.",
+        figure="energy drift divided by the energy exchanged",
         bound=1e-10 * 2000 * 100,
         derivation="tolerance 1e-10, at most 2,000 steps, 100 for rates of 100 rad/s",
         methods={"auto": {"tolerance": 1e-10}, "rk45": {"tolerance": 1e-10}},

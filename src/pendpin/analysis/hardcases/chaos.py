@@ -1,4 +1,4 @@
-"""Chaos, where errors grow exponentially and at a rate that can be measured; and symmetry, where they should not show."""
+"""Chaos, where errors grow exponentially at a rate that can be measured; and symmetries, which runs must keep."""
 
 from functools import cache
 
@@ -14,13 +14,13 @@ from pendpin.trajectory import Trajectory
 DOUBLE = chain_of(THICK.rods[0], copies=2)
 WILD = np.array([2.0, 0.5, 1.0, 0.3])
 APART = 1e-8  # rad, of two starts
-FAR = 1e-2  # m: two runs this far apart have little in common
+FAR = 1e-2  # m: runs this far apart are no longer compared
 
 # --- chaos ----------------------------------------------------------------------------------------------------------
 
 
 def wild(duration: float, q: Array = WILD) -> Scene:
-    """A double pendulum from a start that leads to chaos."""
+    """A double pendulum that moves chaotically."""
     return scene(DOUBLE, q=q, duration=duration, samples=round(20 * duration) + 1)
 
 
@@ -30,15 +30,15 @@ def _gap(one: Trajectory, other: Trajectory) -> Array:
 
 @cache
 def _reference(duration: float) -> tuple[Trajectory, Array]:
-    """A run at the smallest tolerance, and how far a difference at the start has grown at most up to each sample."""
+    """A run at the smallest tolerance, and the largest growth so far of a difference at the start, at each sample (n,)."""
     one, other = (
         simulate(wild(duration, WILD + off), method="dop853", tolerance=1e-14) for off in (0.0, [APART, 0.0, 0.0, 0.0])
     )
     return one, np.maximum.accumulate(np.maximum(_gap(one, other) / APART, 1.0))
 
 
-def _foretold(run: Trajectory, growth: Array) -> Array:
-    """The error at every sample, m: the tolerance of the steps so far, grown as two nearby runs part."""
+def _predicted(run: Trajectory, growth: Array) -> Array:
+    """The predicted error (n,) in m: the tolerance, times the steps so far, times the measured growth (n,)."""
     assert run.stats.tolerance is not None
     steps = 1 + run.stats.steps * run.t / run.t[-1]
     return run.stats.tolerance * steps * growth
@@ -48,17 +48,17 @@ def _methods_agree(solve: Solve, full: bool) -> float:
     duration = 20.0 if full else 10.0
     reference, growth = _reference(duration)
     run = solve(wild(duration))
-    foretold = _foretold(run, growth)
-    within = (foretold < FAR) & (growth < FAR / APART)
-    return float((_gap(run, reference) / foretold)[within].max())
+    predicted = _predicted(run, growth)
+    within = (predicted < FAR) & (growth < FAR / APART)
+    return float((_gap(run, reference) / predicted)[within].max())
 
 
 def _there_and_back(solve: Solve, full: bool) -> float:
     duration = 8.0 if full else 4.0
     there = solve(wild(duration))
     back = solve(turned_rates(there, wild(duration)))
-    foretold = 2 * _foretold(there, _reference(duration)[1])[-1]
-    return float(np.abs(np.concatenate([back.q[-1] - WILD, back.v[-1]])).max() / foretold)
+    predicted = 2 * _predicted(there, _reference(duration)[1])[-1]
+    return float(np.abs(np.concatenate([back.q[-1] - WILD, back.v[-1]])).max() / predicted)
 
 
 # --- symmetry -------------------------------------------------------------------------------------------------------
@@ -102,7 +102,7 @@ def _reversed(solve: Solve, full: bool) -> float:
     return float(np.abs(np.concatenate([back.q[-1] - CALM_Q, back.v[-1] + CALM_V])).max())
 
 
-GROWTH = 100  # of a small difference in the calm double pendulum within 4 s
+GROWTH = 100  # of a small difference within 4 s in the regular motion
 ALIKE = {
     "auto": {"tolerance": 1e-12},
     "rk45": {"tolerance": 1e-9},
@@ -118,13 +118,11 @@ CASES = (
         name="chaos-methods",
         group=14,
         title="two methods on a double pendulum in chaos",
-        physics="A double pendulum from a wild start; the distance of two runs that start 1e-8 rad apart gives the growth "
-        "of errors at every moment.",
-        why="Errors double several times a second: a run is right up to a time that its tolerance sets.",
-        figure="distance to a run at 1e-14 over the error foretold, up to 1 cm",
+        physics="A double pendulum in chaotic motion. Two runs that start 1e-8 rad apart measure how errors grow.",
+        why="Errors double several times a second. The tolerance determines how long a run is right.",
+        figure="distance to a run at tolerance 1e-14 divided by the predicted error, up to 1 cm",
         bound=1.0,
-        derivation="tolerance times steps times the growth of a small difference: two methods agree up to the time at which "
-        "that reaches 1 cm",
+        derivation="predicted error: tolerance, times steps, times the growth of a small difference",
         methods={
             "auto": {"tolerance": 1e-10},
             "rk45": {"tolerance": 1e-9},
@@ -137,12 +135,12 @@ CASES = (
     Case(
         name="chaos-back",
         group=14,
-        title="a double pendulum in chaos, there and back",
-        physics="The motion is run for 8 s, its rates are turned round, and it is run again: it comes back to its start.",
-        why="Within the horizon the way back has to undo a growth of a thousand and more.",
-        figure="distance to the start, rad and rad/s, over the error foretold",
+        title="a double pendulum in chaos, forward and back",
+        physics="The motion is integrated for 8 s, its rates are reversed, and it is integrated again, back to the start.",
+        why="On the way forward errors grow a thousand times and more; the way back must undo this.",
+        figure="distance to the start, rad and rad/s, divided by the predicted error",
         bound=1.0,
-        derivation="tolerance times the steps there and back times the growth of a small difference",
+        derivation="predicted error: tolerance, times the steps forward and back, times the growth of a small difference",
         methods={"auto": {"tolerance": 1e-10}, "lsoda": {"tolerance": 1e-10}, "taylor": {"tolerance": 1e-10}},
         measure=_there_and_back,
     ),
@@ -150,11 +148,12 @@ CASES = (
         name="mirrored",
         group=15,
         title="two thick rods mirrored, and turned by 180 degrees",
-        physics="x to -x turns the sign of phi, y to -y that of theta, half a turn both: the images move as images.",
-        why="One lost sign, one asymmetric rounding, and they part.",
-        figure="angles against the images of those of the first run, rad",
+        physics="Reflecting x changes the sign of phi, reflecting y that of theta, half a turn both. The mirrored scenes "
+        "must give the mirrored motion.",
+        why="A wrong sign or an asymmetric rounding breaks the symmetry.",
+        figure="difference of the angles to the mirrored angles of the first run, rad",
         bound=100 * EPS * 1000 * GROWTH,
-        derivation="rounding, 100 operations a step, at most 1,000 steps, errors grow 100 times in 4 s; at any tolerance",
+        derivation="rounding of 100 operations a step, at most 1,000 steps; errors grow 100 times in 4 s",
         methods=ALIKE,
         measure=_mirrored,
     ),
@@ -162,9 +161,9 @@ CASES = (
         name="turned",
         group=15,
         title="two thin rods turned by 90 degrees",
-        physics="Thin rods do not know the axes of their joints: turned about the vertical they move as before.",
-        why="The angles of the two scenes have nothing in common.",
-        figure="tips against those of the first scene, turned, m",
+        physics="The axes of the joints do not matter for thin rods: a scene turned about the vertical moves likewise.",
+        why="The angles of the two scenes are completely different.",
+        figure="distance of the tips to the turned tips of the first scene, m",
         bound=2 * 1e-12 * 1000 * GROWTH,
         derivation="two runs at tolerance 1e-12 or finer, at most 1,000 steps, errors grow 100 times in 4 s",
         methods={"auto": {"tolerance": 1e-12}, "rk45": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}},
@@ -173,13 +172,13 @@ CASES = (
     Case(
         name="reversed",
         group=15,
-        title="two thick rods there and back",
-        physics="With all rates turned round the motion runs back to its start.",
-        why="What a method loses on the way there it loses again on the way back.",
+        title="two thick rods forward and back",
+        physics="With all rates reversed the motion goes back to its start.",
+        why="A method that loses energy on the way forward loses it again on the way back.",
         figure="distance to the start, rad and rad/s",
         bound=2 * 1e-12 * 1000 * GROWTH,
         derivation="two runs at tolerance 1e-12 or finer, at most 1,000 steps, errors grow 100 times in 4 s; a symmetric "
-        "method comes back to rounding",
+        "method comes back within rounding",
         methods={
             "auto": {"tolerance": 1e-12},
             "taylor": {"tolerance": 1e-16},

@@ -1,4 +1,4 @@
-"""Joints that stick, strike and rest: what happens at an instant has to happen there, once, and come to an end."""
+"""Joints that stick, hit a stop or rest on it: every event must be found at its time, once, and the events must end."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ J = inertia_about_joint(ROD)
 
 
 def _edge(solve: Solve, full: bool) -> float:
-    """How many of two rods do wrong: one held by a billionth, one loose by a billionth."""
+    """How many of two rods are wrong: friction 1e-9 above the torque of the weight must hold, 1e-9 below must not."""
     needed = ROD.mass * ROD.properties.h * G * np.sin(0.3)  # N m
     held, loose = (
         solve(scene(THICK, DryFriction(kinetic=0.1, static=needed * (1 + margin)), q=(0.3,), duration=2.0, samples=5))
@@ -25,7 +25,7 @@ STIFFNESS, FRICTION = 4.0, 0.13  # N m/rad, N m
 
 
 def _sticking(solve: Solve, full: bool) -> float:
-    """The place where a rod on a spring sticks: every half swing is shorter by 2 friction / stiffness."""
+    """The error of the place where a rod on a spring sticks: each half swing is 2 friction / stiffness shorter."""
     spring = Spring(stiffness=STIFFNESS, joints=("theta",))
     given = scene(THICK, spring, DryFriction(kinetic=FRICTION), q=(1.0,), duration=16.0, samples=2, gravity=None)
     amplitude, sign = 1.0, 1.0
@@ -45,7 +45,7 @@ BACK = 0.5  # restitution
 
 
 def _bounced(t: Array) -> Array:
-    """A joint under a constant torque of 1 N m onto a stop at 0 from -1 rad: parabolas, shorter and shorter, then rest."""
+    """Angles (n,) in rad of a joint that 1 N m pushes from -1 rad to a stop at 0: shorter and shorter bounces, then rest."""
     a = 1 / J
     start, speed, angle = np.sqrt(2 / a), np.sqrt(2 * a) * BACK, -1 + a * t**2 / 2
     while speed > 1e-9:
@@ -69,7 +69,7 @@ RATE, LIMIT = 1.0, 0.5  # rad/s, rad
 
 
 def _both(solve: Solve, full: bool) -> float:
-    """Two joints at one rate, whose inertias are coupled, against the triangle wave between their stops."""
+    """The error of two joints with coupled inertias at one rate; exact: a triangle wave between their stops."""
     stop = Stop(lower=-LIMIT, upper=LIMIT, restitution=1.0)
     given = scene(BALANCED, stop, v=(RATE, 0.0, RATE, 0.0), duration=20.0 if full else 4.0, samples=81, gravity=None)
     run = solve(given)
@@ -89,36 +89,36 @@ CASES = (
     Case(
         name="stick-edge",
         group=11,
-        title="at the edge of sticking, a billionth to either side",
-        physics="A leaning rod is held by friction whose limit is its weight's torque, more or less 1e-9 of it.",
-        why="Smoothed friction creeps in both cases; sticking is a yes or no.",
-        figure="how many of the two rods do the wrong thing",
+        title="friction just above and just below the limit of sticking",
+        physics="The limit of the friction is 1e-9 above, then 1e-9 below, the torque of the weight of a leaning rod.",
+        why="With smoothed friction the rod moves slowly in both cases. With true sticking it rests or slides.",
+        figure="how many of the two rods are wrong",
         bound=0.0,
-        derivation="the law itself: at rest exactly, or sliding",
+        derivation="Coulomb's law: exactly at rest, or sliding",
         methods=METHODS,
         measure=_edge,
     ),
     Case(
         name="stick-slip",
         group=11,
-        title="a swing that friction ends",
+        title="a swing that dry friction stops",
         physics="A rod on a spring loses the same angle in every half swing and sticks where it stops.",
-        why="Every turning point is an instant at which it might stick; one missed changes where it ends.",
-        figure="where it sticks against the exact place, rad, and its rate",
+        why="The joint may stick at every turning point. A missed turning point changes the place where it stops.",
+        figure="error of the place where it sticks, rad, plus its rate there",
         bound=1e-11 * 2000,
-        derivation="tolerance 1e-11, at most 2,000 steps; sliding friction takes up no error of the place",
+        derivation="tolerance 1e-11, at most 2,000 steps; friction does not make errors of the place grow",
         methods={"auto": METHODS["auto"], "rk45": METHODS["rk45"]},
         measure=_sticking,
     ),
     Case(
         name="stop-rest",
         group=11,
-        title="rest exactly on a stop",
-        physics="A rod leans on its stop under gravity from the start.",
-        why="Distance 0, rate 0: every rounding looks like an impact.",
+        title="at rest exactly on a stop",
+        physics="A rod rests on its stop under gravity.",
+        why="Distance and rate are 0: any rounding error can look like an impact.",
         figure="largest motion, rad and rad/s",
         bound=0.0,
-        derivation="the stop carries it: nothing moves",
+        derivation="the stop carries the rod: nothing moves",
         methods=METHODS,
         measure=_resting,
     ),
@@ -126,21 +126,22 @@ CASES = (
         name="bounces",
         group=11,
         title="bounces that accumulate",
-        physics="A torque drives a rod onto its stop; it comes back with half its rate, infinitely often in finite time.",
-        why="An event loop goes on for ever, or gives up, or lets the rod through.",
-        figure="theta against the parabolas and the rest after them, rad",
+        physics="A torque pushes a rod against its stop. Each time it bounces back with half its rate: infinitely many "
+        "bounces in finite time.",
+        why="A simulator may never end, give up, or let the rod pass through its stop.",
+        figure="error of theta, rad",
         bound=1e-11 * 1000 * 3,
-        derivation="tolerance 1e-11, at most 1,000 steps, growing with the time of 3 s",
+        derivation="tolerance 1e-11, at most 1,000 steps; errors grow with the time, 3 s",
         methods=METHODS,
         measure=_bouncing,
     ),
     Case(
         name="stops-at-once",
         group=11,
-        title="two stops struck in the same instant",
-        physics="Two joints with coupled inertias turn at one rate and strike their stops together, again and again.",
-        why="Taken one after the other the impacts give other rates than together.",
-        figure="both angles against the triangle wave, rad",
+        title="two stops hit at the same time",
+        physics="Two joints with coupled inertias turn at the same rate and hit their stops at the same time, many times.",
+        why="Two impacts computed one after the other give other rates than simultaneous ones.",
+        figure="error of both angles, rad",
         bound=1e-11 * 2000,
         derivation="tolerance 1e-11, at most 2,000 steps; the motion between impacts is a straight line",
         methods=METHODS,
@@ -150,9 +151,9 @@ CASES = (
         name="stop-beyond",
         group=11,
         title="a start beyond a stop",
-        physics="No motion exists.",
-        why="An event that has already happened is never found.",
-        figure="1 unless it is refused in one line that names the joint and its limits",
+        physics="A rod starts outside the limits of its stop: no motion exists.",
+        why="A search for the time of the impact never finds one.",
+        figure="0 if the scene is refused in one line that names the joint and its limits, else 1",
         bound=0.0,
         derivation="there is nothing to compute",
         methods=METHODS,

@@ -1,4 +1,4 @@
-"""Many turns and many swings: what a method loses at every step adds up."""
+"""Many turns and many swings: the errors of all steps add up."""
 
 from functools import cache, partial
 
@@ -25,7 +25,7 @@ from pendpin.scene import Scene
 
 
 def cone(rate: float, turns: int, samples: int = 3) -> Scene:
-    """A thin rod on the cone whose slope carries it at this rate: cos = g / (reduced length rate²)."""
+    """A thin rod in conical motion at a rate in rad/s: cos(phi) = g / (reduced length rate²)."""
     phi = float(np.arccos(G / (REDUCED * rate**2)))
     v = (-rate * np.tan(phi), 0.0)
     return scene(THIN, q=(0.0, phi), v=v, duration=2 * np.pi * turns / rate, samples=samples)
@@ -40,12 +40,12 @@ def _spinning(rate: float) -> Case:
         name=f"cone-{rate:g}",
         group=4,
         title=f"conical motion at {rate:g} rad/s for 10,000 turns",
-        physics="A thin rod goes round a cone so fast that it is nearly level, and passes the joint's pole twice a turn.",
-        why="Energy goes with the square of the rate: weight is a small difference of large numbers, and in angles theta' "
-        f"is {rate / (G / (REDUCED * rate**2)):.0e} rad/s.",
-        figure="energy drift over the kinetic energy",
+        physics="A thin rod moves on a cone, so fast that it is nearly level. It passes the pole of its joint twice a turn.",
+        why="Against the kinetic energy the weight is a small difference of large numbers, and theta' reaches "
+        f"{rate / (G / (REDUCED * rate**2)):.0e} rad/s.",
+        figure="energy drift divided by the kinetic energy",
         bound=1e-10 * 10_000 * 10 * 2,
-        derivation="tolerance 1e-10 a step, 10 steps a turn, twice as much in the energy; the same at every rate",
+        derivation="tolerance 1e-10 a step, 10 steps a turn; the relative error of the energy is twice that of the rate",
         methods={"auto": {"tolerance": 1e-10}, "taylor": {"tolerance": 1e-16}},
         measure=partial(_cone, rate=rate),
     )
@@ -72,7 +72,7 @@ def _exact(duration: float, samples: int) -> Array:
 
 
 def _swings(solve: Solve, full: bool, most: int, short: int) -> float:
-    duration, samples = ((most if full else short) + 0.3) * swing_period(), 11  # which ends in full swing
+    duration, samples = ((most if full else short) + 0.3) * swing_period(), 11  # the end is in full swing
     run = solve(scene(THIN, q=(ANGLE,), duration=duration, samples=samples))
     return tip_errors(run, run.q[:, 0], _exact(duration, samples))
 
@@ -86,7 +86,7 @@ TRIPLE = chain_of(THICK.rods[0], copies=3)
 
 
 def triple(duration: float) -> Scene:
-    """Three thick rods from a wild start."""
+    """Three thick rods that move chaotically."""
     return scene(TRIPLE, q=(1.5, 0.3, 1.0, -0.2, 0.5, 0.1), duration=duration, samples=101)
 
 
@@ -100,24 +100,24 @@ CASES = (
         name="swings-1e6",
         group=6,
         title="a million swings of one rod",
-        physics="A thin rod swings by 0.7 rad for 19 days.",
-        why="An error in the energy changes the period, and the phase runs away with the square of the time.",
-        figure="tip against the elliptic functions, m",
+        physics="A thin rod swings with an amplitude of 0.7 rad for 19 days.",
+        why="An error of the energy changes the period; with a steady drift the phase error grows as time squared.",
+        figure="distance of the tip to the exact solution (elliptic functions), m",
         bound=EPS * np.sqrt(STEPS_A_SWING * SWINGS) * 2 * np.pi * SWINGS,
-        derivation="rounding alone, as a random walk of the energy over 30 steps a swing (Brouwer's law), in the phase "
-        "of all swings",
+        derivation="rounding errors of the energy add up as a random walk over 30 steps a swing (Brouwer's law) and change "
+        "the phase of all swings",
         methods={"auto": {"tolerance": 1e-14}, "taylor": {"tolerance": 1e-18}},
         measure=partial(_swings, most=SWINGS, short=30),
     ),
     Case(
         name="swings-in-space",
         group=6,
-        title="a thousand swings of a thick rod in space",
-        physics="A rod of radius 5 cm swings in both planes for 1,600 s; its universal joint lets it not spin freely.",
-        why="A method that is not symplectic loses or gains energy all the time.",
-        figure="energy drift over the energy moved",
+        title="a thousand swings of a thick rod in three dimensions",
+        physics="A rod of radius 5 cm swings in both planes for 1,600 s; its universal joint prevents free spin.",
+        why="A method that is not symplectic loses or gains energy at every step.",
+        figure="energy drift divided by the energy exchanged",
         bound=1e-12 * 50 * 1600,
-        derivation="tolerance 1e-12 a step, 50 steps a second; gauss6 at 0.05 s has no more and does not add it up",
+        derivation="tolerance 1e-12 a step, 50 steps a second; the error of gauss6 at 0.05 s is below this and does not grow",
         methods={"auto": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}, "gauss6": {"step": 0.05}},
         measure=_thousand,
     ),
@@ -125,11 +125,11 @@ CASES = (
         name="triple-1e4",
         group=6,
         title="three rods in chaos for 10,000 s",
-        physics="Three thick rods tumble over one another.",
-        why="Two million steps through a motion that at times turns at 50 rad/s and never repeats.",
-        figure="energy drift over the energy moved",
+        physics="Three thick rods move chaotically.",
+        why="The motion never repeats and reaches 50 rad/s: two million steps.",
+        figure="energy drift divided by the energy exchanged",
         bound=1e-10 * 200 * 10_000 * 10,
-        derivation="tolerance 1e-10 a step, 200 steps a second; energies of the fast rods change by 10 times as much",
+        derivation="tolerance 1e-10 a step, 200 steps a second; the energies of fast rods have 10 times the error",
         methods={"auto": {"tolerance": 1e-10}},
         measure=_triple,
     ),

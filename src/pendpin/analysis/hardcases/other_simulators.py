@@ -1,4 +1,4 @@
-"""The hard cases in other simulators: MuJoCo, Drake, and SciPy on Pinocchio's accelerations, each at its best."""
+"""The hard cases in other simulators: MuJoCo, Drake, and SciPy on Pinocchio's accelerations, each at its best setting."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -22,10 +22,13 @@ from pendpin.scene import Scene
 from pendpin.simulation.simulate import simulate
 from pendpin.trajectory import Stats, Trajectory
 
-SETTINGS = {"tolerance": (1e-9, 1e-12), "step": (1e-3, 1e-4, 1e-5)}  # steps as parts of the run: the best is shown
+SETTINGS = {
+    "tolerance": (1e-9, 1e-12),
+    "step": (1e-3, 1e-4, 1e-5),
+}  # steps as fractions of the duration
 LIMIT = 20.0  # s that a run may take
-CLOSE = 1e-6  # of the chain's length: the bound where tips are held against ours at a tight tolerance
-RIVALS: Mapping[str, tuple[Callable[..., Iterator[Peer]], str, Kind]] = {
+CLOSE = 1e-6  # of the chain's length: the bound where tips are compared with pendpin's at a tight tolerance
+SIMULATORS: Mapping[str, tuple[Callable[..., Iterator[Peer]], str, Kind]] = {
     "MuJoCo RK4": (mujoco_peers, "mujoco rk4", "step"),
     "Drake RK5": (drake_peers, "drake rk5", "tolerance"),
     "SciPy DOP853": (scipy_peers, "scipy dop853", "tolerance"),
@@ -42,14 +45,14 @@ GRAVITY_ALONE = (
     14,
     15,
 )  # the groups whose figures come from angles alone, but for some cases
-NOT_FOR_PEERS = (  # effects beside gravity, rates or settings of ours in the figure, a start at another time
+NOT_FOR_PEERS = (  # other effects than gravity; figures that need rates or pendpin's settings; starts at other times
     *("pole-torque-thick", "pole-phi-torque-thin", "pole-torque-thin", "swings-in-space", "triple-1e4"),
     *("late", "late-driven", "chaos-methods", "chaos-back", "reversed"),
 )
 
 
 def contests(cases: Sequence[Case]) -> tuple[Case, ...]:
-    """The cases, in their short forms, as others can run them: by their angles, or by the tips against ours."""
+    """The short forms that other simulators can run: measured by their angles, or by tips compared with pendpin's."""
     direct = [case for case in cases if case.group in GRAVITY_ALONE and case.name not in NOT_FOR_PEERS]
     compared = [_against_ours(case, COMPARED[case.name]) for case in cases if case.name in COMPARED]
     return tuple(sorted([*direct, *compared], key=lambda case: case.group))
@@ -78,19 +81,19 @@ def _against_ours(case: Case, given: Callable[[], Scene]) -> Case:
         reach = kinematics.reach(build(given().model))
         return float(kinematics.apart(solve(given()).tips(), ours().tips(), reach).max())
 
-    words = {"figure": "tips against ours at tolerance 1e-13, over the chain's length", "derivation": "a round figure"}
+    words = {"figure": "distance to pendpin's tips at tolerance 1e-13, over the chain's length", "derivation": "chosen"}
     return replace(case, measure=measure, bound=CLOSE, beside=None, **words)
 
 
 def hard_peers(cases: Sequence[Case], progress: Progress) -> Report:
-    """What the others and `auto` make of the cases; what is done is kept at Ctrl-C. Raises MissingLibrary."""
+    """The cases on `auto` and on other simulators; after Ctrl-C the outcomes so far. Raises MissingLibrary."""
     require_libraries()
     chosen, outcomes = contests(cases), []
     try:
         for case in chosen:
             progress(f"{case.name} on auto")
             outcomes.append(replace(measured(case, "auto", on_method(case, "auto"), full=False), claimed=False))
-            for name in RIVALS:
+            for name in SIMULATORS:
                 progress(f"{case.name} on {name}")
                 outcomes.append(_best(case, name))
     except (KeyboardInterrupt, Interrupted):
@@ -99,8 +102,8 @@ def hard_peers(cases: Sequence[Case], progress: Progress) -> Report:
 
 
 def _best(case: Case, name: str) -> Outcome:
-    """The best of some settings, from coarse to fine, as long as they end in time."""
-    build_peers, method, kind = RIVALS[name]
+    """The best outcome over settings from coarse to fine; none finer after a run longer than LIMIT."""
+    build_peers, method, kind = SIMULATORS[name]
     found: list[Outcome] = []
     for setting in SETTINGS[kind]:
         solve = partial(_by_peer, build_peers, method, setting)
@@ -111,7 +114,7 @@ def _best(case: Case, name: str) -> Outcome:
 
 
 def _by_peer(build_peers: Callable[..., Iterator[Peer]], method: str, setting: float, given: Scene) -> Trajectory:
-    """A scene run by a peer. Raises RunError where it does not reach its end."""
+    """A scene run by another simulator. Raises RunError if the run does not reach its end."""
     peer = next(peer for peer in build_peers(task_of(given)) if peer.name == method)
     if peer.kind == "step":
         setting *= given.duration or 1.0
@@ -125,7 +128,7 @@ def _by_peer(build_peers: Callable[..., Iterator[Peer]], method: str, setting: f
 
 
 def _trajectory(given: Scene, peer: Peer, setting: float, run: PeerRun) -> Trajectory:
-    """A peer's run as ours, with what it does not tell as NaN."""
+    """The run of another simulator as a Trajectory; NaN for what it does not compute."""
     model, (n, nv) = build(given.model), run.q.shape
     unknown: Any = np.full((n, nv), np.nan)
     tolerance, step = (setting if peer.kind == kind else None for kind in ("tolerance", "step"))

@@ -1,4 +1,4 @@
-"""Rods through the pole phi = pi/2, where the two axes of the universal joint and the rod fall together."""
+"""Rods through the pole phi = pi/2, where the rod lies along the first axis of the universal joint."""
 
 from functools import cache
 
@@ -18,7 +18,7 @@ from pendpin.analysis.hardcases.base import (
 from pendpin.equations.exact import direction, direction_rate, planar, spherical
 from pendpin.scene import Rod, Scene
 
-FAST = 9.0  # rad/s: over the top, so that every turn goes through both poles
+FAST = 9.0  # rad/s: enough for full turns, through both poles
 
 
 # --- thin rods ------------------------------------------------------------------------------------------------------
@@ -58,11 +58,11 @@ SPEED = 3.0  # rad/s
 
 @cache
 def passage(radius: float, aim: float) -> tuple[Scene, tuple[float, float]]:
-    """A rod of 1 m that flies at the pole and would miss it by `aim` rad if it were thin; and theta, phi at its end.
+    """A rod of 1 m that moves towards the pole and would miss it by `aim` rad if it were thin; and theta, phi at the end.
 
-    Without gravity p = D theta' and J phi'² + p²/D = J SPEED² are kept, where D = I3 + k sin²(x), k = J - I3, x the
+    Without gravity p = D theta' and J phi'² + p²/D = J SPEED² are constant, where D = I3 + k sin²(x), k = J - I3, x the
     distance from the pole; p = J aim SPEED. So SPEED dt = sqrt(D / (D - J aim²)) dx and d theta = p dt / D: two
-    integrals give the time from AWAY to AWAY and how far theta turns. Where I3 < J aim² the rod is thrown back.
+    integrals give the time from AWAY to AWAY and how far theta turns. Where I3 < J aim² the rod turns back.
     """
     from mpmath import mp, mpf
 
@@ -102,28 +102,28 @@ def _passing(radius: float, aim: float) -> Case:
         name=f"thick-pole-{1e3 * radius:g}mm-{aim:g}",
         group=2,
         title=f"rod of 1 m, {where}",
-        physics="A rod with axial inertia flies past the pole without gravity; its theta axis and its own axis nearly "
-        "fall together there. It passes, spun up about itself, or is thrown back where its angular momentum asks for it.",
-        why=f"The inertia about theta falls to I3 within {narrow:.1g} rad, and theta'' rises by its inverse squared: a "
-        "kick a thousand times shorter than the run, which no step may jump over.",
-        figure="theta and phi after the passage against the exact ones, rad",
+        physics="A rod with axial inertia moves past the pole without gravity. Near the pole its axis nearly coincides "
+        "with the theta axis. The rod passes and spins about itself, or turns back, depending on its angular momentum.",
+        why=f"Within {narrow:.1g} rad of the pole the inertia about theta falls to I3 and theta'' becomes very large, "
+        "for about a thousandth of the run. No step may jump over it.",
+        figure="error of theta and phi after the passage, rad",
         bound=1e-12 * 1000 * np.pi / narrow,
-        derivation="tolerance 1e-12, at most 1,000 steps; an error in the aim turns theta by pi / sqrt(I3/J) as much",
+        derivation="tolerance 1e-12, at most 1,000 steps; an error of the aim changes theta pi / sqrt(I3/J) times as much",
         methods={"auto": {"tolerance": 1e-12}, "radau": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}},
         measure=measure,
     )
 
 
-REGULAR = "at most {} steps with an error of the tolerance, 1e-12, each; it grows like 1 + omega T = {}"
+REGULAR = "at most {} steps, each with an error of 1e-12 (the tolerance); errors grow by a factor 1 + omega T = {}"
 
 CASES = (
     Case(
         name="thin-pole",
         group=1,
-        title="thin rod straight through the pole, over and over",
-        physics="A thin rod goes round in the plane theta = 0 and passes phi = 90 and 270 degrees exactly, every turn.",
-        why="The inertia about theta is 0 there: the equations in angles divide 0 by 0.",
-        figure="tip against the elliptic functions, m",
+        title="thin rod straight through the pole, many times",
+        physics="A thin rod turns in the plane theta = 0. It passes exactly through phi = 90 and 270 degrees in every turn.",
+        why="At these angles the inertia about theta is 0: the equations in angles divide 0 by 0.",
+        figure="distance of the tip to the exact solution (elliptic functions), m",
         bound=1e-12 * 1000 * 180,
         derivation=REGULAR.format("1,000", 180),
         methods={"auto": {"tolerance": 1e-12}, "rk45": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}},
@@ -133,9 +133,9 @@ CASES = (
         name="thin-pole-close",
         group=1,
         title="thin rod past the pole by 1e-9 rad",
-        physics="The same rod with a sideways motion of 1e-9: theta turns by 180 degrees within 1e-10 s at each pole.",
-        why="theta' reaches 1e10 rad/s; in angles the step collapses, or jumps over the turn.",
-        figure="tip against the exact spherical pendulum, m",
+        physics="The same rod with a sideways motion of 1e-9 rad. At each pole theta turns by 180 degrees within 1e-10 s.",
+        why="theta' reaches 1e10 rad/s. A method in angles needs extremely small steps, or it steps over the turn.",
+        figure="distance of the tip to the exact spherical pendulum, m",
         bound=1e-12 * 1000 * 180,
         derivation=REGULAR.format("1,000", 180),
         methods={"auto": {"tolerance": 1e-12}, "rk45": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}},
@@ -144,11 +144,11 @@ CASES = (
     Case(
         name="thin-pole-chain",
         group=1,
-        title="the middle one of three thin rods through the pole",
-        physics="A light rod whirls under a heavy one, with a third below it, in the plane that holds the pole; the same "
-        "turned by 90 degrees about the vertical meets no pole.",
-        why="One singular rod in a chain spoils the accelerations of all.",
-        figure="tips against those of the turned scene, turned back, m",
+        title="the middle rod of three thin rods through the pole",
+        physics="The second rod turns fast between a heavy rod and a light one, in the plane of the pole. The same scene "
+        "turned by 90 degrees about the vertical does not pass through a pole; it is the reference.",
+        why="One singular rod makes the accelerations of the whole chain wrong.",
+        figure="distance of the tips to those of the turned scene, turned back, m",
         bound=2 * 1e-12 * 2000 * 240,
         derivation="two runs; " + REGULAR.format("2,000", 240),
         methods={"auto": {"tolerance": 1e-12}, "lsoda": {"tolerance": 1e-12}},

@@ -1,4 +1,4 @@
-"""Running the catalogue: every case on every method that it claims, and what came of it."""
+"""Running the catalogue: every case on each of its methods, and the outcomes."""
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -9,16 +9,16 @@ from typing import Any
 from pendpin.analysis.hardcases.base import Case, Outcome, Solve, on_method
 from pendpin.errors import InputError, Interrupted, PendpinError, choices, shown
 
-Progress = Callable[[str], None]  # gets what is being run
+Progress = Callable[[str], None]  # called with the name of the case and method
 
 
 @dataclass(frozen=True)
 class Report:
-    """The outcomes so far, and the cases that they are of."""
+    """The outcomes so far, and their cases."""
 
     outcomes: tuple[Outcome, ...]
     cases: tuple[Case, ...]
-    stopped: bool = False  # by the user, before their end
+    stopped: bool = False  # True if the user stopped it before the end
 
     @property
     def broken(self) -> tuple[Outcome, ...]:
@@ -27,22 +27,22 @@ class Report:
 
     @property
     def fault(self) -> str | None:
-        """What is broken, in one line; None if all claims hold."""
+        """The broken claims in one line; None if all claims hold."""
         if not self.broken:
             return None
-        return "broken: " + "; ".join(map(_told, self.broken))
+        return "broken: " + "; ".join(map(_line, self.broken))
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain data, for JSON."""
         outcomes = [asdict(o) | {"ok": o.ok, "verdict": o.verdict} for o in self.outcomes]
-        cases = [{name: getattr(case, name) for name in _TOLD} for case in self.cases]
+        cases = [{name: getattr(case, name) for name in _FIELDS} for case in self.cases]
         return {"ok": not self.broken, "stopped": self.stopped, "outcomes": outcomes, "cases": cases}
 
 
-_TOLD = ("name", "group", "title", "physics", "why", "figure", "bound", "derivation", "methods")
+_FIELDS = ("name", "group", "title", "physics", "why", "figure", "bound", "derivation", "methods")
 
 
-def _told(outcome: Outcome) -> str:
+def _line(outcome: Outcome) -> str:
     why = outcome.failure or f"{outcome.measured:.3g} is above {outcome.bound:.3g}"
     return f"{outcome.case} on {outcome.method}: {why}"
 
@@ -50,7 +50,7 @@ def _told(outcome: Outcome) -> str:
 def run_cases(
     cases: Sequence[Case], methods: Sequence[str] | None, full: bool, progress: Progress = lambda what: None
 ) -> Report:
-    """Every case on its methods, or on those of `methods` that it claims; what is done is kept at Ctrl-C."""
+    """Every case on its methods, or only on those in `methods`; after Ctrl-C the outcomes so far are returned."""
     outcomes: list[Outcome] = []
     try:
         for case in cases:
@@ -80,10 +80,10 @@ def outcome(case: Case, method: str, full: bool) -> Outcome:
 
 
 def measured(case: Case, method: str, solve: Solve, full: bool) -> Outcome:
-    """One case solved in some way; what that raises is an outcome too."""
+    """One case solved by `solve`; an error of the run is an outcome too."""
     begin, figure, failure = time.perf_counter(), None, None
     try:
-        figure = float(case.measure(solve, full))  # NumPy's own make no JSON
+        figure = float(case.measure(solve, full))  # JSON takes no NumPy numbers
     except Interrupted:
         raise
     except PendpinError as error:
@@ -94,7 +94,7 @@ def measured(case: Case, method: str, solve: Solve, full: bool) -> Outcome:
 
 
 def chosen(cases: Mapping[str, Case], names: Sequence[str]) -> tuple[Case, ...]:
-    """The cases of these names, or all. Raises InputError for a name that there is not."""
+    """The cases with these names, or all. Raises InputError for an unknown name."""
     for name in names:
         if name not in cases:
             raise InputError(f"{shown(name)} is not one of the cases: {choices(cases)}")

@@ -22,7 +22,7 @@ def _off(found: Array, wanted: Array) -> float:
 
 
 def _sized(length: float, mass: float, duration: float, samples: int | None = 21, time: float = 0.0) -> Scene:
-    """Two rods, in units of this length and mass; with gravity as it is, the unit of time is sqrt(length)."""
+    """Two rods in units of this length and mass; gravity stays the same, so the unit of time is sqrt(length)."""
     unit = np.sqrt(length)
     upper = Rod(length=length, mass=mass, radius=0.05 * length)
     lower = Rod(length=0.7 * length, mass=2 * mass, radius=0.05 * length)
@@ -58,7 +58,7 @@ SMALL = 1e-6  # m: millisecond dynamics
 
 
 def _late(solve: Solve, full: bool) -> float:
-    """The largest difference to the run from t = 0, in q, v and t, over their sizes."""
+    """The largest differences of q, v and t to the run from t = 0, summed; rad, rad/s, s."""
     here, there = (solve(_sized(SMALL, 1e-9, 5.0, time=time)) for time in (0.0, LATE))
     return float(np.abs(here.q - there.q).max() + np.abs(here.v - there.v).max()) + _off(there.t, LATE + here.t)
 
@@ -67,7 +67,7 @@ RATE = 1e3  # rad/s
 
 
 def _driven_late(solve: Solve, full: bool) -> float:
-    """A motor that is a sinusoid of the time, from 1e9 s and from 0 with the phase that it has there."""
+    """The difference in rad of two runs with a sinusoidal motor: from 1e9 s, and from 0 with the phase of 1e9 s."""
     from mpmath import mp, mpf
 
     with mp.workdps(40):
@@ -116,11 +116,11 @@ CASES = (
             name=f"scale-{name}",
             group=12,
             title=f"two rods in {units}",
-            physics="The same two rods in other units: lengths times L, masses times M, times sqrt(L).",
-            why="Absolute tolerances, thresholds and differences of fixed size mean something else at every scale.",
-            figure="angles against those of the scene in m and kg, rad",
+            physics="The same two rods in other units: lengths are multiplied by L, masses by M, times by sqrt(L).",
+            why="Fixed tolerances, thresholds and finite differences mean something else at another scale.",
+            figure="difference of the angles to the scene in m and kg, rad",
             bound=1e-12,
-            derivation="tolerance 1e-14 and the rounding of 100 steps: the dimensionless equations are the same",
+            derivation="tolerance 1e-14 and the rounding of 100 steps; the dimensionless equations are the same",
             methods=FINE,
             measure=partial(_rescaled, length=length, mass=mass),
         )
@@ -132,12 +132,12 @@ CASES = (
     Case(
         name="gravity-0",
         group=12,
-        title="gravity listed, and 0",
+        title="a gravity effect of 0 m/s²",
         physics="A rod turns about one axis at a constant rate for 100 s.",
-        why="Periods, steps and tolerances that are taken from gravity become infinite.",
-        figure="theta against the straight line, rad",
+        why="Periods, steps and tolerances computed from gravity become infinite.",
+        figure="error of theta, rad",
         bound=1000 * EPS * 200,
-        derivation="rounding of at most 1,000 sums that reach 200 rad",
+        derivation="rounding of at most 1,000 sums of up to 200 rad",
         methods=TIGHT | {"gauss6": {"step": 0.1}, "rk4": {"step": 0.1}},
         measure=_straight,
     ),
@@ -147,10 +147,10 @@ CASES = (
             group=12,
             title=f"gravity of {g:g} m/s²",
             physics=f"A rod is released from 1 rad under {g:g} m/s² for {duration:g} s.",
-            why="Steps have to go by the motion that there is: a million times slower, or 300 times faster, than on Earth.",
-            figure="tip against the elliptic functions, m",
+            why="The motion is a million times slower, or 300 times faster, than on Earth. Steps must follow it.",
+            figure="distance of the tip to the exact solution (elliptic functions), m",
             bound=1e-12 * 1500 * growth + 1500 * EPS * growth,
-            derivation=f"tolerance 1e-12, at most 1,500 steps, growing like 1 + omega T = {growth}",
+            derivation=f"tolerance 1e-12, at most 1,500 steps, errors grow by a factor 1 + omega T = {growth}",
             methods=TIGHT,
             measure=partial(_falling, g=g, duration=duration),
         )
@@ -160,11 +160,11 @@ CASES = (
         name="late",
         group=13,
         title="millisecond motion at t = 1e9 s",
-        physics="Rods of micrometres swing within milliseconds, thirty years after t = 0.",
-        why="Doubles near 1e9 are 1e-7 apart: a step of 1e-5 s keeps two digits.",
-        figure="difference to the same run from t = 0, in rad, rad/s and s",
+        physics="Rods of micrometres swing with periods of milliseconds, thirty years after t = 0.",
+        why="Doubles near 1e9 are 1e-7 apart: a step of 1e-5 s would have two digits.",
+        figure="difference to the same run from t = 0, rad, rad/s and s",
         bound=0.0,
-        derivation="the laws do not change with time: the same numbers, bit for bit",
+        derivation="the equations do not depend on time: the same numbers, bit for bit",
         methods={"auto": {}, "rk45": {}, "radau": {}, "taylor": {}, "gauss6": {"step": 1e-5}, "rk4": {"step": 1e-5}},
         measure=_late,
     ),
@@ -172,11 +172,11 @@ CASES = (
         name="late-driven",
         group=13,
         title="a motor at 1,000 rad/s at t = 1e9 s",
-        physics="The phase of the motor at t = 1e9 s, 1e12 rad, is known to the last digit, and so is the motion.",
-        why="As a double the time is known to 1e-7 s there, and the phase to 1e-4 rad, in jumps.",
-        figure="theta against the run from 0 with that phase, rad",
+        physics="A sinusoidal motor torque has a phase of 1e12 rad at t = 1e9 s. The reference computes it in 40 digits.",
+        why="Doubles near 1e9 s are 1e-7 s apart: the phase would jump by 1e-4 rad.",
+        figure="difference of theta to a run from t = 0 with that phase, rad",
         bound=1e-12 * 500 * 10,
-        derivation="two runs at tolerance 1e-12, at most 500 steps, errors grow 10 times: late times cost no digits",
+        derivation="two runs at tolerance 1e-12, at most 500 steps, errors grow 10 times; late times lose no digits",
         methods=TIGHT,
         measure=_driven_late,
     ),
@@ -184,9 +184,9 @@ CASES = (
         name="no-duration",
         group=13,
         title="a duration of 0",
-        physics="The start, with its accelerations and reactions.",
+        physics="The run consists of the start with its accelerations and reactions.",
         why="No step can be taken.",
-        figure="difference to the start, rad, and to one sample",
+        figure="difference to the start, rad, plus the number of samples less 1",
         bound=0.0,
         derivation="the start is given",
         methods={"auto": {}, "radau": {}, "taylor": {}, "gauss6": {"step": 0.01}, "rk4": {"step": 0.01}},
@@ -195,10 +195,10 @@ CASES = (
     Case(
         name="one-sample",
         group=13,
-        title="one sample, asked for",
-        physics="A duration of 0 with samples = 1; a longer run has two samples at least, and one is refused.",
-        why="There is no interval to sample.",
-        figure="difference to the start, rad, and to one sample",
+        title="one requested sample",
+        physics="A duration of 0 with samples = 1. A longer run needs at least two samples; pendpin refuses one.",
+        why="There is no interval between samples.",
+        figure="difference to the start, rad, plus the number of samples less 1",
         bound=0.0,
         derivation="the start is given",
         methods={"auto": {}, "radau": {}, "taylor": {}, "gauss6": {"step": 0.01}, "rk4": {"step": 0.01}},
@@ -208,11 +208,11 @@ CASES = (
         name="fine-samples",
         group=13,
         title="100,001 samples in 1 s",
-        physics="A swing sampled every 10 microseconds, a thousand times within a step.",
-        why="Samples come from inside the steps, where a method is less accurate than at their ends.",
-        figure="tip against the elliptic functions, at 200 of the samples, m",
+        physics="A swing with a sample every 10 microseconds: a thousand samples in each step.",
+        why="Samples inside a step are interpolated, which is less accurate than the end of a step.",
+        figure="distance of the tip to the exact solution (elliptic functions) at 200 of the samples, m",
         bound=1e-10 * 50 * 5 * 10,
-        derivation="tolerance 1e-10, 50 steps, growing like 1 + omega T = 5; 10 for an interpolant one order lower",
+        derivation="tolerance 1e-10, 50 steps, errors grow 1 + omega T = 5 times; 10 for an interpolant one order lower",
         methods={"auto": {"tolerance": 1e-10}, "rk45": {"tolerance": 1e-10}, "taylor": {"tolerance": 1e-15}},
         measure=_fine_samples,
     ),

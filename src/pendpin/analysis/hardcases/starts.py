@@ -1,4 +1,4 @@
-"""Starts on the pole and upright, where rounding decides when the motion begins."""
+"""Starts on the pole and upright, where rounding determines when the motion begins."""
 
 from functools import partial
 
@@ -43,7 +43,7 @@ def _fall(model: Chain, reduced: float, q: tuple[float, float], v: tuple[float, 
 
 
 def _spinning(solve: Solve, full: bool) -> float:
-    """How far the time of leaving the pole is from that of OFF_POLE cosh(rate t)."""
+    """The error in s of the time at which the rod leaves the pole; exact: OFF_POLE cosh(rate t) = far."""
     rate, far = SPIN * np.sqrt(1 - I3 / J), 1e-3
     run = solve(scene(THICK, q=(0.0, POLE), v=(SPIN, 0.0), duration=9.0, samples=1801, gravity=None))
     return abs(departure(run, run.q[:, 1] - POLE, far) - float(np.arccosh(far / OFF_POLE)) / rate)
@@ -82,11 +82,11 @@ def _upside_down(solve: Solve, full: bool) -> float:
     return abs(departure(run, run.q[:, 0] - np.pi, 1e-2) - float(np.arccosh(1e-2 / (2 * OFF_POLE))) / SWING)
 
 
-FALLING = "at most 1,000 steps with an error of the tolerance, 1e-12, each; it grows like 1 + omega T = 80"
+FALLING = "at most 1,000 steps, each with an error of 1e-12 (the tolerance); errors grow by a factor 1 + omega T = 80"
 TIGHT = {"auto": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}}
 FINE = {"auto": {"tolerance": FINEST}, "taylor": {"tolerance": 1e-16}}
 LATE = (
-    "an error as large as the tolerance, 1e-14, in a first angle of {} rad: it leaves earlier or later by up to "
+    "an error of 1e-14 (the tolerance) in a first angle of {} rad changes the time of leaving by up to "
     "ln(1 + 1e-14 / {}) / rate"
 )
 
@@ -96,8 +96,8 @@ CASES = (
         group=3,
         title="thin rod released on the pole",
         physics="A thin rod, level and along the x axis, falls from rest.",
-        why="The start itself is where the angles are singular.",
-        figure="tip against the elliptic functions, m",
+        why="The angles are singular at the start.",
+        figure="distance of the tip to the exact solution (elliptic functions), m",
         bound=1e-12 * 1000 * 80,
         derivation=FALLING,
         methods=TIGHT,
@@ -107,9 +107,9 @@ CASES = (
         name="pole-spin-thin",
         group=3,
         title="thin rod on the pole with theta' = 5 rad/s",
-        physics="At the pole theta turns a rod about itself: for a thin rod that is no motion, and it falls as from rest.",
-        why="The rate is lost in an inertia of 0; in angles it comes back as 5 rad/s sideways.",
-        figure="tip against the elliptic functions, m",
+        physics="At the pole theta turns a rod about itself. For a thin rod that is no motion: it falls as from rest.",
+        why="The inertia about theta is 0. A method in angles turns the 5 rad/s into a sideways motion.",
+        figure="distance of the tip to the exact solution (elliptic functions), m",
         bound=1e-12 * 1000 * 80,
         derivation=FALLING,
         methods=TIGHT,
@@ -120,8 +120,8 @@ CASES = (
         group=3,
         title="thick rod released on the pole",
         physics="A rod of radius 5 cm, level and along the x axis, falls from rest in the plane theta = 0.",
-        why="Rounding in theta'' is multiplied by J/I3; the motion in the plane must not feel it.",
-        figure="tip against the elliptic functions, m",
+        why="The rounding errors of theta'' are multiplied by J/I3. They must not change the motion in the plane.",
+        figure="distance of the tip to the exact solution (elliptic functions), m",
         bound=1e-12 * 1000 * 80,
         derivation=FALLING,
         methods=TIGHT | {"gauss6": {"step": 0.002}},
@@ -131,10 +131,10 @@ CASES = (
         name="pole-spin-thick",
         group=3,
         title="thick rod spinning on the pole",
-        physics="Without gravity a rod that spins about its own axis on the pole is in unstable balance: its distance "
-        "from the pole grows like cosh(spin sqrt(1 - I3/J) t) from what pi/2 is off as a double, 6e-17 rad.",
-        why="The start is smaller than the rounding of phi: only the acceleration sees it.",
-        figure="time at which it is 1e-3 rad away against the logarithm, s",
+        physics="A rod that spins about its own axis on the pole, without gravity, is in unstable equilibrium. The double "
+        "nearest to pi/2 differs from it by 6e-17 rad; this distance grows by the factor cosh(spin sqrt(1 - I3/J) t).",
+        why="The first distance is smaller than the rounding of phi. Only the acceleration depends on it.",
+        figure="error of the time at which the distance is 1e-3 rad, s",
         bound=float(np.log1p(FINEST / OFF_POLE)) / SPIN / np.sqrt(1 - I3 / J),
         derivation=LATE.format("6e-17", "6e-17"),
         methods=FINE,
@@ -144,12 +144,12 @@ CASES = (
         name="pole-torque-thick",
         group=3,
         title="thick rod on the pole under a constant torque about theta",
-        physics="On the pole the torque turns the rod about itself, theta = torque t² / (2 I3), an unstable balance that "
-        "is left after some 37 rad: the run ends at 20.",
-        why="All of the torque works against the small axial inertia.",
-        figure="theta against the parabola, rad",
+        physics="On the pole the torque turns the rod about itself: theta = torque t² / (2 I3). This motion is unstable and "
+        "ends after about 37 rad; the run ends at 20 rad.",
+        why="Only the small axial inertia resists the torque.",
+        figure="error of theta, rad",
         bound=1e-12 * 500 * 20 + (OFF_POLE * np.exp(20)) ** 2 * J / I3 * 20,
-        derivation="tolerance 1e-12, 500 steps, relative to 20 rad; and what the growth exp(20) of 6e-17 rad adds to D",
+        derivation="tolerance 1e-12, 500 steps, relative to 20 rad; and what 6e-17 rad, grown exp(20) times, change in D",
         methods=TIGHT,
         measure=_about_itself,
     ),
@@ -157,9 +157,9 @@ CASES = (
         name="pole-phi-torque-thin",
         group=3,
         title="thin rod on the pole under a constant torque about phi",
-        physics="The torque about phi turns the rod in the plane theta = 0, right through further poles: phi = 1.5 t² on.",
-        why="A torque about a joint keeps a thin rod on its angles; only theta is singular there, and must stay 0.",
-        figure="phi against the parabola, rad",
+        physics="The torque about phi turns the rod in the plane theta = 0, through further poles: phi = pi/2 + 1.5 t².",
+        why="A scene with joint torques is computed in angles. At a pole theta is singular; it must stay 0.",
+        figure="error of phi, rad",
         bound=1e-12 * 500 * 13.5,
         derivation="tolerance 1e-12, 500 steps, relative to 13.5 rad",
         methods={"auto": {"tolerance": 1e-12}, "radau": {"tolerance": 1e-12}},
@@ -169,9 +169,9 @@ CASES = (
         name="pole-torque-thin",
         group=3,
         title="thin rod on the pole under a constant torque about theta",
-        physics="Nothing resists the torque: no motion exists.",
-        why="The acceleration is 1e33 rad/s²: a method takes steps without end.",
-        figure="1 unless the run ends in one line that names the rod and the remedy",
+        physics="The rod has no inertia about theta: the equations have no solution.",
+        why="The acceleration is 1e33 rad/s². A method would take smaller and smaller steps for ever.",
+        figure="0 if the run ends with one line that names the rod and the remedy, else 1",
         bound=0.0,
         derivation="there is nothing to compute",
         methods={"auto": {}},
@@ -181,9 +181,9 @@ CASES = (
         name="upright-exact",
         group=5,
         title="upright at rest, exactly",
-        physics="Rods stand upright at rest: an equilibrium, unstable, for ever. Gravity points up, so that upright is "
-        "0 rad, which doubles hold exactly.",
-        why="One wrong bit grows by a factor of 46 a second.",
+        physics="Rods stand upright at rest, in unstable equilibrium. Gravity points up here, so that upright "
+        "is 0 rad, which a double holds exactly.",
+        why="An error of one bit grows 46 times in every second.",
         figure="largest angle after 100 s, rad",
         bound=0.0,
         derivation="sin(0) = 0: no acceleration, in exact arithmetic and in doubles",
@@ -202,9 +202,9 @@ CASES = (
         name="upright-1e-15",
         group=5,
         title="1e-15 rad from upright",
-        physics="The angle grows as 1e-15 cosh(sqrt(3 g / 2 l) t): it falls after eight seconds.",
-        why="The start is below the tolerance of every step of the first seven seconds.",
-        figure="time at which it leans by 0.01 rad against the logarithm, s",
+        physics="The angle grows as 1e-15 cosh(sqrt(3 g / 2 l) t): the rod falls after eight seconds.",
+        why="During the first seven seconds the angle is smaller than the tolerance of a step.",
+        figure="error of the time at which the rod leans by 0.01 rad, s",
         bound=float(np.log1p(FINEST / 1e-15)) / SWING,
         derivation=LATE.format("1e-15", "1e-15"),
         methods=FINE | {"gauss6": {"step": 0.01}, "rk4": {"step": 0.001}},
@@ -213,12 +213,12 @@ CASES = (
     Case(
         name="upright-pi",
         group=5,
-        title="at theta = pi, the double",
-        physics="The double nearest to pi is 1.2e-16 short of upright: the rod leaves it by the exact logarithm of that.",
-        why="Angles near pi are 4e-16 apart: the first seconds of the motion are smaller than that.",
-        figure="time at which it leans by 0.01 rad against the logarithm, s",
+        title="at the double nearest to theta = pi",
+        physics="The double nearest to pi is 1.2e-16 rad below upright. That determines when the rod falls.",
+        why="Doubles near pi are 4e-16 apart. The motion of the first seconds is smaller than that.",
+        figure="error of the time at which the rod leans by 0.01 rad, s",
         bound=float(np.log1p((FINEST * np.pi + 20 * EPS) / (2 * OFF_POLE))) / SWING,
-        derivation="tolerance 1e-14 of 3.14 rad and rounding in a first angle of 1.2e-16 rad: ln(1 + their ratio) / rate",
+        derivation="errors of 1e-14 of 3.14 rad and rounding in a first angle of 1.2e-16 rad: ln(1 + their ratio) / rate",
         methods=FINE,
         measure=_upside_down,
     ),

@@ -1,4 +1,4 @@
-"""Springs, dampers and shaken supports that are ten thousand times faster than the motion."""
+"""Springs, dampers and shaken supports, ten thousand times faster than the motion."""
 
 from functools import partial
 
@@ -16,14 +16,14 @@ FAST = float(np.sqrt(STIFF / J))  # rad/s
 
 
 def _ringing(solve: Solve, full: bool) -> float:
-    """The angle of a rod on a spring alone against the cosine, in parts of the first angle."""
+    """The error of the angle of a rod on a spring, divided by the first angle; exact: a cosine."""
     spring = Spring(stiffness=STIFF, joints=("theta",))
     run = solve(scene(THICK, spring, q=(1e-3,), duration=0.1 if full else 0.01, samples=11, gravity=None))
     return float(np.abs(run.q[:, 0] / 1e-3 - np.cos(FAST * run.t)).max())
 
 
 def _creeping(solve: Solve, full: bool, damping: float, duration: float) -> float:
-    """Inertia apart, damping theta' = -weight sin(theta): tan(theta/2) falls exponentially."""
+    """The error of theta in rad. Without inertia damping theta' = -weight sin(theta): tan(theta/2) falls exponentially."""
     run = solve(scene(THICK, Viscous(coefficient=damping), q=(1.0,), duration=duration, samples=11))
     exact = 2 * np.arctan(np.tan(0.5) * np.exp(-WEIGHT / damping * run.t))
     return float(np.abs(run.q[:, 0] - exact).max())
@@ -34,7 +34,7 @@ CLAMP = (Spring(stiffness=STIFF, joints=JOINTS), Viscous(coefficient=STIFF, join
 
 
 def _clamped(solve: Solve, full: bool) -> float:
-    """Two rods clamped to each other against one of twice the length and mass."""
+    """The distance in m between the tips of two clamped rods and of one rod of twice the length and mass."""
     span = {"duration": 3.0 if full else 0.5, "samples": 11}
     two = solve(scene(chain_of(ROD, copies=2), *CLAMP, q=(0.5, 0.1), **span))
     one = solve(scene(chain_of(Rod(length=2.0, mass=2.0, radius=ROD.radius)), q=(0.5, 0.1), **span))
@@ -60,7 +60,7 @@ SLOW = float(np.sqrt((SHAKE * SHAKEN / REDUCED) ** 2 / 2 - G / REDUCED))  # rad/
 
 
 def _kapitza(solve: Solve, full: bool) -> float:
-    """The lean of a rod on a shaken support against the averaged motion with its ripple, in parts of the first lean."""
+    """The difference of the lean to the averaged motion with its ripple, divided by the first lean."""
     support = Support(amplitude=(0.0, 0.0, SHAKE), frequency=SHAKEN, phase=np.pi / 2)
     duration = 2.0 if full else 0.03
     run = solve(scene(THIN, support, q=(np.pi - LEAN,), duration=duration, samples=41))
@@ -74,11 +74,12 @@ CASES = (
         name="spring-1e8",
         group=9,
         title="spring of 1e8 N m/rad",
-        physics="A rod of 1 kg on a spring rings at 17,000 rad/s, by 1e-3 rad.",
-        why="270 swings in 0.1 s, all below a thousandth of a radian: absolute tolerances see little of them.",
-        figure="angle against the cosine, in parts of the first",
+        physics="A rod of 1 kg on a spring vibrates at 17,000 rad/s with an amplitude of 1e-3 rad.",
+        why="270 vibrations in 0.1 s. Their amplitude is only 1e-3 rad, so an absolute tolerance limits them less.",
+        figure="error of the angle divided by the first angle",
         bound=1e-12 * 270 * 20 * 0.1 * FAST * FAST / (1e-3 * FAST),
-        derivation="tolerance 1e-12 of rates up to 17 rad/s, 20 steps a swing, 270 swings, growing with the phase 1,700",
+        derivation="tolerance 1e-12 of rates up to 17 rad/s, 20 steps a vibration, 270 vibrations; errors grow with the "
+        "phase, 1,700 rad",
         methods={"auto": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}, "gauss6": {"step": 1e-5}},
         measure=_ringing,
     ),
@@ -86,9 +87,9 @@ CASES = (
         name="spring-chain",
         group=9,
         title="two rods with a spring of 1e8 N m/rad between them",
-        physics="A bend of 1e-3 rad rings at 50,000 rad/s while the rods swing.",
-        why="50 J ring in a motion of 1 rad/s; the fast and the slow share all joints.",
-        figure="energy drift over the energy moved",
+        physics="The angle between the rods vibrates by 1e-3 rad at 50,000 rad/s while both rods swing.",
+        why="The vibration has 50 J and the swing 1 rad/s. Fast and slow motion take place in the same joints.",
+        figure="energy drift divided by the energy exchanged",
         bound=1e-10 * 20_000 * 10,
         derivation="tolerance 1e-10, at most 20,000 steps, 10 for the share of the fast motion",
         methods={"auto": {"tolerance": 1e-10}},
@@ -98,11 +99,11 @@ CASES = (
         name="clamped-1e8",
         group=9,
         title="two rods clamped by 1e8 N m/rad and 1e8 N m s/rad",
-        physics="Spring and damper leave the second rod no freedom: both swing like one rod of 2 m.",
-        why="Decay at 1e10 /s in a motion of seconds: explicit steps would be ten thousand million.",
-        figure="tip against the single rod's, m",
+        physics="Spring and damper fix the second rod to the first: both swing like one rod of 2 m.",
+        why="Motions decay at 1e10 /s in a run of seconds: an explicit method would take 1e10 steps.",
+        figure="distance of the tip to that of the single rod, m",
         bound=2 * (100 * 2 / STIFF + 1e-9 * 1000 * 15),
-        derivation="moments of up to 100 N m bend the clamp by 1e-6 rad, over 2 m; two runs at 1e-9, 1,000 steps, growth 15",
+        derivation="100 N m bend the clamp by 1e-6 rad, over 2 m; two runs at 1e-9, 1,000 steps, errors grow 15 times",
         methods={"auto": {"tolerance": 1e-9}, "radau": {"tolerance": 1e-9}, "bdf": {"tolerance": 1e-9}},
         measure=_clamped,
     ),
@@ -111,11 +112,11 @@ CASES = (
             name=f"overdamped-{damping:g}",
             group=9,
             title=f"overdamped joints, {damping:g} N m s/rad",
-            physics=f"A rod sinks through a joint of {damping:g} N m s/rad; its inertia does not matter.",
-            why=f"Rates decay at {damping / J:.0e} /s, the angle moves at {WEIGHT / damping:.0e} /s.",
-            figure="theta against the motion without inertia, rad",
+            physics=f"A rod falls slowly against a damper of {damping:g} N m s/rad; its inertia does not matter.",
+            why=f"Rates decay at {damping / J:.0e} /s, the angle changes at {WEIGHT / damping:.0e} /s.",
+            figure="difference of theta to the motion without inertia, rad",
             bound=1e-10 * 1000 + 10 * J * WEIGHT / damping**2,
-            derivation="tolerance 1e-10, at most 1,000 steps, errors decay; and what the inertia changes",
+            derivation="tolerance 1e-10, at most 1,000 steps, errors decay; and the effect of the inertia",
             methods={"auto": {"tolerance": 1e-10}, "radau": {"tolerance": 1e-10}},
             measure=partial(_creeping, damping=damping, duration=2 * damping / WEIGHT),
         )
@@ -124,12 +125,12 @@ CASES = (
     Case(
         name="kapitza-1e4",
         group=10,
-        title="upright on a support shaken at 1e4 rad/s by 1 mm",
-        physics="Shaken that fast the upright rod swings about the upright as if it hung there.",
-        why="The slow swing is what is left of accelerations of 10,000 g, averaged over 3,000 cycles.",
-        figure="lean against the averaged motion with its ripple, in parts of the first lean",
+        title="upright on a support that vibrates by 1 mm at 1e4 rad/s",
+        physics="The fast vibration makes the upright position stable: the rod swings slowly about it (Kapitza).",
+        why="The slow swing is the average of accelerations of 10,000 g over 3,000 cycles.",
+        figure="difference of the lean to the averaged motion with its ripple, divided by the first lean",
         bound=(1 + SLOW * 2) * ((SHAKE / REDUCED) ** 2 + LEAN**2 + 1e-12 * 40_000 / LEAN),
-        derivation="next order of the average and of the lean, and tolerance 1e-12 with 40,000 steps, in the slow phase",
+        derivation="the next order of the average and of the lean, and tolerance 1e-12 with 40,000 steps, in the slow phase",
         methods={"auto": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-15}},
         measure=_kapitza,
     ),
