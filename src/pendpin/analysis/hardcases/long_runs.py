@@ -117,7 +117,7 @@ CASES = (
         why="A method that is not symplectic loses or gains energy at every step.",
         figure="energy drift divided by the energy exchanged",
         bound=1e-12 * 50 * 1600,
-        derivation="tolerance 1e-12 a step, 50 steps a second; the error of gauss6 at 0.05 s is below this and does not grow",
+        derivation="tolerance 1e-12 a step, 50 steps a second; gauss6 at 0.05 s has a smaller error, which does not grow",
         methods={"auto": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}, "gauss6": {"step": 0.05}},
         measure=_thousand,
     ),
