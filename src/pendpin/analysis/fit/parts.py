@@ -73,7 +73,8 @@ def _refitted(setting: Setting, fit: Fit) -> Solution:
     problem = begun_at(setting, replace(p, batch=pieces, share=share))
     x = np.concatenate([setting.free.start, fit.solution.offsets[: len(problem.prior) - len(setting.free.start)]])
     search = Search(problem, Starts(x, fit.solution.solved.starts))
-    x, solved, _ = search.polished(MOST)
+    x, solved = search.run(MOST, 1e-3)
+    x, solved, _ = Search(problem, Starts(x, solved.starts)).polished(MOST)
     return Solution(problem, x, solved, fit.solution.certainty)
 
 
