@@ -47,9 +47,7 @@ def _inside(node: Node, changed: tuple[Span, ...]) -> str:
         case "product":
             return _product(node, changed)
         case "power":
-            return (
-                f"<msup>{_base(node.children[0], changed)}{_mark(f'<mn>{values}</mn>', node.marks[0], changed)}</msup>"
-            )
+            return _power(node, changed)
         case "function":
             return _function(node, changed)
         case "matrix":
@@ -62,6 +60,14 @@ def _inside(node: Node, changed: tuple[Span, ...]) -> str:
             sign = "d" if values == "t" else "∂"
             below = f"<mrow><mi>{sign}</mi>{variable if values != 't' else '<mi>t</mi>'}</mrow>"
             return f"<mrow><mfrac><mi>{sign}</mi>{below}</mfrac>{part(node.children[0], changed)}</mrow>"
+
+
+def _power(node: Node, changed: tuple[Span, ...]) -> str:
+    """A base with its exponent, which of a function stands at its name."""
+    exponent, child = _mark(f"<mn>{node.value}</mn>", node.marks[0], changed), node.children[0]
+    if child.kind == "function" and child.value not in ("sqrt", "norm") and child.bracketed is None:
+        return _function(child, changed, exponent)
+    return f"<msup>{_base(child, changed)}{exponent}</msup>"
 
 
 def _mark(text: str, span: Span, changed: tuple[Span, ...]) -> str:
@@ -125,13 +131,12 @@ def _function(node: Node, changed: tuple[Span, ...], exponent: str = "") -> str:
 def symbol(written: Written) -> str:
     """A name with its dots, hat and index."""
     letter = html.escape(GREEK.get(written.letter, written.letter))
-    text = (
-        f'<mi mathvariant="bold">{letter}</mi>'
-        if written.styled and len(letter) == 1 and written.letter not in "abxyzijkn"
-        else f"<mi>{letter}</mi>"
-    )
-    if written.styled and written.letter in "abxyzijkne":
+    text = f"<mi>{letter}</mi>"
+    hat = written.letter in "xyzijkne" or (written.letter in "ab" and written.index in ("1", "2", "3"))
+    if written.styled and hat:
         text = f'<mover accent="true">{text}<mo>^</mo></mover>'
+    elif written.styled:
+        text = f'<mi style="font-weight: bold">{letter}</mi>'
     if written.dots:
         text = f'<mover accent="true">{text}<mo>{"˙" if written.dots == 1 else "¨"}</mo></mover>'
     if written.index:
