@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from pendpin.analysis.crosscheck import crosscheck
     from pendpin.analysis.doctor.diagnose import diagnose
     from pendpin.analysis.fit import Fit, fit
+    from pendpin.analysis.sweep.sweep import sweep
     from pendpin.analysis.work_precision import cost
     from pendpin.dynamics.dynamics import Dynamics, bind
     from pendpin.errors import InputError, MissingLibrary, PendpinError, RunError
@@ -30,6 +31,7 @@ _HOMES = {
     "scene": ("Chain", "Rod", "Scene", "Solver", "Start", "UrdfModel", "load_scene"),
     "simulation.ensemble": ("Ensemble", "simulate_many"),
     "simulation.simulate": ("simulate",),
+    "analysis.sweep.sweep": ("sweep",),
     "trajectory": ("Trajectory",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
@@ -58,6 +60,7 @@ __all__ = [
     "load_scene",
     "simulate",
     "simulate_many",
+    "sweep",
 ]
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pendpin.cli.streams import drop_output, finish_output, prepare_streams, say
+from pendpin.cli.sweep import map_, sweep
 from pendpin.cli.tables import (
     print_check,
     print_cost,
@@ -375,6 +376,10 @@ def schema() -> None:
     from pendpin.scene import Scene
 
     print(dumps(Scene.model_json_schema(), indent=2))
+
+
+app.command()(sweep)
+app.command("map")(map_)
 
 
 def _scene(path: Path | None) -> "Scene":

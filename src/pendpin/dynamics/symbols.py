@@ -122,7 +122,7 @@ def _in_directions(engine: Directions, loads: Loads, numbers: Parameters) -> Rig
         d, omega = (part.reshape(-1, 3) for part in np.split(y, 2))
         rate, external = cross(omega, d), ()
         if loads.wrench is not None:
-            found = loads.wrench(t, _thin_motion(chain.l[:, None], d, rate, omega))
+            found = loads.wrench(t, thin_motion(chain.l[:, None], d, rate, omega))
             external = tuple(part * SIGNS for part in found)
         turning = thin_recursion.turning(chain, d, rate, loads.field(t) * SIGNS, *external)
         return np.concatenate([rate.reshape(-1), turning.reshape(-1)])
@@ -130,7 +130,7 @@ def _in_directions(engine: Directions, loads: Loads, numbers: Parameters) -> Rig
     return right
 
 
-def _thin_motion(length: Array, d: Array, rate: Array, omega: Array) -> Motion:
+def thin_motion(length: Array, d: Array, rate: Array, omega: Array) -> Motion:
     """The motion of thin rods. Of their axes only z = -d is set: what acts on the axis asks for no other."""
     origin, velocity = (np.concatenate([np.zeros((1, 3)), np.cumsum(length * x, 0)[:-1]]) for x in (d, rate))
     axes = np.zeros((len(d), 3, 3), dtype=object)

@@ -20,14 +20,14 @@ def save_plot(trajectory: Trajectory, path: str | Path) -> Path:
     """Write the figure of a run to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
     path = Path(path)
     kind = picture_kind(path)
-    with _plain_text(), warnings.catch_warnings():
+    with plain_text(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
         figure = draw(trajectory)
         return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=150))
 
 
 @contextmanager
-def _plain_text() -> Iterator[None]:
+def plain_text() -> Iterator[None]:
     """matplotlib with its own letters, whatever the user's settings: in LaTeX, names of joints would be commands."""
     try:
         from matplotlib import rc_context

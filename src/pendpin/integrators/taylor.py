@@ -39,7 +39,7 @@ class Taylor(Integrator):
         except ImportError:
             raise MissingLibrary("solver.method: taylor needs heyoka: pip install 'pendpin[fast]'") from None
         refuse_nonsmooth(effects, "solver.method: taylor")
-        self._heyoka, self._effects, self._tolerance, self._start = heyoka, effects, tolerance, start
+        self._heyoka, self._effects, self.tolerance, self._start = heyoka, effects, tolerance, start
         self.library, self.version = "heyoka", version("heyoka")
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
@@ -94,11 +94,8 @@ class Taylor(Integrator):
             series.step(max_delta_t=min(FIRST_STEP / fastest, end / 2))
             self._steps += 1
 
-    def compiled(self, engine: Engine, width: int | None = None) -> Any:
-        """heyoka's integrator of the engine's state; of `width` states side by side, where a width is given.
-
-        Raises InputError for what the integrator does not take.
-        """
+    def compiled(self, engine: Engine) -> Any:
+        """heyoka's integrator of the engine's state. Raises InputError for what it does not take."""
         joints = len(engine.model.joints)
         if joints > MAX_JOINTS or isinstance(engine, LongChain | Compiled):
             raise InputError(
@@ -106,27 +103,29 @@ class Taylor(Integrator):
                 f"compiled, and no solver.engine: this model has {joints} joints; dop853 takes it"
             )
         equations, parameters = equations_of(engine, self._effects, self._start)
-        recording, key = equations.recording, (self._tolerance, width)
-        if key not in equations.series:
-            symbols, rates = _expressions(self._heyoka, recording)
-            size = recording.size
-            made = self._heyoka.taylor_adaptive if width is None else self._heyoka.taylor_adaptive_batch
-            equations.series[key] = made(
+        recording = equations.recording
+        if self.tolerance not in equations.series:
+            symbols, rates = expressions(self._heyoka, recording)
+            equations.series[self.tolerance] = self._heyoka.taylor_adaptive(
                 list(zip(symbols, rates, strict=True)),
-                np.zeros(size if width is None else (size, width)),
-                tol=self._tolerance,
-                high_accuracy=self._tolerance < HIGH,
+                np.zeros(recording.size),
+                tol=self.tolerance,
+                high_accuracy=self.tolerance < HIGH,
                 compact_mode=joints > SMALL,
             )
-        series = copy(equations.series[key])
-        fixed = recording.tape.fixed_operands(recording.places)
-        values = recording.tape.values(fixed, parameters.values)
-        for cell, place in enumerate(fixed):
-            series.pars[cell] = values[place]
+        series = copy(equations.series[self.tolerance])
+        series.pars[:] = run_time_parameters(recording, parameters.values)
         return series
 
 
-def _expressions(hy: Any, recording: Recording) -> tuple[list[Any], list[Any]]:
+def run_time_parameters(recording: Recording, values: Sequence[float]) -> list[float]:
+    """What the series of a recording take as par[i], from the values of the recording's parameters."""
+    fixed = recording.tape.fixed_operands(recording.places)
+    known = recording.tape.values(fixed, values)
+    return [known[place] for place in fixed]
+
+
+def expressions(hy: Any, recording: Recording) -> tuple[list[Any], list[Any]]:
     """heyoka's variables of the state, and its rates; what depends on parameters alone as parameters of its own."""
     tape, symbols = recording.tape, hy.make_vars(*(f"y{i}" for i in range(recording.size)))
     functions = {"add": add, "sub": sub, "mul": mul, "div": truediv, "neg": neg, "pow": pow}

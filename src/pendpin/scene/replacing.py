@@ -29,6 +29,8 @@ def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:
                 f"{written(here)}: {written(place)} is a list of {len(value)}, from [0] to [{len(value) - 1}]"
             )
         return [*value[:key], changed(value[key], rest, new, here), *value[key + 1 :]]
+    if value is None and isinstance(key, str):  # a table that was left out
+        return {key: changed(None, rest, new, here)}
     given = "nothing is given there" if value is None else f"{value!r} has no parts"
     raise InputError(f"{written(here)}: {written(place)}: {given}; set the whole")
 

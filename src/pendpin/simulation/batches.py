@@ -1,123 +1,236 @@
-"""Starts of one scene side by side in the processor's vectors, as Taylor series with steps of their own, in threads."""
+"""Many runs side by side in the processor's vectors: the equations are compiled once, with their numbers as parameters.
+
+A case is a scene of one structure: it differs from others in its start and in the numbers of its model and effects, which
+are run-time parameters of one set of Taylor series. What a case gives does not depend on its neighbours in the vector.
+Scenes that this does not cover are left to `simulate`.
+"""
 
 import math
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from copy import copy
-from queue import SimpleQueue
-from threading import Event
+from copy import deepcopy
+from threading import Event, Lock
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pendpin.arrays import Array, subdivided
+from pendpin.arrays import Array, Indices, subdivided
+from pendpin.dynamics.compiling import equations_of
+from pendpin.dynamics.dynamics import Dynamics
+from pendpin.dynamics.symbols import parameters_of
+from pendpin.dynamics.timing import timing
 from pendpin.engines import Engine
-from pendpin.integrators.taylor import SERIES, Taylor
+from pendpin.integrators.taylor import HIGH, SERIES, SMALL, expressions, run_time_parameters
+from pendpin.model.build import build, start_state
+from pendpin.scene import Scene
 
-VECTORS = 2  # side by side: hides the time that an instruction takes (measured: 1.0 to 1.4 times as fast as one)
-MOST_STATES = 200_000  # of a start
+WIDTH = 16  # cases side by side, the same on every machine: two vectors hide the time that an instruction takes
+MOST_STATES = 200_000  # of a case
 SAMPLES_AT_ONCE = 256  # between two chances to stop
 STEPS_AT_ONCE = 65_536  # in so many samples, at most
 
-Places = NDArray[np.intp]  # of starts
+Sums = Sequence[Sequence[int]]  # places of joints whose angles are added
 
 
-class Batch(NamedTuple):
-    """The motions of a few starts; a start that did not get to its end has NaN behind its first sample."""
+class Case(NamedTuple):
+    """What one scene has of its own."""
 
-    places: Places  # (c,)
+    q: Array  # (nv,) at the start
+    v: Array  # (nv,)
+    parameters: tuple[float, ...]  # of the series
+    longest: float  # s, the longest step; 0 where an effect has corners, which series do not take side by side
+
+
+class Motions(NamedTuple):
+    """What c cases give; NaN behind the first sample of one that cannot go on."""
+
     q: Array  # (c, n, nv)
-    v: Array
-    steps: int
-    seconds: float
+    v: Array  # (c, n, nv)
+    flips: Array  # (c,) s since the start, first passage of a sum of angles through an odd multiple of pi, else NaN
+    steps: Array  # (c,)
 
 
-def side_by_side(
-    integrator: Taylor, engine: Engine, times: Array, q: Array, v: Array, workers: int, longest: float = np.inf
-) -> Generator[Batch, None, None]:
-    """The motions from q, v (k, nv), batch by batch, in order. `integrator.compile_seconds` is set before.
+class Series:
+    """The compiled series of a scene's structure. `flips`: sums of angles whose passages are to be found.
 
-    A batch ends with the first of its starts that fails, or that needs too many steps. No step is longer than a series
-    may take where an effect changes within `longest` s. Close the iterator to stop.
+    Several threads may use it. Raises InputError for a scene that the Taylor method does not take.
     """
-    import heyoka
 
-    begin, width = time.perf_counter(), VECTORS * heyoka.recommended_simd_size()
-    series, spare, stopped = integrator.compiled(engine, width), SimpleQueue[Any](), Event()
-    integrator.compile_seconds = time.perf_counter() - begin
-    for _ in range(workers):
-        spare.put(copy(series))
+    def __init__(self, scene: Scene, tolerance: float, flips: Sums = ()) -> None:
+        self.scene, self.tolerance, self._flips = scene.by("taylor", tolerance), tolerance, flips
+        self.stopped, self.compile_seconds = Event(), 0.0
+        self.dynamics = self.bound(self.scene)
+        self.engine: Engine = self.dynamics.engine
+        begin = scene.start.time
+        equations, parameters = equations_of(self.engine, scene.effects, begin)
+        self._recording, self._structure = equations.recording, parameters.structure
+        self._own = self._case(self.scene, self.dynamics, parameters.values)
+        self._first: Any = None
+        self._spare: list[Any] = []
+        self._lock = Lock()
 
-    def run(places: Places) -> Batch:
-        own, begin = spare.get(), time.perf_counter()
-        found, steps = _motions(own, engine, times, q[places], v[places], longest, stopped)
-        spare.put(own)
-        return Batch(places, *found, steps, time.perf_counter() - begin)
+    def bound(self, scene: Scene) -> Dynamics:
+        """The dynamics of a case: on angles where their passages are to be found, which directions do not count."""
+        form = "angles" if self._flips else "directions"
+        return Dynamics(build(scene.model), scene.effects, "auto", form, scene.start.time)
 
-    pool = ThreadPoolExecutor(workers)
-    try:
-        pieces = np.split(np.arange(len(q)), range(width, len(q), width))
-        running = [pool.submit(run, places) for places in pieces]
-        while running:
-            yield running.pop(0).result()
-    finally:
-        stopped.set()
-        pool.shutdown(cancel_futures=True)
+    def case(self, scene: Scene) -> Case | None:
+        """A scene as a case; None where its structure is another. Raises InputError for one that cannot be run."""
+        dynamics = self.dynamics if scene.model == self.scene.model else self.bound(scene)
+        if scene.effects == self.scene.effects and dynamics is self.dynamics:
+            return self.started(*start_state(dynamics.model, scene.start))
+        parameters = parameters_of(dynamics.engine, scene.effects, scene.start.time)
+        if parameters.structure != self._structure:
+            return None
+        case = self._case(scene, dynamics, parameters.values)
+        return case if case.longest else None
+
+    @property
+    def covered(self) -> bool:
+        """Whether the scene can be run: no effect of it has corners."""
+        return self._own.longest > 0
+
+    def started(self, q: Array, v: Array) -> Case:
+        """The scene of the series from another start, q, v (nv,)."""
+        return self._own._replace(q=q, v=v)
+
+    def _case(self, scene: Scene, dynamics: Dynamics, values: Sequence[float]) -> Case:
+        q, v = start_state(dynamics.model, scene.start)
+        pace = timing(dynamics, scene.effects, q, v, scene.duration, self.tolerance).pace
+        longest = 0.0 if len(pace.corners) else SERIES * float(pace.shortest[0])
+        return Case(q, v, tuple(run_time_parameters(self._recording, values)), longest)
+
+    def run(self, cases: Sequence[Case], times: Array) -> Motions:
+        """The motions of up to WIDTH cases; one that cannot go on is NaN.
+
+        Where one cannot, or its angles are to be read between the times, it is run alone, and the others without it.
+        """
+        found, needed = self._attempt(cases, times, 1)
+        bad = ~np.isfinite(found.q[:, -1]).all(1)
+        for i in np.flatnonzero((needed > 1) | (bad.any() and len(cases) > 1)).tolist():
+            for whole, part in zip(found, self._alone(cases[i], times), strict=True):
+                whole[i] = part[0]
+        return found
+
+    def _alone(self, case: Case, times: Array) -> Motions:
+        """One case, with as many states between the times as its angles need."""
+        found, needed = self._attempt([case], times, parts := 1)
+        while needed[0] > 1 and not self.stopped.is_set():
+            parts = math.ceil(parts * needed[0])
+            if parts * len(times) > MOST_STATES:
+                found.q[:, 1:] = np.nan
+                break
+            found, needed = self._attempt([case], times, parts)
+        return found
+
+    def _attempt(self, cases: Sequence[Case], times: Array, parts: int) -> tuple[Motions, Array]:
+        """The motions, and by how much finer (c,) each interval of the times has to be cut than into `parts`."""
+        series, fine = self._take(), subdivided(times, parts)
+        try:
+            which = np.resize(np.arange(len(cases)), WIDTH)  # up to the width, with copies
+            series.pars[:] = np.array([case.parameters for case in cases]).T[:, which]
+            passages = [event.callback for event in series.nt_events] if self._flips else []
+            for passage in passages:
+                passage.first[:] = np.nan
+            y = np.array([self.engine.pack(case.q, case.v) for case in cases]).T
+            longest = np.array([case.longest for case in cases])[which]
+            states, steps = _along(series, y[:, which], fine, longest, self.stopped)
+            flips = np.fmin.reduce([passage.first for passage in passages], initial=np.nan)
+            (q, v), needed = self._read(states, steps, cases, fine, parts)
+            return Motions(q, v, np.broadcast_to(flips, WIDTH)[: len(cases)].copy(), steps[: len(cases)]), needed
+        finally:
+            with self._lock:
+                self._spare.append(series)
+
+    def _read(self, states: Array, steps: Array, cases: Sequence[Case], fine: Array, parts: int) -> tuple[Array, Array]:
+        """Positions and rates (2, c, n, nv) from states (n, size, width), and how much closer states have to be (c,)."""
+        found = np.full((2, len(cases), (len(fine) - 1) // parts + 1, len(cases[0].q)), np.nan)
+        found[:, :, 0], needed = ([case.q for case in cases], [case.v for case in cases]), np.zeros(len(cases))
+        for i, case in enumerate(cases):
+            rows = np.ascontiguousarray(states[:, :, i])
+            if np.isfinite(rows).all():
+                needed[i] = self.engine.denser(fine, rows, int(steps[i]))
+                found[:, i, 1:] = [x[::parts][1:] for x in self.engine.unpack(fine, rows, case.q)]
+        return found, needed
+
+    def _take(self) -> Any:
+        """Series that no other thread uses: a copy of the first, which is compiled here."""
+        with self._lock:
+            if self._first is None:
+                begin = time.perf_counter()
+                self._first = self._compiled()
+                self.compile_seconds = time.perf_counter() - begin
+            return self._spare.pop() if self._spare else deepcopy(self._first)
+
+    def _compiled(self) -> Any:
+        import heyoka as hy
+
+        state, rates = expressions(hy, self._recording)
+        guards = [hy.cos(sum(state[i] for i in places) * 0.5) for places in self._flips]
+        events = {"nt_events": [hy.nt_event_batch(guard, _Passage()) for guard in guards]} if guards else {}
+        return hy.taylor_adaptive_batch(
+            list(zip(state, rates, strict=True)),
+            np.zeros((len(state), WIDTH)),
+            tol=self.tolerance,
+            high_accuracy=self.tolerance < HIGH,
+            compact_mode=len(self.dynamics.model.joints) > SMALL,
+            pars=np.zeros((len(self._own.parameters), WIDTH)),
+            **events,
+        )
 
 
-def _motions(
-    series: Any, engine: Engine, times: Array, q: Array, v: Array, longest: float, stopped: Event
-) -> tuple[tuple[Array, Array], int]:
-    """Positions and rates (c, n, nv) from q, v (c, nv), and the steps of all."""
-    y = np.array([engine.pack(*start) for start in zip(q, v, strict=True)]).T
-    filled = y[:, np.resize(np.arange(len(q)), series.state.shape[1])]  # up to the width, with copies
-    states, steps, parts = _close_enough(series, engine, filled, times, longest, stopped)
-    fine = subdivided(times, parts)
-    rows = np.full((2, len(q), len(times), q.shape[1]), np.nan)
-    rows[:, :, 0] = q, v
-    for i, near in enumerate(q):
-        found = np.ascontiguousarray(states[:, :, i])
-        if np.isfinite(found).all():
-            rows[:, i, 1:] = [x[::parts][1:] for x in engine.unpack(fine, found, near)]
-    return (rows[0], rows[1]), int(steps[: len(q)].sum())
+class _Passage:
+    """Notes the first time at which a guard passes 0 in each place of the vector; copied with the series it belongs to."""
+
+    def __init__(self) -> None:
+        self.first = np.full(WIDTH, np.nan)
+
+    def __call__(self, series: Any, t: float, direction: int, place: int) -> None:
+        self.first[place] = np.fmin(self.first[place], t)
 
 
-def _close_enough(
-    series: Any, engine: Engine, y: Array, times: Array, longest: float, stopped: Event
-) -> tuple[Array, Places, int]:
-    """As `_along`, with so many states in each interval of the times that angles can be read from them.
-
-    What would need too many is left NaN.
-    """
-    parts = 1
-    while True:
-        fine = subdivided(times, parts)
-        states, steps = _along(series, y, fine, longest, stopped)
-        ended = [i for i in range(y.shape[1]) if np.isfinite(states[-1, :, i]).all()]
-        needed = max((engine.denser(fine, states[:, :, i], int(steps[i])) for i in ended), default=0.0)
-        if needed <= 1:
-            return states, steps, parts
-        if math.ceil(parts * needed) * len(times) > MOST_STATES:
-            states[1:] = np.nan
-            return states, steps, parts
-        parts = math.ceil(parts * needed)
-
-
-def _along(series: Any, y: Array, times: Array, longest: float, stopped: Event) -> tuple[Array, Places]:
-    """States (n, size, width) at the times from y (size, width), and their steps (width,); NaN from where one fails."""
-    width = y.shape[1]
-    states, steps = np.full((len(times), *y.shape), np.nan), np.zeros(width, dtype=np.intp)
+def _along(series: Any, y: Array, times: Array, longest: Array, stopped: Event) -> tuple[Array, Array]:
+    """States (n, size, width) at the times, and steps (width,), of `longest` (width,) s at most; NaN where one fails."""
+    states, steps = np.full((len(times), *y.shape), np.nan), np.zeros(y.shape[1])
     states[0], series.state[:] = y, y
     series.set_time(times[0])
     for first in range(0, len(times) - 1, SAMPLES_AT_ONCE):
-        grid = np.repeat(times[first : first + SAMPLES_AT_ONCE + 1, None], width, axis=1)
+        grid = np.repeat(times[first : first + SAMPLES_AT_ONCE + 1, None], y.shape[1], axis=1)
         grid[0] = series.time
-        _, found = series.propagate_grid(grid, max_steps=STEPS_AT_ONCE, max_delta_t=[SERIES * longest] * width)
+        _, found = series.propagate_grid(grid, max_steps=STEPS_AT_ONCE, max_delta_t=longest)
         outcomes, _, _, taken = zip(*series.propagate_res, strict=True)
         steps += taken
         if stopped.is_set() or any(outcome != outcome.time_limit for outcome in outcomes):
             break
         states[first + 1 : first + len(grid)] = found[1:]
     return states, steps
+
+
+class Batch(NamedTuple):
+    """The motions of a few starts; NaN behind the first sample of one that did not get to its end."""
+
+    places: Indices  # (c,)
+    q: Array  # (c, n, nv)
+    v: Array
+    steps: int
+    seconds: float
+
+
+def side_by_side(series: Series, times: Array, q: Array, v: Array, workers: int) -> Generator[Batch, None, None]:
+    """The motions from q, v (k, nv), batch by batch, in order, by threads. Close the iterator to stop."""
+
+    def run(places: Indices) -> Batch:
+        begin = time.perf_counter()
+        found = series.run([series.started(*start) for start in zip(q[places], v[places], strict=True)], times)
+        return Batch(places, found.q, found.v, int(found.steps.sum()), time.perf_counter() - begin)
+
+    pool = ThreadPoolExecutor(workers)
+    try:
+        pieces = np.split(np.arange(len(q)), range(WIDTH, len(q), WIDTH))
+        running = [pool.submit(run, places) for places in pieces]
+        while running:
+            yield running.pop(0).result()
+    finally:
+        series.stopped.set()
+        pool.shutdown(cancel_futures=True)

@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pendpin.arrays import Array, Mask
+from pendpin.arrays import Array, Indices, Mask
 from pendpin.dynamics.dynamics import Dynamics, bind
-from pendpin.dynamics.timing import timing
 from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.integrators import automatic, integrator_for, taylor_takes
 from pendpin.integrators.taylor import Taylor
@@ -24,7 +23,7 @@ from pendpin.model import kinematics
 from pendpin.model.build import FARTHEST, Model, build
 from pendpin.records import LARGEST
 from pendpin.scene import Scene, Start
-from pendpin.simulation.batches import Places, side_by_side
+from pendpin.simulation.batches import Series, side_by_side
 from pendpin.simulation.guards import OFF, ROUNDING
 from pendpin.simulation.processes import cores, spread
 from pendpin.simulation.simulate import run_to_setting
@@ -108,7 +107,7 @@ def simulate_many(
     table = _Table(q, v, len(scene.times), progress)
     try:
         if isinstance(integrator, Taylor):
-            _by_series(scene, dynamics, integrator, table, workers)
+            _by_series(scene, integrator, table, workers)
         _one_by_one(scene, table, workers)
     except (KeyboardInterrupt, Interrupted):
         reason = f"stopped by the user after {table.done.sum()} of {len(q)} starts"
@@ -200,7 +199,7 @@ class _Table:
         self.took, self.failures = _Took(), dict[int, str]()
         self.methods, self.libraries = set[str](), set[tuple[str, str]]()
 
-    def finish(self, places: Places | int, took: _Took) -> None:
+    def finish(self, places: Indices | int, took: _Took) -> None:
         """Book rows as done, and what they took."""
         self.done[places] = True
         self.took = self.took.plus(took)
@@ -230,21 +229,21 @@ class _Table:
 # --- as series, side by side ----------------------------------------------------------------------------------------
 
 
-def _by_series(scene: Scene, dynamics: Dynamics, integrator: Taylor, table: _Table, workers: int) -> None:
+def _by_series(scene: Scene, integrator: Taylor, table: _Table, workers: int) -> None:
     """Fill in what ends well; the rest wants the closer look of `simulate`."""
     table.methods.add("taylor")
     table.libraries.add((integrator.library, integrator.version))
-    start = [part[0] for part in table.starts]
-    pace = timing(dynamics, scene.effects, *start, scene.duration, scene.solver.tolerance).pace
-    longest = float(np.min(pace.shortest))
-    with closing(side_by_side(integrator, dynamics.engine, scene.times, *table.starts, workers, longest)) as batches:
+    series = Series(scene, integrator.tolerance)
+    if not series.covered:
+        return
+    with closing(side_by_side(series, scene.times, *table.starts, workers)) as batches:
         for places, q, v, steps, seconds in batches:
             table.q[places], table.v[places] = q, v
-            table.finish(places[_sound(dynamics, q, v)], _Took(steps, steps, seconds))
-    table.took = table.took.plus(_Took(compile_seconds=integrator.compile_seconds))
+            table.finish(places[ends_well(series.dynamics, q, v)], _Took(steps, steps, seconds))
+    table.took = table.took.plus(_Took(compile_seconds=series.compile_seconds))
 
 
-def _sound(dynamics: Dynamics, q: Array, v: Array) -> Mask:
+def ends_well(dynamics: Dynamics, q: Array, v: Array) -> Mask:
     """Whether each start (c,) came to its end, in numbers that are not too large, with the energy it should have."""
     good = np.asarray(((np.abs(q) <= LARGEST) & (np.abs(v) <= LARGEST)).all((1, 2)))
     if not dynamics.conservative or not good.any():

@@ -1,0 +1,102 @@
+"""What a sweep costs: over simulate_many, with one worker and two, with other blocks, beside MuJoCo and a loop of SciPy.
+
+Run it on an idle machine: python benchmarks/sweep.py [--starts 20000]
+Starts of the built-in rod, 10 s, its final angle measured; the tolerance is the coarsest decade at which the tips of
+50 starts are within 1e-9 (as benchmarks/ensembles.py finds it). MuJoCo and SciPy run as many starts as take a few seconds.
+"""
+
+import argparse
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from scipy.integrate import solve_ivp
+
+import pendpin as pp
+from ensembles import SAMPLE, alone, best_rollout, coarsest_steps, coarsest_tolerance, random_starts
+from pendpin.analysis.sweep import plan
+from pendpin.analysis.sweep import sweep as sweeps
+from pendpin.analysis.work_precision import machine
+from pendpin.dynamics.dynamics import bind
+from pendpin.scene import builtin_scene
+from pendpin.simulation.processes import cores
+
+KEYS = tuple(f"start.{what}.{name}" for what in ("positions", "velocities") for name in ("theta", "phi"))
+BLOCKS = (16, 64, 256, 1024, 4096)
+SCIPY_STARTS = 20
+SCIPY_TOLERANCE = 1e-12  # at which DOP853 is within 1e-9 after 10 s
+
+
+def clocked(run: Callable[[], Any]) -> float:
+    """The least wall time of three runs, s."""
+    times = []
+    for _ in range(3):
+        begin = time.perf_counter()
+        run()
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def scipy_seconds(scene: pp.Scene, q: np.ndarray, v: np.ndarray) -> float:
+    """One start by a plain loop of solve_ivp on pin.aba, s."""
+    import pinocchio
+
+    model = bind(scene).model.pin.copy()
+    model.gravity.linear = np.array([0.0, 0.0, -9.81])
+    data, tau = model.createData(), np.zeros(2)
+
+    def rate(t: float, y: np.ndarray) -> np.ndarray:
+        return np.concatenate([y[2:], pinocchio.aba(model, data, y[:2], y[2:], tau)])
+
+    begin = time.perf_counter()
+    for start in zip(q, v, strict=True):
+        solve_ivp(rate, (0.0, scene.duration), np.concatenate(start), method="DOP853", rtol=1e-12, atol=1e-12)
+    return (time.perf_counter() - begin) / len(q)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--starts", type=int, default=20_000)
+    given, console, scene = parser.parse_args(), Console(), builtin_scene()
+    q, v = random_starts(given.starts)
+    few = slice(0, SAMPLE)
+    known = np.array([alone(scene, *start) for start in zip(q[few], v[few], strict=True)])
+    tolerance, error = coarsest_tolerance(scene, q[few], v[few], known)
+    short = scene.model_copy(update={"solver": scene.solver.replaced(tolerance=tolerance, samples=2)})
+    cases = plan.pairs(dict(zip(KEYS, np.concatenate([q, v], 1).T, strict=True)))
+    simulated = given.starts * scene.duration
+
+    table = Table("", "setting", "simulated s per s and core", "against the first")
+    first = clocked(lambda: pp.simulate_many(short, q, v, tolerance=tolerance, workers=1))
+    table.add_row("simulate_many, one thread", f"{tolerance:g}, error {error:.1e}", f"{simulated / first:,.0f}", "1")
+
+    def measured(name: str, setting: str, cores_used: int, **options: Any) -> None:
+        took = clocked(lambda: pp.sweep(short, cases, "theta.final", **options))
+        table.add_row(name, setting, f"{simulated / took / cores_used:,.0f}", f"{took * cores_used / first:.2f}")
+
+    found = sweeps._block_size
+    for size in BLOCKS:
+        sweeps._block_size = lambda task, workers, size=size: size
+        measured("sweep, one thread", f"blocks of {size}", 1, workers=1)
+    sweeps._block_size = found
+    measured("sweep, one thread", "blocks as chosen", 1, workers=1)
+    measured(f"sweep, {cores()} threads", "blocks as chosen", cores())
+    measured("sweep, 2 processes", "blocks as chosen, with their start", 2, workers=2)
+
+    many = pp.simulate_many(scene, q[few], v[few], method="taylor", tolerance=1e-18)
+    steps, mujoco_error = coarsest_steps(scene, many, known)
+    took, threads, _ = best_rollout(scene, steps, q, v, 5.0)
+    rate = took.starts * scene.duration / took.wall / max(1, threads)
+    table.add_row("MuJoCo rollout", f"RK4, {steps} steps an output, {mujoco_error:.1e}", f"{rate:,.0f}", "")
+    each = scipy_seconds(scene, q[:SCIPY_STARTS], v[:SCIPY_STARTS])
+    table.add_row("loop of SciPy DOP853 on pin.aba", f"{SCIPY_TOLERANCE:g}", f"{scene.duration / each:,.0f}", "")
+    console.print(table)
+    console.print(machine())
+
+
+if __name__ == "__main__":
+    main()

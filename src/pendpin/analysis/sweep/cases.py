@@ -1,0 +1,247 @@
+"""Running a block of a sweep's cases: each case's numbers into the scene, a run, and its measures.
+
+Smooth scenes go in vectors (batches.py) where these cover them; every other case is simulated on its own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.util import find_spec
+from threading import Lock
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.analysis.sweep.measures import Function, Measure, Motion, accumulated, measure
+from pendpin.analysis.sweep.plan import Plan
+from pendpin.arrays import Array, Indices
+from pendpin.errors import Interrupted, PendpinError, RunError
+from pendpin.integrators import Run
+from pendpin.keypaths import parsed
+from pendpin.model.build import FARTHEST, Model, build, start_state
+from pendpin.records import LARGEST
+from pendpin.scene import Scene
+from pendpin.simulation.batches import WIDTH, Case, Motions, Series
+from pendpin.simulation.ensemble import ends_well
+from pendpin.simulation.run import fill_in
+from pendpin.simulation.simulate import run_to_setting
+from pendpin.trajectory import Trajectory
+from pendpin.versions import installed
+
+MOST_JOINTS = 10  # in vectors: five rods compile in 2 s
+LOOSER = 100.0  # times the tolerance, for what compares two runs
+Answer = tuple[Array, str]  # the measures (measures,), and why there are none
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A sweep, as it is given to whoever runs a part of it."""
+
+    scene: Scene
+    plan: Plan
+    measures: tuple[str | Function, ...]
+
+    @cached_property
+    def chosen(self) -> tuple[Measure, ...]:
+        """The measures."""
+        return tuple(measure(given) for given in self.measures)
+
+    @property
+    def two(self) -> bool:
+        """Whether a measure compares two runs."""
+        return any(m.two for m in self.chosen)
+
+    def __getstate__(self) -> dict:
+        """What is sent to another process: what is given, and nothing that follows from it."""
+        return {"scene": self.scene, "plan": self.plan, "measures": self.measures}
+
+    def __setstate__(self, state: dict) -> None:
+        self.__dict__.update(state)
+
+
+class Block(NamedTuple):
+    """The measures of some cases."""
+
+    values: Array  # (cases, measures); NaN where a case could not be run or has none
+    why: tuple[str, ...]  # why a case could not be run, "" where it could
+
+
+def run_block(task: Task, begin: int, end: int) -> Block:
+    """The measures of the cases from `begin` to `end`; what one gives does not depend on the others."""
+    rows = task.plan.rows(np.arange(begin, end))
+    answers: list[Answer | None] = [None] * len(rows)
+    vectors = vectors_of(task)
+    if vectors is not None:
+        vectors.fill(rows, answers)
+    done = [answer or run_case(task, row) for answer, row in zip(answers, rows, strict=True)]
+    return Block(np.array([values for values, _ in done]), tuple(why for _, why in done))
+
+
+def check(task: Task) -> None:
+    """Raises InputError for keys or measures that no case could have."""
+    with_numbers(task.scene, task.plan.keys, task.plan.rows(np.arange(1))[0])
+    _ = task.chosen
+
+
+def with_numbers(scene: Scene, keys: Sequence[str], row: Array) -> Scene:
+    """The scene with these numbers at their key paths. Raises InputError for what is no number of a scene."""
+    return scene.replace(dict(zip(keys, row.tolist(), strict=True)))
+
+
+# --- one by one -----------------------------------------------------------------------------------------------------
+
+
+def run_case(task: Task, row: Array) -> Answer:
+    """The case with these numbers (keys,), simulated on its own."""
+    try:
+        scene = with_numbers(task.scene, task.plan.keys, row)
+        run = run_to_setting(scene)
+        looser = run_to_setting(_looser(scene)) if task.two else run
+        return np.array([_measured(m, run, looser) for m in task.chosen]), ""
+    except Interrupted:
+        raise
+    except PendpinError as error:
+        return np.full(len(task.chosen), np.nan), str(error)
+
+
+def _measured(m: Measure, run: Trajectory, looser: Trajectory) -> float:
+    try:
+        return float(m.pair(run, looser) if m.pair else m.function(run) if m.function else np.nan)
+    except (ArithmeticError, ValueError, TypeError, LookupError) as error:
+        raise RunError(f"{m.name}: {type(error).__name__}: {error}") from None
+
+
+def _looser(scene: Scene) -> Scene:
+    """The scene at a tolerance or accuracy 100 times looser, or a step twice as long."""
+    solver = scene.solver
+    if solver.accuracy is not None:
+        given = {"accuracy": min(0.1, LOOSER * solver.accuracy)}
+    elif solver.step is not None:
+        given = {"step": 2 * solver.step}
+    else:
+        given = {"tolerance": min(0.1, LOOSER * (solver.tolerance or 0.0))}
+    return scene.model_copy(update={"solver": solver.replaced(**given)})
+
+
+# --- in vectors -----------------------------------------------------------------------------------------------------
+
+
+class Vectors:
+    """A sweep whose cases go side by side."""
+
+    def __init__(self, task: Task) -> None:
+        first = with_numbers(task.scene, task.plan.keys, task.plan.rows(np.arange(1))[0])
+        wanted = any(m.name.startswith("flip_time") for m in task.chosen)
+        sums = accumulated(build(first.model).joints) if wanted else []
+        fine = first.solver.tolerance or 0.0
+        self.task, self.scene = task, first
+        self.times = first.times[[0, -1]] if all(m.ends for m in task.chosen) else first.times
+        self.series = [Series(first, x, sums) for x in ([fine, min(0.1, LOOSER * fine)] if task.two else [fine])]
+        self._joints = _start_joints(task, self.series[0].dynamics.model)
+        self._start = start_state(self.series[0].dynamics.model, first.start)
+
+    def fill(self, rows: Array, answers: list[Answer | None]) -> None:
+        """Put in the answers of the cases that go well; None is left for those that do not."""
+        cases = [(place, numbers) for place, row in enumerate(rows) if (numbers := self._case(row)) is not None]
+        for begin in range(0, len(cases), WIDTH):
+            places, numbers = zip(*cases[begin : begin + WIDTH], strict=True)
+            found = [series.run(numbers, self.times) for series in self.series]
+            for place, answer in zip(places, self._answers(rows[list(places)], found), strict=True):
+                answers[place] = answer
+
+    def _case(self, row: Array) -> Case | None:
+        """The case with these numbers (keys,); None for one that `simulate` has to look at."""
+        series = self.series[0]
+        if self._joints is not None:
+            state = np.array(self._start)
+            state[self._joints] = row
+            good = (np.abs(state[0]) <= FARTHEST).all() and (np.abs(state[1]) <= LARGEST).all()
+            return series.started(*state) if good else None
+        try:
+            return series.case(with_numbers(self.task.scene, self.task.plan.keys, row))
+        except PendpinError:
+            return None  # simulate says why
+
+    def _answers(self, rows: Array, found: list[Motions]) -> list[Answer | None]:
+        """What the cases with these numbers (c, keys) give; None for one that has to be simulated on its own."""
+        series, t = self.series[0], self.scene.start.time + self.times
+        good = np.all([np.isfinite(one.q).all((1, 2)) & np.isfinite(one.v).all((1, 2)) for one in found], axis=0)
+        if not any(key.startswith("model") for key in self.task.plan.keys):
+            good &= ends_well(series.dynamics, found[0].q, found[0].v)
+        motions = [Motion(series.dynamics.model, t, one.q, one.v, one.flips) for one in found]
+        known = {m.name: values for m in self.task.chosen if (values := _of_motions(m, motions)) is not None}
+        return [self._answer(i, rows[i], known, found) if ok else None for i, ok in enumerate(good)]
+
+    def _answer(self, i: int, row: Array, known: dict[str, Array], found: list[Motions]) -> Answer:
+        """The measures of one case: those that are known, the others from whole runs."""
+        values, runs = np.full(len(self.task.chosen), np.nan), list[Trajectory]()
+        try:
+            for k, m in enumerate(self.task.chosen):
+                if m.name in known:
+                    values[k] = known[m.name][i]
+                else:
+                    runs = runs or [self._whole(row, one, i) for one in found]
+                    values[k] = _measured(m, runs[0], runs[-1])
+        except PendpinError as error:
+            return np.full(len(values), np.nan), str(error)
+        return values, ""
+
+    def _whole(self, row: Array, found: Motions, place: int) -> Trajectory:
+        """The trajectory of a case, with forces and energies."""
+        scene = with_numbers(self.scene, self.task.plan.keys, row).by("taylor", self.series[0].tolerance)
+        dynamics = self.series[0].bound(scene)
+        version = installed("heyoka")["heyoka"] or ""
+        steps, none = int(found.steps[place]), np.zeros((len(scene.times), 0))
+        run = Run(scene.times, found.q[place], found.v[place], None, none, steps, steps, 0, 0.0, "heyoka", version)
+        return fill_in(scene, dynamics, None, run)
+
+
+def _of_motions(m: Measure, motions: list[Motion]) -> Array | None:
+    """The measure (c,) from positions and rates alone; None where these do not say it."""
+    try:
+        if m.two:
+            return m.of_motions(*motions) if m.of_motions else None
+        return m.of_motion(motions[0]) if m.of_motion else None
+    except LookupError:  # a series of something else
+        return None
+
+
+def _start_joints(task: Task, model: Model) -> tuple[Indices, Indices] | None:
+    """Where in (q, v) each key belongs, if all are angles or rates of the start in radians; else None."""
+    paths = [parsed(key) for key in task.plan.keys]
+    fields = ("positions", "velocities")
+    if (
+        any(len(path) != 3 or path[0] != "start" or path[1] not in fields for path in paths)
+        or task.scene.start.unit == "degrees"
+    ):
+        return None
+    joints = [path[2] if isinstance(path[2], int) else model.index(path[2], "vary") for path in paths]
+    return np.array([fields.index(str(path[1])) for path in paths]), np.array(joints)
+
+
+_VECTORS: dict[str, Vectors | None] = {}
+_LOCK = Lock()
+
+
+def vectors_of(task: Task) -> Vectors | None:
+    """What runs the task in vectors, made once in a process; None where that cannot be."""
+    name = f"{task.plan.identity} {[m.name for m in task.chosen]} {task.scene.model_dump_json()}"
+    with _LOCK:
+        if name not in _VECTORS:
+            _VECTORS.clear()
+            _VECTORS[name] = _made(task)
+        return _VECTORS[name]
+
+
+def _made(task: Task) -> Vectors | None:
+    """None for a scene that series do not take, or a key that changes how it is run."""
+    solver, kinds = task.scene.solver, {parsed(key)[0] for key in task.plan.keys}
+    if find_spec("heyoka") is None or solver.method not in ("auto", "taylor") or solver.accuracy is not None:
+        return None
+    if kinds - {"model", "effects", "start"} or "start.time" in task.plan.keys:
+        return None
+    smooth = all(effect.smooth for effect in task.scene.effects)
+    if not smooth or len(build(task.scene.model).joints) > MOST_JOINTS or solver.engine != "auto":
+        return None
+    made = Vectors(task)
+    return made if made.series[0].covered else None

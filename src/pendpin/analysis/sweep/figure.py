@@ -1,0 +1,152 @@
+"""The result of a sweep as one figure: a line for one dimension, a map for two, small maps for three."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array, Mask
+from pendpin.errors import InputError, choices
+from pendpin.files import write_whole
+from pendpin.graphics.figure import picture_kind, plain_text
+
+DOUBTFUL = 1e-3  # of a measure's range: a spread beyond is hatched
+DIVERGED = 1e-2  # a divergence beyond is hatched
+MOST_PANELS = 12
+MARGIN = 0.02
+
+
+def save_map(dataset: Any, path: str | Path, measure: str | None = None) -> Path:
+    """Write the figure of one measure, the first unless named, to a .png, .pdf or .svg. Raises InputError."""
+    path = Path(path)
+    kind = picture_kind(path)
+    with plain_text():
+        figure = draw_map(dataset, measure)
+        return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=150))
+
+
+def draw_map(dataset: Any, measure: str | None = None) -> Any:
+    """The figure of one measure. Raises InputError for one that is not there, or more than three dimensions."""
+    name = measure or next(iter(names_of(dataset)))
+    if name not in names_of(dataset):
+        raise InputError(f"measure: {name} is not one of: {choices(names_of(dataset))}")
+    values, doubtful = dataset[name], doubtful_cells(dataset, name)
+    dims = [str(dim) for dim in values.dims]
+    if len(dims) == 1:
+        return _line(dataset, name, dims[0])
+    if len(dims) == 2:
+        return _maps(name, dims, dataset, [(values.values, doubtful, "")])
+    if len(dims) == 3 and values.shape[0] <= MOST_PANELS:
+        panels = [
+            (values.values[i], doubtful[i], f"{label(dims[0])} = {x:.4g}")
+            for i, x in enumerate(dataset[dims[0]].values)
+        ]
+        return _maps(name, dims[1:], dataset, panels)
+    shape = " x ".join(str(n) for n in values.shape)
+    raise InputError(
+        f"a sweep of {shape} cases has no figure: up to three dimensions, the first of up to {MOST_PANELS}"
+    )
+
+
+def names_of(dataset: Any) -> list[str]:
+    """The measures of a sweep."""
+    return [str(name) for name in dataset.data_vars if name != "why"]
+
+
+def doubtful_cells(dataset: Any, name: str) -> Mask:
+    """The cases in which the measure is not to be believed: two tolerances disagree."""
+    values = dataset[name].values
+    finite = values[np.isfinite(values)]
+    limit = DOUBTFUL * (np.ptp(finite) if finite.size else 0.0)
+    if f"{name}.spread" in dataset:
+        return ~(dataset[f"{name}.spread"].values <= limit)
+    if "divergence" in dataset and name != "divergence":
+        return ~(dataset["divergence"].values <= DIVERGED)
+    return np.zeros(values.shape, bool)
+
+
+def label(key: str) -> str:
+    """A key path as an axis names it, with its unit where it has one: theta_1 (rad) of start.positions.theta_1."""
+    name = key.rpartition(".")[2] if key.startswith("start.") else key
+    units = {"start.positions": "rad", "start.velocities": "rad/s"}
+    last = {"length": "m", "mass": "kg", "radius": "m", "payload": "kg", "com": "m", "frequency": "rad/s"}
+    unit = units.get(key.rpartition(".")[0], last.get(key.rpartition(".")[2], ""))
+    return f"{name} ({unit})" if unit else name
+
+
+def title(name: str, dataset: Any) -> str:
+    """A measure with its unit."""
+    unit = dataset[name].attrs.get("units", "")
+    return f"{name} ({unit})" if unit else name
+
+
+def _line(dataset: Any, name: str, dim: str) -> Any:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8, 4.5), layout="constrained")
+    ax, keys = figure.subplots(), list(dataset.attrs.get("keys", [dim]))
+    if dim in keys:
+        x, y = dataset[dim].values, dataset[name].values
+        ax.plot(x, y, color="#2b6cb0", linewidth=1.6)
+        doubtful = doubtful_cells(dataset, name)
+        ax.plot(x[doubtful], y[doubtful], "x", color="#c53030", label="two tolerances disagree")
+    else:  # samples: the measure against the first number that is varied
+        x = dataset[keys[0]].values
+        ax.plot(x, dataset[name].values, ".", color="#2b6cb0", markersize=3)
+    ax.set_xlabel(label(dim if dim in keys else keys[0]))
+    ax.set_ylabel(title(name, dataset))
+    ax.grid(alpha=0.25, linewidth=0.6)
+    ax.spines[["top", "right"]].set_visible(False)
+    if ax.get_legend_handles_labels()[0] and doubtful_cells(dataset, name).any():
+        ax.legend(frameon=False)
+    return figure
+
+
+def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Mask, str]]) -> Any:
+    """Maps with one scale of colours; the first dimension goes to the right, the second up."""
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    columns = min(len(panels), 4)
+    rows = -(-len(panels) // columns)
+    figure = Figure(figsize=(2.0 + 4.6 * columns if columns > 1 else 7.6, 1.2 + 4.4 * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    x, y = (dataset[dim].values for dim in dims)
+    colours = _colours([values for values, _, _ in panels])
+    mesh: Any = None
+    for ax, (values, doubtful, text) in zip(axes.flat, panels, strict=False):
+        ax.set_facecolor("#e2e8f0")  # where there is no value
+        mesh = ax.pcolormesh(x, y, np.where(doubtful, np.nan, values).T, shading="nearest", rasterized=True, **colours)
+        if doubtful.any():
+            ax.contourf(x, y, doubtful.T.astype(float), levels=[0.5, 1.5], colors="none", hatches=["////"])
+        ax.set_title(text, fontsize=10)
+    for ax in axes[-1]:
+        ax.set_xlabel(label(dims[0]))
+    for ax in axes[:, 0]:
+        ax.set_ylabel(label(dims[1]))
+    for ax in axes.flat[len(panels) :]:
+        ax.remove()
+    figure.colorbar(mesh, ax=axes, label=title(name, dataset), shrink=0.9)
+    patches = _legend(panels, Patch)
+    if patches:
+        figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False, fontsize=9)
+    return figure
+
+
+def _colours(arrays: list[Array]) -> dict[str, Any]:
+    """Perceptual colours over the range of all; symmetric ones where the measure has both signs."""
+    found = np.concatenate([array[np.isfinite(array)].ravel() for array in arrays])
+    low, high = (float(found.min()), float(found.max())) if found.size else (0.0, 1.0)
+    if low < 0 < high:
+        most = max(-low, high)
+        return {"cmap": "RdBu_r", "vmin": -most, "vmax": most}
+    return {"cmap": "viridis", "vmin": low, "vmax": high if high > low else low + 1.0}
+
+
+def _legend(panels: list[tuple[Array, Mask, str]], patch: Any) -> list[Any]:
+    found = []
+    if any(doubtful.any() for _, doubtful, _ in panels):
+        found.append(patch(facecolor="#e2e8f0", hatch="////", edgecolor="#4a5568", label="two tolerances disagree"))
+    if any((np.isnan(values) & ~doubtful).any() for values, doubtful, _ in panels):
+        found.append(patch(facecolor="#e2e8f0", label="none, or not run"))
+    return found

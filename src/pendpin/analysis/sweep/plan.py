@@ -1,0 +1,212 @@
+"""Which cases a sweep has: a grid, pairs, random samples or the rows of a CSV file, over numbers named by key paths."""
+
+import csv
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pendpin.arrays import Array, Indices
+from pendpin.errors import InputError, inside, shown
+from pendpin.files import read_whole
+
+CASE = "case"  # the dimension of what is no grid
+MOST_CASES = 100_000_000
+MAX_CSV_BYTES = 100_000_000
+METHODS = ("random", "latin", "sobol")  # of sampling
+_AXIS = re.compile(r"(?P<key>[^=]+)=(?P<rest>.+)")
+_NORMAL = re.compile(r"normal\((?P<mean>[^,]+),(?P<deviation>[^,]+)\)")
+
+Spread = tuple[str, float, float]  # "uniform", low, high; or "normal", mean, standard deviation
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The cases of a sweep. `keys` are key paths; `dims` the names and sizes of the dimensions of the result.
+
+    A grid has a dimension for each key, with `values[key]` along it; anything else has the one dimension "case", and
+    `values[key]` holds a number for each case.
+    """
+
+    keys: tuple[str, ...]
+    values: Mapping[str, Array]
+    grid: bool
+
+    @property
+    def dims(self) -> dict[str, int]:
+        """The dimensions and their sizes."""
+        if self.grid:
+            return {key: len(self.values[key]) for key in self.keys}
+        return {CASE: len(self.values[self.keys[0]])}
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The sizes of the dimensions."""
+        return tuple(self.dims.values())
+
+    @property
+    def count(self) -> int:
+        """How many cases there are."""
+        return int(np.prod(self.shape))
+
+    def rows(self, places: Indices) -> Array:
+        """The numbers (cases, keys) of some cases, by their places in C order."""
+        if not self.grid:
+            return np.stack([self.values[key][places] for key in self.keys], -1)
+        indices = np.unravel_index(places, self.shape)
+        return np.stack([self.values[key][index] for key, index in zip(self.keys, indices, strict=True)], -1)
+
+    @property
+    def identity(self) -> str:
+        """A digest of all cases, so that another sweep is told from this one."""
+        digest = sha256(json.dumps([self.keys, self.grid]).encode())
+        for key in self.keys:
+            digest.update(np.ascontiguousarray(self.values[key]).tobytes())
+        return digest.hexdigest()[:32]
+
+
+def grid(values: Mapping[str, ArrayLike]) -> Plan:
+    """Every combination of the values (k,) of each key. Raises InputError for values that are no finite numbers."""
+    return _checked(Plan(tuple(values), {key: _numbers(key, given) for key, given in values.items()}, True))
+
+
+def pairs(values: Mapping[str, ArrayLike]) -> Plan:
+    """The first values of all keys, then the second ones, ... Raises InputError where keys differ in length."""
+    columns = {key: _numbers(key, given) for key, given in values.items()}
+    lengths = {key: len(column) for key, column in columns.items()}
+    if len(set(lengths.values())) > 1:
+        words = ", ".join(f"{key} has {length}" for key, length in lengths.items())
+        raise InputError(f"vary: pairs need as many values for each key: {words}")
+    return _checked(Plan(tuple(columns), columns, False))
+
+
+def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", seed: int = 0) -> Plan:
+    """`count` random cases, each key uniform or normal, by scipy.stats.qmc: Latin hypercube, Sobol' or plain random.
+
+    Raises InputError for a count, method or spread that cannot be.
+    """
+    from scipy.stats import norm, qmc
+
+    if not 1 <= count <= MOST_CASES:
+        raise InputError(f"sample: {count} is not a count from 1 to {MOST_CASES}")
+    if method not in METHODS:
+        raise InputError(f"sample: {shown(method)} is not one of: {', '.join(METHODS)}")
+    if method == "random":
+        unit = np.random.default_rng(seed).random((count, len(spreads)))
+    elif method == "latin":
+        unit = qmc.LatinHypercube(len(spreads), rng=seed).random(count)
+    else:
+        unit = qmc.Sobol(len(spreads), rng=seed).random(count)
+    unit = np.clip(unit, 2.0**-53, 1 - 2.0**-53)  # so that a normal one stays finite
+    columns = {}
+    for (key, (kind, one, other)), u in zip(spreads.items(), unit.T, strict=True):
+        _check_spread(key, kind, one, other)
+        columns[key] = one + u * (other - one) if kind == "uniform" else np.asarray(norm.ppf(u, one, other))
+    return _checked(Plan(tuple(columns), columns, False))
+
+
+def cases_of(path: Path) -> Plan:
+    """The cases in a CSV file: a head line of key paths, then a row of numbers for each case. Raises InputError."""
+    with inside(str(path)):
+        text = read_whole(path, MAX_CSV_BYTES, "a CSV of cases")
+        try:
+            head, *rows = [row for row in csv.reader(text.decode("utf-8-sig").splitlines()) if any(row)]
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise InputError(f"not a CSV file: {error}") from None
+        except ValueError:
+            raise InputError("it is empty; the first line names the numbers, such as model.rods[0].mass") from None
+        for number, row in enumerate(rows, 2):
+            if len(row) != len(head):
+                raise InputError(f"line {number}: {len(row)} values, where the first line names {len(head)}")
+        keys = [name.strip() for name in head]
+        if len(set(keys)) < len(keys):
+            raise InputError("a name is there twice in the first line")
+        return pairs({key: [row[i] for row in rows] for i, key in enumerate(keys)})
+
+
+# --- as on the command line -----------------------------------------------------------------------------------------
+
+
+def read_axes(texts: Sequence[str]) -> dict[str, Array]:
+    """Values by key from texts like KEY=FROM:TO:COUNT or KEY=1,2,5. Raises InputError."""
+    return _each(texts, _axis)
+
+
+def read_spreads(texts: Sequence[str]) -> dict[str, Spread]:
+    """Spreads by key from texts like KEY=LOW:HIGH or KEY=normal(MEAN,DEVIATION). Raises InputError."""
+    return _each(texts, _spread)
+
+
+def _each(texts: Sequence[str], read: Any) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for text in texts:
+        match = _AXIS.fullmatch(text.strip())
+        if match is None:
+            raise InputError(f"--vary: {shown(text)} is not KEY=FROM:TO:COUNT, such as model.rods[0].length=0.5:2:16")
+        key = match["key"].strip()
+        if key in found:
+            raise InputError(f"--vary: {key} is given twice")
+        found[key] = read(key, match["rest"].strip())
+    return found
+
+
+def _axis(key: str, text: str) -> Array:
+    if ":" not in text:
+        return np.array([_number(key, part) for part in text.split(",")])
+    parts = text.split(":")
+    if len(parts) != 3 or not parts[2].strip().isdecimal() or not 1 <= int(parts[2]) <= MOST_CASES:
+        raise InputError(f"--vary: {key}: {shown(text)} is not FROM:TO:COUNT with a count of 1 or more")
+    return np.linspace(_number(key, parts[0]), _number(key, parts[1]), int(parts[2]))
+
+
+def _spread(key: str, text: str) -> Spread:
+    normal, parts = _NORMAL.fullmatch(text), text.split(":")
+    if normal:
+        return "normal", _number(key, normal["mean"]), _number(key, normal["deviation"])
+    if len(parts) != 2:
+        raise InputError(f"--vary: {key}: {shown(text)} is not LOW:HIGH or normal(MEAN,DEVIATION), as --sample takes")
+    return "uniform", _number(key, parts[0]), _number(key, parts[1])
+
+
+def _number(key: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"--vary: {key}: {shown(text.strip())} is not a number") from None
+
+
+# --- what is refused ------------------------------------------------------------------------------------------------
+
+
+def _numbers(key: str, given: ArrayLike) -> Array:
+    try:
+        values = np.array(given, dtype=float)
+    except (ValueError, TypeError):
+        raise InputError(f"vary: {key}: {shown(given)} are not numbers") from None
+    if values.ndim != 1 or not len(values):
+        raise InputError(f"vary: {key}: a list of one or more numbers is wanted, not shape {values.shape}")
+    if not np.isfinite(values).all():
+        raise InputError(f"vary: {key}: value {int(np.argmin(np.isfinite(values)))} is not a finite number")
+    return values
+
+
+def _check_spread(key: str, kind: str, one: float, other: float) -> None:
+    if kind not in ("uniform", "normal"):
+        raise InputError(f"vary: {key}: {shown(kind)} is not one of: uniform, normal")
+    if not (np.isfinite(one) and np.isfinite(other)) or (one >= other if kind == "uniform" else other <= 0):
+        wanted = "a lower and a higher number" if kind == "uniform" else "a mean and a standard deviation above 0"
+        raise InputError(f"vary: {key}: {one:g}, {other:g}: {wanted} are wanted")
+
+
+def _checked(plan: Plan) -> Plan:
+    if not plan.keys:
+        raise InputError("vary: nothing is varied; name a number of the scene, such as model.rods[0].length")
+    if plan.count > MOST_CASES:
+        raise InputError(f"vary: {plan.count} cases, where {MOST_CASES} are the most")
+    return plan

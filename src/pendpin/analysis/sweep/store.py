@@ -1,0 +1,279 @@
+"""The results of a sweep, in memory or in a Zarr store that is written block by block, each whole or not at all.
+
+A store holds a variable for each measure over the dimensions of the plan, `why`, the coordinates, and `done`, one number for
+each block, which is set when the block's values are there. A sweep goes on from the blocks that are done.
+"""
+
+import csv
+import io
+import json
+import os
+import shutil
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendpin.analysis.sweep.cases import Block, Task
+from pendpin.arrays import Array
+from pendpin.errors import InputError, shown
+from pendpin.files import write_whole
+from pendpin.versions import VERSION, installed
+
+FORMAT = 1
+LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")
+REMEDY = "delete it or name another store"
+
+
+class Blocks:
+    """How the cases are cut: block i is the cases from i * size on, whole rows of the trailing dimensions."""
+
+    def __init__(self, shape: tuple[int, ...], wanted: int) -> None:
+        self.shape, self.count = shape, int(np.prod(shape))
+        trailing = np.cumprod([1, *shape[::-1]])[::-1]  # cases behind one place of each dimension, and of all
+        axis = int(np.argmax(trailing[1:] <= max(wanted, 1)))  # the first whose single places are small enough
+        along = max(1, min(shape[axis], wanted // int(trailing[axis + 1])))
+        self.chunks = (1,) * axis + (along,) + shape[axis + 1 :]
+        self.grid = tuple(-(-n // c) for n, c in zip(shape, self.chunks, strict=True))
+        self.blocks = int(np.prod(self.grid))
+
+    @classmethod
+    def of(cls, shape: tuple[int, ...], chunks: tuple[int, ...]) -> "Blocks":
+        """The cut with these chunks."""
+        return cls(shape, int(np.prod(chunks)))
+
+    def region(self, block: int) -> tuple[slice, ...]:
+        """Where a block is, as slices of the dimensions."""
+        places = np.unravel_index(block, self.grid)
+        return tuple(
+            slice(int(i) * c, min((int(i) + 1) * c, n)) for i, c, n in zip(places, self.chunks, self.shape, strict=True)
+        )
+
+    def span(self, block: int) -> tuple[int, int]:
+        """The first case of a block, and the one behind its last, in C order."""
+        region = self.region(block)
+        first = int(np.ravel_multi_index([s.start for s in region], self.shape))
+        return first, first + int(np.prod([s.stop - s.start for s in region]))
+
+
+class Memory:
+    """Results that stay in this process."""
+
+    def __init__(self, task: Task, blocks: Blocks) -> None:
+        self.task, self.blocks = task, blocks
+        shape = task.plan.shape
+        self._values = {m.name: np.full(shape, np.nan) for m in task.chosen}
+        self._why = np.full(shape, "", dtype=object)
+        self._done = np.zeros(blocks.blocks, bool)
+
+    def left(self) -> list[int]:
+        """The blocks that are not done."""
+        return np.flatnonzero(~self._done).tolist()
+
+    def put(self, block: int, found: Block) -> None:
+        """Take over the results of a block."""
+        region = self.blocks.region(block)
+        shape = tuple(s.stop - s.start for s in region)
+        for (_, array), column in zip(self._values.items(), found.values.T, strict=True):
+            array[region] = column.reshape(shape)
+        self._why[region] = np.array(found.why, dtype=object).reshape(shape)
+        self._done[block] = True
+
+    def dataset(self) -> Any:
+        """The xarray.Dataset of what is done; the rest is NaN, with the reason "not run"."""
+        import xarray
+
+        for block in self.left():
+            self._why[self.blocks.region(block)] = "not run"
+        dims = tuple(self.task.plan.dims)
+        variables = {name: (dims, array) for name, array in self._values.items()} | {"why": (dims, self._why)}
+        return described(xarray.Dataset(variables, coordinates(self.task)), self.task)
+
+
+class Store:
+    """Results in a Zarr store; made anew, or gone on with where it is there. Raises InputError where that cannot be."""
+
+    def __init__(self, task: Task, path: Path, wanted: int) -> None:
+        self.task, self.path = task, path
+        with _one_line(path):
+            if path.exists():
+                self._check()
+            else:
+                _create(task, Blocks(task.plan.shape, wanted), path)
+            import zarr
+
+            self._group: Any = zarr.open_group(str(path), mode="r+")
+        self.blocks = Blocks.of(task.plan.shape, tuple(self._group[task.chosen[0].name].chunks))
+
+    def left(self) -> list[int]:
+        """The blocks that are not done."""
+        with _one_line(self.path):
+            done = np.asarray(self._group["done"][:])
+        return np.flatnonzero(done == 0).tolist()
+
+    def put(self, block: int, found: Block) -> None:
+        """Write the results of a block, then that it is done."""
+        region = self.blocks.region(block)
+        shape = tuple(s.stop - s.start for s in region)
+        with _one_line(self.path):
+            group = self._group
+            for m, column in zip(self.task.chosen, found.values.T, strict=True):
+                group[m.name][region] = column.reshape(shape)
+            if any(found.why):
+                group["why"][region] = np.array(found.why, dtype=object).reshape(shape)
+            group["done"][block] = 1
+
+    def dataset(self) -> Any:
+        """The xarray.Dataset of the store, read when it is asked for."""
+        return load(self.path)
+
+    def _check(self) -> None:
+        with _quiet():
+            import zarr
+
+            try:
+                attributes = dict(zarr.open_group(str(self.path), mode="r").attrs)
+            except (OSError, ValueError, KeyError) as error:
+                raise InputError(f"it is no store of a sweep ({error}); {REMEDY}") from None
+        if attributes.get("pendpin_sweep") != FORMAT:
+            raise InputError(f"it is no store of a sweep; {REMEDY}")
+        for name, value in _identity(self.task).items():
+            if attributes.get(name) != value:
+                raise InputError(
+                    f"it holds another sweep: its {name.replace('_', ' ')} differs, {shown(attributes.get(name), 40)} "
+                    f"there and {shown(value, 40)} here; {REMEDY}"
+                )
+
+
+def load(path: Path) -> Any:
+    """The xarray.Dataset of a store, finished or not. Raises InputError for anything else."""
+    with _one_line(path), _quiet():
+        import xarray
+
+        if not path.is_dir():
+            raise InputError("there is no store of a sweep")
+        try:
+            found = xarray.open_zarr(str(path), consolidated=False, chunks=None)
+        except (OSError, ValueError, KeyError) as error:
+            raise InputError(f"it is no store of a sweep: {error}") from None
+        if found.attrs.get("pendpin_sweep") != FORMAT:
+            raise InputError("it is no store of a sweep")
+        return found.drop_vars("done")
+
+
+def coordinates(task: Task) -> dict[str, Any]:
+    """The coordinates of a sweep's result: the values of each key."""
+    plan = task.plan
+    if plan.grid:
+        return {key: (key, plan.values[key]) for key in plan.keys}
+    dimension = next(iter(plan.dims))
+    return {dimension: np.arange(plan.count)} | {key: (dimension, plan.values[key]) for key in plan.keys}
+
+
+def described(dataset: Any, task: Task) -> Any:
+    """The dataset with units and with what was run."""
+    for m in task.chosen:
+        dataset[m.name].attrs["units"] = m.unit
+    dataset.attrs.update(_identity(task), pendpin_sweep=FORMAT)
+    return dataset
+
+
+def _identity(task: Task) -> dict[str, Any]:
+    """What has to be the same for a sweep to be gone on with."""
+    versions = {"pendpin": VERSION} | installed(*LIBRARIES)
+    return {
+        "scene": json.dumps(task.scene.model_dump(mode="json"), sort_keys=True),
+        "keys": list(task.plan.keys),
+        "cases": task.plan.identity,
+        "measures": [m.name for m in task.chosen],
+        "versions": json.dumps(versions, sort_keys=True),
+    }
+
+
+def _create(task: Task, blocks: Blocks, path: Path) -> None:
+    """Make an empty store beside its place, then put it there."""
+    import zarr
+
+    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    shutil.rmtree(draft, ignore_errors=True)
+    try:
+        with _quiet():
+            group = zarr.open_group(str(draft), mode="w")
+            group.attrs.update({**_identity(task), "pendpin_sweep": FORMAT})
+            names = list(task.plan.dims)
+            for m in task.chosen:
+                made = _array(group, m.name, blocks.shape, blocks.chunks, "f8", np.nan, names)
+                made.attrs["units"] = m.unit
+            _array(group, "why", blocks.shape, blocks.chunks, str, "", names)
+            _array(group, "done", (blocks.blocks,), (1,), "i1", 0, ["block"])
+            for name, value in coordinates(task).items():
+                dimension, values = value if isinstance(value, tuple) else (name, value)
+                _array(group, name, values.shape, values.shape, values.dtype.str, 0, [dimension])[:] = values
+        draft.rename(path)
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+
+
+def _array(
+    group: Any, name: str, shape: tuple[int, ...], chunks: tuple[int, ...], dtype: Any, fill: Any, names: list[str]
+) -> Any:
+    return group.create_array(name, shape=shape, chunks=chunks, dtype=dtype, fill_value=fill, dimension_names=names)
+
+
+@contextmanager
+def _one_line(path: Path) -> Iterator[None]:
+    """What goes wrong with the store, a full disk too, is an InputError that names it."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Zarr warns of text, which other readers of the format may lack."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def summary(found: Any) -> Array:
+    """How many cases there are, how many were not run, how many could not be: (3,)."""
+    why = found["why"].values
+    return np.array([why.size, (why == "not run").sum(), ((why != "") & (why != "not run")).sum()])
+
+
+def write_table(found: Any, path: Path) -> Path:
+    """Write every case as a row of a CSV file, whole or not at all: its numbers, its measures, why it has none."""
+    keys = [str(key) for key in found.attrs["keys"]]
+    names = [str(name) for name in found.data_vars]
+    grids = [np.broadcast_to(column, found[names[0]].shape) for column in _columns(found, keys)]
+    rows = zip(*(grid.ravel() for grid in grids), *(found[name].values.ravel() for name in names), strict=True)
+
+    def write(file: Any) -> None:
+        text = io.TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)
+        writer = csv.writer(text)
+        writer.writerow([*keys, *names])
+        writer.writerows([_cell(x) for x in row] for row in rows)
+        text.detach()
+
+    return write_whole(path, write)
+
+
+def _cell(x: Any) -> str:
+    return x if isinstance(x, str) else repr(float(x))
+
+
+def _columns(found: Any, keys: list[str]) -> Iterator[Array]:
+    """The values of each key, to be broadcast over the cases."""
+    for key in keys:
+        values = found[key].values
+        if key in found.dims:
+            axis = list(found[next(iter(found.data_vars))].dims).index(key)
+            values = values.reshape([-1 if i == axis else 1 for i in range(len(found.dims))])
+        yield values

@@ -1,0 +1,114 @@
+"""One scene with many sets of numbers: every case is run and measured."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from pendpin.analysis.sweep import plan as plans
+from pendpin.analysis.sweep.cases import Task, check, run_block
+from pendpin.analysis.sweep.measures import Function
+from pendpin.analysis.sweep.plan import Plan
+from pendpin.analysis.sweep.store import Blocks, Memory, Store
+from pendpin.analysis.sweep.workers import in_threads, local_cluster, on_cluster, remote_cluster
+from pendpin.errors import InputError, Interrupted, MissingLibrary, RunError
+from pendpin.scene import Scene, load_scene
+from pendpin.simulation.processes import cores
+
+PILOT = 4  # cases, that tell how long a block may be
+BLOCK_SECONDS = 3.0  # of a block
+FEWEST_BLOCKS = 8  # for each worker, so that none waits long for the last
+LARGEST_BLOCK = 20_000  # cases
+
+Progress = Callable[[int, int], None]  # cases done, cases in all
+
+
+def sweep(
+    scene: Scene | str | Path,
+    vary: Mapping[str, ArrayLike] | Plan,
+    measure: Sequence[str | Function] | str | Function = ("swing",),
+    *,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    dask: str | None = None,
+    method: str | None = None,
+    tolerance: float | None = None,
+    accuracy: float | None = None,
+    progress: Progress = lambda done, count: None,
+) -> Any:
+    """The measures of every case of a scene, as an xarray.Dataset with a dimension for each number that is varied.
+
+    `vary` maps key paths of numbers of the scene (`model.rods[0].length`, `start.positions.theta_1`) to their values: a
+    grid; or it is a Plan (pendpin.analysis.sweep.plan: pairs, samples, cases_of). `measure` names what is measured of each
+    run (docs/sweep.md lists the names), or is a function of a Trajectory. method, tolerance and accuracy stand in for
+    those of the scene.
+
+    A case that cannot be run is NaN, with the reason in the variable `why`. With `out`, a Zarr store is written block by
+    block; the same call goes on with it after an interrupt and ends with the same numbers. The work is done by threads of
+    this process, by `workers` processes on this machine, or by the Dask cluster at the address `dask`.
+
+    Raises InputError for keys, measures or a store that cannot be used; Interrupted (Ctrl-C) with the Dataset so far as
+    `partial`; MissingLibrary without the extra `sweep`.
+    """
+    _require()
+    scene = scene if isinstance(scene, Scene) else load_scene(scene)
+    given = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
+    solver = scene.solver.replaced(**{name: value for name, value in given.items() if value is not None})
+    plan = vary if isinstance(vary, Plan) else plans.grid(vary)
+    wanted = (measure,) if isinstance(measure, str) or callable(measure) else tuple(measure)
+    task = Task(scene.model_copy(update={"solver": solver}), plan, wanted)
+    check(task)
+    if workers is not None and workers < 1:
+        raise InputError(f"workers: {workers} is not a count of 1 or more")
+    size = _block_size(task, workers or cores()) if out is None or not Path(out).exists() else 1
+    results = Memory(task, Blocks(plan.shape, size)) if out is None else Store(task, Path(out), size)
+    _run(task, results, workers, dask, progress)
+    return results.dataset()
+
+
+def _run(task: Task, results: Memory | Store, workers: int | None, dask: str | None, progress: Progress) -> None:
+    blocks, count = results.blocks, task.plan.count
+    left = results.left()
+    done = count - sum(end - begin for begin, end in map(blocks.span, left))
+    progress(done, count)
+    with ExitStack() as stack:
+        if dask is not None:
+            found = on_cluster(task, left, blocks.span, stack.enter_context(remote_cluster(dask)))
+        elif workers is not None and workers > 1:
+            found = on_cluster(task, left, blocks.span, stack.enter_context(local_cluster(workers)))
+        else:
+            found = in_threads(task, left, blocks.span, workers or cores())
+        try:
+            with closing(found):
+                for block, values in found:
+                    results.put(block, values)
+                    begin, end = blocks.span(block)
+                    done += end - begin
+                    progress(done, count)
+        except (KeyboardInterrupt, Interrupted):
+            again = "; the same sweep goes on from there" if isinstance(results, Store) else ""
+            raise Interrupted(f"stopped by the user after {done} of {count} cases{again}", results.dataset()) from None
+        except RunError as error:
+            raise RunError(str(error), results.dataset()) from None
+
+
+def _block_size(task: Task, workers: int) -> int:
+    """How many cases make a block of a few seconds."""
+    few = min(PILOT, task.plan.count)
+    run_block(task, 0, 1)  # what is compiled or imported is not counted
+    begin = time.perf_counter()
+    run_block(task, 0, few)
+    each = max((time.perf_counter() - begin) / few, 1e-6)
+    fair = -(-task.plan.count // (FEWEST_BLOCKS * workers))
+    return max(1, min(int(BLOCK_SECONDS / each), fair, LARGEST_BLOCK))
+
+
+def _require() -> None:
+    try:
+        import xarray  # noqa: F401
+        import zarr  # noqa: F401
+    except ImportError as error:
+        raise MissingLibrary(f"a sweep needs {error.name}: pip install 'pendpin[sweep]'") from None

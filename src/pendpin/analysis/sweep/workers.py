@@ -1,0 +1,106 @@
+"""Who runs a sweep's blocks: threads of this process, a local Dask cluster, or a cluster that the user runs."""
+
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from typing import Any
+
+from pendpin.analysis.sweep.cases import Block, Task, run_block
+from pendpin.errors import InputError, MissingLibrary, RunError
+
+AHEAD = 3  # blocks given out for each worker, which bounds the memory
+DEATHS = 100  # of workers, until a block is given up
+CONNECTING = 10  # s
+FOUND = Generator[tuple[int, Block], None, None]  # blocks, as they come
+
+Span = Callable[[int], tuple[int, int]]  # the cases of a block
+
+
+def in_threads(task: Task, blocks: Sequence[int], span: Span, workers: int) -> FOUND:
+    """The blocks' results from threads of this process. Close the iterator to stop."""
+    pool = ThreadPoolExecutor(workers)
+    running: dict[Any, int] = {}
+    left = iter(blocks)
+    try:
+        while True:
+            while len(running) < workers + 1 and (block := next(left, None)) is not None:
+                running[pool.submit(run_block, task, *span(block))] = block
+            if not running:
+                return
+            for done in wait(running, return_when=FIRST_COMPLETED).done:
+                yield running.pop(done), done.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def on_cluster(task: Task, blocks: Sequence[int], span: Span, client: Any) -> FOUND:
+    """The blocks' results from the workers of a Dask cluster; a block of a lost worker is run again by another."""
+    from distributed import as_completed
+
+    shared, left = client.scatter(task, broadcast=True), iter(blocks)
+    places: dict[str, int] = {}
+
+    def submit() -> Any:
+        block = next(left, None)
+        if block is None:
+            return None
+        future = client.submit(run_block, shared, *span(block), pure=False, retries=DEATHS)
+        places[future.key] = block
+        return future
+
+    count = AHEAD * max(1, len(client.scheduler_info()["workers"]))
+    queue = as_completed([future for _ in range(count) if (future := submit()) is not None])
+    for future in queue:
+        try:
+            found = future.result()
+        except Exception as error:
+            raise RunError(f"a worker of the cluster failed: {type(error).__name__}: {error}") from None
+        yield places.pop(future.key), found
+        if (more := submit()) is not None:
+            queue.add(more)
+
+
+@contextmanager
+def local_cluster(workers: int) -> Iterator[Any]:
+    """A client of a cluster of processes on this machine, on 127.0.0.1 only, without a dashboard; gone afterwards."""
+    dask, distributed = _libraries()
+    settings = {
+        "distributed.scheduler.allowed-failures": DEATHS,
+        "distributed.worker.daemon": True,
+        "distributed.logging.distributed": "critical",
+        "distributed.comm.timeouts.connect": CONNECTING,
+    }
+    with dask.config.set(settings):
+        cluster = distributed.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address=None,
+            silence_logs="critical",
+        )
+        with cluster, distributed.Client(cluster) as client:
+            yield client
+
+
+@contextmanager
+def remote_cluster(address: str) -> Iterator[Any]:
+    """A client of a cluster that runs already. Raises InputError where none answers."""
+    dask, distributed = _libraries()
+    try:
+        client = distributed.Client(address, timeout=CONNECTING)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(f"dask: no cluster answers at {address}: {error}") from None
+    with dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}), client:
+        if not client.scheduler_info()["workers"]:
+            raise InputError(f"dask: the cluster at {address} has no workers; start one: dask worker {address}")
+        yield client
+
+
+def _libraries() -> tuple[Any, Any]:
+    try:
+        import dask
+        import distributed
+    except ImportError:
+        raise MissingLibrary("workers on a cluster need Dask: pip install 'pendpin[sweep]'") from None
+    return dask, distributed

@@ -1,0 +1,145 @@
+"""The commands of sweeps: `pendpin sweep` runs one, `pendpin map` shows what a store holds."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pendpin.cli.tables import print_files, print_json, print_table, progress_bar
+from pendpin.errors import InputError, inside
+
+if TYPE_CHECKING:
+    from pendpin.analysis.sweep.plan import Plan
+
+VARY = "KEY=FROM:TO:COUNT or KEY=1,2,5; with --sample KEY=LOW:HIGH or KEY=normal(MEAN,DEVIATION). May be repeated."
+MEASURE = "What is measured, such as swing, flip_time, theta_1.max or flip_time.spread. May be repeated."
+
+
+def sweep(
+    scene: Annotated[Path, typer.Argument(help="Scene file (TOML).")],
+    vary: Annotated[list[str] | None, typer.Option(help=VARY)] = None,
+    measure: Annotated[list[str] | None, typer.Option(help=MEASURE)] = None,
+    out: Annotated[Path | None, typer.Option(help="Zarr store; a sweep goes on with one that is there.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Table of all cases, for small sweeps.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Figure of the first measure: .png, .pdf or .svg.")] = None,
+    cases: Annotated[Path | None, typer.Option(help="CSV of cases: a head line of keys, then rows.")] = None,
+    in_pairs: Annotated[
+        bool, typer.Option("--zip", help="The first values together, then the second ones, ...")
+    ] = False,
+    sample: Annotated[int | None, typer.Option(min=1, help="So many random cases.")] = None,
+    sampling: Annotated[str, typer.Option(help="latin, sobol or random.")] = "latin",
+    sobol: Annotated[int | None, typer.Option(min=2, help="Sobol' indices from this power of 2 of base cases.")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of random cases.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes on this machine; threads if absent.")] = None,
+    dask: Annotated[
+        str | None, typer.Option(help="Address of a Dask cluster that runs, such as tcp://host:8786.")
+    ] = None,
+    method: Annotated[str | None, typer.Option(help="Integration method, such as dop853.")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")] = None,
+    accuracy: Annotated[float | None, typer.Option(help="Largest tip error over the chain's length.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+) -> None:
+    """Run a scene with many sets of numbers and measure each run."""
+    from pendpin.analysis.sweep.sweep import sweep as run
+    from pendpin.scene import load_scene
+
+    with inside(str(scene)):
+        plan = _plan(vary or [], cases, in_pairs, sample, sampling, sobol, seed)
+        chosen = load_scene(scene)
+    given = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
+    with progress_bar("sweeping", plan.count, hidden=json) as bar:
+        measures = tuple(measure or ("swing",))
+        found = run(
+            chosen, plan, measures, out=out, workers=workers, dask=dask, progress=lambda done, _: bar(done), **given
+        )
+    _show(found, [out] if out else [], csv, plot, None, json)
+    if sobol:
+        _print_indices(found, vary or [], seed, json)
+
+
+def map_(
+    store: Annotated[Path, typer.Argument(help="Zarr store of a sweep, finished or not.")],
+    measure: Annotated[str | None, typer.Option(help="The measure; the first if absent.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Table of all cases.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+) -> None:
+    """Show what a sweep has found so far."""
+    from pendpin.analysis.sweep.store import load
+
+    _show(load(store), [], csv, plot, measure, json)
+
+
+def _plan(
+    vary: list[str], cases: Path | None, in_pairs: bool, sample: int | None, sampling: str, sobol: int | None, seed: int
+) -> "Plan":
+    from pendpin.analysis.sweep import plan as plans
+    from pendpin.analysis.sweep.sensitivity import sobol_plan
+
+    if sum(map(bool, (cases, in_pairs, sample, sobol))) > 1:
+        raise InputError("give one of --cases, --zip, --sample and --sobol")
+    if cases:
+        return plans.cases_of(cases)
+    if sobol:
+        return sobol_plan(plans.read_spreads(vary), sobol, seed)
+    if sample:
+        return plans.samples(plans.read_spreads(vary), sample, sampling, seed)
+    axes = plans.read_axes(vary)
+    return plans.pairs(axes) if in_pairs else plans.grid(axes)
+
+
+def _show(found: Any, files: list[Path], csv: Path | None, plot: Path | None, measure: str | None, json: bool) -> None:
+    from pendpin.analysis.sweep.figure import names_of, save_map
+    from pendpin.analysis.sweep.store import summary, write_table
+
+    files = [*files, *([write_table(found, csv)] if csv else []), *([save_map(found, plot, measure)] if plot else [])]
+    count, waiting, failed = (int(n) for n in summary(found))
+    rows = {name: _range(found[name].values) for name in names_of(found)}
+    if json:
+        measures = {
+            name: dict(zip(("least", "median", "most", "none"), row, strict=True)) for name, row in rows.items()
+        }
+        counts = {"cases": count, "not_run": waiting, "failed": failed}
+        print_json(counts | {"measures": measures, "files": [str(file) for file in files]})
+        return
+    print_table(
+        ["measure", "least", "median", "most", "no value"],
+        [[name, *(f"{x:.6g}" for x in row[:3]), str(row[3])] for name, row in rows.items()],
+    )
+    print(f"{count} cases; {failed} could not be run" + (f"; {waiting} not run yet" if waiting else ""))
+    for reason, times in _reasons(found)[:5]:
+        print(f"  {times} x {reason}")
+    print_files(files)
+
+
+def _range(values: Any) -> tuple[float, float, float, int]:
+    """Least, median and largest finite value, and how many are not finite."""
+    import numpy as np
+
+    good = values[np.isfinite(values)]
+    if not good.size:
+        return float("nan"), float("nan"), float("nan"), int(values.size)
+    return float(good.min()), float(np.median(good)), float(good.max()), int(values.size - good.size)
+
+
+def _reasons(found: Any) -> list[tuple[str, int]]:
+    """Why cases could not be run, the most frequent reason first."""
+    from collections import Counter
+
+    return Counter(str(why) for why in found["why"].values.flat if why and why != "not run").most_common()
+
+
+def _print_indices(found: Any, vary: list[str], seed: int, json: bool) -> None:
+    from pendpin.analysis.sweep.figure import names_of
+    from pendpin.analysis.sweep.plan import read_spreads
+    from pendpin.analysis.sweep.sensitivity import indices
+
+    spreads = read_spreads(vary)
+    table = {name: indices(spreads, found[name].values, seed) for name in names_of(found)}
+    if json:
+        print_json({"sobol": table})
+        return
+    for name, rows in table.items():
+        print(f"Shares of the variance of {name} (95 % intervals):")
+        head = ["varied", "alone", "+-", "with all others", "+-"]
+        print_table(head, [[key, *(f"{x:.3f}" for x in row.values())] for key, row in rows.items()])

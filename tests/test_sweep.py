@@ -1,0 +1,325 @@
+"""Sweeps: every case is what a single run gives, whoever runs it and however the sweep is cut or broken off."""
+
+import json
+import math
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pendpin as pp
+from pendpin import effects as fx
+from pendpin.analysis.sweep import cases, plan
+from pendpin.analysis.sweep import sweep as sweeps
+from pendpin.analysis.sweep.cases import Task, run_block, run_case, vectors_of
+from pendpin.analysis.sweep.sensitivity import indices, sobol_plan
+from pendpin.analysis.sweep.store import Blocks, load
+from pendpin.errors import Interrupted
+
+pytest.importorskip("xarray")
+pytest.importorskip("heyoka")
+
+DAMPED = fx.Viscous(coefficient=0.1)
+ROD = pp.Rod(length=1.0, mass=1.0, radius=0.02)
+TWO = pp.Chain(rods=[ROD, pp.Rod(length=0.7, mass=0.6, radius=0.02)])
+KEYS = ("start.positions.theta_1", "start.positions.theta_2")
+
+
+def scene(*effects: fx.Effect, model: pp.Chain = TWO, duration: float = 2.0, **solver) -> pp.Scene:
+    """Two rods under gravity and these effects, released at 1 rad and -0.5 rad."""
+    solver = {"tolerance": 1e-10, "samples": 21} | solver
+    start = pp.Start(positions={"theta_1": 1.0, "theta_2": -0.5} if model.count == 2 else {"theta": 1.0})
+    acting = (fx.Gravity(), *effects)
+    return pp.Scene(duration=duration, model=model, start=start, effects=acting, solver=pp.Solver(**solver))
+
+
+def numbers(found) -> dict[str, np.ndarray]:
+    """The arrays of a result, by name."""
+    return {str(name): found[name].values for name in found.data_vars}
+
+
+def assert_same(one, other) -> None:
+    """Bit for bit."""
+    for name, values in numbers(one).items():
+        np.testing.assert_array_equal(values, other[name].values, err_msg=name)
+
+
+# --- what a case gives ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("varied", "chosen"),
+    [
+        ({"start.positions.theta_1": [0.3, 2.9], "start.velocities.phi_2": [0.0, 1.0]}, scene()),
+        ({"model.rods[0].length": [0.5, 1.5], "model.rods[1].mass": [0.1, 2.0]}, scene()),
+        (
+            {"effects[0].acceleration": [1.0, 20.0], "effects[1].coefficient": [0.01, 0.5]},
+            scene(fx.Viscous(coefficient=0.1)),
+        ),
+        ({"model.rods[0].length": [0.4, 2.0]}, scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]))),
+        ({"effects[1].stiffness": [0.5, 8.0]}, scene(fx.Spring(stiffness=1.0), model=pp.Chain(rods=[ROD]))),
+    ],
+    ids=["start", "model", "effects", "thin", "spring"],
+)
+def test_a_case_in_vectors_is_the_single_run(varied: dict, chosen: pp.Scene) -> None:
+    """To the tolerance, times the growth of errors over two seconds of regular motion."""
+    measures = (
+        "theta_1.final" if chosen.model.count == 2 else "theta.final",
+        "swing",
+        "R3.max" if chosen.model.count == 1 else "R3_2.max",
+    )
+    task = Task(chosen, plan.grid(varied), measures)
+    assert vectors_of(task) is not None
+    found = run_block(task, 0, task.plan.count)
+    for i, row in enumerate(task.plan.rows(np.arange(task.plan.count))):
+        values, why = run_case(task, row)
+        assert (found.why[i], why) == ("", "")
+        np.testing.assert_allclose(found.values[i], values, atol=1e-7, rtol=1e-7)
+
+
+def test_what_has_corners_is_simulated_on_its_own() -> None:
+    """Dry friction: no vectors, the same measures."""
+    task = Task(scene(fx.DryFriction(kinetic=0.2), duration=1.0), plan.grid({KEYS[0]: [0.5, 1.0]}), ("swing",))
+    assert vectors_of(task) is None
+    found = run_block(task, 0, 2)
+    assert found.why == ("", "")
+    assert (found.values[:, 0] >= [0.5, 1.0]).all()
+
+
+def test_flip_times_are_roots() -> None:
+    """A planar rod thrown over the top: the time is the elliptic integral, by vectors and by a single run."""
+    rate = 7.0  # rad/s at the bottom; over the top of a uniform thin rod of 1 m from sqrt(6 g / l) = 7.67 on: none
+    fast = 9.0
+    thin = pp.Scene(
+        duration=3.0,
+        model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]),
+        effects=[fx.Gravity()],
+        solver=pp.Solver(tolerance=1e-12, samples=7),
+    )
+    found = pp.sweep(thin, {"start.velocities.theta": [rate, fast]}, "flip_time").flip_time.values
+    from scipy.special import ellipk
+
+    k2 = 6 * 9.81 / fast**2  # theta'² = fast² - 6 g sin²(theta / 2), so t(pi) = 2 K(k²) / fast
+    assert math.isnan(found[0])
+    assert found[1] == pytest.approx(2 * float(ellipk(k2)) / fast, abs=1e-10)
+    single, _ = run_case(Task(thin, plan.grid({"start.velocities.theta": [fast]}), ("flip_time",)), np.array([fast]))
+    assert single[0] == pytest.approx(found[1], abs=1e-9)
+
+
+def test_chaos_is_seen() -> None:
+    """A double pendulum that tumbles has a positive exponent, and two tolerances part; a small swing has neither."""
+    wild = scene(duration=10.0, tolerance=1e-9)
+    found = pp.sweep(wild, {KEYS[0]: [0.1, 2.9]}, ["lyapunov", "divergence"], tolerance=1e-9)
+    calm, chaotic = found.lyapunov.values
+    assert abs(calm) < 0.5
+    assert chaotic > 1.0
+    assert found.divergence.values[0] < 1e-5
+
+
+def test_a_function_of_the_run_is_a_measure() -> None:
+    """With its own name."""
+
+    def lowest(run: pp.Trajectory) -> float:
+        return float(run.tips()[..., 2].min())
+
+    found = pp.sweep(scene(), {KEYS[0]: [0.0, 1.0]}, lowest)
+    assert found["lowest"].shape == (2,)
+
+
+# --- what cannot be run ---------------------------------------------------------------------------------------------
+
+
+def test_a_case_that_cannot_run_is_nan_with_its_reason() -> None:
+    """And the others are as they were."""
+    found = pp.sweep(scene(), {"model.rods[0].mass": [1.0, -1.0, 2.0]}, "theta_1.final")
+    values, why = found["theta_1.final"].values, found.why.values
+    assert np.isnan(values[1])
+    assert np.isfinite(values[[0, 2]]).all()
+    assert "mass" in why[1]
+    assert why[0] == why[2] == ""
+
+
+@pytest.mark.parametrize(
+    ("vary", "measure", "says"),
+    [
+        ({"model.rods[0].lenght": [1.0]}, "swing", "length"),
+        ({"start.positions.theta_9": [1.0]}, "swing", "theta_9"),
+        ({KEYS[0]: [1.0]}, "swng", "swng"),
+        ({KEYS[0]: [1.0]}, "theta_1.maximum", "theta_1.maximum"),
+        ({KEYS[0]: [math.nan]}, "swing", "finite"),
+        ({KEYS[0]: []}, "swing", "one or more"),
+        ({}, "swing", "nothing is varied"),
+    ],
+)
+def test_what_is_refused(vary: dict, measure: str, says: str) -> None:
+    """In one line, before anything is run."""
+    with pytest.raises(pp.InputError, match=says):
+        pp.sweep(scene(), vary, measure)
+
+
+# --- cuts, stores, workers ------------------------------------------------------------------------------------------
+
+
+@given(
+    shape=st.lists(st.integers(1, 7), min_size=1, max_size=4).map(tuple),
+    wanted=st.integers(1, 2500),
+)
+def test_blocks_are_runs_of_cases(shape: tuple[int, ...], wanted: int) -> None:
+    """They cover every case once, each a run of cases in C order that is a box of the grid."""
+    blocks = Blocks(shape, wanted)
+    count = int(np.prod(shape))
+    places = np.arange(count).reshape(shape)
+    seen = []
+    for block in range(blocks.blocks):
+        begin, end = blocks.span(block)
+        assert end - begin <= max(wanted, 1)
+        np.testing.assert_array_equal(places[blocks.region(block)].ravel(), np.arange(begin, end))
+        seen += range(begin, end)
+    assert sorted(seen) == list(range(count))
+    assert Blocks.of(shape, blocks.chunks).chunks == blocks.chunks
+
+
+@settings(max_examples=10, deadline=None)
+@given(cut=st.integers(1, 30), seed=st.integers(0, 2**31))
+def test_a_case_does_not_depend_on_its_neighbours(cut: int, seed: int) -> None:
+    """Whatever else is in the vector: the same bits, beside a case that cannot go on too."""
+    random = np.random.default_rng(seed)
+    start = np.round(random.uniform(-3, 3, 31), 3)
+    start[0] = 1e9  # doubles are coarse there, and steps many
+    task = Task(scene(duration=0.5), plan.pairs({KEYS[0]: start, KEYS[1]: -start}), ("theta_1.final", "flip_time"))
+    whole = run_block(task, 0, 31)
+    parts = [run_block(task, 0, cut), run_block(task, cut, 31)]
+    np.testing.assert_array_equal(whole.values, np.concatenate([part.values for part in parts]))
+
+
+def small(out: Path | None = None, **options):
+    """A sweep of 24 cases."""
+    varied = {KEYS[0]: np.linspace(-3, 3, 6), KEYS[1]: np.linspace(-2, 2, 4)}
+    return pp.sweep(scene(duration=1.0), varied, ["flip_time", "swing"], out=out, **options)
+
+
+def test_a_store_broken_off_goes_on_with_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After an interrupt in the middle; what is done is kept and shown."""
+    monkeypatch.setattr(sweeps, "_block_size", lambda task, workers: 3)
+    whole = small()
+    seen = []
+
+    def stop(done: int, count: int) -> None:
+        seen.append(done)
+        if done >= 9:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted) as stopped:
+        small(tmp_path / "map.zarr", progress=stop)
+    partial = load(tmp_path / "map.zarr")
+    done = np.isfinite(partial.swing.values)
+    assert 9 <= done.sum() < 24
+    np.testing.assert_array_equal(partial.swing.values[done], whole.swing.values[done])
+    assert_same(stopped.value.partial, partial)
+    assert_same(small(tmp_path / "map.zarr"), whole)
+
+
+def test_a_store_of_another_sweep_is_refused(tmp_path: Path) -> None:
+    """In one line that says what differs; nothing in it changes."""
+    store = tmp_path / "map.zarr"
+    first = small(store)
+    with pytest.raises(pp.InputError, match="another sweep"):
+        pp.sweep(scene(duration=1.0), {KEYS[0]: [0.0, 1.0]}, ["flip_time", "swing"], out=store)
+    with pytest.raises(pp.InputError, match="another sweep: its scene"):
+        pp.sweep(
+            scene(duration=1.5), {KEYS[0]: np.linspace(-3, 3, 6), KEYS[1]: np.linspace(-2, 2, 4)},
+            ["flip_time", "swing"], out=store,
+        )  # fmt: skip
+    assert_same(load(store), first)
+    (tmp_path / "other").mkdir()
+    with pytest.raises(pp.InputError, match="no store of a sweep"):
+        small(tmp_path / "other")
+
+
+def test_a_block_that_was_half_written_is_run_again(tmp_path: Path) -> None:
+    """What counts is the mark that it is done."""
+    import zarr
+
+    store = tmp_path / "map.zarr"
+    whole = small(store)
+    group = zarr.open_group(str(store), mode="r+")
+    group["done"][0] = 0
+    group["swing"][0, 0] = 99.0
+    assert_same(small(store), whole)
+
+
+@pytest.mark.slow
+def test_processes_give_the_same_bits(tmp_path: Path) -> None:
+    """A local cluster of two workers."""
+    assert_same(small(workers=2), small())
+
+
+def test_sampling_and_pairs() -> None:
+    """Latin hypercubes have one case in each of n slices of each number; pairs have as many values for each key."""
+    spreads = {"a": ("uniform", 0.0, 1.0), "b": ("uniform", -1.0, 3.0)}
+    rows = plan.samples(spreads, 16, "latin", seed=1).rows(np.arange(16))
+    assert sorted(np.floor(rows[:, 0] * 16)) == list(range(16))
+    assert sorted(np.floor((rows[:, 1] + 1) * 4)) == list(range(16))
+    with pytest.raises(pp.InputError, match="as many values"):
+        plan.pairs({"a": [1.0, 2.0], "b": [1.0]})
+
+
+def test_sobol_indices_of_a_known_function() -> None:
+    """Y = a + 2 b, both uniform on (0, 1): 1/5 and 4/5 of the variance, alone and in all."""
+    spreads = {"a": ("uniform", 0.0, 1.0), "b": ("uniform", 0.0, 1.0)}
+    rows = sobol_plan(spreads, 1024)
+    found = indices(spreads, rows.values["a"] + 2 * rows.values["b"])
+    for key, share in (("a", 0.2), ("b", 0.8)):
+        assert found[key]["first"] == pytest.approx(share, abs=0.03)
+        assert found[key]["total"] == pytest.approx(share, abs=0.03)
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Table, CSV, figure; the same again goes on with the store."""
+    from bad_input import run_main
+
+    monkeypatch.chdir(tmp_path)
+    scene(duration=1.0).save("two.toml")
+    command = ["sweep", "two.toml", "--vary", f"{KEYS[0]}=-3:3:3", "--vary", f"{KEYS[1]}=0,1", "--measure", "flip_time"]
+    assert run_main(*command, "--out", "map.zarr", "--csv", "map.csv", "--plot", "map.png", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["cases"] == 6
+    assert len(Path("map.csv").read_text().splitlines()) == 7
+    assert run_main("map", "map.zarr", "--plot", "again.svg") == 0
+    shutil.rmtree("map.zarr")
+    assert run_main("map", "map.zarr") == 1
+    assert cases.LOOSER == 100.0
+
+
+@pytest.mark.slow
+def test_kapitzas_tongue() -> None:
+    """Upright on a shaken support, over amplitude and frequency: stable within one cell of Floquet's boundary.
+
+    The linear equation x'' = (g - a w² sin(w t)) x / L, L = 2/3 of the length, is stable where the trace of its monodromy
+    matrix is within -2 and 2 (M. Abramowitz, I. Stegun, chapter 20).
+    """
+    from scipy.integrate import solve_ivp
+
+    def stable(a: float, w: float) -> bool:
+        rate = lambda t, y: [y[1], (9.81 - a * w * w * np.sin(w * t)) / (2 / 3) * y[0]]  # noqa: E731
+        columns = [solve_ivp(rate, (0, 2 * np.pi / w), y, rtol=1e-10, atol=1e-12).y[:, -1] for y in ([1, 0], [0, 1])]
+        return bool(abs(columns[0][0] + columns[1][1]) < 2)
+
+    rod = pp.Scene(
+        duration=6.0,
+        model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]),
+        start=pp.Start(positions={"theta": math.pi - 1e-4}),
+        effects=[fx.Gravity(), fx.Support(amplitude=(0.0, 0.0, 0.1), frequency=40.0)],
+        solver=pp.Solver(tolerance=1e-9, samples=61),
+    )
+    amplitudes, frequencies = np.linspace(0.05, 0.2, 10), np.linspace(20.0, 80.0, 10)
+    most = pp.sweep(rod, {"effects[1].amplitude[2]": amplitudes, "effects[1].frequency": frequencies}, "theta.min")
+    stays = most["theta.min"].values > math.pi - 0.1
+    expected = np.array([[stable(a, w) for w in frequencies] for a in amplitudes])
+    for i, j in np.argwhere(stays != expected):  # a neighbour is on the other side
+        around = expected[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2]
+        assert around.any()
+        assert not around.all()
+    assert 10 < stays.sum() < 90
