@@ -128,7 +128,7 @@ def _shown(count: int) -> list[int]:
 def plot(trajectory: Trajectory, names: tuple[str, ...], ax: Any = None) -> Any:
     """As `Trajectory.plot`."""
     if not names and ax is None:
-        with _plain_text():
+        with plain_text():
             return draw(trajectory)
     if ax is None:
         from matplotlib.figure import Figure
