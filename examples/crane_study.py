@@ -61,6 +61,5 @@ save_map(found, "crane_force.png", "R3.max")
 short, long = (float(found.swing[0].sel({"model.rods[0].length": x}, method="nearest")) for x in (5.0, 25.0))
 gentle = float(found.swing[-1].max())
 print(f"A ramp of {RAMPS[0]:g} s swings the load by {short:.0f} degrees on 5 m of rope and by {long:.0f} on 25 m;")
-print(
 print(f"a ramp of {RAMPS[-1]:g} s swings it by {gentle:.1f} degrees at most.")
 print(f"The rope pulls with up to {float(found['R3.max'].max()):.3f} weights of the load.")
