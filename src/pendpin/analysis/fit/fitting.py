@@ -266,5 +266,7 @@ def _finished(setting: Setting, problem: Problem, x: Array, solved: Solved) -> S
     x, solved, J = Search(full, Starts(x, solved.starts)).polished(2, central=True)
     shape = (len(J), -1, len(setting.columns))
     rest = solved.rest(solved.r[..., None]).reshape(shape)
-    known = certainty(rest, J.reshape(*shape, len(x)), full.scale, full.batch.swing, solved.starts.size)
+    scale = full.scale.copy()
+    scale[: full.nz] = setting.free.even_scale(x[: full.nz], scale[: full.nz])
+    known = certainty(rest, J.reshape(*shape, len(x)), scale, full.batch.swing, solved.starts.size)
     return Solution(full, x, solved, known)

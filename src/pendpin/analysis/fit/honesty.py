@@ -9,9 +9,9 @@ from scipy.stats import chi2
 from pendpin.analysis.fit.data import Swing
 from pendpin.arrays import Array
 
-RANK = 1e-6  # of the largest singular value, unknowns in natural scales: less is rounding
+RANK = 1e-5  # of the largest singular value, unknowns in natural scales: less is rounding
 TOO_WIDE = 30.0  # natural scales, 30 % of the accelerations: a direction with such a standard error is not determined
-ALONG = 1e-3  # of a number's gradient that may lie in undetermined directions
+ALONG = 0.1  # of a standard error: what undetermined directions may change a number by
 FEWEST_SWINGS = 8  # for errors from the scatter of swings
 WHITE = 1e-4  # level of the test of whiteness
 NOISY = 1.5  # times the noise: larger residuals are no noise
@@ -27,10 +27,12 @@ class Certainty:
     inflation: float  # the largest ratio of these standard errors to those of uncorrelated residuals
 
     def determined(self, gradient: Array) -> bool:
-        """Whether a number with this gradient by the unknowns (nx,) is determined by the data."""
+        """Whether a number with this gradient by the unknowns (nx,) is determined by the data.
+
+        What the data do not see, moved by its natural scale, may change it by a small part of its error only.
+        """
         g = gradient * self.scale
-        size = np.linalg.norm(g)
-        return bool(size > 0 and np.linalg.norm(self.null.T @ g) <= ALONG * size)
+        return bool(g.any() and np.linalg.norm(self.null.T @ g) <= ALONG * self.error(gradient))
 
     def error(self, gradient: Array) -> float:
         """Its standard error."""

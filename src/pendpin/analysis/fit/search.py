@@ -18,6 +18,7 @@ from pendpin.arrays import Array
 MOST_START_STEPS = 6
 STARTS_DONE = 1e-4  # of the sum of squares: what another step of the starts would gain
 DIFFERENCE = 1e-4  # of a natural scale: step of the derivatives by search coordinates
+CENTRAL = 1e-3  # the same, of the central differences that tell what is determined
 START_DIFFERENCE = 1e-6  # rad, rad/s
 BOUND = 0.02  # of a natural scale: how soft a lower bound is
 POLISHED = 0.01  # of the noise of one residual: what another step would gain of the sum of squares
@@ -91,7 +92,7 @@ class Problem:
     def by_unknowns(self, x: Array, starts: Array, r: Array, central: bool = False) -> Array:
         """The derivatives of the residuals by the unknowns, (P, M columns, nx), the starts being held."""
         P, nz = starts.shape[1], self.nz
-        h = DIFFERENCE * self.scale[:nz]
+        h = (CENTRAL if central else DIFFERENCE) * self.scale[:nz]
         h = np.where(x[:nz] + h > self.upper[:nz], -h, h)
         sides = (h, -h) if central else (h,)
         found = []
