@@ -84,4 +84,5 @@ def gyroscopic(J: Array, omega: Array) -> Array:
 
 
 def _matrix(rows: list[list[Any]]) -> Array:
+    """The matrix (..., r, c) with these rows of entries (...)."""
     return np.stack([np.stack(row, -1) for row in rows], -2)

@@ -121,7 +121,7 @@ def since(start: float, effect: Effect, function: Any, numbers: Numbers = GIVEN)
 def field_since(
     start: float, effect: FieldEffect, name: str, xp: Any = np, numbers: Numbers = GIVEN
 ) -> Callable[[float], Array]:
-    """A function of time of a field, by its name, as one of the time since `start`."""
+    """A function of time of a field, by its name, as a function t -> (3,) of the time since `start`, s."""
     moved, early = effect.since(start)
     function = partial(getattr(numbers.effect(moved), name), xp=xp)
     return since(start, effect, function, numbers) if early else function
@@ -138,7 +138,7 @@ def _in_first_period(start: float, effect: Effect) -> float:
 
 
 def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np, numbers: Numbers = GIVEN) -> Torque:
-    """The torques of one effect, on all joints of the model, from the positions and rates of all."""
+    """The torques (nv,) in N m of one effect, as a function of t in s and q, v (nv,)."""
     torques, nv = partial(numbers.effect(effect).torques, xp=xp), len(model.joints)
     if effect.on is None:
         return torques
@@ -154,7 +154,7 @@ def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np, nu
 
 
 def chosen_joints(model: Model, names: Sequence[str], where: str) -> Indices:
-    """The places of joints in model order. Raises InputError for a joint that the model lacks, or given twice."""
+    """The indices (k,) of joints in model order. Raises InputError for an unknown joint or one given twice."""
     chosen = [model.index(name, where) for name in names]
     if len(set(chosen)) < len(chosen):
         raise InputError(f"{where}: a joint is named twice: {', '.join(map(shown, names))}")
@@ -169,7 +169,7 @@ def body_wrench(
     numbers: Numbers = GIVEN,
     bodies: Bodies | None = None,
 ) -> Wrench:
-    """The wrenches of one effect, on all bodies of the model, from the motion of all; `bodies` as numbers hand them out."""
+    """Force (n, 3) in N and moment (n, 3) in N m of one effect on all n bodies, in W, as a function of t and motion."""
     _refuse_no_point(model, effect, where)
     bodies, wrench = bodies or bodies_of(model), partial(numbers.effect(effect).wrench, xp=xp)
     if effect.on is None:
@@ -200,7 +200,7 @@ def _refuse_no_point(model: Model, effect: BodyEffect, where: str) -> None:
 
 
 def chosen_bodies(model: Model, names: Sequence[str], where: str) -> Indices:
-    """The places of links among the bodies; a single rod may be called rod_1. Raises InputError for an unknown one."""
+    """The indices (k,) of links among the bodies; a single rod may be called rod_1. Raises InputError if unknown."""
     links = tuple(body.link for body in model.bodies)
     alias = {"rod_1": "rod"} if links == ("rod",) else {}
     return np.array([find(links, alias.get(name, name), f"{where}: link") for name in names], dtype=np.intp)
@@ -235,6 +235,7 @@ def surroundings(
 
 
 def _in_place(wrench: Wrench | None, complete: Callable[[float, Motion], Motion]) -> Wrench | None:
+    """The wrench as a function of t and a motion without surroundings; None for None."""
     return wrench and (lambda t, motion: wrench(t, complete(t, motion)))
 
 
@@ -247,6 +248,7 @@ def _total(functions: list[Any]) -> Any:
 
 
 def _total_wrench(functions: list[Wrench]) -> Wrench | None:
+    """One function that adds forces and moments (n, 3) of several; None for none."""
     if len(functions) < 2:
         return functions[0] if functions else None
 

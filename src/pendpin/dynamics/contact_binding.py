@@ -56,6 +56,7 @@ def _lengths(model: Model) -> Array:
 
 
 def _refuse_no_room(model: Model, lower: Array, upper: Array, places: Array) -> None:
+    """Raise InputError where lower >= upper (nv,); places (2, nv) names the effects that set the limits."""
     for joint in np.flatnonzero(lower >= upper):
         below, above = places[:, joint]
         raise InputError(
@@ -65,7 +66,7 @@ def _refuse_no_room(model: Model, lower: Array, upper: Array, places: Array) -> 
 
 
 def check_start(contacts: Contacts, model: Model, q: Array) -> None:
-    """Raises InputError for a start beyond a stop."""
+    """Raise InputError if positions q (nv,) are beyond a stop."""
     for name, x, low, high in zip(model.joints, q, contacts.lower, contacts.upper, strict=True):
         if not low <= x <= high:
             raise InputError(f"start.positions.{name}: {x:g} is beyond its stop at {low if x < low else high:g}")

@@ -27,7 +27,7 @@ class Guards:
 
     @cached_property
     def joints(self) -> tuple[Indices, ...]:
-        """The joints of each of the five kinds."""
+        """The indices (k,) of the joints of each of the five kinds of guards."""
         held, contacts = self.mode.held, self.contacts
         slides = ~held & (self.mode.sign != 0) & (contacts.static > 0)
         least, most = self._range
@@ -37,6 +37,7 @@ class Guards:
 
     @cached_property
     def _range(self) -> tuple[Array, Array]:
+        """The least and the largest torque (nv,) in N m that can hold the joints."""
         return self.contacts.range(self.q)
 
     def values(self, t: Array, q: Array, v: Array) -> Array:

@@ -95,7 +95,7 @@ class Contacts:
     # --- at an event ------------------------------------------------------------------------------------------------
 
     def strike(self, q: Array, v: Array, t: float) -> Array:
-        """The rates after the impacts of all joints that move into their stops. Raises RunError if these never end."""
+        """The rates (nv,) after the impacts of all joints that move into their stops. RunError if these never end."""
         for _ in range(20 * len(q) + 20):
             into = self._into_stop(q, v)
             if not into.any():
@@ -104,9 +104,11 @@ class Contacts:
         raise RunError(f"{t:g} s after the start impacts on several stops at once do not come to an end")
 
     def _into_stop(self, q: Array, v: Array) -> Mask:
+        """Which joints (nv,) are at a stop and move into it."""
         return ((q >= self.upper) & (v > 0)) | ((q <= self.lower) & (v < 0))
 
     def _impact(self, q: Array, v: Array, into: Mask, t: float) -> Array:
+        """The rates (nv,) after one simultaneous impact of the joints `into` (nv,), from q, v (nv,)."""
         touching = ((q >= self.upper) | (q <= self.lower)) & (into | (v == 0))
         joints = np.flatnonzero(touching)
         side = np.where(q[joints] >= self.upper[joints], -1.0, 1.0)  # the way the stop pushes
@@ -127,7 +129,7 @@ class Contacts:
         return np.where(touching & self._too_small(q, after, t), 0.0, after)
 
     def taken(self, q: Array, before: Array, after: Array) -> dict[str, float]:
-        """The work in J of the impulses of each kind of effect in an impact, from the rates before and after it."""
+        """The work in J of the impulses by kind of effect, from the rates (nv,) before and after an impact."""
         joints = np.flatnonzero((q >= self.upper) | (q <= self.lower))
         impulse = np.linalg.solve(self.engine.compliance(q, joints)[joints], (after - before)[joints])
         work, kinds = (
@@ -137,13 +139,13 @@ class Contacts:
         return {kind: float(work[kinds[joints] == kind].sum()) for kind in dict.fromkeys(kinds[joints])}
 
     def _too_small(self, q: Array, v: Array, t: float) -> Mask:
-        """Whether a joint would come back to its stop after a bounce of no more than REST."""
+        """Which joints (nv,) would come back to their stop after a bounce of no more than REST; q, v (nv,)."""
         a = self.engine.accelerate(t, q, v, np.zeros_like(v))
         back = np.where(q >= self.upper, a, -a)
         return (back > 0) & (v**2 <= 2 * REST * self.length * np.abs(back))
 
     def choose(self, t: float, q: Array, v: Array, scales: Scales, loose: Array | float = 0.0) -> Mode:
-        """Which joints at rest are held, and which way the others set out.
+        """Which joints at rest are held, and in which direction the others start to slide; q, v (nv,).
 
         It starts with all held but those that have just come `loose` (nv,), the way they are pushed, and mends the first
         joint that does not fit, one at a time: Murty's least-index rule, which ends for the positive definite matrices
@@ -177,7 +179,7 @@ class Contacts:
         return resting & np.where(mode.held, beyond, backwards)
 
     def _mended(self, t: float, q: Array, v: Array, mode: Mode, joint: int) -> Mode:
-        """The mode with one joint let go, the way it is pushed, or held again."""
+        """The mode with one joint released in the direction of its load, or held again; q, v (nv,)."""
         _, holding = self.accelerate(t, q, v, mode)
         held, sign = mode.held.copy(), mode.sign.copy()
         held[joint] = not held[joint]

@@ -73,7 +73,7 @@ class Dynamics:
         return self.engine.evaluate(np.array([t - self.start]), *self._states(q, v)).wrench[0]
 
     def energy(self, q: Array, v: Array) -> tuple[float, float]:
-        """Kinetic energy and the potential of the conservative effects, J; zero potential at W's origin."""
+        """Kinetic energy and the potential of the conservative effects, J, at q, v (nv,); 0 at W's origin."""
         q, v = self._states(q, v)
         potential = self.potential(q, kinematics.poses(self.model, q))
         return float(kinematics.kinetic_energy(self.model, q, v)[0]), float(potential[0])
@@ -83,6 +83,7 @@ class Dynamics:
         return sum((potential(q, poses) for potential in self.potentials if potential), np.zeros(len(q)))
 
     def _states(self, *arrays: Any) -> tuple[Array, ...]:
+        """Each array (nv,) as one row (1, nv). Raises InputError for another shape."""
         nv = len(self.model.joints)
         states = [np.asarray(array, float) for array in arrays]
         for name, state in zip("qv", states, strict=True):
@@ -104,6 +105,7 @@ def potentials(model: Model, effects: Sequence[Effect]) -> list[Potential | None
 def _potential(
     model: Model, effect: Effect, where: str, complete: Callable[[float, Motion], Motion] | None
 ) -> Potential | None:
+    """The potential (n,) in J of one effect as a function of q (n, nv) and poses; None if it has none."""
     if isinstance(effect, FieldEffect) and effect.constant:
         field = effect.field(0.0)
         return lambda q, poses: kinematics.field_potential(model, poses, field)
@@ -118,6 +120,7 @@ def _potential(
 def _body_potential(
     model: Model, effect: BodyEffect, where: str, complete: Callable[[float, Motion], Motion]
 ) -> Potential | None:
+    """The potential (n,) in J of a body effect, from poses (n, bodies, 4, 4); None if it has none."""
     chosen = np.arange(len(model.bodies)) if effect.on is None else chosen_bodies(model, effect.on, where)
     bodies, rest = Bodies(*(column[chosen] for column in bodies_of(model))), np.zeros((len(chosen), 3))
 
@@ -133,7 +136,7 @@ def _body_potential(
 
 
 def _where_offered(model: Model, potential: Callable[[Array, Array], Any]) -> Potential | None:
-    """A potential, if it answers at all."""
+    """The potential, or None if its value is None."""
     q = np.zeros((1, len(model.joints)))
     with np.errstate(all="ignore"):
         return None if potential(q, kinematics.poses(model, q)) is None else potential

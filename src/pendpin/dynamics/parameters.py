@@ -17,14 +17,14 @@ AnEffect = TypeVar("AnEffect", bound=Effect)
 
 
 class Numbers:
-    """Hands out numbers as they are: what equations on floats are bound with."""
+    """Passes numbers on unchanged: for equations on floats."""
 
     def __call__(self, x: Any) -> Any:
         """A number or an array of numbers as the equations see it; None stays None."""
         return x
 
     def effect(self, effect: AnEffect) -> AnEffect:
-        """An effect with its numbers handed out."""
+        """The effect with its numbers passed through this object."""
         return effect
 
     def table(self, times: Array, rows: Array) -> Callable[[Any], Array]:
@@ -33,7 +33,7 @@ class Numbers:
 
 
 class Parameters(Numbers):
-    """Hands out numbers as parameters of a tape, and lists their values; without a tape it lists them only."""
+    """Replaces numbers by parameters of a tape and lists their values; without a tape it only lists them."""
 
     def __init__(self, tape: Tape | None = None) -> None:
         self.values: list[float] = []

@@ -65,6 +65,7 @@ def _right_hand_side(engine: Engine, effects: Sequence[Effect], start: float, nu
 
 
 def _one_rod(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Acceleration:
+    """q'' (2,) of a single rod in fields, by the closed form."""
     rod = model.rods[0]
     turn = np.array([rod.sign, 1.0])
     assert rod.inertia is not None
@@ -80,6 +81,7 @@ def _one_rod(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Accele
 
 
 def _of_tree(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Acceleration:
+    """q'' (nv,) of any tree, by the articulated-body recursion."""
     tree = _with_numbers(tree_of(model.pin), numbers)
     external = None if loads.wrench is None else external_wrenches(model, loads, numbers, tree, xp)
 
@@ -91,7 +93,7 @@ def _of_tree(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Accele
 
 
 def _with_numbers(tree: Tree, numbers: Parameters) -> Tree:
-    """The tree with its numbers handed out; the directions of its axes are constants."""
+    """The tree with its numbers as parameters; the directions of its axes stay constants."""
     for part in (tree.parents, tree.kinds, tree.axes, tree.rotations):
         numbers.constant(part)
     changing = ("translations", "masses", "coms", "inertias")
@@ -131,7 +133,7 @@ def _in_directions(engine: Directions, loads: Loads, numbers: Parameters) -> Rig
 
 
 def thin_motion(length: Array, d: Array, rate: Array, omega: Array) -> Motion:
-    """The motion of thin rods. Of their axes only z = -d is set: what acts on the axis asks for no other."""
+    """The motion of n thin rods from d, d', omega (n, 3) in I; of the axes only z = -d is set, the others are 0."""
     origin, velocity = (np.concatenate([np.zeros((1, 3)), np.cumsum(length * x, 0)[:-1]]) for x in (d, rate))
     axes = np.zeros((len(d), 3, 3), dtype=object)
     axes[..., 2] = -d * SIGNS

@@ -61,10 +61,12 @@ _METHODS = {FrameEffect: "acceleration", FieldEffect: "field", JointEffect: "tor
 
 
 def _interface(effect: Effect) -> type[Effect] | None:
+    """The interface of an effect that depends on time; None for a contact."""
     return next((interface for interface in _METHODS if isinstance(effect, interface)), None)
 
 
 def _owner(effect: Effect, name: str) -> type:
+    """The class that defines a method of an effect."""
     return next(kind for kind in type(effect).__mro__ if name in vars(kind))
 
 
@@ -95,7 +97,7 @@ def _declared(effect: Effect, name: str, start: float, duration: float, negligib
 def _sampled(
     dynamics: Dynamics, effects: Sequence[Effect], i: int, q: Array, v: Array, duration: float, negligible: float
 ) -> Pace:
-    """The pace of one effect from its values at two states, that of the start and one that is nothing special."""
+    """The pace of one effect from its values at two states: the start q, v (nv,) and one away from it."""
     t, away = np.linspace(0.0, duration, SAMPLES + 1), np.sin(1.0 + np.arange(len(q)))
     values = _values(dynamics, effects, i)
     samples = [[values(time, q, v), values(time, q + away, v + away)] for time in t]

@@ -167,7 +167,7 @@ class Motion(NamedTuple):
     pivot_velocity: Array = np.zeros(3)  # (3,) m/s
 
     def of(self, chosen: Array) -> "Motion":
-        """The motion of some of the bodies, by their places."""
+        """The motion of k of the bodies, by their indices (k,)."""
         origin, rotation, velocity, spin, *shared = self
         return Motion(origin[chosen], rotation[chosen], velocity[chosen], spin[chosen], *shared)
 

@@ -56,7 +56,7 @@ class DryFriction(ContactEffect):
         return self.kinetic, self.kinetic if self.static is None else self.static
 
     def sliding(self, v: Array, xp: Any = np) -> Array:
-        """The torque against sliding at rates v, N m, in the shape of v."""
+        """The friction torque in N m at rates v in rad/s, both (k,)."""
         if self.stribeck is None or self.static is None:
             return self.kinetic + 0.0 * v
         return self.kinetic + (self.static - self.kinetic) * xp.exp(-((v / self.stribeck) ** 2))

@@ -34,7 +34,7 @@ class Torque(OnJoints):
         return False
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
-        """What the function returns. Raises InputError where that is not k finite numbers."""
+        """What the function returns, (k,) N m. Raises InputError if that is not k finite numbers."""
         found = self.function(t, q.copy(), v.copy())
         try:
             torques = np.asarray(found, float)

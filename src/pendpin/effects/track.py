@@ -122,6 +122,7 @@ class LookedUp:
         return self._derivative(2, t)
 
     def _derivative(self, order: int, t: Any) -> Array:
+        """The derivative (3,) of this order of the position at time t in s, m/s^order."""
         own = t - self.start - self.rest
         begin, *coefficients = self.row(own)
         powers, s = np.array(coefficients).reshape(-1, 3), own - begin

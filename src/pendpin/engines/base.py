@@ -20,7 +20,7 @@ CALLBACK_EVERY_SLOW = 64  # of those that numpy carries: some 0.1 ms each, 3 ms 
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """What the effects of a scene add, by interface; None is an interface that the scene does not use."""
+    """The sum of the effects of a scene, by interface; None for an interface that the scene does not use."""
 
     constant: Array  # (3,) m/s², W: the sum of the constant fields
     varying: Callable[[float], Array] | None = None  # t -> (3,) m/s², W: the sum of the others
@@ -34,14 +34,14 @@ class Loads:
 
 
 class Sample(NamedTuple):
-    """What an engine says about given states."""
+    """Accelerations and wrenches at n states."""
 
     acceleration: Array  # (n, nv)
     wrench: Array  # (n, joints, 6)
 
 
 class Engine(ABC):
-    """One way to compute a model's motion: its own state y, its own equations."""
+    """One way to compute a model's motion, with its own state y and its own equations."""
 
     name: str
     compile_seconds: float = 0.0
@@ -58,7 +58,7 @@ class Engine(ABC):
         """Positions and velocities (n, nv) from states y (n, size) at t (n,); `near` (nv,): positions at the first."""
 
     def denser(self, t: Array, y: Array, steps: int) -> float:
-        """How many times as dense states y (n, size) at t (n,), of so many steps, have to be for `unpack`; up to 1 they do.
+        """How many times as dense states y (n, size) at t (n,) must be for `unpack`; up to 1 they are dense enough.
 
         An engine whose state is no angles reads them from one state to the next, and so has to see how the rods turn.
         """
@@ -66,7 +66,7 @@ class Engine(ABC):
 
     @abstractmethod
     def project(self, y: Array) -> Array:
-        """A state with the drift off its constraints taken out."""
+        """A state (size,) projected to its constraints, such as unit directions."""
 
     @abstractmethod
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
@@ -74,7 +74,7 @@ class Engine(ABC):
 
     @abstractmethod
     def motion(self, y: Array) -> Motion:
-        """Where the bodies are and how they move at a state y."""
+        """Poses and velocities of the n bodies at a state y (size,)."""
 
     @abstractmethod
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
@@ -89,12 +89,12 @@ class AngleEngine(Engine):
         return np.concatenate([q, v])
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """The two halves of the states."""
+        """Positions and velocities (n, nv): the two halves of the states y (n, 2 nv)."""
         nv = len(self.model.joints)
         return y[:, :nv].copy(), y[:, nv:].copy()
 
     def project(self, y: Array) -> Array:
-        """The state as it is: angles have no constraints."""
+        """The state (2 nv,) unchanged: angles have no constraints."""
         return y
 
     @abstractmethod
@@ -109,7 +109,7 @@ class AngleEngine(Engine):
 def counted(
     function: Derivative, progress: ProgressCallback, every: int = CALLBACK_EVERY_SLOW
 ) -> tuple[Derivative, Callable[[], int]]:
-    """A derivative that counts its calls and shows the time to `progress` at `every` so many."""
+    """A derivative that counts its calls and calls `progress` with t at every `every`-th of them."""
     calls = 0
 
     def derivative(dy: Array, t: float, y: Array) -> None:

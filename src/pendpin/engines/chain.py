@@ -36,11 +36,11 @@ class LongChain(AngleEngine):
         return counted(derivative, progress)
 
     def motion(self, y: Array) -> Motion:
-        """Poses and velocities of all rods from their angles."""
+        """Poses and velocities of all rods from y = (q, v), (2 nv,)."""
         return self._motion(*y.reshape(2, -1, 2))
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """One solve for all states; the wrench on a massless cross is that on its rod, in the frame of the cross."""
+        """One solve for all n states; the wrench on a massless cross is that on its rod, in the frame of the cross."""
         size = max(1, BATCH // self._chain.n)
         given = (t, q, v) if torque is None else (t, q, v, torque)
         parts = [self._evaluate(*(x[i : i + size] for x in given)) for i in range(0, len(t), size)]
@@ -51,7 +51,7 @@ class LongChain(AngleEngine):
         return self._solve(np.array([t]), q[None], v[None], torque[None]).acceleration.reshape(-1)
 
     def compliance(self, q: Array, joints: Indices) -> Array:
-        """Columns of the inverse mass matrix, one solve for each joint."""
+        """Columns (nv, k) of the inverse mass matrix at q (nv,), one solve for each of k joints."""
         k, shape = len(joints), (len(joints), self._chain.n, 2)
         torque = np.zeros((k, len(q)))
         torque[np.arange(k), joints] = 1.0
@@ -60,6 +60,7 @@ class LongChain(AngleEngine):
         return found.acceleration.reshape(k, -1).T
 
     def _evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
+        """Accelerations (n, nv) and wrenches (n, nv, 6) at t (n,), q, v (n, nv) with joint torques (n, nv)."""
         found = self._solve(t, q, v, torque)
         wrench = np.empty((*q.shape, 6))
         wrench[:, 1::2] = found.wrench * np.tile(SIGNS, 2)
@@ -84,6 +85,7 @@ class LongChain(AngleEngine):
         return solution.solve(self._chain, angles, rates, field * SIGNS, torque=torque, force=force, moment=moment)
 
     def _motion(self, q: Array, v: Array) -> Motion:
+        """Poses and velocities in W of n rods with angles and rates q, v (n, 2)."""
         found = motion(self._chain, q, v)
         start = np.zeros((1, 3))
         return Motion(

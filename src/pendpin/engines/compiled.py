@@ -67,31 +67,31 @@ class Compiled(Engine):
         return function
 
     def block(self) -> Block:
-        """What one run hands to the function."""
+        """The arguments of the function for one run."""
         return self.function.block(self._values, self._tables)
 
     def pack(self, q: Array, v: Array) -> Array:
-        """The state of the compiled engine."""
+        """The state (size,) of the base engine."""
         return self.base.pack(q, v)
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """Angles and rates from that state."""
+        """Positions and velocities (n, nv) by the base engine."""
         return self.base.unpack(t, y, near)
 
     def denser(self, t: Array, y: Array, steps: int) -> float:
-        """How dense the states have to be for the compiled engine."""
+        """The density of states that the base engine needs."""
         return self.base.denser(t, y, steps)
 
     def project(self, y: Array) -> Array:
-        """The projection of the compiled engine."""
+        """The projection (size,) of the base engine."""
         return self.base.project(y)
 
     def motion(self, y: Array) -> Motion:
-        """The motion of the bodies by the compiled engine."""
+        """The motion of the bodies by the base engine, at y (size,)."""
         return self.base.motion(y)
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """Accelerations and wrenches by the compiled engine, not compiled."""
+        """Accelerations (n, nv) and wrenches (n, joints, 6) by the base engine, not compiled."""
         return self.base.evaluate(t, q, v, torque)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:

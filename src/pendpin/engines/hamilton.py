@@ -36,7 +36,7 @@ class CanonicalForm:
         self._upper = np.triu(np.ones((self._bare.nv, self._bare.nv), dtype=bool))
 
     def momentum(self, q: Array, v: Array) -> Array:
-        """p (nv,)."""
+        """p = M(q) v (nv,), kg m²/s."""
         return self._mass(q) @ v
 
     def velocity(self, q: Array, p: Array) -> Array:
@@ -44,7 +44,7 @@ class CanonicalForm:
         return np.asarray(np.linalg.solve(self._mass(q), p), float)
 
     def at(self, t: float, q: Array, v: Array) -> Canonical:
-        """Everything at one state; the arrays are the caller's own."""
+        """M, dp/dq and F at t in s and q, v (nv,); the arrays are copies."""
         pin, loads = self._pinocchio, self.loads
         dp, _, upper = pin.computeRNEADerivatives(self._bare, self._data, q, self._rest, v)
         coupling, mass = dp.copy(), np.where(self._upper, upper, upper.T)
@@ -69,9 +69,11 @@ class CanonicalForm:
         return in_q.T / DELTA, in_v.T / DELTA
 
     def _from_bodies(self, t: float, q: Array, v: Array) -> Array:
+        """The generalised forces (nv,) in N m of the body effects."""
         rest = self._rest
         return -self._pinocchio.rnea(self._bare, self._data, q, rest, rest, self.engine.external(t, q, v))
 
     def _mass(self, q: Array) -> Array:
+        """The mass matrix (nv, nv) in kg m², by CRBA."""
         upper = self._pinocchio.crba(self._bare, self._data, q)
         return np.where(self._upper, upper, upper.T)

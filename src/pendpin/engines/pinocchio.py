@@ -55,13 +55,13 @@ class Revolute(AngleEngine):
         return derivative, lambda: calls
 
     def motion(self, y: Array) -> Motion:
-        """Poses and velocities by Pinocchio's forward kinematics."""
+        """Poses and velocities of the bodies at y (2 nv,), by Pinocchio's forward kinematics."""
         nv = self._pin.nv
         pinocchio().forwardKinematics(self._pin, self._data, y[:nv], y[nv:])
         return motion_of(self._data, [body.joint + 1 for body in self.model.bodies])
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """ABA for accelerations, then RNEA for wrenches, state by state."""
+        """ABA for accelerations (n, nv), then RNEA for wrenches (n, joints, 6), state by state."""
         a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
         extra = np.zeros(q.shape) if torque is None else torque
         for i in range(len(q)):
@@ -74,7 +74,7 @@ class Revolute(AngleEngine):
         return self._accelerate(t, q, v, torque)
 
     def compliance(self, q: Array, joints: Indices) -> Array:
-        """Columns of Pinocchio's inverse mass matrix."""
+        """Columns (nv, k) of Pinocchio's inverse mass matrix at q (nv,)."""
         inverse = pinocchio().computeMinverse(self._pin, self._data, q)
         return (np.triu(inverse) + np.triu(inverse, 1).T)[:, joints]
 
@@ -83,6 +83,7 @@ class Revolute(AngleEngine):
         return any((self.loads.varying, self.loads.torque, self.loads.wrench))
 
     def _accelerate(self, t: float, q: Array, v: Array, torque: Array | float = 0.0) -> Array:
+        """q'' (nv,) in rad/s² by ABA, with the loads of the scene and torques (nv,) added."""
         loads = self.loads
         if loads.varying:
             self._pin.gravity.linear = loads.field(t)
@@ -92,12 +93,13 @@ class Revolute(AngleEngine):
         return pinocchio().aba(self._pin, self._data, q, v, tau, self.external(t, q, v))
 
     def _wrenches(self, t: float, q: Array, v: Array, a: Array) -> Array:
+        """The wrench (joints, 6) of each joint in N and N m, in its frame, by RNEA."""
         external = () if self.loads.wrench is None else (self.external(t, q, v),)
         pinocchio().rnea(self._pin, self._data, q, v, a, *external)
         return np.array([self._data.f[joint].vector for joint in range(1, self._pin.njoints)])
 
     def external(self, t: float, q: Array, v: Array) -> list:
-        """What body effects exert: one pin.Force a joint, in its frame."""
+        """The wrenches of the body effects at q, v (nv,): one pin.Force for each joint, in its frame."""
         wrench, bodies = self.loads.wrench, self.model.bodies
         assert wrench is not None
         pinocchio().forwardKinematics(self._pin, self._data, q, v)

@@ -26,7 +26,7 @@ MAX_SPHERICAL = 10  # rods; in longer chains Pinocchio's spherical joints lose d
 
 
 class Thin(Engine):
-    """What the two engines for thin rods share: from directions to angles, and what is said at given angles."""
+    """The common part of the two engines for thin rods: angles from directions, and evaluation at given angles."""
 
     def __init__(self, model: Model, loads: Loads) -> None:
         super().__init__(model, loads)
@@ -51,7 +51,7 @@ class Thin(Engine):
         return reading.q[kept].reshape(len(y), -1), reading.v[kept].reshape(len(y), -1)
 
     def _read(self, t: Array, d: Array, rate: Array, near: Array) -> angles.Reading:
-        """The angles of directions; d'' is computed only where a rate is read from it, at a pole."""
+        """The angles of directions d, d' (k, n, 3); d'' is computed only at a pole, where a rate is read from it."""
         bend, near = np.zeros_like(d), near.reshape(-1, 2)
         reading = angles.read(d, rate, bend, near)
         if (pole := (np.abs(np.cos(reading.q[..., 1])) < 2 * angles.POLE).any(1)).any():
@@ -60,7 +60,7 @@ class Thin(Engine):
         return reading
 
     def denser(self, t: Array, y: Array, steps: int) -> float:
-        """So that no rod turns by more than TURN relative to the one above, nor an integrator makes more than one step."""
+        """The density at which no rod turns more than TURN relative to the one above, from y (n, size) at t (n,)."""
         if len(y) < 2:
             return 0.0
         speed = np.linalg.norm(self.directions(y)[1], axis=-1)
@@ -79,12 +79,12 @@ class Thin(Engine):
         return thin.solve(self.chain, d, rate, field * SIGNS, force=force, moment=moment).acceleration
 
     def motion(self, y: Array) -> Motion:
-        """Poses and velocities of rods that do not spin."""
+        """Poses and velocities of rods that do not spin, from y (size,)."""
         d, rate = self.directions(y[None])
         return _motion(self.chain, d[0], rate[0])
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """Accelerations and wrenches by the chain equations, whose reactions are regular at the pole too."""
+        """Accelerations (n, nv) and wrenches by the chain equations, whose reactions are regular at the pole too."""
         return self._at_angles.evaluate(t, q, v, torque)
 
 
@@ -116,7 +116,7 @@ class Directions(Thin):
         return d, _cross(omega, d)
 
     def project(self, y: Array) -> Array:
-        """Unit directions, omega normal to them."""
+        """The state (6 n,) with unit directions and omega normal to them."""
         return _joined(*(part[0] for part in self.directions(y[None])))
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
@@ -133,11 +133,12 @@ class Directions(Thin):
 
 
 def _joined(d: Array, rate: Array) -> Array:
+    """The state (6 n,) from directions and their rates (n, 3)."""
     return np.concatenate([d.reshape(-1), _cross(d, rate).reshape(-1)])
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """a x b over the last axis, without the overhead of numpy.cross."""
+    """a x b (..., 3), without the overhead of numpy.cross."""
     (a1, a2, a3), (b1, b2, b3) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
     return np.stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1], -1)
 
@@ -173,7 +174,7 @@ class Spherical(Thin):
         return d * SIGNS, rate * SIGNS
 
     def project(self, y: Array) -> Array:
-        """Unit quaternions, no spin."""
+        """The state (7 n,) with unit quaternions and no spin."""
         n = self.chain.n
         _, omega = _absolute(y[None], n)
         quaternions = y[: 4 * n].reshape(n, 4)
@@ -204,6 +205,7 @@ class Spherical(Thin):
 
 
 def _spherical_chain(chain: ChainInertia, field: Array):
+    """A pin.Model of the chain on spherical joints, in a uniform field (3,) in m/s², W."""
     pin = pinocchio()
     model = pin.Model()
     model.gravity = pin.Motion(field, np.zeros(3))

@@ -51,6 +51,7 @@ def direction_rate(q: Array, v: Array) -> np.ndarray:
 
 
 def _sines(q: Array) -> tuple[np.ndarray, ...]:
+    """sin(theta), sin(phi), cos(theta), cos(phi), each (...), of angles q (..., 2) in rad."""
     theta, phi = np.moveaxis(np.asarray(q, float), -1, 0)
     return np.sin(theta), np.sin(phi), np.cos(theta), np.cos(phi)
 

@@ -161,6 +161,7 @@ def _prepared(tree: Tree, xp: Any) -> tuple[Tree, Array]:
 
 
 def _joints(tree: Tree, q: Array, xp: Any) -> list[_Joint]:
+    """The joints at positions q (..., n) in rad, m for slides."""
     sin, cos = xp.sin(q), xp.cos(q)
     joints = []
     for i, (parent, kind) in enumerate(zip(tree.parents, tree.kinds, strict=True)):
@@ -176,7 +177,7 @@ def _joints(tree: Tree, q: Array, xp: Any) -> list[_Joint]:
 
 
 def _inertial(tree: Tree, joints: list[_Joint], v: Array, a: Array, field: Array, external: Any) -> list[_Wrench]:
-    """The force and moment that each link needs to move as it does, less the external ones."""
+    """The force and moment that each link needs for v, a (..., n), less the external ones (..., n, 6)."""
     moving = {-1: _Motion(np.zeros(3), np.zeros(3), -field, np.zeros((3, 3)))}
     out = []
     for i, joint in enumerate(joints):
@@ -189,6 +190,7 @@ def _inertial(tree: Tree, joints: list[_Joint], v: Array, a: Array, field: Array
 
 
 def _moved(joint: _Joint, parent: _Motion, v: Array, qdd: Array) -> _Motion:
+    """The motion of a link from that of its parent; v, qdd (..., 1) of its joint."""
     to_child = transposed(joint.R)
     omega, alpha = applied(to_child, parent.omega), applied(to_child, parent.alpha)
     a = applied(to_child, parent.a + applied(parent.K, joint.r))
@@ -212,13 +214,14 @@ def _newton_euler(m: Any, com: Array, inertia: Array, motion: _Motion) -> _Wrenc
 
 
 def _rigid(tree: Tree, i: int, needed: _Wrench) -> _Body:
+    """One link as a body; `needed` is its wrench at zero joint acceleration."""
     m, com = tree.masses[i], tree.coms[i]
     J = _about_origin(m, com, tree.inertias[i])
     return _Body(J, skew(m * com), m * _UNIT, needed.moment, needed.force)
 
 
 def _released(joint: _Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
-    """The body as its parent feels it through the joint, free along its axis, and how the joint will answer."""
+    """The body as its parent feels it through the joint, and the answer of the joint to torque tau (..., 1)."""
     if not joint.turns:
         rest, answer = _released_first(joint, _swapped(body), tau)
         return _swapped(rest), answer
@@ -226,6 +229,7 @@ def _released(joint: _Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
 
 
 def _released_first(joint: _Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
+    """The same for a joint about its axis; for a slide the roles of first and second are exchanged."""
     axis, across = joint.axis, joint.across
     column = applied(body.A, axis)
     inertia = dot(axis, column)
@@ -254,7 +258,7 @@ def _seen_from_parent(joint: _Joint, body: _Body) -> _Body:
 
 
 def _outward(joints: list[_Joint], answers: dict[int, _Answer]) -> Array:
-    """From the base to the tips: what each joint answers to its parent's acceleration (beyond that at zero qdd)."""
+    """Joint accelerations (..., n) beyond those at zero qdd, from the base to the tips."""
     moving = {-1: (np.zeros(3), np.zeros(3))}  # alpha and a of each link
     out = []
     for i, joint in enumerate(joints):
@@ -270,12 +274,15 @@ def _outward(joints: list[_Joint], answers: dict[int, _Answer]) -> Array:
 
 
 def _joined(one: _Body, other: _Body) -> _Body:
+    """The sum of two bodies."""
     return _Body(*(x + y for x, y in zip(one, other, strict=True)))
 
 
 def _swapped(body: _Body) -> _Body:
+    """The body with first and second exchanged."""
     return _Body(body.C, transposed(body.B), body.A, body.second, body.first)
 
 
 def _about_origin(m: Any, com: Array, inertia: Array) -> Array:
+    """The inertia (3, 3) in kg m² about the joint's origin, from the central one."""
     return inertia - m * (skew(com) @ skew(com))

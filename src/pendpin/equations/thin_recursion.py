@@ -75,6 +75,7 @@ def _inverse(M: Array) -> Array:
 
 
 def _outward(chain: ThinRods | ChainInertia, d: Array, answers: list[_Answer]) -> Array:
+    """omega' (n, 3) in rad/s², from the support to the last rod."""
     a, out = np.zeros(3), []
     for i, (P, Y, c, B, inward) in enumerate(answers):
         u = applied(Y, c - applied(B, a))

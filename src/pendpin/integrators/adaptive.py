@@ -45,6 +45,7 @@ class Adaptive(Integrator):
     def _cyrk(
         self, derivative: Derivative, y: Array, times: Array, first_step: float | None, longest: float
     ) -> Segment:
+        """The states (n, size) by CyRK, from y (size,) at `times` (n,) in s."""
         result = self._cyrk_solve(
             derivative,
             (times[0], times[-1]),
@@ -64,6 +65,7 @@ class Adaptive(Integrator):
     def _scipy(
         self, derivative: Derivative, y: Array, times: Array, first_step: float | None, longest: float
     ) -> Segment:
+        """The states (n, size) by SciPy, from y (size,) at `times` (n,) in s."""
         states, steps, failure, function = [np.array(y)], 0, None, returning(derivative)
         try:
             solver = self._scipy_method(
@@ -88,7 +90,7 @@ class Adaptive(Integrator):
 
 
 def returning(derivative: Derivative) -> Callable[[float, Array], Array]:
-    """A derivative as SciPy takes it. Raises FloatingPointError on NaN and inf, on which SciPy's own loops do not end."""
+    """A derivative that returns dy (size,), for SciPy. Raises FloatingPointError on NaN and inf, which SciPy does not."""
 
     def function(t: float, y: Array) -> Array:
         dy = np.empty_like(y)

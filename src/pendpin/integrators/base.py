@@ -24,7 +24,7 @@ class Segment:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What has been integrated, at the output times that were reached."""
+    """An integrated motion at the output times that were reached."""
 
     t: Array  # (n,)
     q: Array  # (n, nv)
@@ -50,7 +50,7 @@ class Run:
 
 
 class Integrator(ABC):
-    """One integrator with its setting; `library` and `version` say who carries it."""
+    """A method with its setting; `library` and `version` name the program that does the steps."""
 
     library: str
     version: str
@@ -65,7 +65,7 @@ class Integrator(ABC):
         return engine.derivative(progress)
 
     def memory(self, y: Array) -> Memory:
-        """What is carried from segment to segment beside the state, for a start at y; always of one shape."""
+        """What goes from segment to segment beside the state, for a start at y (size,); its shapes never change."""
         return {}
 
     @abstractmethod

@@ -58,7 +58,7 @@ def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: i
 def automatic(
     dynamics: Dynamics, q: Array, v: Array, duration: float, taylor: bool = False
 ) -> AdaptiveMethod | Literal["taylor"]:
-    """The method where none is named: dop853, or radau where something decays too fast to be followed in its steps.
+    """The method for "auto": dop853, or radau if something decays too fast for explicit steps. q, v (nv,).
 
     What decays is read off the eigenvalues of the equations' slopes at the start. `taylor` says whether that method takes
     the scene: then it is the method over long horizons.

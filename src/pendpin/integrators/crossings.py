@@ -88,7 +88,7 @@ def _root(coefficients: Array, floor: float) -> float | None:
 
 
 def _turning_points(coefficients: Array) -> Array:
-    """-1, the places in between where the derivative of a Chebyshev series vanishes, and 1; rising."""
+    """-1, the zeros in between of the derivative of a Chebyshev series (k,), and 1; rising."""
     slope = chebyshev.chebder(coefficients)
     slope = chebyshev.chebtrim(slope, 1e-15 * np.abs(slope).max())
     roots = chebyshev.chebroots(slope) if len(slope) > 1 else np.empty(0)

@@ -44,7 +44,7 @@ class Method:
     derivative: Derivative | None
 
     def start(self, t: float, y: Array, end: float) -> Any:
-        """SciPy's solver from t to `end`, in s; its first step, of the motion's own time, is as good in any unit."""
+        """SciPy's solver from y (size,) at t to `end`, s; its first step follows from the rates of the motion."""
         assert self.derivative is not None
         first_step = self.tolerance ** (1 / (ORDERS[self.name] + 1)) / self.rate
         return getattr(integrate, self.name)(
@@ -114,7 +114,7 @@ def _event(guards: Guards, floor: Array, step: _Step) -> Crossing | None:
 
 
 def _steps(method: Method, t: float, y: Array, end: float) -> Iterator[_Step]:
-    """The steps from t to `end`, and how the states run inside them."""
+    """The steps from y (size,) at t to `end`, s, each with its interpolation."""
     if method.derivative is None:
         count = max(1, int(np.ceil((end - t) / method.longest)))
         for begin, stop in zip(*(np.linspace(t, end, count + 1)[i : count + i] for i in (0, 1)), strict=True):
@@ -143,7 +143,7 @@ def _inside(dense: Any, end: float, y: Array) -> Callable[[Array], Array]:
 
 
 def _located(method: Method, guards: Guards, step: _Step, event: Crossing) -> tuple[float, Array]:
-    """The time of an event in a step, and the state there: Newton's method on the guard, the state integrated anew."""
+    """The time of an event in a step and the state (size,) there, by Newton's method and new integrations."""
     t, length = event.t, step.end - step.begin
     y = method.state_at(step.begin, step.y, t)
     for _ in range(REFINEMENTS):

@@ -21,7 +21,7 @@ Step = Callable[[float, float], None]  # the same for one step
 
 
 def intervals(times: Array, step: float) -> Iterator[tuple[float, int, float]]:
-    """From sample to sample: where it starts, how many steps it takes, and their size h <= step in s.
+    """For each interval of output times (n,): its start, the number of its steps, and their size h <= step, s.
 
     Every sample falls on a step, so that samples have the order of the method.
     """
@@ -31,13 +31,13 @@ def intervals(times: Array, step: float) -> Iterator[tuple[float, int, float]]:
 
 
 def refuse_steps(times: Array, step: float) -> None:
-    """Raise InputError for more steps than anyone waits for."""
+    """Raise InputError if times (n,) need more than MAX_STEPS steps."""
     if times[-1] - times[0] > MAX_STEPS * step:
         raise InputError(f"solver.step: {shown(step)} s takes more than {MAX_STEPS:g} steps")
 
 
 class FixedStep(Integrator):
-    """A method with one step for all, the largest that is taken."""
+    """A method with a fixed step; each interval of output times is divided into equal steps not longer than it."""
 
     def __init__(self, step: float) -> None:
         self._step, self.library, self.version = step, "numpy", np.__version__
@@ -65,7 +65,7 @@ class FixedStep(Integrator):
         return Segment(*finite_part(states, steps, None))
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
-        """A function that moves y on, in place, by some steps from t."""
+        """A function that advances y (size,), in place, by some steps from t."""
         step = self.stepping(derivative, y)
 
         def advance(t: float, h: float, steps: int) -> None:
@@ -76,7 +76,7 @@ class FixedStep(Integrator):
 
     @abstractmethod
     def stepping(self, derivative: Derivative, y: Array) -> Step:
-        """A function that moves y on, in place, by one step from t to t + h."""
+        """A function that advances y (size,), in place, by one step from t to t + h."""
 
 
 class RungeKutta4(FixedStep):
@@ -93,7 +93,7 @@ class RungeKutta4(FixedStep):
         return derivative, lambda: calls() + (self._block.calls if self._block else 0)
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
-        """Classical Runge-Kutta steps, in machine code where the engine's equations are."""
+        """Classical Runge-Kutta steps of y (size,), in machine code on a compiled engine."""
         engine, block = self._engine, self._block
         if not isinstance(engine, Compiled) or block is None or len(y) != engine.size:
             return super().advancing(derivative, y)
@@ -106,7 +106,7 @@ class RungeKutta4(FixedStep):
         return advance
 
     def stepping(self, derivative: Derivative, y: Array) -> Step:
-        """A classical Runge-Kutta step."""
+        """A classical Runge-Kutta step of y (size,)."""
         k1, k2, k3, k4, inner = (np.empty_like(y) for _ in range(5))
 
         def stage(k: Array, t: float, before: Array, h: float) -> None:
@@ -135,7 +135,7 @@ class SemiImplicitEuler(FixedStep):
         return engine.derivative(progress)
 
     def stepping(self, derivative: Derivative, y: Array) -> Step:
-        """v, then q with the new v; what is integrated beside the motion comes with v."""
+        """A step of y (size,): v, then q with the new v; further integrated quantities are advanced with v."""
         dy, nv = np.empty_like(y), self._nv
         q, v, others, rates = y[:nv], y[nv : 2 * nv], y[nv:], dy[nv:]
 

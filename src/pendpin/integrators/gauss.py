@@ -95,7 +95,7 @@ class Gauss(Integrator):
         return engine.derivative(lambda t: None)[0], lambda: self._calls
 
     def memory(self, y: Array) -> Memory:
-        """Positions and momenta, what their sums have lost, and the last stages."""
+        """Positions, momenta, their rounding errors and the last stages, from y (size,)."""
         q, v = y[: self._nv], y[self._nv : 2 * self._nv]
         return _State.at(q, self._form.momentum(q, v), len(self.rule.b)).memory
 
@@ -152,21 +152,23 @@ class Gauss(Integrator):
         return None
 
     def _guess(self) -> Array:
-        """The velocities at the stages, from the polynomial through those of the last steps."""
+        """First velocities (s, nv) of the stages, by extrapolation of the last steps."""
         past = self._state.past
         if not len(past):
             return self._start()
         return extrapolation(len(self.rule.b), len(past)) @ past.reshape(-1, self._nv)
 
     def _start(self) -> Array:
-        """The velocities at the start of the step, for all stages."""
+        """First velocities (s, nv) of the stages: those at the start of the step."""
         return np.tile(self._form.velocity(self._state.q, self._state.p), (len(self.rule.b), 1))
 
     def _evaluate(self, times: Array, Q: Array, V: Array) -> list[Canonical]:
+        """M, dp/dq and F at the stages: times (s,), positions and velocities (s, nv)."""
         self._calls += len(times)
         return [self._form.at(*stage) for stage in zip(times, Q, V, strict=True)]
 
     def _slopes(self, times: Array, Q: Array, V: Array, now: list[Canonical], thorough: bool) -> tuple[Array, Array]:
+        """dF/dq and dF/dv (s, nv, nv) at the stages; all terms if `thorough`."""
         self._calls += thorough * len(times) * self._nv
         found = [self._form.slopes(*stage, thorough) for stage in zip(times, Q, V, now, strict=True)]
         in_q, in_v = map(np.array, zip(*found, strict=True))
@@ -184,7 +186,7 @@ class Gauss(Integrator):
         return J.reshape(s * nv, s * nv)
 
     def _quadrature(self, derivative: Derivative, t: float, h: float, stages: "_Stages", others: Array) -> Array:
-        """The mean rates over a step of what is integrated beside the motion."""
+        """The mean rates (k,) over a step of the quantities `others` (k,) integrated with the motion."""
         if not len(others):
             return others
         rates = np.empty((len(self.rule.b), 2 * self._nv + len(others)))
@@ -200,14 +202,14 @@ class _Stages(NamedTuple):
 
 
 class _State:
-    """Positions and momenta, what their sums have lost to rounding so far, and the stages of the last steps."""
+    """Positions and momenta (nv,), the rounding errors of their sums so far, and the stages of the last steps."""
 
     def __init__(self, both: Array, lost: Array, past: Array) -> None:
         self._both, self._lost, self.past = both, lost, past
 
     @classmethod
     def at(cls, q: Array, p: Array, stages: int) -> "_State":
-        """A state with nothing lost and no past."""
+        """A state q, p (nv,) without rounding errors and past stages."""
         return cls(np.array([q, p]), np.zeros((2, len(q))), np.zeros((0, stages, len(q))))
 
     @classmethod

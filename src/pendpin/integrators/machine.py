@@ -66,6 +66,7 @@ class AdaptiveInMachineCode(Integrator):
         return self._error is not None
 
     def _solved(self, y: Array, times: Array, first_step: float, longest: float) -> tuple[Array, int, str | None]:
+        """The states (n, size), the steps and the failure, from y (size,) at `times` (n,) in s, by CyRK."""
         api, tolerance = _api(), self._tolerance.ctypes.data
         found = api.c_numba_cysolve_ivp(
             *(self._function.address, times[0], times[-1], y.ctypes.data, len(y), self._method, 0, 0),
@@ -89,7 +90,7 @@ def _message(api: Any, found: int) -> str:
 
 @cache
 def _api() -> Any:
-    """CyRK's functions in C; None where it offers others."""
+    """CyRK's functions in C; None if their signature is another."""
     try:
         from CyRK.nb import numba_solver
     except ImportError:
@@ -99,5 +100,5 @@ def _api() -> Any:
 
 
 def available() -> bool:
-    """Whether CyRK's loops can be handed the address of a function."""
+    """Whether CyRK's loops accept the address of a compiled function."""
     return _api() is not None

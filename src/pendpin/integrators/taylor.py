@@ -50,7 +50,7 @@ class Taylor(Integrator):
         return engine.derivative(lambda t: None)[0], lambda: self._steps
 
     def memory(self, y: Array) -> Memory:
-        """The state of the series, before it is projected."""
+        """The state (size,) of the series, before it is projected."""
         return {"series": y}
 
     def integrate(

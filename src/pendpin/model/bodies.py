@@ -90,6 +90,7 @@ def _moves(frame: Any, joint: int, kind: Any) -> bool:
 
 
 def _body(model: Any, joint: int, ends: list[Array], rods: list[tuple[Array, float]]) -> Body:
+    """The body that a joint moves; its tip is the end of its longest drawn rod, else the farthest of `ends` (3,) m."""
     inertia = model.inertias[joint]
     com = np.array(inertia.lever)
     farthest, radius = max(ends, key=np.linalg.norm, default=np.zeros(3)), 0.0
@@ -125,6 +126,7 @@ def find_rods(model: Any) -> tuple[RodJoint, ...]:
 
 
 def _rod_joint(model: Any, theta: int, phi: int, axes: dict[int, Array]) -> RodJoint:
+    """The rod on the joints theta and phi of a pin.Model; axes (3,) by joint."""
     mount, inertia = model.jointPlacements[phi].rotation, model.inertias[phi]
     b2, b1, sign = axes[phi], -(mount.T @ axes[theta]), 1.0
     if np.cross(b1, b2) @ inertia.lever < 0:  # b3 points from the joint to the centre of mass
@@ -135,6 +137,7 @@ def _rod_joint(model: Any, theta: int, phi: int, axes: dict[int, Array]) -> RodJ
 
 
 def _in_body(inertia: Any, frame: Array) -> RodInertia | None:
+    """The inertia in the body frame, columns of frame (3, 3); None if the rod is not principal along it."""
     lever, tensor = frame.T @ inertia.lever, frame.T @ inertia.inertia @ frame
     principal = np.diag(tensor)
     off_axis = np.abs(lever[:2]).max() > 1e-12 * np.linalg.norm(lever)
@@ -167,6 +170,7 @@ def prismatic(model: Any) -> Mask:
 
 
 def _kind_and_axis(joint: Any) -> tuple[Literal["revolute", "prismatic"], Array]:
+    """Whether a Pinocchio joint turns or slides, and its axis (3,) in its frame."""
     data = joint.createData()
     joint.calc(data, np.zeros(joint.nq))
     slide, turn = np.array(data.S).reshape(2, 3)

@@ -72,6 +72,7 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
 
 
 def _values(model: Model, values: Values, where: str) -> Array:
+    """One number for each joint (nv,) in the scene's unit, from a list or a table by name. Raises InputError."""
     if not isinstance(values, dict):
         if len(values) != len(model.joints):
             raise InputError(f"{where}: a list of {len(values)}, where the model has {len(model.joints)} joints")

@@ -28,6 +28,7 @@ def joint_poses(model: Model, q: Array) -> Array:
 
 
 def _chain_poses(model: Model, q: Array) -> Array:
+    """Poses (n, rods, 4, 4) in W of a chain, from q (n, nv), by the hand-derived kinematics."""
     assert model.chain is not None
     at = kinematics.positions(model.chain, q.reshape(len(q), -1, 2))
     out = np.zeros((len(q), len(model.bodies), 4, 4))

@@ -43,7 +43,7 @@ class RunState:
 
     @classmethod
     def at_start(cls, first: Array, count: int, carried: dict[str, Array]) -> "RunState":
-        """The first of `count` samples."""
+        """A state with the first of `count` samples, first (columns,)."""
         room = np.empty((count, len(first)))
         room[0] = first
         return cls(room, 1, carried)
@@ -180,6 +180,7 @@ def load(path: Path, run: dict[str, Any], first: RunState) -> RunState:
 
 
 def _read(file: ArrayFile, first: RunState) -> RunState:
+    """The state in a file, in the shapes of `first`. Raises ValueError for arrays that do not fit."""
     most, columns = first.room.shape
     n = (*file.header("samples").shape, 0)[0]
     if not 1 <= n <= most:

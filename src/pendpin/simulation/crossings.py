@@ -49,7 +49,7 @@ def _looked_at(more: Continuation, name: str, level: float, offset: Array) -> tu
 
 
 def _turns_near(offset: Array) -> Indices:
-    """Intervals beside a value that is nearest to 0 among its neighbours, all on one side of it, and no farther off."""
+    """Intervals (k,) beside a local minimum of |offset| (n,) that is close to 0, with one sign on both sides."""
     before, size, after = np.abs(offset[:-2]), np.abs(offset[1:-1]), np.abs(offset[2:])
     same = (offset[1:-1] * offset[:-2] > 0) & (offset[1:-1] * offset[2:] > 0)
     near = size <= np.maximum(before, after) - size

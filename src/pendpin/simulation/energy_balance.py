@@ -55,6 +55,7 @@ class EnergyBalance:
 
 
 def _power(dynamics: Dynamics, effect: Effect, where: str, complete: Callable[[float, Motion], Motion]) -> Power:
+    """The power in W of one effect, as a function of t in s and the engine's state y (size,)."""
     model, engine, start = dynamics.model, dynamics.engine, dynamics.start
     bodies, nv = bodies_of(model), len(model.joints)
     if isinstance(effect, JointEffect):
@@ -75,4 +76,5 @@ def _power(dynamics: Dynamics, effect: Effect, where: str, complete: Callable[[f
 
 
 def _centre_velocities(com: Array, motion: Motion) -> Array:
+    """Velocities (n, 3) in m/s, W, of the centres of mass com (n, 3) in link frames."""
     return motion.velocity + np.cross(motion.spin, motion.levers(com))

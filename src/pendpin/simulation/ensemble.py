@@ -120,7 +120,7 @@ def simulate_many(
 
 
 def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> Scene:
-    """The scene with taylor where that is the method to take: its first start says whether it is stiff."""
+    """The scene with taylor where taylor is chosen; the first start q, v (nv,) shows whether the scene is stiff."""
     solver = scene.solver
     if solver.method != "auto" or solver.accuracy or not taylor_takes(scene, dynamics, False, MOST_JOINTS):
         return scene
@@ -133,6 +133,7 @@ def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> Scene:
 
 
 def _starts(model: Model, scene: Scene, positions: ArrayLike, velocities: ArrayLike) -> tuple[Array, Array]:
+    """Positions and velocities as arrays (k, nv). Raises InputError for shapes and sizes that cannot be run."""
     q, v = _numbers("positions", positions, model, FARTHEST), _numbers("velocities", velocities, model, LARGEST)
     if len(q) != len(v):
         raise InputError(f"velocities: {len(v)} starts, where positions have {len(q)}")
@@ -286,6 +287,7 @@ def _one_by_one(scene: Scene, table: _Table, workers: int) -> None:
 
 
 def _alone(scene: Scene, start: tuple[Array, Array]) -> _Row:
+    """One run from a start q, v (nv,); an error of the run is part of the row."""
     q, v = start
     at = Start(time=scene.start.time, positions=tuple(q.tolist()), velocities=tuple(v.tolist()))
     try:

@@ -123,4 +123,5 @@ def balanced(trajectory: Trajectory) -> int:
 
 
 def _so_far(x: Array) -> Array:
+    """The largest value so far (n,)."""
     return np.maximum.accumulate(x)

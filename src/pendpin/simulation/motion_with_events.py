@@ -42,7 +42,7 @@ class LoopWithEvents(IntegrationLoop):
         self._scales: Scales | None = None  # of the whole run: a later beginning keeps them
 
     def begin(self, q: Array, v: Array) -> RunState:
-        """The first sample, after the impacts that are due at the start."""
+        """The first sample, from q, v (nv,), after the impacts that are due at the start."""
         t = float(self.times[0])
         y = np.concatenate([q, v, np.zeros(self.accounts)])
         try:
@@ -92,7 +92,7 @@ class LoopWithEvents(IntegrationLoop):
         return Method(self.method, self.tolerance, sizes, rate, longest, derivative)
 
     def _after(self, found: SegmentToEvent, guards: Guards, scales: Scales) -> tuple[Array, Mode]:
-        """The state and the mode with which the next segment begins."""
+        """The state (size,) and the mode at the start of the next segment."""
         y, mode = found.y.copy(), guards.mode
         if found.fired is not None:
             *angles, loose = guards.land(*self._angles(y), found.fired)
@@ -103,10 +103,11 @@ class LoopWithEvents(IntegrationLoop):
         return y, mode
 
     def _angles(self, y: Array) -> tuple[Array, Array]:
+        """Positions and rates (nv,) of a state y (size,)."""
         return y[: self.nv], y[self.nv : 2 * self.nv]
 
     def _struck(self, t: float, y: Array) -> Array:
-        """The state after the impacts that are due, and their loss in the energy balance."""
+        """The state (size,) after the impacts that are due, with their loss in the energy balance."""
         q, v = self._angles(y)
         after = self.contacts.strike(q, v, t)
         out = y.copy()
@@ -139,7 +140,7 @@ class LoopWithEvents(IntegrationLoop):
         return derivative
 
     def _rows(self, states: Array, times: Array, mode: Mode) -> Array:
-        """The states at output times, each with the torques of the contacts there."""
+        """States (n, size) at times (n,), each with the torques (nv,) of the contacts."""
         states, torques = states.copy(), np.empty((len(states), self.nv))
         states[:, self.nv : 2 * self.nv][:, mode.held] = 0.0
         for torque, t, y in zip(torques, times, states, strict=True):
@@ -149,10 +150,12 @@ class LoopWithEvents(IntegrationLoop):
 
 
 def _carried(t: float, y: Array, mode: Mode, at_once: float, scales: Scales) -> dict[str, Array]:
+    """The arrays from which the next segment begins: y (size,), mode, count of events, scales."""
     held, sizes = mode.held.astype(float), np.concatenate(scales)
     return {"t": np.array(t), "y": y, "held": held, "sign": mode.sign, "at_once": np.array(at_once), "sizes": sizes}
 
 
 def _recalled(carried: dict[str, Array]) -> tuple[float, Array, Mode, float, Scales]:
+    """The values that `_carried` stored."""
     mode, scales = Mode(carried["held"] != 0, carried["sign"]), Scales(*np.split(carried["sizes"], 3))
     return float(carried["t"]), carried["y"], mode, float(carried["at_once"]), scales

@@ -96,7 +96,7 @@ def varied(
     times: ArrayLike | None,
     solver: dict[str, Any],
 ) -> Scene:
-    """A scene, or that of a file, with what stands in for its own settings. Raises InputError for what does not fit."""
+    """A scene, or that of a file, with replaced settings. Raises InputError for settings that do not fit."""
     chosen = load_scene(scene) if isinstance(scene, str | Path) else scene
     if not isinstance(chosen, Scene):
         raise InputError(f"scene: {shown(scene)} is not a Scene, nor the path of a scene file")
@@ -110,6 +110,7 @@ def varied(
 
 
 def _times(times: ArrayLike) -> tuple[float, ...]:
+    """Output times as numbers. Raises InputError unless they are (n,) finite numbers, n > 0."""
     try:
         array = np.asarray(times, float)
     except (TypeError, ValueError):

@@ -46,7 +46,7 @@ class SmoothLoop(IntegrationLoop):
         self._budget = max(LEAST_EVALUATIONS, EVALUATIONS * SMALL // max(SMALL, self.nv))
 
     def begin(self, q: Array, v: Array) -> RunState:
-        """The first sample."""
+        """The first sample, from q, v (nv,)."""
         y = self._engine.pack(q, v)
         carried = {
             "y": y,

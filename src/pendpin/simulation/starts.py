@@ -36,6 +36,7 @@ def at_rest(scene: Scene) -> Start:
 
 
 def _refuse_beyond_stops(dynamics: Dynamics, q: Array) -> None:
+    """Raise InputError if an equilibrium q (nv,) is beyond a stop."""
     contacts = dynamics.contacts
     if contacts is not None and ((q < contacts.lower) | (q > contacts.upper)).any():
         joint = dynamics.model.joints[int(np.argmax((q < contacts.lower) | (q > contacts.upper)))]

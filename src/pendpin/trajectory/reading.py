@@ -34,6 +34,7 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
 
 
 def _length(file: ArrayFile, name: str, axis: int) -> int:
+    """The length of an array of a file along an axis, from its header."""
     shape = file.header(name).shape
     if len(shape) <= axis or not shape[axis]:
         raise ValueError(f"array {name!r} has the shape {shape}")
@@ -41,7 +42,7 @@ def _length(file: ArrayFile, name: str, axis: int) -> int:
 
 
 def read_array(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = False) -> NDArray[Any]:
-    """An array of finite numbers of this shape, or a list of texts; refused by its header before it is read."""
+    """An array of finite numbers, or of texts, of this shape; another shape is refused before the data are read."""
     dtype, found = file.header(name)
     if text and dtype.kind == "U" and len(found) == len(shape) and all(found):
         return file.read(name)
@@ -55,6 +56,7 @@ def read_array(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = 
 
 
 def _read_meta(file: ArrayFile) -> tuple[dict[str, Any], Stats]:
+    """The record of the run and its Stats. Raises ValueError where they do not fit."""
     meta = json.loads(str(read_array(file, "meta", (), text=True)))
     if not isinstance(meta, dict) or meta.get("format") != FORMAT:
         raise ValueError("its format is of another version of pendpin")

@@ -32,7 +32,7 @@ class _Turning(NamedTuple):
 
 
 def read(d: Array, rate: Array, acceleration: Array, previous: Array | None = None) -> Reading:
-    """Angles of samples d, d', d'' (k, n, 3), in I, in the order of time; previous (n, 2) are the angles just before.
+    """Angles of samples d, d', d'' (k, n, 3), in I, rising in time; previous (n, 2) are the angles just before.
 
     Each rod's angles are relative to the frame of the rod above, which they build in turn. Of the two pairs that mean
     the same direction, (theta, phi) and (theta + pi, pi - phi), the one nearest to the sample before is taken; the very
@@ -123,7 +123,7 @@ def _continuous(theta: Array, phi: Array, start: Array | None) -> Array:
 
 
 def _wrapped(angle: Array) -> Array:
-    """The same angle in [-pi, pi]."""
+    """The same angles (n,) in [-pi, pi] rad."""
     return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
 
 

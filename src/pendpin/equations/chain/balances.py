@@ -31,7 +31,7 @@ class Balances(System):
     drift: Array  # (K,) 1/s², what (alpha - alpha above) . a3 has to be
 
     def gaps(self, linear: Array | float, turn: Array) -> Array:
-        """Acceleration of the tip above less that of the base, in B, and the twist about a3 that is missing."""
+        """The gaps (K, 4): acceleration of the tip above less that of the base in B, and the missing twist about a3."""
         rods, joints, (s_t, s, c_t, c) = self.rods, self.joints, self.axes.trig
         swing = self.centripetal.copy()
         swing[0] += turn[1]
@@ -45,7 +45,7 @@ class Balances(System):
         return out
 
     def resistance(self, turn: Array) -> Array:
-        """I alpha."""
+        """I alpha (3, K), N m."""
         return self.rods.inertia * turn
 
     def bare(self) -> "Balances":
@@ -54,7 +54,7 @@ class Balances(System):
         return replace(self, support=0 * self.support, centripetal=nothing, drift=nothing[0])
 
     def loads(self, x: Array) -> Loads:
-        """Force and moment about G, in B."""
+        """Force and moment about G of reactions x (4, K), in B."""
         rods, joints, (s_t, s, c_t, c), F, Mc = self.rods, self.joints, self.axes.trig, x[:3], x[3]
         up = np.empty(
             (5, Mc.size)
@@ -70,7 +70,7 @@ class Balances(System):
         return Loads(F - up[:3], moment)
 
     def band(self) -> Array:
-        """Own reactions on own gaps, and on the next joint's."""
+        """The band (8, 4 K): reactions of each joint on its own gap and on the next joint's."""
         n = self.rods.n
         band, blocks = empty_band(self.rods.m.size, 4)
         self._own(blocks)
@@ -79,7 +79,7 @@ class Balances(System):
         return band
 
     def _own(self, blocks: Array) -> None:
-        """Fill the 4 x 4 blocks on the diagonal, below and on their diagonals: one joint's reactions on its own gap."""
+        """Fill the diagonal parts of blocks (K, 4, 8): reactions of a joint on its own gap."""
         rods, R, (s_t, s, _, _) = self.rods, self.joints.R, self.axes.trig
         weighted = rods.tip_above[:, None] * R
         for column in range(3):
@@ -94,7 +94,7 @@ class Balances(System):
         blocks[:, 3, 3] = twist if self.axes.spherical is None else twist + self.axes.spherical
 
     def _next(self, blocks: Array) -> None:
-        """Fill the 4 x 4 blocks below the diagonal: a joint's reactions on the gap of the next joint."""
+        """Fill the parts of blocks (K - 1, 4, 8) below the diagonal: reactions of a joint on the next joint's gap."""
         rods, R, (s_t, s, c_t, c) = self.rods, self.joints.R, self.axes.trig
         np.multiply(-rods.cross[:, None, :-1], R[:, :, 1:], out=blocks[:, :3, 4:7].transpose(1, 2, 0))
         np.multiply((-rods.lever_k * s)[:-1], R[1, :, 1:], out=blocks[:, 3, 4:7].T)

@@ -88,7 +88,7 @@ class ChainInertia:
         return Rods(n, m, h, k, inertia, inverse, base, cross, above(tip, n), *levers, twist)
 
     def _stand_ins(self) -> Array:
-        """What stands for a zero inertia in the factored matrix: small beside all that the rod turns with."""
+        """Substitutes (3, n) in kg m² for zero inertias in the factored matrix: small compared with the rods' own."""
         transverse = STAND_IN * self.m * self.h**2
         axial, thick = np.empty(self.n), np.inf
         for i in reversed(range(self.n)):

@@ -164,6 +164,7 @@ def energy(chain: ChainInertia, q: Array, v: Array, field: Array) -> tuple[Array
 
 
 def _positions(chain: ChainInertia, joints: Joints) -> Positions:
+    """Frames (..., n, 3, 3), centres of mass and tips (..., n, 3) in I, m."""
     frames = joints.frames().transpose(2, 0, 1).reshape(-1, joints.n, 3, 3)
     return Positions(frames, *along(chain, frames[..., 2]))
 

@@ -34,7 +34,7 @@ class Step(NamedTuple):
 
 
 class Correction(ABC):
-    """Something factored once that removes what the balances lack, well enough to be repeated."""
+    """A factored system that computes corrections of the balances. It may be approximate: it is applied repeatedly."""
 
     @abstractmethod
     def __init__(self, system: System) -> None:
@@ -57,7 +57,7 @@ class Eliminated(Correction):
             raise np.linalg.LinAlgError(f"the chain's equations are singular to rounding at joint {rod}")
 
     def step(self, linear: Array | float, turn: Array, lack: Array) -> Step:
-        """Let the rods turn as if free, close the gaps that this leaves, add how the reactions turn the rods."""
+        """Turn the rods as if free by lack (3, K), close the gaps, add the turning that these reactions cause."""
         system, free = self.system, self.system.inverse * lack
         gaps = system.gaps(linear, turn + free)
         x, _ = _pbtrs(self.factor, gaps.reshape(-1, 1), lower=1, overwrite_b=1)
@@ -92,7 +92,7 @@ class Direct(Correction):
             raise np.linalg.LinAlgError(f"the chain's equations are singular at rod {rod}")
 
     def step(self, linear: Array | float, turn: Array, lack: Array) -> Step:
-        """Solve for what closes the gaps and the lack together."""
+        """Solve for reactions and turning that remove the gaps and the lack (3, K) together."""
         gaps = self.system.gaps(linear, turn)
         rhs = -np.concatenate([gaps, lack.T], 1) * self.rows
         z, _ = _gbtrs(self.lu, self.width, self.width, rhs.reshape(-1, 1), self.pivots)
@@ -130,7 +130,7 @@ def _by_row(columns: Array) -> Array:
 
 
 def _scale(largest: Array) -> Array:
-    """Powers of two that bring the largest entries near 1."""
+    """Powers of two, in the shape of `largest`, that bring its entries near 1."""
     return np.exp2(-np.round(np.log2(largest)))
 
 
@@ -146,7 +146,7 @@ def project(system: System) -> tuple[Array, Array]:
 
 
 def _refined(system: System, correction: Correction) -> tuple[Array, Array]:
-    """Repeated correction of the true balances, until what it corrects is rounding."""
+    """Reactions (r, K) and turning (3, K), corrected with the original balances to rounding."""
     x, force, turning, turn, ratio = 0.0, 0.0, system.turning, np.zeros_like(system.turning), 1.0
     for attempt in range(PASSES):
         linear, lack = force / system.rods.m + system.push, turning - system.resistance(turn)
@@ -162,7 +162,7 @@ def _refined(system: System, correction: Correction) -> tuple[Array, Array]:
 
 
 def _relative(system: System, linear: Array, step: Step, x: Array, turn: Array) -> float:
-    """Size of a step beside the size of the unknowns, or of what cancels in them; the worst of the states.
+    """The size of a step relative to x (r, K), turn (3, K) or to the terms that cancel in them; the worst state.
 
     Near equilibrium the rods hardly turn, whereas their accelerations relative to free fall, linear, do not vanish:
     what these mean in force and in turning is what rounding errors are to be measured by. So are known moments that
@@ -183,7 +183,7 @@ def _share(n: int, change: Array, x: Array, floor: Array) -> float:
 
 
 def _projected(last: float, ratio: float) -> bool:
-    """Whether no pass is needed after corrections of these relative sizes; with NaN none helps."""
+    """Whether no further pass is needed after corrections of these relative sizes; True for NaN."""
     expected = ratio * ratio / last  # the next one, if they go on shrinking as they did
     shrinking = ratio > ROUNDING[1] or ratio < last / 4
     return not (ratio > ROUNDING[0] and expected > NEGLIGIBLE and shrinking)

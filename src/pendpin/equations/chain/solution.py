@@ -109,6 +109,7 @@ class _External(NamedTuple):
 def _external(
     chain: ChainInertia, m: Array, joints: Joints, torque: Array | None, force: Array | None, moment: Array | None
 ) -> _External:
+    """External loads in body frames, from torque (..., n, 2) in N m, force and moment (..., n, 3) in I."""
     push, about_G, at_joint, first_spherical = 0.0, 0.0, None, chain.first_thin
     if force is not None or moment is not None:
         frames = joints.frames()
@@ -153,7 +154,7 @@ def _axes(joints: Joints, first_spherical: int) -> Axes:
 def _balances(
     rods: Rods, joints: Joints, axes: Axes, field: Array, omega: Array, drift: Array, known: _External
 ) -> Balances:
-    """The known terms. A rod on a spherical joint is given no spin about its axis, which changes nothing else."""
+    """The balances with known terms from field (..., 3), omega (3, K), drift (K,); no spin on spherical joints."""
     (o1, o2, o3), (I1, I2, I3) = omega, rods.inertia
     if axes.spherical is not None:
         o3, drift = np.where(axes.spherical, 0.0, [o3, drift])

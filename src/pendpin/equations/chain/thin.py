@@ -84,20 +84,20 @@ class _ThinBalances(System):
     centripetal: Array  # (3, K) 1/s², the part of d'' along the rod
 
     def gaps(self, linear: Array | float, turn: Array) -> Array:
-        """Acceleration of the tip above less that of the base."""
+        """The gaps (K, 3) in m/s²: acceleration of the tip above less that of the base, in I."""
         rods, swing = self.rods, turn + self.centripetal
         tip = above(linear + rods.k * swing, rods.n)
         tip[:, :: rods.n] = self.support
         return np.ascontiguousarray((tip - linear + rods.h * swing).T)
 
     def loads(self, x: Array) -> Loads:
-        """Force, and the moment's part that turns d: -(1 - d d^T)(h F + k F of the joint below)."""
+        """Force and turning part of the moment of reactions x (3, K): -(1 - d d^T)(h F + k F of the joint below)."""
         up = below(x, self.rods.n)
         lever = self.rods.h * x + self.rods.k * up
         return Loads(x - up, -self._across(self._across(lever)))  # twice: what rounding leaves along a light rod counts
 
     def resistance(self, turn: Array) -> Array:
-        """I d'' across the rod; along it, where there is no turning, anything that keeps turn at 0."""
+        """I d'' (3, K) across the rod; along it, where nothing turns, a term that keeps turn at 0."""
         across = self._across(turn)
         return self.rods.inertia[0] * across + (turn - across) / self.inverse
 
@@ -110,7 +110,7 @@ class _ThinBalances(System):
         return x - self.d * np.add.reduce(self.d * x, 0)
 
     def band(self) -> Array:
-        """Own reactions on own gaps, and on the next joint's."""
+        """The band (6, 3 K): reactions of each joint on its own gap and on the next joint's."""
         rods, d, d_above = self.rods, self.d, above(self.d, self.rods.n)
         own, own_above = rods.base[0] - rods.base[2], rods.tip_above[0] - rods.tip_above[2]
         to_next = rods.cross[0] - rods.cross[2]

@@ -79,7 +79,7 @@ def points(run: Trajectory) -> Array:
 
 
 def gap(one: Trajectory, other: Trajectory, length: float, count: int) -> Array:
-    """How far the tips were apart at most so far, at each of `count` times, over a length; inf where a run did not get."""
+    """The largest distance of tips so far, over a length, at each of `count` times; inf after the end of a run."""
     n = min(len(one.t), len(other.t))
     distance = apart(points(one)[:n], points(other)[:n], length)
     return np.maximum.accumulate(np.append(distance, np.full(count - n, np.inf)))

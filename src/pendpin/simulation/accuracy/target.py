@@ -110,6 +110,7 @@ class _Search:
     # --- what runs say ----------------------------------------------------------------------------------------------
 
     def _gap(self, one: int, other: int) -> Array:
+        """The largest tip distance so far (n,) between two attempts, over the length."""
         return gap(self.attempts[one].run, self.attempts[other].run, self.length, len(self.runs.times))
 
     def _promised(self, one: int, other: int) -> float:
@@ -218,7 +219,7 @@ class _Search:
         )
 
     def _refused(self, error: Array, why: str) -> RunError:
-        """The error that says why, and up to when the target is met."""
+        """The error with its reason and the time up to which the target is met; error (n,) over the length."""
         run = self.last.run
         held = run.t[: int(np.argmax(np.append(error[: len(run.t)] > self.target, True)))]
         up_to = f"it is met up to t = {held[-1]:g} s" if len(held) > 1 else "it is met nowhere"
