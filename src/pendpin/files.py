@@ -16,7 +16,7 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pendpin.errors import InputError, inside, shown
+from pendpin.errors import InputError, choices, inside, shown
 
 MAX_HEADER_BYTES = 10_000
 MAX_ARRAYS_BYTES = 4_000_000_000  # what the arrays of one file may hold in all
@@ -64,6 +64,18 @@ def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> Path:
     """
     _write(path, write, keep=True)
     return path
+
+
+FORMATS = {  # that a file's suffix says
+    *(".npz", ".csv", ".json", ".toml", ".txt", ".mat", ".h5", ".hdf5", ".parquet", ".xlsx"),
+    *(".html", ".htm", ".png", ".pdf", ".svg", ".jpg", ".gif", ".mp4"),
+}
+
+
+def refuse_other_format(path: Path, *own: str) -> None:
+    """Raise InputError where a file's suffix says another format than those that it gets."""
+    if path.suffix.lower() in FORMATS - set(own):
+        raise InputError(f"{path}: what is written there is {choices(own)}, and its name says {path.suffix}")
 
 
 def refuse_targets(targets: Iterable[Path], sources: Iterable[Path]) -> None:

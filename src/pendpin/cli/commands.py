@@ -2,15 +2,27 @@
 
 import sys
 import warnings
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pendpin.cli.inputs import (
+    check_options,
+    files_of,
+    lasting,
+    place_named,
+    print_binding,
+    print_notes,
+    read_scene,
+    refuse_targets,
+    scene_with,
+)
+from pendpin.cli.outputs import save_plot, show_run, write_page, write_run
 from pendpin.cli.streams import drop_output, finish_output, prepare_streams, say
 from pendpin.cli.sweep import map_, sweep
 from pendpin.cli.tables import (
+    print_cases,
     print_check,
     print_cost,
     print_diagnosis,
@@ -22,11 +34,11 @@ from pendpin.cli.tables import (
     progress_bar,
     waiting,
 )
-from pendpin.errors import Halted, InputError, Note, PendpinError, RunError, inside, one_line
+from pendpin.errors import Halted, Note, PendpinError, RunError, inside, one_line
+from pendpin.versions import VERSION
 
 if TYPE_CHECKING:
-    from pendpin.scene import Scene, Solver
-    from pendpin.trajectory import Trajectory
+    pass
 
 app = typer.Typer(
     name="pendpin",
@@ -34,17 +46,23 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 SceneFile = Annotated[Path | None, typer.Argument(help="Scene file (TOML); the built-in single rod if absent.")]
-UrdfFile = Annotated[Path | None, typer.Option(help="A URDF in place of a scene, under gravity, from rest.")]
+UrdfFile = Annotated[
+    str | None,
+    typer.Option(metavar="FILE|NAME", help="A URDF, or a robot by name such as ur5, under gravity, from rest."),
+]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Another value in the scene: model.rods[0].mass=2."),
+]
 Lock = Annotated[list[str] | None, typer.Option(help="NAME=POSITION freezes a joint of the URDF, in rad or m.")]
 Mimic = Annotated[str | None, typer.Option(help="Joints of the URDF with <mimic>: free or locked.")]
 Strict = Annotated[bool, typer.Option("--strict", help="Refuse a model with findings: inertia that no real body has.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 
-
-MOST_NOTES = 12  # lines before a table
 
 UsageError: Any = typer.BadParameter.__mro__[1]  # its base: whatever is wrong with the command line itself
 
@@ -90,6 +108,21 @@ def _fail_usage(error: Any) -> None:
     _fail(f"{error.format_message().rstrip('.')}; see {command} --help", 2)
 
 
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"pendpin {VERSION}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """The 3D compound pendulum and chains of rods: simulate, cross-check, draw, animate."""
+
+
 @app.command()
 def run(
     scene: SceneFile = None,
@@ -97,6 +130,11 @@ def run(
     lock: Lock = None,
     mimic: Mimic = None,
     strict: Strict = False,
+    changes: Changes = None,
+    duration: Annotated[float | None, typer.Option(help="Duration in s, in place of the scene's.")] = None,
+    samples: Annotated[
+        int | None, typer.Option(help="Output times from 0 to the end, in place of the scene's.")
+    ] = None,
     method: Annotated[str | None, typer.Option(help="Integration method, such as dop853.")] = None,
     tolerance: Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")] = None,
     step: Annotated[float | None, typer.Option(help="Largest step in s, for fixed-step methods.")] = None,
@@ -107,7 +145,7 @@ def run(
     limit: Annotated[float | None, typer.Option(min=0, help="Stop the run after this time, in s.")] = None,
     checkpoint: Annotated[Path | None, typer.Option(help="Save the state of the run here; continue from it.")] = None,
     every: Annotated[float, typer.Option(min=0, help="Time between two saves of that file, in s.")] = 5.0,
-    out: Annotated[Path, typer.Option(help="Where the run is saved.")] = Path("run.npz"),
+    out: Annotated[Path, typer.Option(help="Where the run is saved: .npz, or .csv for a table.")] = Path("run.npz"),
     html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
     energy_balance: Annotated[bool, typer.Option("--energy-balance", help="Compute the work of every effect.")] = False,
@@ -121,37 +159,41 @@ def run(
     a checkpoint was killed or stopped, the same command continues it.
     """
     from pendpin.analysis.crosscheck import along
+    from pendpin.files import refuse_other_format
     from pendpin.graphics.figure import picture_kind
     from pendpin.simulation.checkpoint import resumable
     from pendpin.simulation.simulate import simulate
 
-    chosen = _scene_with(scene, urdf, lock or (), mimic)
+    chosen = lasting(scene_with(scene, urdf, lock or (), mimic, changes or ()), duration, samples)
     if scene is None and urdf is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")
     if plot:
         picture_kind(plot)
-    _refuse_targets([out, html, plot, checkpoint], [scene, *_files_of(chosen)])
+    refuse_targets([out, html, plot, checkpoint], [scene, *files_of(chosen)])
+    if html:
+        refuse_other_format(html, ".html")
+    refuse_other_format(out, ".npz", ".csv")
     options = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
-    _check_options(chosen.solver, **options)
+    check_options(chosen.solver, **options)
     if explain:
-        _print_binding(chosen)
+        print_binding(chosen)
     stopped: RunError | None = None
     with resumable(checkpoint):
-        with inside(_place(urdf or scene)), progress_bar("integrating", chosen.duration, hidden=json) as progress:
-            _print_notes(chosen, strict)
+        with inside(place_named(urdf or scene)), progress_bar("integrating", chosen.duration, hidden=json) as progress:
+            print_notes(chosen, strict)
             options |= {"energy_balance": energy_balance, "limit": limit, "checkpoint": checkpoint, "every": every}
             try:
                 trajectory = simulate(chosen, **options, progress=progress)
             except RunError as error:
                 stopped, trajectory = error, error.partial
         report = along(trajectory)
-        print_run(trajectory, report, _write_run(trajectory, out, plot, html), json)
+        print_run(trajectory, report, write_run(trajectory, out, plot, html), json)
     if checkpoint and not isinstance(stopped, Halted):
         checkpoint.resolve().unlink(missing_ok=True)
     if stopped:
         raise stopped
     if view:
-        _show(trajectory)
+        show_run(trajectory)
     if report and report.fault:
         raise PendpinError(f"the cross-check along the run failed: {report.fault}")
 
@@ -163,6 +205,7 @@ def check(
     lock: Lock = None,
     mimic: Mimic = None,
     strict: Strict = False,
+    changes: Changes = None,
     states: Annotated[int, typer.Option(min=1, max=10_000_000, help="How many random states.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
     json: Json = False,
@@ -170,9 +213,9 @@ def check(
     """Compute accelerations and reactions at random states by every route, and compare each pair of routes."""
     from pendpin.analysis.crosscheck import crosscheck
 
-    chosen = _scene_with(scene, urdf, lock or (), mimic)
-    with inside(_place(urdf or scene)):
-        _print_notes(chosen, strict)
+    chosen = scene_with(scene, urdf, lock or (), mimic, changes or ())
+    with inside(place_named(urdf or scene)):
+        print_notes(chosen, strict)
         report = crosscheck(chosen, states=states, seed=seed)
     print_check(report, json)
     if report.fault:
@@ -188,12 +231,12 @@ def view(
     from pendpin.trajectory import Trajectory
 
     trajectory = Trajectory.load(run)
-    _refuse_targets([html], [run])
+    refuse_targets([html], [run])
     with inside(str(run)):
         if html is None:
-            _show(trajectory)
+            show_run(trajectory)
         else:
-            print_files([_write_page(trajectory, html)])
+            print_files([write_page(trajectory, html)])
 
 
 @app.command()
@@ -206,8 +249,8 @@ def plot(
 
     trajectory = Trajectory.load(run)
     picture = out or run.with_suffix(".png")
-    _refuse_targets([picture], [run])
-    print_files([_save_plot(trajectory, picture)])
+    refuse_targets([picture], [run])
+    print_files([save_plot(trajectory, picture)])
 
 
 @app.command()
@@ -222,7 +265,7 @@ def effects(
     from pendpin.analysis.significance import significance
 
     with waiting("comparing runs with and without each effect", hidden=json):
-        found = significance(_scene(scene), accuracy)
+        found = significance(read_scene(scene), accuracy)
     print_effects(found, json)
 
 
@@ -244,11 +287,11 @@ def cost(
     from pendpin.analysis.work_precision_figure import save_cost_plot
     from pendpin.graphics.figure import picture_kind
 
-    chosen = _scene(scene)
+    chosen = read_scene(scene)
     if plot:
         picture_kind(plot)
-        _refuse_targets([plot], [scene, *_files_of(chosen)])
-    with inside(_place(scene)), waiting("the reference", hidden=json) as progress:
+        refuse_targets([plot], [scene, *files_of(chosen)])
+    with inside(place_named(scene)), waiting("the reference", hidden=json) as progress:
         names = [name.strip() for name in methods.split(",")] if methods else METHODS
         report = measure(chosen, methods=names, accuracy=accuracy, peers=peers, budget=budget, progress=progress)
     print_cost(report, json)
@@ -282,10 +325,10 @@ def fit(
     from pendpin.analysis.fit import fit as fitted
     from pendpin.graphics.figure import picture_kind
 
-    chosen = _scene(scene)
+    chosen = read_scene(scene)
     if plot:
         picture_kind(plot)
-    _refuse_targets([out, plot], [scene, *data, *(hold_out or []), *_files_of(chosen)])
+    refuse_targets([out, plot], [scene, *data, *(hold_out or []), *files_of(chosen)])
     with inside(str(scene)), waiting("fitting", hidden=json) as progress:
         found = fitted(chosen, data, free, hold_out, hold_out_start, robust=robust, progress=progress)
         if explain_residual:
@@ -299,6 +342,7 @@ def fit(
 @app.command()
 def hard(
     cases: Annotated[list[str] | None, typer.Argument(help="Names of cases; all if absent.")] = None,
+    listed: Annotated[bool, typer.Option("--list", help="Name the cases, and run none.")] = False,
     short: Annotated[bool, typer.Option("--short", help="The short forms, as in the tests.")] = False,
     peers: Annotated[
         bool, typer.Option("--peers", help="Run the short forms in MuJoCo, Drake and plain SciPy.")
@@ -306,8 +350,12 @@ def hard(
     json: Json = False,
 ) -> None:
     """Run the hard cases (docs/hard_cases.md), each on its methods against its bound."""
+    from pendpin.analysis.hardcases import CASES
     from pendpin.analysis.hardcases import hard as run_cases
 
+    if listed:
+        print_cases(list(CASES.values()), json)
+        return
     with waiting("the hard cases", hidden=json) as progress:
         report = run_cases(cases or (), full=not short, peers=peers, progress=progress)
     print_hard(report, json)
@@ -333,7 +381,7 @@ def doctor(
     """
     from pendpin.analysis.doctor.diagnose import diagnose_file
 
-    _refuse_targets([html], [file])
+    refuse_targets([html], [file])
     with waiting("reading", hidden=json) as progress:
         diagnosis = diagnose_file(file, rod, convention, progress)
     print_diagnosis(diagnosis, json)
@@ -357,15 +405,28 @@ def urdf(
     from pendpin.model.write_urdf import chain_urdf
     from pendpin.scene import Chain
 
-    model = _scene(scene).model
+    model = read_scene(scene).model
     if not isinstance(model, Chain):
         raise PendpinError(f"{scene}: model.kind: the model is a URDF file already: {model.file}")
-    _refuse_targets([out], [scene])
+    refuse_targets([out], [scene])
     text = chain_urdf(model)
     if out is None:
         print(text, end="")
     else:
         print_files([write_whole(out, lambda file: file.write(text.encode()))])
+
+
+@app.command()
+def new(
+    example: Annotated[
+        str, typer.Argument(help="Its name, such as crane; `pendpin new --list` names all.")
+    ] = "single_rod",
+    listed: Annotated[bool, typer.Option("--list", help="Name the examples.")] = False,
+) -> None:
+    """Print a commented example scene, to be changed: pendpin new crane > my.toml."""
+    from pendpin.scene.examples import example_names, example_text
+
+    print("\n".join(example_names()) if listed else example_text(example), end="\n" if listed else "")
 
 
 @app.command()
@@ -380,117 +441,3 @@ def schema() -> None:
 
 app.command()(sweep)
 app.command("map")(map_)
-
-
-def _scene(path: Path | None) -> "Scene":
-    from pendpin.scene import builtin_scene, load_scene
-
-    return builtin_scene() if path is None else load_scene(path)
-
-
-def _scene_with(path: Path | None, urdf: Path | None, lock: Sequence[str], mimic: str | None) -> "Scene":
-    """A scene, or a URDF in place of one, with the joints of its URDF locked as the options say."""
-    from pendpin.effects import Gravity
-    from pendpin.scene import Scene, UrdfModel
-
-    if path is not None and urdf is not None:
-        raise typer.BadParameter("give a scene or a URDF, not both")
-    scene = Scene(model=UrdfModel(path=urdf), effects=(Gravity(),)) if urdf else _scene(path)
-    if not lock and mimic is None:
-        return scene
-    if not isinstance(scene.model, UrdfModel):
-        raise typer.BadParameter("the model is a chain of rods; --lock and --mimic are for the joints of a URDF")
-    given = {"lock": scene.model.lock | dict(map(_locked, lock))} | ({"mimic": mimic} if mimic is not None else {})
-    try:
-        model = UrdfModel(**(scene.model.model_dump() | given))
-    except InputError as error:
-        raise typer.BadParameter(str(error).removeprefix("UrdfModel: ")) from None
-    return scene.model_copy(update={"model": model})
-
-
-def _locked(text: str) -> tuple[str, float]:
-    name, _, position = text.rpartition("=")
-    try:
-        return name, float(position)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is not NAME=POSITION, such as elbow=0.5", param_hint="--lock") from None
-
-
-def _place(path: Path | None) -> str:
-    return str(path or "the built-in rod")
-
-
-def _check_options(solver: "Solver", **options: Any) -> None:
-    """Check options that replace settings of the scene's solver; errors name the option."""
-    try:
-        solver.replaced(**{name: value for name, value in options.items() if value is not None})
-    except InputError as error:
-        name, reason = str(error).split(": ", 1)
-        raise typer.BadParameter(reason, param_hint=f"--{name}") from None
-
-
-def _refuse_targets(targets: list[Path | None], sources: list[Path | None]) -> None:
-    """Refuse files that cannot be written, or that are read by the same command, before the work begins."""
-    from pendpin.files import refuse_targets
-
-    refuse_targets(filter(None, targets), list(filter(None, sources)))
-
-
-def _files_of(scene: "Scene") -> list[Path | None]:
-    return [getattr(scene.model, "path", None), *(getattr(effect, "csv", None) for effect in scene.effects)]
-
-
-def _print_notes(scene: "Scene", strict: bool) -> None:
-    """What is odd in a model: findings, which `strict` refuses, and notes. Raises InputError."""
-    from pendpin.model.build import build
-    from pendpin.model.notes import notes
-
-    model = build(scene.model)
-    if strict and model.findings:
-        more = f" (the first of {len(model.findings)} findings)" * (len(model.findings) > 1)
-        raise InputError(f"{model.findings[0]}{more}; --strict refuses this")
-    for finding in model.findings:
-        say(f"pendpin: finding: {finding}")
-    said = notes(scene, model)
-    for note in said[:MOST_NOTES]:
-        say(f"pendpin: note: {note}")
-    if len(said) > MOST_NOTES:
-        say(f"pendpin: note: {len(said) - MOST_NOTES} more notes; bind(scene).model.notes has them all")
-
-
-def _print_binding(scene: "Scene") -> None:
-    from pendpin.analysis.explain import explain
-    from pendpin.dynamics.dynamics import bind
-
-    for line in explain(bind(scene), scene.effects):
-        print(line)
-
-
-def _write_run(trajectory: "Trajectory", out: Path, plot: Path | None, html: Path | None) -> list[Path]:
-    """The files of a run: its numbers first, then the figure and the page where they are asked for."""
-    files = [trajectory.save(out)]
-    if plot:
-        files.append(_save_plot(trajectory, plot))
-    if html:
-        files.append(_write_page(trajectory, html))
-    return files
-
-
-def _save_plot(trajectory: "Trajectory", path: Path) -> Path:
-    from pendpin.graphics.figure import save_plot
-
-    return save_plot(trajectory, path)
-
-
-def _write_page(trajectory: "Trajectory", path: Path) -> Path:
-    from pendpin.graphics.run_drawing import drawing_of
-    from pendpin.graphics.view import write_page
-
-    return write_page(path, drawing_of(trajectory))
-
-
-def _show(trajectory: "Trajectory") -> None:
-    from pendpin.graphics.run_drawing import drawing_of
-    from pendpin.graphics.view import serve
-
-    serve(drawing_of(trajectory), ready=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True), open_browser=True)

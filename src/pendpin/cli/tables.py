@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from pendpin.analysis.crosscheck import Report
     from pendpin.analysis.doctor.diagnosis import Diagnosis
     from pendpin.analysis.fit import Fit
+    from pendpin.analysis.hardcases import Case
     from pendpin.analysis.hardcases import Report as HardReport
     from pendpin.analysis.significance import EffectsReport
     from pendpin.analysis.work_precision_report import CostReport, Curve
@@ -185,6 +186,16 @@ def print_fit(found: "Fit", as_json: bool) -> None:
 
 def _error_of(found: "Fit", key: str) -> str:
     return f"{found.errors[key]:.2g}" if key in found.errors else "not determined"
+
+
+def print_cases(cases: "list[Case]", as_json: bool) -> None:
+    """The names of the hard cases, what each is about, and its bound."""
+    if as_json:
+        print_json(
+            [{"name": case.name, "title": case.title, "figure": case.figure, "bound": case.bound} for case in cases]
+        )
+        return
+    print_table(["case", "what", "bound"], [[case.name, case.title, f"{case.bound:.1e}"] for case in cases])
 
 
 def print_hard(report: "HardReport", as_json: bool) -> None:

@@ -7,7 +7,7 @@ from typing import IO, Any
 import numpy as np
 
 from pendpin.errors import MissingLibrary
-from pendpin.files import write_whole
+from pendpin.files import refuse_other_format, write_whole
 
 ROWS_AT_ONCE = 4096
 
@@ -24,6 +24,7 @@ def to_pandas(run: Any) -> Any:
 
 def to_csv(run: Any, path: str | Path) -> Path:
     """Write a run's quantities with their names in the first line, whole or not at all; every digit is kept."""
+    refuse_other_format(Path(path), ".csv", ".txt")
     rows = np.array([run[name] for name in run.names]).T
 
     def write(file: IO[bytes]) -> None:

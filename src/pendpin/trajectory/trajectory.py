@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from pendpin.arrays import Array
 from pendpin.errors import InputError
-from pendpin.files import open_arrays, write_whole
+from pendpin.files import open_arrays, refuse_other_format, write_whole
 from pendpin.late import from_above
 from pendpin.records import LARGEST
 from pendpin.trajectory.columns import Place, column, columns
@@ -169,6 +169,7 @@ class Trajectory:
 
     def save(self, path: str | Path) -> Path:
         """Write everything to an .npz file, whole or not at all. Raises InputError where that cannot be."""
+        refuse_other_format(Path(path), ".npz")
         arrays: dict[str, Any] = {name: getattr(self, name) for name in ARRAYS} | {"joints": np.array(self.joints)}
         if self.rods is not None:
             arrays |= self.rods._asdict()

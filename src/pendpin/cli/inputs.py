@@ -1,0 +1,134 @@
+"""What commands read: scenes with what the options change in them, and what is odd in a scene."""
+
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from pendpin.cli.streams import say
+from pendpin.errors import InputError
+
+if TYPE_CHECKING:
+    from pendpin.scene import Scene, Solver
+
+MOST_NOTES = 12  # lines before a table
+
+
+def read_scene(path: Path | None) -> "Scene":
+    from pendpin.scene import builtin_scene, load_scene
+
+    return builtin_scene() if path is None else load_scene(path)
+
+
+def scene_with(
+    path: Path | None,
+    urdf: str | None,
+    lock: Sequence[str] = (),
+    mimic: str | None = None,
+    changes: Sequence[str] = (),
+) -> "Scene":
+    """A scene, or a URDF in place of one, with the joints of its URDF locked and values changed as the options say."""
+    from pendpin.effects import Gravity
+    from pendpin.scene import Scene, UrdfModel
+
+    if path is not None and urdf is not None:
+        raise typer.BadParameter("give a scene or a URDF, not both")
+    scene = Scene(model=UrdfModel(urdf), effects=(Gravity(),)) if urdf else read_scene(path)
+    return _with_locks(scene, lock, mimic).replace(dict(map(_change, changes)))
+
+
+def _with_locks(scene: "Scene", lock: Sequence[str], mimic: str | None) -> "Scene":
+    from pendpin.scene import UrdfModel
+
+    if not lock and mimic is None:
+        return scene
+    if not isinstance(scene.model, UrdfModel):
+        raise typer.BadParameter("the model is a chain of rods; --lock and --mimic are for the joints of a URDF")
+    given = {"lock": scene.model.lock | dict(map(_locked, lock))} | ({"mimic": mimic} if mimic is not None else {})
+    try:
+        model = UrdfModel(**(scene.model.model_dump() | given))
+    except InputError as error:
+        raise typer.BadParameter(str(error).removeprefix("UrdfModel: ")) from None
+    return scene.model_copy(update={"model": model})
+
+
+def _change(text: str) -> tuple[str, Any]:
+    """The key path and the value of KEY=VALUE: a value as in TOML, or text without quotes."""
+    path, equals, value = text.partition("=")
+    if not equals:
+        raise typer.BadParameter(f"{text!r} is not KEY=VALUE, such as model.rods[0].mass=2", param_hint="--set")
+    try:
+        return path.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return path.strip(), value.strip()
+
+
+def _locked(text: str) -> tuple[str, float]:
+    name, _, position = text.rpartition("=")
+    try:
+        return name, float(position)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not NAME=POSITION, such as elbow=0.5", param_hint="--lock") from None
+
+
+def lasting(scene: "Scene", duration: float | None, samples: int | None) -> "Scene":
+    """A scene with the duration and samples of the options."""
+    changes = {"duration": duration, "solver.samples": samples}
+    for path, value in changes.items():
+        try:
+            scene = scene if value is None else scene.replace({path: value})
+        except InputError as error:
+            raise typer.BadParameter(str(error), param_hint=f"--{path.removeprefix('solver.')}") from None
+    return scene
+
+
+def place_named(path: Path | str | None) -> str:
+    return str(path or "the built-in rod")
+
+
+def check_options(solver: "Solver", **options: Any) -> None:
+    """Check options that replace settings of the scene's solver; errors name the option."""
+    try:
+        solver.replaced(**{name: value for name, value in options.items() if value is not None})
+    except InputError as error:
+        name, reason = str(error).split(": ", 1)
+        raise typer.BadParameter(reason, param_hint=f"--{name}") from None
+
+
+def refuse_targets(targets: list[Path | None], sources: list[Path | None]) -> None:
+    """Refuse files that cannot be written, or that are read by the same command, before the work begins."""
+    from pendpin.files import refuse_targets
+
+    refuse_targets(filter(None, targets), list(filter(None, sources)))
+
+
+def files_of(scene: "Scene") -> list[Path | None]:
+    return [getattr(scene.model, "path", None), *(getattr(effect, "csv", None) for effect in scene.effects)]
+
+
+def print_notes(scene: "Scene", strict: bool) -> None:
+    """What is odd in a model: findings, which `strict` refuses, and notes. Raises InputError."""
+    from pendpin.model.build import build
+    from pendpin.model.notes import notes
+
+    model = build(scene.model)
+    if strict and model.findings:
+        more = f" (the first of {len(model.findings)} findings)" * (len(model.findings) > 1)
+        raise InputError(f"{model.findings[0]}{more}; --strict refuses this")
+    for finding in model.findings:
+        say(f"pendpin: finding: {finding}")
+    said = notes(scene, model)
+    for note in said[:MOST_NOTES]:
+        say(f"pendpin: note: {note}")
+    if len(said) > MOST_NOTES:
+        say(f"pendpin: note: {len(said) - MOST_NOTES} more notes; bind(scene).model.notes has them all")
+
+
+def print_binding(scene: "Scene") -> None:
+    from pendpin.analysis.explain import explain
+    from pendpin.dynamics.dynamics import bind
+
+    for line in explain(bind(scene), scene.effects):
+        print(line)

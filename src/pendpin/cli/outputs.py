@@ -1,0 +1,37 @@
+"""What commands write: the files of a run, and the run in a browser."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pendpin.trajectory import Trajectory
+
+
+def write_run(trajectory: "Trajectory", out: Path, plot: Path | None, html: Path | None) -> list[Path]:
+    """The files of a run: its numbers first, then the figure and the page where they are asked for."""
+    files = [trajectory.to_csv(out) if out.suffix.lower() == ".csv" else trajectory.save(out)]
+    if plot:
+        files.append(save_plot(trajectory, plot))
+    if html:
+        files.append(write_page(trajectory, html))
+    return files
+
+
+def save_plot(trajectory: "Trajectory", path: Path) -> Path:
+    from pendpin.graphics.figure import save_plot
+
+    return save_plot(trajectory, path)
+
+
+def write_page(trajectory: "Trajectory", path: Path) -> Path:
+    from pendpin.graphics.run_drawing import drawing_of
+    from pendpin.graphics.view import write_page
+
+    return write_page(path, drawing_of(trajectory))
+
+
+def show_run(trajectory: "Trajectory") -> None:
+    from pendpin.graphics.run_drawing import drawing_of
+    from pendpin.graphics.view import serve
+
+    serve(drawing_of(trajectory), ready=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True), open_browser=True)

@@ -1,0 +1,27 @@
+"""The example scenes that come with pendpin."""
+
+import re
+from pathlib import Path
+
+from pendpin.errors import InputError, choices, did_you_mean, shown
+
+
+def example_names() -> list[str]:
+    """The names of the examples."""
+    return sorted(path.stem for path in _folder().glob("*.toml"))
+
+
+def example_text(name: str) -> str:
+    """An example scene as text, with its comments; the files that it names by their whole paths. Raises InputError."""
+    names = example_names()
+    if name not in names:
+        meant = did_you_mean(name, names) or f"; it is one of: {choices(names)}"
+        raise InputError(f"{shown(name)} is no example{meant}")
+    text = (_folder() / f"{name}.toml").read_text(encoding="utf-8")
+    return re.sub(r'(?m)^(csv|path) = "([^"]+)"', lambda m: f'{m[1]} = "{(_folder() / m[2]).as_posix()}"', text)
+
+
+def _folder() -> Path:
+    """Where they are: in the installed package, or at the top of a checkout."""
+    installed = Path(__file__).parents[1] / "examples"
+    return installed if installed.is_dir() else Path(__file__).parents[3] / "examples"

@@ -1,0 +1,81 @@
+"""What the commands share with Python: other values by key path, robots by name, tables, examples."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+from bad_input import run_main
+from pendpin.scene.examples import example_names
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder to run in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_set_duration_samples_and_a_table(folder: Path, capfd: pytest.CaptureFixture) -> None:
+    """The same run as by scene.replace, as comma-separated values."""
+    assert run_main("new", "double_pendulum") == 0
+    (folder / "mine.toml").write_text(capfd.readouterr().out)
+    changes = ("--set", "model.rods[0].mass=2", "--set", "solver.method=rk45", "--set", "start.positions.theta_1=0.3")
+    assert run_main("run", "mine.toml", *changes, "--duration", "0.5", "--samples", "11", "--out", "mine.csv") == 0
+    scene = pp.load_scene("mine.toml").replace({"model.rods[0].mass": 2.0, "start.positions.theta_1": 0.3})
+    run = pp.simulate(scene, duration=0.5, samples=11, method="rk45")
+    head, *rows = (folder / "mine.csv").read_text().splitlines()
+    assert tuple(head.split(",")) == run.names
+    np.testing.assert_array_equal([float(row.split(",")[1]) for row in rows], run["theta_1"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("--set", "model.path"), "is not KEY=VALUE"),
+        (("--set", "start.positions.teta=1"), "did you mean 'theta'"),
+        (("--set", "duratoin=1"), "duratoin: unknown key; did you mean 'duration'"),
+        (("--duration=-1",), "--duration: duration: -1.0 is below 0"),
+        (("--samples", "0"), "--samples: solver.samples: 0 is below 1"),
+        (("--out", "run.json"), "its name says .json"),
+        (("--html", "page.png"), "its name says .png"),
+        (("--urdf", "ur55"), "did you mean 'ur5'"),
+    ],
+)
+def test_refused_in_one_line(arguments: tuple[str, ...], says: str, capfd: pytest.CaptureFixture) -> None:
+    """Before anything is run."""
+    assert run_main("run", *arguments) != 0
+    assert says in capfd.readouterr().err
+    assert not list(Path().iterdir())
+
+
+def test_robots_by_name(capfd: pytest.CaptureFixture) -> None:
+    """Of example-robot-data."""
+    assert run_main("run", "--urdf", "double_pendulum", "--duration", "0.1", "--json") == 0
+    assert json.loads(capfd.readouterr().out)["steps"] > 0
+    assert pp.Trajectory.load("run.npz").scene["model"]["name"] == "double_pendulum"
+
+
+def test_version_help_and_lists(capfd: pytest.CaptureFixture) -> None:
+    """Each ends well and says what it should."""
+    for arguments, says in [
+        (("--version",), pp.__version__),
+        (("-h",), "Usage"),
+        (("run", "-h"), "--set"),
+        (("hard", "--list"), "thin-pole"),
+        (("new", "--list"), "crane"),
+    ]:
+        assert run_main(*arguments) == 0
+        assert says in capfd.readouterr().out
+
+
+@pytest.mark.parametrize("name", example_names())
+def test_examples_are_printed_as_scenes_that_can_be_read_anywhere(
+    name: str, folder: Path, capfd: pytest.CaptureFixture
+) -> None:
+    """With their comments, and with the whole paths of their files."""
+    assert run_main("new", name) == 0
+    (folder / "mine.toml").write_text(capfd.readouterr().out)
+    assert pp.load_scene("mine.toml") == pp.load_scene(Path(__file__).parents[1] / "examples" / f"{name}.toml")
