@@ -174,7 +174,7 @@ def test_processes_end_when_nobody_listens() -> None:
 
 def test_a_process_that_dies_is_said() -> None:
     """In one line, with what may be behind it."""
-    with pytest.raises(pp.RunError, match="has died"):
+    with pytest.raises(pp.RunError, match="ended unexpectedly"):
         list(spread(_die, [1, 2], 2))
 
 

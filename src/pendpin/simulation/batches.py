@@ -1,8 +1,8 @@
 """Many runs side by side in the processor's vectors: the equations are compiled once, with their numbers as parameters.
 
 A case is a scene of one structure: it differs from others in its start and in the numbers of its model and effects, which
-are run-time parameters of one set of Taylor series. What a case gives does not depend on its neighbours in the vector.
-Scenes that this does not cover are left to `simulate`.
+are run-time parameters of one set of Taylor series. The result of a case does not depend on its neighbours in the vector.
+Other scenes are run by `simulate`.
 """
 
 import math
@@ -34,7 +34,7 @@ Sums = Sequence[Sequence[int]]  # places of joints whose angles are added
 
 
 class Case(NamedTuple):
-    """What one scene has of its own."""
+    """The start and the numbers of one scene."""
 
     q: Array  # (nv,) at the start
     v: Array  # (nv,)
@@ -43,7 +43,7 @@ class Case(NamedTuple):
 
 
 class Motions(NamedTuple):
-    """What c cases give; NaN behind the first sample of one that cannot go on."""
+    """The motions of c cases; NaN after the first sample of a case that cannot be integrated to its end."""
 
     q: Array  # (c, n, nv)
     v: Array  # (c, n, nv)

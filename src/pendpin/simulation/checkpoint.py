@@ -1,4 +1,4 @@
-"""How far a run has come, in memory and in a file, so that it goes on from there after its process has ended."""
+"""The state of a run, in memory and in a file, so that the run can be continued after its process has ended."""
 
 import json
 import os
@@ -21,21 +21,21 @@ from pendpin.versions import VERSION, installed
 
 FORMAT = 1
 EVERY = 5.0  # s of wall time between two saves, unless another is given
-LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # that compute a motion, or by their absence choose what does
+LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # on which the numbers of a run depend
 REMEDY = "delete it or name another file"
 WHAT = f"a checkpoint that pendpin saved ({REMEDY})"
 
 
 @dataclass(frozen=True, eq=False)
 class RunState:
-    """The motion at the first n output times, and what its integration carries on from there.
+    """The motion at the first n output times, and the arrays with which its integration continues.
 
-    All of a run's progress shares one `room`, of which the rows before n are never written again.
+    All states of a run share one array `room`; its first n rows do not change any more.
     """
 
     room: Array  # (output times, columns): q, v, work of the accounts, torques of contacts
     n: int
-    carried: dict[str, Array]  # of one shape through all of a run
+    carried: dict[str, Array]  # shapes do not change during a run
     steps: int = 0
     evaluations: int = 0
     events: int = 0
@@ -61,7 +61,7 @@ class RunState:
     def grown(
         self, samples: Array, carried: dict[str, Array], steps: int, evaluations: int, events: int = 0
     ) -> "RunState":
-        """With more samples (k, columns), and what they took."""
+        """The state with more samples (k, columns), and the counts increased."""
         n = self.n + len(samples)
         self.room[self.n : n] = samples
         counts = {"steps": self.steps + steps, "evaluations": self.evaluations + evaluations}
@@ -70,7 +70,7 @@ class RunState:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """The file of a run, and how often it is written. Raises InputError for a file that cannot be."""
+    """The file of a run, and how often it is written. Raises InputError for a file that cannot be written."""
 
     path: Path
     every: float = EVERY  # s of wall time
@@ -82,19 +82,19 @@ class Checkpoint:
 
 
 class Saver:
-    """What keeps the progress of a run safe: this one nothing."""
+    """Saves the state of a run; this base class saves nothing."""
 
-    note = ""  # how a run that was halted goes on
+    note = ""  # how to continue a halted run
 
     def resume(self, first: RunState) -> RunState:
-        """Where the run goes on; `first` if it is not a part of it done. Raises InputError for what is of another run."""
+        """The saved state, or `first` if there is none. Raises InputError for a state of another run."""
         return first
 
     def offer(self, progress: RunState) -> None:
-        """Save, if it is time. Raises Halted where that cannot be."""
+        """Save if the interval has passed. Raises Halted if saving fails."""
 
     def save(self, progress: RunState) -> None:
-        """Save now. Raises Halted where that cannot be."""
+        """Save now. Raises Halted if saving fails."""
 
 
 class FileSaver(Saver):
@@ -108,7 +108,7 @@ class FileSaver(Saver):
         return load(self._path, self._run, first) if os.path.exists(self._path) else first
 
     def offer(self, progress: RunState) -> None:
-        """Save where the last save is long enough ago; the first time at once."""
+        """Save if the last save is long enough ago; the first call saves at once."""
         if time.perf_counter() - self._saved >= self._every:
             self.save(progress)
 
@@ -128,7 +128,7 @@ class FileSaver(Saver):
 
 @contextmanager
 def resumable(path: Path | None) -> Iterator[None]:
-    """Where the user stops the block, the file of its run is named, if it has one. Raises Interrupted."""
+    """If the user stops the block and the run has a file, raise Interrupted with the name of the file."""
     try:
         yield
     except KeyboardInterrupt:
@@ -142,7 +142,7 @@ def _note(path: Path) -> str:
 
 
 def identity(scene: Scene, energy_balance: bool, engine: str) -> dict[str, Any]:
-    """What has to be the same for a run to go on: scene, contents of the files that it names, energy_balance, versions."""
+    """What must be the same to continue a run: scene, contents of its files, energy balance, engine, versions."""
     record = scene.model_dump(mode="json")
     for table in (record["model"], *record["effects"]):
         for key in table.keys() & {"path", "csv"}:
@@ -155,7 +155,7 @@ def identity(scene: Scene, energy_balance: bool, engine: str) -> dict[str, Any]:
 
 
 def save(path: Path, run: dict[str, Any], progress: RunState) -> None:
-    """Write the progress of a run, whole or not at all. Raises InputError where that cannot be."""
+    """Write the state of a run, whole or not at all. Raises InputError if that fails."""
     counts = np.array([progress.steps, progress.evaluations, progress.events, progress.seconds])
     meta = np.array(json.dumps({"checkpoint": FORMAT, "run": run}))
     arrays: dict[str, Any] = {"samples": progress.samples, "counts": counts, "meta": meta}
@@ -164,7 +164,7 @@ def save(path: Path, run: dict[str, Any], progress: RunState) -> None:
 
 
 def load(path: Path, run: dict[str, Any], first: RunState) -> RunState:
-    """The progress of this run in a file; its arrays have the shapes of those in `first`.
+    """The state of this run in a file; its arrays have the shapes of those in `first`.
 
     Raises InputError for a file that is damaged, foreign or of another run; nothing in it is executed.
     """

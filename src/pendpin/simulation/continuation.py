@@ -1,4 +1,4 @@
-"""A run gone on with from any of its samples: at other times, and beyond its end."""
+"""Continues a run from any of its samples: to other times, and beyond its end."""
 
 from dataclasses import replace
 
@@ -37,7 +37,7 @@ class Continuation:
         way = SmoothLoop if self.dynamics.contacts is None else LoopWithEvents
         parts = (integrator, self.dynamics, self.balance, self.scene.times, lambda t: None, pace)
         self._loop = way(*parts)
-        self._loop.begin(run.q[0], run.v[0])  # what is large and what is small in the run, its parts share
+        self._loop.begin(run.q[0], run.v[0])  # all pieces share the scales of the run
 
     def piece(self, sample: int, times: Array) -> Run:
         """The motion from a sample of the run, at times (m,) in s since the scene's start, the sample's own first.
@@ -67,7 +67,7 @@ class Continuation:
         return replace(samples_of(rows, wanted), t=t, stats=replace(self.run.stats, **counts))
 
     def filled(self, pieces: list[Run], samples: ArrayLike) -> Trajectory:
-        """All rows of some pieces, with what is computed along them; each piece begins at a sample of the run.
+        """All rows of some pieces, with accelerations, wrenches and energies; each piece begins at a sample of the run.
 
         t is counted from the scene's start, the work on from those samples.
         """

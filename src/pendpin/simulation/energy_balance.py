@@ -1,4 +1,4 @@
-"""Where the energy goes: the work of every effect, by its potential where it has one, else integrated with the motion."""
+"""The work of every effect: from its potential if it has one, else integrated with the motion."""
 
 from collections.abc import Callable, Sequence
 
@@ -30,7 +30,7 @@ class EnergyBalance:
                 self._powers.append((account, _power(dynamics, effect, where, complete)))
 
     def powers(self, t: float, y: Array) -> Array:
-        """The power of each account (kinds,) in W, at a state of the engine, of what has no potential; t as its own."""
+        """The power (kinds,) in W of the effects without a potential, at t in s since the start and the engine's state y."""
         out = np.zeros(len(self.kinds))
         for account, power in self._powers:
             out[account] += power(t, y)

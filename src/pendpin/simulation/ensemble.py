@@ -1,8 +1,8 @@
 """Many starts of one scene at once.
 
-A smooth scene of few joints is compiled once, as Taylor series of several starts side by side in the processor's
-vectors, each with steps of its own; threads share the starts. Any other scene is simulated start by start, in
-processes. docs/accuracy.md has what else was measured.
+A smooth scene of few joints is compiled once, as Taylor series of several starts side by side in SIMD vectors, each with
+its own steps; threads share the starts. Any other scene is simulated start by start, in processes. docs/accuracy.md
+lists the alternatives that were measured.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,14 +30,14 @@ from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory import Stats
 
 MAX_BYTES = 4e9  # of the result
-MOST_JOINTS = 10  # for which series are chosen: five rods compile in 2 s and are ten times as fast as one by one
+MOST_JOINTS = 10  # up to which series are chosen: five rods compile in 2 s and run ten times as fast as one by one
 
 ProgressCallback = Callable[[int], None]
 
 
 @dataclass(frozen=True)
 class EnsembleStats:
-    """What the runs took, all together."""
+    """Counts and times of all runs together."""
 
     method: str
     tolerance: float | None  # of a method without a fixed step
@@ -49,7 +49,7 @@ class EnsembleStats:
     workers: int
     library: str
     version: str
-    failures: dict[int, str] = field(default_factory=dict)  # starts that ended early, by their place, and why
+    failures: dict[int, str] = field(default_factory=dict)  # reasons of starts that ended early, by index
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class Ensemble:
     q: Array  # (k, n, nv) rad, m for prismatic joints
     v: Array  # (k, n, nv)
     stats: EnsembleStats
-    scene: Scene  # its own start counts for nothing but the time
+    scene: Scene  # of its start only the time is used
 
     def tips(self, starts: slice | Sequence[int] = slice(None)) -> Array:
         """The far end of each rod, (starts, n, rods, 3) m in W, of all starts or of some: a URDF takes 5 us a sample."""
@@ -74,7 +74,7 @@ class Ensemble:
         return build(self.scene.model)
 
 
-@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # what overflows is found, and said
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # overflow is reported as an error of the run
 def simulate_many(
     scene: Scene,
     positions: ArrayLike,
@@ -87,13 +87,13 @@ def simulate_many(
 ) -> Ensemble:
     """The motions of a scene from many starts, positions and velocities (k, nv) in model order, rad and rad/s.
 
-    method and tolerance stand in for those of scene.solver; with method "auto" smooth scenes of up to MOST_JOINTS
-    joints take taylor. Each row is what `simulate` gives for that start, within the tolerance; it does not depend on
-    the others. `workers` is how many threads or processes share the work, all processors unless given. `progress` is
-    called with the number of starts done.
+    method and tolerance replace those of scene.solver; with method "auto" smooth scenes of up to MOST_JOINTS joints
+    use taylor. Each row equals the result of `simulate` for that start within the tolerance and does not depend on the
+    others. `workers` is the number of threads or processes; all processors by default. `progress` is called with the
+    number of finished starts.
 
-    A start that ends early is NaN from there on, and is named with the reason in `stats.failures`.
-    Raises InputError for starts or a scene that cannot be run; Interrupted (Ctrl-C), with what there is as `partial`.
+    The rows of a start that ends early are NaN from there on; `stats.failures` holds the reason.
+    Raises InputError for starts or a scene that cannot be run; Interrupted (Ctrl-C), with the result so far as `partial`.
     """
     given = {"method": method, "tolerance": tolerance}
     solver = scene.solver.replaced(**{name: value for name, value in given.items() if value is not None})

@@ -1,4 +1,4 @@
-"""What ends a run: its limit, time that stands still, numbers out of range, energy that does not add up."""
+"""Reasons to end a run: its limit, too slow progress, an energy error."""
 
 import atexit
 import time
@@ -13,10 +13,10 @@ from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted
 from pendpin.trajectory import Trajectory
 
-WINDOW = 5.0  # s of wall time between two looks at how far a run gets
+WINDOW = 5.0  # s of wall time between two checks of the progress of a run
 LONGEST = 86_400.0  # s of wall time that a run may still need: a day
-OFF = 0.1  # of the energy moved: an energy that is off by more belongs to no motion
-ROUNDING = 1e-9  # of the energies themselves, which may be large where little moves
+OFF = 0.1  # of the energy exchanged: largest energy error of a valid run
+ROUNDING = 1e-9  # of the energies, which may be much larger than the energy exchanged
 
 
 MOST_BUSY = 4.0  # how many times as long as its processor time a computation may take, among others
@@ -25,7 +25,7 @@ abandoned: list[Thread] = []  # computations that could not be stopped at a limi
 
 
 class Deadline:
-    """The limit of a whole run in s of wall time, from the making of this object on; None is no limit."""
+    """The limit of a whole run in s of wall time, counted from the creation of this object; None is no limit."""
 
     def __init__(self, limit: float | None) -> None:
         self.limit, self._begin, self._begin_own = limit, time.perf_counter(), time.thread_time()
@@ -36,7 +36,7 @@ class Deadline:
         return np.inf if self.limit is None else self.limit - (time.perf_counter() - self._begin)
 
     def check(self, reserve: float) -> None:
-        """Raise Halted where less is left than what takes `reserve` s of processor time needs, at the pace so far."""
+        """Raise Halted if the time left is less than `reserve` s of processor time take at the pace so far."""
         if self.limit is None:
             return
         wall, own = time.perf_counter() - self._begin, time.thread_time() - self._begin_own
@@ -55,7 +55,7 @@ class Deadline:
         def work() -> None:
             try:
                 found.append(compute())
-            except BaseException as error:  # handed to the thread that waits
+            except BaseException as error:  # raised in the thread that waits
                 found.append(error)
 
         thread = Thread(target=work, daemon=True)
@@ -71,16 +71,16 @@ class Deadline:
 
 
 class Patience:
-    """A progress that passes the time on, and raises Halted at a deadline, or where a run would take days.
+    """A progress callback that raises Halted at the deadline, or if the rest of the run would take days.
 
-    `reserve` says how long it takes, in s, to complete the samples up to a time: that has to be left.
+    `reserve` returns the time in s to complete the samples up to a time t; it must be left before the deadline.
     """
 
     def __init__(
         self, duration: float, deadline: Deadline, reserve: Callable[[float], float], progress: ProgressCallback
     ) -> None:
         self._duration, self._deadline, self._reserve, self._progress = duration, deadline, reserve, progress
-        self._marked = np.inf  # until the first call: compiling is no standstill
+        self._marked = np.inf  # until the first call, so that compiling does not count
         self._reached = self._before = 0.0
 
     def __call__(self, t: float) -> None:
@@ -93,21 +93,21 @@ class Patience:
         self._marked = min(self._marked, now)
 
     def _refuse_days(self, now: float) -> None:
-        """Raise Halted if the rest, at the pace of the last window, takes longer than anyone waits."""
+        """Raise Halted if the rest takes longer than LONGEST at the pace of the last window."""
         gained, took = self._reached - self._before, now - self._marked
         rest = self._duration - self._reached
         if rest * took > LONGEST * gained:
             days = rest * took / gained / LONGEST if gained > 0 else np.inf
             how_long = f"about {days:.0e} days" if np.isfinite(days) else "for ever"
-            raise Halted(f"at its pace of {gained:.1e} s in {took:.0f} s the rest takes {how_long}")
+            raise Halted(f"it advanced {gained:.1e} s in the last {took:.0f} s: the rest would take {how_long}")
         self._marked, self._before = now, self._reached
 
 
 def balanced(trajectory: Trajectory) -> int:
-    """How many samples there are before the first where the energy is off by more than OFF of what has moved.
+    """The number of samples before the first with an energy error above OFF of the energy exchanged.
 
-    The total counts where every effect has a potential, the energy balance where there is one. Where little moves, as at
-    the start from an unstable rest, off by the tolerance's share of the energies themselves is what was asked for.
+    The error is that of the total energy if every effect has a potential, and that of the energy balance if there is
+    one. An error below the tolerance times the energies is allowed: near an unstable rest little energy is exchanged.
     """
     off, moved, size = np.zeros(len(trajectory.t)), np.abs(trajectory.kinetic), np.abs(trajectory.potential)
     if trajectory.stats.conservative:

@@ -1,4 +1,4 @@
-"""The integration loop: from one moment at which a run can be saved to the next, to its end."""
+"""The integration loop: segment by segment to the end of the run. The run can be saved after each segment."""
 
 import time
 from abc import ABC, abstractmethod
@@ -18,7 +18,7 @@ from pendpin.simulation.energy_balance import EnergyBalance
 
 
 class IntegrationLoop(ABC):
-    """How the output times of a scene are reached; `library` and `version` say who integrates."""
+    """The integration of a scene over its output times; `library` and `version` name the integrating program."""
 
     library: str
     version: str
@@ -38,17 +38,17 @@ class IntegrationLoop(ABC):
 
     @abstractmethod
     def begin(self, q: Array, v: Array) -> RunState:
-        """The first sample, at q, v (nv,). Raises InputError for a start that leads nowhere."""
+        """The first sample, at q, v (nv,). Raises InputError for a start that cannot be integrated."""
 
     @abstractmethod
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
-        """A segment farther, and why it had to end, if it had to. What follows depends on `done` and nothing else.
+        """The state one segment later, and why the run has to end there, or None. The result depends on `done` only.
 
-        Raises RunError or LinAlgError where the segment leads nowhere.
+        Raises RunError or LinAlgError if the segment cannot be integrated.
         """
 
     def outcome(self, done: RunState, error: RunError | None) -> Run:
-        """What has been integrated, and why it ended before its time."""
+        """The run as far as it was integrated, and why it ended early, if it did."""
         ends = np.cumsum([self.nv, self.nv, self.accounts])
         q, v, work, torque = map(np.ascontiguousarray, np.split(done.samples, ends, 1))
         arrays = (self.times[: done.n], q, v, torque if torque.shape[1] else None, work)
@@ -59,7 +59,7 @@ class IntegrationLoop(ABC):
 
 
 def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, saver: Saver) -> Run:
-    """From q, v (nv,), or from where it was saved, to the end. What is done is kept when the run fails or is halted."""
+    """Integrate from q, v (nv,), or from the saved state, to the end. A failed or halted run keeps what was integrated."""
     done, error = saver.resume(loop.begin(q, v)), None
     before, begin = done.seconds, time.perf_counter()
 
@@ -75,11 +75,11 @@ def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, saver: Saver) ->
         except KeyboardInterrupt:
             error = Interrupted("stopped by the user")
         except np.linalg.LinAlgError as fault:
-            error = RunError(f"{fault}; a rod with a radius has no such place")
+            error = RunError(f"{fault}; give the rod a radius, or remove the torque about theta")
         except RunError as fault:
             error = fault
     done = timed(done)
     if error is None or isinstance(error, Halted):
-        with suppress(Halted):  # what was saved before is good
+        with suppress(Halted):  # the previous save remains
             saver.save(done)
     return loop.outcome(done, error)

@@ -1,4 +1,4 @@
-"""A motion with contacts: integrated from event to event, each segment with its own joints held and sliding."""
+"""A motion with contacts, integrated from event to event; held and sliding joints change at events only."""
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from pendpin.simulation.energy_balance import EnergyBalance
 from pendpin.simulation.loop import IntegrationLoop
 from pendpin.versions import version
 
-SAMPLES_A_SEGMENT = 64  # output times between two looks at the clock
-MOST_AT_ONCE = 200.0  # events without time going on
+SAMPLES_A_SEGMENT = 64  # output times of a segment
+MOST_AT_ONCE = 200.0  # events at the same time
 
 
 class LoopWithEvents(IntegrationLoop):
@@ -47,7 +47,7 @@ class LoopWithEvents(IntegrationLoop):
         y = np.concatenate([q, v, np.zeros(self.accounts)])
         try:
             y = self._struck(t, y)
-            y[2 * self.nv :] = 0.0  # what an impact at the start takes is gone before the first sample
+            y[2 * self.nv :] = 0.0  # the work of an impact at the start is not counted
             scales = self._scales = self._scales or self.contacts.scales(self.times, *self._angles(y))
             mode = self.contacts.choose(t, *self._angles(y), scales)
             first = self._rows(y[None], self.times[:1], mode)[0]
@@ -56,7 +56,7 @@ class LoopWithEvents(IntegrationLoop):
         return RunState.at_start(first, len(self.times), _carried(t, y, mode, 0.0, scales))
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
-        """One segment: up to the next event, or over some output times, or to where an effect changes its pace."""
+        """One segment: to the next event, over some output times, or to a corner of the pace."""
         t, y, mode, at_once, scales = _recalled(done.carried)
         self.progress(t)
         times, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self.calls
@@ -72,7 +72,7 @@ class LoopWithEvents(IntegrationLoop):
         rows, failure = self._rows(found.samples, times[: len(found.samples)], mode), found.failure
         at_once, events = at_once + 1 if found.t <= t else 0.0, int(found.fired is not None)
         if at_once > MOST_AT_ONCE:
-            failure = f"events {t:g} s after the start do not come to an end"
+            failure = f"{t:g} s after the start there are more than {MOST_AT_ONCE:g} events at once"
         if not failure:
             try:
                 y, mode = self._after(found, guards, scales)
@@ -82,7 +82,7 @@ class LoopWithEvents(IntegrationLoop):
         return done.grown(rows, carried, found.steps, self.calls - before, events), failure
 
     def _method(self, t: float, mode: Mode, scales: Scales) -> Method:
-        """What integrates from t on; nothing needs to, where all joints are held."""
+        """The method with its scales from t on; without a derivative if all joints are held."""
         sizes = np.concatenate(
             [scales.position, scales.rate, np.full(self.accounts, (scales.torque * scales.position).max())]
         )

@@ -1,4 +1,4 @@
-"""Work spread over processes, which end with the one that started them, however it ends."""
+"""Jobs in several processes, which end when the process that started them ends, for any reason."""
 
 import os
 import signal
@@ -17,8 +17,8 @@ Job = TypeVar("Job")
 Result = TypeVar("Result")
 
 DIED = (
-    "a process that does a part of the work has died; in a script the call belongs under "
-    '`if __name__ == "__main__":`, else memory may have run out: take fewer workers'
+    "a worker process has ended unexpectedly; in a script put the call under "
+    '`if __name__ == "__main__":`; if memory ran out, take fewer workers'
 )
 
 
@@ -30,7 +30,7 @@ def cores() -> int:
 def spread(
     task: Callable[[Job], Result], jobs: Sequence[Job], workers: int
 ) -> Generator[tuple[int, Result], None, None]:
-    """The results of `task`, as they come, each with its job's place; by one worker here, by more in processes.
+    """The results of `task`, in the order of completion, each with the index of its job; several workers are processes.
 
     Close the iterator to end them: they stop at once, as they do where this process is killed. What a task raises is
     raised here; RunError where a process dies.
@@ -50,13 +50,13 @@ def spread(
     except BrokenProcessPool:
         raise RunError(DIED) from None
     finally:
-        held.close()  # ends the processes that are at work
+        held.close()  # ends the running processes
         pool.shutdown(cancel_futures=True)
 
 
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Processes that start in the block do not receive Ctrl-C: this one answers it, after the block."""
+    """Processes that start in the block do not receive Ctrl-C; this process handles it after the block."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -69,7 +69,7 @@ def _tied(link: Connection) -> None:
 
 
 def _end_with(link: Connection) -> None:
-    """Wait until the other end of the link is closed, by hand or by death; then end this process, whatever it does."""
+    """Wait until the other end of the link is closed, also by the end of its process; then end this process."""
     with suppress(EOFError, OSError):
         link.recv_bytes()
     os._exit(1)

@@ -27,11 +27,11 @@ from pendpin.simulation.smooth_motion import SmoothLoop
 from pendpin.trajectory import Stats, Trajectory
 
 NEAR_POLE = 0.3  # of cos(phi)
-LONG_ENOUGH = 5e-3  # s, to tell from it how long it takes to complete samples
-SLACK = 1.2  # times that
+LONG_ENOUGH = 5e-3  # s, of a measurement of the time to complete samples
+SLACK = 1.2  # margin on that time
 START_OVERFLOWS = f"start: positions, rates, forces or energies beyond {LARGEST:g}, too large to compute with"
 TOO_LARGE = f"its numbers grow beyond {LARGEST:g}"
-OFF_THE_BOOKS = "the energy no longer adds up, by over a tenth of what has moved: take a smaller tolerance or step"
+ENERGY_ERROR = "the energy no longer adds up, by over a tenth of the energy exchanged: take a smaller tolerance or step"
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # what overflows is found, and said
@@ -80,7 +80,7 @@ def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_ba
 
 
 def _finished(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, note: str) -> Trajectory:
-    """The trajectory of a run that came to its end; else RunError with the good part of it, and how to go on."""
+    """The trajectory of a run that reached its end. Else raises RunError with the good part of the run and a remedy."""
     try:
         trajectory = fill_in(scene, dynamics, balance, run)
     except np.linalg.LinAlgError as error:
@@ -88,7 +88,7 @@ def _finished(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, r
         trajectory = fill_in(scene, dynamics, balance, run)
     if trajectory.sound == 0:
         raise InputError(START_OVERFLOWS)
-    for count, why in ((trajectory.sound, TOO_LARGE), (balanced(trajectory), OFF_THE_BOOKS)):
+    for count, why in ((trajectory.sound, TOO_LARGE), (balanced(trajectory), ENERGY_ERROR)):
         if count < len(run.t):
             run = run.cut(count, why)
             trajectory = fill_in(scene, dynamics, balance, run)
@@ -100,7 +100,7 @@ def _finished(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, r
 
 
 def _solvable(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, why: str) -> Run:
-    """The run up to the first sample at which the equations have no solution. Raises InputError if that is the start."""
+    """The run before the first sample at which the equations have no solution. Raises InputError if that is the start."""
     good, bad = 0, len(run.t)
     while bad - good > 1:
         middle = (good + bad) // 2
@@ -116,7 +116,7 @@ def _solvable(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, r
 
 
 def _remedy(dynamics: Dynamics, run: Run) -> str:
-    """What may be behind a failure: a thin rod near the pole that something turns about its joint; the fastest joint."""
+    """A likely reason of a failure: a thin rod near the pole with a torque about its joint; else the fastest joint."""
     model, v = dynamics.model, np.abs(run.v[-1])
     if run.ended is Interrupted:
         return ""
@@ -125,7 +125,7 @@ def _remedy(dynamics: Dynamics, run: Run) -> str:
         if near.any():
             rod = model.rods[int(np.argmax(near))].link
             return f"; {rod} is thin and near phi = 90 degrees, where nothing resists a torque about theta: give it a radius"
-    if run.failure == OFF_THE_BOOKS:
+    if run.failure == ENERGY_ERROR:
         return ""
     return f"; fastest there: {model.joints[int(np.argmax(v))]}, at {v.max():.3g} (rad/s)"
 
@@ -136,7 +136,7 @@ def _at_start(q: Array, v: Array) -> Run:
 
 
 def _reserve(scene: Scene, dynamics: Dynamics, start: Run, deadline: Deadline) -> Callable[[float], float]:
-    """How long it takes, in s, to complete the samples up to a time: measured, where there is a limit."""
+    """The time in s to complete the samples up to a time t; measured if the run has a limit, else 0."""
     if deadline.limit is None:
         return lambda t: 0.0
     count, seconds, times = 0, 0.0, scene.times

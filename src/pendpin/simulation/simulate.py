@@ -1,4 +1,4 @@
-"""The way in: a scene, and how it is to be solved."""
+"""`simulate`: the motion of a scene, by a method and its setting or to a target accuracy."""
 
 import warnings
 from pathlib import Path
@@ -37,22 +37,22 @@ def simulate(
 ) -> Trajectory:
     """The motion of a scene, or of the scene in a TOML file, at its output times.
 
-    duration in s, and samples, method, tolerance, step and accuracy stand in for those of the scene and its solver.
-    `times` (n,) in s, rising, are output times in place of samples, in the scene's own time: from start.time on; without
-    a duration the run ends with the last. An accuracy is a target, the largest tip distance to the true motion over the
-    chain's length: the tolerance or step that meets it is found, and the method where none is given; the trajectory's
-    stats say what was chosen, what error is estimated and what it took. With `energy_balance` the work of every effect
-    is integrated along, in the trajectory's `work`. `progress` is called with the time reached. `limit` in s ends a call
-    that takes longer: compiling, all runs of an accuracy, and computing wrenches and energies at the samples are in it.
+    duration (s), samples, method, tolerance, step and accuracy replace those of the scene and its solver. `times` (n,)
+    in s, rising, replace the samples as output times; they count in the scene's own time, from start.time on. Without a
+    duration the run ends at the last of them. `accuracy` is a target: the largest distance of a tip to the true motion,
+    divided by the chain's length. pendpin finds the tolerance or step that meets it, and the method if none is given; the
+    trajectory's stats hold the choice, the estimated error and the cost. With `energy_balance` the work of every effect
+    is integrated too; see the trajectory's `work`. `progress` is called with the time reached, s. `limit` (s) ends a
+    call that takes longer; it includes compiling, all runs for an accuracy, and the wrenches and energies at the samples.
 
-    `checkpoint` names a file where the state of the run is saved, whole or not at all, every so many seconds of wall
-    time, at output times. Where the file exists the run goes on from it and gives, bit for bit, what it would have
-    given unbroken; the stats add up. It has to be of the same scene, setting, energy_balance and versions. It stays when the
-    run is done: delete it once the result is safe.
+    `checkpoint` is a file in which the state of the run is saved, whole or not at all, at output times, about every
+    `every` s of wall time. If the file exists, the run continues from it; the result is the same, bit for bit, as that
+    of an uninterrupted run, and the counts add up. Scene, setting, energy_balance and versions must be the same. The
+    file stays when the run has ended: delete it once the result is saved.
 
-    What is allowed and probably a slip, such as angles of many turns, is said as a warning (pendpin.errors.Note).
-    Raises InputError for a scene that cannot be run, RunError for a run that cannot reach its end or its accuracy: the
-    error's `partial` is the Trajectory that there is.
+    An allowed input that is probably a mistake, such as angles of many turns, gives a warning (pendpin.errors.Note).
+    Raises InputError for a scene that cannot be run, and RunError for a run that cannot reach its end or its accuracy;
+    the error's `partial` is the Trajectory up to there.
     """
     deadline = Deadline(limit)
     wanted = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
@@ -79,12 +79,14 @@ def run_to_setting(
     if scene.solver.accuracy is None:
         return run_scene(scene, energy_balance, progress, deadline, checkpoint)
     if checkpoint:
-        raise InputError("checkpoint: an accuracy takes several runs, and one can be saved: give a tolerance or a step")
+        raise InputError(
+            "checkpoint: an accuracy takes several runs, which a checkpoint cannot hold: give a tolerance or a step"
+        )
     return reach(scene, energy_balance, progress, deadline)
 
 
 def _asked_for(scene: Scene, run: Trajectory) -> Trajectory:
-    """A run without the sample at the start, where that is not one of the times asked for."""
+    """The run without the sample at the start if that is not one of the requested times."""
     extra = scene.extra_samples
     return samples_of(run, slice(extra, None)) if extra and len(run.t) > extra else run
 

@@ -1,4 +1,4 @@
-"""A motion without contacts: an integrator goes over the output times, segment by segment."""
+"""A motion without contacts, integrated segment by segment; a segment is a number of output times."""
 
 import math
 from dataclasses import replace
@@ -16,7 +16,7 @@ from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.energy_balance import EnergyBalance
 from pendpin.simulation.loop import IntegrationLoop
 
-EVALUATIONS = 20_000  # about, in a segment, which bounds what an interrupt loses
+EVALUATIONS = 20_000  # in a segment, about: an interrupt loses at most these
 LEAST_EVALUATIONS = 2_000  # of a large model, whose evaluations take longer
 SMALL = 2  # joints: those of a model with EVALUATIONS in a segment
 FIRST_SEGMENT = 1  # output times
@@ -25,7 +25,7 @@ MOST_STATES = 4_000_000  # in a segment
 
 
 class SmoothLoop(IntegrationLoop):
-    """A scene without contacts, integrated in segments of so many output times as the last took evaluations."""
+    """A scene without contacts. The length of a segment is chosen from the evaluations that the last one took."""
 
     def __init__(
         self,
@@ -58,7 +58,7 @@ class SmoothLoop(IntegrationLoop):
         return RunState.at_start(np.concatenate([q, v, np.zeros(self.accounts)]), len(self.times), carried)
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
-        """One segment, of as many output times as the last one's evaluations allow."""
+        """One segment; its number of output times follows from the evaluations of the last one."""
         y, ahead, first_step = done.carried["y"], int(done.carried["ahead"]), float(done.carried["first_step"])
         span, last = self.times[done.n - 1 :][: ahead + 1], done.samples[-1]
         self.progress(float(span[0]))
@@ -82,13 +82,14 @@ class SmoothLoop(IntegrationLoop):
     def _read_closely(
         self, y: Array, span: Array, parts: int, first_step: float | None, memory: Memory
     ) -> tuple[Segment, int, float]:
-        """A segment with states between the output times, where angles are read from states; into how many parts each
-        interval is cut, and how many times as many it should have been.
+        """A segment from y (size,) over `span` (n,), with more states between output times if angles are read from them.
+
+        Also returns the number of parts of each interval, and by what factor there should have been more.
         """
         step = self.integrator.step
         whole = math.ceil((span[1] - span[0]) / step * (1 - 1e-9)) if step else 0  # steps in an interval
         while True:
-            parts = parts if not step else 1 if parts == 1 else whole  # or the steps would be others
+            parts = parts if not step else 1 if parts == 1 else whole  # else the steps would change
             segment = self._integrate(y, subdivided(span, parts), first_step, memory)
             states = segment.y[:, : len(memory["y"])]
             needed = self._engine.denser(subdivided(span, parts)[: len(states)], states, segment.steps)
@@ -96,13 +97,11 @@ class SmoothLoop(IntegrationLoop):
             if segment.failure or wanted <= parts or (step and parts == whole):
                 return segment, parts, needed
             if wanted * len(span) > MOST_STATES:
-                raise RunError(
-                    "thin rods turn too far between samples for their turns to be counted: take more samples"
-                )
+                raise RunError("thin rods turn too far between samples to count their turns: take more samples")
             parts = wanted
 
     def _integrate(self, y: Array, span: Array, first_step: float | None, memory: Memory) -> Segment:
-        """From y over the output times `span` (n,), anew from each corner of the pace on."""
+        """Integrate from y (size,) over the output times `span` (n,); restart at each corner of the pace."""
         corners = self.pace.corners[(self.pace.corners > span[0]) & (self.pace.corners < span[-1])]
         bounds, rows, steps = np.concatenate([span[:1], corners, span[-1:]]), y[None], 0
         first_step = None if span[0] in self.pace.corners else first_step

@@ -1,4 +1,4 @@
-"""Starts of particular motions: at rest in equilibrium, and round a steady cone."""
+"""Starts of particular motions: rest in equilibrium, and steady conical motion."""
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -12,7 +12,7 @@ from pendpin.model.build import start_state
 from pendpin.scene import Chain, Scene, Start
 
 REST = 1e-10  # of the largest acceleration seen: what is left at an equilibrium
-LONG = 1e6  # of pseudo-time, s²: until the slowest mode has come to rest
+LONG = 1e6  # s² of pseudo-time, until the slowest mode has decayed
 UPRIGHT = 1e-12  # of a field: what it may have across the vertical
 
 
@@ -25,11 +25,12 @@ def at_rest(scene: Scene) -> Start:
         return dynamics.acceleration(time, q, np.zeros_like(q))
 
     size = max(float(np.abs(pull(0.0, x)).max()) for x in (q, q + 0.5))
-    settled = solve_ivp(pull, (0.0, LONG), q, method="Radau", rtol=1e-6, atol=1e-9).y[:, -1]
-    found = root(lambda x: pull(0.0, x), settled, tol=1e-15).x
+    rest = solve_ivp(pull, (0.0, LONG), q, method="Radau", rtol=1e-6, atol=1e-9).y[:, -1]
+    found = root(lambda x: pull(0.0, x), rest, tol=1e-15).x
     if not np.abs(pull(0.0, found)).max(initial=0.0) <= REST * size:
         raise InputError(
-            "start: no equilibrium is found near start.positions: what acts lets nothing come to rest there"
+            "start: there is no equilibrium near start.positions; give other positions, or remove effects that "
+            "never come to rest"
         )
     _refuse_beyond_stops(dynamics, found)
     return Start(time=time, positions=dict(zip(dynamics.model.joints, found.tolist(), strict=True)))

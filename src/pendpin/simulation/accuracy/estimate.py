@@ -1,8 +1,8 @@
-"""What three runs of one scene, each finer than the one before, tell about the error of the last.
+"""An estimate of the error of the finest of three runs of one scene, each finer than the one before.
 
-An estimate is believed where it behaves: the gaps are small beside the motion, and that between the last two runs is
-smaller than that between the first two, as the order of the method promises. Runs that agree far better than they have to
-are believed as well, whether gaps fall or not. What rounding does to the motion is no part of these gaps and is added.
+The estimate is valid if the gaps between runs are small compared with the motion, and if the gap between the last two
+runs is smaller than that between the first two, as the order of the method predicts. Runs that agree much better than
+necessary are accepted even if the gaps do not fall. The effect of rounding is not part of the gaps and is added.
 """
 
 from dataclasses import dataclass
@@ -11,42 +11,42 @@ import numpy as np
 
 from pendpin.arrays import Array
 
-SLOWEST = 0.5  # of the order that is reckoned with: errors that fall more slowly are not understood
-SMALL = 0.1  # of the motion: a larger gap says nothing
+SLOWEST = 0.5  # of the expected order: gaps that fall more slowly give no estimate
+SMALL = 0.1  # of the motion: larger gaps give no estimate
 DISAGREEMENT = 10.0  # times the larger gap: the error of runs that agree, but not as their order promises
 NOISE = 4.0  # times the rounding: smaller gaps need not fall
 
 
 @dataclass(frozen=True, eq=False)
 class Gaps:
-    """Between three runs: the largest so far, over the length, at n output times; inf where a run did not get."""
+    """Largest distances so far between three runs, over the length, at n output times; inf after the end of a run."""
 
     first: Array  # (n,), of the coarsest to the next
     second: Array  # (n,), of that to the finest
     promised: tuple[float, float]  # by what factor the error of the later run of each pair should be smaller
-    pace: float  # of the order, which is reckoned with
+    pace: float  # the expected fraction of the order
 
     @property
     def fallen(self) -> float:
-        """By what factor the gap has fallen; nan where that says nothing."""
+        """By what factor the gap has fallen; nan if both gaps are 0."""
         with np.errstate(all="ignore"):
             return float(self.first[-1] / self.second[-1])
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """The error of the finest run, over the length, and what stands against it."""
+    """The error of the finest run, over the length, and whether the estimate is valid."""
 
     gaps: Gaps
-    error: Array  # (n,), never falling; inf where nothing can be said
-    small: bool  # whether the gaps are small beside the motion
-    regular: bool  # whether they fall
+    error: Array  # (n,), never falling; inf where there is no estimate
+    small: bool  # whether the gaps are small compared with the motion
+    regular: bool  # whether the gaps fall as predicted
 
 
 def estimate(gaps: Gaps, size: float, rounding: Array, negligible: float) -> Estimate:
-    """The error from the gaps, the size of the motion, what rounding does to it (n,), and the gap that never matters.
+    """The error from the gaps, the size of the motion, the rounding error (n,), and a gap that is always small enough.
 
-    All over the length.
+    All are divided by the length.
     """
     one, two, noise = gaps.first, gaps.second, NOISE * rounding
     larger = np.maximum(one, two)

@@ -1,4 +1,4 @@
-"""How a method is made finer: its settings from coarse to fine, and how much smaller the error of each should be."""
+"""The settings of a method from coarse to fine, and how much smaller the error of each should be."""
 
 import math
 from dataclasses import dataclass
@@ -19,17 +19,17 @@ ORDERS = {"gauss2": 2.0, "gauss4": 4.0, "gauss6": 6.0, "rk4": 4.0, "euler": 1.0}
 class Refinement:
     """The settings of one method, a tolerance or a step; errors should fall with their power `order`.
 
-    A step is a whole fraction of `spacing`, the longest time from sample to sample: what is taken is what was asked for,
-    and no two settings give the same run.
+    A step is a whole fraction of `spacing`, the longest time between samples, so that the steps taken equal the setting
+    and different settings give different runs.
     """
 
     method: str
-    first: float  # the coarsest setting worth a run
+    first: float  # the coarsest setting
     least: float  # the finest there is; 0 for steps, which end at MOST_STEPS
     order: float = 1.0
-    usual: float = 30.0  # how much smaller the next error should be where nothing else is known
-    smallest: float = 10.0  # and at least: with less, two runs may be alike
-    pace: float = 0.85  # of the order, which is reckoned with
+    usual: float = 30.0  # how much smaller the next error should be, without an estimate
+    smallest: float = 10.0  # the least such factor: with a smaller one two runs may be equal
+    pace: float = 0.85  # the expected fraction of the order
     spacing: float | None = None  # s, of steps
 
     def finer(self, setting: float, factor: float) -> float:

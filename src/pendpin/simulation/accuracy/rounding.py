@@ -1,7 +1,7 @@
-"""What rounding does to a motion: that of the start, of every step, of the accelerations, magnified by the motion itself.
+"""The effect of rounding errors of the start, the steps and the accelerations, which the motion may magnify.
 
-A second run starts from a place that is off by many units of rounding; how far it leaves the first tells how much the
-motion magnifies. Steps round like a random walk.
+A second run starts at a state shifted by many units of rounding. Its distance to the first run shows how much the motion
+magnifies rounding errors. The errors of the steps add up like a random walk.
 """
 
 from dataclasses import dataclass
@@ -19,15 +19,15 @@ from pendpin.trajectory import Trajectory
 
 EPS = float(np.finfo(float).eps)
 START = 4.0  # units of rounding of the start, with a margin for directions in which the shift is magnified less
-LINEAR = 0.05  # of the length: how far apart the two runs may be where the target is just met
-MOST_UNITS = 1e6  # of the shift over those of rounding
-STATES = 32  # at which the rounding of the accelerations is looked at
+LINEAR = 0.05  # of the length: distance of the two runs if the target is just met
+MOST_UNITS = 1e6  # largest ratio of the shift to the rounding errors
+STATES = 32  # at which the rounding of the accelerations is measured
 RATE = 4.0  # units of rounding in the time that the motion takes, from the rounded numbers of the model
 
 
 @dataclass(frozen=True, eq=False)
 class Shift:
-    """A scene with its start shifted by so many units of rounding, and how many of them all rounding amounts to."""
+    """A scene with its start shifted by `units` of rounding; all rounding errors together are `amount` units."""
 
     scene: Scene
     units: float
@@ -35,7 +35,7 @@ class Shift:
 
 
 def shifted(scene: Scene, run: Trajectory, target: float) -> Shift:
-    """A start to compare `scene` with, from a run of it; far enough away that nothing else shows at `target`."""
+    """A shifted start for `scene`, from a run of it; the shift is large compared with errors of integration at `target`."""
     model = build(scene.model)
     q, v = start_state(model, scene.start)
     amount = START + float(np.sqrt(run.stats.steps))
@@ -55,7 +55,7 @@ def shifted(scene: Scene, run: Trajectory, target: float) -> Shift:
 
 
 def _unit(engine: Engine, run: Trajectory) -> tuple[Array, Array]:
-    """What one step rounds, positions and rates (nv,): of their largest values, and of a step's change of rate."""
+    """The rounding errors of one step in positions and rates (nv,): of their largest values, and of the accelerations."""
     some = np.unique(np.linspace(0, len(run.t) - 1, STATES).astype(int))
     t, q, v = run.t[some] - run.t[0], run.q[some], run.v[some]
     step = (run.t[-1] - run.t[0]) / max(run.stats.steps, 1)
@@ -71,7 +71,7 @@ def _directions(count: int, seed: int) -> Array:
 
 
 def of_motion(run: Trajectory, left: Array, shift: Shift, length: float) -> Array:
-    """What rounding amounts to at the output times (n,), over the length, from how far the shifted run has left."""
+    """The rounding error at the output times (n,), over the length, from the distance `left` (n,) of the shifted run."""
     t, step = run.t - run.t[0], np.linalg.norm(np.diff(points(run), axis=0), axis=-1).max(-1, initial=0.0)
     speed = np.append(0.0, np.maximum.accumulate(step / np.diff(t))) / length if len(t) > 1 else np.zeros(1)
     rate = np.append(RATE * EPS * t * speed, np.full(len(left) - len(t), np.inf))

@@ -1,4 +1,4 @@
-"""The runs that a target accuracy takes: samples close enough to compare, none like the one before."""
+"""The runs of a search for a target accuracy, at samples close enough to compare them."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from pendpin.model.build import Model, build
 from pendpin.model.kinematics import apart, marks, reach
 from pendpin.scene import FIXED_METHODS, Scene, UrdfModel
 from pendpin.simulation.guards import Deadline
-from pendpin.simulation.run import OFF_THE_BOOKS, run_scene
+from pendpin.simulation.run import ENERGY_ERROR, run_scene
 from pendpin.trajectory import Trajectory, samples_of
 
 INTERVALS = 64  # at least, between times at which runs are compared
@@ -34,20 +34,20 @@ class Runs:
         return _with_samples(self.scene, self.every).times
 
     def run(self, scene: Scene, denser: int = 1) -> Trajectory:
-        """A run of a scene with a method and its setting; one that is too coarse to get to its end is good up to there."""
+        """A run of a scene with a method and its setting; if too coarse, it may end early."""
         try:
             found = run_scene(_with_samples(scene, self.every * denser), *self._options)
         except Halted as error:
             raise type(error)(str(error), self.at_output_times(_thinned(error.partial, denser))) from None
         except RunError as error:
             found, coarse = error.partial, scene.solver.method in FIXED_METHODS
-            if not coarse and found.stats.stopped != OFF_THE_BOOKS:
+            if not coarse and found.stats.stopped != ENERGY_ERROR:
                 raise
         self.seconds += found.stats.seconds
         return _thinned(found, denser)
 
     def unlike(self, scene: Scene, before: Trajectory) -> Trajectory:
-        """A run that is not the one before over again, bit for bit and step for step, if there is any."""
+        """A run that differs from the one before: with denser samples if the first try is equal to it."""
         found = self.run(scene)
         for doublings in range(MOST_DENSER):
             if not alike(before, found):
@@ -56,19 +56,19 @@ class Runs:
         return found
 
     def at_output_times(self, run: Trajectory) -> Trajectory:
-        """The run without the times between."""
+        """The run at the output times only."""
         own = self.scene.solver.model_dump(mode="json", include={"samples", "times"})
         scene = run.scene | {"solver": run.scene["solver"] | own}
         return replace(_thinned(run, self.every), scene=scene)
 
 
 def alike(one: Trajectory, other: Trajectory) -> bool:
-    """Whether two runs are the same computation."""
+    """Whether two runs have the same steps and results."""
     return one.stats.steps == other.stats.steps and np.array_equal(one.q, other.q) and np.array_equal(one.v, other.v)
 
 
 def at_rest(run: Trajectory) -> bool:
-    """Whether nothing moves, and nothing makes it move."""
+    """Whether all rates and accelerations are 0."""
     return not (run.v.any() or run.a.any())
 
 
@@ -86,7 +86,7 @@ def gap(one: Trajectory, other: Trajectory, length: float, count: int) -> Array:
 
 
 def _with_samples(scene: Scene, every: int) -> Scene:
-    """The scene with so many intervals between output times in place of each one."""
+    """The scene with `every` intervals in place of each interval of output times."""
     if every == 1:
         return scene
     if scene.solver.times is None:
@@ -99,17 +99,17 @@ def _with_samples(scene: Scene, every: int) -> Scene:
 
 
 def extent(run: Trajectory, length: float) -> float:
-    """How far a tip got from where it started, over a length."""
+    """The largest distance of a tip from its start, over a length."""
     return float(apart(points(run), points(run)[:1], length).max())
 
 
 def length_of(model: Model, run: Trajectory) -> float:
-    """What errors are relative to, m: how far tips can get from W's origin; for slides alone how far they do get."""
+    """The length that errors are divided by, m: the largest possible distance of a tip from W's origin; else the actual."""
     return reach(model) or float(np.linalg.norm(run.tips(), axis=-1).max()) or 1.0
 
 
 def _apart(scene: Scene) -> bool:
-    """Whether no two samples are at the same double."""
+    """Whether all samples have different times as doubles."""
     return bool((np.diff(scene.clock) > 0).all())
 
 

@@ -27,11 +27,11 @@ from pendpin.trajectory import Trajectory
 
 FINE = 1e-12  # accuracies below are for the Taylor integrator wherever it can
 FARTHEST = 1e3  # how much smaller than the last error the next may be
-BLIND = 100.0  # the same, where runs are too coarse to tell anything
+BLIND = 100.0  # the same, if the runs are too coarse for an estimate
 MARGIN = 1.5  # by which the next error should be below the target
-COMING = 5.0  # the time of the runs to come, over that of the first
+COMING = 5.0  # estimated time of the next runs over that of the first
 COMPILING = 0.02  # s a joint
-NEGLIGIBLE = 1e-3  # of the target: gaps that need not be small beside the motion
+NEGLIGIBLE = 1e-3  # of the target: smaller gaps need not be small compared with the motion
 LAST_NEGLIGIBLE = 1e-2  # the same, of runs that cannot be finer
 LEAST_OF_ANOTHER = 1e-13  # tolerance of another method
 EPS = float(np.finfo(float).eps)
@@ -58,7 +58,7 @@ def reach(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadli
 
 
 class _Search:
-    """The runs of a scene from coarse to fine, and what they say."""
+    """The runs of a scene from coarse to fine, and the estimates of their errors."""
 
     def __init__(self, scene: Scene, runs: Runs, refinement: Refinement) -> None:
         self.runs, self.refinement, self.target = runs, refinement, scene.solver.accuracy or 0.0
@@ -82,7 +82,7 @@ class _Search:
         return self.last.setting <= self.refinement.least
 
     def go_on(self) -> Trajectory | None:
-        """One more run; what it gives where it meets the target. Raises RunError where no other can."""
+        """One more run: its result if it meets the target, else None. Raises RunError if no run can meet it."""
         setting = self.refinement.finer(self.last.setting, self._factor())
         scene = self.scene.by(self.refinement.method, setting)
         run = self.runs.unlike(scene, self.last.run)
@@ -93,10 +93,10 @@ class _Search:
             return self._met(self._against_another_method(), "finer settings give the same run")
         if len(self.attempts) < 3:
             return None
-        verdict = self._judged()
+        verdict = self._estimate()
         if verdict.error[-1] <= self.target or self.finest or (verdict.small and not verdict.regular):
             self._measure_rounding(self.attempts[-3 if verdict.small else -1])
-            verdict = self._judged()
+            verdict = self._estimate()
         return self._met(verdict.error, self._reason(verdict))
 
     def _met(self, error: Array, reason: str) -> Trajectory | None:
@@ -107,7 +107,7 @@ class _Search:
             raise self._refused(error, reason)
         return None
 
-    # --- what runs say ----------------------------------------------------------------------------------------------
+    # --- estimates --------------------------------------------------------------------------------------------------
 
     def _gap(self, one: int, other: int) -> Array:
         """The largest tip distance so far (n,) between two attempts, over the length."""
@@ -116,8 +116,8 @@ class _Search:
     def _promised(self, one: int, other: int) -> float:
         return self.refinement.promised(self.attempts[one].setting, self.attempts[other].setting)
 
-    def _judged(self) -> Estimate:
-        """What the last three runs say; rounding counts as far as it is known."""
+    def _estimate(self) -> Estimate:
+        """The estimate from the last three runs; with rounding errors once they are measured."""
         gaps = Gaps(
             *(self._gap(-3, -2), self._gap(-2, -1)),
             (self._promised(-3, -2), self._promised(-2, -1)),
@@ -128,7 +128,7 @@ class _Search:
         return estimate(gaps, extent(self.last.run, self.length), known, negligible)
 
     def _against_another_method(self) -> Array:
-        """The error (n,) of a run that no finer setting changes: as far as another method disagrees."""
+        """The error (n,) of a run that no finer setting changes, from its difference to a run of another method."""
         method = "rk45" if self.refinement.method == "dop853" else "dop853"
         other = self.runs.run(self.scene.by(method, max(self.last.setting, LEAST_OF_ANOTHER)))
         self._measure_rounding(self.last)
@@ -137,20 +137,20 @@ class _Search:
         return DISAGREEMENT * apart + self.rounding
 
     def _measure_rounding(self, base: _Attempt) -> None:
-        """By a shifted run beside one that is good enough to tell."""
+        """Measure rounding errors with a shifted run of the same setting as `base`."""
         if self.rounding is None:
             shift = rounding.shifted(base.scene, self.last.run, self.target)
             left = gap(base.run, self.runs.run(shift.scene), self.length, len(self.runs.times))
             self.rounding = rounding.of_motion(self.last.run, left, shift, self.length)
 
     def _factor(self) -> float:
-        """How much smaller the next error should be. Raises RunError where that would take too many steps."""
+        """How much smaller the next error should be. Raises RunError if that would take too many steps."""
         if len(self.attempts) == 1:
             return self.refinement.usual
         if len(self.attempts) == 2:
             promised, last = self._promised(0, 1), self._gap(0, 1)[-1]
         else:
-            verdict = self._judged()
+            verdict = self._estimate()
             if np.isfinite(verdict.error[-1]):
                 return self._affordable((MARGIN * verdict.error[-1] / self.target) ** (1 / self.refinement.pace))
             promised, last = self._promised(-2, -1), self._gap(-2, -1)[-1]
@@ -162,7 +162,7 @@ class _Search:
         return self._affordable((MARGIN * error / self.target) ** (1 / self.refinement.pace))
 
     def _affordable(self, factor: float) -> float:
-        """The factor, as far as one more run goes. Raises RunError where it would take too many steps."""
+        """The factor within the limits of one more run. Raises RunError if it would take too many steps."""
         one, other = self.attempts[-2:]
         more = np.log(max(other.run.stats.steps, 1) / max(one.run.stats.steps, 1)) / np.log(self._promised(-2, -1))
         power = 1 / self.refinement.order if self.refinement.spacing else max(float(more), 0.0)
@@ -172,7 +172,7 @@ class _Search:
             raise self._refused(np.full(len(self.runs.times), np.inf), self._too_many(needed, seconds))
         return float(np.clip(factor, self.refinement.smallest, FARTHEST))
 
-    # --- what comes of it -------------------------------------------------------------------------------------------
+    # --- results ----------------------------------------------------------------------------------------------------
 
     def result(self, error: float | None) -> Trajectory:
         """The finest run with its error."""
@@ -180,7 +180,7 @@ class _Search:
         return replace(run, stats=replace(run.stats, accuracy=self.target, error=error, all_seconds=self.runs.seconds))
 
     def _refuse_start(self) -> None:
-        """Raise RunError where the start's own rounding is beyond the target."""
+        """Raise RunError if the rounding error of the start is above the target."""
         moved = rounding.of_start(self.last.scene, self.length)
         if moved > self.target:
             q = self.last.run.q[0]
@@ -222,9 +222,9 @@ class _Search:
         """The error with its reason and the time up to which the target is met; error (n,) over the length."""
         run = self.last.run
         held = run.t[: int(np.argmax(np.append(error[: len(run.t)] > self.target, True)))]
-        up_to = f"it is met up to t = {held[-1]:g} s" if len(held) > 1 else "it is met nowhere"
+        up_to = f"it is met up to t = {held[-1]:g} s" if len(held) > 1 else "it is not met at any time"
         last = error[-1] if np.isfinite(error[-1]) else self._gap(-2, -1)[-1]
-        about = f"the error is about {last:.1g}" if np.isfinite(last) else "the run does not get to its end"
+        about = f"the error is about {last:.1g}" if np.isfinite(last) else "the run does not reach its end"
         setting = f"with {run.stats.method}, {run.stats.setting}"
         message = f"accuracy {self.target:g} is not met: {why}; {setting}, {about}; {up_to}"
         return RunError(message, self.result(float(last) if np.isfinite(last) else None))
@@ -257,7 +257,7 @@ def _fastest(scene: Scene, energy_balance: bool) -> str:
 
 
 def _compiled(scene: Scene, method: str) -> Scene:
-    """The scene on compiled equations, where it and its method take them."""
+    """The scene with compiled equations if scene and method allow them."""
     auto = method in ADAPTIVE and scene.solver.engine == "auto"
     if not (auto and compilable(scene.effects, len(build(scene.model).joints))):
         return scene
@@ -269,5 +269,5 @@ def _worth_compiling(run: Trajectory, runs: Runs) -> bool:
 
 
 def _has_wrenches(scene: Scene) -> bool:
-    """Whether an evaluation computes what acts on the bodies, which takes far longer than all else."""
+    """Whether the scene has body effects, whose evaluation takes most of the time."""
     return any(isinstance(effect, BodyEffect) for effect in scene.effects)
