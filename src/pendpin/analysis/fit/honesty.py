@@ -10,8 +10,8 @@ from pendpin.analysis.fit.data import Swing
 from pendpin.arrays import Array
 
 RANK = 1e-5  # of the largest singular value, unknowns in natural scales: less is rounding
-TOO_WIDE = 30.0  # natural scales, 30 % of the accelerations: a direction with such a standard error is not determined
-ALONG = 0.1  # of a standard error: what undetermined directions may change a number by
+TOO_WIDE = 30.0  # natural scales, 30 % of the accelerations: a number with such a standard error is not determined
+ALONG = 3e-5  # of a number's gradient that may lie in directions that the data do not see
 FEWEST_SWINGS = 8  # for errors from the scatter of swings
 WHITE = 1e-4  # level of the test of whiteness
 NOISY = 1.5  # times the noise: larger residuals are no noise
@@ -29,10 +29,12 @@ class Certainty:
     def determined(self, gradient: Array) -> bool:
         """Whether a number with this gradient by the unknowns (nx,) is determined by the data.
 
-        What the data do not see, moved by its natural scale, may change it by a small part of its error only.
+        It has no part in a direction that they do not see, and an error that is small against what it can do.
         """
         g = gradient * self.scale
-        return bool(g.any() and np.linalg.norm(self.null.T @ g) <= ALONG * self.error(gradient))
+        size = np.linalg.norm(g)
+        seen = np.linalg.norm(self.null.T @ g) <= ALONG * size
+        return bool(size > 0 and seen and self.error(gradient) <= TOO_WIDE * size)
 
     def error(self, gradient: Array) -> float:
         """Its standard error."""
@@ -62,11 +64,8 @@ def certainty(r: Array, J: Array, scale: Array, swing: Array, unknown_starts: in
     covariances = [V @ m @ V.T for m in meat]
     variances = np.array([np.diag(c) for c in covariances])
     growth = np.sqrt(np.maximum(variances.max(0) / np.maximum(variances[0], 1e-300), 1.0))
-    kept = np.array([np.sqrt(max(v @ (meat[0] if len(meat) == 1 else sum(meat)) @ v, 0.0)) for v in np.eye(V.shape[1])])
-    wide = kept * spread[sure] > TOO_WIDE
-    null = np.vstack([Vt[~sure], Vt[sure][wide]]).T
     grown = covariances[0] * np.outer(growth, growth)
-    return Certainty(grown * np.outer(scale, scale), null, scale, float(growth.max(initial=1.0)))
+    return Certainty(grown * np.outer(scale, scale), Vt[~sure].T, scale, float(growth.max(initial=1.0)))
 
 
 def _memory(r: Array) -> int:
