@@ -45,7 +45,7 @@ def test_what_is_integrated_can_be_completed_in_time(
     clock: Clock, monkeypatch: pytest.MonkeyPatch, integrating: float, completing: float
 ) -> None:
     """Every evaluation and every completed sample takes time: the call ends before its limit of 1 s, with what there is."""
-    fill = run._fill_in
+    fill = run.fill_in
 
     def slow(scene: Any, dynamics: Any, balance: Any, done: Any) -> Any:
         clock.now += completing * len(done.t)
@@ -54,7 +54,7 @@ def test_what_is_integrated_can_be_completed_in_time(
     def tick(t: float) -> None:
         clock.now += integrating
 
-    monkeypatch.setattr(run, "_fill_in", slow)
+    monkeypatch.setattr(run, "fill_in", slow)
     with pytest.raises(Halted, match="it takes over 1 s") as caught:
         pp.simulate(swing(duration=300.0), limit=1.0, progress=tick)
     assert clock.now <= 1.0 + integrating + 0.02  # the start is completed in any case

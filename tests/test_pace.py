@@ -130,7 +130,7 @@ def test_an_effect_that_does_not_say_is_sampled_and_the_run_says_so() -> None:
     run = run_of(Pulse(at=7.3, width=0.05, impulse=0.1), method="dop853", tolerance=1e-9, duration=20.0)
     assert run.v[-1, 0] == pytest.approx(0.1 / INERTIA, abs=1e-7)
     assert len(run.stats.notes) == 1
-    assert "effects[0] (pulse) does not say how fast it changes with time" in run.stats.notes[0]
+    assert "effects[0] (pulse) does not declare how fast it changes with time" in run.stats.notes[0]
     assert not run_of(Gravity(), method="dop853", tolerance=1e-9, duration=1.0).stats.notes
     motor = Motor(joint="theta", amplitude=1.0, frequency=3.0)
     assert not run_of(motor, method="dop853", tolerance=1e-9, duration=1.0).stats.notes

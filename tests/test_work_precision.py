@@ -245,7 +245,7 @@ def test_witnesses_are_independent(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(references, "simulate", recorded)
     model, found = build(scene(THIN).model), {}
-    for maker in references.WITNESSES:
+    for maker in references.SOLUTIONS:
         name = maker.__name__
         found[name] = maker(scene(THIN), model, 1.0)
     assert len(found) == 4

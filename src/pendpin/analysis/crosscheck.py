@@ -1,4 +1,4 @@
-"""The routes side by side: the same states through every route, the worst difference of every pair."""
+"""The cross-check: the same states by every route, and the largest difference of every pair of routes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from pendpin.errors import InputError
 from pendpin.scene import Scene
 from pendpin.trajectory import Trajectory
 
-BOUND = 1e-13  # of the terms that enter, weighed by their condition, for each rod that errors are handed through
+BOUND = 1e-13  # of the rounding scale, for each rod through which errors propagate
 LARGEST_RATE = 100.0  # rad/s
 ALONG_JOINTS = 1_200  # states times joints that are compared along a run: about a second
 REFERENCE_JOINTS = 400  # states times joints that the reference_route is given: some seconds
@@ -37,8 +37,8 @@ class Row:
     place: str  # the joint or rod
     first: str
     second: str
-    relative: float  # to the sizes of the terms that enter the quantity (pendpin.analysis.rounding_scale)
-    ulps: float  # of that size
+    relative: float  # to the rounding scale of the quantity (pendpin.analysis.rounding_scale)
+    ulps: float  # of that scale
     state: int  # where: index of the state
     q: tuple[float, ...]
     v: tuple[float, ...]
@@ -46,7 +46,7 @@ class Row:
 
     @property
     def ok(self) -> bool:
-        """Whether the difference is within the bound; a NaN is not."""
+        """Whether the difference is within the bound; False for NaN."""
         return self.relative <= self.bound
 
 
@@ -136,7 +136,7 @@ def along(trajectory: Trajectory) -> Report | None:
     return _compare(dynamics, trajectory.q[chosen], trajectory.v[chosen], {}, in_50_digits=0)
 
 
-@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # what overflows disagrees, and is said
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # numbers that overflow differ and are reported
 def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute], in_50_digits: int) -> Report:
     by_hand = _one_free_rod(dynamics)
     if own and not by_hand:
@@ -172,7 +172,7 @@ def _one_free_rod(dynamics: Dynamics) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _States:
-    """The states of a comparison, how large the terms are there, and the names of each quantity's columns."""
+    """The states of a comparison, their rounding scales, and the names of each quantity's columns."""
 
     index: Indices  # (n,)
     q: Array  # (n, nv)
@@ -182,7 +182,7 @@ class _States:
 
     @property
     def bound(self) -> float:
-        """BOUND for every rod, or two joints, that rounding errors are handed through."""
+        """BOUND for every rod, or two joints, through which rounding errors propagate."""
         return BOUND * max(1, self.q.shape[1] / 2)
 
 
@@ -215,7 +215,7 @@ def _places(dynamics: Dynamics) -> dict[str, list[str]]:
 
 
 def _relative(first: Array, second: Array, size: Array) -> Array:
-    """Differences over sizes (n, places); the numbers may be of the reference_route."""
+    """Differences over rounding scales (n, places); the numbers may be of the reference route."""
     with np.errstate(invalid="ignore"):  # NaN is an answer too, and a broken one
         return np.abs(first - second).astype(float) / np.maximum(size, np.finfo(float).tiny)
 

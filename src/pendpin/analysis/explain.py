@@ -40,14 +40,14 @@ def _interface(title: str, effects: list) -> Iterator[str]:
 def _calls(dynamics: Dynamics) -> Iterator[str]:
     loads = dynamics.loads
     if loads.varying is not None:
-        yield "the fields of the moment"
+        yield "the fields that vary with time"
     if loads.torque is not None:
         yield "the joint torques"
     if loads.wrench is not None:
-        yield "the bodies' kinematics, their wrenches"
+        yield "the kinematics of the bodies and the wrenches on them"
     yield "one solve for the accelerations"
     if dynamics.contacts is not None:
-        yield "another for the torques that hold joints, where any are held"
+        yield "another one for the torques that hold joints, if any are held"
 
 
 def _names(names) -> str:

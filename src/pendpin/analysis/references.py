@@ -1,7 +1,7 @@
-"""What a motion is measured against: two computations of it by different families of methods, which have to agree.
+"""The reference solution of a motion: two computations by different families of methods, which must agree.
 
-Each of the two is made twice, at its finest setting and at a coarser one; the difference tells how well it knows the
-motion itself. Where the two differ by far more than that, one of them is wrong, and there is no reference.
+Each is computed twice, with its finest setting and a coarser one; the difference estimates its error. If the two differ by
+much more than these errors, one of them is wrong, and there is no reference.
 """
 
 from collections.abc import Callable, Iterator
@@ -22,7 +22,7 @@ from pendpin.scene import Scene
 from pendpin.simulation.simulate import simulate
 
 EPS = float(np.finfo(float).eps)
-CONTRADICTION = 100.0  # times what the two know of themselves, and their rounding
+CONTRADICTION = 100.0  # times the estimated errors of the two, and their rounding
 DOWN = np.array([0.0, 0.0, -1.0])
 
 Tips = Array  # (n, rods, 3) m, W
@@ -34,13 +34,13 @@ class Solution:
 
     name: str  # its family, method and equations
     tips: Tips
-    doubt: Array  # (n,): how far it is from its own coarser run, over the length
+    doubt: Array  # (n,) estimated error: the distance to its own coarser run, over the length
     rounding: float  # over the length
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The motion, up to the time to which it is known well enough."""
+    """The motion up to the time at which it is no longer accurate enough."""
 
     tips: Tips  # (n, rods, 3) m, W, of the first solution
     t: Array  # (n,) s
@@ -50,7 +50,7 @@ class Reference:
 
     @property
     def horizon(self) -> float:
-        """Up to when the motion is known, s since the start."""
+        """The end of the reference, s since the start."""
         return float(self.t[-1])
 
 
@@ -60,20 +60,20 @@ Maker = Callable[[Scene, Model, float], Solution]
 def reference(scene: Scene, error: float, solutions: tuple[Maker, ...] | None = None) -> Reference:
     """The motion of a scene, to within `error` of its length, at its output times up to its horizon.
 
-    `solutions` are tried in turn until two have answered; by default the exact solution where there is one, a power
-    series, a Runge-Kutta method, collocation, each on equations of its own where there are such.
-    Raises InputError where two do not answer, where they contradict each other, or where nothing is known so well.
+    The first two of `solutions` that can run the scene are used; by default the exact solution if there is one, a power
+    series, a Runge-Kutta method, collocation, if possible each on different equations.
+    Raises InputError if fewer than two can run the scene, if they contradict each other, or do not agree to `error`.
     """
     model = build(scene.model)
     length, found = scale(model), []
-    for maker in WITNESSES if solutions is None else solutions:
-        found += list(_heard(maker, scene, model, length))
+    for maker in SOLUTIONS if solutions is None else solutions:
+        found += list(_attempt(maker, scene, model, length))
         if len(found) == 2:
             return _agreed(scene, length, error, *found)
     raise InputError(f"no reference: only {len(found)} of two families of methods can run this scene")
 
 
-def _heard(maker: Maker, scene: Scene, model: Model, length: float) -> Iterator[Solution]:
+def _attempt(maker: Maker, scene: Scene, model: Model, length: float) -> Iterator[Solution]:
     try:
         yield maker(scene, model, length)
     except Interrupted:
@@ -90,7 +90,7 @@ def _agreed(scene: Scene, length: float, error: float, one: Solution, other: Sol
         i = int(np.argmax(against))
         raise InputError(
             f"no reference: {one.name} and {other.name} differ by {gap[i]:.1e} of the length at {scene.times[i]:.3g} s, "
-            f"where each knows the motion to {doubt[i]:.1e}: one of them is wrong"
+            f"where their estimated errors are {doubt[i]:.1e}: one of them is wrong"
         )
     good = int(np.argmax(np.append(gap > error, True)))
     if good < min(2, len(scene.times)):
@@ -122,7 +122,7 @@ def by_elliptic_functions(scene: Scene, model: Model, length: float) -> Solution
 
 
 def _downwards(effects: tuple[Effect, ...]) -> float | None:
-    """The strength of gravity where it alone acts, downwards."""
+    """The acceleration of gravity in m/s² if nothing else acts and it points down; else None."""
     if len(effects) != 1 or not isinstance(effects[0], Gravity):
         return None
     field = effects[0].field(0.0)
@@ -145,7 +145,7 @@ def by_series(scene: Scene, model: Model, length: float) -> Solution:
 
 
 def by_runge_kutta(scene: Scene, model: Model, length: float) -> Solution:
-    """The adaptive integrator, on Pinocchio's accelerations where they are to be had."""
+    """The adaptive integrator, on Pinocchio's accelerations where possible."""
     name = f"Runge-Kutta (dop853) on {bind(scene).engine.name}"
     return _of_runs(name, scene, length, "dop853", 1e-14, 1e-13)
 
@@ -164,4 +164,4 @@ def _of_runs(name: str, scene: Scene, length: float, method: str, fine: float, c
     return Solution(name, one, doubt, EPS * runs[0].stats.steps)
 
 
-WITNESSES: tuple[Maker, ...] = (by_elliptic_functions, by_series, by_runge_kutta, by_collocation)
+SOLUTIONS: tuple[Maker, ...] = (by_elliptic_functions, by_series, by_runge_kutta, by_collocation)

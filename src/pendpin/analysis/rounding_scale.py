@@ -1,4 +1,4 @@
-"""How large the terms are that enter a quantity: what the rounding errors of any route are relative to."""
+"""The rounding scale of a quantity: the sum of the absolute terms in it, to which rounding errors are relative."""
 
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ from pendpin.model.build import Model
 def rod_scale(rod: RodInertia, q: Array, v: Array, field: Array, solution: RodSolution) -> RodSolution:
     """The sum of the absolute terms that enter each quantity of one rod, from states (n, 2) and the field (3,) in I.
 
-    Taken from the balances of docs/derivation.md, section 3, with every product of components counted by its size.
+    Taken from the balances of docs/derivation.md, section 3, with the absolute value of every product of components.
     """
     m, h, I1, I2, I3 = rod._replace(h=abs(rod.h))
     J1, J2 = I1 + m * h * h, I2 + m * h * h
@@ -49,13 +49,13 @@ class TreeScale(NamedTuple):
 
 
 def tree_scale(model: Model, field: Array, q: Array, v: Array, a: Array) -> TreeScale:
-    """The sizes of the terms in a tree's equations, from states (n, nv), their accelerations and the field (3,) in W.
+    """The rounding scales of a tree's equations, from q, v, accelerations (n, nv) and the field (3,) in W.
 
     A joint's equation is the moment (the force, for a slide) along its axis: its terms are, over the bodies beyond it,
     mass times the norms of field and acceleration with their levers, and inertia times angular acceleration and squared
     rate. In Pinocchio's spatial vectors m v x v enters as well, with v the velocity of the joint's origin; it vanishes
-    but for one rounding. What rounding errors in them do to the accelerations is bounded by |M^-1|, and to a joint's
-    wrench, through the accelerations, by |W M^-1|, with W the wrenches that unit accelerations call for.
+    but for one rounding. |M^-1| bounds the effect of rounding errors in these terms on the accelerations, and |W M^-1| that on a
+    joint's wrench, with W the wrenches for unit accelerations.
     """
     tree = tree_of(model.pin)
     below = _below(tree.parents)

@@ -1,4 +1,4 @@
-"""The routes of a cross-check: each answers the same states with the same quantities, by its own means.
+"""The routes of a cross-check: each computes the same quantities at the same states, with its own equations.
 
 An answer is a mapping from the name of a quantity to its values, one column for each place (joint or rod).
 """

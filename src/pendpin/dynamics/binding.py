@@ -1,6 +1,6 @@
 """From a scene's effects and a model to one function for each interface, built once from the effects that there are.
 
-Every function takes its arithmetic from `xp`, as the effects do. Sums run in an order of their own, so that the order of
+Every function takes its arithmetic from `xp`, as the effects do. Sums have a fixed order, so that the order of
 the list changes no bit.
 """
 
@@ -39,7 +39,7 @@ def bind_loads(
 ) -> Loads:
     """What the effects add, interface by interface, at times since `start` in s.
 
-    `numbers` hands out the numbers of model and effects, as parameters of a tape for instance. Raises InputError for a
+    `numbers` maps the numbers of model and effects, for instance to parameters of a tape. Raises InputError for a
     joint or link that the model lacks, and for a second effect of a kind of which a scene takes one.
     """
     refuse_seconds(effects)
@@ -69,7 +69,7 @@ def bind_loads(
 def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:
     """The effects with their key paths, in an order that does not depend on that of the list.
 
-    Whoever sums over effects goes by it, so that the order of a scene's list changes no bit.
+    Every sum over effects uses this order, so that the order of a scene's list changes no bit.
     """
     return sorted(((effect, f"effects[{i}]") for i, effect in enumerate(effects)), key=lambda pair: repr(pair[0]))
 
@@ -111,7 +111,7 @@ def _constant_field(effects: Sequence[Effect]) -> Array:
 
 
 def since(start: float, effect: Effect, function: Any, numbers: Numbers = GIVEN) -> Any:
-    """A function of time, of one effect, as one of the time since `start`, so that late times cost a run no digits."""
+    """A function of time of one effect, as a function of the time since `start` in s: late times then lose no digits."""
     if not start:
         return function
     early = numbers(_in_first_period(start, effect))

@@ -1,4 +1,4 @@
-"""From a scene's dry friction and stops to the contacts of its joints: what adds up, what holds, what is refused."""
+"""The contacts of the joints from the dry friction and the stops of a scene."""
 
 from collections.abc import Sequence
 
@@ -49,7 +49,7 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
 
 
 def _lengths(model: Model) -> Array:
-    """What the joints' positions are large or small against, (nv,): 1 rad, or the length of the model in m for slides."""
+    """The scales (nv,) of the joints' positions: 1 rad, or the length of the model in m for slides."""
     slides = () if model.chain is not None else tree_of(model.pin).kinds
     length = reach(model) or 1.0
     return np.array([length if kind == "prismatic" else 1.0 for kind in slides] or [1.0] * len(model.joints))

@@ -1,4 +1,4 @@
-"""What brings an event: functions of time and state that come down to 0 when a joint stops, strikes or comes loose."""
+"""Guards: functions of time and state that fall to 0 when a joint stops, hits a stop or starts to slide."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,15 +9,15 @@ from pendpin.arrays import Array, Indices, Mask
 from pendpin.dynamics.contacts import Contacts, Mode, Scales
 
 ROUNDING = 1e-15  # of a position or a rate of order one
-SMALL = 1e-2  # of the tolerance: how far below 0 a guard goes unnoticed
+SMALL = 1e-2  # of the tolerance: a guard so little below 0 is no event
 
 
 @dataclass(frozen=True, eq=False)
 class Guards:
     """The m guards of a scene between two events.
 
-    In this order: rates of the joints that slide, distances of free joints to their upper and their lower stops, and
-    the reserves of held joints, how far the torque that holds them is from the largest and from the least that can.
+    In this order: rates of the sliding joints, distances of free joints to their upper and their lower stops, and the
+    reserves of held joints: the distance of the holding torque to its largest and to its least possible value.
     """
 
     contacts: Contacts
@@ -51,7 +51,7 @@ class Guards:
         return np.concatenate(columns, 1)
 
     def floor(self, scales: Scales, tolerance: float) -> Array:
-        """How far below 0 the guards (m,) may go unnoticed."""
+        """How far below 0 the guards may go without an event, (m,)."""
         slide, below, above, most, least = self.joints
         limits = np.abs(np.concatenate([self.contacts.upper[below], self.contacts.lower[above]]))
         rates = max(SMALL * tolerance, ROUNDING) * scales.rate[slide]
@@ -59,7 +59,7 @@ class Guards:
         return np.concatenate([rates, distances, self.contacts.slack(self.torque)[np.concatenate([most, least])]])
 
     def land(self, q: Array, v: Array, fired: Mask) -> tuple[Array, Array, Array]:
-        """The state with what has reached 0 put there exactly, and the way (nv,) that joints come loose, or 0."""
+        """q, v (nv,) with the values of fired guards (m,) set exactly, and the direction (nv,) in which joints start, or 0."""
         q, v, loose = q.copy(), v.copy(), np.zeros_like(v)
         ends = np.cumsum([len(joints) for joints in self.joints])[:-1]
         slide, below, above, most, least = (

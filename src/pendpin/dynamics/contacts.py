@@ -1,9 +1,9 @@
-"""Joints that stick, slide and strike: what holds, what lets go, and what an impact does.
+"""Joints that stick, slide and hit stops: holding torques, start of sliding, and impacts.
 
-Every joint has a friction torque against sliding, a largest one that holds, limits and a restitution. A joint at rest is
-held (rate exactly 0) as long as the torque that this takes is one that friction and stop can give; the torques of all held
-joints are found together, from the columns of the inverse mass matrix. An impact is Newton's: the rates of the joints that
-strike turn round, times the restitution, by impulses that may push and not pull.
+Every joint has a friction torque against sliding, a largest holding torque, limits and a restitution. A joint at rest is
+held (rate exactly 0) as long as friction and stop can give the torque that this needs; the torques of all held joints are
+computed together, from the columns of the inverse mass matrix. An impact follows Newton's law: the joints that hit a stop
+reverse their rates, times the restitution, by impulses that may push and not pull.
 """
 
 import math
@@ -20,11 +20,11 @@ from pendpin.errors import RunError
 REST = 1e-12  # rad, or of the length of a slide: a bounce that would go no farther ends in rest on the stop
 _ROUNDING = 1e-12  # of the torques: what a held joint may exceed its limits by
 _OTHERS = 1e-2  # of the largest torque, for the joints on which smaller ones act
-_LOOKS = 9  # times at which the size of what acts is looked at
+_LOOKS = 9  # times at which the loads are evaluated for the scales
 
 
 class Scales(NamedTuple):
-    """What is of order one in a run: what is small is small against these."""
+    """The scales of a run, with which small values are compared."""
 
     position: Array  # (nv,) 1 rad, or the length of the model for slides
     rate: Array  # (nv,) rad/s, m/s
@@ -101,7 +101,7 @@ class Contacts:
             if not into.any():
                 return v
             v = self._impact(q, v, into, t)
-        raise RunError(f"{t:g} s after the start impacts on several stops at once do not come to an end")
+        raise RunError(f"{t:g} s after the start, impacts on several stops at once do not end")
 
     def _into_stop(self, q: Array, v: Array) -> Mask:
         """Which joints (nv,) are at a stop and move into it."""
@@ -147,10 +147,10 @@ class Contacts:
     def choose(self, t: float, q: Array, v: Array, scales: Scales, loose: Array | float = 0.0) -> Mode:
         """Which joints at rest are held, and in which direction the others start to slide; q, v (nv,).
 
-        It starts with all held but those that have just come `loose` (nv,), the way they are pushed, and mends the first
-        joint that does not fit, one at a time: Murty's least-index rule, which ends for the positive definite matrices
-        of held joints. Where rounding keeps it from its end, more is taken for rounding. Raises RunError if it does not
-        end.
+        The search starts with all joints held except those that have just come `loose` (nv,: their direction), and changes
+        the first joint that does not fit, one at a time: Murty's least-index rule, which ends for positive definite
+        matrices of held joints. If rounding errors prevent this, larger ones are allowed. Raises RunError if the search
+        does not end.
         """
         resting = (v == 0) & ((self.static > 0) | (q >= self.upper) | (q <= self.lower))
         sign = np.where(resting, loose, np.sign(v))
@@ -164,12 +164,12 @@ class Contacts:
                 if not unfit.any():
                     return mode
                 mode = self._mended(t, q, v, mode, int(np.argmax(unfit)))
-        raise RunError(f"{t:g} s after the start it does not come out which joints stick")
+        raise RunError(f"{t:g} s after the start, the search for the joints that stick does not end")
 
     def _unfit(
         self, t: float, q: Array, v: Array, mode: Mode, scales: Scales, resting: Mask, columns: Array, rounding: float
     ) -> Mask:
-        """Held joints out of their range, and joints that set out against their acceleration; (nv,)."""
+        """Held joints out of their range, and joints that would start against their acceleration; (nv,)."""
         a, holding = self.accelerate(t, q, v, mode)
         least, most = self.range(q)
         torque = self.torques(holding, scales)
@@ -191,17 +191,17 @@ class Contacts:
     def torques(self, holding: Array, scales: Scales) -> Array:
         """Torques (nv,) in N m of the size of those that act, from those that hold (nv,): rounding is relative to them.
 
-        A joint feels the rounding of the others, whose torques over their lengths compare.
+        The rounding errors of other joints act on a joint too; their torques are compared per length.
         """
         own = scales.torque + np.abs(holding)
         return own + _OTHERS * (own * self.length).max(initial=0.0) / self.length
 
     def slack(self, torque: Array) -> Array:
-        """How far a held joint may exceed its range (nv,), N m, where torques (nv,) are of such sizes."""
+        """How far a held joint may exceed its range (nv,), N m, with torques (nv,) of this scale."""
         return _ROUNDING * torque
 
     def scales(self, times: Array, q: Array, v: Array) -> Scales:
-        """What is large and what is small in a run from q, v (nv,), from looks at some of its times (n,)."""
+        """The scales of a run from q, v (nv,), from evaluations at some of its times (n,)."""
         nv, size = len(q), self.length
         columns = self.engine.compliance(q, np.arange(nv))
         away, rest = q + size * np.sin(1.0 + np.arange(nv)), np.zeros(nv)

@@ -1,6 +1,7 @@
-"""The numbers of a scene, as parameters of equations on a tape: another mass is then no new code.
+"""The numbers of a scene as parameters of equations on a tape: another mass then needs no new code.
 
-What is 0 stays 0, and folds away: which numbers are 0 belongs to the structure of a scene, as do the kinds of its effects.
+Zeros stay zeros and are simplified away: which numbers are 0 belongs to the structure of a scene, as do the kinds of its
+effects.
 """
 
 from collections.abc import Callable, Hashable

@@ -1,4 +1,4 @@
-"""How fast the effects of a scene change over a run: where its integration breaks, and the longest steps it may take."""
+"""How fast the effects of a scene change during a run: where the integration restarts, and its longest steps."""
 
 import dis
 from collections.abc import Callable, Sequence
@@ -25,10 +25,10 @@ class Timing(NamedTuple):
     sampled: tuple[str, ...]  # the effects that could not say
 
     def notes(self, duration: float, step: float | None) -> tuple[str, ...]:
-        """What a reader should know of a run of `duration` s, with a fixed step in s if it has one."""
+        """Notes on a run of `duration` s, with a fixed step in s if it has one."""
         said = [
-            f"{name} does not say how fast it changes with time: it was sampled every {duration / SAMPLES:.3g} s, "
-            "and what is shorter may be missed; give it a `pace`"
+            f"{name} does not declare how fast it changes with time: it was sampled every {duration / SAMPLES:.3g} s, "
+            "and shorter changes may be missed; give it a `pace`"
             for name in self.sampled
         ]
         said += [
@@ -77,7 +77,7 @@ def _reads_time(effect: Effect, name: str) -> bool:
 
 
 def _declared(effect: Effect, name: str, start: float, duration: float, negligible: float) -> Pace | None:
-    """The pace that an effect declares; None from one that has a newer method than its pace is for."""
+    """The pace that an effect declares; None if a subclass overrides the method but not its pace."""
     if not issubclass(_owner(effect, "pace"), _owner(effect, name)):
         return None
     moved, early = effect.since(start)

@@ -1,4 +1,4 @@
-"""What every engine offers, and what the effects bring to it."""
+"""The interface of the engines, and the loads that they get from the effects."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -14,8 +14,8 @@ from pendpin.model.build import Model
 Derivative = Callable[[Array, float, Array], None]  # f(dy, t, y) fills dy
 ProgressCallback = Callable[[float], None]
 
-CALLBACK_EVERY = 2048  # evaluations between two calls of a watcher
-CALLBACK_EVERY_SLOW = 64  # of those that numpy carries: some 0.1 ms each, 3 ms near a pole of a thin rod
+CALLBACK_EVERY = 2048  # evaluations between two calls of the progress callback
+CALLBACK_EVERY_SLOW = 64  # for evaluations in numpy: 0.1 ms each, 3 ms near a pole of a thin rod
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class Engine(ABC):
     def denser(self, t: Array, y: Array, steps: int) -> float:
         """How many times as dense states y (n, size) at t (n,) must be for `unpack`; up to 1 they are dense enough.
 
-        An engine whose state is no angles reads them from one state to the next, and so has to see how the rods turn.
+        An engine whose state does not hold angles reads them from state to state, and must follow how the rods turn.
         """
         return 0.0
 
@@ -70,7 +70,7 @@ class Engine(ABC):
 
     @abstractmethod
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """f(dy, t, y) that fills dy, and the count of its calls; `progress` gets t now and then, and may raise."""
+        """f(dy, t, y) that fills dy, and a function that counts its calls; `progress` is called with t and may raise."""
 
     @abstractmethod
     def motion(self, y: Array) -> Motion:

@@ -1,9 +1,9 @@
 """An engine's equations as machine code: recorded once on a tape, compiled once for each structure of a scene.
 
 One compilation serves many sets of parameters. `CompiledEquations` belongs to a structure (pendpin.dynamics.compiling keeps
-them for the life of the process); `Compiled` is an engine with one set of parameters; a `Block` is what one run hands to
+them for the life of the process); `Compiled` is an engine with one set of parameters; a `Block` is what one run passes to
 the function, so that runs in several threads share the code and nothing else:
-    equations = compiled_equations(engine, effects, start)    # recorded, or known from before
+    equations = compiled_equations(engine, effects, start)    # recorded, or from the cache
     equations.function.block(values, tables)                  # values as Parameters lists them: no compiling
 """
 

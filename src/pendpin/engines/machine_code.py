@@ -18,8 +18,8 @@ from pendpin.arrays import Array
 from pendpin.engines.machine_steps import Steps, steps_code
 from pendpin.engines.tape import Tape
 
-OPTIMISED = 2  # of 3; the tape has taken out most that can be
-EVERY = 4096  # calls between two of a block's watcher; a power of 2
+OPTIMISED = 2  # of 3; the tape is already simplified
+EVERY = 4096  # calls between two of the progress callback; a power of 2
 Rate = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 Watcher = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double)  # t -> whether to stop
 _HEADER = 2  # cells of a block before its numbers: the count of calls, the watcher
@@ -124,7 +124,7 @@ class Function:
 
 
 class Block:
-    """What a function needs beside time and state, at `address`: parameters, tables, its count of calls, a watcher."""
+    """The further arguments of a function, at `address`: parameters, tables, its count of calls, a progress callback."""
 
     def __init__(self, numbers: Sequence[float], tables: Sequence[Table]) -> None:
         self._kept = [np.ascontiguousarray(part) for table in tables for part in (table.times, table.rows)]
@@ -143,13 +143,13 @@ class Block:
         return int(self._whole[0])
 
     def watched(self, watcher: Callable[[float], bool]) -> None:
-        """Have `watcher` called with the time every EVERY calls; where it returns True the rates become NaN."""
+        """Call `watcher` with the time at every EVERY-th call; if it returns True, the rates become NaN."""
         self._watcher = Watcher(watcher)
         self._whole[1] = ctypes.cast(self._watcher, ctypes.c_void_p).value or 0
 
 
 def _watching(results: int) -> Iterator[str]:
-    """Count the call, and ask the watcher now and then."""
+    """Count the call, and call the progress callback at every EVERY-th."""
     yield f"""
   %block = load ptr, ptr %blocks
   %before = load i64, ptr %block

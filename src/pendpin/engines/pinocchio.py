@@ -42,7 +42,7 @@ class Revolute(AngleEngine):
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             nonlocal state, rates, q, v, dq, dv, calls
-            if y is not state:  # solvers hand in the same arrays again and again: cut them once
+            if y is not state:  # solvers pass the same arrays many times: slice them once
                 state, q, v = y, y[:nv], y[nv:]
             if dy is not rates:
                 rates, dq, dv = dy, dy[:nv], dy[nv:]

@@ -1,8 +1,8 @@
 """Chains of thin rods without joint effects: every joint acts as a spherical joint, and no position is singular.
 
-A thin rod has no axial inertia, so its direction says all; phi = ±pi/2 is a fault of the angles only. Short chains
-are carried by Pinocchio's spherical joints, long ones by the hand-derived equations in directions. Angles are read
-back from the directions, continuously.
+A thin rod has no axial inertia, so its direction is its complete state; only the angles are singular at phi = ±pi/2. Short
+chains use Pinocchio's spherical joints, long ones the hand-derived equations in directions. Angles are computed
+from the directions, continuously.
 """
 
 from abc import abstractmethod
@@ -21,7 +21,7 @@ from pendpin.equations.chain.kinematics import Joints, rods_last
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import FLIP, Model
 
-TURN = 0.2  # rad, of a rod from state to state: the path between is then known to 1e-5 of it
+TURN = 0.2  # rad, of a rod from state to state: the interpolated path between them is then accurate to 1e-5 of it
 MAX_SPHERICAL = 10  # rods; in longer chains Pinocchio's spherical joints lose digits (docs/pinocchio_notes.md)
 
 
@@ -211,7 +211,7 @@ def _spherical_chain(chain: ChainInertia, field: Array):
     model.gravity = pin.Motion(field, np.zeros(3))
     joint, offset = 0, np.zeros(3)
     for i in range(chain.n):
-        joint = model.addJoint(joint, pin.JointModelSpherical(), pin.SE3(np.eye(3), offset), f"ball_{i + 1}")
+        joint = model.addJoint(joint, pin.JointModelSpherical(), pin.SE3(np.eye(3), offset), f"spherical_{i + 1}")
         axial = chain.I1[i] + chain.m[i] * chain.h[i] ** 2  # any value but zero
         inertia = pin.Inertia(chain.m[i], np.array([0, 0, -chain.h[i]]), np.diag([chain.I1[i], chain.I2[i], axial]))
         model.appendBodyToJoint(joint, inertia, pin.SE3.Identity())

@@ -1,8 +1,8 @@
-"""Arithmetic recorded as it is computed: numbers that remember how they came about, to be made machine code of.
+"""Arithmetic recorded while it is computed, to be compiled to machine code.
 
 A tape is a list of operations, each distinct one once. Its inputs are the time, the state, the parameters of a run (the
 numbers of its scene), and tables over time. What depends on parameters alone is `fixed`: it is computed once for a set of
-parameters, not at every evaluation. Numbers that are 0 or 1 by structure are plain floats, and fold away.
+parameters, not at every evaluation. Numbers that are 0 or 1 by structure are plain floats and are simplified away.
 """
 
 from collections.abc import Callable, Sequence

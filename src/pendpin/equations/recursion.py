@@ -1,14 +1,14 @@
 """Trees of revolute and prismatic joints: the recursions of Newton-Euler and of the articulated body, for any number.
 
-Written once over plain arithmetic: floats, mpmath's numbers and heyoka's symbols all pass through the same lines, the
-number type's functions coming in as `xp` (pendpin.equations.numbers). After R. Featherstone, Rigid Body Dynamics
+Written once over plain arithmetic: the same lines run on floats, mpmath's numbers and heyoka's symbols; `xp` has the
+functions of the number type (pendpin.equations.numbers). After R. Featherstone, Rigid Body Dynamics
 Algorithms (2008), chapters 5 and 7, with three differences that save digits and symbols:
 
 - every vector is taken in the frame of the joint it belongs to, as a pair of 3-vectors, and accelerations are those of
   points of the link, not spatial ones;
 - the forces at zero joint acceleration come from Newton-Euler first; the articulated bodies then carry no velocities;
-- what a matrix is known to be, it is made: symmetric, and zero in the row of a released joint. That keeps about one
-  digit at 60 rods; for joints of more degrees of freedom it would keep them all (docs/pinocchio_notes.md, section 2).
+- matrices that are symmetric, or have a zero row, in exact arithmetic are made so after each joint. That saves about one
+  digit at 60 rods; for joints of more degrees of freedom it would save all of them (docs/pinocchio_notes.md, section 2).
 """
 
 from typing import Any, Literal, NamedTuple
@@ -34,7 +34,7 @@ class Tree(NamedTuple):
 
 
 class _Joint(NamedTuple):
-    """A joint at its angle or slide: where its frame stands in the parent's."""
+    """A joint at its position: the pose of its frame in the parent's frame."""
 
     parent: int
     turns: bool

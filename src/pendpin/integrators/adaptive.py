@@ -90,7 +90,7 @@ class Adaptive(Integrator):
 
 
 def returning(derivative: Derivative) -> Callable[[float, Array], Array]:
-    """A derivative that returns dy (size,), for SciPy. Raises FloatingPointError on NaN and inf, which SciPy does not."""
+    """A derivative that returns dy (size,), for SciPy. Raises FloatingPointError on NaN and inf."""
 
     def function(t: float, y: Array) -> Array:
         dy = np.empty_like(y)
@@ -103,7 +103,7 @@ def returning(derivative: Derivative) -> Callable[[float, Array], Array]:
 
 
 def finite_part(states: Array, steps: int, failure: str | None) -> tuple[Array, int, str | None]:
-    """The states (n, size) before the first that is not finite, and the failure that it is."""
+    """The states (n, size) before the first that is not finite, the steps, and the failure."""
     good = np.isfinite(states).all(1)
     if good.all():
         return states, steps, failure

@@ -1,4 +1,4 @@
-"""What every integrator offers."""
+"""The interface of the integrators."""
 
 import math
 from abc import ABC, abstractmethod
@@ -9,12 +9,12 @@ from pendpin.arrays import Array
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import RunError
 
-Memory = Mapping[str, Array]  # what a method carries from segment to segment
+Memory = Mapping[str, Array]  # arrays that a method keeps from segment to segment
 
 
 @dataclass(frozen=True)
 class Segment:
-    """The states at the output times of one segment, and what they took."""
+    """The states at the output times of one segment, and the steps that they took."""
 
     y: Array  # (n, 2 nv); shorter than the times where the integrator had to stop
     steps: int
@@ -38,7 +38,7 @@ class Run:
     library: str
     version: str
     compile_seconds: float = 0.0
-    failure: str | None = None  # why it ended before its time
+    failure: str | None = None  # why it ended early
     ended: type[RunError] = RunError  # what a failure is
     notes: tuple[str, ...] = ()  # what a reader of the run should know
 
@@ -58,9 +58,9 @@ class Integrator(ABC):
     step: float | None = None  # s, of a method with a fixed one
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """Take up an engine: its derivative, and the count of evaluations. `progress` gets t now and then, and may raise.
+        """The derivative of an engine and a function that counts evaluations. `progress` is called with t and may raise.
 
-        A integrator with equations of its own counts those. Raises InputError for what the integrator does not take.
+        An integrator with its own equations counts those. Raises InputError for an engine that it cannot use.
         """
         return engine.derivative(progress)
 
@@ -78,8 +78,8 @@ class Integrator(ABC):
         memory: Memory | None = None,
         longest: float = math.inf,
     ) -> Segment:
-        """The states at `times` (n,), from y at times[0]; `first_step` in s is a proposal, where there is one.
+        """The states (n, size) at `times` (n,) in s, from y (size,) at times[0].
 
-        `longest` bounds the steps in s, but for methods of fixed step, which are told theirs.
-        `memory` is that of the segment before, if there was one; it may hold more.
+        `first_step` (s) is a proposal for the first step. `longest` (s) limits the steps of methods without a fixed step.
+        `memory` is that of the segment before, if there was one; it may hold further arrays.
         """

@@ -17,20 +17,20 @@ from pendpin.integrators.gauss import STAGES, Gauss
 from pendpin.integrators.taylor import Taylor
 from pendpin.scene import AdaptiveMethod, Scene
 
-LARGE = 100  # numbers in a state, above which no slopes are looked at
+LARGE = 100  # numbers in a state, above which no Jacobian is computed
 STIFF = 3e5  # decay rate times duration, above which explicit steps are too many (about 6 of it to a step of dop853)
 LONG = (
     1e5  # rad that the fastest motion goes through: beyond, the Taylor integrator is ten times as fast and keeps more
 )
 FEW_JOINTS = 4  # up to which it is
-OVERDAMPED = 0.5  # decay over the fastest rate: what swings as fast as it decays has to be followed anyway
+OVERDAMPED = 0.5  # decay over the fastest rate: a motion that swings as fast as it decays needs small steps anyway
 
 
 def integrator_for(scene: Scene, dynamics: Dynamics, energy_balance: bool = False) -> Integrator:
     """The integrator of a scene's method, with its setting.
 
-    With an energy balance work is integrated beside the motion, in Python. Raises InputError for what that integrator
-    does not take.
+    With an energy balance the work is integrated together with the motion, in Python. Raises InputError for a scene that
+    the method cannot run.
     """
     solver = scene.solver
     method, step = solver.method, solver.step
@@ -50,7 +50,7 @@ def integrator_for(scene: Scene, dynamics: Dynamics, energy_balance: bool = Fals
 
 
 def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: int = FEW_JOINTS) -> bool:
-    """Whether the Taylor integrator is there and takes a scene of up to `most` joints."""
+    """Whether the Taylor integrator is installed and can run the scene, with at most `most` joints."""
     few = len(dynamics.model.joints) <= most and all(effect.smooth for effect in scene.effects)
     return few and scene.solver.engine == "auto" and not energy_balance and find_spec("heyoka") is not None
 
@@ -60,8 +60,8 @@ def automatic(
 ) -> AdaptiveMethod | Literal["taylor"]:
     """The method for "auto": dop853, or radau if something decays too fast for explicit steps. q, v (nv,).
 
-    What decays is read off the eigenvalues of the equations' slopes at the start. `taylor` says whether that method takes
-    the scene: then it is the method over long horizons.
+    Decay rates are the eigenvalues of the Jacobian at the start. `taylor` says whether the Taylor method can run the
+    scene: then it is the method for long runs.
     """
     y = dynamics.engine.pack(q, v)
     if len(y) > LARGE:

@@ -1,8 +1,8 @@
-"""Where functions of time come down to zero: by their signs and by their turning points.
+"""The first zero crossing of functions of time, from their signs and turning points.
 
-A function is sampled at Chebyshev points. What the interpolant can reach at most is bounded by the sizes of its
-coefficients, which settles most intervals at once. Where it might reach zero, the interval is halved until the last
-coefficients vanish; the turning points of the interpolant then tell whether zero is crossed, and where.
+A function is sampled at Chebyshev points. The coefficients of its interpolant bound its least value; most intervals have
+no crossing by this test. Otherwise the interval is halved until the last coefficients vanish; the turning points of the
+interpolant then show whether it crosses zero, and where.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from pendpin.arrays import Array, Mask
 DEGREE = 8  # of the interpolants
 UNSEEN = 4.0  # times the larger of the last two coefficients: the bound on what the interpolant leaves out
 SHORTEST = 2.0**-44  # of the interval searched: a function that is not resolved there jumps
-MOST = 2000  # intervals looked at: a function that takes more is rough, and its samples are taken as they are
+MOST = 2000  # intervals examined; for a function that needs more, only the signs of its samples are used
 TOGETHER = 1e-12  # of the interval searched: crossings no farther apart happen at once
 
 Sample = Callable[[Array], Array]  # times (n,) -> values (n, m)
@@ -37,7 +37,7 @@ class Crossing:
 
 
 def first_crossing(sample: Sample, begin: float, end: float, floor: Array) -> Crossing | None:
-    """The earliest time at which one of m functions comes down to 0, if it goes on below -floor (m,).
+    """The earliest time at which one of m functions falls to 0 and then below -floor (m,).
 
     None if there is no such time between begin and end: then no function was below -floor, but for what its interpolant
     leaves out (`UNSEEN`). A function may start at 0 or below; it crosses where it next falls below -floor.

@@ -14,7 +14,7 @@ from pendpin.integrators.crossings import Crossing, first_crossing
 
 ORDERS = {"DOP853": 8, "RK45": 5, "RK23": 3, "Radau": 5, "BDF": 1, "LSODA": 1}  # of a method's first step
 REFINEMENTS = 4  # of the time of an event, with the state integrated anew
-SETTLED = 1e-13  # of a step: what a refinement that is the last moves an event by
+CONVERGED = 1e-13  # of a step: largest correction of the time in the last refinement
 INSTANT = 1e-12  # of a step: times no farther from an event happen with it
 
 Guards = Callable[[Array, Array], Array]  # t (n,), y (n, size) -> (n, m), what an event brings down to 0
@@ -82,9 +82,9 @@ def integrate_to_event(
 ) -> SegmentToEvent:
     """Integrate from t to `end` or to the first event; samples at those of `times` (n,), after t, that are reached.
 
-    An event is where a guard comes down to 0 and goes on below -floor (m,). The state there is integrated anew up to the
-    event, and its time refined by it, so that both have the accuracy of a step and not of its interpolation. An output
-    time at the instant of the event is left to what follows: what counts there is the state after it.
+    An event is a time at which a guard falls to 0 and then below -floor (m,). The state is integrated again up to the
+    event and the time is corrected with it, so that both have the accuracy of a step and not of its interpolation. An
+    output time at the event belongs to the next segment: its sample is the state after the event.
     """
     samples, steps = np.empty((0, len(y))), 0
     for step in _steps(method, t, y, end):
@@ -150,7 +150,7 @@ def _located(method: Method, guards: Guards, step: _Step, event: Crossing) -> tu
         off = guards(np.array([t]), y[None])[0, event.which]
         shift = -off / event.slope if event.slope < 0 else 0.0
         better = min(max(t + shift, step.begin), step.end)
-        if not SETTLED * length < abs(better - t) < length / 2:
+        if not CONVERGED * length < abs(better - t) < length / 2:
             break
         t, y = better, method.state_at(step.begin, step.y, better)
     return t, y

@@ -14,9 +14,9 @@ from pendpin.integrators.adaptive import NOT_FINITE, finite_part
 from pendpin.integrators.base import Integrator, Memory, Segment
 
 MAX_STEPS = 1e9
-LOOK_EVERY = 1024  # steps between two looks whether the numbers are finite
+LOOK_EVERY = 1024  # steps between two checks that the numbers are finite
 
-Advance = Callable[[float, float, int], None]  # t, h, steps: moves a state on in place by so many steps of h
+Advance = Callable[[float, float, int], None]  # t, h, steps: advances a state in place by `steps` steps of h
 Step = Callable[[float, float], None]  # the same for one step
 
 
@@ -86,7 +86,7 @@ class RungeKutta4(FixedStep):
     """
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """The engine's."""
+        """The derivative of the engine."""
         self._engine, self._progress = engine, progress
         derivative, calls = engine.derivative(progress)
         self._block = engine.block() if isinstance(engine, Compiled) else None
@@ -128,7 +128,7 @@ class SemiImplicitEuler(FixedStep):
     """v += h a(t, q, v), then q += h v with the new v: order 1, on angles (also called symplectic Euler)."""
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """Those of an engine whose state is (q, v). Raises InputError for another."""
+        """The derivative of an engine whose state is (q, v). Raises InputError for another engine."""
         if not isinstance(engine, AngleEngine):
             raise InputError("solver.method: euler needs angles as the state")
         self._nv = len(engine.model.joints)

@@ -22,8 +22,8 @@ from pendpin.versions import version
 
 STAGES = {"gauss2": 1, "gauss4": 2, "gauss6": 3}
 MOST_ITERATIONS = 40
-STEPS = 2  # whose stages are kept, to guess the next from
-CALLBACK_STEPS = 16  # between two calls of a watcher: a step takes 0.1 ms, and a hundred times that where it goes badly
+STEPS = 2  # whose stages are kept for the extrapolation
+CALLBACK_STEPS = 16  # between two calls of the progress callback: a step takes 0.1 ms, at worst a hundred times that
 PATIENCE = 8  # iterations with the first matrix; then each has its own
 UNSOLVED = "the stage equations are not solved"
 EPS = np.finfo(float).eps
@@ -75,8 +75,8 @@ def extrapolation(s: int, steps: int) -> Array:
 class Gauss(Integrator):
     """Gauss-Legendre collocation on Pinocchio's equations with revolute joints.
 
-    Every step is iterated to round-off: Newton's method with one matrix a step, of the fields alone, and
-    where that does not project with the whole one of every iteration. Sums are compensated.
+    The stage equations are solved to rounding by Newton's method, with one matrix a step that holds the slopes of the
+    fields only. If that does not converge, every iteration gets its own matrix with all slopes. Sums are compensated.
     """
 
     def __init__(self, method: str, step: float) -> None:
@@ -85,7 +85,7 @@ class Gauss(Integrator):
         self.library, self.version = "pinocchio", version("pin")
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """Those of Pinocchio in (q, p). Raises InputError for another engine."""
+        """The equations of Pinocchio in (q, p). Raises InputError for another engine."""
         if not isinstance(engine, Revolute):
             raise InputError(
                 "solver.method: gauss2, gauss4 and gauss6 need Pinocchio's equations, in solver.engine too"
@@ -108,7 +108,7 @@ class Gauss(Integrator):
         memory: Memory | None = None,
         longest: float = np.inf,
     ) -> Segment:
-        """The states (n, size) by collocation; what is integrated beside the motion goes by the same rule."""
+        """The states (n, size) by collocation; further integrated quantities use the same rule."""
         self._state, others = _State.recalled(memory or self.memory(y)), y[2 * self._nv :]
         states, steps = [np.array(y)], 0
         for start, count, h in intervals(times, self._step):

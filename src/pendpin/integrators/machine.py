@@ -1,6 +1,6 @@
 """The adaptive methods on compiled equations, without a call from Python: CyRK's loops call the machine code themselves.
 
-CyRK offers this way in for Numba (CyRK.nb.numba_solver); no Numba function is compiled here.
+CyRK has this interface for Numba (CyRK.nb.numba_solver); no Numba function is compiled here.
 """
 
 import ctypes
@@ -22,7 +22,7 @@ _NO_LIMIT = 1e300  # s, on the size of a step
 
 
 class AdaptiveInMachineCode(Integrator):
-    """As `Adaptive`, on equations in machine code. `available` says whether it is."""
+    """As `Adaptive`, on equations in machine code; only if `available` is true."""
 
     library = "CyRK"
 
@@ -34,7 +34,7 @@ class AdaptiveInMachineCode(Integrator):
         self.version = version(self.library)
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """Those of a compiled engine, which the loops call themselves."""
+        """The equations of a compiled engine, which the loops call directly."""
         assert isinstance(engine, Compiled)
         self._function, self._block, self._progress = engine.function, engine.block(), progress
         self._block.watched(self._stop)
@@ -58,7 +58,7 @@ class AdaptiveInMachineCode(Integrator):
         return Segment(*finite_part(states, steps, failure))
 
     def _stop(self, t: float) -> bool:
-        """Show the time; an exception has to wait until CyRK has returned."""
+        """Call the progress callback with t; an exception is raised after CyRK has returned."""
         try:
             self._progress(t)
         except BaseException as error:

@@ -24,13 +24,13 @@ SMALL = 2  # joints, up to which the code is written out whole
 HIGH = 1e-15  # tolerances below are met with compensated sums in the series
 FIRST_STEP = float(np.exp(-2))  # of the radius of convergence: the best there is (Jorba, Zou)
 SERIES = 2.0  # times the shortest time of an effect: the longest step of a series, which knows all derivatives
-STEPS_AT_ONCE = 4096  # between two calls of the watcher
+STEPS_AT_ONCE = 4096  # between two calls of the progress callback
 
 
 class Taylor(Integrator):
     """Adaptive order and step (A. Jorba, M. Zou, Experimental Mathematics 14 (2005)); an evaluation is a whole series.
 
-    Its own state goes from segment to segment, so that nothing is lost between them.
+    Its state is kept from segment to segment without projection, so that no digits are lost between them.
     """
 
     def __init__(self, effects: Sequence[Effect], tolerance: float, start: float = 0.0) -> None:
@@ -43,7 +43,7 @@ class Taylor(Integrator):
         self.library, self.version = "heyoka", version("heyoka")
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """Those of the series, which are compiled here."""
+        """Compile the series; the derivative is that of the engine, the count is of steps."""
         begin = time.perf_counter()
         self._integrator = self.compiled(engine)
         self.compile_seconds, self._steps, self._progress = time.perf_counter() - begin, 0, progress

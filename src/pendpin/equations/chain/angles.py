@@ -1,4 +1,4 @@
-"""Angles, rates and accelerations of a chain read back from its directions (docs/derivation_chain.md, section 9)."""
+"""Angles, rates and accelerations of a chain from its directions (docs/derivation_chain.md, section 9)."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from pendpin.arrays import Array, Mask
 
-POLE = 1e-8  # |cos(phi)| below which theta, theta' are read from what the direction does next; the errors meet there
+POLE = 1e-8  # |cos(phi)| below which theta, theta' follow from d', d''; above it from d, d'; the errors are equal there
 RESTING = (
     1e-12  # of the rates of the rod and of the one above: one that passes a pole no faster rests there, to rounding
 )
@@ -15,7 +15,7 @@ PARTS, REFINEMENTS = 8, 8  # of an interval that is too long, how often
 
 
 class Reading(NamedTuple):
-    """The angles that a run in directions shows to the user."""
+    """The angles of a run in directions."""
 
     q: Array  # (k, n, 2) rad, theta, phi, continuous from sample to sample
     v: Array  # (k, n, 2) rad/s
@@ -52,7 +52,7 @@ def read(d: Array, rate: Array, acceleration: Array, previous: Array | None = No
 def unresolved(t: Array, reading: Reading) -> Mask:
     """The intervals (k - 1,) between samples at t (k,) in which a rod turns by over half its distance to a pole.
 
-    There theta may change by anything; from one of smaller turns to the next it is known.
+    In such an interval theta may change by any amount; more samples are needed.
     """
     across = np.abs(np.cos(reading.q[..., 1]))
     speed = np.hypot(reading.v[..., 1], reading.v[..., 0] * across)
@@ -63,7 +63,7 @@ def unresolved(t: Array, reading: Reading) -> Mask:
 def refined(t: Array, d: Array, rate: Array, kept: Array, chosen: Mask) -> tuple[Array, Array, Array, Array]:
     """Samples at t (k,), with PARTS - 1 more in each chosen interval (k - 1,), and where those of `kept` are among them.
 
-    Between d, d' (k, n, 3) goes a cubic on the sphere.
+    d, d' (k, n, 3) are interpolated by a cubic on the sphere.
     """
     i, s = np.flatnonzero(chosen), (np.arange(1, PARTS) / PARTS)[:, None, None, None]
     h = (t[i + 1] - t[i])[:, None, None]

@@ -14,7 +14,7 @@ from pendpin.equations.chain.system import Loads, System, empty_band
 class Axes(NamedTuple):
     """The moment-carrying axis a3 of each joint: (-s, 0, c) in its rod's frame, (0, s_t, c_t) in the frame above.
 
-    All are 0 where the joint is spherical: there Mc is 0 and no twist is handed on.
+    All are 0 for a spherical joint: its Mc is 0 and it transmits no twisting moment.
     """
 
     trig: Array  # (4, K): s_t, s, c_t, c

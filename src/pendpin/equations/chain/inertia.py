@@ -9,8 +9,8 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.errors import InputError
 
-# A principal inertia that is zero stands in the eliminated system as this fraction of a small inertia of the chain.
-# Refinement on the true balances removes it again (chain_solver); the value only sets how many passes that takes.
+# The eliminated system replaces a principal inertia of zero by this fraction of a small inertia of the chain. Refinement
+# with the original balances removes its effect (refinement.py); the value only determines the number of passes.
 STAND_IN = 1e-7
 
 

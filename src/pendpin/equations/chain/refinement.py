@@ -1,10 +1,10 @@
-"""How a chain's equations are solved to the last digit (docs/derivation_chain.md, sections 6 and 7).
+"""Iterative refinement of the equations of a chain (docs/derivation_chain.md, sections 6 and 7).
 
-Turning accelerations are eliminated: what remains for the reactions is symmetric, positive definite and block-
-tridiagonal, and is factored once. Then the balances as they stand, before anything was eliminated, say what is still
-missing, and the same factor removes it: that makes the result independent of how badly the elimination was
-conditioned, and exact for rods without axial inertia, for which the factored system holds a stand-in. Where that does
-not project (nearly singular states of thin rods), the balances are factored without eliminating anything.
+Angular accelerations are eliminated: the system for the reactions is symmetric, positive definite and block-tridiagonal,
+and is factored once. The original balances, before the elimination, give the residuals, and the same factor corrects the
+solution: the result does not depend on the condition of the elimination, and is exact for rods without axial inertia,
+for which the factored system has a substitute. Where this does not converge (nearly singular states of thin rods), the
+balances are factored without elimination.
 """
 
 from abc import ABC, abstractmethod
@@ -69,8 +69,8 @@ class Eliminated(Correction):
 class Direct(Correction):
     """Reactions and turning together, by LU with pivoting: slower by ten, and nothing is divided by an inertia.
 
-    The matrix is read off the balances: a rod's unknowns reach its own equations and its neighbours', so every third
-    rod can be probed at once.
+    The columns of the matrix are residuals of the balances for unit unknowns. The unknowns of a rod enter only its own
+    equations and its neighbours', so every third rod is evaluated at once.
     """
 
     def __init__(self, system: System) -> None:
@@ -158,15 +158,15 @@ def _refined(system: System, correction: Correction) -> tuple[Array, Array]:
             if _projected(last, ratio):
                 return x, turn
     rod = int(np.abs(turn).max(0).argmax()) % system.rods.n + 1
-    raise np.linalg.LinAlgError(f"no finite reactions at rod {rod}: a thin rod takes a moment at cos(phi) = 0")
+    raise np.linalg.LinAlgError(f"no finite reactions at rod {rod}: a thin rod cannot take a moment at cos(phi) = 0")
 
 
 def _relative(system: System, linear: Array, step: Step, x: Array, turn: Array) -> float:
     """The size of a step relative to x (r, K), turn (3, K) or to the terms that cancel in them; the worst state.
 
-    Near equilibrium the rods hardly turn, whereas their accelerations relative to free fall, linear, do not vanish:
-    what these mean in force and in turning is what rounding errors are to be measured by. So are known moments that
-    others balance: a joint that friction holds.
+    Near equilibrium the rods hardly turn, but their accelerations relative to free fall, linear, do not vanish. Rounding
+    errors are compared with the forces and moments of these accelerations, and with known moments that others balance,
+    such as those of a joint held by friction.
     """
     rods, at_work = system.rods, np.abs(linear).max(0)
     forces = _share(rods.n, step.x[:3], x[:3], rods.m * at_work)

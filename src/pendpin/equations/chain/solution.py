@@ -1,7 +1,7 @@
 """A chain of rods on universal joints, Newton-Euler: accelerations and every joint's reactions in one solve of O(n).
 
-The derivation is docs/derivation_chain.md. The reactions of all joints are the unknowns; `chain_balances` holds the
-equations, `chain_kinematics` says what the angles mean; here angles go in and their accelerations come out.
+The derivation is docs/derivation_chain.md. The reactions of all joints are the unknowns; balances.py has the equations,
+kinematics.py the angles. `solve` takes angles and rates and returns accelerations and reactions.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from pendpin.equations.chain.refinement import project
 
 (_tbsv,) = get_blas_funcs(("tbsv",), dtype=np.float64)
 
-AXIAL = 1e-12  # an external moment on a thin rod below this fraction of the largest moment is not axial but rounding
+AXIAL = 1e-12  # an axial moment on a thin rod below this fraction of the largest moment is rounding
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ def solve(
     return on the rod above, N m; force and moment (..., n, 3) on each rod from outside, in I, the moment about the
     centre of mass, N and N m.
 
-    Rods at the end of the chain that have no axial inertia and take no axial moment hang on them as on spherical joints:
-    all reactions are regular there, at cos(phi) = 0 too; only the reading of theta'' is not.
+    Rods at the end of the chain without axial inertia and axial moment have joints that act as spherical joints:
+    all reactions are regular there, also at cos(phi) = 0; only theta'' is not.
     Raises numpy.linalg.LinAlgError where the reactions have no finite values.
     """
     joints, rate = Joints.at(q), rods_last(v)

@@ -1,4 +1,4 @@
-"""What the equations of a chain are made of, whichever reactions a joint has (docs/derivation_chain.md, section 3)."""
+"""The parts of a chain's equations, for any number of reactions a joint (docs/derivation_chain.md, section 3)."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from pendpin.equations.chain.inertia import Rods
 
 
 class Loads(NamedTuple):
-    """What reactions do to the rods: (3, K) each."""
+    """Force and turning moment of reactions on the rods: (3, K) each."""
 
     force: Array  # N
     turning: Array  # N m about G
@@ -19,10 +19,10 @@ class Loads(NamedTuple):
 
 @dataclass(frozen=True)
 class System(ABC):
-    """Balances of force and turning of every rod, and joints that hold; accelerations are relative to the field.
+    """Balances of force and turning of every rod, and conditions of the joints; accelerations are relative to the field.
 
-    A reaction x has r rows for each joint. Children say which: how reactions load the rods (`loads`), how far the
-    joints are from holding at given accelerations (`gaps`), and what the one does to the other (`band`). Unknown are
+    A reaction x has r rows for each joint. Subclasses give the loads of reactions on the rods (`loads`), the residuals of
+    the joint conditions at given accelerations (`gaps`), and the matrix from reactions to gaps (`band`). The unknowns are
     the reactions x and the turning accelerations, such that gaps are zero and known turning + loads = resistance.
     """
 
@@ -34,7 +34,7 @@ class System(ABC):
 
     @abstractmethod
     def gaps(self, linear: Array | float, turn: Array) -> Array:
-        """(K, r): what is missing at each joint, from accelerations linear of G (3, K), m/s², and turn (3, K), 1/s²."""
+        """The residuals (K, r) at the joints, from accelerations linear of G (3, K), m/s², and turn (3, K), 1/s²."""
 
     @abstractmethod
     def loads(self, x: Array) -> Loads:
@@ -42,7 +42,7 @@ class System(ABC):
 
     @abstractmethod
     def resistance(self, turn: Array) -> Array:
-        """The turning moment (3, K) that the accelerations turn (3, K) take."""
+        """The turning moment (3, K) in N m that the accelerations turn (3, K) need."""
 
     @abstractmethod
     def band(self) -> Array:

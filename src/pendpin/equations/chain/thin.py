@@ -1,8 +1,8 @@
 """A chain of thin rods with directions as its state: regular at every position (docs/derivation_chain.md, section 8).
 
-A thin rod on a universal joint without joint effects is a spherical pendulum: its direction d = b3 says all about it.
-Here the equations are those of the chain in the inertial frame I (z down), three reactions to a joint and no
-angles. `chain_angles` reads the angles back afterwards, continuously through cos(phi) = 0.
+A thin rod on a universal joint without joint effects is a spherical pendulum: its direction d = b3 is its complete state.
+The equations are those of the chain in the inertial frame I (z down), with three reactions a joint and no angles.
+angles.py computes the angles afterwards, continuously through cos(phi) = 0.
 """
 
 from dataclasses import dataclass, replace
@@ -34,7 +34,7 @@ def directions(q: Array, v: Array) -> tuple[Array, Array]:
 
 
 def energy(chain: ChainInertia, d: Array, rate: Array, field: Array) -> tuple[Array, Array]:
-    """Kinetic and potential energy (...) in J for d, d' (..., n, 3); zero and field as in chain_kinematics.energy."""
+    """Kinetic and potential energy (...) in J for d, d' (..., n, 3); zero and field as in kinematics.energy."""
     centres, _ = along(chain, d)
     velocities, _ = along(chain, rate)
     kinetic = chain.m * (velocities**2).sum(-1) + chain.I1 * (rate**2).sum(-1)
@@ -58,13 +58,15 @@ def solve(
 ) -> ThinSolution:
     """d'' and reactions of a chain of thin rods (I3 = 0), or of a batch of its states.
 
-    Parameters: d (..., n, 3) and rate (..., n, 3) in 1/s, in I; what leads off the sphere in them is ignored;
+    Parameters: d (..., n, 3) and rate (..., n, 3) in 1/s, in I; their parts off the unit sphere are ignored;
     field (3,) or (..., 3) in I, m/s²; force and moment (..., n, 3) on each rod, external, in I, the moment about
-    the centre of mass and normal to the rod (an axial one would call for angles), N and N m.
+    the centre of mass and normal to the rod (an axial moment would need angles), N and N m.
     Raises InputError if a rod has an axial inertia.
     """
     if chain.first_thin:
-        raise InputError(f"rod {chain.first_thin} has an axial inertia: directions do not say all, use angles")
+        raise InputError(
+            f"rod {chain.first_thin} has an axial inertia: directions are not its complete state, use angles"
+        )
     shape = d.shape[:-1]
     rods = chain.rods.repeated(d[..., 0].size // chain.n)
     e, e_rate = (rods_last(x) for x in on_sphere(d, rate))
