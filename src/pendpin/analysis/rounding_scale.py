@@ -54,8 +54,8 @@ def tree_scale(model: Model, field: Array, q: Array, v: Array, a: Array) -> Tree
     A joint's equation is the moment (the force, for a slide) along its axis: its terms are, over the bodies beyond it,
     mass times the norms of field and acceleration with their levers, and inertia times angular acceleration and squared
     rate. In Pinocchio's spatial vectors m v x v enters as well, with v the velocity of the joint's origin; it vanishes
-    """The rounding scales of a tree's equations, from q, v, accelerations a (n, nv) and the field (3,) in W.
-    joint's wrench, with W the wrenches for unit accelerations.
+    but for one rounding. |M^-1| bounds the effect of rounding errors in these terms on the accelerations, and |W M^-1|
+    that on a joint's wrench, with W the wrenches for unit accelerations.
     """
     tree = tree_of(model.pin)
     below = _below(tree.parents)

@@ -59,7 +59,7 @@ class Guards:
         return np.concatenate([rates, distances, self.contacts.slack(self.torque)[np.concatenate([most, least])]])
 
     def land(self, q: Array, v: Array, fired: Mask) -> tuple[Array, Array, Array]:
-        """q, v (nv,) with the values of fired guards (m,) set exactly, and the direction (nv,) of joints that start, or 0."""
+        """q, v (nv,) with the values of fired guards (m,) set exactly, and the way (nv,) in which joints start, or 0."""
         q, v, loose = q.copy(), v.copy(), np.zeros_like(v)
         ends = np.cumsum([len(joints) for joints in self.joints])[:-1]
         slide, below, above, most, least = (
