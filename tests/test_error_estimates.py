@@ -193,6 +193,14 @@ def test_an_unstable_rest_is_refused_when_rounding_decides() -> None:
     assert claim_holds(swing(math.pi, 4.0, 61), "auto", 1e-6)
 
 
+def test_rounding_on_the_way_counts() -> None:
+    """Let go 1e-6 rad from upright it comes round to 1e-6 rad from upright: rounding at the bottom decides when it falls."""
+    scene = swing(math.pi + 1e-6, 13.0, 31)
+    for method in ("gauss4", "rk4", "dop853", "taylor"):
+        for accuracy in (1e-2, 1e-4, 1e-6):
+            claim_holds(scene, method, accuracy)
+
+
 @pytest.mark.parametrize("method", ["auto", "dop853", "rk4"])
 def test_turns_cost_digits(method: str) -> None:
     """An angle of 2e8 pi + 0.5 is known to 1e-7 only: a finer accuracy is refused, a coarser one met."""

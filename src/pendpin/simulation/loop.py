@@ -2,6 +2,7 @@
 
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 
@@ -58,8 +59,13 @@ class IntegrationLoop(ABC):
         return run if error is None else replace(run, failure=str(error), ended=type(error))
 
 
-def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, saver: Saver) -> Run:
-    """Integrate from q, v (nv,), or from the saved state, to the end. A failed or halted run keeps what was integrated."""
+def integrate_to_end(
+    loop: IntegrationLoop, q: Array, v: Array, saver: Saver, between: Callable[[RunState], RunState] | None = None
+) -> Run:
+    """Integrate from q, v (nv,), or from the saved state, to the end. A failed or halted run keeps what was integrated.
+
+    `between` changes the state between two segments.
+    """
     done, error = saver.resume(loop.begin(q, v)), None
     before, begin = done.seconds, time.perf_counter()
 
@@ -68,7 +74,7 @@ def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, saver: Saver) ->
 
     while error is None and not done.complete:
         try:
-            progress, failure = loop.go_on(done)
+            progress, failure = loop.go_on(between(done) if between else done)
             done, error = timed(progress), RunError(failure) if failure else None
             if error is None:
                 saver.offer(done)

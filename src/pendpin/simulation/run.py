@@ -18,7 +18,7 @@ from pendpin.model import kinematics
 from pendpin.model.build import start_state
 from pendpin.records import LARGEST
 from pendpin.scene import Scene
-from pendpin.simulation.checkpoint import Checkpoint, FileSaver, Saver, identity
+from pendpin.simulation.checkpoint import Checkpoint, FileSaver, RunState, Saver, identity
 from pendpin.simulation.energy_balance import EnergyBalance
 from pendpin.simulation.guards import Deadline, Patience, balanced
 from pendpin.simulation.loop import integrate_to_end
@@ -41,8 +41,9 @@ def run_scene(
     progress: ProgressCallback,
     deadline: Deadline,
     checkpoint: Checkpoint | None = None,
+    between: Callable[[RunState], RunState] | None = None,
 ) -> Trajectory:
-    """The motion of a scene by its method and tolerance or step; as `simulate`, which see."""
+    """The motion of a scene by its method and tolerance or step; as `simulate`, and `between` as in the loop, which see."""
     dynamics = bind(scene)
     q, v = start_state(dynamics.model, scene.start)
     start = _at_start(q, v)
@@ -67,7 +68,8 @@ def run_scene(
     except Halted as error:
         return _finished(scene, dynamics, None, replace(start, failure=str(error), ended=Halted), saver.note)
     notes = found.notes(scene.duration, scene.solver.step)
-    return _finished(scene, dynamics, balance, replace(integrate_to_end(loop, q, v, saver), notes=notes), saver.note)
+    run = replace(integrate_to_end(loop, q, v, saver, between), notes=notes)
+    return _finished(scene, dynamics, balance, run, saver.note, alone=between is None)
 
 
 def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool) -> tuple[Scene, Dynamics]:
@@ -79,8 +81,13 @@ def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_ba
     return scene, bind(scene) if method == "taylor" else dynamics
 
 
-def _finished(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, note: str) -> Trajectory:
-    """The trajectory of a run that reached its end. Else raises RunError with the good part of the run and a remedy."""
+def _finished(
+    scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, note: str, alone: bool = True
+) -> Trajectory:
+    """The trajectory of a run that reached its end. Else raises RunError with the good part of the run and a remedy.
+
+    `alone`: nothing changed the state between segments, so that energies must add up.
+    """
     try:
         trajectory = fill_in(scene, dynamics, balance, run)
     except np.linalg.LinAlgError as error:
@@ -88,7 +95,8 @@ def _finished(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, r
         trajectory = fill_in(scene, dynamics, balance, run)
     if trajectory.sound == 0:
         raise InputError(START_OVERFLOWS)
-    for count, why in ((trajectory.sound, TOO_LARGE), (balanced(trajectory), ENERGY_ERROR)):
+    checks = ((trajectory.sound, TOO_LARGE), (balanced(trajectory), ENERGY_ERROR))
+    for count, why in checks if alone else checks[:1]:
         if count < len(run.t):
             run = run.cut(count, why)
             trajectory = fill_in(scene, dynamics, balance, run)

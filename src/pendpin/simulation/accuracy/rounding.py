@@ -1,10 +1,11 @@
 """The effect of rounding errors of the start, the steps and the accelerations, which the motion may magnify.
 
-A second run starts at a state shifted by many units of rounding. Its distance to the first run shows how much the motion
-magnifies rounding errors. The errors of the steps add up like a random walk.
+A second run is shifted by many units of rounding at its start and at later times. Its distance from the first run shows how
+much the motion magnifies rounding errors. The later shifts are needed: a rod that falls from near upright returns to it, and
+rounding of its speed at the bottom then matters most. The errors of the steps add up like a random walk.
 """
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,44 +15,83 @@ from pendpin.engines import Engine
 from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import apart, marks, poses, tips
 from pendpin.scene import Scene
-from pendpin.simulation.accuracy.runs import points
+from pendpin.simulation.accuracy.runs import Runs, gap, points
+from pendpin.simulation.checkpoint import RunState
 from pendpin.trajectory import Trajectory
 
 EPS = float(np.finfo(float).eps)
-START = 4.0  # units of rounding of the start, with a margin for directions in which the shift is magnified less
-LINEAR = 0.05  # of the length: distance of the two runs if the target is just met
-MOST_UNITS = 1e6  # largest ratio of the shift to the rounding errors
+START = 4.0  # units of rounding of the start, with a margin for directions in which shifts are magnified less
+STEPS = 0.5  # of sqrt(steps): units of rounding of all of them
+LINEAR = 0.05  # of the length: largest distance of two runs that is in proportion to the shifts
+MANY = 1e5  # ratio of the shifts to the rounding errors, unless the motion magnifies them too much
+LATER = 16  # shifts after the start, at least
 STATES = 32  # at which the rounding of the accelerations is measured
 RATE = 4.0  # units of rounding in the time that the motion takes, from the rounded numbers of the model
+STATE = ("y", "series", "canonical")  # names of the state in what an integration carries
 
 
-@dataclass(frozen=True, eq=False)
-class Shift:
-    """A scene with its start shifted by `units` of rounding; all rounding errors together are `amount` units."""
+def of_motion(runs: Runs, scene: Scene, run: Trajectory, fine: Trajectory, target: float, length: float) -> Array:
+    """The rounding error of the run `fine` at the times of `runs` (n,), over the length.
 
-    scene: Scene
-    units: float
-    amount: float
+    It is measured beside `run`, a coarser run of `scene`. If shifts of MANY times the rounding move it too far, smaller
+    ones are compared with a run in the same segments and without shifts.
+    """
+    amount, times = START + STEPS * float(np.sqrt(fine.stats.steps)), MANY
+    left = gap(run, _disturbed(runs, scene, fine, times * amount), length, len(runs.times))
+    if left[-1] > LINEAR and target > LINEAR / MANY:
+        times = LINEAR / target
+        still, other = (_disturbed(runs, scene, fine, units) for units in (0.0, times * amount))
+        left = gap(still, other, length, len(runs.times))
+        left = np.where(gap(run, still, length, len(left)) > LINEAR, np.inf, left)  # segments alone change the run
+    return EPS + _of_rates(fine, length, len(left)) + left / times
 
 
-def shifted(scene: Scene, run: Trajectory, target: float) -> Shift:
-    """A shifted start for `scene`, from a run of it; the shift is large compared with errors of integration at `target`."""
-    model = build(scene.model)
-    q, v = start_state(model, scene.start)
-    amount = START + float(np.sqrt(run.stats.steps))
-    units = amount * min(LINEAR / target, MOST_UNITS)
+def _of_rates(run: Trajectory, length: float, count: int) -> Array:
+    """The error (count,) of rounded numbers of the model, which make the motion a little faster or slower."""
+    t, step = run.t - run.t[0], np.linalg.norm(np.diff(points(run), axis=0), axis=-1).max(-1, initial=0.0)
+    speed = np.append(0.0, np.maximum.accumulate(step / np.diff(t))) / length if len(t) > 1 else np.zeros(1)
+    return np.append(RATE * EPS * t * speed, np.full(count - len(t), np.inf))
+
+
+def _disturbed(runs: Runs, scene: Scene, fine: Trajectory, units: float) -> Trajectory:
+    """A run of the scene, shifted by so many units of rounding at its start and at later times."""
+    return runs.run(_shifted(scene, fine, units), between=_LaterShifts(units, len(runs.times)))
+
+
+class _LaterShifts:
+    """Shifts the state between segments of a few samples, each number by units of rounding of its largest value so far.
+
+    Scenes with contacts are not shifted after their start.
+    """
+
+    def __init__(self, units: float, count: int) -> None:
+        self._size, self._samples = units * EPS, max(1, count // LATER)
+        self._random, self._largest = np.random.default_rng(3), dict[str, Array]()
+
+    def __call__(self, done: RunState) -> RunState:
+        if "ahead" not in done.carried:
+            return done
+        carried = done.carried | {"ahead": np.minimum(done.carried["ahead"], self._samples)}
+        for name in STATE:
+            if name in carried:
+                y = carried[name]
+                self._largest[name] = np.maximum(self._largest.get(name, 0.0), np.abs(y))
+                shift = self._size * self._largest[name] * self._random.uniform(-1, 1, y.shape)
+                carried[name] = y + shift * (done.n > 1)
+        return replace(done, carried=carried)
+
+
+def _shifted(scene: Scene, run: Trajectory, units: float) -> Scene:
+    """The scene with its start shifted by so many units of rounding."""
     dynamics = bind(scene)
+    q, v = start_state(dynamics.model, scene.start)
     dq, dv = _unit(dynamics.engine, run)
     at = q - units * dq * np.where(q == 0, _directions(len(q), 1), np.sign(q))  # towards 0: never beyond the farthest
     if dynamics.contacts is not None:
         at = np.clip(at, dynamics.contacts.lower, dynamics.contacts.upper)
-    start = scene.start.model_copy(
-        update={
-            "positions": tuple(at.tolist()),
-            "velocities": tuple((v + units * dv * _directions(len(v), 2)).tolist()),
-        }
-    )
-    return Shift(scene.model_copy(update={"start": start}), units, amount)
+    rates = v + units * dv * _directions(len(v), 2)
+    new = {"positions": tuple(at.tolist()), "velocities": tuple(rates.tolist())}
+    return scene.model_copy(update={"start": scene.start.model_copy(update=new)})
 
 
 def _unit(engine: Engine, run: Trajectory) -> tuple[Array, Array]:
@@ -68,14 +108,6 @@ def _directions(count: int, seed: int) -> Array:
     """Numbers (count,) from 0.5 to 1 with either sign, always the same."""
     random = np.random.default_rng(seed)
     return random.uniform(0.5, 1, count) * random.choice([-1.0, 1.0], count)
-
-
-def of_motion(run: Trajectory, left: Array, shift: Shift, length: float) -> Array:
-    """The rounding error at the output times (n,), over the length, from the distance `left` (n,) of the shifted run."""
-    t, step = run.t - run.t[0], np.linalg.norm(np.diff(points(run), axis=0), axis=-1).max(-1, initial=0.0)
-    speed = np.append(0.0, np.maximum.accumulate(step / np.diff(t))) / length if len(t) > 1 else np.zeros(1)
-    rate = np.append(RATE * EPS * t * speed, np.full(len(left) - len(t), np.inf))
-    return EPS + rate + left * (shift.amount / shift.units)
 
 
 def of_start(scene: Scene, length: float) -> float:

@@ -1,5 +1,6 @@
 """The runs of a search for a target accuracy, at samples close enough to compare them."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +11,12 @@ from pendpin.errors import Halted, RunError
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import apart, marks, reach
 from pendpin.scene import FIXED_METHODS, Scene, UrdfModel
+from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.guards import Deadline
 from pendpin.simulation.run import ENERGY_ERROR, run_scene
 from pendpin.trajectory import Trajectory, samples_of
+
+Between = Callable[[RunState], RunState]
 
 INTERVALS = 64  # at least, between times at which runs are compared
 MOST_DENSER = 3  # times that samples are doubled for a run that differs
@@ -33,10 +37,10 @@ class Runs:
         """When runs are compared, (n,) in s since the start: the output times and, where these are few, times between."""
         return _with_samples(self.scene, self.every).times
 
-    def run(self, scene: Scene, denser: int = 1) -> Trajectory:
-        """A run of a scene with a method and its setting; if too coarse, it may end early."""
+    def run(self, scene: Scene, denser: int = 1, between: Between | None = None) -> Trajectory:
+        """A run of a scene with a method and its setting; if too coarse, it may end early. `between`: as in the loop."""
         try:
-            found = run_scene(_with_samples(scene, self.every * denser), *self._options)
+            found = run_scene(_with_samples(scene, self.every * denser), *self._options, between=between)
         except Halted as error:
             raise type(error)(str(error), self.at_output_times(_thinned(error.partial, denser))) from None
         except RunError as error:

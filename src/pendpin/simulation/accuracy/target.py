@@ -1,7 +1,7 @@
 """Accuracy as the target: the method and its setting that bring the tips within a given error.
 
 The scene is run with a coarse setting and with finer ones. Three runs in a row give an estimate of the error (estimate.py),
-a run with a shifted start gives what rounding does (rounding.py); the finest run is returned where both together are
+a run that is pushed off gives what rounding does (rounding.py); the finest run is returned where both together are
 within the target. Else the setting is made finer, as far as that can help.
 """
 
@@ -32,7 +32,7 @@ MARGIN = 1.5  # by which the next error should be below the target
 COMING = 5.0  # estimated time of the next runs over that of the first
 COMPILING = 0.02  # s a joint
 NEGLIGIBLE = 1e-3  # of the target: smaller gaps need not be small compared with the motion
-LAST_NEGLIGIBLE = 1e-2  # the same, of runs that cannot be finer
+LAST_NEGLIGIBLE = 0.1  # the same, of runs that cannot be finer
 LEAST_OF_ANOTHER = 1e-13  # tolerance of another method
 EPS = float(np.finfo(float).eps)
 
@@ -137,11 +137,11 @@ class _Search:
         return DISAGREEMENT * apart + self.rounding
 
     def _measure_rounding(self, base: _Attempt) -> None:
-        """Measure rounding errors with a shifted run of the same setting as `base`."""
+        """Measure rounding errors with a disturbed run of the same setting as `base`."""
         if self.rounding is None:
-            shift = rounding.shifted(base.scene, self.last.run, self.target)
-            left = gap(base.run, self.runs.run(shift.scene), self.length, len(self.runs.times))
-            self.rounding = rounding.of_motion(self.last.run, left, shift, self.length)
+            self.rounding = rounding.of_motion(
+                *(self.runs, base.scene, base.run, self.last.run, self.target, self.length)
+            )
 
     def _factor(self) -> float:
         """How much smaller the next error should be. Raises RunError if that would take too many steps."""
