@@ -61,7 +61,7 @@ def test_thin_rods_are_compiled_in_directions() -> None:
     run = pp.simulate(with_engine(scene, "compiled"), tolerance=1e-12)
     assert run.stats.engine == "chain, in directions, compiled"
     assert run.energy().drift < 1e-10
-    assert np.abs(run.q[:, 1]).max() > np.pi / 2
+    assert np.abs(np.sin(run.q[:, 1])).max() > 0.999  # near the pole
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -278,13 +278,22 @@ def own(act: Any) -> fx.JointEffect:
     ],
     ids=["abs", "<", "if", "%", "np.sin", "float"],
 )
-@pytest.mark.parametrize("options", [{"method": "taylor"}, {"accuracy": 1e-6}], ids=["taylor", "accuracy"])
+@pytest.mark.parametrize("options", [{"method": "taylor"}, {"engine": "compiled"}], ids=["taylor", "compiled"])
 def test_an_effect_that_does_not_run_on_symbols_says_so(act: Any, options: dict[str, Any]) -> None:
     """One line that names the effect and what to write."""
     pytest.importorskip("heyoka")
+    pytest.importorskip("llvmlite")
     scene = pp.Scene(duration=0.1, model=pp.Chain(rods=(ROD,)), effects=(fx.Gravity(), own(act)))
+    named = scene.model_copy(update={"solver": pp.Solver(**options)})
     with pytest.raises(pp.InputError, match=r"effects\[1\]: own does not run on symbols \(.*`smooth` be False$"):
-        pp.simulate(scene, **options)
+        pp.simulate(named)
+
+
+def test_where_nothing_is_named_effects_run_without_symbols() -> None:
+    """An effect of a user's own stays in Python, for a tolerance and for an accuracy."""
+    scene = pp.Scene(duration=0.1, model=pp.Chain(rods=(ROD,)), effects=(fx.Gravity(), own(lambda q, v: -np.sin(q))))
+    for options in ({"tolerance": 1e-8}, {"accuracy": 1e-6}):
+        assert pp.simulate(scene, **options).stats.engine == "pinocchio"
 
 
 # --- the time of the start ------------------------------------------------------------------------------------------

@@ -23,14 +23,24 @@ _lock = Lock()
 
 def compilable(effects: Sequence[Effect], joints: int) -> bool:
     """Whether `auto` may compile a scene: llvmlite is there, and all effects are pendpin's own and run on symbols."""
-    own = all(effect.symbolic and type(effect).__module__.startswith("pendpin.") for effect in effects)
-    return own and joints <= MAX_COMPILED and find_spec("llvmlite") is not None
+    symbolic = built_in(effects) and all(effect.symbolic for effect in effects)
+    return symbolic and joints <= MAX_COMPILED and find_spec("llvmlite") is not None
+
+
+def built_in(effects: Sequence[Effect]) -> bool:
+    """Whether all effects are pendpin's own: whether others run on symbols, their authors may never have asked."""
+    return all(type(effect).__module__.startswith("pendpin.") for effect in effects)
 
 
 def known(engine: Engine, effects: Sequence[Effect], start: float) -> bool:
     """Whether the machine code of these equations is there."""
-    found = _known.get(parameters_of(engine, effects, start).structure)
+    found = _known.get(structure(engine, effects, start))
     return found is not None and found.compiled
+
+
+def structure(engine: Engine, effects: Sequence[Effect], start: float) -> Hashable:
+    """What two scenes have in common whose equations differ in numbers alone."""
+    return parameters_of(engine, effects, start).structure
 
 
 def compiled(engine: Engine, effects: Sequence[Effect], start: float) -> Compiled:

@@ -48,8 +48,7 @@ class Dynamics:
         self.loads = bind_loads(model, effects, start=start)
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
         if engine == "compiled":
-            base = choose_engine(model, self.loads, "auto", "directions" if form == "any" else form)
-            self.engine: Engine = compiled(base, effects, start)
+            self.engine: Engine = compiled(compiled_form(self, form), effects, start)
         else:
             self.engine = choose_engine(model, self.loads, engine, "angles" if touching else form)
         self.potentials = potentials(model, effects)
@@ -172,6 +171,11 @@ def choose_engine(model: Model, loads: Loads, name: str, form: Form = "any") -> 
     if spherical and name != "pinocchio":
         return Directions(model, loads)
     return LongChain(model, loads) if name == "chain" or model.pin is None else Revolute(model, loads)
+
+
+def compiled_form(dynamics: Dynamics, form: Form = "any") -> Engine:
+    """The engine whose equations are compiled: of thin rods that in directions."""
+    return choose_engine(dynamics.model, dynamics.loads, "auto", "directions" if form == "any" else form)
 
 
 def bind(scene: Scene) -> Dynamics:

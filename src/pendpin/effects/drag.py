@@ -22,6 +22,7 @@ def _graded() -> tuple[Array, Array]:
 
 
 _NODES, _WEIGHTS = _graded()
+_MOMENTS = _WEIGHTS[:, None] * _NODES[:, None] ** np.arange(3)
 
 
 class Drag(BodyEffect):
@@ -112,10 +113,17 @@ def _speed_moments(u0: Array, u1: Array, xp: Any) -> tuple[Array, Array, Array]:
     By Gauss-Legendre in two parts that meet where |u| is least, with the points crowded there: a corner of |u| is met
     exactly, as in every plane motion, and a rounded corner nearly so.
     """
-    cut = xp.minimum(xp.maximum(-dot(u0, u1) / (dot(u1, u1) + _TINY), 0.0), 1.0)
-    s = np.concatenate([cut - cut * _NODES, cut + (1 - cut) * _NODES], -1)
-    weights = np.concatenate([cut * _WEIGHTS, (1 - cut) * _WEIGHTS], -1)
-    u = u0[:, None, :] + s[:, :, None] * u1[:, None, :]
-    J0 = weights * xp.sqrt((u * u).sum(-1))
-    J1 = J0 * s
-    return J0.sum(-1, keepdims=True), J1.sum(-1, keepdims=True), (J1 * s).sum(-1, keepdims=True)
+    C = dot(u1, u1)
+    cut = xp.minimum(xp.maximum(-dot(u0, u1) / (C + _TINY), 0.0), 1.0)
+    rest, least = 1.0 - cut, u0 + cut * u1
+    A, B = dot(least, least), dot(least, u1)  # B is 0 but for rounding, unless the least is at an end
+    l0, l1, l2 = _graded_moments(A, 2 * cut * xp.maximum(-B, 0.0), cut**2 * C, xp)
+    r0, r1, r2 = _graded_moments(A, 2 * rest * xp.maximum(B, 0.0), rest**2 * C, xp)
+    K0, K1, K2 = cut * l0 + rest * r0, rest**2 * r1 - cut**2 * l1, cut**3 * l2 + rest**3 * r2  # about the cut
+    return K0, cut * K0 + K1, cut * (cut * K0 + 2 * K1) + K2
+
+
+def _graded_moments(A: Array, B: Array, C: Array, xp: Any) -> Array:
+    """The integrals of x^k sqrt(A + B x + C x²) over x from 0 to 1 for k = 0, 1, 2: (3, n, 1)."""
+    speed = xp.sqrt(A + _NODES * (B + _NODES * C))
+    return np.moveaxis(speed @ _MOMENTS, -1, 0)[..., None]

@@ -13,6 +13,7 @@ from pendpin.files import write_whole
 from pendpin.trajectory import Trajectory
 
 FORMATS = ("png", "pdf", "svg")
+DPI = 120
 MOST_LINES = 6  # curves a panel names; of more, the first and the last are drawn
 
 
@@ -23,7 +24,7 @@ def save_plot(trajectory: Trajectory, path: str | Path) -> Path:
     with plain_text(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
         figure = draw(trajectory)
-        return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=150))
+        return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=DPI))
 
 
 @contextmanager
@@ -52,7 +53,7 @@ def draw(trajectory: Trajectory) -> Any:
     panels = [_energy, _drift, _angles, _forces]
     if trajectory.rods is not None and np.abs(trajectory.rods.M3).max() > 0:
         panels.append(_moments)
-    figure = Figure(figsize=(9, 2.1 * len(panels) + 0.6), layout="constrained")
+    figure = Figure(figsize=(9, 2.1 * len(panels) + 0.6))
     axes = figure.subplots(len(panels), 1, sharex=True)
     for panel, ax in zip(panels, axes, strict=True):
         panel(ax, trajectory)
@@ -61,9 +62,14 @@ def draw(trajectory: Trajectory) -> Any:
         if ax.get_legend_handles_labels()[0]:
             ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
     axes[-1].set_xlabel("time, s")
+    figure.align_ylabels()
+    longest = max(len(text) for ax in axes for text in ax.get_legend_handles_labels()[1] or [""])
+    height = figure.get_size_inches()[1]  # margins by hand: matplotlib's own layout draws everything twice
+    margins = {"left": 0.1, "right": 0.92 - 0.0085 * longest, "bottom": 0.5 / height, "top": 1 - 0.35 / height}
+    figure.subplots_adjust(**margins, hspace=0.18)
     stats = trajectory.stats
     title = f"{_plain(stats.method)}, {stats.setting}, {stats.evaluations} evaluations"
-    figure.suptitle(title, fontsize=10)
+    figure.suptitle(title, fontsize=10, y=1 - 0.1 / height, va="top")
     return figure
 
 

@@ -6,10 +6,11 @@ from typing import Literal
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.dynamics.compiling import built_in
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.engines import Compiled
+from pendpin.engines import Compiled, Derivative
 from pendpin.errors import InputError, choices
-from pendpin.integrators import machine
+from pendpin.integrators import machine, prices
 from pendpin.integrators.adaptive import NAMES, Adaptive
 from pendpin.integrators.base import Integrator
 from pendpin.integrators.fixed import RungeKutta4, SemiImplicitEuler, refuse_steps
@@ -19,11 +20,15 @@ from pendpin.scene import AdaptiveMethod, Scene
 
 LARGE = 100  # numbers in a state, above which no Jacobian is computed
 STIFF = 3e5  # decay rate times duration, above which explicit steps are too many (about 6 of it to a step of dop853)
-LONG = (
-    1e5  # rad that the fastest motion goes through: beyond, the Taylor integrator is ten times as fast and keeps more
+LONG = 1e5  # rad that the fastest motion goes through: beyond, the Taylor method keeps more digits
+FEW_JOINTS = 4  # up to which it does so at no more cost
+STEP = float(np.sqrt(np.finfo(float).eps))  # of differences
+POWERS = 8
+REACHED = (
+    1e-11  # accuracy that dop853 meets for certain, a turn of the fastest motion; the Taylor method meets finer ones
 )
-FEW_JOINTS = 4  # up to which it is
-OVERDAMPED = 0.5  # decay over the fastest rate: a motion that swings as fast as it decays needs small steps anyway
+FEW_TURNS = 10.0
+OVERDAMPED = 0.5  # decay over the fastest rate: what swings as fast as it decays has to be followed anyway
 
 
 def integrator_for(scene: Scene, dynamics: Dynamics, energy_balance: bool = False) -> Integrator:
@@ -50,36 +55,67 @@ def integrator_for(scene: Scene, dynamics: Dynamics, energy_balance: bool = Fals
 
 
 def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: int = FEW_JOINTS) -> bool:
-    """Whether the Taylor integrator is installed and can run the scene, with at most `most` joints."""
-    few = len(dynamics.model.joints) <= most and all(effect.smooth for effect in scene.effects)
-    return few and scene.solver.engine == "auto" and not energy_balance and find_spec("heyoka") is not None
+    """Whether the Taylor integrator is there and takes a scene of up to `most` joints."""
+    smooth = built_in(scene.effects) and all(effect.smooth for effect in scene.effects)
+    return (
+        smooth
+        and len(dynamics.model.joints) <= most
+        and scene.solver.engine == "auto"
+        and not energy_balance
+        and find_spec("heyoka") is not None
+    )
 
 
 def automatic(
-    dynamics: Dynamics, q: Array, v: Array, duration: float, taylor: bool = False
-) -> AdaptiveMethod | Literal["taylor"]:
-    """The method for "auto": dop853, or radau if something decays too fast for explicit steps. q, v (nv,).
+    scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool = False, fresh: bool = False
+) -> tuple[AdaptiveMethod | Literal["taylor"], str]:
+    """The method and the engine where no method is named: the cheapest (pendpin.integrators.prices).
 
-    Decay rates are the eigenvalues of the Jacobian at the start. `taylor` says whether the Taylor method can run the
-    scene: then it is the method for long runs.
+    radau where something decays too fast to be followed, by the eigenvalues of the equations' slopes at the start; the
+    Taylor method over long horizons, where it takes the scene; else dop853, on compiled equations where these pay.
+    `fresh` chooses as in a fresh process, whatever this one has compiled: the choice is then always the same.
     """
-    y = dynamics.engine.pack(q, v)
-    if len(y) > LARGE:
-        return "dop853"
-    slopes = _slopes(dynamics, y)
-    if not np.isfinite(slopes).all():
-        return "dop853"
-    rates = np.linalg.eigvals(slopes)
-    decay, fastest = -rates.real.min(), np.abs(rates).max()
-    if decay * duration > STIFF and decay > OVERDAMPED * fastest:
-        return "radau"
-    return "taylor" if taylor and fastest * duration > LONG else "dop853"
+    solver, duration = scene.solver, scene.duration
+    decay, fastest = _rates(dynamics, dynamics.engine.pack(q, v))
+    stiff = decay * duration > STIFF and decay > OVERDAMPED * fastest
+    turns = (decay if stiff else fastest) * duration / (2 * np.pi)
+    if not stiff and fastest * duration > LONG and taylor_takes(scene, dynamics, energy_balance):
+        return "taylor", solver.engine
+    method = "radau" if stiff else "dop853"
+    if solver.engine != "auto" or dynamics.contacts is not None or energy_balance:
+        return method, solver.engine
+    return method, prices.cheapest_engine(scene, dynamics, method, turns, fresh)
 
 
-def _slopes(dynamics: Dynamics, y: Array) -> Array:
-    """d y'/d y at the start, (n, n), by forward differences."""
+def _rates(dynamics: Dynamics, y: Array) -> tuple[float, float]:
+    """The fastest decay and the fastest rate of all in 1/s at the start; of a large state the latter only."""
     derivative, _ = dynamics.engine.derivative(lambda t: None)
-    steps = np.sqrt(np.finfo(float).eps) * np.maximum(np.abs(y), 1.0)
+    if len(y) > LARGE:
+        return 0.0, _fastest(derivative, y)
+    slopes = _slopes(derivative, y)
+    if not np.isfinite(slopes).all():
+        return 0.0, 0.0
+    rates = np.linalg.eigvals(slopes)
+    return float(-rates.real.min()), float(np.abs(rates).max())
+
+
+def _fastest(derivative: Derivative, y: Array) -> float:
+    """The fastest rate in 1/s, within a few tenths: the power method on the slopes, which it never writes out."""
+    base, rate, size = np.empty_like(y), np.empty_like(y), STEP * max(1.0, float(np.linalg.norm(y)))
+    derivative(base, 0.0, y)
+    direction, growth = np.ones(len(y)) / np.sqrt(len(y)), []
+    for i in range(POWERS):
+        direction = direction + 1e-3 * np.cos(np.arange(len(y)) * (i + 1))  # none is missed by symmetry
+        derivative(rate, 0.0, y + size * direction)
+        change = (rate - base) / size
+        growth.append(float(np.linalg.norm(change) / np.linalg.norm(direction)))
+        direction = change / max(float(np.linalg.norm(change)), 1e-300)
+    return float(np.sqrt(growth[-1] * growth[-2]))  # positions and rates take turns
+
+
+def _slopes(derivative: Derivative, y: Array) -> Array:
+    """d y'/d y at the start, (n, n), by forward differences."""
+    steps = STEP * np.maximum(np.abs(y), 1.0)
 
     def rate(y: Array) -> Array:
         dy = np.empty_like(y)

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from scipy import optimize
 
 from pendpin.arrays import Array, Mask
 
@@ -82,6 +81,8 @@ def _root(coefficients: Array, floor: float) -> float | None:
     if last == 0 or values[last - 1] <= 0:
         return float(places[max(0, last - 1)])
     bracket = (places[last - 1], places[last])
+    from scipy import optimize  # late: it takes 0.1 s
+
     return optimize.root_scalar(
         lambda x: chebyshev.chebval(x, coefficients), bracket=bracket, xtol=4e-16, rtol=1e-15
     ).root

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import integrate
 
 from pendpin.arrays import Array, Mask
 from pendpin.engines import Derivative
@@ -47,6 +46,8 @@ class Method:
         """SciPy's solver from y (size,) at t to `end`, s; its first step follows from the rates of the motion."""
         assert self.derivative is not None
         first_step = self.tolerance ** (1 / (ORDERS[self.name] + 1)) / self.rate
+        from scipy import integrate  # late: it takes 0.2 s
+
         return getattr(integrate, self.name)(
             returning(self.derivative),
             t,

@@ -6,6 +6,7 @@ CyRK has this interface for Numba (CyRK.nb.numba_solver); no Numba function is c
 import ctypes
 from collections.abc import Callable
 from functools import cache
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -97,6 +98,11 @@ def _api() -> Any:
         return None
     known = len(getattr(getattr(numba_solver, "solve_func_sig", None), "_argtypes_", ())) == _ARGUMENTS
     return numba_solver if known else None
+
+
+def installed() -> bool:
+    """Whether CyRK is there, without importing it."""
+    return find_spec("CyRK") is not None
 
 
 def available() -> bool:

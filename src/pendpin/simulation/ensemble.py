@@ -124,7 +124,7 @@ def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> Scene:
     solver = scene.solver
     if solver.method != "auto" or solver.accuracy or not taylor_takes(scene, dynamics, False, MOST_JOINTS):
         return scene
-    if automatic(dynamics, q, v, scene.duration) != "dop853":
+    if automatic(scene, dynamics, q, v)[0] != "dop853":
         return scene
     return scene.model_copy(update={"solver": solver.replaced(method="taylor")})
 

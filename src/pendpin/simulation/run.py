@@ -12,7 +12,7 @@ from pendpin.dynamics.dynamics import Dynamics, bind, reactions
 from pendpin.dynamics.timing import timing
 from pendpin.engines import Compiled, ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
-from pendpin.integrators import Run, automatic, integrator_for, taylor_takes
+from pendpin.integrators import Run, automatic, integrator_for
 from pendpin.integrators.taylor import Taylor
 from pendpin.model import kinematics
 from pendpin.model.build import start_state
@@ -54,7 +54,7 @@ def run_scene(
     compiles = isinstance(dynamics.engine, Compiled)
     try:
         deadline.waits_for(lambda: dynamics.engine.derivative(progress) if compiles else None, compiles)
-        scene, dynamics = _with_method(scene, dynamics, q, v, energy_balance)
+        scene, dynamics = _with_method(scene, dynamics, q, v, energy_balance, fresh=checkpoint is not None)
         if checkpoint:
             saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name))
         integrator = integrator_for(scene, dynamics, energy_balance)
@@ -72,13 +72,17 @@ def run_scene(
     return _finished(scene, dynamics, balance, run, saver.note, alone=between is None)
 
 
-def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool) -> tuple[Scene, Dynamics]:
-    """The scene with a method instead of "auto", and its dynamics in the form of that method; q, v (nv,)."""
+def _with_method(
+    scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool, fresh: bool
+) -> tuple[Scene, Dynamics]:
+    """The scene with a method where it names none, and its dynamics in the form that the method needs."""
     if scene.solver.method != "auto":
         return scene, dynamics
-    method = automatic(dynamics, q, v, scene.duration, taylor_takes(scene, dynamics, energy_balance))
-    scene = scene.model_copy(update={"solver": scene.solver.replaced(method=method)})
-    return scene, bind(scene) if method == "taylor" else dynamics
+    method, engine = automatic(scene, dynamics, q, v, energy_balance, fresh)
+    solver = scene.solver.replaced(method=method, engine=engine)
+    changed = method == "taylor" or engine != scene.solver.engine
+    scene = scene.model_copy(update={"solver": solver})
+    return scene, bind(scene) if changed else dynamics
 
 
 def _finished(

@@ -48,8 +48,9 @@ class _Attempt:
 
 def reach(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> Trajectory:
     """The motion of a scene to the accuracy of its solver; as `simulate`, which see."""
+    scene = _with_method(scene, energy_balance)
     runs = Runs(scene, energy_balance, progress, deadline)
-    search = _Search(scene, runs, _refinement(scene, runs, energy_balance))
+    search = _Search(scene, runs, _refinement(scene, runs))
     if not scene.duration:
         return search.result(0.0)
     while (found := search.go_on()) is None:
@@ -237,10 +238,9 @@ def _duration(seconds: float) -> str:
     return f"about {seconds:.0f} s"
 
 
-def _refinement(scene: Scene, runs: Runs, energy_balance: bool) -> Refinement:
-    """The settings of the scene's method, or of the fastest where it names none."""
-    solver, target = scene.solver, scene.solver.accuracy or 0.0
-    method = solver.method if solver.method != "auto" else _fastest(scene, energy_balance)
+def _refinement(scene: Scene, runs: Runs) -> Refinement:
+    """The settings of the scene's method."""
+    method, target = scene.solver.method, scene.solver.accuracy or 0.0
     if method not in FIXED_METHODS:
         return by_tolerance(method, target)
     if not scene.duration:
@@ -248,12 +248,17 @@ def _refinement(scene: Scene, runs: Runs, energy_balance: bool) -> Refinement:
     return by_step(method, runs.times, runs.run(scene.by("dop853", LOOSEST)).stats.steps)
 
 
-def _fastest(scene: Scene, energy_balance: bool) -> str:
-    """The method for a scene that names none."""
-    dynamics, target = bind(scene), scene.solver.accuracy or 0.0
-    found = automatic(dynamics, *start_state(dynamics.model, scene.start), scene.duration)
-    few = MAX_JOINTS if target < FINE else FEW_JOINTS
-    return "taylor" if found == "dop853" and taylor_takes(scene, dynamics, energy_balance, few) else found
+def _with_method(scene: Scene, energy_balance: bool) -> Scene:
+    """The scene with the cheapest method that can meet its target, and engine, where it names none."""
+    solver, target = scene.solver, scene.solver.accuracy or 0.0
+    if solver.method != "auto":
+        return scene
+    dynamics = bind(scene)
+    method, engine = automatic(scene, dynamics, *start_state(dynamics.model, scene.start), energy_balance)
+    few = MAX_JOINTS if target < FINE else FEW_JOINTS  # the series are the surest, and cheap for few
+    if method == "dop853" and taylor_takes(scene, dynamics, energy_balance, few):
+        method, engine = "taylor", solver.engine
+    return scene.model_copy(update={"solver": solver.replaced(method=method, engine=engine)})
 
 
 def _compiled(scene: Scene, method: str) -> Scene:
