@@ -1,7 +1,7 @@
-"""How far a run's energy books may be off, from its own tolerance or step and nothing else.
+"""The largest energy error of a run that its tolerance or step allows.
 
-What the books progress, F = kinetic + potential - work, does not change along the exact flow, from whatever state. So what
-a step's local error adds to F stays as it is, however chaotic the motion, and the whole is at most the sum over steps:
+The quantity F = kinetic + potential - work is constant along the exact flow, from any state. So the local
+error of a step changes F once and for all, however chaotic the motion, and the whole is at most the sum over steps:
 
     |F - F0| <= steps . sum_i |dF/dy_i| e (1 + |y_i|),
 
@@ -34,15 +34,15 @@ LEAST = 1e-7  # of a difference: below, rounding is larger
 
 
 class Balance(NamedTuple):
-    """What the books of a run say, all in J."""
+    """The energy balance of a run, all in J."""
 
     off: float  # the largest departure
     bound: float  # what the setting allows
-    moved: float  # the energy that went from one account to another
+    moved: float  # the energy exchanged
 
 
 def balance_of(scene: Scene, run: Trajectory) -> Balance | None:
-    """The books of a run; None where it has none."""
+    """The energy balance of a run; None if it has none."""
     if not (run.work or run.stats.conservative):
         return None
     total, moved = run.energy().total, np.abs(run.kinetic) + np.abs(run.potential - run.potential[0])

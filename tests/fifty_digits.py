@@ -1,6 +1,6 @@
 """Chains to test with, and the reference_route of the chain equations: the ten balances of every rod, solved in 50 digits.
 
-Written in the inertial frame I with nothing eliminated beforehand, so that it shares no step with what it judges.
+Written in the inertial frame I with nothing eliminated beforehand, so that it shares no step with what it checks.
 """
 
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""A campaign of random scenes: whatever a scene holds, it runs and its books balance, or one line says why not.
+"""A campaign of random scenes: whatever a scene holds, it runs with a correct energy balance, or ends with one line.
 
     python tests/random_scenes.py --count 10000 --seed 0          # prints a table; faults go to --folder
     python tests/random_scenes.py --replay 4711 --seed 0          # one of them again, with its traceback
@@ -6,11 +6,11 @@
 Outcomes of a scene (energy_bound.py derives the bound):
   balanced   the run came to its end and its energy is off by no more than its tolerance or step allows
   coarse     so too, but its tolerance or step allows a tenth of the energy moved and more, at which pendpin itself stops
-  no books   it came to its end; without an energy balance nothing says what its energy should be
+  no balance it came to its end; without an energy balance its energy cannot be checked
   refused    InputError, in one line
-  stopped    RunError, in one line, with what there is of the run, whose books are held to the same bound
-Everything else is a fault: another exception, a warning, a message of several lines, a number that is not finite, books
-that are off, more than 20 s, the end of the process.
+  stopped    RunError, in one line, with the run so far, whose energy balance has the same bound
+Everything else is a fault: another exception, a warning, a message of several lines, a number that is not finite, an
+energy error above the bound, more than 20 s, the end of the process.
 """
 
 import argparse
@@ -56,18 +56,18 @@ class Outcome(NamedTuple):
 
 
 def outcome(case: Case) -> Outcome:
-    """Run a scene and reference_route what comes of it; nothing is raised."""
+    """Run a scene and return its outcome; nothing is raised."""
     begin, ticks = time.perf_counter(), time.process_time()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            found = _judged(case)
+            found = _checked(case)
         except Exception as error:
             found = Outcome(FAULT, _method(case), _place(error))
     return found._replace(seconds=time.perf_counter() - begin, ticks=time.process_time() - ticks)
 
 
-def _judged(case: Case) -> Outcome:
+def _checked(case: Case) -> Outcome:
     from pendpin import InputError, RunError, Scene, simulate
 
     method = _method(case)
@@ -82,22 +82,24 @@ def _judged(case: Case) -> Outcome:
         return Outcome(FAULT, method, f"numbers that are not finite; {words}")
     found = _readable(Outcome(kind, method, words))
     with np.errstate(all="ignore"):
-        books = balance_of(scene, run)
+        balance = balance_of(scene, run)
     few = len(run.t) < STATES and scene.solver.samples != MANY
-    if few and books is not None and not books.off <= MARGIN * books.bound:
-        return _judged(case._replace(scene=case.scene | {"solver": case.scene["solver"] | {"samples": MANY}}))
-    return found if found.kind == FAULT else _balanced(found, books)
+    if few and balance is not None and not balance.off <= MARGIN * balance.bound:
+        return _checked(case._replace(scene=case.scene | {"solver": case.scene["solver"] | {"samples": MANY}}))
+    return found if found.kind == FAULT else _balanced(found, balance)
 
 
-def _balanced(found: Outcome, books: Balance | None) -> Outcome:
-    """The outcome of a run with these books."""
-    if books is None:
-        return found if found.kind == "stopped" else found._replace(kind="no books")
-    off, share = (books.off / max(x, 1e-300) for x in (books.bound, books.moved))
+def _balanced(found: Outcome, balance: Balance | None) -> Outcome:
+    """The outcome of a run with this energy balance."""
+    if balance is None:
+        return found if found.kind == "stopped" else found._replace(kind="no balance")
+    off, share = (balance.off / max(x, 1e-300) for x in (balance.bound, balance.moved))
     found = found._replace(off=off, share=share)
     if not off <= MARGIN:
-        return found._replace(kind=FAULT, words=f"books off by {off:.2g} of the bound, {share:.2g} of what moved")
-    if found.kind == "balanced" and books.bound > COARSE * books.moved > 0:
+        return found._replace(
+            kind=FAULT, words=f"energy balance off by {off:.2g} of the bound, {share:.2g} of what moved"
+        )
+    if found.kind == "balanced" and balance.bound > COARSE * balance.moved > 0:
         return found._replace(kind="coarse")
     return found
 
@@ -232,8 +234,8 @@ def _counts(results: Any) -> str:
 
 
 def table(found: dict[int, Outcome]) -> str:
-    """Counts by method and outcome, the worst books and the slowest."""
-    kinds = ["balanced", "coarse", "no books", "refused", "stopped", FAULT]
+    """Counts by method and outcome, the largest energy errors and the slowest."""
+    kinds = ["balanced", "coarse", "no balance", "refused", "stopped", FAULT]
     rows: dict[str, list[Outcome]] = defaultdict(list)
     for result in found.values():
         rows[result.method].append(result)
@@ -241,8 +243,8 @@ def table(found: dict[int, Outcome]) -> str:
     lines = [("method  " + "".join(f"{kind:>10}" for kind in [*kinds, "off/bound", "off/moved", "mean s", "max s"]))]
     for method, results in sorted(rows.items()):
         counts = Counter(result.kind for result in results)
-        books = [result for result in results if result.kind == "balanced"]
-        worst = [max((getattr(r, name) for r in books), default=0.0) for name in ("off", "share")]
+        balance = [result for result in results if result.kind == "balanced"]
+        worst = [max((getattr(r, name) for r in balance), default=0.0) for name in ("off", "share")]
         seconds = [result.seconds for result in results]
         figures = [*worst, sum(seconds) / len(seconds), max(seconds)]
         cells = [f"{counts[kind]:>10}" for kind in kinds] + [f"{figure:>10.2g}" for figure in figures]
@@ -265,7 +267,7 @@ def main() -> None:
     if chosen.replay is not None:
         case = case_of(chosen.seed, chosen.replay, chosen.folder / "files")
         print("".join(f"{key} = {toml(value)}\n" for key, value in case.scene.items()), case[1:])
-        print(_judged(case))
+        print(_checked(case))
         return
     sys.exit(campaign(range(chosen.first, chosen.first + chosen.count), chosen.seed, chosen.folder) > 0)
 

@@ -1,4 +1,4 @@
-"""What rounding can do to accelerations and wrenches of a tree: the bounds that comparisons of two algorithms are held to.
+"""What rounding can do to accelerations and wrenches of a tree: the bounds of comparisons of two algorithms.
 
 An algorithm sums terms: masses times the norms of accelerations and the field, times levers; inertias times angular
 accelerations and squared rates; in spatial vectors also m v x v, which vanishes; torques and wrenches from outside. Each

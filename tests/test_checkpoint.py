@@ -1,4 +1,4 @@
-"""A run that was killed goes on from its file and ends as the unbroken one does, bit for bit."""
+"""A killed run continues from its file and ends like the uninterrupted one, bit for bit."""
 
 import json
 import os
@@ -73,13 +73,13 @@ class Killed(BaseException):
 
 @pytest.fixture(autouse=True)
 def short_segments(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Stretches of a few dozen evaluations, so that short runs have many."""
+    """Segments of a few dozen evaluations, so that short runs have many."""
     monkeypatch.setattr(smooth_motion, "EVALUATIONS", 160)
     monkeypatch.setattr(smooth_motion, "LEAST_EVALUATIONS", 16)
 
 
 def killing(loop: type[IntegrationLoop], after: int) -> Any:
-    """A loop's `go_on` that is killed in its segment of this number, with the work done and nothing handed back."""
+    """A loop's `go_on` that is killed in its segment of this number, with the work done and nothing returned."""
     go_on, count = loop.go_on, 0
 
     def killed(self: IntegrationLoop, done: checkpoint.RunState) -> Any:
@@ -137,7 +137,7 @@ def test_a_stretch_may_be_shorter_than_a_step(library: str, monkeypatch: pytest.
 
 
 def test_an_interrupt_says_how_to_go_on(tmp_path: Path) -> None:
-    """Ctrl-C in the middle of a segment: what is done is told, and nothing of it is done again."""
+    """Ctrl-C in the middle of a segment: the message says so, and nothing is computed twice."""
     given, path, seen = scene(samples=None, duration=20.0), tmp_path / "run.ckpt", []
 
     def progress(t: float) -> None:

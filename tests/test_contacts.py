@@ -123,7 +123,7 @@ def test_a_joint_leaves_its_stop_when_the_torque_turns() -> None:
 
 
 def test_two_stops_hit_at_once() -> None:
-    """Two joints that reach their stops in the same instant both turn round; the energy of the impact is booked once."""
+    """Two joints that reach their stops in the same instant both reverse; the energy of the impact is counted once."""
     model = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),) * 2)
     stop = Stop(upper=0.5, restitution=1.0)
     run = run_of(stop, v=(1.0, 0.0, 0.0, 0.0), model=model, duration=2.0)

@@ -85,7 +85,7 @@ def test_the_order_of_the_list_does_not_matter(names: list[str], count: int, mod
 
 
 def test_the_order_of_three_of_a_kind_does_not_matter() -> None:
-    """Effects of one kind are told apart by their parameters."""
+    """Effects of one kind differ by their parameters."""
     springs = [fx.Spring(stiffness=0.1), fx.Spring(stiffness=0.7, rest=0.3), fx.Spring(stiffness=1e-3, rest=-2.0)]
     found = [on_both(MODELS["one rod"], order, *states(2))[0] for order in permutations(springs)]
     assert all((x == found[0]).all() for x in found)
@@ -109,13 +109,13 @@ def test_effects_add() -> None:
 
 
 def test_nothing_is_bound_for_what_the_scene_lacks() -> None:
-    """With gravity alone no seam has a function; each effect fills its own only."""
+    """With gravity alone no interface has a function; each effect fills its own only."""
     model = build(MODELS["one rod"])
-    seams = {"gravity": "", "viscous": "torque", "motor": "torque", "push": "wrench", "drag": "wrench"}
-    seams |= {"rotation": "wrench", "support": "varying", "spring": "torque", "hold": "torque"}
-    for name, seam in seams.items():
+    interfaces = {"gravity": "", "viscous": "torque", "motor": "torque", "push": "wrench", "drag": "wrench"}
+    interfaces |= {"rotation": "wrench", "support": "varying", "spring": "torque", "hold": "torque"}
+    for name, used in interfaces.items():
         loads = Dynamics(model, (GRAVITY, EFFECTS[name])).loads
-        assert [x for x in ("varying", "torque", "wrench") if getattr(loads, x) is not None] == ([seam] if seam else [])
+        assert [x for x in ("varying", "torque", "wrench") if getattr(loads, x) is not None] == ([used] if used else [])
 
 
 # --- potentials -----------------------------------------------------------------------------------------------------

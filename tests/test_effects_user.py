@@ -61,7 +61,7 @@ def test_the_magnet_of_the_docs(example: dict[str, Any]) -> None:
 
 
 def test_effects_of_ones_own_on_both_engines(example: dict[str, Any]) -> None:
-    """One of each seam, on a chain of five."""
+    """One of each interface, on a chain of five."""
     magnet = example["Magnet"](link="rod_3", at=(0.5, 0.5, -2.5), strength=1.0)
     found, other = on_both(MODELS["chain of 5"], (Draught(growth=0.3), Brake(strength=0.1), magnet), *states(10))
     assert np.abs(found - other).max() < 1e-11 * np.abs(found).max()

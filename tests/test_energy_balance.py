@@ -1,4 +1,4 @@
-"""The books balance: the change of kinetic energy is the sum of the works, whatever acts."""
+"""Energy balance: the change of kinetic energy is the sum of the works, whatever acts."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def run_of(kinds, radius=0.03, duration=1.0, tolerance=1e-12) -> pp.Trajectory:
 
 @law(15)
 @given(st.sets(st.sampled_from(sorted(SMOOTH)), min_size=1))
-def test_books_balance_without_events(kinds: set[str]) -> None:
+def test_works_balance_without_events(kinds: set[str]) -> None:
     """Any set of smooth effects: to 1e-9 of the energy moved."""
     run = run_of(sorted(kinds))
     assert set(run.work) == kinds
@@ -46,7 +46,7 @@ def test_books_balance_without_events(kinds: set[str]) -> None:
 
 @law(6)
 @given(st.sets(st.sampled_from(sorted(SMOOTH)), max_size=3), st.sets(st.sampled_from(sorted(CONTACT)), min_size=1))
-def test_books_balance_across_events(kinds: set[str], contacts: set[str]) -> None:
+def test_works_balance_across_events(kinds: set[str], contacts: set[str]) -> None:
     """With sticking, sliding and impacts: to 1e-7 of the energy moved."""
     run = run_of(sorted(kinds | contacts), tolerance=1e-10)
     assert set(run.work) == kinds | contacts
@@ -54,8 +54,8 @@ def test_books_balance_across_events(kinds: set[str], contacts: set[str]) -> Non
 
 
 @pytest.mark.parametrize("kind", ["gravity", "push", "support"])
-def test_books_balance_for_thin_rods(kind: str) -> None:
-    """The engines in directions keep books too."""
+def test_works_balance_for_thin_rods(kind: str) -> None:
+    """The engines in directions have an energy balance too."""
     assert run_of(["gravity", kind], radius=0.0).imbalance < 1e-9
 
 

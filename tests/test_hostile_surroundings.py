@@ -127,7 +127,7 @@ def test_reader_that_is_gone(name: str, folder: Path) -> None:
 
 
 def test_errors_that_nobody_can_hear(folder: Path) -> None:
-    """With stderr closed or full the status still tells, and the line does not turn up among the output."""
+    """With stderr closed or full the exit status is still right, and the line does not turn up among the output."""
     for arguments, status in {("plot", "gone.npz"): 1, ("run", "--frob"): 2}.items():
         done = command(*arguments, before=lambda: os.close(2))
         assert (done.returncode, done.stdout, done.stderr) == (status, b"", b"")

@@ -128,7 +128,7 @@ def test_a_step_is_symplectic(method: str, model: pp.Chain) -> None:
 
 @pytest.mark.parametrize("method", ["gauss2", "gauss4", "gauss6"])
 def test_gauss_runs_back_to_its_start(method: str) -> None:
-    """Reversibility to round-off at a coarse step: forward, the rates turned round, forward again."""
+    """Reversibility to round-off at a coarse step: forward, the rates reversed, forward again."""
     there = pp.simulate(scene(TWO, duration=2.0), method=method, step=0.05)
     back = pp.simulate(scene(TWO, duration=2.0, q=there.q[-1], v=-there.v[-1]), method=method, step=0.05)
     assert np.abs(back.q[-1] - there.q[0]).max() < 1e-11
@@ -153,7 +153,7 @@ def test_gauss_sums_are_compensated() -> None:
     assert run.energy().drift < 3e-13
 
 
-def test_gauss_books_the_work() -> None:
+def test_gauss_integrates_the_work() -> None:
     """What is integrated beside the motion has its order: kinetic and potential energy change by what the air takes."""
     run = pp.simulate(scene(THICK, fx.Viscous(coefficient=0.2)), method="gauss6", step=0.01, energy_balance=True)
     assert abs(run.work["viscous"][-1] - (run.energy().total[-1] - run.energy().total[0])) < 1e-10

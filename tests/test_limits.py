@@ -13,7 +13,7 @@ ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
 
 
 class Clock:
-    """Time that goes on only when it is told to."""
+    """A clock that advances only on request."""
 
     def __init__(self) -> None:
         self.now = 0.0

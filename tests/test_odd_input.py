@@ -128,14 +128,14 @@ def test_what_a_urdf_says_and_pendpin_leaves_out_is_noted(
 
 
 def test_impossible_inertia_is_taken_with_a_finding(folder: Path, capfd: pytest.CaptureFixture) -> None:
-    """A scene's own inertia may be that of no real body: the equations hold, and the user is told."""
+    """A scene's own inertia may be that of no real body: the equations hold, and the user gets a finding."""
     (folder / "scene.toml").write_text(edited(SCENE, ("radius = 0.01", "inertia = [0.3, 0.2, 0.05]")))
     assert run_main("run", "scene.toml") == 0
     assert capfd.readouterr().err.startswith("pendpin: finding: model.rods[0].inertia: no real body has this inertia")
 
 
 def test_damping_is_noted(folder: Path, capfd: pytest.CaptureFixture) -> None:
-    """What a URDF says and pendpin leaves out is told."""
+    """A note names what a URDF says and pendpin leaves out."""
     (folder / "scene.toml").write_text(URDF_SCENE)
     (folder / "rod.urdf").write_text(edited(ROD, ("</joint>", '<dynamics damping="0.5" friction="0"/></joint>')))
     assert run_main("run", "scene.toml") == 0

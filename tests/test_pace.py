@@ -137,7 +137,7 @@ def test_an_effect_that_does_not_say_is_sampled_and_the_run_says_so() -> None:
 
 
 def test_a_fixed_step_that_is_too_long_is_noted() -> None:
-    """A method that is told its step takes it, and says what changes faster."""
+    """A method with a fixed step keeps it; a note names what changes faster."""
     motor = Motor(joint="theta", amplitude=1.0, frequency=300.0)
     scene = pp.Scene(duration=1.0, model=ROD, effects=[motor])
     (note,) = pp.simulate(scene, method="rk4", step=0.02).stats.notes

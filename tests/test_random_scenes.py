@@ -95,14 +95,14 @@ def test_scenes_are_of_every_kind_and_come_from_their_seed_alone(tmp_path: Path)
     ("case", "kind"),
     [
         (swing(), "balanced"),
-        (swing({"kind": "viscous", "coefficient": 0.1})._replace(energy_balance=False), "no books"),
+        (swing({"kind": "viscous", "coefficient": 0.1})._replace(energy_balance=False), "no balance"),
         (swing(solver={"method": "euler", "step": 0.01, "samples": 11}), "coarse"),
         (swing(duration=-1.0), "refused"),
         (swing(solver={"method": "rk4", "step": 1.0, "samples": 11}, duration=50.0), "stopped"),
         (swing(Wrong()), FAULT),
         (swing(Wrong(act=lambda q: 1 / 0)), FAULT),
     ],
-    ids=["balanced", "no books", "coarse", "refused", "stopped", "a wrong potential", "an exception"],
+    ids=["balanced", "no balance", "coarse", "refused", "stopped", "a wrong potential", "an exception"],
 )
 def test_outcomes(case: Case, kind: str) -> None:
     """What each outcome stands for; a potential that is off by a millionth is seen."""
@@ -189,7 +189,7 @@ def test_a_lane_that_fails_at_once_leaves_no_states_to_read(engine: str) -> None
 
 @pytest.mark.parametrize("solver", [{"engine": "chain"}, {"method": "gauss6", "step": 0.002}], ids=["chain", "gauss6"])
 def test_slow_equations_look_at_the_clock_often(solver: dict[str, Any]) -> None:
-    """Where an evaluation takes milliseconds, the time reached is told every hundred of them or so."""
+    """Where an evaluation takes milliseconds, the progress callback is called about every hundred of them."""
     seen: list[float] = []
     run = pp.simulate(pp.Scene(**swing(solver=solver).scene), progress=seen.append)
     assert len(seen) > run.stats.evaluations / 200

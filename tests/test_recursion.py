@@ -1,6 +1,6 @@
 """Laws of the recursion on every number type: floats against Pinocchio, 50 digits against 80, symbols against floats.
 
-Differences are held to what rounding can do: rounding.py sums the terms that enter. Those of compiled symbols are taken in
+Differences are bounded by rounding: rounding.py sums the terms that enter. Those of compiled symbols are taken in
 the norm of the mass matrix's diagonal and measured in eps times its condition number.
 """
 

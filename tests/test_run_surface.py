@@ -220,7 +220,7 @@ def test_configurations() -> None:
 
 
 def test_a_controller_is_a_function() -> None:
-    """It is the same as the effect that says so; its work is booked; what it returns is checked."""
+    """It is the same as the effect that says so; its work is computed; what it returns is checked."""
     damped, own = (
         SCENES["smooth"].replace(effects=[GRAVITY, effect])
         for effect in (

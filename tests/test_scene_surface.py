@@ -1,4 +1,4 @@
-"""Varying and writing scenes: key paths, replace, save; what a slip is told; what help() and the schema show."""
+"""Varying and writing scenes: key paths, replace, save; messages for mistakes; what help() and the schema show."""
 
 import json
 import pydoc
@@ -148,7 +148,7 @@ def test_key_paths_that_lead_nowhere(path: str, says: str) -> None:
 
 
 def test_what_was_meant() -> None:
-    """Unknown keys, kinds, joints and robots are told the name that is near."""
+    """Unknown keys, kinds, joints and robots get the nearest name in the message."""
     for make, meant in [
         (lambda: pp.Rod(length=1.0, masss=1.0), "'mass'"),
         (lambda: pp.Scene(model=ONE, effects=[{"kind": "gravty"}]), "'gravity'"),

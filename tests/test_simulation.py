@@ -82,7 +82,7 @@ def test_scipy_carries_the_lane_where_cyrk_is_missing(method: str, monkeypatch: 
 @law(15)
 @given(st.floats(-1.4, 1.4), st.floats(-1.4, 1.4), st.floats(-5, 5), st.floats(-5, 5))
 def test_running_back_returns_to_the_start(theta: float, phi: float, dtheta: float, dphi: float) -> None:
-    """Reversibility: forward 1 s, the rates turned round, forward 1 s again."""
+    """Reversibility: forward 1 s, the rates reversed, forward 1 s again."""
     there = pp.simulate(swing(THICK, 1.0, (theta, phi), (dtheta, dphi)))
     back = pp.simulate(swing(THICK, 1.0, tuple(there.q[-1]), tuple(-there.v[-1])))
     assert np.allclose(back.q[-1], (theta, phi), atol=1e-8, rtol=0)

@@ -1,6 +1,6 @@
 """Runs of a scene in MuJoCo, Drake and SciPy: they come to pendpin's motion as their order and tolerance say.
 
-pendpin's own run, a Taylor series to rounding, is the one to compare with; it is held to exact answers elsewhere.
+pendpin's own run, a Taylor series to rounding, is the one to compare with; other tests compare it with exact solutions.
 """
 
 from importlib.util import find_spec

@@ -1,6 +1,6 @@
 """Three rods in Pinocchio, MuJoCo and Drake, from one URDF text: the same model, the same accelerations.
 
-Pinocchio is the one to compare with; it is held to 50 digits elsewhere. The states are random, all angles, rates up to
+Pinocchio is the one to compare with; other tests compare it with 50 digits. The states are random, all angles, rates up to
 some rad/s. What the text needs so that all three read the same model is said in `urdf_of`.
 """
 

@@ -106,7 +106,7 @@ def test_a_link_that_is_not_drawn_ends_at_its_farthest_joint(tmp_path: Path) -> 
 
 @pytest.fixture
 def flywheel(tmp_path: Path) -> pp.UrdfModel:
-    """A wheel on its axis: no point of it that is known moves."""
+    """A wheel on its axis: its tip and centre of mass do not move."""
     return robot(tmp_path, link("wheel", mass=2.0), joint("spin", "base", "wheel", axis="0 0 1"))
 
 

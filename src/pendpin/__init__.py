@@ -1,4 +1,4 @@
-"""pendpin: the 3D compound pendulum on a universal joint, and chains of them, every number by several routes."""
+"""pendpin: the 3D compound pendulum on a universal joint, and chains of them, every number computed by several routes."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any

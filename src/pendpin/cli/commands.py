@@ -310,7 +310,7 @@ def fit(
     ] = "physics",
     hold_out: Annotated[list[Path] | None, typer.Option(help="CSV of other swings, to be predicted.")] = None,
     hold_out_start: Annotated[
-        float, typer.Option(help="Part of each held-out swing on which its start is fitted; the rest is judged.")
+        float, typer.Option(help="Part of each held-out swing on which its start is fitted; the rest is compared.")
     ] = 0.1,
     explain_residual: Annotated[
         bool, typer.Option("--explain-residual", help="Fit without each part of the model, and with parts it lacks.")

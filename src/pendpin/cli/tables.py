@@ -45,7 +45,7 @@ def progress_bar(what: str, end: float, hidden: bool) -> Iterator[Callable[[floa
 
 
 def print_run(trajectory: "Trajectory", report: "Report | None", files: list[Path], as_json: bool) -> None:
-    """What a run took, how far it can be trusted (its energy, the cross-check along it), where its energy went."""
+    """Counts and times of a run, its checks (energy, cross-check along the run), and the works."""
     from dataclasses import asdict
 
     stats = trajectory.stats
@@ -61,7 +61,7 @@ def print_run(trajectory: "Trajectory", report: "Report | None", files: list[Pat
         "steps": str(stats.steps),
         "evaluations": str(stats.evaluations),
         "seconds": f"{stats.seconds:.4f}"
-        + (f", {stats.all_seconds:.4f} with the runs that led there" if stats.all_seconds else ""),
+        + (f", {stats.all_seconds:.4f} with the runs before it" if stats.all_seconds else ""),
         "compiling": stats.compile_seconds and f"{stats.compile_seconds:.4f} s",
         "energy drift": f"{trajectory.energy().drift:.1e} of the energy moved" if stats.conservative else "",
         "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
@@ -90,7 +90,7 @@ def _change(trajectory: "Trajectory") -> float:
 
 
 def print_check(report: "Report", as_json: bool) -> None:
-    """The rows of a cross-check, and the route farthest from the reference_route."""
+    """The rows of a cross-check, and the route farthest from the reference route."""
     from dataclasses import asdict
 
     if as_json:
@@ -174,7 +174,7 @@ def _cost_row(curve: "Curve", errors: list[float], accuracy: float) -> list[str]
 
 
 def print_fit(found: "Fit", as_json: bool) -> None:
-    """Fitted numbers with their errors, and what they are worth."""
+    """Fitted numbers with their errors."""
     if as_json:
         print_json(found.as_dict())
         return
@@ -189,7 +189,7 @@ def _error_of(found: "Fit", key: str) -> str:
 
 
 def print_cases(cases: "list[Case]", as_json: bool) -> None:
-    """The names of the hard cases, what each is about, and its bound."""
+    """The names of the hard cases, their titles and bounds."""
     if as_json:
         print_json(
             [{"name": case.name, "title": case.title, "figure": case.figure, "bound": case.bound} for case in cases]
@@ -245,7 +245,7 @@ def print_files(files: list[Path]) -> None:
 
 
 def print_diagnosis(diagnosis: "Diagnosis", as_json: bool) -> None:
-    """Every equation with its verdict, how it fails, and what mends it."""
+    """Every equation with its verdict, how it fails, and what corrects it."""
     if as_json:
         print_json(diagnosis.to_json())
         return

@@ -1,6 +1,6 @@
 """The interfaces through which a scene's effects enter the dynamics (docs/effects.md).
 
-An effect only ever adds. It is a frozen, validated record of its parameters with one method that is written once over
+Effects are added. An effect is a frozen, validated record of its parameters with one method that is written once over
 plain arithmetic: the functions it needs (sqrt, sin, ...) come in as `xp`, so the same lines run on floats, on numbers
 of any precision and on symbols.
 """
@@ -28,7 +28,7 @@ class Effect(Record):
 
     @property
     def smooth(self) -> bool:
-        """Whether it has all derivatives and needs no more than xp: only then the Taylor method takes it."""
+        """Whether it has all derivatives and uses no functions but those of xp, as the Taylor method needs."""
         return True
 
     def since(self, start: float) -> tuple["Effect", float]:
@@ -41,22 +41,22 @@ class Effect(Record):
     def pace(self, begin: float, end: float, negligible: float) -> Pace | None:
         """How fast the effect changes with time from `begin` to `end`, in s, where positions and rates do not change.
 
-        What is smaller than `negligible` of the largest value may be left out. None where this is not known: then the
-        run samples the effect, if it reads the time, and says so.
+        Changes below `negligible` times the largest value may be left out. None if the pace is not known: the run then
+        samples the effect, if it reads the time, and adds a note.
         """
         return None
 
     @property
     def symbolic(self) -> bool:
-        """Whether it needs no more than xp, so that it runs on symbols and can be compiled, smooth or not."""
+        """Whether it uses no functions but those of xp, so that it runs on symbols and can be compiled."""
         return self.smooth
 
     def with_numbers(self, numbers: Any) -> Self:
-        """The effect with each of its `parameters` as `numbers` hands it out (pendpin.dynamics.parameters)."""
+        """The effect with each of its `parameters` mapped by `numbers` (pendpin.dynamics.parameters)."""
         return self.model_copy(update={name: numbers(getattr(self, name)) for name in self.parameters})
 
     def check(self, begin: float, end: float) -> None:
-        """Raises ValueError where the effect does not last from `begin` to `end`, in s."""
+        """Raise ValueError if the effect is not defined from `begin` to `end`, in s."""
 
 
 # --- fields ---------------------------------------------------------------------------------------------------------
@@ -194,9 +194,9 @@ class BodyEffect(Effect):
 
     @property
     def axial(self) -> bool:
-        """Whether it may turn a rod about its own axis, or asks how far it has turned.
+        """Whether it may turn a rod about its own axis, or depends on that angle.
 
-        False lets a chain of thin rods move as on spherical, regular everywhere.
+        If False, a chain of thin rods moves as on spherical joints, regular everywhere.
         """
         return True
 

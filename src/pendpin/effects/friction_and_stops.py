@@ -1,4 +1,4 @@
-"""Dry friction and stops: joints that stick and strike. They act through events (dynamics/contacts.py)."""
+"""Dry friction and stops, which act through events (dynamics/contacts.py)."""
 
 import math
 from typing import Annotated, Any, Literal, Self
@@ -12,7 +12,7 @@ from pendpin.records import NotNegative, Number, Positive
 
 
 class ContactEffect(JointNames, Effect):
-    """What a joint can hold when it does not move, and what happens to it at an instant."""
+    """An effect that can hold a joint at rest and acts at events."""
 
     @property
     def smooth(self) -> bool:
@@ -63,7 +63,7 @@ class DryFriction(ContactEffect):
 
 
 class Stop(ContactEffect):
-    """Limits of a joint's position; it comes back from them with the rate turned round, times the restitution.
+    """Limits of a joint's position; at a limit the rate is reversed and multiplied by the restitution.
 
     lower, upper in rad; restitution from 0 (it stays) to 1 (no loss); joints by name (all). Bounces too small to tell
     apart end in rest on the stop.

@@ -14,7 +14,7 @@ from pendpin.records import NotNegative, Number, Positive
 class Viscous(OnJoints):
     """Damping in proportion to the rate: tau = -coefficient q'.
 
-    coefficient in N m s/rad. In a lubricated bearing; it matters where the decrement of a free swing does.
+    coefficient in N m s/rad. In a lubricated bearing; it matters if the damping of a free swing matters.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("coefficient",)
@@ -51,7 +51,7 @@ _HOLD = ("target", "proportional", "derivative")
 
 
 class Motor(JointEffect):
-    """A motor on one joint: a given torque, or a hold.
+    """A motor on one joint: a given torque, or a controller that holds the joint.
 
     torque + amplitude sin(frequency t + phase), in N m, N m, rad/s, rad; or
     -proportional (q - target) - derivative q', in N m/rad, rad, N m s/rad. What is left out is 0.
@@ -73,7 +73,9 @@ class Motor(JointEffect):
         given = [name for name in (*_DRIVE, *_HOLD) if getattr(self, name) is not None]
         drive, hold = ([name for name in names if name in given] for names in (_DRIVE, _HOLD))
         if drive and hold:
-            raise ValueError(f"{drive[0]} and {hold[0]} do not go together: a motor drives or holds; list two motors")
+            raise ValueError(
+                f"{drive[0]} and {hold[0]} do not go together: a motor has a torque or a controller; list two motors"
+            )
         if not given:
             raise ValueError("a motor needs a torque, an amplitude and frequency, or a proportional and target")
         if (self.amplitude is None) != (self.frequency is None):
@@ -91,7 +93,7 @@ class Motor(JointEffect):
 
     @property
     def holds(self) -> bool:
-        """Whether it holds its joint, rather than drives it."""
+        """Whether it is a controller."""
         return self.proportional is not None or self.derivative is not None
 
     def pace(self, begin: float, end: float, negligible: float) -> Pace:

@@ -15,10 +15,10 @@ RESTART = 8.0  # steps, about what a break of the integration costs
 class Pace(NamedTuple):
     """The pieces of a run, and in each the shortest time on which an effect changes.
 
-    Integration starts anew at the corners, and takes no step longer than the shortest time of the piece.
+    The integration restarts at the corners and takes no step longer than the shortest time of the piece.
     """
 
-    corners: Array  # (n - 1,) s, where the pieces meet: there an effect may switch, jump or wake up
+    corners: Array  # (n - 1,) s, ends of the pieces: an effect may switch, jump or begin there
     shortest: Array  # (n,) s; inf where nothing changes with time
 
     @classmethod
@@ -55,8 +55,8 @@ def measured(t: Array, values: Array, negligible: float, rounding: float | Array
 
     The samples are cut into halves, and halves of these, down to intervals that are resolved: from there on down, their
     distance to the polynomials of degree 4 through five of their samples falls by `DECAY` or more with each halving, as
-    that of smooth functions does, or is below `negligible` of the largest value. A pulse, a ripple, a jump are met in
-    intervals of their own length, wherever they are, and however small they are against what else goes on. `rounding`,
+    that of smooth functions does, or is below `negligible` of the largest value. A pulse, a ripple or a jump gets
+    intervals of its own length, at any time, and however small it is compared with other changes. `rounding`,
     one number or (n,), is what the values may be off by anyway.
     """
     floor = np.broadcast_to(negligible * np.abs(values).max(initial=0.0) + rounding, t.shape)

@@ -37,7 +37,7 @@ class Rotation(BodyEffect):
         return self
 
     def with_numbers(self, numbers: Any) -> Self:
-        """The effect with Omega as `numbers` hands it out."""
+        """The effect with Omega mapped by `numbers`."""
         return self.model_copy(update={"latitude": None, "rate": numbers(self.vector)})
 
     @property

@@ -19,7 +19,7 @@ class Support(FrameEffect):
 
     position(t) = amplitude sin(frequency t + phase), in m, rad/s, rad; or a spline through the rows t, x, y, z, in s and
     m, of a CSV file, which must cover the run. Exact, by the equivalence of acceleration and gravity: everything feels
-    the field -position''. What a run tells (positions, velocities, energies) is relative to the pivot.
+    the field -position''. Positions, velocities and energies of a run are relative to the pivot.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("amplitude", "frequency", "phase", "csv")

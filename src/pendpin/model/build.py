@@ -24,7 +24,7 @@ CONFIGURATIONS = 200  # at which a mass matrix with negative inertia in it has t
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """What is computed with, and the names that the user sees. One angle (or slide) per joint, in model order."""
+    """The computed model with the names of its joints. One angle (or slide) per joint, in model order."""
 
     joints: tuple[str, ...]
     pin: Any | None  # pinocchio.Model with zero gravity; None for a chain too long for its memory

@@ -1,4 +1,4 @@
-"""What is allowed in a scene and is probably a slip."""
+"""Notes on what is allowed in a scene and is probably a mistake."""
 
 import numpy as np
 
@@ -18,5 +18,5 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
         for joint in far[:1]
     ]
     if not scene.effects:
-        found.append("effects: nothing acts in this scene; gravity is an effect that has to be listed")
+        found.append("effects: nothing acts in this scene; gravity must be listed too")
     return (*model.notes, *found)

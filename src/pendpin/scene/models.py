@@ -1,4 +1,4 @@
-"""What hangs there: rods, chains of rods, and URDF trees."""
+"""Models: rods, chains of rods, and URDF trees."""
 
 from functools import cached_property
 from pathlib import Path

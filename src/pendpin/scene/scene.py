@@ -22,7 +22,7 @@ SAMPLES_PER_SECOND = 60
 
 
 class Scene(Record):
-    """A model, where it starts, the effects that act on it, and for how long. No effect is on unless it is listed."""
+    """A model, its start, the effects that act on it, and a duration. Only listed effects act."""
 
     duration: NotNegative = Field(10.0, description="s")
     model: AnyModel = Field(description="what moves: a chain of rods, a URDF")

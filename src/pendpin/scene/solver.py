@@ -21,17 +21,17 @@ MAX_SAMPLES = 2_000_000
 class Solver(Record):
     """How the scene is integrated and how often the motion is recorded.
 
-    A method has a tolerance (relative and absolute, rad and rad/s) or, with fixed steps, a step. It is the largest that
-    is taken: the time from sample to sample is cut into equal steps, so that every sample falls on one. An accuracy
-    stands for both: the tolerance or step that meets it is found, and with method "auto" the method as well.
+    A method has a tolerance (relative and absolute, rad and rad/s) or, with fixed steps, a step. The step is the largest
+    one: each interval between samples is divided into equal steps, so that samples fall on steps. An accuracy replaces
+    both: pendpin finds the tolerance or step that meets it, and with method "auto" the method too.
     """
 
     method: Method = Field("auto", description="how the motion is integrated (docs/accuracy.md)")
     engine: Literal["auto", "pinocchio", "chain", "compiled"] = Field(
-        "auto", description="who computes the accelerations"
+        "auto", description="which equations compute the accelerations"
     )
     accuracy: Annotated[Positive, Field(le=0.1)] | None = Field(
-        None, description="the target: largest tip error over the run, over the chain's length"
+        None, description="the target: largest tip error during the run, divided by the chain's length"
     )
     tolerance: Annotated[Number, Field(le=0.1)] | None = Field(
         None, validate_default=True, description=f"for methods without a fixed step; {TOLERANCE:g} if none is given"

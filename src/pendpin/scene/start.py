@@ -23,9 +23,9 @@ class Start(Record):
 
     @classmethod
     def at_rest(cls, scene: Any) -> Self:
-        """The equilibrium of a scene under all that acts at its start, stable and nearest to its start's positions.
+        """The stable equilibrium of a scene nearest to its start's positions, with the effects as they are at the start.
 
-        Friction is left out of it. Raises InputError where there is none.
+        Friction is left out. Raises InputError if there is no equilibrium.
         """
         return from_above("Start.at_rest")(scene)
 
@@ -33,7 +33,7 @@ class Start(Record):
     def conical(cls, scene: Any, angle: float) -> Self:
         """The steady cone of a single rod about the vertical, at an angle from it in rad: the tip runs round a circle.
 
-        Exact for a rod without inertia about its axis; a universal joint makes a thick one nod. The rate Omega follows
+        Exact for a rod without inertia about its axis; a thick rod on a universal joint nods. The rate Omega follows
         from Omega² cos(angle) = m g h / (I1 + m h²). Raises InputError for other scenes.
         """
         return from_above("Start.conical")(scene, angle)

@@ -1,4 +1,4 @@
-"""What a run tells beside its motion: joint reactions, energy, and what the run took."""
+"""The further results of a run: joint reactions, energy, and counts and times."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -38,7 +38,7 @@ class Energy(NamedTuple):
 
 @dataclass(frozen=True)
 class Stats:
-    """What a run took."""
+    """Method, setting, counts, times and estimated error of a run."""
 
     method: str
     tolerance: float | None  # of a method without a fixed step
@@ -52,11 +52,11 @@ class Stats:
     library: str
     version: str
     conservative: bool = False  # whether every effect has a potential, so that the energy should not change
-    stopped: str | None = None  # why the run ended before its time
-    accuracy: float | None = None  # the largest tip error over the chain's length that was asked for
-    error: float | None = None  # the one that is estimated
+    stopped: str | None = None  # why the run ended early
+    accuracy: float | None = None  # the target: largest tip error divided by the chain's length
+    error: float | None = None  # the estimated error
     all_seconds: float | None = None  # of every run that led to this one
-    notes: tuple[str, ...] = ()  # what a reader of the run should know
+    notes: tuple[str, ...] = ()  # remarks on the run
 
     @property
     def setting(self) -> str:

@@ -1,4 +1,4 @@
-"""A run in a few lines: what ran, how far it can be trusted, its extremes; as text, as a table, in a notebook."""
+"""A run in a few lines: model and method, errors, extremes; as text, as a table, in a notebook."""
 
 import html
 from collections.abc import Iterator
@@ -84,7 +84,7 @@ def _periods(run: Any) -> Iterator[tuple[str, float]]:
 
 
 def text(run: Any) -> str:
-    """Three lines: what ran, how far it can be trusted, its extremes."""
+    """Three lines: model and method, errors, extremes."""
     if not len(run.t):
         return "Trajectory without samples"
     return "\n".join([_what(run), _trust(run), _extremes(run)])
@@ -106,26 +106,26 @@ def _what(run: Any) -> str:
 
 
 def _trust(run: Any) -> str:
-    stats, told = run.stats, []
+    stats, parts = run.stats, []
     if stats.stopped:
-        told.append(f"ended early: {stats.stopped[:200]}")
+        parts.append(f"ended early: {stats.stopped[:200]}")
     if stats.error is not None:
-        told.append(f"tip error {stats.error:.1e} of the length estimated, {stats.accuracy:g} asked")
+        parts.append(f"tip error {stats.error:.1e} of the length estimated, {stats.accuracy:g} asked")
     if stats.conservative:
-        told.append(f"energy drift {run.energy().drift:.1e} of the energy moved")
+        parts.append(f"energy drift {run.energy().drift:.1e} of the energy moved")
     if run.work:
-        told.append(f"works and energy differ by {run.imbalance:.1e} of the energy moved")
-    told += [f"note: {note[:120]}" for note in stats.notes[:1]]
-    return "; ".join(told) or "something acts that has no potential: energy_balance=True books its work"
+        parts.append(f"works and energy differ by {run.imbalance:.1e} of the energy moved")
+    parts += [f"note: {note[:120]}" for note in stats.notes[:1]]
+    return "; ".join(parts) or "an effect has no potential: energy_balance=True computes its work"
 
 
 def _extremes(run: Any) -> str:
     found = summary(run)
-    told = [f"largest swing {found['largest swing']}"]
+    parts = [f"largest swing {found['largest swing']}"]
     if "R3 largest" in found:
-        told.append(f"tension R3 from {found['R3 least'].value:.4g} to {found['R3 largest']}")
-    told += [f"{name} {figure}" for name, figure in found.items() if name.startswith("period")][:1]
-    return "; ".join(told)
+        parts.append(f"tension R3 from {found['R3 least'].value:.4g} to {found['R3 largest']}")
+    parts += [f"{name} {figure}" for name, figure in found.items() if name.startswith("period")][:1]
+    return "; ".join(parts)
 
 
 def page(run: Any, player: str) -> str:

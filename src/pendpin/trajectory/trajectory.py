@@ -88,7 +88,7 @@ class Trajectory:
 
     @property
     def imbalance(self) -> float:
-        """The largest change of kinetic energy that no work accounts for, over the energy moved."""
+        """The largest difference of the change of kinetic energy and the works, divided by the energy exchanged."""
         if not self.work:
             return 0.0
         total = sum((work - work[0] for work in self.work.values()), np.zeros(len(self.t)))
@@ -116,9 +116,9 @@ class Trajectory:
         return from_above("Trajectory.crossings")(self, name, level, direction)
 
     def extend(self, duration: float) -> "Trajectory":
-        """The run gone on with for another duration in s, with samples as dense as before.
+        """The run continued for another duration in s, with samples as dense as before.
 
-        With the fixed steps rk4 and euler, bit for bit what one long run gives; elsewhere to the run's tolerance.
+        With rk4 and euler the result is, bit for bit, that of one long run; with other methods within the run's tolerance.
         """
         return from_above("Trajectory.extend")(self, duration)
 
@@ -161,7 +161,7 @@ class Trajectory:
 
     @property
     def sound(self) -> int:
-        """How many samples there are before the first with a number that is not finite or beyond LARGEST."""
+        """The number of samples before the first with a number that is not finite or beyond LARGEST."""
         n = len(self.t)
         arrays = [getattr(self, name).reshape(n, -1) for name in ARRAYS] + list(self.rods or ())
         good = np.all([(np.abs(array) <= LARGEST).all(1) for array in arrays], 0)

@@ -88,7 +88,7 @@ def _motion(mujoco: Any, model: Any, name: str, task: Task) -> Callable[[float],
 
 @contextmanager
 def _heard(mujoco: Any) -> Iterator[list[str]]:
-    """MuJoCo's warnings, which go to a file in the working directory unless someone takes them."""
+    """MuJoCo's warnings in a list; otherwise MuJoCo writes them to a file in the working directory."""
     before, warnings = mujoco.get_mju_user_warning(), []
     mujoco.set_mju_user_warning(warnings.append)
     try:
