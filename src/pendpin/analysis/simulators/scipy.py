@@ -1,6 +1,6 @@
 """Plain SciPy around Pinocchio's aba: what a user would write.
 
-With the derivatives of aba as the Jacobian Radau took at most a quarter less time, and LSODA three times as long on three
+With the derivatives of aba as the Jacobian Radau took at most a quarter less time, and LSODA twice as long on three
 rods; neither uses them.
 """
 
