@@ -1,12 +1,12 @@
 """Accuracy as the target: random scenes of every kind, every method, and the true error of what is returned.
 
-    python benchmarks/goal.py --count 500 --seed 1 --file goal.jsonl     # goes on where the file ends
+    python benchmarks/goal.py --count 500 --seed 1 --file goal.jsonl     # continues where the file ends
     python benchmarks/goal.py --file goal.jsonl --table                  # the summary
     python benchmarks/goal.py --replay 17 --seed 1                       # one scene again
 
-Scene number i is asked with pair i of all methods and accuracies, in a circle, so that every pair comes as often. Its true
-error is measured against benchmarks/reference_motion.py. A claim is false where the run is returned and its true error is
-above what was asked; a refusal has the truth within reach where some tolerance or step of the same method meets it.
+Scene number i gets pair i of all methods and accuracies, in turn, so that every pair is used equally often. Its true
+error is the distance to benchmarks/reference_motion.py. A claim is false if a run is returned whose true error is above the
+target; a refusal is avoidable if some tolerance or step of the same method meets the target.
 """
 
 import argparse
@@ -152,7 +152,7 @@ def _contacts(random: Random, positions: list[float]) -> list[fx.Effect]:
 # --- one scene ------------------------------------------------------------------------------------------------------
 
 
-def judged(kind: str, scene: pp.Scene) -> dict[str, Any]:
+def checked(kind: str, scene: pp.Scene) -> dict[str, Any]:
     """What comes of the accuracy asked, and what is true."""
     solver, length = scene.solver, reach(build(scene.model))
     out: dict[str, Any] = {
@@ -260,11 +260,11 @@ def main() -> None:
     options = parser.parse_args()
     if options.replay is not None:
         kind, scene = case(options.seed, options.replay)
-        print(scene.model_dump_json(), judged(kind, scene))
+        print(scene.model_dump_json(), checked(kind, scene))
         return
     rows = [json.loads(line) for line in options.file.read_text().splitlines()] if options.file.exists() else []
     for number in range(len(rows), 0 if options.table else options.count):
-        rows.append({"number": number, **judged(*case(options.seed, number))})
+        rows.append({"number": number, **checked(*case(options.seed, number))})
         with options.file.open("a") as file:
             file.write(json.dumps(rows[-1]) + "\n")
         row = rows[-1]

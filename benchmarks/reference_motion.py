@@ -4,7 +4,7 @@ The scene's numbers are taken as the doubles that they are; what follows from th
 articulated-body recursion on symbols) has 19 digits, or 33. Smooth scenes: Taylor series by heyoka in that precision.
 Quadratic drag, and dry friction and stops on a single rod, whose two axes do not couple: DOP853 in 19 digits, from event to
 event, written here. Each motion is computed twice, with the start off by ten units of rounding or with a looser tolerance;
-how far the two are apart is the doubt about it.
+their distance estimates its error.
 """
 
 from collections.abc import Callable
@@ -205,7 +205,7 @@ def _by_steps(scene: pp.Scene, model: Model, smooth: Callable[[Any, np.ndarray],
     y, t = np.concatenate(start_state(model, scene.start)).astype(LONG), LONG(0)
     motion = _Stepper(scene, smooth, axes, nv, tolerance)
     rows, h = [y[:nv].astype(float)], LONG(1e-4 * scene.duration)
-    mode = motion.settle(t, y)
+    mode = motion.mode_after(t, y)
     for end in scene.times[1:].astype(LONG):
         while t < end:
             t, y, h, mode = motion.step(t, y, min(h, end - t), mode, end)
@@ -235,7 +235,7 @@ class _Stepper:
             v, a = np.where(mode == 0, 0, v), np.where(mode == 0, 0, a)
         return np.concatenate([v, a])
 
-    def settle(self, t: Any, y: np.ndarray) -> np.ndarray:
+    def mode_after(self, t: Any, y: np.ndarray) -> np.ndarray:
         """The mode of a state: axes at rest are held where friction or a stop can hold them. Impacts are applied to y."""
         nv, axes = self.nv, self.axes
         mode = np.full(nv, 2)
@@ -297,7 +297,7 @@ class _Stepper:
             )
             if abs(new[self.nv + i]) < 1e-9 * self.axes.restitution[i]:
                 new[self.nv + i] = 0
-        return t + high, new, h, self.settle(t + high, new)
+        return t + high, new, h, self.mode_after(t + high, new)
 
     def advanced(self, t: Any, y: np.ndarray, h: Any, mode: np.ndarray) -> tuple[np.ndarray, Any]:
         """The state after a step, and its error over the tolerance."""

@@ -1,4 +1,4 @@
-"""A printed version of the rod's equations, put to the test: which of them fail, by how much, and what mends them.
+"""A test of a printed version of the rod's equations: which of them fail, by how much, and which change corrects them.
 
 The six balances of a uniform thin rod on a universal joint circulate in print with two faults: the moments are taken
 about the centre of mass G, but with m l²/3, the transverse inertia about the joint; and one sign in the acceleration

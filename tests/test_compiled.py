@@ -108,7 +108,7 @@ def test_a_track_is_a_table(tmp_path: Path) -> None:
     mass=st.floats(0.1, 10.0), length=st.floats(0.1, 2.0), damping=st.floats(0.01, 1.0), gravity=st.floats(1.0, 20.0)
 )
 def test_other_numbers_are_no_new_code(mass: float, length: float, damping: float, gravity: float) -> None:
-    """Masses, lengths, damping, gravity and air are parameters: one function serves them all, and is right for each."""
+    """Masses, lengths, damping, gravity and air are parameters: one function is right for all of them."""
     rod = pp.Rod(length=length, mass=mass, radius=0.05)
     effects = (
         fx.Gravity(acceleration=gravity),

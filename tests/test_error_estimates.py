@@ -269,7 +269,7 @@ def test_a_slide_has_a_length(tmp_path: Path, method: str, start: tuple[float, f
 
 
 def test_a_limit_is_of_all_runs_together() -> None:
-    """Told by the limit given, with what there is."""
+    """The error names the limit and holds the run so far."""
     with pytest.raises(pp.RunError, match=r"it takes over 0\.01 s") as caught:
         pp.simulate(swing(2.0, 1000.0, 2), accuracy=1e-9, method="rk45", limit=0.01)
     assert len(caught.value.partial.t) <= 2

@@ -106,7 +106,7 @@ def test_branches_in_a_row():
 
 
 def test_urdf_is_not_checked():
-    """Seven impossible bodies load without a word that a program could hear."""
+    """Seven impossible bodies load without an error."""
     found = left_by(9)
     good, *others = ((m.inertias[1], m) for m in found["models"])
     assert good[0].mass == 1

@@ -66,7 +66,7 @@ def test_crossings_against_a_tighter_run(scene: pp.Scene) -> None:
 
 
 def test_the_state_at_an_impact_is_the_one_after_it() -> None:
-    """Where a joint strikes its stop the rate jumps; at that instant it has turned round."""
+    """Where a joint hits its stop the rate jumps; at that time it has reversed."""
     run = pp.simulate(SCENES["stops"], samples=31)
     struck = run.crossings("theta_rate", 0.0, direction=1)
     on_stop = np.abs(struck["theta"] + 0.3) < 1e-9

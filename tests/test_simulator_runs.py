@@ -193,7 +193,7 @@ def test_missing_libraries_are_named(monkeypatch):
 
 
 def test_drake_keeps_the_derivative_of_a_rejected_step():
-    """To be noticed when it is mended: whether results are cached changes them, once a step has been rejected."""
+    """To notice when Drake corrects it: whether results are cached changes them, once a step has been rejected."""
     from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 
     from pendpin.analysis.simulators.drake import _plant, _set

@@ -375,7 +375,7 @@ def doctor(
     html: Annotated[Path | None, typer.Option(help="The report as one HTML page.")] = None,
     json: Json = False,
 ) -> None:
-    """Say which printed equation of a rod is wrong, and which change mends it.
+    """Say which printed equation of a rod is wrong, and which change corrects it.
 
     The exit status is 0 only if some equation could be read and all that could hold.
     """

@@ -153,10 +153,10 @@ def refuse_nonsmooth(effects: Sequence[Effect], what: str) -> None:
 def choose_engine(model: Model, loads: Loads, name: str, form: Form = "any") -> Engine:
     """The engine for a model; `name` is "auto", "pinocchio" or "chain".
 
-    Pinocchio on revolute joints serves every tree that its memory holds. A chain of thin rods that nothing turns about
-    its joints or about the rods is carried in directions, regular everywhere; a chain too long for Pinocchio goes on
-    the chain equations. `form` narrows the state: with "angles" thin rods stay on them, with "directions" they are on
-    no quaternions. Raises InputError where the named engine cannot carry the model.
+    Pinocchio on revolute joints computes every tree that its memory holds. A chain of thin rods without torques about its
+    joints or about the rods is computed in directions, regular everywhere; a chain too long for Pinocchio with the chain
+    equations. `form` limits the state: "angles" keeps thin rods on angles, "directions" does not use quaternions. Raises
+    InputError if the named engine cannot compute the model.
     """
     if name == "chain" and model.chain is None:
         raise InputError('solver.engine: "chain" needs a model of kind "chain"')
