@@ -1,8 +1,8 @@
-"""Kill -9 at random moments: a run with a checkpoint is killed, resumed, killed again, and compared with an uninterrupted one.
+"""Kill -9 at random moments: a run with a checkpoint is killed and continued, and compared with another run.
 
 Every process is given a random moment between its start-up and the time that the whole run takes, and is killed there by
-the system unless it is done; the same command then continues the run. When a run is done its arrays and counts are compared, and
-the next run begins. python benchmarks/kill.py [kills] [seed]
+the system unless it is done; the same command then continues the run. At the end of a run its arrays and counts are
+compared, and the next run begins. python benchmarks/kill.py [kills] [seed]
 """
 
 import json
