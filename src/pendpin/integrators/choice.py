@@ -24,10 +24,6 @@ LONG = 1e5  # rad that the fastest motion goes through: beyond, the Taylor metho
 FEW_JOINTS = 4  # up to which it does so at no more cost
 STEP = float(np.sqrt(np.finfo(float).eps))  # of differences
 POWERS = 8
-REACHED = (
-    1e-11  # accuracy that dop853 meets for certain, a turn of the fastest motion; the Taylor method meets finer ones
-)
-FEW_TURNS = 10.0
 OVERDAMPED = 0.5  # decay over the fastest rate: what swings as fast as it decays has to be followed anyway
 
 
