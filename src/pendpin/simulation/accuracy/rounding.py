@@ -15,7 +15,7 @@ from pendpin.engines import Engine
 from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import apart, marks, poses, tips
 from pendpin.scene import Scene
-from pendpin.simulation.accuracy.runs import Runs, gap, points
+from pendpin.simulation.accuracy.runs import Attempt, Runs, gap, points
 from pendpin.simulation.checkpoint import RunState
 from pendpin.trajectory import Trajectory
 
@@ -30,20 +30,21 @@ RATE = 4.0  # units of rounding in the time that the motion takes, from the roun
 STATE = ("y", "series", "canonical")  # names of the state in what an integration carries
 
 
-def of_motion(runs: Runs, scene: Scene, run: Trajectory, fine: Trajectory, target: float, length: float) -> Array:
+def of_motion(runs: Runs, coarse: Attempt, fine: Attempt, target: float, length: float) -> Array:
     """The rounding error of the run `fine` at the times of `runs` (n,), over the length.
 
-    It is measured beside `run`, a coarser run of `scene`. If shifts of MANY times the rounding move it too far, smaller
-    ones are compared with a run in the same segments and without shifts.
+    It is measured beside the run `coarse`, which costs less. If shifts of MANY times the rounding move that too far,
+    smaller ones are compared with `fine` in the same segments and without shifts.
     """
-    amount, times = START + STEPS * float(np.sqrt(fine.stats.steps)), MANY
-    left = gap(run, _disturbed(runs, scene, fine, times * amount), length, len(runs.times))
+    best, times = fine.run, MANY
+    amount = START + STEPS * float(np.sqrt(best.stats.steps))
+    left = gap(coarse.run, _disturbed(runs, coarse.scene, best, times * amount), length, len(runs.times))
     if left[-1] > LINEAR and target > LINEAR / MANY:
         times = LINEAR / target
-        still, other = (_disturbed(runs, scene, fine, units) for units in (0.0, times * amount))
+        still, other = (_disturbed(runs, fine.scene, best, units) for units in (0.0, times * amount))
         left = gap(still, other, length, len(runs.times))
-        left = np.where(gap(run, still, length, len(left)) > LINEAR, np.inf, left)  # segments alone change the run
-    return EPS + _of_rates(fine, length, len(left)) + left / times
+        left = np.where(gap(best, still, length, len(left)) > LINEAR, np.inf, left)  # segments alone change the run
+    return EPS + _of_rates(best, length, len(left)) + left / times
 
 
 def _of_rates(run: Trajectory, length: float, count: int) -> Array:

@@ -1,7 +1,7 @@
 """The runs of a search for a target accuracy, at samples close enough to compare them."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,15 @@ Between = Callable[[RunState], RunState]
 
 INTERVALS = 64  # at least, between times at which runs are compared
 MOST_DENSER = 3  # times that samples are doubled for a run that differs
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """A run, with the scene that gave it and its setting."""
+
+    scene: Scene
+    setting: float
+    run: Trajectory
 
 
 class Runs:

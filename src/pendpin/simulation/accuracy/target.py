@@ -5,7 +5,7 @@ a run that is pushed off gives what rounding does (rounding.py); the finest run 
 within the target. Else the setting is made finer, as far as that can help.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from pendpin.scene import FIXED_METHODS, Scene
 from pendpin.simulation.accuracy import rounding
 from pendpin.simulation.accuracy.estimate import DISAGREEMENT, SMALL, Estimate, Gaps, estimate
 from pendpin.simulation.accuracy.refinement import LOOSEST, MOST_STEPS, Refinement, by_step, by_tolerance
-from pendpin.simulation.accuracy.runs import Runs, alike, at_rest, extent, gap, length_of
+from pendpin.simulation.accuracy.runs import Attempt, Runs, alike, at_rest, extent, gap, length_of
 from pendpin.simulation.guards import Deadline
 from pendpin.trajectory import Trajectory
 
@@ -35,15 +35,6 @@ NEGLIGIBLE = 1e-3  # of the target: smaller gaps need not be small compared with
 LAST_NEGLIGIBLE = 0.1  # the same, of runs that cannot be finer
 LEAST_OF_ANOTHER = 1e-13  # tolerance of another method
 EPS = float(np.finfo(float).eps)
-
-
-@dataclass(frozen=True, eq=False)
-class _Attempt:
-    """A run, with the scene that gave it and its setting."""
-
-    scene: Scene
-    setting: float
-    run: Trajectory
 
 
 def reach(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> Trajectory:
@@ -65,7 +56,7 @@ class _Search:
         self.runs, self.refinement, self.target = runs, refinement, scene.solver.accuracy or 0.0
         scene = _compiled(scene, refinement.method) if _has_wrenches(scene) else scene
         first = scene.by(refinement.method, refinement.first)
-        self.attempts = [_Attempt(first, refinement.first, runs.run(first))]
+        self.attempts = [Attempt(first, refinement.first, runs.run(first))]
         self.length = length_of(build(scene.model), self.last.run)
         self.scene = _compiled(scene, refinement.method) if _worth_compiling(self.last.run, runs) else scene
         self.rounding: Array | None = None
@@ -73,7 +64,7 @@ class _Search:
             self._refuse_start()
 
     @property
-    def last(self) -> _Attempt:
+    def last(self) -> Attempt:
         """The finest run so far."""
         return self.attempts[-1]
 
@@ -89,7 +80,7 @@ class _Search:
         run = self.runs.unlike(scene, self.last.run)
         again = alike(run, self.last.run) and not at_rest(run)
         before = self.attempts[:-1] if again else self.attempts[-2:]
-        self.attempts = [*before, _Attempt(scene, setting, run)]
+        self.attempts = [*before, Attempt(scene, setting, run)]
         if again:
             return self._met(self._against_another_method(), "finer settings give the same run")
         if len(self.attempts) < 3:
@@ -137,12 +128,10 @@ class _Search:
         apart = gap(self.last.run, other, self.length, len(self.runs.times))
         return DISAGREEMENT * apart + self.rounding
 
-    def _measure_rounding(self, base: _Attempt) -> None:
+    def _measure_rounding(self, base: Attempt) -> None:
         """Measure rounding errors with a disturbed run of the same setting as `base`."""
         if self.rounding is None:
-            self.rounding = rounding.of_motion(
-                *(self.runs, base.scene, base.run, self.last.run, self.target, self.length)
-            )
+            self.rounding = rounding.of_motion(self.runs, base, self.last, self.target, self.length)
 
     def _factor(self) -> float:
         """How much smaller the next error should be. Raises RunError if that would take too many steps."""
