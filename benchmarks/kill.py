@@ -1,4 +1,4 @@
-"""Kill -9 at random moments: a run with a checkpoint is killed and continued, and compared with another run.
+"""Kill -9 at random moments: a run with a checkpoint is killed and continued; its result is compared.
 
 Every process is given a random moment between its start-up and the time that the whole run takes, and is killed there by
 the system unless it is done; the same command then continues the run. At the end of a run its arrays and counts are

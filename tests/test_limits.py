@@ -66,7 +66,8 @@ def test_compiling_is_in_the_limit(monkeypatch: pytest.MonkeyPatch, options: dic
     """Equations that are not compiled at the limit are not waited for; the start is what there is."""
     pytest.importorskip("heyoka")
     monkeypatch.setattr(guards.Thread, "join", lambda thread, timeout=None: None)
-    scene = swing(**{key: value for key, value in options.items() if key == "solver"})
+    effects = (pp.effects.Gravity(), pp.effects.Spring(stiffness=1.5))  # not compiled by another test
+    scene = swing(effects=effects, **{key: value for key, value in options.items() if key == "solver"})
     with pytest.raises(Halted, match="with its equations not yet compiled") as caught:
         pp.simulate(scene, limit=1e-9, **{key: value for key, value in options.items() if key == "method"})
     assert caught.value.partial.q.tolist() == [[0.7, 0.4]]

@@ -114,7 +114,7 @@ class Series:
         return found
 
     def _alone(self, case: Case, times: Array) -> Motions:
-        """One case, with as many states between the times as its angles need."""
+        """One case, with enough states between times (n,) to read its angles."""
         found, needed = self._attempt([case], times, parts := 1)
         while needed[0] > 1 and not self.stopped.is_set():
             parts = math.ceil(parts * needed[0])

@@ -201,7 +201,7 @@ class _Table:
         self.methods, self.libraries = set[str](), set[tuple[str, str]]()
 
     def finish(self, places: Indices | int, took: _Took) -> None:
-        """Book rows as done, and what they took."""
+        """Mark rows as done and add their counts."""
         self.done[places] = True
         self.took = self.took.plus(took)
         self._progress(int(self.done.sum()))

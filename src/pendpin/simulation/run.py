@@ -75,7 +75,7 @@ def run_scene(
 def _with_method(
     scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool, fresh: bool
 ) -> tuple[Scene, Dynamics]:
-    """The scene with a method where it names none, and its dynamics in the form that the method needs."""
+    """The scene with a method instead of "auto", and its dynamics in the form of that method; q, v (nv,)."""
     if scene.solver.method != "auto":
         return scene, dynamics
     method, engine = automatic(scene, dynamics, q, v, energy_balance, fresh)
