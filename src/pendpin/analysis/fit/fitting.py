@@ -30,7 +30,7 @@ from pendpin.scene import Data, Scene
 STEP = 0.3  # of the time scale: the longest step of a search; a quarter of that for what is reported
 SMOOTHING = 0.7  # of the time scale, to either side: local polynomials
 SHORT = 12.6  # time scales: about one period, the length of the first pieces
-POLISHING = 15  # steps at most
+POLISHING = 20  # steps at most
 HOLD = 1e-3  # weight of the guess, in units of the noise, for what the data do not determine
 MOST_CHANGE = 0.3  # of the logarithm of a positive number: its natural scale is not above this
 OFFSET = 0.01  # rad or m: natural scale of a zero
@@ -266,7 +266,5 @@ def _finished(setting: Setting, problem: Problem, x: Array, solved: Solved) -> S
     x, solved, J = Search(full, Starts(x, solved.starts)).polished(2, central=True)
     shape = (len(J), -1, len(setting.columns))
     rest = solved.rest(solved.r[..., None]).reshape(shape)
-    scale = full.scale.copy()
-    scale[: full.nz] = setting.free.even_scale(x[: full.nz], scale[: full.nz])
-    known = certainty(rest, J.reshape(*shape, len(x)), scale, full.batch.swing, solved.starts.size)
+    known = certainty(rest, J.reshape(*shape, len(x)), full.scale, full.batch.swing, solved.starts.size)
     return Solution(full, x, solved, known)

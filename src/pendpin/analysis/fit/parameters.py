@@ -16,7 +16,6 @@ from pendpin.records import Record
 from pendpin.scene import Chain, Rod, Scene
 
 _MOMENTS = np.ones((3, 3)) - np.eye(3)  # I = _MOMENTS S with S the second moments of mass along b1, b2, b3
-EVEN = 0.01  # of the largest part of a number
 _LEAST = 1e-6  # of the guess of a positive number
 _NEGLIGIBLE = 1e-9  # of the largest second moment: the rod is thin
 
@@ -44,12 +43,6 @@ class Free:
         start = np.where(self.positive, np.exp(self.start), self.start)
         x = np.array([_exp(c) if log else c for c, log in zip(z, self.positive, strict=True)])
         return self.guess + self.transform @ (x - start)
-
-    def even_scale(self, z: Array, scale: Array) -> Array:
-        """Scales (nz,) by which numbers that are sums are moved alike through each of their parts."""
-        x, shared = np.exp(np.where(self.positive, z, 0.0)), (self.transform != 0).T @ (self.transform != 0)  # (nz, nz)
-        largest = np.array([x[row & self.positive].max(initial=0.0) for row in shared])
-        return np.where(self.positive, np.maximum(scale, EVEN * largest / x), scale)
 
     def gradients(self, z: Array) -> Array:
         """The derivatives (K, nz) of the numbers by the search coordinates."""
@@ -242,7 +235,7 @@ def _second_moments(inertia: Array) -> tuple[Array, Array, Array, Array]:
     moments = np.linalg.solve(_MOMENTS, inertia)
     moments = np.where(moments > _NEGLIGIBLE * moments.max(), moments, 0.0)
     some = moments > 0
-    return _MOMENTS[:, some], moments[some], _LEAST * moments[some], np.full(some.sum(), np.inf)
+    return _MOMENTS[:, some], moments[some], np.zeros(some.sum()), np.full(some.sum(), np.inf)
 
 
 def _bounds(scene: Scene, key: str) -> tuple[float, float]:
