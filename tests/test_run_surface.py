@@ -247,3 +247,62 @@ def test_particular_starts() -> None:
     assert np.abs(rest.q[0]).max() > 0.01
     with pytest.raises(pp.InputError, match="a chain of one rod"):
         pp.Start.conical(windy, angle=0.5)
+
+
+def test_a_model_of_pinocchios_own() -> None:
+    """A pin.Model with continuous joints moves like the URDF that it was read from."""
+    import pinocchio as pin
+
+    named = pp.UrdfModel("double_pendulum_continuous")
+    own, model = (
+        pp.Scene(model=m, effects=[GRAVITY], duration=1.0) for m in (pin.buildModelFromUrdf(str(named.file)), named)
+    )
+    start = {"start.velocities": {pp.bind(model).model.joints[0]: 1.0}}
+    one, other = (pp.simulate(scene.replace(start)) for scene in (own, model))
+    np.testing.assert_allclose(one.q, other.q, atol=1e-9)
+    np.testing.assert_allclose(one.at(0.3).q, other.at(0.3).q, atol=1e-9)
+    assert one.configurations(own.model.pin).shape == (61, 4)
+    assert "<iframe" in one._repr_html_()
+    for bad, says in [(pin.buildSampleModelHumanoid(), "takes revolute"), (pin.Model(), "no joint")]:
+        with pytest.raises(pp.InputError, match=says):
+            pp.simulate(pp.Scene(model=bad, effects=[GRAVITY]))
+    with pytest.raises(pp.InputError, match="cannot be written"):
+        own.save("scene.toml")
+
+
+def test_the_model_carries_the_scenes_gravity() -> None:
+    """Pinocchio's aba on it is what the dynamics compute."""
+    import pinocchio as pin
+
+    dynamics = pp.bind(SCENES["smooth"])
+    q, v = np.array([0.3, -0.2]), np.array([1.0, 0.5])
+    model = dynamics.model.pin
+    np.testing.assert_allclose(
+        pin.aba(model, model.createData(), q, v, np.zeros(2)), dynamics.acceleration(0.0, q, v), rtol=1e-14
+    )
+
+
+def test_representations_of_all_else_are_short() -> None:
+    """Of scenes, models, dynamics, cross-checks, ensembles and what runs hold."""
+    big = pp.load_scene(EXAMPLES / "thousand_rods.toml")
+    long = pp.Scene(model={"kind": "chain", "rods": [{"length": 1.0, "mass": 1.0}] * 300})
+    listed = long.replace({"start.positions": {f"theta_{i}": 0.1 for i in range(1, 301)}})
+    run = pp.simulate(SCENES["smooth"], samples=31)
+    things = [
+        big,
+        big.model,
+        big.start,
+        long,
+        long.model,
+        listed,
+        listed.start,
+        run,
+        run.stats,
+        run.energy(),
+        run.reactions(),
+    ]
+    things += [pp.bind(big), pp.bind(SCENES["smooth"]).model, pp.crosscheck(SCENES["smooth"], states=20)]
+    things += [pp.simulate_many(SCENES["smooth"], [[0.1, 0.2]] * 3, [[0.0, 0.0]] * 3, workers=1)]
+    for thing in things:
+        assert len(repr(thing)) < 1000
+        assert len(str(thing)) < 1000

@@ -9,6 +9,8 @@ from pydantic import AfterValidator, AllowInfNan, BaseModel, ConfigDict, Field, 
 
 from pendpin.errors import InputError, choices, did_you_mean, shown, written
 
+MOST_REPR = 900  # letters of a representation
+MOST_ITEMS = 6  # of a list in one
 MOST_SHOWN = 60  # letters of a name in a message
 LARGEST = 1e150  # of any number in a scene or a run: its square stays within doubles
 LARGEST_SIZE = 1e100  # of a length, mass or inertia, and 1 over the least inertia: their products stay within doubles
@@ -60,6 +62,12 @@ class Record(BaseModel, metaclass=_RecordType):
         names = type(self).model_fields
         return {name: getattr(self, name) for name in names if name in self.model_fields_set or name == "kind"}
 
+    def __repr__(self) -> str:
+        fields = ", ".join(f"{name}={_short(value)}" for name, value in self.given().items() if name != "kind")
+        return f"{type(self).__name__}({fields if len(fields) <= MOST_REPR else fields[:MOST_REPR] + '...'})"
+
+    __str__ = __repr__
+
     def __dir__(self) -> list[str]:
         """As of the class."""
         return sorted({*_added(type(self)), *type(self).model_fields})
@@ -78,6 +86,19 @@ class Record(BaseModel, metaclass=_RecordType):
         schema = handler(core_schema)
         handler.resolve_ref_schema(schema)["description"] = cls._about
         return schema
+
+
+def _short(value: Any) -> str:
+    """A value in a representation: of a long list its ends."""
+    if isinstance(value, tuple | list) and len(value) > MOST_ITEMS:
+        first, last = _short(value[0]), _short(value[-1])
+        return f"({first}, ... {len(value) - 2} more ..., {last})"
+    if isinstance(value, dict) and len(value) > MOST_ITEMS:
+        name = next(iter(value))
+        return f"{{{name!r}: {_short(value[name])}, ... {len(value) - 1} more}}"
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_short, value))}]"
+    return repr(value)
 
 
 def _added(cls: type) -> set[str]:

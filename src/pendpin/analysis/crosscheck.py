@@ -50,7 +50,7 @@ class Row:
         return self.relative <= self.bound
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Report:
     """A cross-check: one row for each quantity and pair of routes."""
 
@@ -59,6 +59,13 @@ class Report:
     in_50_digits: int  # how many of the states the reference_route in 50 digits was given
     routes: tuple[str, ...]
     bound: float
+
+    def __repr__(self) -> str:
+        worst = f"worst {self.worst.relative:.1e} in {self.worst.quantity} of {self.worst.place}" if self.rows else ""
+        verdict = "all routes agree" if self.ok else "BROKEN"
+        return (
+            f"Cross-check of {', '.join(self.routes)} at {self.states} states: {verdict}, {worst}, bound {self.bound:g}"
+        )
 
     @property
     def ok(self) -> bool:
@@ -125,7 +132,7 @@ def crosscheck(
 def along(trajectory: Trajectory) -> Report | None:
     """The same comparison at some states of a run; None where fewer than two routes cover its model."""
     try:
-        scene = Scene(**trajectory.scene)
+        scene = trajectory.source or Scene(**trajectory.scene)
     except InputError:  # an effect that a scene file cannot name: a user's own class
         return None
     most = max(8, ALONG_JOINTS // len(trajectory.joints))

@@ -1,12 +1,13 @@
 """The rounding scale of a quantity: the sum of the absolute terms in it, to which rounding errors are relative."""
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.equations.base import RodInertia, RodSolution
-from pendpin.model.bodies import pinocchio, tree_of
+from pendpin.model.bodies import pinocchio, tree_of, with_gravity
 from pendpin.model.build import Model
 
 
@@ -57,6 +58,7 @@ def tree_scale(model: Model, field: Array, q: Array, v: Array, a: Array) -> Tree
     but for one rounding. |M^-1| bounds the effect of rounding errors in these terms on the accelerations, and |W M^-1|
     that on a joint's wrench, with W the wrenches for unit accelerations.
     """
+    model = replace(model, pin=with_gravity(model.pin, np.zeros(3)))  # accelerations carry it, where it enters
     tree = tree_of(model.pin)
     below = _below(tree.parents)
     slides = np.array([kind == "prismatic" for kind in tree.kinds])

@@ -58,7 +58,7 @@ def _between(cheaper: Point, dearer: Point, error: float) -> float:
     return float(cheaper.seconds * (dearer.seconds / cheaper.seconds) ** share)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CostReport:
     """Error against time on one scene and one machine."""
 
@@ -83,6 +83,9 @@ class CostReport:
     def decades(self) -> tuple[float, ...]:
         """The powers of ten of error, from 0.1 down to the error of the reference."""
         return tuple(10.0**-k for k in range(1, 17) if 10.0**-k >= self.error)
+
+    def __repr__(self) -> str:
+        return f"What accuracy costs on {self.subject}: {' '.join(self.words)}"[:MOST_REPR]
 
     @property
     def words(self) -> tuple[str, ...]:

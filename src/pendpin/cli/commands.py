@@ -407,7 +407,9 @@ def urdf(
 
     model = read_scene(scene).model
     if not isinstance(model, Chain):
-        raise PendpinError(f"{scene}: model.kind: the model is a URDF file already: {model.file}")
+        raise PendpinError(
+            f"{scene}: model.kind: the model is a URDF file already: {getattr(model, 'file', 'a pin.Model')}"
+        )
     refuse_targets([out], [scene])
     text = chain_urdf(model)
     if out is None:

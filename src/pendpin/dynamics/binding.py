@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel
 
 from pendpin.arrays import Array, Indices
 from pendpin.dynamics.parameters import GIVEN, Numbers
@@ -71,7 +72,9 @@ def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:
 
     Every sum over effects uses this order, so that the order of a scene's list changes no bit.
     """
-    return sorted(((effect, f"effects[{i}]") for i, effect in enumerate(effects)), key=lambda pair: repr(pair[0]))
+    return sorted(
+        ((effect, f"effects[{i}]") for i, effect in enumerate(effects)), key=lambda pair: BaseModel.__repr__(pair[0])
+    )
 
 
 def refuse_seconds(effects: Sequence[Effect]) -> None:

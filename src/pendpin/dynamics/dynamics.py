@@ -1,6 +1,7 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -24,6 +25,7 @@ from pendpin.engines import (
 )
 from pendpin.errors import InputError
 from pendpin.model import kinematics
+from pendpin.model.bodies import with_gravity
 from pendpin.model.build import Model, build
 from pendpin.scene import Scene
 from pendpin.trajectory import Reactions
@@ -56,6 +58,11 @@ class Dynamics:
         self.contacts: Contacts | None = None
         if touching and isinstance(self.engine, AngleEngine):
             self.contacts = bind_contacts(model, effects, self.engine)
+        if model.pin is not None:
+            self.model = replace(model, pin=with_gravity(model.pin, self.loads.constant))
+
+    def __repr__(self) -> str:
+        return f"Dynamics of {len(self.model.joints)} joints on {self.engine.name}"
 
     @property
     def on_angles(self) -> bool:

@@ -24,7 +24,9 @@ THINNEST = 0.006  # of the extent: what is thinner is drawn this thick, as radiu
 
 def drawing_of(trajectory: Trajectory) -> Drawing:
     """The drawing of a run. Raises InputError where the run's model cannot be built again, as when its URDF is gone."""
-    scene = Scene(model=trajectory.scene.get("model"))  # effects may be gone: a user's own class, a file
+    scene = trajectory.source or Scene(
+        model=trajectory.scene.get("model")
+    )  # effects may be gone: a user's own class, a file
     model = build(scene.model)
     if model.joints != trajectory.joints or len(model.bodies) != trajectory.tip.shape[1]:
         raise InputError("the run does not fit its model, which has changed since, or another has its name")

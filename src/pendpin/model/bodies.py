@@ -53,6 +53,14 @@ def pinocchio() -> Any:
     return pinocchio
 
 
+def with_gravity(model: Any, field: Array) -> Any:
+    """A copy of a pin.Model in a uniform field (3,) m/s²."""
+    pin = pinocchio()
+    copy = pin.Model(model)
+    copy.gravity = pin.Motion(field, np.zeros(3))
+    return copy
+
+
 def find_bodies(
     model: Any, drawn: Mapping[str, tuple[Array, float]], tips: Mapping[str, Sequence[float]]
 ) -> tuple[Body, ...]:

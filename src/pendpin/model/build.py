@@ -10,8 +10,9 @@ from pendpin.arrays import Array, Mask
 from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.errors import InputError, choices, find, shown
 from pendpin.model.bodies import Body, RodJoint, find_bodies, find_rods, pinocchio, prismatic
+from pendpin.model.from_pin import plain_copy
 from pendpin.model.read_urdf import Urdf, read_urdf
-from pendpin.scene import Chain, Rod, Start, UrdfModel, Values
+from pendpin.scene import Chain, PinModel, Rod, Start, UrdfModel, Values
 from pendpin.scene.models import FARTHEST
 
 FLIP = np.diag([1.0, -1.0, -1.0])  # W to the inertial frame I, and a rod's link frame to its body frame B: exact signs
@@ -22,17 +23,24 @@ ROUNDING = 1e-12  # of a body's inertia: what rounding may leave below zero
 CONFIGURATIONS = 200  # at which a mass matrix with negative inertia in it has to be positive definite
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Model:
     """The computed model with the names of its joints. One angle (or slide) per joint, in model order."""
 
     joints: tuple[str, ...]
-    pin: Any | None  # pinocchio.Model with zero gravity; None for a chain too long for its memory
+    pin: (
+        Any | None
+    )  # pinocchio.Model with zero gravity, in a Dynamics with the constant fields; None for a chain too long for its memory
     chain: ChainInertia | None  # for a chain of rods from a scene
     rods: tuple[RodJoint, ...]
     bodies: tuple[Body, ...]
     notes: tuple[str, ...] = ()  # what the user should know
     findings: tuple[str, ...] = ()  # what no real body has, computed as written
+
+    def __repr__(self) -> str:
+        return (
+            f"Model of {len(self.joints)} joints, {len(self.bodies)} bodies, {len(self.rods)} rods on universal joints"
+        )
 
     @cached_property
     def slides(self) -> Mask:
@@ -46,8 +54,10 @@ class Model:
         return find(self.joints, name, f"{where}: joint")
 
 
-def build(model: Chain | UrdfModel) -> Model:
+def build(model: Chain | UrdfModel | PinModel) -> Model:
     """The model of a scene. Raises InputError for a model that cannot be simulated, with its place and the reason."""
+    if isinstance(model, PinModel):
+        return _from_pin(model)
     return _from_urdf(model) if isinstance(model, UrdfModel) else _from_chain(model)
 
 
@@ -138,6 +148,17 @@ def _chain_body(rod: Rod, link: str, joint: int) -> Body:
     m, h, *principal = rod.properties
     tip = np.array([0, 0, -rod.length])
     return Body(link, joint, m, np.array([0, 0, -h]), np.diag(principal), tip, rod.radius)
+
+
+def _from_pin(model: PinModel) -> Model:
+    pin = pinocchio()
+    if not isinstance(model.pin, pin.Model):
+        raise InputError(f"model.pin: {shown(model.pin)} is not a pin.Model")
+    _refuse_size(model.pin.nv, "model")
+    loaded = plain_copy(model.pin)
+    joints = tuple(loaded.names)[1:]
+    _refuse_what_cannot_move(loaded, joints, "model")
+    return Model(joints, loaded, None, find_rods(loaded), find_bodies(loaded, {}, {}))
 
 
 # --- URDF trees -----------------------------------------------------------------------------------------------------

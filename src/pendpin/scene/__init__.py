@@ -7,7 +7,7 @@ integration: a field in solver.py.
 
 from pendpin.scene.data import Data
 from pendpin.scene.files import load_scene
-from pendpin.scene.models import AnyModel, Chain, Rod, UrdfModel
+from pendpin.scene.models import AnyModel, Chain, PinModel, Rod, UrdfModel
 from pendpin.scene.scene import Scene, builtin_scene, urdf_folder
 from pendpin.scene.solver import (
     FIXED_METHODS,
@@ -27,6 +27,7 @@ __all__ = [
     "Data",
     "FixedMethod",
     "Method",
+    "PinModel",
     "Rod",
     "Scene",
     "Solver",

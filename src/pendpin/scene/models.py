@@ -1,10 +1,12 @@
 """Models: rods, chains of rods, and URDF trees."""
 
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, InstanceOf, Tag, field_serializer, model_validator
+from pydantic.json_schema import SkipJsonSchema
 
 from pendpin.equations.base import RodInertia
 from pendpin.records import LARGEST_SIZE, FilePath, NotNegative, Number, Positive, Record, Vector
@@ -134,10 +136,37 @@ class UrdfModel(Record):
         return self
 
 
+class PinModel(Record):
+    """A pin.Model of revolute, continuous and prismatic joints, as Scene(model=...) takes it; no file can hold it."""
+
+    kind: Literal["pin"] = Field("pin", description="which kind of model it is")
+    pin: Any = Field(description="the pinocchio.Model", repr=False)
+
+    @field_serializer("pin")
+    def _named(self, pin: Any) -> dict[str, Any]:
+        """What a record of a run says of it: its joints, and what tells its content from another's."""
+        return {"joints": list(pin.names)[1:], "sha256": sha256(pin.saveToString().encode()).hexdigest()}
+
+    def __repr__(self) -> str:
+        return f"PinModel({self.pin.name!r}, {self.pin.njoints - 1} joints)"
+
+
+def _wrapped(value: Any) -> Any:
+    """A pin.Model as the record that holds it; told by its class's name, so that Pinocchio is not loaded for it."""
+    is_pin = type(value).__name__ == "Model" and type(value).__module__.startswith("pinocchio")
+    return PinModel(pin=value) if is_pin else value
+
+
 def _model_branch(value: Any) -> str:
-    if isinstance(value, Chain | UrdfModel):
+    if isinstance(value, Chain | UrdfModel | PinModel):
         return f"~{value.kind}"
     return f"~{value.get('kind', '')}" if isinstance(value, dict) else "~no table"
 
 
-AnyModel = Annotated[Annotated[Chain, Tag("~chain")] | Annotated[UrdfModel, Tag("~urdf")], Discriminator(_model_branch)]
+AnyModel = Annotated[
+    Annotated[Chain, Tag("~chain")]
+    | Annotated[UrdfModel, Tag("~urdf")]
+    | Annotated[SkipJsonSchema[InstanceOf[PinModel]], Tag("~pin")],
+    Discriminator(_model_branch),
+    BeforeValidator(_wrapped),
+]

@@ -9,6 +9,7 @@ from pendpin.effects import Effect, has_kind
 from pendpin.errors import InputError, inside, shown
 from pendpin.files import read_whole, write_whole
 from pendpin.records import Record
+from pendpin.scene.models import PinModel
 
 MAX_SCENE_BYTES = 500_000  # more takes Python's TOML reader seconds
 _DEEP_KEY = re.compile(rb"""(?<![\w-])(?:(?:[\w-]+|["'][^"'\n]*["'])[ \t]*\.[ \t]*){50}""")
@@ -66,6 +67,8 @@ def _plain(value: Any, folder: Path) -> Any:
         raise InputError(
             f"a {type(value).__name__} cannot be written to TOML: it is code, not one of the kinds of effects"
         )
+    if isinstance(value, PinModel):
+        raise InputError("a pin.Model cannot be written to TOML: save its URDF, and name that")
     if isinstance(value, Record):
         return {name: _plain(inner, folder) for name, inner in value.given().items() if inner is not None}
     if isinstance(value, dict):

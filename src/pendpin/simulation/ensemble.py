@@ -52,7 +52,7 @@ class EnsembleStats:
     failures: dict[int, str] = field(default_factory=dict)  # reasons of starts that ended early, by index
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Ensemble:
     """Motions of one scene from k starts, at the same times; NaN from where a start ended early."""
 
@@ -68,6 +68,11 @@ class Ensemble:
         q = self.q[starts]
         flat = kinematics.tips(self._model, kinematics.poses(self._model, q.reshape(-1, q.shape[-1])))
         return flat.reshape(*q.shape[:2], *flat.shape[1:])
+
+    def __repr__(self) -> str:
+        k, n, nv = self.q.shape
+        failed = f", {len(self.stats.failures)} ended early" if self.stats.failures else ""
+        return f"Ensemble of {k} starts: {n} samples of {nv} joints, {self.stats.method}, {self.stats.seconds:.3g} s{failed}"
 
     @cached_property
     def _model(self) -> Model:

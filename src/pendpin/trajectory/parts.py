@@ -17,12 +17,21 @@ class Reactions(NamedTuple):
     M3: Array
     Mc: Array
 
+    def __repr__(self) -> str:
+        ranges = ", ".join(
+            f"{name} {x.min(initial=0):.6g} to {x.max(initial=0):.6g}" for name, x in self._asdict().items()
+        )
+        return f"Reactions {self.R1.shape}: {ranges}"
+
 
 class Energy(NamedTuple):
     """Kinetic and potential energy, (n,) in J; the potential is that of the conservative effects."""
 
     kinetic: Array
     potential: Array
+
+    def __repr__(self) -> str:
+        return f"Energy of {len(self.kinetic)} samples: drift {self.drift:.1e} of the energy moved"
 
     @property
     def total(self) -> Array:

@@ -2,21 +2,24 @@
 
 from xml.etree import ElementTree
 
+from pendpin.errors import InputError
 from pendpin.model.read_urdf import read_urdf
 from pendpin.model.urdf_xml import Element, has_inertia
 from pendpin.model.write_urdf import chain_urdf
-from pendpin.scene import Chain, UrdfModel
+from pendpin.scene import Chain, PinModel, UrdfModel
 
 LEAST = 1e-15  # kg and kg m² of a moving body: what MuJoCo takes
 _TENSOR = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
-def same_for_all(model: Chain | UrdfModel) -> tuple[str, str]:
+def same_for_all(model: Chain | UrdfModel | PinModel) -> tuple[str, str]:
     """The model that pendpin simulates, without what is only drawn and what it leaves out, and the link it hangs on.
 
     MuJoCo gives every massless body the least that it takes. Where such a link is fixed to another and carries none, it
     is left out; the others say that they have no mass, as MuJoCo would else place its centre apart.
     """
+    if isinstance(model, PinModel):
+        raise InputError("model: other simulators take a chain of rods or a URDF, and this is a pin.Model")
     robot = ElementTree.fromstring(chain_urdf(model) if isinstance(model, Chain) else read_urdf(model).text)
     for joint in robot.findall("joint"):
         _drop(joint, joint.findall("dynamics"))

@@ -88,7 +88,9 @@ def at_rest(run: Trajectory) -> bool:
 def points(run: Trajectory) -> Array:
     """The points by which runs are compared, (n, bodies, 3) m in W: see `kinematics.marks`."""
     model = run.scene["model"]
-    return run.tips() if model["kind"] == "chain" else marks(build(UrdfModel(**model)), run.tips(), run.q)
+    if model["kind"] == "chain":
+        return run.tips()
+    return marks(build(run.source.model if run.source else UrdfModel(**model)), run.tips(), run.q)
 
 
 def gap(one: Trajectory, other: Trajectory, length: float, count: int) -> Array:

@@ -1,0 +1,51 @@
+"""A pin.Model of one's own as pendpin computes with it: each joint one plain angle or slide, no gravity of its own."""
+
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.errors import InputError, shown
+from pendpin.model.bodies import pinocchio
+
+
+def plain_copy(given: Any) -> Any:
+    """A pin.Model with the same joints as revolute and prismatic ones, links and frames. Raises InputError for others."""
+    pin = pinocchio()
+    if given.njoints < 2:
+        raise InputError("model: the pin.Model has no joint")
+    model = pin.Model()
+    model.name, model.gravity = given.name, pin.Motion.Zero()
+    for i in range(1, given.njoints):
+        name = given.names[i]
+        joint = _joint(given.joints[i], name)
+        model.addJoint(given.parents[i], joint, given.jointPlacements[i], name)
+        _check_inertia(given.inertias[i], name)
+        model.appendBodyToJoint(i, given.inertias[i], pin.SE3.Identity())
+    for frame in list(given.frames)[1:]:
+        if frame.type != pin.FrameType.JOINT:
+            model.addFrame(pin.Frame(frame.name, frame.parentJoint, 0, frame.placement, frame.type), False)
+    return model
+
+
+def _joint(joint: Any, name: str) -> Any:
+    """A joint as a revolute or prismatic one about the same axis."""
+    pin = pinocchio()
+    if joint.nv == 1:
+        data = joint.createData()
+        joint.calc(data, np.array([0.0] if joint.nq == 1 else [1.0, 0.0]))
+        slide, turn = np.array(data.S).reshape(2, 3)
+        if slide.any() != turn.any():
+            return pin.JointModelRevoluteUnaligned(*turn) if turn.any() else pin.JointModelPrismaticUnaligned(*slide)
+    raise InputError(
+        f"model: joint {shown(name)} is a {joint.shortname()}; pendpin takes revolute, continuous and prismatic joints "
+        "(a universal joint as two revolute ones)"
+    )
+
+
+def _check_inertia(inertia: Any, name: str) -> None:
+    numbers: Array = np.concatenate([[inertia.mass], inertia.lever, np.ravel(inertia.inertia)])
+    if not np.isfinite(numbers).all() or inertia.mass < 0:
+        raise InputError(
+            f"model: what joint {shown(name)} moves has the mass {inertia.mass:g} kg, or inertia that is not finite"
+        )
