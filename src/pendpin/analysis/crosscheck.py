@@ -132,7 +132,7 @@ def crosscheck(
 def along(trajectory: Trajectory) -> Report | None:
     """The same comparison at some states of a run; None where fewer than two routes cover its model."""
     try:
-        scene = trajectory.source or Scene(**trajectory.scene)
+        scene = Scene(**trajectory.scene)
     except InputError:  # an effect that a scene file cannot name: a user's own class
         return None
     most = max(8, ALONG_JOINTS // len(trajectory.joints))

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendpin.records import MOST_REPR
+
 TINY = float(np.finfo(float).eps)
 
 
