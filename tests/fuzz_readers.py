@@ -167,13 +167,14 @@ def _csvs(folder: Path) -> Reader:
 
 def verdict(reader: Reader, folder: Path, data: bytes, guarded: bool = True) -> str:
     """Whether the bytes are "taken" or "refused". Anything else goes through, as what it is."""
-    from pendpin.errors import PendpinError
+    from pendpin.errors import Note, PendpinError
 
     path = folder / reader.file
     path.write_bytes(data)
     try:
         with _alarm(), _silence() if guarded else nullcontext(), warnings.catch_warnings():
             warnings.simplefilter("error")
+            warnings.simplefilter("ignore", Note)
             reader.take(path)
     except PendpinError as error:
         if not str(error).isprintable() or len(str(error)) > 2_000:

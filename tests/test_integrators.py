@@ -174,11 +174,12 @@ class TestTaylor:
         assert np.abs(2 * np.sin((run.q[:, 0] - angle) / 2)).max() < 1e-13
 
     def test_spherical_swing_is_the_elliptic_one(self):
-        run = pp.simulate(scene(THIN, duration=100.0, samples=6), method="taylor", tolerance=1e-18)
+        run = pp.simulate(scene(THIN, duration=100.0, samples=2001), method="taylor", tolerance=1e-18)
         start = direction([0.7, 0.4]), direction_rate([0.7, 0.4], [1.3, -0.8])
         assert np.abs(run.tips()[:, 0] - spherical(*start, 2 / 3, 9.81, run.t)).max() < 2e-13
         assert run.stats.compile_seconds > 0
-        assert run.stats.evaluations == run.stats.steps > 100
+        assert run.stats.steps > 100
+        assert run.stats.evaluations <= 1.01 * run.stats.steps  # the first samples are closer than the turns need
 
     @pytest.mark.parametrize("rods", [1, 2])
     def test_a_thin_chain_through_the_pole(self, rods: int):

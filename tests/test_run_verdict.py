@@ -1,5 +1,6 @@
 """A failed cross-check is exit status 1, whichever command finds it; the files are there all the same."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ import pytest
 import pendpin as pp
 from bad_input import run_main
 from pendpin.analysis.crosscheck import along
+from pendpin.equations.chain import solution
 
 FAR = """
 duration = 0.1
@@ -23,9 +25,16 @@ samples = 3
 
 
 def test_a_broken_cross_check_is_status_1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd) -> None:
-    """Rods of 1e45 m and 1 m: doubles cannot hold their equations. `check` and `run` both say so in one line."""
+    """A fault of 1e-6 in the chain equations: `check` and `run` both say so in one line."""
+    right = solution.solve
+
+    def faulty(*given, **named) -> solution.ChainSolution:
+        found = right(*given, **named)
+        return replace(found, acceleration=found.acceleration * (1 + 1e-6))
+
+    monkeypatch.setattr(solution, "solve", faulty)
     monkeypatch.chdir(tmp_path)
-    Path("scene.toml").write_text(FAR.format(1e45, 1.0))
+    Path("scene.toml").write_text(FAR.format(1.0, 0.5))
     assert run_main("check", "scene.toml", "--states", "20") == 1
     assert "BROKEN" in capfd.readouterr().out
     for extra in ((), ("--json",)):

@@ -209,5 +209,6 @@ class Contacts:
         pushes = np.array([self.engine.accelerate(t, x, rest, rest) for t in looks for x in (q, away)])
         push = np.nan_to_num(np.abs(pushes)).max(0)
         square = max((push / size).max(), (np.abs(columns) @ self.static / size).max())
-        rate = max(math.sqrt(square), float((np.abs(v) / size).max()), 1.0 / max(float(times[-1] - times[0]), 1e-300))
+        span = float(times[-1] - times[0])
+        rate = max(math.sqrt(square), float((np.abs(v) / size).max()), 1.0 / span if span else 0.0)
         return Scales(size, rate * size, self.static + (push + rate**2 * size) / np.diag(columns))
