@@ -55,7 +55,7 @@ def significance(scene: Scene, accuracy: float = 1e-3) -> EffectsReport:
     """
     if not 0 < accuracy < 1:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
-    base, finer = (simulate(scene, method="dop853", tolerance=tolerance) for tolerance in TOLERANCES)
+    base, finer = (simulate(scene, method="auto", tolerance=tolerance) for tolerance in TOLERANCES)
     length = scale(build(scene.model))
     good = int(np.argmax(np.append(apart(_marks(scene, base), _marks(scene, finer), length) > MARGIN * accuracy, True)))
     horizon = float(scene.times[max(good - 1, 0)])
@@ -95,7 +95,7 @@ def _with(scene: Scene, *effects: Effect) -> Scene:
 
 def _row(name: str, listed: bool, other: Scene, scene: Scene, base: Trajectory, accuracy: float) -> Row:
     try:
-        run = simulate(other, method="dop853", tolerance=TOLERANCES[0])
+        run = simulate(other, method="auto", tolerance=TOLERANCES[0])
     except PendpinError as error:
         return Row(name, listed, float("nan"), None, f"not compared: {error}")
     length = scale(build(scene.model))

@@ -65,8 +65,9 @@ class Revolute(AngleEngine):
         a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
         extra = np.zeros(q.shape) if torque is None else torque
         for i in range(len(q)):
-            a[i] = self.accelerate(t[i], q[i], v[i], extra[i])
-            wrench[i] = self._wrenches(t[i], q[i], v[i], a[i])
+            external = self._external(t[i], q[i], v[i])  # once for both
+            a[i] = self._accelerate(t[i], q[i], v[i], extra[i], external)
+            wrench[i] = self._wrenches(q[i], v[i], a[i], external)
         return Sample(a, wrench)
 
     def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
@@ -82,21 +83,25 @@ class Revolute(AngleEngine):
     def _loaded(self) -> bool:
         return any((self.loads.varying, self.loads.torque, self.loads.wrench))
 
-    def _accelerate(self, t: float, q: Array, v: Array, torque: Array | float = 0.0) -> Array:
+    def _accelerate(
+        self, t: float, q: Array, v: Array, torque: Array | float = 0.0, external: tuple[list, ...] | None = None
+    ) -> Array:
         """q'' (nv,) in rad/s² by ABA, with the loads of the scene and torques (nv,) added."""
         loads = self.loads
         if loads.varying:
             self._pin.gravity.linear = loads.field(t)
         tau = (self._no_torque if loads.torque is None else loads.torque(t, q, v)) + torque
-        if loads.wrench is None:
-            return pinocchio().aba(self._pin, self._data, q, v, tau)
-        return pinocchio().aba(self._pin, self._data, q, v, tau, self.external(t, q, v))
+        external = self._external(t, q, v) if external is None else external
+        return pinocchio().aba(self._pin, self._data, q, v, tau, *external)
 
-    def _wrenches(self, t: float, q: Array, v: Array, a: Array) -> Array:
+    def _wrenches(self, q: Array, v: Array, a: Array, external: tuple[list, ...]) -> Array:
         """The wrench (joints, 6) of each joint in N and N m, in its frame, by RNEA."""
-        external = () if self.loads.wrench is None else (self.external(t, q, v),)
         pinocchio().rnea(self._pin, self._data, q, v, a, *external)
         return np.array([self._data.f[joint].vector for joint in range(1, self._pin.njoints)])
+
+    def _external(self, t: float, q: Array, v: Array) -> tuple[list, ...]:
+        """Pinocchio's last argument: none without body effects."""
+        return () if self.loads.wrench is None else (self.external(t, q, v),)
 
     def external(self, t: float, q: Array, v: Array) -> list:
         """The wrenches of the body effects at q, v (nv,): one pin.Force for each joint, in its frame."""
