@@ -55,8 +55,11 @@ def estimate(gaps: Gaps, size: float, rounding: Array, negligible: float) -> Est
         speed = np.log(one / two) / np.log(gaps.promised[0])
     regular = (speed >= SLOWEST * gaps.pace) | (two <= noise)
     power = np.clip(np.where(one <= noise, gaps.pace, speed), SLOWEST * gaps.pace, gaps.pace)
-    falls = [factor**power for factor in gaps.promised]
-    from_order = np.maximum(two / (falls[1] - 1), one / (falls[0] * falls[1]))
+    fall = gaps.promised[1] ** power
+    expected = np.where(
+        one <= noise, one, one / gaps.promised[0] ** np.clip(speed, power, 1.0)
+    )  # no accidental agreement
+    from_order = np.maximum(two / (fall - 1), expected / fall)
     error = np.minimum(np.where(regular, from_order, np.inf), DISAGREEMENT * larger)
     error = np.where(small, error, np.inf) + rounding
     return Estimate(gaps, np.maximum.accumulate(error), bool(small[-1]), bool(regular[-1]))

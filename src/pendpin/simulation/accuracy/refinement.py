@@ -52,7 +52,7 @@ def by_tolerance(method: str, accuracy: float) -> Refinement:
     if method == TAYLOR:
         first = min(max(1e3 * accuracy, 1e4 * least), LOOSEST)
         return Refinement(method, first, least, usual=100.0, smallest=100.0, pace=0.25)
-    return Refinement(method, min(max(100 * accuracy, 300 * least), LOOSEST), least)
+    return Refinement(method, min(max(100 * accuracy, 300 * least), LOOSEST), least, pace=0.7)
 
 
 def by_step(method: str, times: Array, wanted: int) -> Refinement:
