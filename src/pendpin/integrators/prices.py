@@ -2,8 +2,8 @@
 
 Measured on an AMD EPYC with pin 4.1, CyRK 0.20 and llvmlite 0.50; benchmarks/auto.py shows how good the choices are that
 rest on them. A run costs its evaluations; compiled equations cost their compiling too, unless the process has compiled
-their structure, and the import of the compiler. A structure that comes again and again is compiled as soon as its runs
-together have cost what compiling costs: so no series of runs costs more than twice the best choice.
+their structure. A structure that comes again and again is compiled when its runs together have cost as much as
+compiling; and at once if compiling costs little beside the start of a process, since most runs are not the last.
 """
 
 from collections.abc import Hashable
@@ -24,7 +24,7 @@ RUNS = 3  # for an accuracy
 
 OPERATIONS, OF_BODIES, OF_DRAG = 410, 190, 310  # of compiled equations for each rod: bare, with body effects, with drag
 COMPILE = (0.015, 2.5e-5, 2.5e-9)  # s, times 1, operations and operations²
-IMPORT = 0.05  # s, of llvmlite
+LITTLE = 0.05  # s: a fifth of what the first run of a process takes for its imports
 COMPILED = (0.05e-6, 2e-10)  # s an evaluation, times 1 and operations
 PINOCCHIO = (1.8e-6, 0.45e-6)  # s an evaluation, times 1 and rods, called from Python
 SPHERICAL = (9e-6, 0.6e-6)
@@ -50,7 +50,8 @@ def cheapest_engine(scene: Scene, dynamics: Dynamics, method: str, turns: float,
     )
     called, called_compiled = count * plain(scene, dynamics.engine), count * compiled(scene, joints / 2)
     if fresh or not known(base, effects, start):
-        called_compiled += compile_seconds(scene, joints / 2)
+        compiling = compile_seconds(scene, joints / 2)
+        called_compiled += 0.0 if compiling < LITTLE else compiling
     key = structure(base, effects, start)
     before = 0.0 if fresh else _spent.get(key, 0.0)
     if called_compiled < before + called:
@@ -66,10 +67,10 @@ def evaluations(method: str, turns: float, tolerance: float, rods: float) -> flo
 
 
 def compile_seconds(scene: Scene, rods: float) -> float:
-    """How long compiling takes, with the import of the compiler: the same in every process."""
+    """How long compiling takes; the compiler comes with CyRK."""
     first, each, square = COMPILE
     count = _operations(scene, rods)
-    return first + each * count + square * count**2 + IMPORT
+    return first + each * count + square * count**2
 
 
 def compiled(scene: Scene, rods: float) -> float:
