@@ -1,4 +1,4 @@
-"""What records at the bottom of the house do by functions of higher rooms, loaded when they are called.
+"""What records do by functions of higher rooms, or of the module that presents them, loaded when they are called.
 
 Imports point one way. A trajectory is a record that every room uses, so it cannot import the rooms that integrate, draw or
 show; yet users ask a run for run.at(t) and run.plot(). This table is the one exception: it names these functions, and
@@ -10,6 +10,10 @@ from importlib import import_module
 from typing import Any
 
 HOMES = {
+    "Diagnosis.harm": "analysis.doctor.reports.harm:harm_of",
+    "Diagnosis.text": "analysis.doctor.reports.text:text",
+    "Diagnosis.to_json": "analysis.doctor.reports.text:records",
+    "Fit.plot": "analysis.fit.figure:plot",
     "Start.at_rest": "simulation.starts:at_rest",
     "Start.conical": "simulation.starts:conical",
     "Trajectory.animate": "graphics.animation:animate",

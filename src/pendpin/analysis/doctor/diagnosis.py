@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pendpin.analysis.doctor.conventions import conventions_of, find_convention, likely_rod
 from pendpin.analysis.doctor.judging.circumstances import dimensions_of, scaling, when
@@ -18,9 +18,7 @@ from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.tokens import is_latex
 from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, walk
 from pendpin.errors import InputError, choices, shown
-
-if TYPE_CHECKING:
-    from pendpin.analysis.doctor.reports.harm import Harm
+from pendpin.late import from_above
 
 MOST_HOPELESS = 10  # equations without a mend, after which two changes are no longer tried
 SIMPLE = 1.45  # the cost of a mend that is one sign, symbol, function or number
@@ -67,11 +65,9 @@ class Diagnosis:
     symbols: dict[str, Node] = field(default_factory=dict)
 
     @cached_property
-    def harm(self) -> "Harm | None":
+    def harm(self) -> Any:
         """What the wrong equations do when they are solved; None where they cannot be. Computed when it is asked for."""
-        from pendpin.analysis.doctor.reports.harm import harm_of
-
-        return harm_of(self)
+        return from_above("Diagnosis.harm")(self)
 
     @property
     def ok(self) -> bool:
@@ -86,15 +82,11 @@ class Diagnosis:
 
     def __str__(self) -> str:
         """The report as text."""
-        from pendpin.analysis.doctor.reports.text import text
-
-        return text(self)
+        return from_above("Diagnosis.text")(self)
 
     def to_json(self) -> list[dict[str, Any]]:
         """The findings for machines (docs/doctor.md)."""
-        from pendpin.analysis.doctor.reports.text import records
-
-        return records(self)
+        return from_above("Diagnosis.to_json")(self)
 
 
 def examine(

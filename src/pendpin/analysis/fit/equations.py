@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
+from pydantic import Field
 
 from pendpin.analysis.fit.parameters import Free, substituted, unchecked
 from pendpin.arrays import Array
@@ -243,8 +244,8 @@ class _TurnedGravity(FieldEffect):
     """Gravity whose acceleration or direction are symbols."""
 
     kind: str = "gravity"
-    acceleration: Any
-    direction: Any
+    acceleration: Any = Field(description="m/s², a symbol")
+    direction: Any = Field(description="in W, symbols")
 
     @property
     def constant(self) -> bool:

@@ -15,6 +15,11 @@ HELD = "#edf2f7"
 MOST_LAGS = 400
 
 
+def plot(fit: Fit, path: Any = None) -> Any:
+    """As `Fit.plot`."""
+    return draw_fit(fit) if path is None else save_fit(fit, path)
+
+
 def save_fit(fit: Fit, path: str | Path) -> Path:
     """Write the figure to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
     path = Path(path)

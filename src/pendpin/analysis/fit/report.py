@@ -14,6 +14,7 @@ from pendpin.analysis.fit.honesty import NOISY, WHITE
 from pendpin.analysis.fit.search import solve_starts
 from pendpin.arrays import Array
 from pendpin.errors import InputError
+from pendpin.late import from_above
 from pendpin.scene import Scene
 
 WIDER = 1.2  # times: said from there on
@@ -86,9 +87,7 @@ class Fit:
 
     def plot(self, path: Any = None) -> Any:
         """A figure of measured and fitted angles, residuals and their autocorrelation; written to `path` if given."""
-        from pendpin.analysis.fit.figure import draw_fit, save_fit
-
-        return draw_fit(self) if path is None else save_fit(self, path)
+        return from_above("Fit.plot")(self, path)
 
     def as_dict(self) -> dict[str, Any]:
         """The report as plain data, for JSON."""
