@@ -68,7 +68,7 @@ def test_grazing_an_elastic_stop(method, depth, rate, torque) -> None:
     upper = rate**2 / (2 * a) - depth
     speed = np.sqrt(2 * a * depth)  # at the stop
     hit, after = (rate - speed) / a, 0.2
-    off = 1e-7 * a / speed if method in ("bdf", "lsoda") else 0.0
+    off = (1e-7 if method in ("bdf", "lsoda") else 16 * np.spacing(upper)) * a / speed  # rounding of the place
     effects = (Motor(joint="theta", torque=-torque), Stop(upper=upper, restitution=1.0, joints=["theta"]))
     run = run_of(*effects, v=rate, duration=hit + after, method=method, tolerance=1e-10)
     assert run.stats.events == 1
@@ -170,8 +170,8 @@ def scaled(method, length, mass, time, q, v, tolerance) -> pp.Trajectory:
 )
 def test_units_do_not_matter(method, scales, q, v) -> None:
     """The same scene in units a million times smaller and larger: the same motion, the same events."""
-    runs = [scaled(method, *sizes, q, v, 1e-10) for sizes in ((1.0, 1.0, 1.0), scales)]
-    assert np.abs(runs[0].q - runs[1].q).max() < 1e-9
+    runs = [scaled(method, *sizes, q, v, 1e-12) for sizes in ((1.0, 1.0, 1.0), scales)]
+    assert np.abs(runs[0].q - runs[1].q).max() < 1e-9  # hundreds of steps, each within the tolerance
     assert runs[0].stats.events == runs[1].stats.events
 
 

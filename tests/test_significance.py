@@ -18,10 +18,13 @@ def scene_of(*effects, model=ROD, duration=2.0, q=(0.5, 0.2)) -> pp.Scene:
 
 
 def test_gravity_is_called_for_and_a_spring_of_no_stiffness_is_not() -> None:
-    """What moves the tip by more than the accuracy is needed; what does nothing changes exactly nothing."""
+    """What moves the tip by more than the accuracy is needed; what does nothing changes nothing but rounding.
+
+    With a joint effect one rod goes by the recursion in place of the closed form: a few roundings a step.
+    """
     rows = {row.effect: row for row in significance(scene_of(Gravity(), Spring(stiffness=0.0)), 1e-3).rows}
     assert rows["gravity"].verdict == "needed"
-    assert rows["spring"].change == 0.0
+    assert rows["spring"].change < 1e-14
     assert rows["spring"].verdict == "not needed at this accuracy"
     assert 0.0 <= rows["spring"].share <= 1.0
 

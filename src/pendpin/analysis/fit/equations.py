@@ -243,7 +243,7 @@ def _with_rods(tree: recursion.Tree, model: Model, scene: Scene) -> tuple[recurs
 class _TurnedGravity(FieldEffect):
     """Gravity whose acceleration or direction are symbols."""
 
-    kind: str = "gravity"
+    kind: str = Field("gravity", description="which effect it is")
     acceleration: Any = Field(description="m/s², a symbol")
     direction: Any = Field(description="in W, symbols")
 
