@@ -99,6 +99,7 @@ def _scene(kind: str, random: Random) -> pp.Scene:
         case "chaotic":
             duration = random.uniform(4, 14)
         case "drag":
+            effects = [effect for effect in effects if not isinstance(effect, fx.Drag)]
             effects += [
                 fx.Drag(density=10 ** random.uniform(0, 3), wind=random.choice(((0.0, 0.0, 0.0), (2.0, -1.0, 0.0))))
             ]
