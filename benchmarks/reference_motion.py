@@ -143,7 +143,7 @@ def _by_series(scene: pp.Scene, model: Model, series: Any, number: Any, units: f
     """Angles (n, nv) less whole turns, from a start that is off by so many of its units of rounding."""
     nv, unit = len(model.joints), LONG_EPS if number is LONG else QUAD_EPS
     state = np.concatenate(start_state(model, scene.start))
-    shift = units * unit * (1 + np.abs(state))
+    shift = units * unit * np.abs(state)  # what is exactly 0, as in a plane motion, stays 0
     series.time = number(0.0)
     series.state[:] = [number(float(x)) + number(float(off)) for x, off in zip(state, shift, strict=True)]
     rows = [_less_turns(series.state[:nv])]
