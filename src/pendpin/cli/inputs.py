@@ -17,6 +17,7 @@ MOST_NOTES = 12  # lines before a table
 
 
 def read_scene(path: Path | None) -> "Scene":
+    """The scene of a file; the built-in single rod where there is none. Raises InputError."""
     from pendpin.scene import builtin_scene, load_scene
 
     return builtin_scene() if path is None else load_scene(path)
@@ -85,6 +86,7 @@ def lasting(scene: "Scene", duration: float | None, samples: int | None) -> "Sce
 
 
 def place_named(path: Path | str | None) -> str:
+    """How error messages name a scene."""
     return str(path or "the built-in rod")
 
 
@@ -105,6 +107,7 @@ def refuse_targets(targets: list[Path | None], sources: list[Path | None]) -> No
 
 
 def files_of(scene: "Scene") -> list[Path | None]:
+    """The files that a scene names, None for each that it leaves out."""
     return [getattr(scene.model, "path", None), *(getattr(effect, "csv", None) for effect in scene.effects)]
 
 
@@ -127,6 +130,7 @@ def print_notes(scene: "Scene", strict: bool) -> None:
 
 
 def print_binding(scene: "Scene") -> None:
+    """Print what acts in a scene, and what one evaluation calls."""
     from pendpin.analysis.explain import explain
     from pendpin.dynamics.dynamics import bind
 

@@ -18,12 +18,14 @@ def write_run(trajectory: "Trajectory", out: Path, plot: Path | None, html: Path
 
 
 def save_plot(trajectory: "Trajectory", path: Path) -> Path:
+    """Write the figure of a run. Raises InputError."""
     from pendpin.graphics.figure import save_plot
 
     return save_plot(trajectory, path)
 
 
 def write_page(trajectory: "Trajectory", path: Path) -> Path:
+    """Write the animation of a run as one HTML page. Raises InputError."""
     from pendpin.graphics.run_drawing import drawing_of
     from pendpin.graphics.view import write_page
 
@@ -31,6 +33,7 @@ def write_page(trajectory: "Trajectory", path: Path) -> Path:
 
 
 def show_run(trajectory: "Trajectory") -> None:
+    """Show a run in a browser until Ctrl-C."""
     from pendpin.graphics.run_drawing import drawing_of
     from pendpin.graphics.view import serve
 

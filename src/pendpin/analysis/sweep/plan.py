@@ -64,7 +64,7 @@ class Plan:
 
     @property
     def identity(self) -> str:
-        """A digest of all cases, so that another sweep is told from this one."""
+        """A digest of all cases, which differs for any other sweep."""
         digest = sha256(json.dumps([self.keys, self.grid]).encode())
         for key in self.keys:
             digest.update(np.ascontiguousarray(self.values[key]).tobytes())
