@@ -5,10 +5,9 @@ from pathlib import Path
 
 import pytest
 
-import pendpin
 from pendpin.late import HOMES, from_above
 
-PACKAGE = Path(pendpin.__file__).parent
+PACKAGE = Path(__file__).parents[1] / "src/pendpin"  # as written, not as installed: a wheel has the examples inside
 ROWS = [  # the ground first
     {"errors", "versions"},
     {"arrays", "files", "keypaths", "late"},

@@ -8,7 +8,7 @@ import pytest
 
 import pendpin as pp
 from bad_input import run_main
-from pendpin.scene.examples import example_names
+from pendpin.scene.examples import example_names, examples_folder
 
 
 @pytest.fixture(autouse=True)
@@ -78,4 +78,4 @@ def test_examples_are_printed_as_scenes_that_can_be_read_anywhere(
     """With their comments, and with the whole paths of their files."""
     assert run_main("new", name) == 0
     (folder / "mine.toml").write_text(capfd.readouterr().out)
-    assert pp.load_scene("mine.toml") == pp.load_scene(Path(__file__).parents[1] / "examples" / f"{name}.toml")
+    assert pp.load_scene("mine.toml") == pp.load_scene(examples_folder() / f"{name}.toml")

@@ -145,6 +145,7 @@ def test_beating_motors_loosen_a_joint_when_they_can(method, frequency, beat, sh
 
 
 SCALES = st.sampled_from([1e-6, 1e-3, 1.0, 1e3, 1e6])
+RATES = st.floats(-1.0, 1.0).map(lambda rate: round(rate, 12))  # rad/s; none that another unit of time makes 0
 
 
 def scaled(method, length, mass, time, q, v, tolerance) -> pp.Trajectory:
@@ -166,7 +167,7 @@ def scaled(method, length, mass, time, q, v, tolerance) -> pp.Trajectory:
     method=st.sampled_from(["dop853", "rk45"]),
     scales=st.tuples(SCALES, SCALES, SCALES),
     q=st.tuples(*[st.floats(-0.45, 0.35)] * 4),
-    v=st.tuples(*[st.floats(-1.0, 1.0)] * 4),
+    v=st.tuples(*[RATES] * 4),
 )
 def test_units_do_not_matter(method, scales, q, v) -> None:
     """The same scene in units a million times smaller and larger: the same motion, the same events."""

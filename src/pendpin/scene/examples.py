@@ -8,7 +8,7 @@ from pendpin.errors import InputError, choices, did_you_mean, shown
 
 def example_names() -> list[str]:
     """The names of the examples."""
-    return sorted(path.stem for path in _folder().glob("*.toml"))
+    return sorted(path.stem for path in examples_folder().glob("*.toml"))
 
 
 def example_text(name: str) -> str:
@@ -17,11 +17,11 @@ def example_text(name: str) -> str:
     if name not in names:
         meant = did_you_mean(name, names) or f"; it is one of: {choices(names)}"
         raise InputError(f"{shown(name)} is no example{meant}")
-    text = (_folder() / f"{name}.toml").read_text(encoding="utf-8")
-    return re.sub(r'(?m)^(csv|path) = "([^"]+)"', lambda m: f'{m[1]} = "{(_folder() / m[2]).as_posix()}"', text)
+    text = (examples_folder() / f"{name}.toml").read_text(encoding="utf-8")
+    return re.sub(r'(?m)^(csv|path) = "([^"]+)"', lambda m: f'{m[1]} = "{(examples_folder() / m[2]).as_posix()}"', text)
 
 
-def _folder() -> Path:
+def examples_folder() -> Path:
     """Where they are: in the installed package, or at the top of a checkout."""
     installed = Path(__file__).parents[1] / "examples"
     return installed if installed.is_dir() else Path(__file__).parents[3] / "examples"
