@@ -37,7 +37,7 @@ samples = 6001
 EVERY = 0.05  # s between two saves
 CLOCKS = ("seconds", "compile_seconds")  # of the statistics: what may differ
 CHECKPOINT, RESULT, WHOLE = Path("run.ckpt"), Path("run.npz"), Path("whole.npz")
-COMMAND = [sys.executable, "-c", "from pendpin.cli.commands import main; main()", "run", "scene.toml"]
+COMMAND = [sys.executable, "-c", "from pendpin.cli import main; main()", "run", "scene.toml"]
 RESUMABLE = [*COMMAND, "--checkpoint", str(CHECKPOINT), "--every", str(EVERY)]
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from unittest.mock import patch
 
-from pendpin.cli.commands import main
+from pendpin.cli import main
 
 Content = str | bytes | Callable[[Path], object]  # text, bytes, or what makes the file
 

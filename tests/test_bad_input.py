@@ -68,7 +68,7 @@ def test_bad_input_in_a_process_of_its_own(case: Case, tmp_path: Path) -> None:
     case.lay_out(tmp_path)
     before = contents(tmp_path)
     done = subprocess.run(
-        [sys.executable, "-c", "from pendpin.cli.commands import main; main()", *case.arguments],
+        [sys.executable, "-c", "from pendpin.cli import main; main()", *case.arguments],
         cwd=tmp_path,
         env=os.environ | {"PYTHONPATH": str(Path(pendpin.__file__).parents[1])},
         capture_output=True,

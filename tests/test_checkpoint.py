@@ -374,7 +374,7 @@ def test_kill_9(folder: Path) -> None:
     Path("scene.toml").write_text(
         SCENE.replace("duration = 0.1", "duration = 600.0").replace("1e-8", "1e-12\nsamples = 3001")
     )
-    command = [sys.executable, "-c", "from pendpin.cli.commands import main; main()", *COMMAND, "--every", "0.05"]
+    command = [sys.executable, "-c", "from pendpin.cli import main; main()", *COMMAND, "--every", "0.05"]
     environment = os.environ | {"PYTHONPATH": str(Path(pp.__file__).parents[1])}
     random, kills = np.random.default_rng(), 0
     for longest in (0.02, 0.3, 0.3):

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 import pendpin as pp
-from pendpin.cli.commands import main
+from pendpin.cli import main
 from pendpin.effects import DryFriction, Gravity, Stop
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))

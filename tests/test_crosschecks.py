@@ -91,7 +91,7 @@ def test_a_broken_route_fails_the_check(module, right: str, wrong: str, quantity
         f"import sys, {name} as route\n"
         f"exec({source.replace(right, wrong)!r}, route.__dict__)\n"
         f"sys.argv = ['pendpin', 'check', {str(tmp_path / 'scene.toml')!r}, '--states', '50', '--json']\n"
-        "from pendpin.cli.commands import main; main()"
+        "from pendpin.cli import main; main()"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.returncode == 1

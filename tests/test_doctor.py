@@ -308,7 +308,7 @@ def outcome(path):
 
 def doctor(*arguments):
     """The command, as a process."""
-    command = [sys.executable, "-c", "from pendpin.cli.commands import main; main()", "doctor", *map(str, arguments)]
+    command = [sys.executable, "-c", "from pendpin.cli import main; main()", "doctor", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 

@@ -11,7 +11,7 @@ from pendpin.analysis.fit.data import read_swings
 from pendpin.analysis.fit.equations import compile_equations
 from pendpin.analysis.fit.motion import motions
 from pendpin.analysis.fit.parameters import checked, free_parameters, substituted
-from pendpin.cli.commands import main
+from pendpin.cli import main
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
 from pendpin.scene import Data
 

@@ -10,7 +10,7 @@ from pendpin.analysis import hardcases
 from pendpin.analysis.hardcases import CASES, hard
 from pendpin.analysis.hardcases.base import GROUPS, THICK, Case, scene
 from pendpin.analysis.hardcases.running import outcome
-from pendpin.cli.commands import main
+from pendpin.cli import main
 from pendpin.errors import InputError, Interrupted
 from pendpin.simulation.simulate import simulate
 

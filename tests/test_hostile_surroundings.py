@@ -27,7 +27,7 @@ from laws import HANG
 from pendpin import InputError, Trajectory
 from pendpin.files import write_whole
 
-COMMAND = [sys.executable, "-c", "from pendpin.cli.commands import main; main()"]
+COMMAND = [sys.executable, "-c", "from pendpin.cli import main; main()"]
 SETTINGS = {"COLUMNS", "DISPLAY", "HOME", "MPLBACKEND", "MPLCONFIGDIR", "PYTHONIOENCODING", "PYTHONUNBUFFERED", "TERM"}
 # no HOME, no DISPLAY, no TERM: in all that follows
 PLAIN = {name: value for name, value in os.environ.items() if name not in SETTINGS and not name.startswith("LC_")}

@@ -1,8 +1,8 @@
 """The commands, their tables and their progress. No physics.
 
-May import: everything. To add a command: a function in cli/commands.py, and its table in cli/tables.py.
+May import: everything. To add a command: a file in cli/commands/ (cli/app.py lists them), and its table in cli/tables.py.
 """
 
-from pendpin.cli.commands import main
+from pendpin.cli.app import main
 
 __all__ = ["main"]

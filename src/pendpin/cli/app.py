@@ -1,0 +1,94 @@
+"""The command line: its commands, and how each foreseen fault ends in one line."""
+
+import sys
+import warnings
+from typing import Annotated, Any
+
+import typer
+
+from pendpin.cli.commands.check import check
+from pendpin.cli.commands.cost import cost
+from pendpin.cli.commands.doctor import doctor
+from pendpin.cli.commands.effects import effects
+from pendpin.cli.commands.fit import fit
+from pendpin.cli.commands.hard import hard
+from pendpin.cli.commands.new import new
+from pendpin.cli.commands.plot import plot
+from pendpin.cli.commands.run import run
+from pendpin.cli.commands.schema import schema
+from pendpin.cli.commands.sweep import map_, sweep
+from pendpin.cli.commands.urdf import urdf
+from pendpin.cli.commands.view import view
+from pendpin.cli.streams import drop_output, finish_output, prepare_streams, say
+from pendpin.errors import Note, PendpinError, one_line
+from pendpin.versions import VERSION
+
+app = typer.Typer(
+    name="pendpin",
+    help="The 3D compound pendulum and chains of rods: simulate, cross-check, draw, animate.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+UsageError: Any = typer.BadParameter.__base__  # whatever is wrong with the command line itself
+
+
+def main() -> None:
+    """Run the command line: every foreseen fault ends in one line on stderr and exit status 1, wrong usage in 2."""
+    prepare_streams()
+    warnings.simplefilter("ignore", Note)  # the commands print them as lines of their own
+    try:
+        status = app(prog_name="pendpin", standalone_mode=False)
+        if status == 130:  # what newer typers make of Ctrl-C
+            raise KeyboardInterrupt
+        sys.stdout.flush()
+        sys.exit(status)
+    except PendpinError as error:
+        _fail(str(error))
+    except UsageError as error:
+        _fail_usage(error)
+    except (KeyboardInterrupt, typer.Abort):
+        _fail("stopped by the user", 130)
+    except BrokenPipeError:  # the reader of our output is gone
+        drop_output()
+        sys.exit(1)
+    except OSError as error:  # files that fail are InputErrors; this is the output, on a full disk or closed
+        drop_output()
+        _fail(f"{error.filename or 'the output cannot be written'}: {error.strerror or error}")
+    except MemoryError:
+        _fail("out of memory: ask for fewer samples or a smaller model")
+
+
+def _fail(message: str, status: int = 1) -> None:
+    finish_output()
+    say(f"pendpin: {one_line(message)}")
+    sys.exit(status)
+
+
+def _fail_usage(error: Any) -> None:
+    if len(sys.argv) < 2:
+        sys.exit(2)  # the help has been printed
+    command = error.ctx.command_path if error.ctx else "pendpin"
+    _fail(f"{error.format_message().rstrip('.')}; see {command} --help", 2)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"pendpin {VERSION}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """The 3D compound pendulum and chains of rods: simulate, cross-check, draw, animate."""
+
+
+for command in (run, check, view, plot, effects, cost, fit, hard, doctor, urdf, new, schema, sweep):
+    app.command()(command)
+app.command("map")(map_)

@@ -1,0 +1,1 @@
+"""One file for each command; `pendpin NAME` runs the function of that name."""

@@ -1,0 +1,33 @@
+"""Compare the routes at random states: pendpin check."""
+
+from typing import Annotated
+
+import typer
+
+from pendpin.cli.inputs import place_named, print_notes, scene_with
+from pendpin.cli.options import Changes, Json, Lock, Mimic, SceneFile, Strict, UrdfFile
+from pendpin.cli.tables import print_check
+from pendpin.errors import PendpinError, inside
+
+
+def check(
+    scene: SceneFile = None,
+    urdf: UrdfFile = None,
+    lock: Lock = None,
+    mimic: Mimic = None,
+    strict: Strict = False,
+    changes: Changes = None,
+    states: Annotated[int, typer.Option(min=1, max=10_000_000, help="How many random states.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    json: Json = False,
+) -> None:
+    """Compute accelerations and reactions at random states by every route, and compare each pair of routes."""
+    from pendpin.analysis.crosscheck import crosscheck
+
+    chosen = scene_with(scene, urdf, lock or (), mimic, changes or ())
+    with inside(place_named(urdf or scene)):
+        print_notes(chosen, strict)
+        report = crosscheck(chosen, states=states, seed=seed)
+    print_check(report, json)
+    if report.fault:
+        raise PendpinError(report.fault)

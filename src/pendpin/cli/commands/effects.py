@@ -1,0 +1,24 @@
+"""What each effect changes: pendpin effects."""
+
+from typing import Annotated
+
+import typer
+
+from pendpin.cli.inputs import read_scene
+from pendpin.cli.options import Json, SceneFile
+from pendpin.cli.tables import print_effects, waiting
+
+
+def effects(
+    scene: SceneFile = None,
+    accuracy: Annotated[
+        float, typer.Option(help="Smallest change that matters: tip distance over the chain's length.")
+    ] = 1e-3,
+    json: Json = False,
+) -> None:
+    """Show what each effect changes and costs, and which effects the scene needs at an accuracy."""
+    from pendpin.analysis.significance import significance
+
+    with waiting("comparing runs with and without each effect", hidden=json):
+        found = significance(read_scene(scene), accuracy)
+    print_effects(found, json)

@@ -1,0 +1,34 @@
+"""The hard cases: pendpin hard."""
+
+from typing import Annotated
+
+import typer
+
+from pendpin.cli.options import Json
+from pendpin.cli.tables import print_cases, print_hard, waiting
+from pendpin.errors import PendpinError
+
+
+def hard(
+    cases: Annotated[list[str] | None, typer.Argument(help="Names of cases; all if absent.")] = None,
+    listed: Annotated[bool, typer.Option("--list", help="Name the cases, and run none.")] = False,
+    short: Annotated[bool, typer.Option("--short", help="The short forms, as in the tests.")] = False,
+    peers: Annotated[
+        bool, typer.Option("--peers", help="Run the short forms in MuJoCo, Drake and plain SciPy.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Run the hard cases (docs/hard_cases.md), each on its methods against its bound."""
+    from pendpin.analysis.hardcases import CASES
+    from pendpin.analysis.hardcases import hard as run_cases
+
+    if listed:
+        print_cases(list(CASES.values()), json)
+        return
+    with waiting("the hard cases", hidden=json) as progress:
+        report = run_cases(cases or (), full=not short, peers=peers, progress=progress)
+    print_hard(report, json)
+    if report.stopped:
+        raise KeyboardInterrupt
+    if report.fault:
+        raise PendpinError(report.fault)

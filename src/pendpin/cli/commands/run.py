@@ -1,0 +1,115 @@
+"""Simulate a scene: pendpin run."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pendpin.cli.inputs import (
+    check_options,
+    files_of,
+    lasting,
+    place_named,
+    print_binding,
+    print_notes,
+    refuse_targets,
+    scene_with,
+)
+from pendpin.cli.options import Changes, Json, Lock, Mimic, SceneFile, Strict, UrdfFile
+from pendpin.cli.outputs import show_run, write_run
+from pendpin.cli.tables import print_run, progress_bar
+from pendpin.errors import Halted, PendpinError, RunError, inside
+
+if TYPE_CHECKING:
+    from pendpin.scene import Scene
+    from pendpin.trajectory import Trajectory
+
+
+def run(
+    scene: SceneFile = None,
+    urdf: UrdfFile = None,
+    lock: Lock = None,
+    mimic: Mimic = None,
+    strict: Strict = False,
+    changes: Changes = None,
+    duration: Annotated[float | None, typer.Option(help="Duration in s, in place of the scene's.")] = None,
+    samples: Annotated[
+        int | None, typer.Option(help="Output times from 0 to the end, in place of the scene's.")
+    ] = None,
+    method: Annotated[str | None, typer.Option(help="Integration method, such as dop853.")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")] = None,
+    step: Annotated[float | None, typer.Option(help="Largest step in s, for fixed-step methods.")] = None,
+    accuracy: Annotated[
+        float | None,
+        typer.Option(help="Target accuracy: largest tip error divided by the chain's length."),
+    ] = None,
+    limit: Annotated[float | None, typer.Option(min=0, help="Stop the run after this time, in s.")] = None,
+    checkpoint: Annotated[Path | None, typer.Option(help="Save the state of the run here; continue from it.")] = None,
+    every: Annotated[float, typer.Option(min=0, help="Time between two saves of that file, in s.")] = 5.0,
+    out: Annotated[Path, typer.Option(help="Where the run is saved: .npz, or .csv for a table.")] = Path("run.npz"),
+    html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
+    energy_balance: Annotated[bool, typer.Option("--energy-balance", help="Compute the work of every effect.")] = False,
+    explain: Annotated[bool, typer.Option("--explain", help="Print first what acts in this scene.")] = False,
+    view: Annotated[bool, typer.Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
+    json: Json = False,
+) -> None:
+    """Simulate a scene, save the run, and print its cost and its checks.
+
+    Without SCENE the built-in rod is run, and run.html and run.png are written beside run.npz. If a run with
+    a checkpoint was killed or stopped, the same command continues it.
+    """
+    from pendpin.analysis.crosscheck import along
+    from pendpin.simulation.checkpoint import resumable
+
+    chosen = lasting(scene_with(scene, urdf, lock or (), mimic, changes or ()), duration, samples)
+    if scene is None and urdf is None:
+        html, plot = html or Path("run.html"), plot or Path("run.png")
+    _check_files(out, html, plot, checkpoint, [scene, *files_of(chosen)])
+    settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
+    check_options(chosen.solver, **settings)
+    if explain:
+        print_binding(chosen)
+    settings |= {"energy_balance": energy_balance, "limit": limit, "checkpoint": checkpoint, "every": every}
+    with resumable(checkpoint):
+        with inside(place_named(urdf or scene)), progress_bar("integrating", chosen.duration, hidden=json) as progress:
+            print_notes(chosen, strict)
+            trajectory, stopped = _simulated(chosen, settings, progress)
+        report = along(trajectory)
+        print_run(trajectory, report, write_run(trajectory, out, plot, html), json)
+    if checkpoint and not isinstance(stopped, Halted):
+        checkpoint.resolve().unlink(missing_ok=True)
+    if stopped:
+        raise stopped
+    if view:
+        show_run(trajectory)
+    if report and report.fault:
+        raise PendpinError(f"the cross-check along the run failed: {report.fault}")
+
+
+def _check_files(
+    out: Path, html: Path | None, plot: Path | None, checkpoint: Path | None, read: list[Path | None]
+) -> None:
+    """Refuse, before the work begins, files to be written whose suffix says another format or that are read too."""
+    from pendpin.files import refuse_other_format
+    from pendpin.graphics.figure import picture_kind
+
+    if plot:
+        picture_kind(plot)
+    refuse_targets([out, html, plot, checkpoint], read)
+    if html:
+        refuse_other_format(html, ".html")
+    refuse_other_format(out, ".npz", ".csv")
+
+
+def _simulated(
+    scene: "Scene", settings: dict[str, Any], progress: Callable[[float], None]
+) -> tuple["Trajectory", RunError | None]:
+    """The run, and why it ended early if it did."""
+    from pendpin.simulation.simulate import simulate
+
+    try:
+        return simulate(scene, **settings, progress=progress), None
+    except RunError as error:
+        return error.partial, error

@@ -1,0 +1,32 @@
+"""A chain as a URDF: pendpin urdf."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pendpin.cli.inputs import read_scene, refuse_targets
+from pendpin.cli.tables import print_files
+from pendpin.errors import PendpinError
+
+
+def urdf(
+    scene: Annotated[Path, typer.Argument(help="Scene file (TOML) of a chain.")],
+    out: Annotated[Path | None, typer.Option(help="Where to write it; to the terminal if absent.")] = None,
+) -> None:
+    """Write a chain as a URDF that Pinocchio, MuJoCo and Drake load to the same model."""
+    from pendpin.files import write_whole
+    from pendpin.model.write_urdf import chain_urdf
+    from pendpin.scene import Chain
+
+    model = read_scene(scene).model
+    if not isinstance(model, Chain):
+        raise PendpinError(
+            f"{scene}: model.kind: the model is a URDF file already: {getattr(model, 'file', 'a pin.Model')}"
+        )
+    refuse_targets([out], [scene])
+    text = chain_urdf(model)
+    if out is None:
+        print(text, end="")
+    else:
+        print_files([write_whole(out, lambda file: file.write(text.encode()))])
