@@ -140,3 +140,39 @@ def test_a_route_that_answers_nan_is_broken() -> None:
     report = pp.crosscheck(builtin_scene(), states=10, routes={"nan": lambda rod, q, v, g: {"R1": np.full(10, np.nan)}})
     assert not report.ok
     assert np.isnan(report.worst.relative)
+
+
+def _fifty() -> pp.Scene:
+    return pp.Scene(model=pp.Chain(rods=(RODS["thick"],), copies=50), effects=GRAVITY)
+
+
+@pytest.mark.parametrize(("make", "routes"), [(builtin_scene, 5), (_fifty, 3)], ids=["one rod", "fifty rods"])
+def test_the_matrix_fits_a_terminal(make, routes: int) -> None:
+    """A line for each route, a column for each quantity, the worst figure in each cell, the verdict in words."""
+    report = pp.crosscheck(make(), states=5)
+    head, *lines = report.text().splitlines()
+    assert max(map(len, [head, *lines])) <= 80
+    assert head.split() == list(dict.fromkeys(row.quantity for row in report.rows))
+    table = {line.split()[0]: line.split()[1:] for line in lines[:routes]}
+    assert tuple(table) == report.routes
+    for route, cells in table.items():
+        for quantity, cell in zip(head.split(), cells, strict=True):
+            found = [
+                r.relative
+                for r in report.rows
+                if r.quantity == quantity and {r.first, r.second} == {route, "50 digits"}
+            ]
+            assert cell == (f"{max(found):.0e}" if found else "-")
+    assert f"All {routes} routes agree" in report.text()
+    assert len(repr(report)) < 1000
+
+
+def test_the_matrix_marks_what_is_broken() -> None:
+    """In its cell, in the verdict, and short however many routes there are."""
+    mine = {f"own route number {i}": lambda rod, q, v, g: {"R1": np.full(5, np.nan)} for i in range(30)}
+    report = pp.crosscheck(builtin_scene(), states=5, routes=mine)
+    assert "!nan" in report.text()
+    assert "do NOT agree" in repr(report)
+    assert "disagree in R1" in repr(report)
+    assert len(repr(report)) < 1000
+    assert max(map(len, report.text().splitlines())) <= 80

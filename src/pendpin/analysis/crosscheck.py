@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
+from pendpin.analysis.crosscheck_report import Report, Row
 from pendpin.analysis.rounding_scale import rod_scale, tree_scale
 from pendpin.analysis.routes import (
     REFERENCE,
@@ -27,89 +28,6 @@ BOUND = 1e-13  # of the rounding scale, for each rod through which errors propag
 LARGEST_RATE = 100.0  # rad/s
 ALONG_JOINTS = 1_200  # states times joints that are compared along a run: about a second
 REFERENCE_JOINTS = 400  # states times joints that the reference_route is given: some seconds
-
-
-@dataclass(frozen=True)
-class Row:
-    """The worst difference between two routes in one quantity."""
-
-    quantity: str
-    place: str  # the joint or rod
-    first: str
-    second: str
-    relative: float  # to the rounding scale of the quantity (pendpin.analysis.rounding_scale)
-    ulps: float  # of that scale
-    state: int  # where: index of the state
-    q: tuple[float, ...]
-    v: tuple[float, ...]
-    bound: float
-
-    @property
-    def ok(self) -> bool:
-        """Whether the difference is within the bound; False for NaN."""
-        return self.relative <= self.bound
-
-
-@dataclass(frozen=True, repr=False)
-class Report:
-    """A cross-check: one row for each quantity and pair of routes."""
-
-    rows: tuple[Row, ...]
-    states: int
-    in_50_digits: int  # how many of the states the reference_route in 50 digits was given
-    routes: tuple[str, ...]
-    bound: float
-
-    def __repr__(self) -> str:
-        worst = f"worst {self.worst.relative:.1e} in {self.worst.quantity} of {self.worst.place}" if self.rows else ""
-        verdict = "all routes agree" if self.ok else "BROKEN"
-        return (
-            f"Cross-check of {', '.join(self.routes)} at {self.states} states: {verdict}, {worst}, bound {self.bound:g}"
-        )
-
-    @property
-    def ok(self) -> bool:
-        """Whether every row is within the bound."""
-        return all(row.ok for row in self.rows)
-
-    @property
-    def worst(self) -> Row:
-        """The row with the largest relative difference, NaN above all."""
-        return max(self.rows, key=_badness)
-
-    @property
-    def worst_route(self) -> tuple[str, Row] | None:
-        """The route farthest from the reference_route, and the row that says so; None without a reference_route."""
-        in_50_digits = [row for row in self.rows if REFERENCE in (row.first, row.second)]
-        if not in_50_digits:
-            return None
-        row = max(in_50_digits, key=_badness)
-        return (row.first if row.second == REFERENCE else row.second), row
-
-    @property
-    def fault(self) -> str | None:
-        """What is broken, as one line that names the quantities, the suspect and the worst state; None if all is ok."""
-        broken = [row for row in self.rows if not row.ok]
-        if not broken:
-            return None
-        quantities = ", ".join(dict.fromkeys(row.quantity for row in broken))
-        suspects = [name for name in self.routes if all(name in (row.first, row.second) for row in broken)]
-        who = f"{suspects[0]} disagrees" if len(suspects) == 1 else "the routes disagree"
-        worst = self.worst
-        return (
-            f"{who} in {quantities}; worst: {worst.quantity} of {worst.place}, {worst.first} against {worst.second}, by "
-            f"{worst.relative:.2g} of its terms (bound {self.bound:g}), at state {worst.state}: q = {_numbers(worst.q)}, "
-            f"v = {_numbers(worst.v)}"
-        )
-
-
-def _badness(row: Row) -> float:
-    return np.inf if np.isnan(row.relative) else row.relative
-
-
-def _numbers(values: tuple[float, ...]) -> str:
-    shown = ", ".join(f"{value:.6g}" for value in values[:6])
-    return f"({shown}{', ...' if len(values) > 6 else ''})"
 
 
 def crosscheck(

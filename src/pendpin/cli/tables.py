@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pendpin.analysis.crosscheck import Report
+    from pendpin.analysis.crosscheck_report import Report, Row
     from pendpin.analysis.doctor.diagnosis import Diagnosis
     from pendpin.analysis.fit import Fit
     from pendpin.analysis.hardcases import Case
@@ -89,31 +89,22 @@ def _change(trajectory: "Trajectory") -> float:
     return float(total[-1] - total[0])
 
 
-def print_check(report: "Report", as_json: bool) -> None:
-    """The rows of a cross-check, and the route farthest from the reference route."""
+def print_check(report: "Report", every_row: bool, as_json: bool) -> None:
+    """The matrix of a cross-check with its verdict; before it, where asked for, every pair of routes in every quantity."""
     from dataclasses import asdict
 
     if as_json:
         print_json(asdict(report) | {"ok": report.ok})
         return
-    rows = [
-        [
-            r.quantity,
-            r.place,
-            f"{r.first} / {r.second}",
-            f"{r.relative:.1e}",
-            f"{r.ulps:.1f}",
-            str(r.state),
-            _verdict(r.ok),
-        ]
-        for r in report.rows
-    ]
-    print_table(["quantity", "of", "routes", "relative", "ulps", "state", ""], rows)
-    if found := report.worst_route:
-        name, row = found
-        place = f"{row.quantity} of {row.place}"
-        print(f"farthest from {row.second} ({report.in_50_digits} states): {name}, {row.ulps:.1f} ulps in {place}")
-    print(f"{report.states} states, bound {report.bound:g} of the terms that enter: {_verdict(report.ok)}")
+    if every_row:
+        head = ["quantity", "of", "routes", "relative", "ulps", "state", ""]
+        print_table(head, [_check_row(row) for row in report.rows])
+    print(report.text())
+
+
+def _check_row(row: "Row") -> list[str]:
+    routes, figures = f"{row.first} / {row.second}", [f"{row.relative:.1e}", f"{row.ulps:.1f}", str(row.state)]
+    return [row.quantity, row.place, routes, *figures, _verdict(row.ok)]
 
 
 def _verdict(ok: bool) -> str:

@@ -19,15 +19,19 @@ def check(
     changes: Changes = None,
     states: Annotated[int, typer.Option(min=1, max=10_000_000, help="How many random states.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    every_row: Annotated[bool, typer.Option("--all", help="Print every pair of routes in every quantity too.")] = False,
     json: Json = False,
 ) -> None:
-    """Compute accelerations and reactions at random states by every route, and compare each pair of routes."""
+    """Compute accelerations and reactions at random states by every route, and compare each pair of routes.
+
+    The table has a line for each route and a column for each quantity, with the worst difference in each cell.
+    """
     from pendpin.analysis.crosscheck import crosscheck
 
     chosen = scene_with(scene, urdf, lock or (), mimic, changes or ())
     with inside(place_named(urdf or scene)):
         print_notes(chosen, strict)
         report = crosscheck(chosen, states=states, seed=seed)
-    print_check(report, json)
+    print_check(report, every_row, json)
     if report.fault:
         raise PendpinError(report.fault)
