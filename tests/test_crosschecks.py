@@ -172,7 +172,7 @@ def test_the_matrix_marks_what_is_broken() -> None:
     mine = {f"own route number {i}": lambda rod, q, v, g: {"R1": np.full(5, np.nan)} for i in range(30)}
     report = pp.crosscheck(builtin_scene(), states=5, routes=mine)
     assert "!nan" in report.text()
-    assert "do NOT agree" in repr(report)
+    assert "BROKEN" in repr(report)
     assert "disagree in R1" in repr(report)
     assert len(repr(report)) < 1000
     assert max(map(len, report.text().splitlines())) <= 80

@@ -141,7 +141,7 @@ def _verdict(report: Report) -> Iterator[str]:
     if report.ok:
         yield f"{who} routes agree: no difference is above the bound {report.bound:g}."
     else:
-        yield f"The routes do NOT agree: ! marks differences above the bound {report.bound:g}."
+        yield f"BROKEN: the routes do not agree; ! marks differences above the bound {report.bound:g}."
 
 
 def _badness(row: Row) -> float:
