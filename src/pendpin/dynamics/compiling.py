@@ -34,7 +34,7 @@ def built_in(effects: Sequence[Effect]) -> bool:
 
 def known(engine: Engine, effects: Sequence[Effect], start: float) -> bool:
     """Whether the machine code of these equations is there."""
-    found = _known.get(structure(engine, effects, start))
+    found = _known.get((structure(engine, effects, start), ()))
     return found is not None and found.compiled
 
 
@@ -63,17 +63,19 @@ def compiled(engine: Engine, effects: Sequence[Effect], start: float) -> Compile
     return Compiled(engine, equations, parameters.values, parameters.tables, time.perf_counter() - begin)
 
 
-def equations_of(engine: Engine, effects: Sequence[Effect], start: float) -> tuple[CompiledEquations, Parameters]:
+def equations_of(
+    engine: Engine, effects: Sequence[Effect], start: float, still: tuple[int, ...] = ()
+) -> tuple[CompiledEquations, Parameters]:
     """The equations of an engine's state with effects that run on symbols, and the values of their parameters.
 
-    Raises InputError for an effect that does not.
+    The places `still` of the state are 0. Raises InputError for an effect that does not run on symbols.
     """
     parameters = parameters_of(engine, effects, start)
-    key = parameters.structure
+    key = (parameters.structure, still)
     with _lock:
         found = _known.get(key)
         if found is None:
-            found = _known[key] = CompiledEquations(record(engine, effects, start), len(parameters.tables))
+            found = _known[key] = CompiledEquations(record(engine, effects, start, still), len(parameters.tables))
         _known.move_to_end(key)
         while len(_known) > MOST_KNOWN:
             _known.popitem(last=False)

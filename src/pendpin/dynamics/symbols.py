@@ -10,7 +10,7 @@ from pendpin.dynamics.binding import bind_loads
 from pendpin.dynamics.parameters import Numbers, Parameters
 from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Directions, Engine, Loads
-from pendpin.engines.tape import Recording, Tape, recorded
+from pendpin.engines.tape import Recording, Tape, Term, recorded
 from pendpin.equations import newton_euler, recursion, thin_recursion
 from pendpin.equations.base import RodInertia
 from pendpin.equations.recursion import Tree
@@ -23,15 +23,34 @@ Right = Callable[[Any, Array], Array]  # t, y (size,) -> y' (size,), all terms
 Acceleration = Callable[[Any, Array, Array], Array]  # t, q, v (nv,) -> q'' (nv,)
 
 
-def record(engine: Engine, effects: Sequence[Effect], start: float) -> Recording:
-    """y' of an engine's state with all effects, at times since `start` in s.
+def record(engine: Engine, effects: Sequence[Effect], start: float, still: Sequence[int] = ()) -> Recording:
+    """y' of an engine's state with all effects, at times since `start` in s; the places `still` of the state are 0.
 
     Raises InputError for an effect that does not run on symbols.
     """
     tape = Tape()
     right = _right_hand_side(engine, effects, start, Parameters(tape), recorded())
     size = len(engine.pack(*np.zeros((2, len(engine.model.joints)))))
-    return Recording(tape, list(right(tape.time(), tape.state(size))), size)
+    y = tape.state(size)
+    y[list(still)] = 0.0
+    return Recording(tape, list(right(tape.time(), y)), size)
+
+
+def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: Sequence[int]) -> tuple[int, ...]:
+    """Which of the places `zero` of a state stay 0 whatever the numbers of the scene: phi in a planar motion.
+
+    Their rates are 0 by structure while they are 0 themselves.
+    """
+    still = tuple(zero)
+    while still:
+        try:
+            rates = record(engine, effects, start, still).results
+        except ArithmeticError:  # an effect that divides by one of them
+            return ()
+        if len(left := tuple(i for i in still if not isinstance(rates[i], Term) and rates[i] == 0)) == len(still):
+            break
+        still = left
+    return still
 
 
 def parameters_of(engine: Engine, effects: Sequence[Effect], start: float) -> Parameters:

@@ -18,7 +18,7 @@ import numpy as np
 from pendpin.arrays import Array, Indices, subdivided
 from pendpin.dynamics.compiling import equations_of
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.dynamics.symbols import parameters_of
+from pendpin.dynamics.symbols import parameters_of, staying_zero
 from pendpin.dynamics.timing import timing
 from pendpin.engines import Engine
 from pendpin.integrators.taylor import HIGH, SERIES, SMALL, expressions, run_time_parameters
@@ -54,17 +54,21 @@ class Motions(NamedTuple):
 class Series:
     """The compiled series of a scene's structure. `flips`: sums of angles whose passages are to be found.
 
-    Several threads may use it. Raises InputError for a scene that the Taylor method does not take.
+    With `other`, a case whose start differs wherever starts do, a part of the state that sets out from 0 and stays 0 is not
+    integrated: phi in a planar motion. Several threads may use a Series. Raises InputError for a scene that the Taylor
+    method does not take.
     """
 
-    def __init__(self, scene: Scene, tolerance: float, flips: Sums = ()) -> None:
+    def __init__(self, scene: Scene, tolerance: float, flips: Sums = (), other: Scene | None = None) -> None:
         self.scene, self.tolerance, self._flips = scene.by("taylor", tolerance), tolerance, flips
         self.stopped, self.compile_seconds = Event(), 0.0
         self.dynamics = self.bound(self.scene)
         self.engine: Engine = self.dynamics.engine
         begin = scene.start.time
-        equations, parameters = equations_of(self.engine, scene.effects, begin)
+        still = staying_zero(self.engine, scene.effects, begin, self._zeros(scene, other)) if other else ()
+        equations, parameters = equations_of(self.engine, scene.effects, begin, still)
         self._recording, self._structure = equations.recording, parameters.structure
+        self._moving = np.setdiff1d(np.arange(self._recording.size), still)
         self._own = self._case(self.scene, self.dynamics, parameters.values)
         self._first: Any = None
         self._spare: list[Any] = []
@@ -74,6 +78,11 @@ class Series:
         """The dynamics of a case: on angles where their passages are to be found, which directions do not count."""
         form = "angles" if self._flips else "directions"
         return Dynamics(build(scene.model), scene.effects, "auto", form, scene.start.time)
+
+    def _zeros(self, *scenes: Scene) -> list[int]:
+        """The places of the state that are 0 at the start of all these scenes."""
+        starts = [self.engine.pack(*start_state(self.dynamics.model, scene.start)) for scene in scenes]
+        return np.flatnonzero(~np.any(starts, axis=0)).tolist()
 
     def case(self, scene: Scene) -> Case | None:
         """A scene as a case; None where its structure is another. Raises InputError for one that cannot be run."""
@@ -133,7 +142,7 @@ class Series:
             passages = [event.callback for event in series.nt_events] if self._flips else []
             for passage in passages:
                 passage.first[:] = np.nan
-            y = np.array([self.engine.pack(case.q, case.v) for case in cases]).T
+            y = np.array([self.engine.pack(case.q, case.v) for case in cases]).T[self._moving]
             longest = np.array([case.longest for case in cases])[which]
             states, steps = _along(series, y[:, which], fine, longest, self.stopped)
             flips = np.fmin.reduce([passage.first for passage in passages], initial=np.nan)
@@ -144,11 +153,12 @@ class Series:
                 self._spare.append(series)
 
     def _read(self, states: Array, steps: Array, cases: Sequence[Case], fine: Array, parts: int) -> tuple[Array, Array]:
-        """Positions and rates (2, c, n, nv) from states (n, size, width), and how much closer states have to be (c,)."""
+        """Positions and rates (2, c, n, nv) from states (n, moving, width), and how much closer they have to be (c,)."""
         found = np.full((2, len(cases), (len(fine) - 1) // parts + 1, len(cases[0].q)), np.nan)
         found[:, :, 0], needed = ([case.q for case in cases], [case.v for case in cases]), np.zeros(len(cases))
         for i, case in enumerate(cases):
-            rows = np.ascontiguousarray(states[:, :, i])
+            rows = np.zeros((len(fine), self._recording.size))
+            rows[:, self._moving] = states[:, :, i]
             if np.isfinite(rows).all():
                 needed[i] = self.engine.denser(fine, rows, int(steps[i]))
                 found[:, i, 1:] = [x[::parts][1:] for x in self.engine.unpack(fine, rows, case.q)]
@@ -167,14 +177,15 @@ class Series:
         import heyoka as hy
 
         state, rates = expressions(hy, self._recording)
-        guards = [hy.cos(sum(state[i] for i in places) * 0.5) for places in self._flips]
+        sums = [[state[i] for i in places if i in self._moving] for places in self._flips]
+        guards = [hy.cos(sum(angles) * 0.5) for angles in sums if angles]
         events = {"nt_events": [hy.nt_event_batch(guard, _Passage()) for guard in guards]} if guards else {}
         return hy.taylor_adaptive_batch(
-            list(zip(state, rates, strict=True)),
-            np.zeros((len(state), WIDTH)),
+            [(state[i], rates[i]) for i in self._moving],
+            np.zeros((len(self._moving), WIDTH)),
             tol=self.tolerance,
             high_accuracy=self.tolerance < HIGH,
-            compact_mode=len(self.dynamics.model.joints) > SMALL,
+            compact_mode=len(self.dynamics.model.joints) * len(self._moving) > SMALL * self._recording.size,
             pars=np.zeros((len(self._own.parameters), WIDTH)),
             **events,
         )

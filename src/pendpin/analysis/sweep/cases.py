@@ -136,7 +136,8 @@ class Vectors:
         fine = first.solver.tolerance or 0.0
         self.task, self.scene = task, first
         self.times = first.times[[0, -1]] if all(m.ends for m in task.chosen) else first.times
-        self.series = [Series(first, x, sums) for x in ([fine, min(0.1, LOOSER * fine)] if task.two else [fine])]
+        tolerances, other = [fine, min(0.1, LOOSER * fine)] if task.two else [fine], _from_elsewhere(task, first)
+        self.series = [Series(first, tolerance, sums, other) for tolerance in tolerances]
         self._joints = _start_joints(task, self.series[0].dynamics.model)
         self._start = start_state(self.series[0].dynamics.model, first.start)
 
@@ -217,6 +218,15 @@ def _start_joints(task: Task, model: Model) -> tuple[Indices, Indices] | None:
         return None
     joints = [path[2] if isinstance(path[2], int) else model.index(path[2], "vary") for path in paths]
     return np.array([fields.index(str(path[1])) for path in paths]), np.array(joints)
+
+
+def _from_elsewhere(task: Task, first: Scene) -> Scene | None:
+    """The first case with other numbers, by chance, where the start is varied."""
+    keys = [key for key in task.plan.keys if key.startswith("start.")]
+    try:
+        return with_numbers(first, keys, np.random.default_rng(0).uniform(0.1, 1.0, len(keys)))
+    except PendpinError:
+        return None
 
 
 _VECTORS: dict[str, Vectors | None] = {}
