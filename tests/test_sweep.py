@@ -17,6 +17,7 @@ from pendpin.analysis.sweep import sweep as sweeps
 from pendpin.analysis.sweep.cases import Task, run_block, run_case, vectors_of
 from pendpin.analysis.sweep.sensitivity import indices, sobol_plan
 from pendpin.analysis.sweep.store import Blocks, load
+from pendpin.dynamics.symbols import staying_zero
 from pendpin.errors import Interrupted
 
 pytest.importorskip("xarray")
@@ -78,6 +79,30 @@ def test_a_case_in_vectors_is_the_single_run(varied: dict, chosen: pp.Scene) -> 
         values, why = run_case(task, row)
         assert (found.why[i], why) == ("", "")
         np.testing.assert_allclose(found.values[i], values, atol=1e-7, rtol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("effect", "still"),
+    [
+        (fx.Viscous(coefficient=0.1), (1, 3, 5, 7)),
+        (fx.Push(link="rod_2", force=(0.0, 1.0, 0.0)), (1, 3, 5, 7)),
+        (fx.Push(link="rod_2", force=(1.0, 0.0, 0.0)), ()),
+        (fx.Spring(stiffness=1.0, rest=0.1, joints=["phi_2"]), ()),
+        (fx.Rotation(latitude=45.0), ()),
+    ],
+    ids=["viscous", "in the plane", "out of it", "spring", "rotation"],
+)
+def test_what_stays_zero_is_not_integrated(effect: fx.Effect, still: tuple[int, ...]) -> None:
+    """phi and phi' of a planar motion: Pinocchio's acceleration is 0 there at any theta; and nothing else stays 0."""
+    dynamics = pp.bind(scene(effect))
+    found = staying_zero(dynamics.engine, (fx.Gravity(), effect), 0.0, (1, 3, 4, 5, 6, 7))  # released at rest
+    assert found == still
+    random = np.random.default_rng(1)
+    phi = np.array([1, 3])
+    for _ in range(5):
+        q, v = np.insert(random.normal(size=(2, 2)), [1, 2], 0.0, axis=1)
+        away = np.abs(dynamics.acceleration(0.0, q, v)[phi]).max()
+        assert away <= 1e-13 if still else away > 1e-6
 
 
 def test_what_has_corners_is_simulated_on_its_own() -> None:

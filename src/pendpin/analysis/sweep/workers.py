@@ -1,6 +1,5 @@
 """Who runs a sweep's blocks: threads of this process, a local Dask cluster, or a cluster that the user runs."""
 
-import logging
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import contextmanager
@@ -38,7 +37,7 @@ def on_cluster(task: Task, blocks: Sequence[int], span: Span, client: Any) -> FO
     """The blocks' results from the workers of a Dask cluster; a block of a lost worker is run again by another."""
     from distributed import as_completed
 
-    shared, left = client.scatter(task, broadcast=True), iter(blocks)
+    shared, left = client.submit(Task, task.scene, task.plan, task.measures, pure=False), iter(blocks)
     places: dict[str, int] = {}
 
     def submit() -> Any:
@@ -63,7 +62,7 @@ def on_cluster(task: Task, blocks: Sequence[int], span: Span, client: Any) -> FO
 
 @contextmanager
 def local_cluster(workers: int) -> Iterator[Any]:
-    """A client of a cluster of processes on this machine, on 127.0.0.1 only, without a dashboard; gone afterwards."""
+    """A client of a cluster of processes on this machine, gone afterwards."""
     dask, distributed = _libraries()
     settings = {
         "distributed.scheduler.allowed-failures": DEATHS,
@@ -72,15 +71,9 @@ def local_cluster(workers: int) -> Iterator[Any]:
         "distributed.comm.timeouts.connect": CONNECTING,
     }
     with dask.config.set(settings):
-        cluster = distributed.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address=None,
-            silence_logs=logging.CRITICAL,
-        )
-        with cluster, distributed.Client(cluster) as client:
+        from pendpin.analysis.sweep.local import cluster_of
+
+        with cluster_of(workers) as cluster, distributed.Client(cluster) as client:
             yield client
 
 
