@@ -192,6 +192,33 @@ def test_plot_on_own_axes() -> None:
     assert len(run.plot().axes) >= 4
 
 
+def test_the_figure_of_a_run() -> None:
+    """Titled by the scene; drift only where energy is conserved; up to three rods; units; the path beside."""
+    smooth = pp.simulate(SCENES["smooth"].replace(title="A _rod_ of $1"), samples=31).plot()
+    texts, labels = [text.get_text() for text in smooth.texts], [ax.get_ylabel() for ax in smooth.axes]
+    assert texts[0] == r"A _rod_ of \$1"
+    assert any(label.startswith("energy drift") for label in labels)
+    assert labels[-2:] == ["y, m", "z, m"]
+    assert smooth._repr_png_().startswith(b"\x89PNG")
+    long = SCENES["damped"].replace({"model.copies": 4})
+    figure = pp.simulate(long, samples=3, duration=0.1).plot()
+    assert figure.texts[0].get_text() == "8 rods under gravity, drag"
+    assert not any(ax.get_ylabel().startswith("energy drift") for ax in figure.axes)
+    positions = next(ax for ax in figure.axes if ax.get_ylabel() == "position, rad")
+    shown = [line.get_label() for line in positions.get_lines()]
+    assert shown == ["theta_1", "phi_1", "theta_4", "phi_4", "theta_8", "phi_8"]
+
+
+def test_the_figure_of_chosen_quantities() -> None:
+    """A panel for each unit; a name that is none is refused."""
+    run = pp.simulate(SCENES["thin chain"], samples=7)
+    figure = run.plot("theta_1", "R3_1", "phi_2", "kinetic")
+    assert [ax.get_ylabel() for ax in figure.axes] == ["rad", "N", "J"]
+    assert [line.get_label() for line in figure.axes[0].get_lines()] == ["theta_1", "phi_2"]
+    with pytest.raises(pp.InputError, match="did you mean 'theta_1'"):
+        run.plot("thta_1")
+
+
 def test_animations(tmp_path: Path) -> None:
     """As a page and as a GIF; other names are refused."""
     run = pp.simulate(SCENES["smooth"], samples=5, duration=0.1)

@@ -17,11 +17,11 @@ def write_run(trajectory: "Trajectory", out: Path, plot: Path | None, html: Path
     return files
 
 
-def save_plot(trajectory: "Trajectory", path: Path) -> Path:
-    """Write the figure of a run. Raises InputError."""
+def save_plot(trajectory: "Trajectory", path: Path, names: tuple[str, ...] = ()) -> Path:
+    """Write the figure of a run, or of quantities of it. Raises InputError."""
     from pendpin.graphics.figure import save_plot
 
-    return save_plot(trajectory, path)
+    return save_plot(trajectory, path, names)
 
 
 def write_page(trajectory: "Trajectory", path: Path) -> Path:

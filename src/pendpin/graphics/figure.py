@@ -1,29 +1,40 @@
-"""A run as one figure: energy, angles and joint reactions against time."""
+"""A run as one figure: panels against time, the path of the tip beside them; or chosen quantities on one axes."""
 
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from pendpin.errors import InputError, one_line
+from pendpin.errors import InputError
 from pendpin.files import write_whole
+from pendpin.graphics.panels import (
+    COLORS,
+    MOST_JOINTS,
+    PATHS,
+    draw_quantities,
+    panels_of,
+    plain_name,
+    quantity_panels,
+)
 from pendpin.trajectory import Trajectory
 
 FORMATS = ("png", "pdf", "svg")
 DPI = 120
-MOST_LINES = 6  # curves a panel names; of more, the first and the last are drawn
+LEFT, WIDTH, ROW, PATH, TOP, BOTTOM = 1.0, 6.2, 1.9, 3.2, 0.75, 0.55  # inches: margins, panels, the paths beside them
+LEAST = 4.0  # inches, of the panels where paths are beside them
+LETTER = 0.066  # inches, of a legend
+MOST_LETTERS = 90  # of a title
 
 
-def save_plot(trajectory: Trajectory, path: str | Path) -> Path:
-    """Write the figure of a run to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
+def save_plot(trajectory: Trajectory, path: str | Path, names: tuple[str, ...] = ()) -> Path:
+    """Write the figure of a run, or of quantities of it, to a .png, .pdf or .svg file, whole. Raises InputError."""
     path = Path(path)
     kind = picture_kind(path)
     with plain_text(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
-        figure = draw(trajectory)
+        figure = draw(trajectory, names)
         return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=DPI))
 
 
@@ -46,102 +57,67 @@ def picture_kind(path: Path) -> str:
     return kind
 
 
-def draw(trajectory: Trajectory) -> Any:
-    """The figure of a run: a matplotlib Figure that needs no display."""
+def draw(run: Trajectory, names: tuple[str, ...] = ()) -> Any:
+    """The figure of a run, or of quantities of it by name: a matplotlib Figure that needs no display."""
     from matplotlib.figure import Figure
 
-    panels = [_energy, _drift, _angles, _forces]
-    if trajectory.rods is not None and np.abs(trajectory.rods.M3).max() > 0:
-        panels.append(_moments)
-    figure = Figure(figsize=(9, 2.1 * len(panels) + 0.6))
-    axes = figure.subplots(len(panels), 1, sharex=True)
-    for panel, ax in zip(panels, axes, strict=True):
-        panel(ax, trajectory)
+    figure: Any = Figure()
+    panels, sides = (quantity_panels(run, names), ()) if names else (panels_of(run), PATHS)
+    axes, paths = ([figure.add_axes((0, 0, 1, 1)) for _ in some] for some in (panels, sides))
+    for draw_panel, ax in zip((*panels, *sides), (*axes, *paths), strict=True):
+        ax.set_prop_cycle(color=COLORS)
+        draw_panel(ax, run)
         ax.grid(alpha=0.25, linewidth=0.6)
         ax.spines[["top", "right"]].set_visible(False)
+        ax.ticklabel_format(style="sci", scilimits=(-3, 4), useOffset=False)
+    for ax in axes:
+        ax.sharex(axes[0])
+        ax.tick_params(labelbottom=ax is axes[-1])
         if ax.get_legend_handles_labels()[0]:
             ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
     axes[-1].set_xlabel("time, s")
-    figure.align_ylabels()
-    longest = max(len(text) for ax in axes for text in ax.get_legend_handles_labels()[1] or [""])
-    height = figure.get_size_inches()[1]  # margins by hand: matplotlib's own layout draws everything twice
-    margins = {"left": 0.1, "right": 0.92 - 0.0085 * longest, "bottom": 0.5 / height, "top": 1 - 0.35 / height}
-    figure.subplots_adjust(**margins, hspace=0.18)
-    stats = trajectory.stats
-    title = f"{_plain(stats.method)}, {stats.setting}, {stats.evaluations} evaluations"
-    figure.suptitle(title, fontsize=10, y=1 - 0.1 / height, va="top")
+    _place(figure, axes, paths)
+    _write_title(figure, run)
+    figure._repr_png_ = lambda: _png(figure)  # a notebook shows it, without pyplot too
     return figure
 
 
-def _plain(name: str) -> str:
-    """A name as matplotlib shows it letter by letter: no mathematics between dollars, and never left out."""
-    text = one_line(name[:40]).replace("$", r"\$")
-    return f" {text}" if text.startswith("_") else text
+def _png(figure: Any) -> bytes:
+    """The picture of a figure."""
+    with BytesIO() as file, plain_text():
+        figure.savefig(file, format="png", dpi=DPI / 2)
+        return file.getvalue()
 
 
-def _energy(ax: Any, trajectory: Trajectory) -> None:
-    energy = trajectory.energy()
-    ax.plot(trajectory.t, energy.kinetic, label="kinetic", color="#d9622b")
-    ax.plot(trajectory.t, energy.potential, label="potential", color="#2b6cb0")
-    ax.plot(trajectory.t, energy.total, label="total", color="#1a202c", linewidth=1.8)
-    ax.set_ylabel("energy, J")
+def _place(figure: Any, axes: list[Any], paths: list[Any]) -> None:
+    """Give the figure its size and its axes their places: matplotlib's own layout would draw everything twice."""
+    longest = max(len(text) for ax in axes for text in ax.get_legend_handles_labels()[1] or [""])
+    beside, inner = LEFT + WIDTH + 0.55 + LETTER * longest, max(ROW * len(axes), LEAST * bool(paths))
+    width, height = beside + (LEFT + PATH + 0.2) * bool(paths), TOP + inner + BOTTOM
+    row, x = inner / len(axes), beside + LEFT
+    places = [(LEFT, row * i, WIDTH, row - 0.25) for i in reversed(range(len(axes)))]
+    places += [(x, inner / 2 + 0.35, PATH, inner / 2 - 0.6), (x, 0, PATH, inner / 2 - 0.6)][: len(paths)]
+    figure.set_size_inches(width, height)
+    for ax, (x, y, w, h) in zip((*axes, *paths), places, strict=True):
+        ax.set_position((x / width, (BOTTOM + y) / height, w / width, h / height))
+    figure.align_ylabels(axes)
 
 
-def _drift(ax: Any, trajectory: Trajectory) -> None:
-    total = trajectory.energy().total
-    ax.plot(trajectory.t, total - total[0], color="#1a202c", linewidth=0.9, label="total - start")
-    ax.set_ylabel("energy drift, J")
-    ax.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
+def _write_title(figure: Any, run: Trajectory) -> None:
+    """The scene's title, and how it was integrated."""
+    width, height = figure.get_size_inches()
+    stats = run.stats
+    how = f"{stats.method}, {stats.setting}, {stats.evaluations} evaluations"
+    for text, y, style in ((run.title, 0.12, {"weight": "bold", "fontsize": 13}), (how, 0.4, {"fontsize": 9})):
+        figure.text(LEFT / width, 1 - y / height, plain_name(text, MOST_LETTERS), va="top", **style)
 
 
-def _angles(ax: Any, trajectory: Trajectory) -> None:
-    for column in _shown(len(trajectory.joints)):
-        ax.plot(trajectory.t, trajectory.q[:, column], label=_plain(trajectory.joints[column]), linewidth=1.2)
-    ax.set_ylabel("position, rad" if trajectory.rods is not None else "position, rad or m")
-
-
-def _forces(ax: Any, trajectory: Trajectory) -> None:
-    if trajectory.rods is None:
-        for column in _shown(len(trajectory.joints)):
-            size = np.linalg.norm(trajectory.wrench[:, column, :3], axis=-1)
-            ax.plot(trajectory.t, size, label=_plain(trajectory.joints[column]), linewidth=1.2)
-        ax.set_ylabel("joint force, N")
-        return
-    count = trajectory.rods.R1.shape[1]
-    names = ("R1", "R2", "R3") if count == 1 else ("R3",)
-    for name in names:
-        for column in _shown(count):
-            label = name if count == 1 else f"{name}, rod {column + 1}"
-            ax.plot(trajectory.t, getattr(trajectory.rods, name)[:, column], label=label, linewidth=1.2)
-    ax.set_ylabel("reactions, N" if count == 1 else "tension, N")
-
-
-def _moments(ax: Any, trajectory: Trajectory) -> None:
-    rods = trajectory.reactions()
-    count = rods.M3.shape[1]
-    for column in _shown(count):
-        label = "M3" if count == 1 else f"M3, rod {column + 1}"
-        ax.plot(trajectory.t, rods.M3[:, column], label=label, linewidth=1.2)
-    ax.set_ylabel("moment, N m")
-    ax.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
-
-
-def _shown(count: int) -> list[int]:
-    half = MOST_LINES // 2
-    return list(range(count)) if count <= MOST_LINES else [*range(half), *range(count - half, count)]
-
-
-def plot(trajectory: Trajectory, names: tuple[str, ...], ax: Any = None) -> Any:
+def plot(run: Trajectory, names: tuple[str, ...], ax: Any = None) -> Any:
     """As `Trajectory.plot`."""
-    if not names and ax is None:
-        with plain_text():
-            return draw(trajectory)
     if ax is None:
-        from matplotlib.figure import Figure
-
-        ax = Figure(figsize=(7, 3.5), layout="constrained").subplots()
-    for name in names or trajectory.joints[:MOST_LINES]:
-        ax.plot(trajectory.t, trajectory[name], label=_plain(name), linewidth=1.2)
+        with plain_text():
+            return draw(run, names)
+    draw_quantities(ax, run, names or run.joints[:MOST_JOINTS])
     ax.set_xlabel("time, s")
     ax.legend(fontsize=9)
     return ax

@@ -38,12 +38,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
         poses, shapes = kinematics.poses(model, trajectory.q), ()
     if not any(shape.body != WORLD for shape in shapes):
         poses, shapes = kinematics.poses(model, trajectory.q), tuple(_rod_shapes(model, extent))
-    return Drawing(_title(scene, model), trajectory.t - trajectory.t[0], poses, shapes, trajectory.tip[:, -1], extent)
-
-
-def _title(scene: Scene, model: Model) -> str:
-    name = scene.model.file.stem.replace("_", " ") if isinstance(scene.model, UrdfModel) else "rods"
-    return f"{len(model.bodies)} {name}" if name == "rods" and len(model.bodies) > 1 else name.removesuffix("s")
+    return Drawing(trajectory.title, trajectory.t - trajectory.t[0], poses, shapes, trajectory.tip[:, -1], extent)
 
 
 def _rod_shapes(model: Model, extent: float) -> Iterator[Shape]:

@@ -24,6 +24,7 @@ SAMPLES_PER_SECOND = 60
 class Scene(Record):
     """A model, its start, the effects that act on it, and a duration. Only listed effects act."""
 
+    title: str = Field("", description="what figures and pages call it; what moves and what acts if absent")
     duration: NotNegative = Field(10.0, description="s")
     model: AnyModel = Field(description="what moves: a chain of rods, a URDF")
     start: Start = Field(Start(), description="when, where and how fast the motion starts; at rest at 0 if absent")

@@ -11,6 +11,8 @@ from pendpin.trajectory.parts import Reactions
 Place = tuple[str, Any]  # the array of a run, and the index of the column in it
 
 AXES = "xyz"
+UNITS = {"t": "s", "q": "rad", "v": "rad/s", "a": "rad/s²", "tip": "m"} | dict.fromkeys(("R1", "R2", "R3"), "N")
+UNITS |= dict.fromkeys(("M3", "Mc"), "N m") | dict.fromkeys(("kinetic", "potential", "energy"), "J")
 WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 
@@ -42,8 +44,17 @@ def columns(run: Any) -> dict[str, Place]:
     return found | energies
 
 
-def column(run: Any, name: str) -> Array:
-    """One quantity of a run by its name, (n,). Raises InputError that says which name was probably meant."""
+def unit_of(run: Any, name: str) -> str:
+    """The unit of a quantity; joints of a URDF may turn or slide."""
+    part, index = place_of(run, name)
+    if part == "wrench":
+        return "N" if index[-1] < 3 else "N m"
+    unit = UNITS.get(part, "J")  # of works
+    return f"{unit} or {unit.replace('rad', 'm')}" if part in "qva" and run.rods is None else unit
+
+
+def place_of(run: Any, name: str) -> Place:
+    """Where a quantity of a run is, by its name. Raises InputError that says which name was probably meant."""
     places = run.places
     single = name.removesuffix("_1") if isinstance(name, str) and len(run.joints) == 2 else name
     if single != name and name not in places and single in places:
@@ -51,10 +62,15 @@ def column(run: Any, name: str) -> Array:
     if name not in places:
         known = did_you_mean(name, places) or f"; it has {choices(list(places)[:12])}, ..."
         raise InputError(f"{shown(name)} is no quantity of this run{known}")
-    part, index = places[name]
+    return places[name]
+
+
+def column(run: Any, name: str) -> Array:
+    """One quantity of a run by its name, (n,). Raises InputError that says which name was probably meant."""
+    part, index = place_of(run, name)
     if part == "energy":
         return run.kinetic + run.potential
-    if name.startswith("work_") and part in run.work:
+    if part in run.work:
         return run.work[part]
     array = getattr(run.rods, part) if part in Reactions._fields else getattr(run, part)
     return np.asarray(array[index])

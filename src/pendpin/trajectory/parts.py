@@ -39,10 +39,14 @@ class Energy(NamedTuple):
         return self.kinetic + self.potential
 
     @property
+    def moved(self) -> float:
+        """The energy that moves, J: the largest kinetic energy, or the range of the potential."""
+        return float(max(self.kinetic.max(), np.ptp(self.potential), np.finfo(float).tiny))
+
+    @property
     def drift(self) -> float:
-        """Largest departure of the total from its start, over the largest kinetic energy or range of potential."""
-        moved = max(self.kinetic.max(), np.ptp(self.potential), np.finfo(float).tiny)
-        return float(np.abs(self.total - self.total[0]).max() / moved)
+        """Largest departure of the total from its start, as a part of the energy that moves."""
+        return float(np.abs(self.total - self.total[0]).max() / self.moved)
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.errors import one_line
 
 MOST_PERIODS = 4  # joints
+MOST_LETTERS = 90  # of a title
 LEAST_TURNS = 2  # upward crossings, for a period
 FORCES = ("R1", "R2", "R3")
 
@@ -83,6 +85,22 @@ def _periods(run: Any) -> Iterator[tuple[str, float]]:
             yield joint, float((times[-1] - times[0]) / (len(times) - 1))
 
 
+def title(run: Any) -> str:
+    """The scene's title; where it has none, what moves and what acts."""
+    kinds = dict.fromkeys(str(effect.get("kind", "an effect")) for effect in run.scene.get("effects") or ())
+    under = ", ".join(kind.replace("_", " ") for kind in kinds)
+    return one_line(str(run.scene.get("title") or "") or f"{_model(run)}{under and f' under {under}'}")[:MOST_LETTERS]
+
+
+def _model(run: Any) -> str:
+    """What moves: so many rods, or a URDF by its name."""
+    model, bodies = run.scene.get("model") or {}, run.tip.shape[1]
+    if model.get("kind") == "chain":
+        return f"{bodies} rod{'s' * (bodies > 1)}"
+    name = str(model.get("name") or model.get("path") or "").replace("\\", "/").rpartition("/")[2]
+    return f"{name[:40] or 'a tree'}, {len(run.joints)} joints"
+
+
 def text(run: Any) -> str:
     """Three lines: model and method, errors, extremes."""
     if not len(run.t):
@@ -91,17 +109,10 @@ def text(run: Any) -> str:
 
 
 def _what(run: Any) -> str:
-    stats, bodies = run.stats, run.tip.shape[1]
-    model = run.scene.get("model") or {}
-    name = str(model.get("name") or model.get("path") or "").replace("\\", "/").rsplit("/", 1)[-1][:40]
-    what = (
-        f"{bodies} rod{'s' * (bodies > 1)}"
-        if model.get("kind") == "chain"
-        else f"{name or 'a tree'}, {len(run.joints)} joints"
-    )
+    stats = run.stats
     return (
-        f"Trajectory of {what}: {run.t[0]:g} to {run.t[-1]:g} s, {len(run.t)} samples, {stats.method} with {stats.setting}, "
-        f"{stats.steps} steps"
+        f"Trajectory of {_model(run)}: {run.t[0]:g} to {run.t[-1]:g} s, {len(run.t)} samples, "
+        f"{stats.method} with {stats.setting}, {stats.steps} steps"
     )
 
 

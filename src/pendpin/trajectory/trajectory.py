@@ -16,7 +16,7 @@ from pendpin.late import from_above
 from pendpin.records import LARGEST
 from pendpin.trajectory.columns import Place, column, columns
 from pendpin.trajectory.parts import Energy, Reactions, Stats
-from pendpin.trajectory.presentation import Summary, page, summary, text
+from pendpin.trajectory.presentation import Summary, page, summary, text, title
 from pendpin.trajectory.reading import ARRAYS, FORMAT, read_fields
 from pendpin.trajectory.tables import to_csv, to_pandas
 
@@ -49,6 +49,11 @@ class Trajectory:
     def __getitem__(self, name: str) -> Array:
         """One quantity by its name, (n,): run["theta_1"], run["R3_2"], run["tip_x"]. Raises InputError."""
         return column(self, name)
+
+    @property
+    def title(self) -> str:
+        """What figures and pages call the run: its scene's title, or what moves and what acts."""
+        return title(self)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -135,9 +140,9 @@ class Trajectory:
         return to_csv(self, path)
 
     def plot(self, *names: str, ax: Any = None) -> Any:
-        """Draw quantities by name against time on a matplotlib Axes, `ax` or a new one, and return it.
+        """Draw quantities by name against time on a matplotlib Axes, and return it.
 
-        Without names the figure of the run is drawn and returned.
+        Without `ax` a new Figure is returned: a panel for each unit; without names too, the figure of the run.
         """
         return from_above("Trajectory.plot")(self, names, ax)
 

@@ -1,0 +1,158 @@
+"""The panels of a run's figure: energy, positions, reactions against time, and the path of the tip."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from pendpin.errors import one_line
+from pendpin.trajectory import Trajectory
+from pendpin.trajectory.columns import unit_of
+
+# Colours that colour-blind people tell apart (Okabe and Ito, Color Universal Design, 2008).
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+BLACK = COLORS[-1]
+STYLES = ("-", "--", ":")  # of the first, second and third rod: lines that lie on each other are seen
+MOST_RODS = 3
+MOST_JOINTS = 6  # of a tree: those that move most
+NOTHING = 1e-12  # of the largest force times the model's size: a moment below is rounding
+
+Panel = Callable[[Any, Trajectory], None]
+
+
+def panels_of(run: Trajectory) -> list[Panel]:
+    """What is drawn against time, from above: drift where energy is conserved, moments where there are any."""
+    panels: list[Panel] = [draw_energy]
+    if run.stats.conservative:
+        panels.append(draw_drift)
+    panels += [draw_positions, draw_forces]
+    if run.rods is not None:
+        size = np.abs(run.rods.R3).max() * np.abs(run.tip).max()
+        panels += [draw_moments] * bool(np.abs(run.rods.M3).max() > NOTHING * size)
+    return panels
+
+
+def draw_energy(ax: Any, run: Trajectory) -> None:
+    """Kinetic and potential energy and their sum, the potential from its least value on."""
+    kinetic, potential = run.kinetic, run.potential - run.potential.min()
+    ax.plot(run.t, kinetic, label="kinetic", color=COLORS[1], linewidth=1.2)
+    if potential.any():
+        ax.plot(run.t, potential, label="potential*", color=COLORS[0], linewidth=1.2)
+        ax.plot(run.t, kinetic + potential, label="sum", color=BLACK, linewidth=1.6)
+        ax.plot([], [], " ", label="* above its least")
+    ax.set_ylabel("energy, J")
+
+
+def draw_drift(ax: Any, run: Trajectory) -> None:
+    """The change of the energy, which should be none, as a part of the energy that moves."""
+    energy = run.energy()
+    ax.plot(run.t, (energy.total - energy.total[0]) / energy.moved, color=BLACK, linewidth=0.9)
+    ax.set_ylabel("energy drift,\nof the energy moved")
+
+
+def draw_positions(ax: Any, run: Trajectory) -> None:
+    """theta solid and phi dashed, a colour for each rod; of a tree the joints that move most."""
+    rods = rods_shown(run)
+    if rods and len(run.joints) == 2 * _count(run):
+        for color, rod in zip(COLORS, rods, strict=False):
+            for style, joint in zip(STYLES, (2 * rod, 2 * rod + 1), strict=False):
+                ax.plot(run.t, run.q[:, joint], style, label=plain_name(run.joints[joint]), color=color, linewidth=1.2)
+        ax.set_ylabel("position, rad")
+        return
+    for color, joint in zip(COLORS, joints_shown(run), strict=False):
+        ax.plot(run.t, run.q[:, joint], label=plain_name(run.joints[joint]), color=color, linewidth=1.2)
+    ax.set_ylabel("position, rad or m")
+
+
+def draw_forces(ax: Any, run: Trajectory) -> None:
+    """R1, R2, R3 of a single rod; the tension R3 of several; of a tree the size of the force in each joint."""
+    if run.rods is None:
+        for color, joint in zip(COLORS, joints_shown(run), strict=False):
+            size = np.linalg.norm(run.wrench[:, joint, :3], axis=-1)
+            ax.plot(run.t, size, label=plain_name(run.joints[joint]), color=color, linewidth=1.2)
+        ax.set_ylabel("joint force, N")
+    elif _count(run) == 1:
+        for color, name in zip(COLORS, ("R1", "R2", "R3"), strict=False):
+            ax.plot(run.t, run[name], label=name, color=color, linewidth=1.2)
+        ax.set_ylabel("reactions, N")
+    else:
+        _draw_rods(ax, run, "R3")
+        ax.set_ylabel("tension R3, N")
+
+
+def draw_moments(ax: Any, run: Trajectory) -> None:
+    """The moment M3 of each rod's joint about the rod."""
+    _draw_rods(ax, run, "M3")
+    ax.set_ylabel("moment M3, N m")
+
+
+def _draw_rods(ax: Any, run: Trajectory, name: str) -> None:
+    """A reaction of the rods that are shown."""
+    values = getattr(run.reactions(), name)
+    for color, style, rod in zip(COLORS, STYLES, rods_shown(run), strict=False):
+        label = f"rod {rod + 1}" if _count(run) > 1 else name
+        ax.plot(run.t, values[:, rod], style, label=label, color=color, linewidth=1.2)
+
+
+def draw_path_from_above(ax: Any, run: Trajectory) -> None:
+    """The tip's path in the horizontal plane, and the pivot of a chain."""
+    if run.rods is not None:
+        ax.plot([0], [0], "+", color="#718096", markersize=9)
+    _draw_path(ax, run, 0, 1)
+    ax.set_title("path of the tip, from above", fontsize=10)
+
+
+def draw_path_from_the_side(ax: Any, run: Trajectory) -> None:
+    """The tip's path in a vertical plane, of x and z or of y and z, in which it moves farther."""
+    x, y, _ = np.ptp(run.tip[:, -1], axis=0)
+    _draw_path(ax, run, 0 if x >= y else 1, 2)
+    ax.set_title("path of the tip, from the side", fontsize=10)
+
+
+def _draw_path(ax: Any, run: Trajectory, right: int, up: int) -> None:
+    """Two coordinates of the last tip to one scale, a dot where it starts."""
+    path = run.tip[:, -1]
+    ax.plot(path[:, right], path[:, up], color=COLORS[0], linewidth=0.8)
+    ax.plot(path[:1, right], path[:1, up], "o", color=COLORS[1], markersize=5)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set(xlabel=f"{'xyz'[right]}, m", ylabel=f"{'xyz'[up]}, m")
+
+
+PATHS: tuple[Panel, ...] = (draw_path_from_above, draw_path_from_the_side)
+
+
+def quantity_panels(run: Trajectory, names: tuple[str, ...]) -> list[Panel]:
+    """A panel for each unit of some quantities. Raises InputError for a name that the run lacks."""
+    units = {name: unit_of(run, name) for name in names}
+    by_unit = [tuple(name for name in names if units[name] == unit) for unit in dict.fromkeys(units.values())]
+    return [partial(draw_quantities, names=together) for together in by_unit]
+
+
+def draw_quantities(ax: Any, run: Trajectory, names: tuple[str, ...]) -> None:
+    """Quantities by name on one axes, with their units."""
+    for name in names:
+        ax.plot(run.t, run[name], label=plain_name(name), linewidth=1.2)
+    ax.set_ylabel(", ".join(dict.fromkeys(unit_of(run, name) for name in names)))
+
+
+def _count(run: Trajectory) -> int:
+    """How many rods on universal joints there are."""
+    return 0 if run.rods is None else run.rods.R3.shape[1]
+
+
+def rods_shown(run: Trajectory) -> list[int]:
+    """All rods of up to three, else the first, the middle and the last."""
+    count = _count(run)
+    return list(range(count)) if count <= MOST_RODS else [0, (count - 1) // 2, count - 1]
+
+
+def joints_shown(run: Trajectory) -> list[int]:
+    """All joints of up to six, else the six that move most, in model order."""
+    return sorted(np.argsort(-np.ptp(run.q, axis=0), kind="stable")[:MOST_JOINTS].tolist())
+
+
+def plain_name(name: str, most: int = 40) -> str:
+    """A name as matplotlib shows it letter by letter: no mathematics between dollars, and never left out."""
+    text = one_line(name[:most]).replace("$", r"\$")
+    return f" {text}" if text.startswith("_") else text
