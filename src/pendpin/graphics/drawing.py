@@ -1,7 +1,7 @@
 """What a picture of a motion is made of: solids fixed to bodies, the poses of those bodies, and the path of the tip."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -39,13 +39,24 @@ class Shape:
             raise ValueError(f"placement has shape {self.placement.shape}, not (4, 4)")
 
 
+class Plot(NamedTuple):
+    """Curves against time: values (n, k) of k quantities with their names and colours, in one unit."""
+
+    title: str
+    unit: str
+    names: tuple[str, ...]
+    values: Array
+    colors: tuple[str, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Drawing:
     """A motion to be shown, in the world frame W (z up).
 
-    t (n,) in s, rising; poses (n, bodies, 4, 4) of the bodies, one or more; trail (n, 3) in m, the path of the tip;
-    extent in m, the size of the whole, which sets how thick the thinnest lines are. Raises ValueError where these do
-    not fit together.
+    t (n,) in s, rising; poses (n, bodies, 4, 4) of the bodies, one or more; trail (n, 3) in m, the path of the tip, and
+    its velocity (n, 3) in m/s; extent in m, the size of the whole, which sets how thick the thinnest lines are. Where
+    known: forces (n, bodies, 3) in N, of the joints on the bodies, at their origins; plots; and `support`, the body from
+    which the others hang. Raises ValueError where these do not fit together.
     """
 
     title: str
@@ -54,19 +65,23 @@ class Drawing:
     shapes: tuple[Shape, ...]
     trail: Array
     extent: float
+    velocity: Array | None = None
+    forces: Array | None = None
+    plots: tuple[Plot, ...] = ()
+    support: int | None = None
 
     def __post_init__(self) -> None:
         n, bodies = self.poses.shape[:2]
-        if (
-            n < 1
-            or bodies < 1
-            or self.t.shape != (n,)
-            or self.poses.shape != (n, bodies, 4, 4)
-            or self.trail.shape != (n, 3)
-        ):
-            raise ValueError(f"t {self.t.shape}, poses {self.poses.shape} and trail {self.trail.shape} do not fit")
-        if not all(np.isfinite(values).all() for values in (self.t, self.poses, self.trail)):
-            raise ValueError("a pose or time is not finite")
+        parts = [(self.t, (n,)), (self.poses, (n, bodies, 4, 4)), (self.trail, (n, 3))]
+        parts += [(self.velocity, (n, 3)), (self.forces, (n, bodies, 3))]
+        parts += [(plot.values, (n, len(plot.names))) for plot in self.plots]
+        given = [(values, shape) for values, shape in parts if values is not None]
+        if n < 1 or bodies < 1 or any(values.shape != shape for values, shape in given):
+            raise ValueError(
+                f"shapes {[values.shape for values, _ in given]} do not fit {[shape for _, shape in given]}"
+            )
+        if not all(np.isfinite(values).all() for values, _ in given):
+            raise ValueError("a pose, time, force or plotted value is not finite")
         if not all(WORLD <= shape.body < bodies for shape in self.shapes):
             raise ValueError(f"a shape belongs to none of the {bodies} bodies")
         if not 0 < self.extent < np.inf:

@@ -3,7 +3,6 @@
 Nothing of meshcat's Python side is imported: that would start ZeroMQ. Its viewer reads the same commands from the page.
 """
 
-import base64
 import html
 import importlib.util
 import json
@@ -18,19 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendpin.arrays import Array
-from pendpin.errors import InputError, MissingLibrary, choices, inside
-from pendpin.files import read_whole, write_whole
-from pendpin.graphics.drawing import WORLD, Drawing, Shape
+from pendpin.errors import InputError, MissingLibrary
+from pendpin.files import write_whole
+from pendpin.graphics.drawing import WORLD, Drawing, Plot
+from pendpin.graphics.meshcat_commands import base64_of, commands
+from pendpin.graphics.path import smooth
 
+SCRIPTS = ("scene.js", "arrows.js", "plots.js", "player.js")  # in this order
 FRAMES_PER_SECOND = 60  # at most: what a screen shows
 POSES = 200_000  # key poses in a page at most, 19 bytes each; with more bodies a page has fewer frames
-TRAIL_POINTS = 10_000  # at most
-THINNEST = 0.002  # radius of the thinnest solid, over the extent of the drawing: about 2 pixels
-SHADOWS = 500  # shapes that still throw shadows: beyond that they cost more than they show
-MESH_BYTES = 100_000_000  # of one mesh; the page holds all of it
-MESHES = {".obj": "obj", ".stl": "stl", ".dae": "dae"}
-
-SKY = {"top_color": [0.98, 0.985, 0.99], "bottom_color": [0.90, 0.92, 0.945]}
+LEAST_FRAMES = 600  # where the samples give as many: a run of less than 10 s is looked at slowly
+TRAIL_POINTS = 30_000  # at most
+PLOT_POINTS = 2000  # of a curve, at most
 
 
 def write_page(path: str | Path, drawing: Drawing) -> Path:
@@ -52,8 +50,7 @@ def page(drawing: Drawing, *, live: bool = False) -> str:
         "licenses": _viewer("main.min.js.LICENSE.txt"),
         "viewer": _viewer("main.min.js"),
         "drawing": _json(contents(drawing) | {"live": live}),
-        "scene": _own("scene.js"),
-        "player": _own("player.js"),
+        "script": "\n".join(map(_own, SCRIPTS)),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], _own("page.html"))
 
@@ -67,21 +64,51 @@ def contents(drawing: Drawing) -> dict[str, Any]:
     """What the player reads, for JSON: meshcat's commands, key poses of the bodies that are seen, and the trail."""
     drawing = _lasting(drawing)
     bodies = sorted({shape.body for shape in drawing.shapes} - {WORLD}) or [0]
-    keys = pick(drawing.t, FRAMES_PER_SECOND, POSES // len(bodies))
+    start, duration = float(drawing.t[0]), float(drawing.t[-1] - drawing.t[0])
+    rate = max(FRAMES_PER_SECOND, LEAST_FRAMES / duration)
+    keys = pick(drawing.t, rate, POSES // len(bodies))
     poses = drawing.poses[keys][:, bodies]
-    path = pick(drawing.t, FRAMES_PER_SECOND, TRAIL_POINTS)
-    start, end = drawing.t[0], drawing.t[-1]
     return {
         "commands": commands(drawing, bodies),
-        "start": float(start),
-        "duration": float(end - start),
+        "start": start,
+        "duration": duration,
         "extent": float(drawing.extent),
         "bodies": len(bodies),
+        "support": bodies.index(drawing.support) if drawing.support in bodies else None,
         "times": _floats(drawing.t[keys] - start),
         "positions": _integers(poses[..., :3, 3].swapaxes(0, 1)),
         "quaternions": _integers(quaternions(poses[..., :3, :3]).swapaxes(0, 1)),
-        "trail": {"times": _floats(drawing.t[path] - start), "points": _floats(drawing.trail[path])},
+        "forces": None if drawing.forces is None else _forces(drawing.forces[keys][:, bodies]),
+        "trail": _trail(drawing, rate),
+        "plots": _plots(drawing),
     }
+
+
+def _trail(drawing: Drawing, rate: float) -> dict[str, Any]:
+    """The path of the tip, `rate` points a second or more; where its velocity is not known, differences give it."""
+    velocity = np.gradient(drawing.trail, drawing.t, axis=0) if drawing.velocity is None else drawing.velocity
+    times, points = smooth(drawing.t, drawing.trail, velocity, rate, TRAIL_POINTS)
+    return {"times": _floats(times - drawing.t[0]), "points": _integers(points)}
+
+
+def _forces(forces: Array) -> dict[str, Any] | None:
+    """Forces (n, bodies, 3) in N over the largest of them; None where nothing is held."""
+    largest = float(np.linalg.norm(forces, axis=-1).max())
+    return {"largest": largest, **_integers(forces.swapaxes(0, 1) / largest)} if largest else None
+
+
+def _plots(drawing: Drawing) -> dict[str, Any]:
+    """The curves, each from 0 at the lowest value of its plot to 1 at the highest."""
+    rows = pick(drawing.t, np.inf, PLOT_POINTS)
+    return {"times": _floats(drawing.t[rows] - drawing.t[0]), "plots": [_plot(plot, rows) for plot in drawing.plots]}
+
+
+def _plot(plot: Plot, rows: NDArray[np.intp]) -> dict[str, Any]:
+    low, high = float(plot.values.min()), float(plot.values.max())
+    middle, least = (low + high) / 2, 1e-9 * max(abs(low), abs(high)) or 1.0  # what varies by less is a straight line
+    low, high = min(low, middle - least), max(high, middle + least)
+    curves = [_floats(curve) for curve in (plot.values[rows].T - low) / (high - low)]
+    return {**plot._asdict(), "values": curves, "low": low, "high": high}
 
 
 def _lasting(drawing: Drawing) -> Drawing:
@@ -89,12 +116,15 @@ def _lasting(drawing: Drawing) -> Drawing:
     if len(drawing.t) > 1:
         return drawing
     twice = {name: np.repeat(getattr(drawing, name), 2, axis=0) for name in ("poses", "trail")}
-    return replace(drawing, t=drawing.t[0] + np.array([0.0, 1.0]), **twice)
+    plots = tuple(plot._replace(values=np.repeat(plot.values, 2, axis=0)) for plot in drawing.plots)
+    forces = None if drawing.forces is None else np.repeat(drawing.forces, 2, axis=0)
+    t = drawing.t[0] + np.array([0.0, 1.0])
+    return replace(drawing, t=t, velocity=None, forces=forces, plots=plots, **twice)
 
 
 def pick(t: Array, per_second: float, most: int) -> NDArray[np.intp]:
     """Indices of samples to keep, evenly spread, first and last among them: at most `per_second`, at most `most`."""
-    wanted = min(len(t), int((t[-1] - t[0]) * per_second) + 2, max(2, most))
+    wanted = int(min(len(t), (t[-1] - t[0]) * per_second + 2, max(2, most)))
     return np.unique(np.linspace(0, len(t) - 1, wanted).round().astype(np.intp))
 
 
@@ -108,117 +138,21 @@ def quaternions(rotations: Array) -> Array:
     return q
 
 
-def commands(drawing: Drawing, bodies: list[int]) -> list[dict[str, Any]]:
-    """meshcat's commands that set the stage and put the shapes on it, those of `bodies[i]` in a group named body_i."""
-    hidden = ["/Grid", "/Axes", *(f"/Lights/{name}" for name in _LIGHTS)]
-    return [
-        *(_property("/Background", key, color) for key, color in SKY.items()),
-        *(_property(path, "visible", False) for path in hidden),
-        {"type": "set_object", "path": "/pendpin/bodies", "object": _solids(drawing, bodies)},
-    ]
-
-
-_LIGHTS = ("PointLightNegativeX", "PointLightPositiveX", "AmbientLight", "FillLight")  # made for scenes of 1 m
-
-
-def _property(path: str, key: str, value: Any) -> dict[str, Any]:
-    return {"type": "set_property", "path": path, "property": key, "value": value}
-
-
-def _solids(drawing: Drawing, bodies: list[int]) -> dict[str, Any]:
-    """All shapes as one three.js object: a group per body, equal geometries and materials held once."""
-    geometries: dict[Any, dict[str, Any]] = {}
-    materials: dict[int, dict[str, Any]] = {}
-    groups: dict[int, list[dict[str, Any]]] = {body: [] for body in [*bodies, WORLD]}
-    shadows = len(drawing.shapes) <= SHADOWS
-    for shape in drawing.shapes:
-        key = (shape.geometry, shape.size, shape.path)
-        if key not in geometries:
-            geometries[key] = {"uuid": f"geometry_{len(geometries)}"} | _geometry(shape, THINNEST * drawing.extent)
-        material = materials.setdefault(shape.color, _material(shape.color))
-        solid = {
-            "type": "Mesh",
-            "geometry": geometries[key]["uuid"],
-            "material": material["uuid"],
-            "castShadow": shadows,
-        }
-        groups[shape.body].append(solid | {"matrix": _matrix(shape)})
-    names = {body: f"body_{i}" for i, body in enumerate(bodies)} | {WORLD: "world"}
-    return {
-        "metadata": {"version": 4.5, "type": "Object"},
-        "geometries": list(geometries.values()),
-        "materials": list(materials.values()),
-        "object": _group("solids", [_group(names[body], solids) for body, solids in groups.items()]),
-    }
-
-
-def _group(name: str, children: list[dict[str, Any]]) -> dict[str, Any]:
-    return {"type": "Group", "uuid": name, "name": name, "children": children}
-
-
-def _matrix(shape: Shape) -> list[float]:
-    """The placement as three.js reads it, column by column, with what turns its solids into ours."""
-    placement = shape.placement
-    if shape.geometry == "cylinder":  # three.js has it along y
-        placement = placement @ np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
-    if shape.geometry == "mesh":
-        placement = placement @ np.diag([*shape.size, 1.0])
-    return [round(float(x), 9) for x in placement.T.flat]
-
-
-def _material(color: int) -> dict[str, Any]:
-    return {
-        "uuid": f"color_{color:06x}",
-        "type": "MeshPhongMaterial",
-        "color": color,
-        "specular": 0x202020,
-        "shininess": 40,
-        "side": 2,  # both: meshes may have their faces turned about
-    }
-
-
-def _geometry(shape: Shape, thinnest: float) -> dict[str, Any]:
-    if shape.geometry == "mesh":
-        return _mesh_file(Path(shape.path))
-    if shape.geometry == "box":
-        return {"type": "BoxGeometry"} | dict(zip(("width", "height", "depth"), shape.size, strict=True))
-    radius = max(shape.size[0], thinnest)
-    if shape.geometry == "sphere":
-        return {"type": "SphereGeometry", "radius": radius, "widthSegments": 24, "heightSegments": 16}
-    length = shape.size[1]
-    return {
-        "type": "CylinderGeometry",
-        "radiusTop": radius,
-        "radiusBottom": radius,
-        "height": length,
-        "radialSegments": 24,
-    }
-
-
-def _mesh_file(path: Path) -> dict[str, Any]:
-    kind = MESHES.get(path.suffix.lower())
-    if kind is None:
-        raise InputError(f"{path}: a mesh to be drawn is one of: {choices(MESHES)}")
-    with inside(str(path)):
-        data = read_whole(path, MESH_BYTES, "a mesh")
-    content = {"base64": _base64(data)} if kind == "stl" else {"data": data.decode(errors="replace")}
-    return {"type": "_meshfile_geometry", "format": kind} | content
-
-
 def _floats(values: Array) -> str:
-    if (np.abs(values) > np.finfo("f4").max).any():
-        raise InputError(f"times or lengths beyond {np.finfo('f4').max:.2g} s or m cannot be drawn in a browser")
-    return _base64(values.astype("<f4").tobytes())
+    _refuse_beyond_floats(values)
+    return base64_of(values.astype("<f4").tobytes())
 
 
 def _integers(values: Array) -> dict[str, Any]:
     """Values as whole numbers of 16 bits, and what one of them is worth."""
+    _refuse_beyond_floats(values)
     scale = float(np.abs(values).max(initial=0.0)) / 32767 or 1.0
-    return {"scale": scale, "data": _base64((values / scale).round().astype("<i2").tobytes())}
+    return {"scale": scale, "data": base64_of((values / scale).round().astype("<i2").tobytes())}
 
 
-def _base64(data: bytes) -> str:
-    return base64.b64encode(data).decode("ascii")
+def _refuse_beyond_floats(values: Array) -> None:
+    if (np.abs(values) > np.finfo("f4").max).any():
+        raise InputError(f"times or lengths beyond {np.finfo('f4').max:.2g} s or m cannot be drawn in a browser")
 
 
 def _policy(live: bool) -> str:

@@ -1,127 +1,100 @@
-"""From a run to what is drawn: the solids of its model, their poses over time, the trail of the last tip."""
-
-import math
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
+"""From a run to what is drawn: solids and their poses over time, the tip's path, joint forces, curves."""
 
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.effects import FrameEffect
 from pendpin.errors import InputError
-from pendpin.graphics.drawing import WORLD, Drawing, Shape
+from pendpin.graphics.drawing import Drawing, Plot, Shape
+from pendpin.graphics.panels import BLACK, COLORS, joints_shown
+from pendpin.graphics.shapes import rod_shapes, urdf_shapes
 from pendpin.model import kinematics
-from pendpin.model.bodies import Body, pinocchio
 from pendpin.model.build import Model, build
-from pendpin.model.read_urdf import mesh_file
-from pendpin.model.urdf_xml import parse
-from pendpin.scene import Scene, UrdfModel
+from pendpin.scene import Chain, Scene, UrdfModel
+from pendpin.simulation.continuation import scene_of
 from pendpin.trajectory import Trajectory
-
-COPPER, STEEL, BRASS = 0xD9622B, 0x7A8696, 0xE0A23C
-THINNEST = 0.006  # of the extent: what is thinner is drawn this thick, as radius
+from pendpin.trajectory.columns import unit_of
 
 
 def drawing_of(trajectory: Trajectory) -> Drawing:
-    """The drawing of a run. Raises InputError where the run's model cannot be built again, as when its URDF is gone."""
-    scene = trajectory.source or Scene(
-        model=trajectory.scene.get("model")
-    )  # effects may be gone: a user's own class, a file
+    """The drawing of a run, in the axes of W, over the ground where a support moves the pivot.
+
+    Raises InputError where the run's model cannot be built again, as when its URDF is gone.
+    """
+    scene, known = _scene(trajectory)
     model = build(scene.model)
     if model.joints != trajectory.joints or len(model.bodies) != trajectory.tip.shape[1]:
         raise InputError("the run does not fit its model, which has changed since, or another has its name")
-    points = trajectory.tip.reshape(-1, 3)
-    extent = float(np.linalg.norm(points, axis=-1).max()) or 1.0
+    extent = float(np.linalg.norm(trajectory.tip, axis=-1).max()) or 1.0
+    position, velocity = (_of_pivot(scene, name, trajectory.t) for name in ("position", "velocity"))
+    joints, shapes = _shapes(scene, model, extent)
+    as_rods = joints is not None
+    poses = kinematics.poses(model, trajectory.q) if as_rods else kinematics.joint_poses(model, trajectory.q)
+    held = trajectory.wrench[:, joints if as_rods else slice(None), :3, None]
+    forces = (poses[..., :3, :3] @ held)[..., 0]
+    poses = np.pad(poses, ((0, 0), (0, 1), (0, 0), (0, 0)))
+    poses[:, -1] = np.eye(4)
+    poses[..., :3, 3] += position[:, None]
+    return Drawing(
+        title=trajectory.title + ("" if known else ", seen from the support"),
+        t=trajectory.t,
+        poses=poses,
+        shapes=shapes,
+        trail=trajectory.tip[:, -1] + position,
+        extent=extent,
+        velocity=_tip_velocity(model, trajectory) + velocity,
+        forces=np.pad(forces, ((0, 0), (0, 1), (0, 0))),
+        plots=_plots(trajectory),
+        support=len(model.bodies) if as_rods else None,
+    )
+
+
+def _scene(trajectory: Trajectory) -> tuple[Scene, bool]:
+    """The scene of a run, or its model alone where the rest is gone, and whether the motion of the pivot is known."""
+    try:
+        return scene_of(trajectory), True
+    except InputError:
+        kinds = [effect.get("kind") for effect in trajectory.scene.get("effects", ()) if isinstance(effect, dict)]
+        return Scene(model=trajectory.scene.get("model")), "support" not in kinds
+
+
+def _of_pivot(scene: Scene, quantity: str, t: Array) -> Array:
+    """The position or velocity of the pivot over the ground at times t (n,) in s: (n, 3) in m or m/s."""
+    total = np.zeros((len(t), 3))
+    for effect in scene.effects:
+        if isinstance(effect, FrameEffect):
+            total += [getattr(effect, quantity)(moment) for moment in t]
+    return total
+
+
+def _shapes(scene: Scene, model: Model, extent: float) -> tuple[list[int] | None, tuple[Shape, ...]]:
+    """The solids of a URDF that shows any, each on what a joint moves; else rods, and the joint of each of them."""
     if isinstance(scene.model, UrdfModel):
-        poses, shapes = kinematics.joint_poses(model, trajectory.q), tuple(_urdf_shapes(scene.model.file, model))
-    else:
-        poses, shapes = kinematics.poses(model, trajectory.q), ()
-    if not any(shape.body != WORLD for shape in shapes):
-        poses, shapes = kinematics.poses(model, trajectory.q), tuple(_rod_shapes(model, extent))
-    return Drawing(trajectory.title, trajectory.t - trajectory.t[0], poses, shapes, trajectory.tip[:, -1], extent)
+        shapes = tuple(urdf_shapes(scene.model.file, model))
+        if any(shape.body < len(model.joints) for shape in shapes):
+            return None, shapes
+    payloads = (
+        [rod.payload for rod in scene.model.all_rods] if isinstance(scene.model, Chain) else [0.0] * len(model.bodies)
+    )
+    return [body.joint for body in model.bodies], tuple(rod_shapes(model, extent, payloads))
 
 
-def _rod_shapes(model: Model, extent: float) -> Iterator[Shape]:
-    thick = THINNEST * extent
-    many = len(model.bodies) > 20
-    yield Shape("box", (12 * thick, 12 * thick, thick), _at(0, 0, 3.5 * thick), STEEL, WORLD)
-    for index, body in enumerate(model.bodies):
-        radius = max(body.radius, thick * (0.4 if many else 1.0))
-        long = any(body.tip)  # a rotor about its own centre is not
-        if long:
-            yield _rod(body, index, radius, COPPER if index % 2 == 0 else BRASS)
-        if not (many and long):
-            yield Shape("sphere", (1.5 * radius,), np.eye(4), STEEL, index)
-    if model.bodies:
-        yield Shape("sphere", (1.5 * thick,), _at(*model.bodies[-1].tip), STEEL, len(model.bodies) - 1)
+def _tip_velocity(model: Model, trajectory: Trajectory) -> Array:
+    """The velocity of the last tip, (n, 3) m/s, by a central difference along the rates."""
+    step = (1e-6 / np.maximum(1.0, np.abs(trajectory.v).max(1, initial=0.0)))[:, None]
+    ends = (kinematics.tips(model, kinematics.poses(model, trajectory.q + s * trajectory.v)) for s in (step, -step))
+    after, before = (tips[:, -1] for tips in ends)
+    return (after - before) / (2 * step)
 
 
-def _rod(body: Body, index: int, radius: float, color: int) -> Shape:
-    length = math.hypot(*body.tip)  # the norm of a tiny vector is 0
-    placement = np.eye(4)
-    placement[:3, :3] = _frame_along(body.tip / length)
-    placement[:3, 3] = body.tip / 2
-    return Shape("cylinder", (radius, length), placement, color, index)
-
-
-def _frame_along(z: Array) -> Array:
-    """A rotation whose third axis is the unit vector z."""
-    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
-    x /= np.linalg.norm(x)
-    return np.array([x, np.cross(z, x), z], float).T
-
-
-def _at(x: float, y: float, z: float) -> Array:
-    placement = np.eye(4)
-    placement[:3, 3] = x, y, z
-    return placement
-
-
-def _urdf_shapes(path: Path, model: Model) -> Iterator[Shape]:
-    """The visuals of a URDF, each fixed to the joint that moves its link."""
-    robot = parse(path.read_bytes())  # the model is built: every check has been passed
-    materials = {str(material.get("name")): material for material in robot.findall("material")}
-    assert model.pin is not None
-    frames = {frame.name: frame for frame in model.pin.frames if frame.type == pinocchio().FrameType.BODY}
-    for link in robot.findall("link"):
-        frame = frames[str(link.get("name"))]
-        for visual in link.findall("visual"):
-            placement = np.array(frame.placement.homogeneous) @ _origin(visual.find("origin"))
-            shape = _visual(visual, placement, frame.parentJoint - 1, _color(visual, materials), path)
-            if shape is not None:
-                yield shape
-
-
-def _visual(visual: Any, placement: Array, body: int, color: int, urdf: Path) -> Shape | None:
-    """What is drawn; None for a mesh whose file is gone, as the model's notes say."""
-    shape = visual.find("geometry")[0]
-    if shape.tag == "mesh":
-        file = mesh_file(urdf.parent, shape.get("filename"))
-        return file and Shape("mesh", _numbers(shape.get("scale", "1 1 1")), placement, color, body, str(file))
-    keys = {"box": ("size",), "sphere": ("radius",)}.get(shape.tag, ("radius", "length"))
-    size = tuple(number for key in keys for number in _numbers(shape.get(key)))
-    return Shape("cylinder" if shape.tag == "capsule" else shape.tag, size, placement, color, body)
-
-
-def _origin(origin: Any) -> Array:
-    placement = np.eye(4)
-    if origin is not None:
-        rpy = np.array(_numbers(origin.get("rpy", "0 0 0")))
-        placement[:3, :3] = pinocchio().rpy.rpyToMatrix(rpy)
-        placement[:3, 3] = _numbers(origin.get("xyz", "0 0 0"))
-    return placement
-
-
-def _color(visual: Any, materials: dict[str, Any]) -> int:
-    material = visual.find("material")
-    if material is not None and material.find("color") is None:
-        material = materials.get(str(material.get("name")))
-    color = None if material is None else material.find("color")
-    if color is None:
-        return COPPER
-    red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in _numbers(color.get("rgba", "1 1 1 1"))[:3])
-    return red << 16 | green << 8 | blue
-
-
-def _numbers(text: str) -> tuple[float, ...]:
-    return tuple(float(part) for part in text.split())
+def _plots(run: Trajectory) -> tuple[Plot, ...]:
+    """Energies, the potential counted from its least so that both fill the plot, and the joints' positions."""
+    potential, joints = run.potential - run.potential.min(), joints_shown(run)
+    energies = np.stack([run.kinetic, potential, run.kinetic + potential], -1)
+    names, unit = tuple(run.joints[j] for j in joints), unit_of(run, run.joints[joints[0]])
+    return (
+        Plot(
+            "Energy, potential above its least", "J", ("kinetic", "potential", "sum"), energies, (*COLORS[1::-1], BLACK)
+        ),
+        Plot("Position", unit, names, run.q[:, joints], COLORS[: len(joints)]),
+    )

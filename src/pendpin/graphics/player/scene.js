@@ -98,12 +98,13 @@ function tube(points, sides, radius) {
 // The tip's path, all of it faintly, and its last seconds strongly; returns what moves these on to time t.
 function addTrail(viewer, extent, times, points) {
   const sides = 6;
-  const seconds = 3;
-  const recent = tube(points, sides, 0.0034 * extent);
-  const faint = new THREE.MeshBasicMaterial({ color: 0x2b6cb0, transparent: true, opacity: 0.22, depthWrite: false });
-  add(viewer, ["trail", "whole"], new THREE.Mesh(tube(points, sides, 0.0016 * extent), faint));
+  const size = around([points]).getSize(new THREE.Vector3()).length();
+  const recent = tube(points, sides, 0.0034 * Math.min(extent, Math.max(size, 0.1 * extent)));
+  const whole = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(points, 3));
+  const faint = new THREE.LineBasicMaterial({ color: 0x2b6cb0, transparent: true, opacity: 0.3, depthWrite: false });
+  add(viewer, ["trail", "whole"], new THREE.Line(whole, faint));
   add(viewer, ["trail", "recent"], new THREE.Mesh(recent, new THREE.MeshBasicMaterial({ color: 0x2b6cb0 })));
-  return (t) => {
+  return (t, seconds) => {
     const first = lastBefore(times, t - seconds);
     recent.setDrawRange(6 * sides * first, 6 * sides * (lastBefore(times, t) - first));
   };
@@ -140,19 +141,26 @@ function around(clouds) {
   return box;
 }
 
-// Put the camera as near as lets every point be seen, looking from the front right and a little from above.
-function fitCamera(viewer, extent, clouds) {
+// Where each view looks from, and its angle: with 2 degrees and from far away, sizes do not depend on the distance.
+const VIEWS = {
+  corner: { from: [1, -0.72, 0.27], angle: 32 },
+  front: { from: [1, 0, 0], angle: 2 },
+  side: { from: [0, -1, 0], angle: 2 },
+  above: { from: [0, -1e-4, 1], angle: 2 },
+};
+
+// Put the camera of a view as near as lets every point be seen, and as much as `pad` in m around it.
+function fitCamera(viewer, clouds, view, pad) {
   const camera = viewer.camera;
   const turned = (x, y, z) => new THREE.Vector3(x, z, -y);
   const target = turned(...around(clouds).getCenter(new THREE.Vector3()).toArray());
-  const back = turned(1, -0.72, 0.27).normalize();
+  const back = turned(...view.from).normalize();
   const right = new THREE.Vector3(0, 1, 0).cross(back).normalize();
   const above = back.clone().cross(right);
-  camera.fov = 32;
-  const tall = Math.tan((camera.fov * Math.PI) / 360) * 0.82; // room for the bar and the title
-  const wide = tall * Math.max(0.2, window.innerWidth / window.innerHeight);
-  const pad = 0.05 * extent;
-  let distance = extent;
+  camera.fov = view.angle;
+  const tall = Math.tan((camera.fov * Math.PI) / 360) * 0.84; // room for the title and the views
+  const wide = tall * Math.max(0.2, camera.aspect);
+  let distance = 0;
   for (const cloud of clouds) {
     for (let i = 0; i < cloud.length; i += 3) {
       const p = turned(cloud[i], cloud[i + 1], cloud[i + 2]).sub(target);
@@ -160,7 +168,7 @@ function fitCamera(viewer, extent, clouds) {
       distance = Math.max(distance, p.dot(back) + across);
     }
   }
-  Object.assign(camera, { near: distance / 200, far: distance + 20 * extent });
+  Object.assign(camera, { near: distance / 200, far: 20 * distance });
   camera.position.copy(target).addScaledVector(back, distance);
   viewer.controls.target.copy(target);
   viewer.controls.update();

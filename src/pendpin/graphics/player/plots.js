@@ -1,0 +1,67 @@
+// Curves against time below the scene, with a cursor that moves with the slider.
+"use strict";
+
+function make(tag, parent, properties = {}) {
+  return parent.appendChild(Object.assign(document.createElement(tag), properties));
+}
+
+function makePath(svg, name, d, color = "") {
+  const path = document.createElementNS(svg.namespaceURI, "path");
+  path.setAttribute("class", name);
+  path.setAttribute("d", d);
+  path.style.stroke = color;
+  svg.appendChild(path);
+}
+
+// Round numbers from low to high, about `count` of them.
+function ticks(low, high, count) {
+  const step = roundLength((high - low) / count);
+  const first = Math.ceil(low / step);
+  return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, i) => (first + i) * step);
+}
+
+function short(value) {
+  const text = Number(value.toPrecision(3));
+  return Math.abs(text) >= 1e5 || (text && Math.abs(text) < 1e-3) ? text.toExponential() : String(text);
+}
+
+// One plot: `values` (a Float32Array for each curve, from 0 at `low` to 1 at `high`) at `times` in s after the start.
+// Returns what moves its cursor to time t; `onTime` is called with the time at which it is clicked.
+function addPlot(section, { title, unit, names, colors, low, high, values }, times, start, duration, onTime) {
+  const figure = make("figure", section, { ariaLabel: `${title} against time` });
+  const caption = make("figcaption", figure, { textContent: `${title}, ${unit}` });
+  const area = make("div", figure, { className: "curves" });
+  const svg = area.appendChild(document.createElementNS("http://www.w3.org/2000/svg", "svg"));
+  svg.setAttribute("viewBox", "0 0 1000 1000");
+  svg.setAttribute("preserveAspectRatio", "none");
+  for (const y of ticks(low, high, 3)) {
+    const place = 1 - (y - low) / (high - low);
+    makePath(svg, "tick", `M0 ${1000 * place}H1000`);
+    make("i", area, { className: "y", textContent: short(y) }).style.top = `${100 * place}%`;
+  }
+  for (const x of ticks(start, start + duration, 6)) {
+    const place = (x - start) / duration;
+    makePath(svg, "tick", `M${1000 * place} 0V1000`);
+    make("i", area, { className: "x", textContent: short(x) }).style.left = `${100 * place}%`;
+  }
+  const labels = values.map((curve, i) => {
+    const points = Array.from(curve, (y, j) => `${((1000 * times[j]) / duration).toFixed(2)} ${(1000 * (1 - y)).toFixed(1)}`);
+    makePath(svg, "curve", `M${points.join("L")}`, colors[i]);
+    const label = make("span", caption);
+    label.style.color = colors[i];
+    return label;
+  });
+  const cursor = make("div", area, { className: "cursor" });
+  const pick = (event) => {
+    const { left, width } = area.getBoundingClientRect();
+    if (event.buttons) onTime((duration * (event.clientX - left)) / width);
+  };
+  area.addEventListener("pointerdown", (event) => (area.setPointerCapture(event.pointerId), pick(event)));
+  area.addEventListener("pointermove", pick);
+
+  return (t) => {
+    cursor.style.left = `${(100 * t) / duration}%`;
+    const now = lastBefore(times, t);
+    values.forEach((curve, i) => (labels[i].textContent = `${names[i]} ${short(low + (high - low) * curve[now])}`));
+  };
+}

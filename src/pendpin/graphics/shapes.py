@@ -1,0 +1,114 @@
+"""The solids of a model: its rods, or what its URDF shows."""
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.graphics.drawing import Shape
+from pendpin.model.bodies import Body, pinocchio
+from pendpin.model.build import Model
+from pendpin.model.read_urdf import mesh_file
+from pendpin.model.urdf_xml import parse
+
+COPPER, STEEL, BRASS = 0xD9622B, 0x7A8696, 0xE0A23C
+THINNEST = 0.006  # of the extent: what is thinner is drawn this thick, as radius
+MANY = 20  # rods; of more, thinner ones are drawn, without their joints
+DENSITY = 7850.0  # kg/m³, of a payload: steel
+
+
+def rod_shapes(model: Model, extent: float, payloads: Sequence[float]) -> Iterator[Shape]:
+    """Rods, their joints and their payloads in kg; and what they hang from, which is the body after them."""
+    thick = THINNEST * extent
+    many = len(model.bodies) > MANY
+    yield Shape("box", (12 * thick, 12 * thick, thick), _at(0, 0, 3.5 * thick), STEEL, len(model.bodies))
+    for index, (body, payload) in enumerate(zip(model.bodies, payloads, strict=True)):
+        radius = max(body.radius, thick * (0.4 if many else 1.0))
+        long = any(body.tip)  # a rotor about its own centre is not
+        if long:
+            yield _rod(body, index, radius, COPPER if index % 2 == 0 else BRASS)
+        if not (many and long):
+            yield Shape("sphere", (min(1.5 * radius, 3 * thick),), np.eye(4), STEEL, index)
+        if payload or index == len(model.bodies) - 1:
+            yield Shape("sphere", (max(1.5 * thick, _ball(payload, body)),), _at(*body.tip), STEEL, index)
+
+
+def _ball(payload: float, body: Body) -> float:
+    """The radius in m of a steel ball of this mass in kg, of a diameter of a third of the rod at most."""
+    return min((3 * payload / (4 * math.pi * DENSITY)) ** (1 / 3), math.hypot(*body.tip) / 6)
+
+
+def _rod(body: Body, index: int, radius: float, color: int) -> Shape:
+    length = math.hypot(*body.tip)  # the norm of a tiny vector is 0
+    placement = np.eye(4)
+    placement[:3, :3] = _frame_along(body.tip / length)
+    placement[:3, 3] = body.tip / 2
+    return Shape("cylinder", (radius, length), placement, color, index)
+
+
+def _frame_along(z: Array) -> Array:
+    """A rotation whose third axis is the unit vector z."""
+    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
+    x /= np.linalg.norm(x)
+    return np.array([x, np.cross(z, x), z], float).T
+
+
+def _at(x: float, y: float, z: float) -> Array:
+    placement = np.eye(4)
+    placement[:3, 3] = x, y, z
+    return placement
+
+
+def urdf_shapes(path: Path, model: Model) -> Iterator[Shape]:
+    """The visuals of a URDF, each fixed to the joint that moves its link; what none moves, to the body after all joints."""
+    robot = parse(path.read_bytes())  # the model is built: every check has been passed
+    materials = {str(material.get("name")): material for material in robot.findall("material")}
+    assert model.pin is not None
+    frames = {frame.name: frame for frame in model.pin.frames if frame.type == pinocchio().FrameType.BODY}
+    for link in robot.findall("link"):
+        frame = frames[str(link.get("name"))]
+        for visual in link.findall("visual"):
+            placement = np.array(frame.placement.homogeneous) @ _origin(visual.find("origin"))
+            shape = _visual(
+                visual, placement, (frame.parentJoint or model.pin.njoints) - 1, _color(visual, materials), path
+            )
+            if shape is not None:
+                yield shape
+
+
+def _visual(visual: Any, placement: Array, body: int, color: int, urdf: Path) -> Shape | None:
+    """What is drawn; None for a mesh whose file is gone, as the model's notes say."""
+    shape = visual.find("geometry")[0]
+    if shape.tag == "mesh":
+        file = mesh_file(urdf.parent, shape.get("filename"))
+        return file and Shape("mesh", _numbers(shape.get("scale", "1 1 1")), placement, color, body, str(file))
+    keys = {"box": ("size",), "sphere": ("radius",)}.get(shape.tag, ("radius", "length"))
+    size = tuple(number for key in keys for number in _numbers(shape.get(key)))
+    return Shape("cylinder" if shape.tag == "capsule" else shape.tag, size, placement, color, body)
+
+
+def _origin(origin: Any) -> Array:
+    placement = np.eye(4)
+    if origin is not None:
+        rpy = np.array(_numbers(origin.get("rpy", "0 0 0")))
+        placement[:3, :3] = pinocchio().rpy.rpyToMatrix(rpy)
+        placement[:3, 3] = _numbers(origin.get("xyz", "0 0 0"))
+    return placement
+
+
+def _color(visual: Any, materials: dict[str, Any]) -> int:
+    material = visual.find("material")
+    if material is not None and material.find("color") is None:
+        material = materials.get(str(material.get("name")))
+    color = None if material is None else material.find("color")
+    if color is None:
+        return COPPER
+    red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in _numbers(color.get("rgba", "1 1 1 1"))[:3])
+    return red << 16 | green << 8 | blue
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    return tuple(float(part) for part in text.split())
