@@ -15,6 +15,7 @@ from pendpin import effects as fx
 from pendpin.analysis.sweep import cases, plan
 from pendpin.analysis.sweep import sweep as sweeps
 from pendpin.analysis.sweep.cases import Task, run_block, run_case, vectors_of
+from pendpin.analysis.sweep.figure import doubtful_cells
 from pendpin.analysis.sweep.sensitivity import indices, sobol_plan
 from pendpin.analysis.sweep.store import Blocks, load
 from pendpin.dynamics.symbols import staying_zero
@@ -247,13 +248,59 @@ def test_a_store_broken_off_goes_on_with_the_same_bits(tmp_path: Path, monkeypat
     assert_same(small(tmp_path / "map.zarr"), whole)
 
 
+def test_a_store_shows_what_is_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In `why`, in the order of the measures, and not hatched as doubtful."""
+    monkeypatch.setattr(sweeps, "_block_size", lambda task, workers: 4)
+    with pytest.raises(Interrupted):
+        pp.sweep(
+            scene(duration=0.5), {KEYS[0]: np.linspace(0, 3, 12)}, ["swing", "theta_2.final", "theta_2.final.spread"],
+            out=tmp_path / "a.zarr", workers=1, progress=_stop_after(4),
+        )  # fmt: skip
+    found = load(tmp_path / "a.zarr")
+    assert list(found.data_vars) == ["swing", "theta_2.final", "theta_2.final.spread", "why"]
+    waiting = found.why.values == "not run"
+    assert 4 <= (~waiting).sum() < 12
+    np.testing.assert_array_equal(np.isnan(found.swing.values), waiting)
+    assert not doubtful_cells(found, "theta_2.final")[waiting].any()
+
+
+def _stop_after(count: int):
+    """Progress that presses Ctrl-C when so many cases are done."""
+
+    def stop(done: int, _: int) -> None:
+        if done >= count:
+            raise KeyboardInterrupt
+
+    return stop
+
+
+def test_a_full_disk_ends_in_a_line_and_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No file may grow in the middle of the sweep; later the same call ends with the same bits."""
+    resource = pytest.importorskip("resource")
+    monkeypatch.setattr(sweeps, "_block_size", lambda task, workers: 3)
+    whole, limits = small(), resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def fill(done: int, count: int) -> None:
+        if done >= 9:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (10, limits[1]))
+
+    try:
+        with pytest.raises(pp.InputError, match=r"map\.zarr: cannot be written: File too large$"):
+            small(tmp_path / "map.zarr", progress=fill)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert (load(tmp_path / "map.zarr").why.values == "").sum() >= 9
+    assert_same(small(tmp_path / "map.zarr"), whole)
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["map.zarr"]
+
+
 def test_a_store_of_another_sweep_is_refused(tmp_path: Path) -> None:
     """In one line that says what differs; nothing in it changes."""
     store = tmp_path / "map.zarr"
     first = small(store)
     with pytest.raises(pp.InputError, match="another sweep"):
         pp.sweep(scene(duration=1.0), {KEYS[0]: [0.0, 1.0]}, ["flip_time", "swing"], out=store)
-    with pytest.raises(pp.InputError, match="another sweep: its scene"):
+    with pytest.raises(pp.InputError, match=r"another sweep: duration: 1\.0 there and 1\.5 here"):
         pp.sweep(
             scene(duration=1.5), {KEYS[0]: np.linspace(-3, 3, 6), KEYS[1]: np.linspace(-2, 2, 4)},
             ["flip_time", "swing"], out=store,

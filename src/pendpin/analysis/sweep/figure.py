@@ -12,8 +12,8 @@ from pendpin.graphics.figure import picture_kind, plain_text
 
 DOUBTFUL = 1e-3  # of a measure's range: a spread beyond is hatched
 DIVERGED = 1e-2  # a divergence beyond is hatched
+DECADES = 100.0  # largest over least value, beyond which colours are logarithmic
 MOST_PANELS = 12
-MARGIN = 0.02
 
 
 def save_map(dataset: Any, path: str | Path, measure: str | None = None) -> Path:
@@ -54,14 +54,14 @@ def names_of(dataset: Any) -> list[str]:
 
 
 def doubtful_cells(dataset: Any, name: str) -> Mask:
-    """The cases in which the measure is not to be believed: two tolerances disagree."""
-    values = dataset[name].values
+    """The cases that were run, and in which the measure is not to be believed: two tolerances disagree."""
+    values, run = dataset[name].values, dataset["why"].values == ""
     finite = values[np.isfinite(values)]
     limit = DOUBTFUL * (np.ptp(finite) if finite.size else 0.0)
     if f"{name}.spread" in dataset:
-        return ~(dataset[f"{name}.spread"].values <= limit)
+        return run & ~(dataset[f"{name}.spread"].values <= limit)
     if "divergence" in dataset and name != "divergence":
-        return ~(dataset["divergence"].values <= DIVERGED)
+        return run & ~(dataset["divergence"].values <= DIVERGED)
     return np.zeros(values.shape, bool)
 
 
@@ -134,12 +134,16 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
 
 
 def _colours(arrays: list[Array]) -> dict[str, Any]:
-    """Perceptual colours over the range of all; symmetric ones where the measure has both signs."""
+    """Perceptual colours over the range of all: symmetric where the measure has both signs, logarithmic over decades."""
+    from matplotlib.colors import LogNorm
+
     found = np.concatenate([array[np.isfinite(array)].ravel() for array in arrays])
     low, high = (float(found.min()), float(found.max())) if found.size else (0.0, 1.0)
     if low < 0 < high:
         most = max(-low, high)
         return {"cmap": "RdBu_r", "vmin": -most, "vmax": most}
+    if low > 0 and high > DECADES * low:
+        return {"cmap": "viridis", "norm": LogNorm(low, high)}
     return {"cmap": "viridis", "vmin": low, "vmax": high if high > low else low + 1.0}
 
 

@@ -4,8 +4,6 @@ A store holds a variable for each measure over the dimensions of the plan, `why`
 each block, which is set when the block's values are there. A sweep goes on from the blocks that are done.
 """
 
-import csv
-import io
 import json
 import os
 import shutil
@@ -18,13 +16,12 @@ from typing import Any
 import numpy as np
 
 from pendpin.analysis.sweep.cases import Block, Task
-from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
-from pendpin.files import write_whole
 from pendpin.versions import VERSION, installed
 
 FORMAT = 1
 LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")
+NOT_RUN = "not run"  # why a case of a block that is not done has no measures
 REMEDY = "delete it or name another store"
 
 
@@ -87,7 +84,7 @@ class Memory:
         import xarray
 
         for block in self.left():
-            self._why[self.blocks.region(block)] = "not run"
+            self._why[self.blocks.region(block)] = NOT_RUN
         dims = tuple(self.task.plan.dims)
         variables = {name: (dims, array) for name, array in self._values.items()} | {"why": (dims, self._why)}
         return described(xarray.Dataset(variables, coordinates(self.task)), self.task)
@@ -142,10 +139,7 @@ class Store:
             raise InputError(f"it is no store of a sweep; {REMEDY}")
         for name, value in _identity(self.task).items():
             if attributes.get(name) != value:
-                raise InputError(
-                    f"it holds another sweep: its {name.replace('_', ' ')} differs, {shown(attributes.get(name), 40)} "
-                    f"there and {shown(value, 40)} here; {REMEDY}"
-                )
+                raise InputError(f"it holds another sweep: {_change(name, attributes.get(name), value)}; {REMEDY}")
 
 
 def load(path: Path) -> Any:
@@ -161,7 +155,11 @@ def load(path: Path) -> Any:
             raise InputError(f"it is no store of a sweep: {error}") from None
         if found.attrs.get("pendpin_sweep") != FORMAT:
             raise InputError("it is no store of a sweep")
-        return found.drop_vars("done")
+        why = found["why"].values.astype(object)
+        blocks = Blocks.of(why.shape, found["why"].encoding["chunks"])
+        for block in np.flatnonzero(found["done"].values == 0).tolist():
+            why[blocks.region(block)] = NOT_RUN
+        return found[[*found.attrs["measures"], "why"]].assign(why=(found["why"].dims, why))
 
 
 def coordinates(task: Task) -> dict[str, Any]:
@@ -191,6 +189,28 @@ def _identity(task: Task) -> dict[str, Any]:
         "measures": [m.name for m in task.chosen],
         "versions": json.dumps(versions, sort_keys=True),
     }
+
+
+def _change(name: str, there: Any, here: Any) -> str:
+    """How the identity of a store and that of this sweep differ, in words."""
+    if name == "cases":
+        return "its cases have other numbers"
+    if name in ("scene", "versions"):
+        there, here = ({} if text is None else _leaves(json.loads(text)) for text in (there, here))
+        name = next(key for key in {**here, **there} if there.get(key) != here.get(key))
+        there, here = there.get(name), here.get(name)
+    return f"{name}: {shown(there, 40)} there and {shown(here, 40)} here"
+
+
+def _leaves(given: Any, path: str = "") -> dict[str, Any]:
+    """The numbers and texts of nested tables and lists, by key path."""
+    if isinstance(given, dict):
+        parts = [(f"{path}.{name}" if path else name, part) for name, part in given.items()]
+    elif isinstance(given, list):
+        parts = [(f"{path}[{i}]", part) for i, part in enumerate(given)]
+    else:
+        return {path: given}
+    return {key: leaf for place, part in parts for key, leaf in _leaves(part, place).items()}
 
 
 def _create(task: Task, blocks: Blocks, path: Path) -> None:
@@ -240,40 +260,3 @@ def _quiet() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
-
-
-def summary(found: Any) -> Array:
-    """How many cases there are, how many were not run, how many could not be: (3,)."""
-    why = found["why"].values
-    return np.array([why.size, (why == "not run").sum(), ((why != "") & (why != "not run")).sum()])
-
-
-def write_table(found: Any, path: Path) -> Path:
-    """Write every case as a row of a CSV file, whole or not at all: its numbers, its measures, why it has none."""
-    keys = [str(key) for key in found.attrs["keys"]]
-    names = [str(name) for name in found.data_vars]
-    grids = [np.broadcast_to(column, found[names[0]].shape) for column in _columns(found, keys)]
-    rows = zip(*(grid.ravel() for grid in grids), *(found[name].values.ravel() for name in names), strict=True)
-
-    def write(file: Any) -> None:
-        text = io.TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)
-        writer = csv.writer(text)
-        writer.writerow([*keys, *names])
-        writer.writerows([_cell(x) for x in row] for row in rows)
-        text.detach()
-
-    return write_whole(path, write)
-
-
-def _cell(x: Any) -> str:
-    return x if isinstance(x, str) else repr(float(x))
-
-
-def _columns(found: Any, keys: list[str]) -> Iterator[Array]:
-    """The values of each key, to be broadcast over the cases."""
-    for key in keys:
-        values = found[key].values
-        if key in found.dims:
-            axis = list(found[next(iter(found.data_vars))].dims).index(key)
-            values = values.reshape([-1 if i == axis else 1 for i in range(len(found.dims))])
-        yield values

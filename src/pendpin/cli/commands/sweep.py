@@ -90,7 +90,7 @@ def _plan(
 
 def _show(found: Any, files: list[Path], csv: Path | None, plot: Path | None, measure: str | None, json: bool) -> None:
     from pendpin.analysis.sweep.figure import names_of, save_map
-    from pendpin.analysis.sweep.store import summary, write_table
+    from pendpin.analysis.sweep.table import summary, write_table
 
     files = [*files, *([write_table(found, csv)] if csv else []), *([save_map(found, plot, measure)] if plot else [])]
     count, waiting, failed = (int(n) for n in summary(found))

@@ -1,0 +1,104 @@
+"""Kill -9 at random moments: a sweep's command, by turns with threads and with workers, then its workers.
+
+python benchmarks/kill_sweeps.py [kills] [seed] runs the map of EXAMPLE's flip times again and again. The command is killed
+at a random moment of its run and given again until it is done; after that it runs to its end while a worker is killed every
+few seconds. Each finished store must hold the same bits as that of an unbroken sweep; no process may be left behind.
+"""
+
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+from shutil import rmtree
+from subprocess import TimeoutExpired
+
+import numpy as np
+import psutil
+
+from kill import process
+from pendpin.analysis.sweep.store import load
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "double_pendulum.toml"
+STORE, WHOLE = Path("map.zarr"), Path("whole.zarr")
+SIDE = 120  # starts each way
+AXES = [f"--vary=start.positions.theta_{i}=-3:3:{SIDE}" for i in (1, 2)]
+COMMAND = [sys.executable, "-c", "from pendpin.cli import main; main()", "sweep", str(EXAMPLE), "--tolerance", "1e-9"]
+SWEEP = [*COMMAND, *AXES, "--measure=flip_time", "--measure=flip_time.spread", "--out"]
+WORKERS = ["--workers", "2"]
+PAUSE = (0.5, 4.0)  # s between the deaths of two workers
+GONE = 20.0  # s, in which the workers of a killed command end
+
+
+def differs() -> list[str]:
+    """The variables in which the store differs from the unbroken one."""
+    one, other = load(STORE), load(WHOLE)
+    names = {*one.variables, *other.variables}
+    return [str(name) for name in names if not np.array_equal(*(x[name].values.astype(str) for x in (one, other)))]
+
+
+def workers_of(command: psutil.Process) -> list[psutil.Process]:
+    """The processes of a command's cluster."""
+    try:
+        return [p for p in command.children() if "spawn_main" in " ".join(p.cmdline())]
+    except psutil.NoSuchProcess:
+        return []
+
+
+def command_killed(after: float, options: list[str]) -> bool:
+    """Start or resume the sweep and kill it so many seconds later, unless it is done; its workers end by themselves."""
+    with process([*SWEEP, str(STORE), *options]) as command:
+        try:
+            command.wait(after)
+        except TimeoutExpired:
+            workers = workers_of(psutil.Process(command.pid))
+            command.kill()
+            assert not psutil.wait_procs(workers, GONE)[1], "workers outlive a killed command"
+    assert command.returncode in (0, -9), command.returncode
+    return command.returncode != 0
+
+
+def workers_killed(random: np.random.Generator, kills: int) -> int:
+    """Run the sweep to its end while up to `kills` workers are killed; how many were."""
+    count = 0
+    with process([*SWEEP, str(STORE), *WORKERS]) as command:
+        while command.poll() is None:
+            time.sleep(random.uniform(*PAUSE))
+            if count < kills and (workers := workers_of(psutil.Process(command.pid))):
+                workers[random.integers(len(workers))].kill()
+                count += 1
+    assert command.returncode == 0, command.returncode
+    return count
+
+
+def main() -> None:
+    """Print every finished sweep, and the verdict."""
+    kills, seed = int(([*sys.argv[1:], "20"])[0]), int(([*sys.argv[2:], "0"])[0])
+    random, faults = np.random.default_rng(seed), list[str]()
+    begin = time.perf_counter()
+    process([*SWEEP, str(WHOLE)]).wait()
+    took, count, runs = time.perf_counter() - begin, 0, 0
+    while count < kills or STORE.exists():
+        options = WORKERS if count % 2 else []
+        if command_killed(random.uniform(1.0, took) if count < kills else 1e6, options):
+            count += 1
+            done = (load(STORE)["why"].values != "not run").mean() if STORE.exists() else 0.0
+            print(f"command killed {count} times; {done:.0%} of the cases done", flush=True)
+        else:
+            faults, runs = faults + differs(), runs + 1
+            rmtree(STORE)
+    print(f"{count} kills of the command, {runs} sweeps finished; different: {faults or 'none'}", flush=True)
+    count = runs = 0
+    while count < kills:
+        count, runs = count + workers_killed(random, kills - count), runs + 1
+        faults += differs()
+        rmtree(STORE)
+        print(f"{count} kills of workers, {runs} sweeps finished; different: {faults or 'none'}", flush=True)
+    print(f"unbroken {took:.1f} s; seed {seed}; left behind: {sorted(set(os.listdir()) - {str(WHOLE)}) or 'none'}")
+    sys.exit(bool(faults))
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        main()
