@@ -33,8 +33,8 @@ NO_NETWORK = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"  # no na
 class Browser:
     """A running Chromium: `open` gives a page of it."""
 
-    def __init__(self, to: int, back: int) -> None:
-        self._to, self._back = to, back
+    def __init__(self, to: int, back: int, profile: str) -> None:
+        self._to, self._back, self.profile = to, back, profile
         self._heard = b""
         self._asked = 0
         self.events: list[dict[str, Any]] = []
@@ -104,6 +104,18 @@ class Page:
                 pytest.fail(f"after {seconds} s this does not hold: {condition}; the page says {self.complaints}")
             time.sleep(0.05)
 
+    def press(self, x: float, y: float) -> None:
+        """Press and release the mouse at a place, in pixels from the top left."""
+        for kind in ("mousePressed", "mouseReleased"):
+            mouse = {"type": kind, "x": x, "y": y, "button": "left", "buttons": 1, "clickCount": 1}
+            self._browser.ask("Input.dispatchMouseEvent", self._session, **mouse)
+
+    def resize(self, width: int, height: int) -> None:
+        """Give the page another size, in pixels."""
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        self._browser.ask("Emulation.setDeviceMetricsOverride", self._session, **size)
+        self.wait_for(f"innerWidth == {width} && innerHeight == {height}")
+
     def picture(self) -> np.ndarray:
         """What is to be seen: (rows, columns, 3), from 0 to 1."""
         from matplotlib.image import imread
@@ -158,7 +170,7 @@ def chromium() -> Iterator[Browser]:
             pass_fds=(3, 4),
         )
         try:
-            yield Browser(to, back)
+            yield Browser(to, back, profile)
         finally:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)  # with its helpers

@@ -1,0 +1,290 @@
+"""The player of a run: every control does what it says, in a headless Chromium; and what is drawn, by its laws."""
+
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import pendpin as pp
+from browser import Browser, Page, chromium
+from laws import HANG
+from pendpin.graphics.drawing import Drawing
+from pendpin.graphics.path import TURN, smooth
+from pendpin.graphics.run_drawing import drawing_of
+from test_view import ORANGE, of_color, swinging, write_page
+
+VIOLET = 0x6B46C1  # of the arrows
+SIZE = (800, 700)
+
+
+@pytest.fixture(scope="module")
+def run() -> pp.Trajectory:
+    """Two rods with a payload that hang from a moving support."""
+    scene = pp.Scene(
+        duration=2.0,
+        model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.02), pp.Rod(length=0.5, mass=0.5, payload=20.0)]),
+        start=pp.Start(positions={"phi_1": 0.4}),
+        effects=[pp.effects.Gravity(), pp.effects.Support(amplitude=(0.5, 0.2, 0.0), frequency=3.0)],
+    )
+    return pp.simulate(scene, method="dop853")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def page(run: pp.Trajectory, browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    path = run.animate().save(tmp_path_factory.mktemp("player") / "run.html")
+    with browser.open(f"{path.as_uri()}#t=1", size=SIZE) as seen:
+        yield seen
+        assert seen.complaints == []
+        assert seen.requests == [path.as_uri()]
+
+
+def click(page: Page, name: str) -> None:
+    page.evaluate(f"document.querySelector({name!r}).click()")
+
+
+def press(page: Page, key: str) -> None:
+    page.evaluate(f"document.body.dispatchEvent(new KeyboardEvent('keydown', {{key: {key!r}, bubbles: true}})); 0")
+
+
+@pytest.mark.parametrize(("on", "back"), [("#on", "#back"), ("ArrowRight", "ArrowLeft")])
+def test_one_frame_on_and_back(page: Page, run: pp.Trajectory, on: str, back: str) -> None:
+    frames = run.t
+    act = click if on.startswith("#") else press
+    page.evaluate("seek(0)")
+    for control, frame in ((on, 1), (on, 2), (on, 3), (back, 2), (back, 1), (back, 0), (back, 0), (on, 1)):
+        act(page, control)
+        assert page.evaluate("t") == pytest.approx(frames[frame], abs=1e-6)
+        assert page.evaluate("playing") is False
+    page.evaluate(f"seek({(frames[5] + frames[6]) / 2})")
+    act(page, back)
+    assert page.evaluate("t") == pytest.approx(frames[5], abs=1e-6)
+    page.evaluate(f"seek({frames[-1]})")
+    act(page, on)
+    assert page.evaluate("t") == pytest.approx(frames[-1], abs=1e-6)
+
+
+def test_it_begins_again_or_stops_at_the_end(page: Page) -> None:
+    state = "[t, playing, element('loop').ariaPressed]"
+    for looping, end in (("true", [0.25, True, "true"]), ("false", [2.0, False, "false"])):
+        assert page.evaluate(f"loop({looping}); seek(1.5); play(true); pass(0.75); {state}") == pytest.approx(end)
+    assert page.evaluate(f"element('play').click(); {state}") == [0, True, "false"]  # from the end it begins again
+    press(page, "l")
+    press(page, " ")
+    assert page.evaluate("[looping, playing]") == [True, False]
+    assert page.evaluate("loop(false); element('loop').click(); looping") is True
+
+
+def test_reactions_are_drawn_where_they_are_asked_for(page: Page, run: pp.Trajectory) -> None:
+    assert page.evaluate("drawing.forces.largest") == pytest.approx(
+        np.linalg.norm(run.wrench[:, [1, 3], :3], axis=-1).max()
+    )
+    assert len(of_color(page.picture(), VIOLET)) < 20
+    for act in (lambda: click(page, "#reactions"), lambda: press(page, "r")):
+        act()
+        assert len(of_color(page.picture(), VIOLET)) > 150
+        assert "longest arrow is" in page.text("scale")
+        act()
+        assert len(of_color(page.picture(), VIOLET)) < 20
+
+
+def test_arrows_are_the_forces_of_the_joints_in_the_world(run: pp.Trajectory) -> None:
+    """They are what moves the mass above and below: gravity and the support's acceleration are all that acts besides."""
+    drawing = drawing_of(run)
+    masses, lengths = np.array([1.0, 20.5]), np.array([1.0, 0.5])
+    forces = drawing.forces
+    assert forces is not None
+    assert not forces[:, drawing.support].any()
+    i = np.arange(5, len(run.t) - 5)
+    h = run.t[1] - run.t[0]
+    joints = drawing.poses[:, :2, :3, 3]
+    down = -drawing.poses[:, :2, :3, 2]
+    com = np.stack([lengths[0] / 2, (0.5 * 0.25 + 20 * 0.5) / 20.5])
+    centres = joints + down * com[:, None]
+    stencil = {-2: -1 / 12, -1: 4 / 3, 0: -5 / 2, 1: 4 / 3, 2: -1 / 12}
+    acceleration = sum(weight * centres[i + k] for k, weight in stencil.items()) / h**2
+    momentum = masses[:, None] * (acceleration + np.array([0, 0, 9.81]))
+    assert np.abs(forces[i, 1] - momentum[:, 1]).max() < 1e-4 * np.abs(momentum).max()  # differences of order h^4
+    assert np.abs(forces[i, 0] - momentum.sum(1)).max() < 1e-4 * np.abs(momentum).max()
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "toward"), [("front", "2", [1, 0, 0]), ("side", "3", [0, -1, 0]), ("above", "4", [0, 0, 1])]
+)
+def test_views_look_from_where_they_say(page: Page, name: str, key: str, toward: list[float]) -> None:
+    for act in (lambda: click(page, f"button[value={name}]"), lambda: press(page, key)):
+        click(page, "button[value=corner]")
+        act()
+        x, y, z = page.evaluate("viewer.camera.position.clone().sub(viewer.controls.target).normalize().toArray()")
+        np.testing.assert_allclose([x, -z, y], toward, atol=2e-4)  # three.js has y up
+        assert page.evaluate("[...document.querySelectorAll('#views [aria-pressed=true]')].map((b) => b.value)") == [
+            name
+        ]
+    click(page, "button[value=corner]")
+
+
+def test_the_same_swing_seen_from_front_side_and_above(browser: Browser, tmp_path: Path) -> None:
+    """At 0.5 s the rod is out along y by 1 rad: to the right from the front, foreshortened from the side, up from above."""
+    path = write_page(tmp_path / "run.html", swinging())
+    ratios = {}
+    with browser.open(f"{path.as_uri()}#t=0.5", size=(500, 500)) as seen:
+        for name in ("front", "side", "above"):
+            seen.evaluate(f"look({name!r})")
+            rows, columns = np.ptp(of_color(seen.picture(), ORANGE), axis=0)
+            ratios[name] = columns / rows
+    assert ratios["front"] == pytest.approx(np.tan(1.0), rel=0.1)
+    assert ratios["side"] < 0.1
+    assert ratios["above"] < 0.1
+
+
+def test_plots_show_the_run_and_set_the_time(page: Page, run: pp.Trajectory) -> None:
+    for place, plot in ((0.25, 0), (0.75, 1)):
+        spot = f"document.querySelectorAll('.curves')[{plot}]"
+        box = page.evaluate(
+            f"(({{left, top, width, height}}) => [left, top, width, height])({spot}.getBoundingClientRect())"
+        )
+        page.press(box[0] + place * box[2], box[1] + box[3] / 2)
+        assert page.evaluate("t") == pytest.approx(2 * place, abs=2 / box[2])
+        cursors = page.evaluate("[...document.querySelectorAll('.cursor')].map((c) => parseFloat(c.style.left))")
+        assert cursors == pytest.approx([100 * place] * 2, abs=100 / box[2])
+        row = int(np.searchsorted(run.t, page.evaluate("t") + 1e-6, side="right")) - 1
+        shown = page.evaluate("[...document.querySelectorAll('figcaption span')].map((s) => s.textContent.split(' '))")
+        wanted = {"kinetic": run["kinetic"][row]} | {name: run[name][row] for name in run.joints}
+        for name, value in shown:
+            if name in wanted:
+                assert float(value) == pytest.approx(wanted[name], rel=6e-3, abs=1e-6)
+    assert page.evaluate("document.querySelectorAll('path.curve').length") == 3 + 4
+
+
+def test_speed_is_chosen_and_meshcats_panel_is_gone(page: Page) -> None:
+    page.evaluate("element('speed').value = 5; element('speed').dispatchEvent(new Event('change'))")
+    assert page.evaluate("speed") == 5
+    page.evaluate("setSpeed(1)")
+    assert page.evaluate("document.querySelector('.dg')") is None
+
+
+@pytest.mark.parametrize("width", [800, 1600])
+def test_every_control_has_a_name_and_a_place(page: Page, width: int) -> None:
+    page.resize(width, 700)
+    controls = page.evaluate("""[...document.querySelectorAll('button, input, select')].map((c) => {
+        const { left, right, top, bottom } = c.getBoundingClientRect();
+        return [c.ariaLabel ?? c.textContent, left, right, top, bottom, c.tabIndex];
+    })""")
+    assert len(controls) == 11
+    assert all(name and index == 0 for name, *_, index in controls)
+    boxes = np.array([box[1:5] for box in controls])
+    assert (boxes[:, :2] >= 0).all()
+    assert (boxes[:, 1] <= width).all()
+    for i, (left, right, top, bottom) in enumerate(boxes):
+        others = np.delete(boxes, i, axis=0)
+        apart = (others[:, 1] <= left) | (others[:, 0] >= right) | (others[:, 3] <= top) | (others[:, 2] >= bottom)
+        assert apart.all(), controls[i][0]
+    page.resize(*SIZE)
+
+
+def test_the_address_asks_for_a_view_a_speed_and_arrows(page: Page) -> None:
+    page.evaluate("location.hash = '#t=0.5&view=side&speed=10&reactions=on'")
+    page.wait_for("t == 0.5 && view == 'side' && speed == 10 && arrows.group.visible")
+    page.evaluate("location.hash = '#t=1&view=corner&speed=1&reactions=off&nonsense=1&view=none'")
+    page.wait_for("t == 1 && view == 'corner' && speed == 1 && !arrows.group.visible")
+
+
+def test_a_failing_test_leaves_no_browser_behind() -> None:
+    profiles = []
+
+    def fail() -> None:
+        with chromium() as browser:
+            profiles.append(browser.profile)
+            assert processes_with(browser.profile)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    [profile] = profiles
+    end = time.monotonic() + HANG  # killed, they take a moment to go
+    while processes_with(profile) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert processes_with(profile) == []
+    assert not os.path.exists(profile)
+
+
+def processes_with(word: str) -> list[str]:
+    """Processes whose command line has this word."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            command = process.read_bytes().decode(errors="replace")
+        except OSError:  # it has just ended
+            continue
+        found += [command] * (word in command)
+    return found
+
+
+# ---- what is drawn -----------------------------------------------------------------------------------------------------
+
+
+def test_the_support_is_drawn_moving_and_the_rods_with_it(run: pp.Trajectory, tmp_path: Path) -> None:
+    loaded = pp.Trajectory.load(run.save(tmp_path / "run.npz"))
+    for one in (run, loaded):
+        drawing = drawing_of(one)
+        over_ground = np.outer(np.sin(3.0 * run.t), [0.5, 0.2, 0.0])
+        np.testing.assert_allclose(drawing.poses[:, drawing.support, :3, 3], over_ground, atol=1e-15)
+        np.testing.assert_allclose(drawing.poses[:, 0, :3, 3], over_ground, atol=1e-15)
+        np.testing.assert_allclose(drawing.trail, run.tip[:, -1] + over_ground, atol=1e-15)
+        assert any(shape.body == drawing.support for shape in drawing.shapes)
+
+
+@given(
+    st.floats(1e-3, 1e3),
+    st.floats(0.0, 1e9),
+    st.floats(0.0, 2.0),
+)
+def test_a_payload_is_no_larger_than_a_third_of_its_rod(length: float, payload: float, radius: float) -> None:
+    model = pp.Chain(rods=[pp.Rod(length=length, mass=1.0, radius=radius * length, payload=payload)])
+    drawing = drawing_of(pp.simulate(pp.Scene(duration=0, model=model, effects=[pp.effects.Gravity()])))
+    balls = [shape for shape in drawing.shapes if shape.geometry == "sphere"]
+    assert len(balls) == 2
+    assert all(2 * ball.size[0] <= length / 3 * (1 + 1e-12) for ball in balls)
+
+
+@given(st.floats(0.05, 2.0), st.integers(8, 60), st.floats(0.1, 100.0))
+def test_a_fast_tip_leaves_no_corners(turn: float, samples: int, rate: float) -> None:
+    """On a circle the cubic is off by less than turn^4 / 384 of its radius (de Boor), and its pieces turn by TURN."""
+    angle = turn * np.arange(samples)
+    t = angle / rate
+    points = np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1)
+    velocities = rate * np.stack([-np.sin(angle), np.cos(angle), 0 * angle], -1)
+    times, path = smooth(t, points, velocities, 1.0, 30_000)
+    assert (times[0], times[-1]) == pytest.approx((t[0], t[-1]))
+    off = turn**4 / 384
+    assert np.abs(np.linalg.norm(path, axis=-1) - 1).max() <= off + 1e-9
+    pieces = np.diff(path, axis=0)
+    cosines = (
+        (pieces[1:] * pieces[:-1]).sum(-1) / np.linalg.norm(pieces[1:], axis=-1) / np.linalg.norm(pieces[:-1], axis=-1)
+    )
+    assert np.arccos(np.clip(cosines, -1, 1)).max() <= TURN * (1 + turn**2)
+
+
+def test_samples_too_far_apart_are_joined_by_straight_lines() -> None:
+    """Once round between two samples: no cubic knows the way, and none may leave the samples' neighbourhood."""
+    t = np.arange(20.0)
+    angle = (2 * np.pi + 0.1) * t
+    points = np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1)
+    velocities = (2 * np.pi + 0.1) * np.stack([-np.sin(angle), np.cos(angle), 0 * angle], -1)
+    _, path = smooth(t, points, velocities, 60.0, 30_000)
+    assert np.linalg.norm(path, axis=-1).max() <= 1 + 1e-12
+
+
+def test_drawing_names_shapes_that_do_not_fit() -> None:
+    with pytest.raises(ValueError, match="do not fit"):
+        Drawing(**(vars(swinging()) | {"forces": np.zeros((121, 2, 3))}))
