@@ -16,6 +16,12 @@ if TYPE_CHECKING:
     from pendpin.trajectory import Trajectory
 
 
+SHOWN = (
+    "at rest from",
+    "largest swing",
+    "farthest sideways",
+    "R3 largest",
+)
 LEAST_WIDTH = 60  # letters: on a narrower terminal the lines of a table go on below
 
 
@@ -51,7 +57,7 @@ def print_run(trajectory: "Trajectory", report: "Report | None", files: list[Pat
     stats = trajectory.stats
     if as_json:
         found = {"energy_drift": trajectory.energy().drift, "crosscheck": report and report.worst.relative}
-        found |= {"crosscheck_ok": report and report.ok}
+        found |= {"crosscheck_ok": report and report.ok, "summary": _summary(trajectory)}
         print_json(asdict(stats) | found | {"files": [str(file) for file in files]})
         return
     rows = {
@@ -67,13 +73,29 @@ def print_run(trajectory: "Trajectory", report: "Report | None", files: list[Pat
         "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
         "cross-check": report and f"{_crosscheck(report)} along the run",
         "note": "; ".join(stats.notes),
-        "files": ", ".join(str(file) for file in files),
     }
+    rows |= _answers(trajectory) | {"files": ", ".join(str(file) for file in files)}
     rows |= {f"work of {kind}": f"{work[-1]:+.6g} J" for kind, work in trajectory.work.items()}
     if trajectory.work:
         rows["kinetic energy"] = f"{trajectory.kinetic[-1] - trajectory.kinetic[0]:+.6g} J"
         rows["energy balance is off by"] = f"{trajectory.imbalance:.1e} of the energy moved"
     print_table(["run", ""], [[name, text] for name, text in rows.items() if text])
+
+
+def _summary(trajectory: "Trajectory") -> dict[str, dict[str, Any]]:
+    return {name: figure._asdict() for name, figure in trajectory.summary().items()}
+
+
+def _answers(trajectory: "Trajectory") -> dict[str, str]:
+    """How far a pendulum swings, in the second half of the run too, what it pulls, and when it comes to rest."""
+    found = trajectory.summary()
+    if trajectory.rods is None:
+        return {}
+    answers = {name: str(found[name]) for name in SHOWN if name in found}
+    for name in answers:
+        if later := found.get(f"{name}, second half"):
+            answers[name] += f"; {later.value:.6g} in the second half"
+    return answers
 
 
 def _crosscheck(report: "Report") -> str:

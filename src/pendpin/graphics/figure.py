@@ -17,12 +17,14 @@ from pendpin.graphics.panels import (
     panels_of,
     plain_name,
     quantity_panels,
+    turns,
 )
 from pendpin.trajectory import Trajectory
 
 FORMATS = ("png", "pdf", "svg")
 DPI = 120
 LEFT, WIDTH, ROW, PATH, TOP, BOTTOM = 1.0, 6.2, 1.9, 3.2, 0.75, 0.55  # inches: margins, panels, the paths beside them
+MOST_TURNS, FAINT = 500, 0.5  # beyond so many turning points lines become areas, through which others are seen
 LEAST = 4.0  # inches, of the panels where paths are beside them
 LETTER = 0.066  # inches, of a legend
 MOST_LETTERS = 90  # of a title
@@ -69,8 +71,10 @@ def draw(run: Trajectory, names: tuple[str, ...] = ()) -> Any:
         draw_panel(ax, run)
         ax.grid(alpha=0.25, linewidth=0.6)
         ax.spines[["top", "right"]].set_visible(False)
-        ax.ticklabel_format(style="sci", scilimits=(-3, 4), useOffset=False)
+        ax.ticklabel_format(axis="y" if ax in axes else "both", style="sci", scilimits=(-3, 4), useOffset=False)
     for ax in axes:
+        for line in ax.lines:
+            line.set_alpha(FAINT if turns(run) > MOST_TURNS else 1.0)
         ax.sharex(axes[0])
         ax.tick_params(labelbottom=ax is axes[-1])
         if ax.get_legend_handles_labels()[0]:

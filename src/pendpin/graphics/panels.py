@@ -52,12 +52,13 @@ def draw_drift(ax: Any, run: Trajectory) -> None:
 
 
 def draw_positions(ax: Any, run: Trajectory) -> None:
-    """theta solid and phi dashed, a colour for each rod; of a tree the joints that move most."""
+    """theta solid and phi dashed, a colour for each of several rods; of a tree the joints that move most."""
     rods = rods_shown(run)
     if rods and len(run.joints) == 2 * _count(run):
         for color, rod in zip(COLORS, rods, strict=False):
-            for style, joint in zip(STYLES, (2 * rod, 2 * rod + 1), strict=False):
-                ax.plot(run.t, run.q[:, joint], style, label=plain_name(run.joints[joint]), color=color, linewidth=1.2)
+            for i, joint in enumerate((2 * rod, 2 * rod + 1)):
+                look = {"color": COLORS[i] if len(rods) == 1 else color, "linestyle": STYLES[i], "linewidth": 1.2}
+                ax.plot(run.t, run.q[:, joint], label=plain_name(run.joints[joint]), **look)
         ax.set_ylabel("position, rad")
         return
     for color, joint in zip(COLORS, joints_shown(run), strict=False):
@@ -150,6 +151,11 @@ def rods_shown(run: Trajectory) -> list[int]:
 def joints_shown(run: Trajectory) -> list[int]:
     """All joints of up to six, else the six that move most, in model order."""
     return sorted(np.argsort(-np.ptp(run.q, axis=0), kind="stable")[:MOST_JOINTS].tolist())
+
+
+def turns(run: Trajectory) -> int:
+    """The largest number of turning points of a joint."""
+    return int((np.diff(np.sign(run.v), axis=0) != 0).sum(axis=0).max(initial=0))
 
 
 def plain_name(name: str, most: int = 40) -> str:

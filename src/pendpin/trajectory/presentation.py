@@ -43,12 +43,17 @@ class Summary(dict[str, Figure]):
 
 
 def summary(run: Any) -> Summary:
-    """The largest swing, the extremes of the reactions, periods and energy of a run."""
+    """The largest swing, when it comes to rest if it does, the extremes of the reactions, periods and energy of a run."""
     if not len(run.t):
         return Summary()
-    found = {
-        "largest swing": _extreme(np.degrees(swing(run))[:, None], run.t, np.max, "degrees", ["from the vertical"])
-    }
+    found, half = {}, np.searchsorted(run.t, (run.t[0] + run.t[-1]) / 2)
+    for name, values, unit in (
+        ("largest swing", np.degrees(swing(run)), "degrees"),
+        ("farthest sideways", np.hypot(*run.tip[:, -1, :2].T), "m"),
+    ):
+        found[name] = _extreme(values[:, None], run.t, np.max, unit, [""])
+        found[f"{name}, second half"] = _extreme(values[half:, None], run.t[half:], np.max, unit, [""])
+    found |= _rest(run)
     if run.rods is not None:
         rods = [f"rod {i + 1}" for i in range(run.rods.R1.shape[1])] if run.rods.R1.shape[1] > 1 else [""]
         for name, unit in (*((force, "N") for force in FORCES), ("M3", "N m")):
@@ -67,6 +72,13 @@ def swing(run: Any) -> Array:
     """The angle between the line from the pivot to the last tip and the downward vertical, (n,) rad."""
     x, y, z = run.tip[:, -1].T
     return np.arctan2(np.hypot(x, y), -z)
+
+
+def _rest(run: Any) -> dict[str, Figure]:
+    """From when on nothing moves, to the nearest sample; nothing where it moves at the end, or never."""
+    moving = np.flatnonzero(run.v.any(axis=1))
+    came_to_rest = len(moving) and moving[-1] + 1 < len(run.t)
+    return {"at rest from": Figure(float(run.t[moving[-1] + 1]), "s")} if came_to_rest else {}
 
 
 def _extreme(values: Array, t: Array, of: Any, unit: str, places: list[str]) -> Figure:
@@ -132,7 +144,8 @@ def _trust(run: Any) -> str:
 
 def _extremes(run: Any) -> str:
     found = summary(run)
-    parts = [f"largest swing {found['largest swing']}"]
+    parts = [f"at rest from {found['at rest from']}"] if "at rest from" in found else []
+    parts.append(f"largest swing {found['largest swing']}")
     if "R3 largest" in found:
         parts.append(f"tension R3 from {found['R3 least'].value:.4g} to {found['R3 largest']}")
     parts += [f"{name} {figure}" for name, figure in found.items() if name.startswith("period")][:1]

@@ -128,7 +128,10 @@ class Trajectory:
         return from_above("Trajectory.extend")(self, duration)
 
     def summary(self) -> Summary:
-        """Largest swing from the vertical, extremes of R1, R2, R3, M3, each with its time; periods; energy."""
+        """The tip's largest swing from the vertical and way sideways, and when it comes to rest; extremes of R1, R2, R3, M3.
+
+        With their times; periods and energy too. Extremes are those of the samples.
+        """
         return summary(self)
 
     def to_pandas(self) -> Any:
