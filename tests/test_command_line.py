@@ -1,6 +1,7 @@
 """What the commands share with Python: other values by key path, robots by name, tables, examples."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -79,3 +80,17 @@ def test_examples_are_printed_as_scenes_that_can_be_read_anywhere(
     assert run_main("new", name) == 0
     (folder / "mine.toml").write_text(capfd.readouterr().out)
     assert pp.load_scene("mine.toml") == pp.load_scene(examples_folder() / f"{name}.toml")
+
+
+def test_examples_answer_what_they_ask(capfd: pytest.CaptureFixture) -> None:
+    """How far a load swings, also after the trolley has stopped; when a rod comes to rest."""
+    for name, says in [
+        ("crane", r"farthest sideways.* m at .* s; .* in the second half"),
+        ("friction", "at rest from .* s"),
+    ]:
+        assert run_main("run", str(examples_folder() / f"{name}.toml")) == 0
+        assert re.search(says, capfd.readouterr().out)
+    rest = pp.Trajectory.load("run.npz")
+    still = rest.t >= rest.summary()["at rest from"].value
+    assert not rest.v[still].any()
+    assert rest.v[np.flatnonzero(still)[0] - 1].any()

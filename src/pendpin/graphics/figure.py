@@ -24,7 +24,7 @@ from pendpin.trajectory import Trajectory
 FORMATS = ("png", "pdf", "svg")
 DPI = 120
 LEFT, WIDTH, ROW, PATH, TOP, BOTTOM = 1.0, 6.2, 1.9, 3.2, 0.75, 0.55  # inches: margins, panels, the paths beside them
-MOST_TURNS, FAINT = 500, 0.5  # beyond so many turning points lines become areas, through which others are seen
+MOST_TURNS, FAINT = 200, 0.5  # beyond so many turning points lines become areas, through which others are seen
 LEAST = 4.0  # inches, of the panels where paths are beside them
 LETTER = 0.066  # inches, of a legend
 MOST_LETTERS = 90  # of a title

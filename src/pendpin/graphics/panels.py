@@ -39,7 +39,7 @@ def draw_energy(ax: Any, run: Trajectory) -> None:
     ax.plot(run.t, kinetic, label="kinetic", color=COLORS[1], linewidth=1.2)
     if potential.any():
         ax.plot(run.t, potential, label="potential*", color=COLORS[0], linewidth=1.2)
-        ax.plot(run.t, kinetic + potential, label="sum", color=BLACK, linewidth=1.6)
+        ax.plot(run.t, kinetic + potential, label="sum", color=BLACK, linewidth=1.6, zorder=1)
         ax.plot([], [], " ", label="* above its least")
     ax.set_ylabel("energy, J")
 
