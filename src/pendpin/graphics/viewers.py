@@ -12,6 +12,9 @@ from pendpin.trajectory import Trajectory
 
 KEYS = 2000  # poses of a body at most
 GROUP = "pendpin"  # what is shown stands below this path of the viewer
+CAMERA = "/Cameras/default/rotated/<object>"
+FROM = (1.0, 0.27, 0.72)  # in the camera's axes, in which y is up
+AWAY = 1.3  # times as far as the farthest point
 
 
 def show(run: Trajectory, viewer: Any) -> Any:
@@ -46,14 +49,23 @@ def _animated(run: Trajectory, viewer: Any) -> Any:
         node = _body(group, shape.body)[f"shape_{place}"]
         node.set_object(*_object(shape))
         node.set_transform(shape.placement @ _turned(shape))
+    _look(viewer[CAMERA], np.concatenate([drawing.trail, drawing.poses[:, 0, :3, 3]]))
     rows = pick(drawing.t, FRAMES_PER_SECOND / 2, KEYS)
     film = animation.Animation(default_framerate=FRAMES_PER_SECOND)
     for row in rows:
-        with film.at_frame(viewer, round(float(drawing.t[row]) * FRAMES_PER_SECOND)) as frame:
+        with film.at_frame(viewer, round(float(drawing.t[row] - drawing.t[0]) * FRAMES_PER_SECOND)) as frame:
             for body in {shape.body for shape in drawing.shapes if shape.body >= 0}:
                 _body(frame[GROUP], body).set_transform(drawing.poses[row, body])
     viewer.set_animation(film, play=True, repetitions=1)
     return viewer
+
+
+def _look(camera: Any, points: np.ndarray) -> None:
+    """Move the camera, which looks at the origin, so far away that it sees points (n, 3) in m."""
+    distance = AWAY * (float(np.linalg.norm(points, axis=-1).max()) or 1.0)
+    camera.set_property("position", [distance * part for part in FROM])
+    camera.set_property("near", distance / 100)
+    camera.set_property("far", 100 * distance)
 
 
 def _body(group: Any, body: int) -> Any:
