@@ -1,5 +1,6 @@
 """Laws of whole runs that hold for any scene: the order of the effects, the time of the start, the number of samples."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,6 +17,9 @@ from pendpin import effects as fx
 from pendpin.analysis.references import reference
 from pendpin.analysis.significance import significance
 from pendpin.effects import ContactEffect
+from pendpin.errors import InputError
+from pendpin.integrators import ADAPTIVE, automatic
+from pendpin.model.build import start_state
 
 LEAN = law(12)
 ROD = pp.Rod(length=0.8, mass=1.0, radius=0.03)
@@ -81,6 +85,95 @@ def test_the_order_of_the_effects_changes_no_bit(data: st.DataObject, touching: 
         for effects in (chosen, other)
     )
     same_bits(*(pp.simulate(scene, **method, energy_balance=balance) for scene in scenes))
+
+
+# --- effects of strength 0 ------------------------------------------------------------------------------------------
+
+IDLE = (
+    fx.Gravity(acceleration=0.0, direction=(1.0, 0.2, 0.1)),
+    fx.Viscous(coefficient=0.0, joints=("phi_1",)),
+    fx.Spring(stiffness=0.0, rest=0.3),
+    fx.Motor(joint="theta_1", torque=0.0),
+    fx.Motor(joint="phi_1", amplitude=0.0, frequency=900.0, phase=0.2),
+    fx.Motor(joint="phi_1", target=0.3, proportional=0.0),
+    fx.Push(link="rod_1", amplitude=(0.0, -0.0, 0.0), frequency=70.0, point=0.1),
+    fx.Drag(density=0.0, wind=(1.0, 2.0, 3.0)),
+    fx.Drag(coefficient=0.0, gust=(1.0, 2.0, 3.0), frequency=5.0),
+    fx.Support(amplitude=(0.0, 0.0, 0.0), frequency=40.0),
+    fx.Rotation(rate=(0.0, 0.0, 0.0)),
+    fx.DryFriction(kinetic=0.0, joints=("theta_1",)),
+    fx.DryFriction(kinetic=0.0, static=0.0, stribeck=0.3),
+)
+THIN = pp.Chain(rods=(pp.Rod(length=0.8, mass=1.0), pp.Rod(length=0.5, mass=0.4)))
+ANY_METHOD = (
+    *METHODS,
+    {"method": "taylor", "tolerance": 1e-12},
+    {"method": "bdf", "tolerance": 1e-5},
+    {"method": "rk45", "tolerance": 1e-6},
+    {"method": "rk23", "tolerance": 1e-4},
+    {"method": "gauss2", "step": 0.02},
+    {"method": "gauss6", "step": 0.02},
+)
+SCENES = st.tuples(
+    st.sampled_from([TWO, THIN, pp.Chain(rods=(ROD,)), pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),))]),
+    st.sampled_from(["auto", "auto", "compiled", "pinocchio", "chain"]),
+    st.sampled_from([(), (fx.Gravity(),), (fx.Gravity(), fx.Support(amplitude=(0.05, 0.0, 0.02), frequency=4.0))]),
+    st.booleans(),
+)
+
+
+@law(60)
+@given(SCENES, st.sampled_from(ANY_METHOD), st.data())
+def test_an_effect_of_strength_0_changes_no_bit(parts: Any, method: Any, data: st.DataObject) -> None:
+    """Of a run: any of pendpin's effects, any number of them, at any place of the list, any engine and method.
+
+    Nor does it change what is chosen, what is conservative, or which methods take the scene.
+    """
+    model, engine, effects, touching = parts
+    balance = method["method"] in ADAPTIVE
+    engine = engine if balance or method["method"] == "rk4" else "auto"
+    if touching and balance and engine != "compiled":
+        effects = (*effects, fx.Stop(upper=0.6, restitution=0.4))
+    more = [*effects]
+    for idle in data.draw(st.lists(st.sampled_from(IDLE), min_size=1, max_size=4)):
+        more.insert(data.draw(st.integers(0, len(more))), idle)
+    count = 2 * len(model.rods)
+    start = pp.Start(positions=(0.3, 0.4, -0.2, 0.5)[:count], velocities=(1.5, -1.0, 1.5, 2.0)[:count])
+    solver = pp.Solver(samples=3, engine=engine)
+    base = pp.Scene(duration=0.2, model=model, start=start, effects=tuple(effects), solver=solver)
+    scenes = (base, base.model_copy(update={"effects": tuple(more)}))
+    one, other = (pp.simulate(scene, **method, energy_balance=balance) for scene in scenes)
+    same_bits(one, replace(other, work={kind: other.work[kind] for kind in one.work}))
+    assert not any(work.any() for kind, work in other.work.items() if kind not in one.work)
+    assert (one.stats.conservative, one.stats.engine) == (other.stats.conservative, other.stats.engine)
+    chosen = [automatic(s, pp.bind(s), *start_state(pp.bind(s).model, s.start), fresh=True) for s in scenes]
+    assert chosen[0] == chosen[1]
+
+
+@pytest.mark.parametrize(
+    ("effect", "said"),
+    [
+        (fx.Viscous(coefficient=0.0, joints=("thetta",)), "effects[1]"),
+        (fx.Motor(joint="omega", torque=0.0), "effects[1]"),
+        (fx.Push(link="rod_9"), "effects[1]"),
+        (fx.DryFriction(kinetic=0.0, joints=("phi_9",)), "effects[1]"),
+    ],
+)
+def test_names_are_read_at_strength_0_too(effect: fx.Effect, said: str) -> None:
+    """A joint or link that the model lacks is refused, whatever the strength."""
+    with pytest.raises(InputError, match=re.escape(said)):
+        pp.bind(pp.Scene(model=pp.Chain(rods=(ROD,)), effects=(fx.Gravity(), effect)))
+
+
+def test_a_subclass_has_its_own_strength() -> None:
+    """What a user's own effect adds is not known from the strength of the class that it extends."""
+
+    class Steady(fx.Viscous):
+        def torques(self, t: Any, q: Any, v: Any, xp: Any = np) -> Any:
+            return 0.1 - self.coefficient * v
+
+    scene = pp.Scene(duration=0.1, model=pp.Chain(rods=(ROD,)), effects=(Steady(coefficient=0.0),))
+    assert (pp.simulate(scene, tolerance=1e-8).q[-1] > 0).all()
 
 
 # --- stops and friction on one joint --------------------------------------------------------------------------------

@@ -5,16 +5,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect
+from pendpin.effects import BodyEffect, ContactEffect, FieldEffect, Idle, JointEffect
 
 
-def explain(dynamics: Dynamics, effects: tuple[Effect, ...]) -> tuple[str, ...]:
+def explain(dynamics: Dynamics) -> tuple[str, ...]:
     """Lines of text for a person, in the order in which an evaluation goes."""
-    return tuple(_lines(dynamics, effects))
+    return tuple(_lines(dynamics))
 
 
-def _lines(dynamics: Dynamics, effects: tuple[Effect, ...]) -> Iterator[str]:
-    model, loads = dynamics.model, dynamics.loads
+def _lines(dynamics: Dynamics) -> Iterator[str]:
+    model, loads, effects = dynamics.model, dynamics.loads, dynamics.effects
     yield f"engine: {dynamics.engine.name}, {len(model.joints)} joints, {len(model.bodies)} bodies"
     constant = [e.kind for e in effects if isinstance(e, FieldEffect) and e.constant]
     yield f"constant fields: {_names(constant)}, summed once: {np.array2string(loads.constant, precision=6)} m/s²"
@@ -29,6 +29,7 @@ def _lines(dynamics: Dynamics, effects: tuple[Effect, ...]) -> Iterator[str]:
     for effect in effects:
         if isinstance(effect, ContactEffect):
             yield f"events: {effect.kind} on {_names(effect.joints or model.joints)}"
+    yield from _interface("of strength 0, left out", [e for e in effects if isinstance(e, Idle)])
     yield f"an evaluation calls: {', '.join(_calls(dynamics))}"
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.dynamics.binding import acting
 from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Effect, Gravity
@@ -152,7 +153,7 @@ def by_runge_kutta(scene: Scene, model: Model, length: float) -> Solution:
 
 def by_collocation(scene: Scene, model: Model, length: float) -> Solution:
     """Radau's method of order 5, on the recursion in machine code where it can be compiled."""
-    engine = "compiled" if compilable(scene.effects, len(model.joints)) else scene.solver.engine
+    engine = "compiled" if compilable(acting(model, scene.effects), len(model.joints)) else scene.solver.engine
     scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": engine})})
     return _of_runs(f"collocation (radau) on {bind(scene).engine.name}", scene, length, "radau", 1e-11, 1e-10)
 

@@ -134,5 +134,5 @@ def print_binding(scene: "Scene") -> None:
     from pendpin.analysis.explain import explain
     from pendpin.dynamics.dynamics import bind
 
-    for line in explain(bind(scene), scene.effects):
+    for line in explain(bind(scene)):
         print(line)

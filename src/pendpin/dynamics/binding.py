@@ -16,10 +16,12 @@ from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import (
     Bodies,
     BodyEffect,
+    ContactEffect,
     Drag,
     Effect,
     FieldEffect,
     FrameEffect,
+    Idle,
     JointEffect,
     Motion,
     Motor,
@@ -65,6 +67,23 @@ def bind_loads(
         _in_place(_total_wrench(wrenches), surroundings(effects, xp, start, numbers)) if wrenches else None,
         axial=any(effect.axial for effect in effects if isinstance(effect, BodyEffect)),
     )
+
+
+def acting(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
+    """The effects of a scene, with `Idle` in place of each of strength 0: these change no bit of a run.
+
+    Raises InputError for a joint or link that the model lacks, whatever the strength.
+    """
+    return tuple(_named(model, effect, f"effects[{i}]") if effect.idle else effect for i, effect in enumerate(effects))
+
+
+def _named(model: Model, effect: Effect, where: str) -> Idle:
+    """In place of an effect of strength 0, whose joint and link names are right."""
+    if isinstance(effect, JointEffect | ContactEffect):
+        chosen_joints(model, (effect.joints if isinstance(effect, ContactEffect) else effect.on) or (), where)
+    elif isinstance(effect, BodyEffect):
+        chosen_bodies(model, effect.on or (), where)
+    return Idle(kind=effect.kind)
 
 
 def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:

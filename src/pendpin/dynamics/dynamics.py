@@ -7,11 +7,11 @@ from typing import Any, Literal
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import bind_loads, bodies_of, chosen_bodies, chosen_joints, in_order, surroundings
+from pendpin.dynamics.binding import acting, bind_loads, bodies_of, chosen_bodies, chosen_joints, in_order, surroundings
 from pendpin.dynamics.compiling import compiled
 from pendpin.dynamics.contact_binding import bind_contacts
 from pendpin.dynamics.contacts import Contacts
-from pendpin.effects import Bodies, BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
+from pendpin.effects import Bodies, BodyEffect, ContactEffect, Effect, FieldEffect, Idle, JointEffect, Motion
 from pendpin.engines import (
     MAX_SPHERICAL,
     AngleEngine,
@@ -46,7 +46,8 @@ class Dynamics:
     def __init__(
         self, model: Model, effects: tuple[Effect, ...], engine: str = "auto", form: Form = "any", start: float = 0.0
     ) -> None:
-        self.model, self.start = model, start
+        self.model, self.start, self.effects = model, start, acting(model, effects)
+        effects = self.effects
         self.loads = bind_loads(model, effects, start=start)
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
         if engine == "compiled":
@@ -112,6 +113,8 @@ def _potential(
     model: Model, effect: Effect, where: str, complete: Callable[[float, Motion], Motion] | None
 ) -> Potential | None:
     """The potential (n,) in J of one effect as a function of q (n, nv) and poses; None if it has none."""
+    if isinstance(effect, Idle):
+        return lambda q, poses: np.zeros(len(q))
     if isinstance(effect, FieldEffect) and effect.constant:
         field = effect.field(0.0)
         return lambda q, poses: kinematics.field_potential(model, poses, field)

@@ -25,11 +25,18 @@ class Effect(Record):
     parameters: ClassVar[
         tuple[str, ...]
     ] = ()  # its numbers; compiled equations take them at run time, others as they are
+    strengths: ClassVar[tuple[str, ...]] = ()  # if all of these are 0 or absent, it adds nothing
 
     @property
     def smooth(self) -> bool:
         """Whether it has all derivatives and uses no functions but those of xp, as the Taylor method needs."""
         return True
+
+    @property
+    def idle(self) -> bool:
+        """Whether its strength is 0, so that it adds nothing at any time, in any state; by the class's own strengths."""
+        names = vars(type(self)).get("strengths", ())  # a subclass may add what its base does not
+        return bool(names) and not any(np.any(getattr(self, name)) for name in names)
 
     def since(self, start: float) -> tuple["Effect", float]:
         """An effect and a time in s: at that time and later it does what this one does at `start` and later.
@@ -57,6 +64,12 @@ class Effect(Record):
 
     def check(self, begin: float, end: float) -> None:
         """Raise ValueError if the effect is not defined from `begin` to `end`, in s."""
+
+
+class Idle(Effect):
+    """In place of an effect of strength 0: the others keep their places in the list."""
+
+    kind: str
 
 
 # --- fields ---------------------------------------------------------------------------------------------------------

@@ -46,6 +46,7 @@ class Drag(BodyEffect):
         "frequency",
         "diameter",
     )
+    strengths: ClassVar[tuple[str, ...]] = ("quadratic", "linear", "lift")
     kind: Literal["drag"] = Field("drag", description="which effect it is")
     sole: ClassVar[str | None] = "a scene has one air"
     density: NotNegative = Field(1.225, description="kg/m³")
@@ -66,9 +67,19 @@ class Drag(BodyEffect):
         return self
 
     @property
+    def quadratic(self) -> float:
+        """Density times coefficient, kg/m³."""
+        return self.density * self.coefficient
+
+    @property
+    def lift(self) -> float:
+        """The density of what lifts the rods, kg/m³."""
+        return self.density * self.buoyancy
+
+    @property
     def smooth(self) -> bool:
         """False with quadratic drag: |u| u has no second derivative where the flow across a rod vanishes."""
-        return self.density * self.coefficient == 0
+        return self.quadratic == 0
 
     @property
     def symbolic(self) -> bool:
@@ -97,8 +108,8 @@ class Drag(BodyEffect):
         u0, u1 = wind - rod * (dot(wind, rod) / (length**2 + _TINY)), cross(motion.spin, rod)
         width = 2 * bodies.radius[:, None] if self.diameter is None else self.diameter
         force, turn = -self.linear * length * (u0 + u1 / 2), -self.linear * length * (u0 / 2 + u1 / 3)
-        if self.density * self.coefficient:
-            factor = -self.density * self.coefficient / 2 * width * length
+        if self.quadratic:
+            factor = -self.quadratic / 2 * width * length
             J0, J1, J2 = _speed_moments(u0, u1, xp)
             force, turn = force + factor * (J0 * u0 + J1 * u1), turn + factor * (J1 * u0 + J2 * u1)
         if self.buoyancy:

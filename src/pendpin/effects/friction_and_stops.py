@@ -1,7 +1,7 @@
 """Dry friction and stops, which act through events (dynamics/contacts.py)."""
 
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -38,6 +38,7 @@ class DryFriction(ContactEffect):
     swing.
     """
 
+    strengths: ClassVar[tuple[str, ...]] = ("kinetic", "static")
     kind: Literal["dry_friction"] = Field("dry_friction", description="which effect it is")
     kinetic: NotNegative = Field(description="N m, against sliding")
     static: NotNegative | None = Field(None, description="N m; kinetic if absent")

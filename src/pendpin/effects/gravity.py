@@ -17,6 +17,7 @@ class Gravity(FieldEffect):
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("acceleration", "direction")
+    strengths: ClassVar[tuple[str, ...]] = ("acceleration",)
     kind: Literal["gravity"] = Field("gravity", description="which effect it is")
     acceleration: NotNegative = Field(9.81, description="m/s²")
     direction: Vector = Field((0.0, 0.0, -1.0), description="in the world W, z up; of any length but 0")

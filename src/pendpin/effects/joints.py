@@ -18,6 +18,7 @@ class Viscous(OnJoints):
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("coefficient",)
+    strengths: ClassVar[tuple[str, ...]] = ("coefficient",)
     kind: Literal["viscous"] = Field("viscous", description="which effect it is")
     coefficient: NotNegative = Field(description="N m s/rad")
 
@@ -33,6 +34,7 @@ class Spring(OnJoints):
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("stiffness", "rest")
+    strengths: ClassVar[tuple[str, ...]] = ("stiffness",)
     kind: Literal["spring"] = Field("spring", description="which effect it is")
     stiffness: NotNegative = Field(description="N m/rad")
     rest: Number = Field(0.0, description="rad")
@@ -58,6 +60,7 @@ class Motor(JointEffect):
     """
 
     parameters: ClassVar[tuple[str, ...]] = (*_DRIVE, *_HOLD)
+    strengths: ClassVar[tuple[str, ...]] = ("torque", "amplitude", "proportional", "derivative")
     kind: Literal["motor"] = Field("motor", description="which effect it is")
     joint: str = Field(description="name of the joint")
     torque: Number | None = Field(None, description="N m")

@@ -25,6 +25,7 @@ class Rotation(BodyEffect):
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("latitude", "rate")
+    strengths: ClassVar[tuple[str, ...]] = ("vector",)
     kind: Literal["rotation"] = Field("rotation", description="which effect it is")
     sole: ClassVar[str | None] = "W turns about one axis at one rate"
     latitude: Annotated[Number, Field(ge=-90, le=90)] | None = Field(None, description="degrees")

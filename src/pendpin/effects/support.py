@@ -23,6 +23,7 @@ class Support(FrameEffect):
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("amplitude", "frequency", "phase", "csv")
+    strengths: ClassVar[tuple[str, ...]] = ("amplitude", "_rows")
     kind: Literal["support"] = Field("support", description="which effect it is")
     amplitude: Vector | None = Field(None, description="m, in W")
     frequency: Positive | None = Field(None, description="rad/s")
@@ -50,6 +51,11 @@ class Support(FrameEffect):
             return None
         with inside(place_of(self.csv)):
             return read_track(self.csv)
+
+    @property
+    def _rows(self) -> Array | None:
+        """The coefficients of the spline; None without a csv."""
+        return self.track and self.track.spline.c
 
     @property
     def smooth(self) -> bool:

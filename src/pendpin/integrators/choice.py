@@ -44,7 +44,7 @@ def integrator_for(scene: Scene, dynamics: Dynamics, energy_balance: bool = Fals
         return RungeKutta4(step) if method == "rk4" else SemiImplicitEuler(step)
     assert solver.tolerance is not None
     if method == "taylor":
-        return Taylor(scene.effects, solver.tolerance, scene.start.time)
+        return Taylor(dynamics.effects, solver.tolerance, scene.start.time)
     if isinstance(dynamics.engine, Compiled) and not energy_balance and machine.available():
         return machine.AdaptiveInMachineCode(method, solver.tolerance)
     return Adaptive(method, solver.tolerance)
@@ -52,7 +52,7 @@ def integrator_for(scene: Scene, dynamics: Dynamics, energy_balance: bool = Fals
 
 def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: int = FEW_JOINTS) -> bool:
     """Whether the Taylor integrator is there and takes a scene of up to `most` joints."""
-    smooth = built_in(scene.effects) and all(effect.smooth for effect in scene.effects)
+    smooth = built_in(dynamics.effects) and all(effect.smooth for effect in dynamics.effects)
     return (
         smooth
         and len(dynamics.model.joints) <= most

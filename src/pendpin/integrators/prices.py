@@ -6,12 +6,12 @@ their structure. A structure that comes again and again is compiled when its run
 compiling; and at once if compiling costs little beside the start of a process, since most runs are not the last.
 """
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 
 from pendpin.dynamics.compiling import compilable, known, structure
 from pendpin.dynamics.dynamics import Dynamics, compiled_form
-from pendpin.effects import BodyEffect, Drag
-from pendpin.engines import AngleEngine, Engine, LongChain, Spherical
+from pendpin.effects import BodyEffect, Drag, Effect
+from pendpin.engines import AngleEngine, LongChain, Spherical
 from pendpin.integrators import machine
 from pendpin.scene import Scene
 
@@ -40,7 +40,7 @@ def cheapest_engine(scene: Scene, dynamics: Dynamics, method: str, turns: float,
 
     `fresh` chooses as in a fresh process.
     """
-    effects, joints = scene.effects, len(dynamics.model.joints)
+    effects, joints = dynamics.effects, len(dynamics.model.joints)
     if not (compilable(effects, joints) and machine.installed()):
         return "auto"
     base, start = compiled_form(dynamics), scene.start.time
@@ -48,9 +48,9 @@ def cheapest_engine(scene: Scene, dynamics: Dynamics, method: str, turns: float,
     count = evaluations(method, turns, solver.tolerance or base_tolerance, joints / 2) * (
         RUNS if solver.accuracy else 1
     )
-    called, called_compiled = count * plain(scene, dynamics.engine), count * compiled(scene, joints / 2)
+    called, called_compiled = count * plain(dynamics), count * compiled(effects, joints / 2)
     if fresh or not known(base, effects, start):
-        compiling = compile_seconds(scene, joints / 2)
+        compiling = compile_seconds(effects, joints / 2)
         called_compiled += 0.0 if compiling < LITTLE else compiling
     key = structure(base, effects, start)
     before = 0.0 if fresh else _spent.get(key, 0.0)
@@ -66,32 +66,32 @@ def evaluations(method: str, turns: float, tolerance: float, rods: float) -> flo
     return explicit if method != "radau" else 4 * rods * IMPLICIT
 
 
-def compile_seconds(scene: Scene, rods: float) -> float:
+def compile_seconds(effects: Sequence[Effect], rods: float) -> float:
     """How long compiling takes; the compiler comes with CyRK."""
     first, each, square = COMPILE
-    count = _operations(scene, rods)
+    count = _operations(effects, rods)
     return first + each * count + square * count**2
 
 
-def compiled(scene: Scene, rods: float) -> float:
+def compiled(effects: Sequence[Effect], rods: float) -> float:
     """Seconds of an evaluation in machine code."""
-    return COMPILED[0] + COMPILED[1] * _operations(scene, rods)
+    return COMPILED[0] + COMPILED[1] * _operations(effects, rods)
 
 
-def plain(scene: Scene, engine: Engine) -> float:
+def plain(dynamics: Dynamics) -> float:
     """Seconds of an evaluation that is called from Python."""
-    first, each = CHAIN
+    engine, (first, each) = dynamics.engine, CHAIN
     if isinstance(engine, Spherical):
         first, each = SPHERICAL
     elif isinstance(engine, AngleEngine) and not isinstance(engine, LongChain):
         first, each = PINOCCHIO
     rods, loads = len(engine.model.joints) / 2, engine.loads
-    bodies = sum(isinstance(effect, BodyEffect) for effect in scene.effects)
+    bodies = sum(isinstance(effect, BodyEffect) for effect in dynamics.effects)
     others = TORQUES * (loads.torque is not None) + FIELDS * (loads.varying is not None)
     return first + each * rods + others + bodies * (WRENCHES[0] + WRENCHES[1] * rods)
 
 
-def _operations(scene: Scene, rods: float) -> float:
-    bodies = any(isinstance(effect, BodyEffect) for effect in scene.effects)
-    drag = any(isinstance(effect, Drag) for effect in scene.effects)
+def _operations(effects: Sequence[Effect], rods: float) -> float:
+    bodies = any(isinstance(effect, BodyEffect) for effect in effects)
+    drag = any(isinstance(effect, Drag) for effect in effects)
     return rods * (OPERATIONS + OF_BODIES * bodies + OF_DRAG * drag)

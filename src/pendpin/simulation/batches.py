@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array, Indices, subdivided
+from pendpin.dynamics.binding import acting
 from pendpin.dynamics.compiling import equations_of
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.symbols import parameters_of, staying_zero
@@ -65,8 +66,8 @@ class Series:
         self.dynamics = self.bound(self.scene)
         self.engine: Engine = self.dynamics.engine
         begin = scene.start.time
-        still = staying_zero(self.engine, scene.effects, begin, self._zeros(scene, other)) if other else ()
-        equations, parameters = equations_of(self.engine, scene.effects, begin, still)
+        still = staying_zero(self.engine, self.dynamics.effects, begin, self._zeros(scene, other)) if other else ()
+        equations, parameters = equations_of(self.engine, self.dynamics.effects, begin, still)
         self._recording, self._structure = equations.recording, parameters.structure
         self._moving = np.setdiff1d(np.arange(self._recording.size), still)
         self._own = self._case(self.scene, self.dynamics, parameters.values)
@@ -89,7 +90,7 @@ class Series:
         dynamics = self.dynamics if scene.model == self.scene.model else self.bound(scene)
         if scene.effects == self.scene.effects and dynamics is self.dynamics:
             return self.started(*start_state(dynamics.model, scene.start))
-        parameters = parameters_of(dynamics.engine, scene.effects, scene.start.time)
+        parameters = parameters_of(dynamics.engine, acting(dynamics.model, scene.effects), scene.start.time)
         if parameters.structure != self._structure:
             return None
         case = self._case(scene, dynamics, parameters.values)
@@ -106,7 +107,7 @@ class Series:
 
     def _case(self, scene: Scene, dynamics: Dynamics, values: Sequence[float]) -> Case:
         q, v = start_state(dynamics.model, scene.start)
-        pace = timing(dynamics, scene.effects, q, v, scene.duration, self.tolerance).pace
+        pace = timing(dynamics, acting(dynamics.model, scene.effects), q, v, scene.duration, self.tolerance).pace
         longest = 0.0 if len(pace.corners) else SERIES * float(pace.shortest[0])
         return Case(q, v, tuple(run_time_parameters(self._recording, values)), longest)
 

@@ -30,9 +30,9 @@ class Continuation:
         self.run, self.scene = run, scene or scene_of(run)
         self.dynamics = bind(self.scene)
         integrator = integrator_for(self.scene, self.dynamics, bool(run.work))
-        self.balance = EnergyBalance(self.dynamics, self.scene.effects) if run.work else None
+        self.balance = EnergyBalance(self.dynamics) if run.work else None
         pace = timing(
-            self.dynamics, self.scene.effects, run.q[0], run.v[0], self.scene.duration, self.scene.solver.tolerance
+            self.dynamics, self.dynamics.effects, run.q[0], run.v[0], self.scene.duration, self.scene.solver.tolerance
         ).pace
         way = SmoothLoop if self.dynamics.contacts is None else LoopWithEvents
         parts = (integrator, self.dynamics, self.balance, self.scene.times, lambda t: None, pace)

@@ -1,13 +1,13 @@
 """The work of every effect: from its potential if it has one, else integrated with the motion."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.binding import bodies_of, body_wrench, field_since, in_order, joint_torque, since, surroundings
 from pendpin.dynamics.dynamics import Dynamics, Potential
-from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
+from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, Idle, JointEffect, Motion
 from pendpin.engines import Derivative
 
 Power = Callable[[float, Array], float]  # t, y of the engine -> W
@@ -16,13 +16,16 @@ Power = Callable[[float, Array], float]  # t, y of the engine -> W
 class EnergyBalance:
     """The work of each kind of effect in one scene."""
 
-    def __init__(self, dynamics: Dynamics, effects: Sequence[Effect]) -> None:
-        ordered = in_order(effects)
-        self.kinds = tuple(dict.fromkeys(effect.kind for effect, _ in ordered))
+    def __init__(self, dynamics: Dynamics) -> None:
+        ordered = in_order(dynamics.effects)
+        self.kinds = tuple(dict.fromkeys(effect.kind for effect, _ in ordered if not isinstance(effect, Idle)))
+        self._idle = tuple(effect.kind for effect, _ in ordered if isinstance(effect, Idle))
         self._powers: list[tuple[int, Power]] = []
         self._potentials: list[tuple[int, Potential]] = []
-        complete = surroundings(effects, start=dynamics.start)
+        complete = surroundings(dynamics.effects, start=dynamics.start)
         for (effect, where), potential in zip(ordered, dynamics.potentials, strict=True):
+            if isinstance(effect, Idle):
+                continue
             account = self.kinds.index(effect.kind)
             if potential is not None:
                 self._potentials.append((account, potential))
@@ -51,7 +54,7 @@ class EnergyBalance:
         for account, potential in self._potentials:
             values = potential(q, poses)
             total[:, account] += values[0] - values
-        return dict(zip(self.kinds, total.T, strict=True))
+        return dict.fromkeys(self._idle, np.zeros(len(work))) | dict(zip(self.kinds, total.T, strict=True))
 
 
 def _power(dynamics: Dynamics, effect: Effect, where: str, complete: Callable[[float, Motion], Motion]) -> Power:

@@ -58,11 +58,11 @@ def run_scene(
         if checkpoint:
             saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name))
         integrator = integrator_for(scene, dynamics, energy_balance)
-        balance = EnergyBalance(dynamics, scene.effects) if energy_balance else None
+        balance = EnergyBalance(dynamics) if energy_balance else None
         way = SmoothLoop if dynamics.contacts is None else LoopWithEvents
         patience = Patience(scene.duration, deadline, _reserve(scene, dynamics, start, deadline), progress)
         compiles = compiles or isinstance(integrator, Taylor)
-        found = timing(dynamics, scene.effects, q, v, scene.duration, scene.solver.tolerance)
+        found = timing(dynamics, dynamics.effects, q, v, scene.duration, scene.solver.tolerance)
         parts = (integrator, dynamics, balance, scene.times, patience, found.pace)
         loop = deadline.waits_for(lambda: way(*parts), compiles)
     except Halted as error:

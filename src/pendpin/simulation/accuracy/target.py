@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.dynamics.binding import acting
 from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import BodyEffect
@@ -253,7 +254,8 @@ def _with_method(scene: Scene, energy_balance: bool) -> Scene:
 def _compiled(scene: Scene, method: str) -> Scene:
     """The scene with compiled equations if scene and method allow them."""
     auto = method in ADAPTIVE and scene.solver.engine == "auto"
-    if not (auto and compilable(scene.effects, len(build(scene.model).joints))):
+    model = build(scene.model)
+    if not (auto and compilable(acting(model, scene.effects), len(model.joints))):
         return scene
     return scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": "compiled"})})
 
@@ -264,4 +266,4 @@ def _worth_compiling(run: Trajectory, runs: Runs) -> bool:
 
 def _has_wrenches(scene: Scene) -> bool:
     """Whether the scene has body effects, whose evaluation takes most of the time."""
-    return any(isinstance(effect, BodyEffect) for effect in scene.effects)
+    return any(isinstance(effect, BodyEffect) for effect in acting(build(scene.model), scene.effects))
