@@ -60,6 +60,10 @@ ZERO = {
     "drag without coefficient": fx.Drag(coefficient=0, wind=(9, 9, 9)),
     "support": fx.Support(amplitude=(0, 0, 0), frequency=9.0),
     "rotation": fx.Rotation(rate=(0, 0, 0)),
+    "gravity": fx.Gravity(acceleration=0, direction=(1.0, 0.2, 0.1)),
+    "drag without anything but a gust": fx.Drag(density=0, gust=(1, 2, 3), frequency=5.0),
+    "friction": fx.DryFriction(kinetic=0, joints=("theta_1",)),
+    "friction that falls": fx.DryFriction(kinetic=0, static=0, stribeck=0.3),
 }
 
 

@@ -179,7 +179,7 @@ class TestTaylor:
         assert np.abs(run.tips()[:, 0] - spherical(*start, 2 / 3, 9.81, run.t)).max() < 2e-13
         assert run.stats.compile_seconds > 0
         assert run.stats.steps > 100
-        assert run.stats.evaluations <= 1.01 * run.stats.steps  # the first samples are closer than the turns need
+        assert run.stats.evaluations == run.stats.steps
 
     @pytest.mark.parametrize("rods", [1, 2])
     def test_a_thin_chain_through_the_pole(self, rods: int):

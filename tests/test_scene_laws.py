@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
+from effect_cases import ZERO
 from laws import law
 from pendpin import effects as fx
 from pendpin.analysis.references import reference
@@ -89,21 +90,6 @@ def test_the_order_of_the_effects_changes_no_bit(data: st.DataObject, touching: 
 
 # --- effects of strength 0 ------------------------------------------------------------------------------------------
 
-IDLE = (
-    fx.Gravity(acceleration=0.0, direction=(1.0, 0.2, 0.1)),
-    fx.Viscous(coefficient=0.0, joints=("phi_1",)),
-    fx.Spring(stiffness=0.0, rest=0.3),
-    fx.Motor(joint="theta_1", torque=0.0),
-    fx.Motor(joint="phi_1", amplitude=0.0, frequency=900.0, phase=0.2),
-    fx.Motor(joint="phi_1", target=0.3, proportional=0.0),
-    fx.Push(link="rod_1", amplitude=(0.0, -0.0, 0.0), frequency=70.0, point=0.1),
-    fx.Drag(density=0.0, wind=(1.0, 2.0, 3.0)),
-    fx.Drag(coefficient=0.0, gust=(1.0, 2.0, 3.0), frequency=5.0),
-    fx.Support(amplitude=(0.0, 0.0, 0.0), frequency=40.0),
-    fx.Rotation(rate=(0.0, 0.0, 0.0)),
-    fx.DryFriction(kinetic=0.0, joints=("theta_1",)),
-    fx.DryFriction(kinetic=0.0, static=0.0, stribeck=0.3),
-)
 THIN = pp.Chain(rods=(pp.Rod(length=0.8, mass=1.0), pp.Rod(length=0.5, mass=0.4)))
 ANY_METHOD = (
     *METHODS,
@@ -135,7 +121,7 @@ def test_an_effect_of_strength_0_changes_no_bit(parts: Any, method: Any, data: s
     if touching and balance and engine != "compiled":
         effects = (*effects, fx.Stop(upper=0.6, restitution=0.4))
     more = [*effects]
-    for idle in data.draw(st.lists(st.sampled_from(IDLE), min_size=1, max_size=4)):
+    for idle in data.draw(st.lists(st.sampled_from(list(ZERO.values())), min_size=1, max_size=4)):
         more.insert(data.draw(st.integers(0, len(more))), idle)
     count = 2 * len(model.rods)
     start = pp.Start(positions=(0.3, 0.4, -0.2, 0.5)[:count], velocities=(1.5, -1.0, 1.5, 2.0)[:count])
@@ -163,6 +149,15 @@ def test_names_are_read_at_strength_0_too(effect: fx.Effect, said: str) -> None:
     """A joint or link that the model lacks is refused, whatever the strength."""
     with pytest.raises(InputError, match=re.escape(said)):
         pp.bind(pp.Scene(model=pp.Chain(rods=(ROD,)), effects=(fx.Gravity(), effect)))
+
+
+def test_a_support_that_stays_is_none(tmp_path: Path) -> None:
+    """The path of a csv that never leaves the origin of W changes no bit."""
+    path = tmp_path / "path.csv"
+    path.write_text("t,x,y,z\n" + "".join(f"{t / 10},0,-0.0,0\n" for t in range(11)))
+    base = pp.Scene(duration=0.5, model=TWO, start=START, effects=(fx.Gravity(),), solver=pp.Solver(samples=3))
+    still = base.replace(effects=(fx.Gravity(), fx.Support(csv=path)))
+    same_bits(*(pp.simulate(scene, method="taylor", tolerance=1e-12) for scene in (base, still)))
 
 
 def test_a_subclass_has_its_own_strength() -> None:

@@ -65,7 +65,7 @@ def test_directions_and_angles_count_alike(count: int, tilt: float, rate: float,
         positions=(0.3, tilt) + (0.1, 0.2) * (count - 1), velocities=(rate, 0.0) + (1.0, 0.0) * (count - 1)
     )
     runs = []
-    for effects in ((), (fx.Viscous(coefficient=0.0),)):
+    for effects in ((), (fx.Viscous(coefficient=1e-30),)):
         scene = pp.Scene(
             duration=0.4, model=thin(count), start=start, effects=effects, solver=pp.Solver(samples=samples)
         )

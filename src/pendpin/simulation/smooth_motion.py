@@ -20,6 +20,7 @@ EVALUATIONS = 20_000  # in a segment, about: an interrupt loses at most these
 LEAST_EVALUATIONS = 2_000  # of a large model, whose evaluations take longer
 SMALL = 2  # joints: those of a model with EVALUATIONS in a segment
 FIRST_SEGMENT = 1  # output times
+FIRST_STEPS = 2  # that it takes at least, the first of them a small one
 MARGIN = 1.2  # of the states in the next segment, over those that this one needed
 MOST_STATES = 4_000_000  # in a segment
 
@@ -52,10 +53,16 @@ class SmoothLoop(IntegrationLoop):
             "y": y,
             "ahead": np.array(float(FIRST_SEGMENT)),
             "first_step": np.array(0.0),
-            "parts": np.array(1.0),
+            "parts": np.array(self._first_parts(y)),
             **self.integrator.memory(y),
         }
         return RunState.at_start(np.concatenate([q, v, np.zeros(self.accounts)]), len(self.times), carried)
+
+    def _first_parts(self, y: Array) -> float:
+        """How many states the first interval should have, from the state (size,) at the start."""
+        t = self.times[: FIRST_SEGMENT + 1]
+        needed = self._engine.denser(t, np.tile(y, (len(t), 1)), FIRST_STEPS)
+        return float(np.clip(math.ceil(needed), 1, MOST_STATES))
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
         """One segment; its number of output times follows from the evaluations of the last one."""
