@@ -113,9 +113,6 @@ def _values(dynamics: Dynamics, effects: Sequence[Effect], i: int) -> Callable[[
     if isinstance(effect, JointEffect):
         return since(start, effect, joint_torque(model, effect, where))
     assert isinstance(effect, BodyEffect)
-    wrench, complete = (
-        since(start, effect, body_wrench(model, effect, where)),
-        surroundings(effects, start=start),
-    )
+    wrench, complete = since(start, effect, body_wrench(model, effect, where)), surroundings(effects, start=start)
     engine = dynamics.engine
     return lambda t, q, v: wrench(t, complete(t, engine.motion(engine.pack(q, v))))
