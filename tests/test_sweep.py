@@ -1,8 +1,10 @@
 """Sweeps: every case is what a single run gives, whoever runs it and however the sweep is cut or broken off."""
 
+import contextlib
 import json
 import math
 import shutil
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -104,6 +106,22 @@ def test_what_stays_zero_is_not_integrated(effect: fx.Effect, still: tuple[int, 
         q, v = np.insert(random.normal(size=(2, 2)), [1, 2], 0.0, axis=1)
         away = np.abs(dynamics.acceleration(0.0, q, v)[phi]).max()
         assert away <= 1e-13 if still else away > 1e-6
+
+
+@pytest.mark.parametrize(("target", "reach"), [(1e-4, 3.0), (1e-9, 1.0)])
+def test_cases_in_vectors_meet_their_accuracy(target: float, reach: float) -> None:
+    """Against series to rounding: the tips at the end, over the length; a case that is left out is simulated on its own."""
+    starts = np.random.default_rng(2).uniform(-reach, reach, (20, 2))
+    chosen = scene(duration=4.0).replace(solver=pp.Solver(accuracy=target))
+    task = Task(chosen, plan.pairs(dict(zip(KEYS, starts.T, strict=True))), ("theta_1.final", "theta_2.final"))
+    answers: list = [None] * 20
+    vectors_of(task).fill(starts, answers)
+    met = [i for i, answer in enumerate(answers) if answer]
+    assert len(met) >= 15
+    exact = pp.sweep(scene(duration=4.0), task.plan, task.measures, method="taylor", tolerance=1e-17)
+    known = np.stack([exact[name].values for name in task.measures], -1)[met]
+    one, other = (np.exp(1j * np.cumsum(q, -1)) * [1.0, 0.7] for q in (np.array([answers[i][0] for i in met]), known))
+    assert np.abs((one - other).cumsum(-1)).max() <= 1.7 * target
 
 
 def test_what_has_corners_is_simulated_on_its_own() -> None:
@@ -225,6 +243,31 @@ def small(out: Path | None = None, **options):
     """A sweep of 24 cases."""
     varied = {KEYS[0]: np.linspace(-3, 3, 6), KEYS[1]: np.linspace(-2, 2, 4)}
     return pp.sweep(scene(duration=1.0), varied, ["flip_time", "swing"], out=out, **options)
+
+
+@settings(max_examples=6, deadline=None)
+@given(data=st.data(), setting=st.sampled_from([{"tolerance": 1e-9}, {"accuracy": 1e-3}]))
+def test_the_cut_the_order_and_the_interrupts_do_not_matter(data: st.DataObject, setting: dict) -> None:
+    """Any blocks, any order, any number of threads, broken off anywhere and gone on with: the same bits, `why` too."""
+    count = 23
+    rows = np.round(np.random.default_rng(5).uniform(-3, 3, (count, 2)), 2)
+    rows[7] = 1e9  # is simulated on its own
+    order = np.array([*data.draw(st.permutations(range(count - 1))), count - 1])
+    size, threads = data.draw(st.integers(1, count)), data.draw(st.integers(1, 3))
+    chosen = scene(duration=0.4).replace(solver=pp.Solver(samples=5, **setting))
+    measures = ("theta_1.final", "flip_time", "R3_1.max")
+    whole = run_block(Task(chosen, plan.pairs(dict(zip(KEYS, rows.T, strict=True))), measures), 0, count)
+    vary = plan.pairs(dict(zip(KEYS, rows[order].T, strict=True)))
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sweeps, "_block_size", lambda task, workers: size)
+        patch.setattr(sweeps, "cores", lambda: threads)
+        store = Path(folder) / "map.zarr"
+        for stop in sorted(data.draw(st.sets(st.integers(1, count), max_size=2))):
+            with contextlib.suppress(Interrupted):
+                pp.sweep(chosen, vary, measures, out=store, workers=1, progress=_stop_after(stop))
+        found = pp.sweep(chosen, vary, measures, out=store)
+        np.testing.assert_array_equal(np.stack([found[name].values for name in measures], -1), whole.values[order])
+        assert found.why.values.tolist() == [whole.why[i] for i in order]
 
 
 def test_a_store_broken_off_goes_on_with_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

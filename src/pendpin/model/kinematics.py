@@ -1,5 +1,7 @@
 """Where the bodies are and what energy they have, from a model and states of it."""
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from pendpin.arrays import Array
@@ -77,6 +79,14 @@ def marks(model: Model, link_tips: Array, q: Array) -> Array:
     if not offsets.any():
         return link_tips
     return link_tips + np.einsum("nrij,rj->nri", poses(model, q)[..., :3, :3], offsets)
+
+
+def of_each(points: Callable[[Model, Array], Array], models: Sequence[Model], q: Array) -> Array:
+    """points(model, q (n, nv)) of c motions q (c, n, nv), each of its own model; in one call where they share it."""
+    if all(model is models[0] for model in models):
+        flat = points(models[0], q.reshape(-1, q.shape[-1]))
+        return flat.reshape(*q.shape[:2], *flat.shape[1:])
+    return np.array([points(model, rows) for model, rows in zip(models, q, strict=True)])
 
 
 def _across(model: Model) -> Array:

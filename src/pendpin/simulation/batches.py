@@ -23,7 +23,7 @@ from pendpin.dynamics.symbols import parameters_of, staying_zero
 from pendpin.dynamics.timing import timing
 from pendpin.engines import Engine
 from pendpin.integrators.taylor import HIGH, SERIES, SMALL, expressions, run_time_parameters
-from pendpin.model.build import build, start_state
+from pendpin.model.build import Model, build, start_state
 from pendpin.scene import Scene
 
 WIDTH = 16  # cases side by side, the same on every machine: two vectors hide the time that an instruction takes
@@ -37,6 +37,7 @@ Sums = Sequence[Sequence[int]]  # places of joints whose angles are added
 class Case(NamedTuple):
     """The start and the numbers of one scene."""
 
+    model: Model
     q: Array  # (nv,) at the start
     v: Array  # (nv,)
     parameters: tuple[float, ...]  # of the series
@@ -109,7 +110,7 @@ class Series:
         q, v = start_state(dynamics.model, scene.start)
         pace = timing(dynamics, acting(dynamics.model, scene.effects), q, v, scene.duration, self.tolerance).pace
         longest = 0.0 if len(pace.corners) else SERIES * float(pace.shortest[0])
-        return Case(q, v, tuple(run_time_parameters(self._recording, values)), longest)
+        return Case(dynamics.model, q, v, tuple(run_time_parameters(self._recording, values)), longest)
 
     def run(self, cases: Sequence[Case], times: Array) -> Motions:
         """The motions of up to WIDTH cases; one that cannot go on is NaN.

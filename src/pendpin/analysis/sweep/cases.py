@@ -5,7 +5,7 @@ Smooth scenes go in vectors (batches.py) where these cover them; every other cas
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from importlib.util import find_spec
 from threading import Lock
 from typing import NamedTuple
@@ -14,13 +14,14 @@ import numpy as np
 
 from pendpin.analysis.sweep.measures import Function, Measure, Motion, accumulated, measure
 from pendpin.analysis.sweep.plan import Plan
-from pendpin.arrays import Array, Indices
-from pendpin.errors import Interrupted, PendpinError, RunError
+from pendpin.arrays import Array, Indices, Mask
+from pendpin.errors import InputError, Interrupted, PendpinError, RunError
 from pendpin.integrators import Run
 from pendpin.keypaths import parsed
 from pendpin.model.build import FARTHEST, Model, build, start_state
 from pendpin.records import LARGEST
 from pendpin.scene import Scene
+from pendpin.simulation.accuracy.side_by_side import FINEST, Ladder
 from pendpin.simulation.batches import WIDTH, Case, Motions, Series
 from pendpin.simulation.ensemble import ends_well
 from pendpin.simulation.run import fill_in
@@ -29,6 +30,7 @@ from pendpin.trajectory import Trajectory
 from pendpin.versions import installed
 
 MOST_JOINTS = 10  # in vectors: five rods compile in 2 s
+TRIED = 33  # cases, at most, until one has numbers that can be had
 LOOSER = 100.0  # times the tolerance, for what compares two runs
 Answer = tuple[Array, str]  # the measures (measures,), and why there are none
 
@@ -79,8 +81,19 @@ def run_block(task: Task, begin: int, end: int) -> Block:
 
 def check(task: Task) -> None:
     """Raises InputError for keys or measures that no case could have."""
-    with_numbers(task.scene, task.plan.keys, task.plan.rows(np.arange(1))[0])
+    typical(task)
     _ = task.chosen
+
+
+def typical(task: Task) -> Scene:
+    """The scene of a case whose numbers can be had: the last one, else one before. Raises InputError if there is none."""
+    places, errors = np.unique(np.linspace(0, task.plan.count - 1, TRIED).astype(int))[::-1], list[InputError]()
+    for row in task.plan.rows(places):
+        try:
+            return with_numbers(task.scene, task.plan.keys, row)
+        except InputError as error:
+            errors.append(error)
+    raise errors[-1]
 
 
 def with_numbers(scene: Scene, keys: Sequence[str], row: Array) -> Scene:
@@ -130,24 +143,29 @@ class Vectors:
     """A sweep whose cases go side by side."""
 
     def __init__(self, task: Task) -> None:
-        first = with_numbers(task.scene, task.plan.keys, task.plan.rows(np.arange(1))[0])
+        scene = typical(task)
         wanted = any(m.name.startswith("flip_time") for m in task.chosen)
-        sums = accumulated(build(first.model).joints) if wanted else []
-        fine = first.solver.tolerance or 0.0
-        self.task, self.scene = task, first
-        self.times = first.times[[0, -1]] if all(m.ends for m in task.chosen) else first.times
-        tolerances, other = [fine, min(0.1, LOOSER * fine)] if task.two else [fine], _from_elsewhere(task, first)
-        self.series = [Series(first, tolerance, sums, other) for tolerance in tolerances]
+        sums = accumulated(build(scene.model).joints) if wanted else []
+        if all(m.ends for m in task.chosen):
+            few = {"times": tuple(scene.clock[[0, -1]].tolist())} if scene.solver.times else {"samples": 2}
+            scene = scene.model_copy(update={"solver": scene.solver.model_copy(update=few)})
+        self.task, self.scene, self.ladder = task, scene, None
+        made = partial(Series, scene, flips=sums, other=_from_elsewhere(task, scene))
+        if scene.solver.accuracy:
+            self.ladder = Ladder(scene, made)
+            self.series = self.ladder.series[::-1]
+        else:
+            fine = scene.solver.tolerance or 0.0
+            self.series = [made(tolerance) for tolerance in ([fine, min(0.1, LOOSER * fine)] if task.two else [fine])]
         self._joints = _start_joints(task, self.series[0].dynamics.model)
-        self._start = start_state(self.series[0].dynamics.model, first.start)
+        self._start = start_state(self.series[0].dynamics.model, scene.start)
 
     def fill(self, rows: Array, answers: list[Answer | None]) -> None:
         """Put in the answers of the cases that go well; None is left for those that do not."""
         cases = [(place, numbers) for place, row in enumerate(rows) if (numbers := self._case(row)) is not None]
         for begin in range(0, len(cases), WIDTH):
             places, numbers = zip(*cases[begin : begin + WIDTH], strict=True)
-            found = [series.run(numbers, self.times) for series in self.series]
-            for place, answer in zip(places, self._answers(rows[list(places)], found), strict=True):
+            for place, answer in zip(places, self._answers(rows[list(places)], numbers), strict=True):
                 answers[place] = answer
 
     def _case(self, row: Array) -> Case | None:
@@ -163,13 +181,21 @@ class Vectors:
         except PendpinError:
             return None  # simulate says why
 
-    def _answers(self, rows: Array, found: list[Motions]) -> list[Answer | None]:
+    def _runs(self, cases: Sequence[Case]) -> tuple[list[Motions], Mask]:
+        """The motions of the cases and, where two are compared, looser ones; which cases (c,) met the setting."""
+        if self.ladder:
+            *found, met = self.ladder.run(cases)
+            return found, met
+        return [series.run(cases, self.scene.times) for series in self.series], np.ones(len(cases), bool)
+
+    def _answers(self, rows: Array, cases: Sequence[Case]) -> list[Answer | None]:
         """What the cases with these numbers (c, keys) give; None for one that has to be simulated on its own."""
-        series, t = self.series[0], self.scene.start.time + self.times
-        good = np.all([np.isfinite(one.q).all((1, 2)) & np.isfinite(one.v).all((1, 2)) for one in found], axis=0)
+        series, (found, good) = self.series[0], self._runs(cases)
+        good &= np.all([np.isfinite(one.q).all((1, 2)) & np.isfinite(one.v).all((1, 2)) for one in found], axis=0)
         if not any(key.startswith("model") for key in self.task.plan.keys):
             good &= ends_well(series.dynamics, found[0].q, found[0].v)
-        motions = [Motion(series.dynamics.model, t, one.q, one.v, one.flips) for one in found]
+        models = [case.model for case in cases]
+        motions = [Motion(models, self.scene.clock, one.q, one.v, one.flips) for one in found]
         known = {m.name: values for m in self.task.chosen if (values := _of_motions(m, motions)) is not None}
         return [self._answer(i, rows[i], known, found) if ok else None for i, ok in enumerate(good)]
 
@@ -220,11 +246,11 @@ def _start_joints(task: Task, model: Model) -> tuple[Indices, Indices] | None:
     return np.array([fields.index(str(path[1])) for path in paths]), np.array(joints)
 
 
-def _from_elsewhere(task: Task, first: Scene) -> Scene | None:
-    """The first case with other numbers, by chance, where the start is varied."""
+def _from_elsewhere(task: Task, scene: Scene) -> Scene | None:
+    """The scene with other numbers, by chance, where the start is varied."""
     keys = [key for key in task.plan.keys if key.startswith("start.")]
     try:
-        return with_numbers(first, keys, np.random.default_rng(0).uniform(0.1, 1.0, len(keys)))
+        return with_numbers(scene, keys, np.random.default_rng(0).uniform(0.1, 1.0, len(keys)))
     except PendpinError:
         return None
 
@@ -246,7 +272,9 @@ def vectors_of(task: Task) -> Vectors | None:
 def _made(task: Task) -> Vectors | None:
     """None for a scene that series do not take, or a key that changes how it is run."""
     solver, kinds = task.scene.solver, {parsed(key)[0] for key in task.plan.keys}
-    if find_spec("heyoka") is None or solver.method not in ("auto", "taylor") or solver.accuracy is not None:
+    if find_spec("heyoka") is None or solver.method not in ("auto", "taylor"):
+        return None
+    if solver.accuracy is not None and not (solver.accuracy >= FINEST and task.scene.duration):
         return None
     if kinds - {"model", "effects", "start"} or "start.time" in task.plan.keys:
         return None

@@ -5,7 +5,7 @@ it, the difference between the run and one at a tolerance 100 times looser: what
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -15,7 +15,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.errors import InputError, choices, shown
 from pendpin.model.build import Model
-from pendpin.model.kinematics import apart, poses, tips
+from pendpin.model.kinematics import apart, of_each, poses, tips
 from pendpin.scene import Scene, Start
 from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory import Trajectory
@@ -31,7 +31,7 @@ Function = Callable[[Trajectory], float]
 class Motion(NamedTuple):
     """What a sweep in vectors has of c runs before their forces and energies are computed."""
 
-    model: Model
+    models: Sequence[Model]  # (c,)
     t: Array  # (n,) s; the start and the end alone, where that is enough for all measures
     q: Array  # (c, n, nv)
     v: Array  # (c, n, nv)
@@ -82,7 +82,7 @@ def measure(given: str | Function) -> Measure:
 def _of_angle(series: str, statistic: Callable[[Array, Array], Array]) -> Callable[[Motion], Array]:
     """A statistic of a joint's angle. Raises LookupError for any other series, which needs the whole run."""
     return lambda motion: statistic(
-        motion.t, motion.q[..., {name: i for i, name in enumerate(motion.model.joints)}[series]]
+        motion.t, motion.q[..., {name: i for i, name in enumerate(motion.models[0].joints)}[series]]
     )
 
 
@@ -232,7 +232,8 @@ def divergence(run: Trajectory, looser: Trajectory) -> float:
 
 
 def _divergence_of_motions(motion: Motion, looser: Motion) -> Array:
-    return _tips_apart(*(tips(m.model, poses(m.model, m.q[:, -1])) for m in (motion, looser)))
+    ends = [of_each(lambda model, q: tips(model, poses(model, q)), m.models, m.q[:, -1:]) for m in (motion, looser)]
+    return _tips_apart(*(points[:, 0] for points in ends))
 
 
 def _tips_apart(one: Array, other: Array) -> Array:

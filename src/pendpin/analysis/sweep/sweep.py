@@ -9,16 +9,16 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from pendpin.analysis.sweep import plan as plans
-from pendpin.analysis.sweep.cases import Task, check, run_block
+from pendpin.analysis.sweep.cases import Task, check, run_block, vectors_of
 from pendpin.analysis.sweep.measures import Function
 from pendpin.analysis.sweep.plan import Plan
 from pendpin.analysis.sweep.store import Blocks, Memory, Store
-from pendpin.analysis.sweep.workers import in_threads, local_cluster, on_cluster, remote_cluster
+from pendpin.analysis.sweep.workers import FOUND, in_threads, local_cluster, on_cluster, remote_cluster
 from pendpin.errors import InputError, Interrupted, MissingLibrary, RunError
 from pendpin.scene import Scene, load_scene
+from pendpin.simulation.batches import WIDTH
 from pendpin.simulation.processes import cores
 
-PILOT = 4  # cases, that tell how long a block may be
 BLOCK_SECONDS = 3.0  # of a block
 FEWEST_BLOCKS = 8  # for each worker, so that none waits long for the last
 LARGEST_BLOCK = 20_000  # cases
@@ -73,31 +73,37 @@ def _run(task: Task, results: Memory | Store, workers: int | None, dask: str | N
     blocks, count = results.blocks, task.plan.count
     left = results.left()
     done = count - sum(end - begin for begin, end in map(blocks.span, left))
-    progress(done, count)
-    with ExitStack() as stack:
-        if dask is not None:
-            found = on_cluster(task, left, blocks.span, stack.enter_context(remote_cluster(dask)))
-        elif workers is not None and workers > 1:
-            found = on_cluster(task, left, blocks.span, stack.enter_context(local_cluster(workers)))
-        else:
-            found = in_threads(task, left, blocks.span, workers or cores())
-        try:
-            with closing(found):
-                for block, values in found:
-                    results.put(block, values)
-                    begin, end = blocks.span(block)
-                    done += end - begin
-                    progress(done, count)
-        except (KeyboardInterrupt, Interrupted):
-            again = "; the same sweep goes on from there" if isinstance(results, Store) else ""
-            raise Interrupted(f"stopped by the user after {done} of {count} cases{again}", results.dataset()) from None
-        except RunError as error:
-            raise RunError(str(error), results.dataset()) from None
+    try:
+        progress(done, count)
+        with ExitStack() as stack:
+            for block, values in stack.enter_context(closing(_found(task, left, blocks, workers, dask, stack))):
+                results.put(block, values)
+                begin, end = blocks.span(block)
+                done += end - begin
+                progress(done, count)
+    except (KeyboardInterrupt, Interrupted):
+        again = "; the same sweep goes on from there" if isinstance(results, Store) else ""
+        raise Interrupted(f"stopped by the user after {done} of {count} cases{again}", results.dataset()) from None
+    except RunError as error:
+        raise RunError(str(error), results.dataset()) from None
+
+
+def _found(
+    task: Task, left: list[int], blocks: Blocks, workers: int | None, dask: str | None, stack: ExitStack
+) -> FOUND:
+    """The results of the blocks that are left, as they come; a cluster ends with the stack."""
+    if not left:
+        return in_threads(task, left, blocks.span, 1)
+    if dask is not None:
+        return on_cluster(task, left, blocks.span, stack.enter_context(remote_cluster(dask)))
+    if workers is not None and workers > 1:
+        return on_cluster(task, left, blocks.span, stack.enter_context(local_cluster(workers)))
+    return in_threads(task, left, blocks.span, workers or cores())
 
 
 def _block_size(task: Task, workers: int) -> int:
     """How many cases make a block of a few seconds."""
-    few = min(PILOT, task.plan.count)
+    few = min(WIDTH if vectors_of(task) else 1, task.plan.count)
     run_block(task, 0, 1)  # what is compiled or imported is not counted
     begin = time.perf_counter()
     run_block(task, 0, few)

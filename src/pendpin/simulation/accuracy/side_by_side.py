@@ -1,0 +1,84 @@
+"""Accuracy as the target for cases side by side: Taylor series at ever finer tolerances, each case judged on its own.
+
+A case is done when the estimate from its last three runs (estimate.py) meets the target. What a case gives does not depend
+on its neighbours. The rest is left to the search of target.py, which runs one case and says why the target cannot be met.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from pendpin.arrays import Array, Indices, Mask
+from pendpin.model.build import Model
+from pendpin.model.kinematics import apart, marks, of_each, poses, reach, tips
+from pendpin.scene import Scene
+from pendpin.simulation.accuracy.estimate import Gaps, estimate
+from pendpin.simulation.accuracy.refinement import LOOSEST, TAYLOR, by_tolerance
+from pendpin.simulation.accuracy.rounding import EPS, START
+from pendpin.simulation.accuracy.runs import Runs
+from pendpin.simulation.accuracy.target import NEGLIGIBLE
+from pendpin.simulation.batches import Case, Motions, Series
+from pendpin.simulation.guards import Deadline
+
+FINEST = 1e-9  # finer targets are near to rounding, which target.py measures
+COARSER = 10.0  # times the target: the first tolerance
+FINER = 100.0  # from one tolerance to the next
+MOST_SERIES = 5
+STEP_ERROR = 1e-3  # of its tolerance: the least error of a step of the series, beside which rounding is seen
+
+
+class Ladder:
+    """The series of a scene from coarse to fine, made by `make` for a tolerance."""
+
+    def __init__(self, scene: Scene, make: Callable[[float], Series]) -> None:
+        self._target, runs = scene.solver.accuracy or 0.0, Runs(scene, False, lambda t: None, Deadline(None))
+        self._times, self._every = runs.times, runs.every
+        self._refinement = by_tolerance(TAYLOR, self._target)
+        first = min(COARSER * self._target, LOOSEST)
+        settings = [first / FINER**i for i in range(MOST_SERIES)]
+        self.series = [make(setting) for setting in settings if setting >= self._refinement.least]
+
+    def run(self, cases: Sequence[Case]) -> tuple[Motions, Motions, Mask]:
+        """Motions at the output times, those of tolerances 100 times looser, and which cases (c,) meet the target."""
+        found = [series.run(cases, self._times) for series in self.series[:3]]
+        met = self._met(cases, found, self.series[0].tolerance)
+        for coarsest, series in zip(self.series[1:], self.series[3:], strict=False):
+            if not len(left := np.flatnonzero(~met)):
+                break
+            few = [cases[i] for i in left.tolist()]
+            runs = [*(_some(one, left) for one in found[1:]), series.run(few, self._times)]
+            met[left] = self._met(few, runs, coarsest.tolerance)
+            for whole, part in zip(found, runs, strict=True):
+                for rows, new in zip(whole, part, strict=True):
+                    rows[left] = new
+        finest, looser = (self._at_output_times(one) for one in (found[-1], found[-2]))
+        return finest, looser, met
+
+    def _at_output_times(self, one: Motions) -> Motions:
+        return one._replace(q=one.q[:, :: self._every], v=one.v[:, :: self._every])
+
+    @np.errstate(invalid="ignore")  # a case that cannot be integrated to its end does not meet the target
+    def _met(self, cases: Sequence[Case], found: Sequence[Motions], coarsest: float) -> Mask:
+        """Whether the error of the last of three runs of each case, with rounding, is within the target."""
+        points = [of_each(_points, [case.model for case in cases], one.q) for one in found]
+        met = np.zeros(len(cases), bool)
+        for i, case in enumerate(cases):
+            coarse, middle, fine = (one[i] for one in points)
+            length = reach(case.model) or float(np.linalg.norm(fine, axis=-1).max()) or 1.0
+            first, second = (np.maximum.accumulate(apart(*pair, length)) for pair in ((coarse, middle), (middle, fine)))
+            gaps = Gaps(first, second, (FINER, FINER), self._refinement.pace)
+            rounding = START * EPS * (1 + np.abs(found[-1].q[i]).max() + first / (STEP_ERROR * coarsest))
+            size = float(apart(fine, fine[:1], length).max())
+            alike = not second.any() and np.abs(found[-1].v[i]).any()  # says nothing of the error
+            error = estimate(gaps, size, rounding, NEGLIGIBLE * self._target).error[-1]
+            met[i] = error <= self._target and not alike
+        return met
+
+
+def _points(model: Model, q: Array) -> Array:
+    """The points (n, bodies, 3) by which motions q (n, nv) are compared."""
+    return marks(model, tips(model, poses(model, q)), q)
+
+
+def _some(one: Motions, places: Indices) -> Motions:
+    return Motions(*(rows[places] for rows in one))
