@@ -10,7 +10,6 @@ import pendpin as pp
 from effect_cases import EFFECTS, MODELS
 from pendpin import effects as fx
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.engines import CanonicalForm
 from pendpin.equations import thin_recursion
 from pendpin.equations.chain import thin
 from pendpin.equations.exact import direction, direction_rate, planar, spherical
@@ -95,7 +94,7 @@ def test_rule_is_symplectic_and_of_its_order(s: int) -> None:
 def test_canonical_form_is_the_lagrangian_one() -> None:
     """Along the motion p' = F; F = dL/dq by central differences of v p / 2 - potential; the slopes by differences too."""
     dynamics = Dynamics(build(TWO), (GRAVITY, EFFECTS["spring"], EFFECTS["push"]), form="angles")
-    form, (q, v) = CanonicalForm(dynamics.engine), np.random.default_rng(4).normal(size=(2, 4))
+    form, (q, v) = dynamics.engine.canonical(), np.random.default_rng(4).normal(size=(2, 4))
     a, h = dynamics.acceleration(0.3, q, v), 1e-5
     ends = [form.momentum(q + s * h * v + h * h / 2 * a, v + s * h * a) for s in (1, -1)]
     now = form.at(0.3, q, v)
@@ -109,7 +108,7 @@ def test_canonical_form_is_the_lagrangian_one() -> None:
 def test_a_step_is_symplectic(method: str, model: pp.Chain) -> None:
     """D^T S D = S for the derivative D of one large step in (q, p), by central differences; S = [[0, 1], [-1, 0]]."""
     dynamics = Dynamics(build(model), (GRAVITY,), form="angles")
-    form, nv = CanonicalForm(dynamics.engine), len(dynamics.model.joints)
+    form, nv = dynamics.engine.canonical(), len(dynamics.model.joints)
 
     def step(x: np.ndarray) -> np.ndarray:
         integrator = Gauss(method, 0.1)

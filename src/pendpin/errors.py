@@ -32,6 +32,10 @@ class RunError(PendpinError):
         super().__init__(message)
         self.partial = partial
 
+    def said(self, message: str, partial: Any) -> "RunError":
+        """An error of the same kind with another message, and with what was done."""
+        return type(self)(message, partial)
+
 
 class Halted(RunError):
     """A run that was ended from outside (by the user, for lack of time or of room on the disk) and could go on."""

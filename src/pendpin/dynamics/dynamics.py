@@ -15,7 +15,6 @@ from pendpin.effects import Bodies, BodyEffect, ContactEffect, Effect, FieldEffe
 from pendpin.engines import (
     MAX_SPHERICAL,
     AngleEngine,
-    Compiled,
     Directions,
     Engine,
     Loads,
@@ -64,12 +63,6 @@ class Dynamics:
 
     def __repr__(self) -> str:
         return f"Dynamics of {len(self.model.joints)} joints on {self.engine.name}"
-
-    @property
-    def on_angles(self) -> bool:
-        """Whether the state is angles, so that phi = ±pi/2 is singular for thin rods."""
-        engine = self.engine
-        return isinstance(engine.base if isinstance(engine, Compiled) else engine, AngleEngine)
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
         """q'' (nv,) at time t. Raises InputError for arrays of another shape."""

@@ -3,13 +3,18 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from pendpin.arrays import Array, Indices
 from pendpin.effects import Motion
+from pendpin.errors import InputError
 from pendpin.model.build import Model
+
+if TYPE_CHECKING:
+    from pendpin.engines.hamilton import CanonicalForm
+    from pendpin.engines.machine_code import Block
 
 Derivative = Callable[[Array, float, Array], None]  # f(dy, t, y) fills dy
 ProgressCallback = Callable[[float], None]
@@ -45,6 +50,9 @@ class Engine(ABC):
 
     name: str
     compile_seconds: float = 0.0
+    compiles = False  # whether its equations are machine code
+    symbolic = True  # whether its equations can be recorded
+    on_angles = False  # whether its state is y = (q, v), so that phi = ±pi/2 is singular for thin rods
 
     def __init__(self, model: Model, loads: Loads) -> None:
         self.model, self.loads = model, loads
@@ -72,6 +80,14 @@ class Engine(ABC):
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """f(dy, t, y) that fills dy, and a function that counts its calls; `progress` is called with t and may raise."""
 
+    def block(self) -> "Block":
+        """The arguments of the machine code for one run, where the engine `compiles`. Raises InputError elsewhere."""
+        raise InputError('solver.engine: only "compiled" has equations in machine code')
+
+    def canonical(self) -> "CanonicalForm":
+        """The same equations in positions and momenta. Raises InputError for an engine without this form."""
+        raise InputError("solver.method: gauss2, gauss4 and gauss6 need Pinocchio's equations, in solver.engine too")
+
     @abstractmethod
     def motion(self, y: Array) -> Motion:
         """Poses and velocities of the n bodies at a state y (size,)."""
@@ -83,6 +99,8 @@ class Engine(ABC):
 
 class AngleEngine(Engine):
     """An engine whose state is y = (q, v)."""
+
+    on_angles = True
 
     def pack(self, q: Array, v: Array) -> Array:
         """(q, v), (2 nv,)."""

@@ -46,11 +46,15 @@ class CompiledEquations:
 class Compiled(Engine):
     """The state, poses and wrenches of another engine, and y' by machine code, with one set of parameters."""
 
+    compiles = True
+    symbolic = False
+
     def __init__(
         self, base: Engine, equations: CompiledEquations, values: Sequence[float], tables: Sequence[Table], took: float
     ) -> None:
         super().__init__(base.model, base.loads)
         self.base, self.equations, self.name = base, equations, f"{base.name}, compiled"
+        self.on_angles = base.on_angles
         self._values, self._tables, self.compile_seconds = values, tables, took
 
     @property

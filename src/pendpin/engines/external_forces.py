@@ -9,15 +9,19 @@ from pendpin.arrays import Array, cross
 from pendpin.effects import Motion
 from pendpin.model.bodies import Body, pinocchio
 
+Wrench = Callable[[Motion], tuple[Array, Array]]  # force N and moment N m about com, (n, 3), W
+
 
 def external_forces(
-    data: Any, bodies: Sequence[Body], joints: Sequence[int], wrench: Callable[[Motion], tuple[Array, Array]]
+    model: Any, data: Any, q: Array, v: Array, bodies: Sequence[Body], joints: Sequence[int], wrench: Wrench
 ) -> list[Any]:
-    """One pin.Force a joint, in its frame, at its origin, from data whose forward kinematics has run.
+    """One pin.Force a joint, in its frame, at its origin, at Pinocchio's q (nq,) and v (nv,).
 
     joints are the bodies' places in Pinocchio's model; wrench gives forces N and moments N m about com, (n, 3), in W.
     """
-    pin, motion = pinocchio(), motion_of(data, joints)
+    pin = pinocchio()
+    pin.forwardKinematics(model, data, q, v)
+    motion = motion_of(data, joints)
     R, com = motion.rotation, np.array([body.com for body in bodies])
     linear, angular = ((part[:, None] @ R)[:, 0] for part in wrench(motion))  # R^T x
     out = [pin.Force.Zero()] * len(data.oMi)
@@ -32,3 +36,8 @@ def motion_of(data: Any, joints: Sequence[int]) -> Motion:
     twists = np.array([data.v[joint].vector for joint in joints]).reshape(-1, 2, 3)
     velocity, spin = (twists @ R.swapaxes(-1, -2)).swapaxes(0, 1)  # R x
     return Motion(np.array([data.oMi[joint].translation for joint in joints]), R, velocity, spin)
+
+
+def joints_of(bodies: Sequence[Body]) -> list[int]:
+    """The places of bodies in Pinocchio's model on revolute and prismatic joints."""
+    return [body.joint + 1 for body in bodies]

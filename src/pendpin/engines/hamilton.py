@@ -1,12 +1,15 @@
 """Pinocchio's model in Hamilton's form: positions and momenta, with the derivatives that an implicit method needs."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.engines.pinocchio import Revolute
+from pendpin.engines.base import Loads
+from pendpin.engines.external_forces import external_forces, joints_of
 from pendpin.model.bodies import pinocchio
+from pendpin.model.build import Model
 
 DELTA = 1e-7  # rad, rad/s: of forward differences
 
@@ -27,10 +30,10 @@ class CanonicalForm:
     are not in (q, v). It owns its Pinocchio data: use one in each thread.
     """
 
-    def __init__(self, engine: Revolute) -> None:
+    def __init__(self, model: Model, loads: Loads) -> None:
         pin = self._pinocchio = pinocchio()
-        self.engine, self.loads = engine, engine.loads
-        self._bare, self._heavy = pin.Model(engine.model.pin), pin.Model(engine.model.pin)
+        self.model, self.loads = model, loads
+        self._bare, self._heavy = pin.Model(model.pin), pin.Model(model.pin)
         self._heavy.gravity = pin.Motion(self.loads.constant, np.zeros(3))
         self._data, self._rest = pin.Data(self._bare), np.zeros(self._bare.nv)
         self._upper = np.triu(np.ones((self._bare.nv, self._bare.nv), dtype=bool))
@@ -70,8 +73,10 @@ class CanonicalForm:
 
     def _from_bodies(self, t: float, q: Array, v: Array) -> Array:
         """The generalised forces (nv,) in N m of the body effects."""
-        rest = self._rest
-        return -self._pinocchio.rnea(self._bare, self._data, q, rest, rest, self.engine.external(t, q, v))
+        assert self.loads.wrench is not None
+        rest, bodies, wrench = self._rest, self.model.bodies, partial(self.loads.wrench, t)
+        external = external_forces(self._bare, self._data, q, v, bodies, joints_of(bodies), wrench)
+        return -self._pinocchio.rnea(self._bare, self._data, q, rest, rest, external)
 
     def _mass(self, q: Array) -> Array:
         """The mass matrix (nv, nv) in kg m², by CRBA."""

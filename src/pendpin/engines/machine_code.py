@@ -83,12 +83,13 @@ class Function:
         self._code = _compiled("\n".join(self._written()))
         self.address = self._code.get_function_address("rate")
         self.call = Rate(self.address)
+        self.size = len(self._places)
         self.steps = Steps(self._code.get_function_address("steps"))  # of rk4
 
     def block(self, parameters: Sequence[float], tables: Sequence[Table] = ()) -> "Block":
         """A block for one set of parameters."""
         values = self._tape.values(self._fixed, parameters)
-        return Block([values[place] for place in self._fixed], tables)
+        return Block(self, [values[place] for place in self._fixed], tables)
 
     def _written(self) -> Iterator[str]:
         yield _DECLARED
@@ -126,7 +127,8 @@ class Function:
 class Block:
     """The further arguments of a function, at `address`: parameters, tables, its count of calls, a progress callback."""
 
-    def __init__(self, numbers: Sequence[float], tables: Sequence[Table]) -> None:
+    def __init__(self, function: Function, numbers: Sequence[float], tables: Sequence[Table]) -> None:
+        self.function = function
         self._kept = [np.ascontiguousarray(part) for table in tables for part in (table.times, table.rows)]
         self._cells = np.zeros(_HEADER + _TABLE * len(tables) + len(numbers))
         self._whole = self._cells.view(np.int64)

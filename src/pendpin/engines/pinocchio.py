@@ -1,6 +1,7 @@
 """Pinocchio on revolute and prismatic joints: any tree, a universal joint as two revolute ones."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -15,7 +16,8 @@ from pendpin.engines.base import (
     ProgressCallback,
     Sample,
 )
-from pendpin.engines.external_forces import external_forces, motion_of
+from pendpin.engines.external_forces import external_forces, joints_of, motion_of
+from pendpin.engines.hamilton import CanonicalForm
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import Model
 
@@ -32,6 +34,10 @@ class Revolute(AngleEngine):
         self._pin.gravity = pin.Motion(loads.constant, np.zeros(3))
         self._data = pinocchio().Data(self._pin)
         self._no_torque = np.zeros(self._pin.nv)
+
+    def canonical(self) -> CanonicalForm:
+        """The equations in positions and momenta."""
+        return CanonicalForm(self.model, self.loads)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """(v, q'') by Pinocchio's ABA: one call of it where constant fields act alone."""
@@ -58,7 +64,7 @@ class Revolute(AngleEngine):
         """Poses and velocities of the bodies at y (2 nv,), by Pinocchio's forward kinematics."""
         nv = self._pin.nv
         pinocchio().forwardKinematics(self._pin, self._data, y[:nv], y[nv:])
-        return motion_of(self._data, [body.joint + 1 for body in self.model.bodies])
+        return motion_of(self._data, joints_of(self.model.bodies))
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """ABA for accelerations (n, nv), then RNEA for wrenches (n, joints, 6), state by state."""
@@ -101,12 +107,7 @@ class Revolute(AngleEngine):
 
     def _external(self, t: float, q: Array, v: Array) -> tuple[list, ...]:
         """Pinocchio's last argument: none without body effects."""
-        return () if self.loads.wrench is None else (self.external(t, q, v),)
-
-    def external(self, t: float, q: Array, v: Array) -> list:
-        """The wrenches of the body effects at q, v (nv,): one pin.Force for each joint, in its frame."""
-        wrench, bodies = self.loads.wrench, self.model.bodies
-        assert wrench is not None
-        pinocchio().forwardKinematics(self._pin, self._data, q, v)
-        joints = [body.joint + 1 for body in bodies]
-        return external_forces(self._data, bodies, joints, lambda motion: wrench(t, motion))
+        if self.loads.wrench is None:
+            return ()
+        bodies, wrench = self.model.bodies, partial(self.loads.wrench, t)
+        return (external_forces(self._pin, self._data, q, v, bodies, joints_of(bodies), wrench),)

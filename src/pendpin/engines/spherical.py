@@ -7,6 +7,7 @@ from the directions, continuously.
 
 from abc import abstractmethod
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -196,9 +197,7 @@ class Spherical(Thin):
             if loads.wrench is None:
                 dy[cut:] = aba(pin, data, q, v, tau)
                 return
-            wrench = loads.wrench
-            pinocchio().forwardKinematics(pin, data, q, v)
-            forces = external_forces(data, bodies, joints, lambda motion: wrench(t, motion))
+            forces = external_forces(pin, data, q, v, bodies, joints, partial(loads.wrench, t))
             dy[cut:] = aba(pin, data, q, v, tau, forces)
 
         return counted(derivative, progress)

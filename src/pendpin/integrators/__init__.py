@@ -2,7 +2,7 @@
 
 from pendpin.integrators.adaptive import NAMES as ADAPTIVE
 from pendpin.integrators.adaptive import Adaptive
-from pendpin.integrators.base import Integrator, Memory, Run, Segment
+from pendpin.integrators.base import Integrator, Memory, Run, Segment, StepPlan
 from pendpin.integrators.choice import FEW_JOINTS, automatic, integrator_for, taylor_takes
 from pendpin.integrators.taylor import MAX_JOINTS
 
@@ -15,6 +15,7 @@ __all__ = [
     "Memory",
     "Run",
     "Segment",
+    "StepPlan",
     "automatic",
     "integrator_for",
     "taylor_takes",

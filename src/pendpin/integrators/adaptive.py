@@ -6,7 +6,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.engines import Derivative
-from pendpin.integrators.base import Integrator, Memory, Segment
+from pendpin.integrators.base import FREE, Integrator, Segment, StepPlan
 from pendpin.versions import version
 
 NAMES = {"dop853": "DOP853", "rk45": "RK45", "rk23": "RK23", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
@@ -29,18 +29,10 @@ class Adaptive(Integrator):
             self.library, self._solve, self._cyrk_solve = "CyRK", self._cyrk, CyRK.pysolve_ivp
         self.version = version(self.library)
 
-    def integrate(
-        self,
-        derivative: Derivative,
-        y: Array,
-        times: Array,
-        first_step: float | None,
-        memory: Memory | None = None,
-        longest: float = np.inf,
-    ) -> Segment:
+    def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) by CyRK or SciPy, within the tolerance a step."""
-        first_step = first_step and min(first_step, (times[-1] - times[0]) / 2, longest)
-        return self._solve(derivative, y, times, first_step, longest)
+        first_step = plan.first and min(plan.first, (times[-1] - times[0]) / 2, plan.longest)
+        return self._solve(derivative, y, times, first_step, plan.longest)
 
     def _cyrk(
         self, derivative: Derivative, y: Array, times: Array, first_step: float | None, longest: float

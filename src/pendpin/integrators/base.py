@@ -13,6 +13,18 @@ Memory = Mapping[str, Array]  # arrays that a method keeps from segment to segme
 
 
 @dataclass(frozen=True)
+class StepPlan:
+    """What is known of a segment's steps before it is integrated."""
+
+    first: float | None = None  # s, a proposal for the first one
+    longest: float = math.inf  # s, the limit for methods without a fixed step
+    memory: Memory | None = None  # of the segment before, if there was one; it may hold further arrays
+
+
+FREE = StepPlan()
+
+
+@dataclass(frozen=True)
 class Segment:
     """The states at the output times of one segment, and the steps that they took."""
 
@@ -38,15 +50,14 @@ class Run:
     library: str
     version: str
     compile_seconds: float = 0.0
-    failure: str | None = None  # why it ended early
-    ended: type[RunError] = RunError  # what a failure is
+    failure: RunError | None = None  # why it ended early
     notes: tuple[str, ...] = ()  # what a reader of the run should know
 
     def cut(self, count: int, why: str) -> "Run":
         """The run up to so many samples, and why it ends there."""
         torque = None if self.torque is None else self.torque[:count]
         arrays = {"t": self.t[:count], "q": self.q[:count], "v": self.v[:count], "work": self.work[:count]}
-        return replace(self, **arrays, torque=torque, failure=why, ended=RunError)
+        return replace(self, **arrays, torque=torque, failure=RunError(why))
 
 
 class Integrator(ABC):
@@ -69,17 +80,5 @@ class Integrator(ABC):
         return {}
 
     @abstractmethod
-    def integrate(
-        self,
-        derivative: Derivative,
-        y: Array,
-        times: Array,
-        first_step: float | None,
-        memory: Memory | None = None,
-        longest: float = math.inf,
-    ) -> Segment:
-        """The states (n, size) at `times` (n,) in s, from y (size,) at times[0].
-
-        `first_step` (s) is a proposal for the first step. `longest` (s) limits the steps of methods without a fixed step.
-        `memory` is that of the segment before, if there was one; it may hold further arrays.
-        """
+    def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
+        """The states (n, size) at `times` (n,) in s, from y (size,) at times[0]."""

@@ -8,7 +8,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.dynamics.compiling import built_in
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.engines import Compiled, Derivative
+from pendpin.engines import Derivative
 from pendpin.errors import InputError, choices
 from pendpin.integrators import machine, prices
 from pendpin.integrators.adaptive import NAMES, Adaptive
@@ -45,7 +45,7 @@ def integrator_for(scene: Scene, dynamics: Dynamics, energy_balance: bool = Fals
     assert solver.tolerance is not None
     if method == "taylor":
         return Taylor(dynamics.effects, solver.tolerance, scene.start.time)
-    if isinstance(dynamics.engine, Compiled) and not energy_balance and machine.available():
+    if dynamics.engine.compiles and not energy_balance and machine.available():
         return machine.AdaptiveInMachineCode(method, solver.tolerance)
     return Adaptive(method, solver.tolerance)
 

@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.engines import AngleEngine, Compiled, Derivative, Engine, ProgressCallback
+from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import InputError, shown
 from pendpin.integrators.adaptive import NOT_FINITE, finite_part
-from pendpin.integrators.base import Integrator, Memory, Segment
+from pendpin.integrators.base import FREE, Integrator, Segment, StepPlan
 
 MAX_STEPS = 1e9
 LOOK_EVERY = 1024  # steps between two checks that the numbers are finite
@@ -43,15 +43,7 @@ class FixedStep(Integrator):
         self._step, self.library, self.version = step, "numpy", np.__version__
         self.step = step
 
-    def integrate(
-        self,
-        derivative: Derivative,
-        y: Array,
-        times: Array,
-        first_step: float | None,
-        memory: Memory | None = None,
-        longest: float = np.inf,
-    ) -> Segment:
+    def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size), each interval of output times cut into equal steps."""
         y, states, steps = np.array(y), np.full((len(times), len(y)), np.nan), 0
         advance, states[0] = self.advancing(derivative, y), y
@@ -87,17 +79,16 @@ class RungeKutta4(FixedStep):
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The derivative of the engine."""
-        self._engine, self._progress = engine, progress
         derivative, calls = engine.derivative(progress)
-        self._block = engine.block() if isinstance(engine, Compiled) else None
+        self._block, self._progress = engine.block() if engine.compiles else None, progress
         return derivative, lambda: calls() + (self._block.calls if self._block else 0)
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
         """Classical Runge-Kutta steps of y (size,), in machine code on a compiled engine."""
-        engine, block = self._engine, self._block
-        if not isinstance(engine, Compiled) or block is None or len(y) != engine.size:
+        block = self._block
+        if block is None or len(y) != block.function.size:
             return super().advancing(derivative, y)
-        steps, work = engine.function.steps, np.empty(5 * len(y))
+        steps, work = block.function.steps, np.empty(5 * len(y))
 
         def advance(t: float, h: float, count: int) -> None:
             steps(y.ctypes.data, t, h, count, block.address, work.ctypes.data)
@@ -129,7 +120,7 @@ class SemiImplicitEuler(FixedStep):
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The derivative of an engine whose state is (q, v). Raises InputError for another engine."""
-        if not isinstance(engine, AngleEngine):
+        if not engine.on_angles:
             raise InputError("solver.method: euler needs angles as the state")
         self._nv = len(engine.model.joints)
         return engine.derivative(progress)

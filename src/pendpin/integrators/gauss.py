@@ -14,9 +14,8 @@ import numpy as np
 from scipy.linalg import get_lapack_funcs
 
 from pendpin.arrays import Array
-from pendpin.engines import Canonical, CanonicalForm, Derivative, Engine, ProgressCallback, Revolute
-from pendpin.errors import InputError
-from pendpin.integrators.base import Integrator, Memory, Segment
+from pendpin.engines import Canonical, Derivative, Engine, ProgressCallback
+from pendpin.integrators.base import FREE, Integrator, Memory, Segment, StepPlan
 from pendpin.integrators.fixed import intervals
 from pendpin.versions import version
 
@@ -86,11 +85,7 @@ class Gauss(Integrator):
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The equations of Pinocchio in (q, p). Raises InputError for another engine."""
-        if not isinstance(engine, Revolute):
-            raise InputError(
-                "solver.method: gauss2, gauss4 and gauss6 need Pinocchio's equations, in solver.engine too"
-            )
-        self._form, self._progress, self._nv = CanonicalForm(engine), progress, len(engine.model.joints)
+        self._form, self._progress, self._nv = engine.canonical(), progress, len(engine.model.joints)
         self._calls = 0
         return engine.derivative(lambda t: None)[0], lambda: self._calls
 
@@ -99,17 +94,9 @@ class Gauss(Integrator):
         q, v = y[: self._nv], y[self._nv : 2 * self._nv]
         return _State.at(q, self._form.momentum(q, v), len(self.rule.b)).memory
 
-    def integrate(
-        self,
-        derivative: Derivative,
-        y: Array,
-        times: Array,
-        first_step: float | None,
-        memory: Memory | None = None,
-        longest: float = np.inf,
-    ) -> Segment:
+    def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) by collocation; further integrated quantities use the same rule."""
-        self._state, others = _State.recalled(memory or self.memory(y)), y[2 * self._nv :]
+        self._state, others = _State.recalled(plan.memory or self.memory(y)), y[2 * self._nv :]
         states, steps = [np.array(y)], 0
         for start, count, h in intervals(times, self._step):
             for i in range(count):

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.engines import Compiled, Derivative, Engine, ProgressCallback
+from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.integrators.adaptive import NAMES, finite_part
-from pendpin.integrators.base import Integrator, Memory, Segment
+from pendpin.integrators.base import FREE, Integrator, Segment, StepPlan
 from pendpin.versions import version
 
 _ARGUMENTS = 25  # of CyRK's solver in C, as of 0.20
@@ -36,24 +36,16 @@ class AdaptiveInMachineCode(Integrator):
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The equations of a compiled engine, which the loops call directly."""
-        assert isinstance(engine, Compiled)
-        self._function, self._block, self._progress = engine.function, engine.block(), progress
+        self._block, self._progress = engine.block(), progress
         self._block.watched(self._stop)
         return engine.derivative(progress)[0], lambda: self._block.calls
 
-    def integrate(
-        self,
-        derivative: Derivative,
-        y: Array,
-        times: Array,
-        first_step: float | None,
-        memory: Memory | None = None,
-        longest: float = np.inf,
-    ) -> Segment:
+    def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size), within the tolerance a step, with no call of `derivative`."""
         self._error = None
-        first_step = min(first_step or 0.0, (times[-1] - times[0]) / 2, longest)
-        states, steps, failure = self._solved(np.ascontiguousarray(y), np.ascontiguousarray(times), first_step, longest)
+        first_step = min(plan.first or 0.0, (times[-1] - times[0]) / 2, plan.longest)
+        y, times = np.ascontiguousarray(y), np.ascontiguousarray(times)
+        states, steps, failure = self._solved(y, times, first_step, plan.longest)
         if self._error is not None:
             raise self._error
         return Segment(*finite_part(states, steps, failure))
@@ -70,7 +62,7 @@ class AdaptiveInMachineCode(Integrator):
         """The states (n, size), the steps and the failure, from y (size,) at `times` (n,) in s, by CyRK."""
         api, tolerance = _api(), self._tolerance.ctypes.data
         found = api.c_numba_cysolve_ivp(
-            *(self._function.address, times[0], times[-1], y.ctypes.data, len(y), self._method, 0, 0),
+            *(self._block.function.address, times[0], times[-1], y.ctypes.data, len(y), self._method, 0, 0),
             *(self._block.address, ctypes.sizeof(ctypes.c_void_p), 0, _MEGABYTES, False),
             *(times.ctypes.data, len(times), None, None, 0, tolerance, 1, tolerance, 1),
             *(min(longest, _NO_LIMIT), first_step, False),

@@ -12,11 +12,11 @@ from pendpin.arrays import Array
 from pendpin.dynamics.compiling import equations_of
 from pendpin.dynamics.dynamics import refuse_nonsmooth
 from pendpin.effects import Effect
-from pendpin.engines import Compiled, Derivative, Engine, LongChain, ProgressCallback
+from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.tape import Recording
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.integrators.adaptive import NAMES, NOT_FINITE
-from pendpin.integrators.base import Integrator, Memory, Segment
+from pendpin.integrators.base import FREE, Integrator, Memory, Segment, StepPlan
 from pendpin.versions import version
 
 MAX_JOINTS = 20  # ten rods compile in about half a minute
@@ -53,28 +53,20 @@ class Taylor(Integrator):
         """The state (size,) of the series, before it is projected."""
         return {"series": y}
 
-    def integrate(
-        self,
-        derivative: Derivative,
-        y: Array,
-        times: Array,
-        first_step: float | None,
-        memory: Memory | None = None,
-        longest: float = np.inf,
-    ) -> Segment:
+    def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) from the series of each step."""
         series, before, size = self._integrator, self._steps, len(self._integrator.state)
         if len(y) > size:
             raise InputError("energy_balance: taylor does not integrate work; these methods do: " + ", ".join(NAMES))
-        series.time, series.state[:] = times[0], (memory or self.memory(y))["series"]
-        if first_step is None:
-            self._set_out(min(float(times[1] - times[0]), longest))
+        series.time, series.state[:] = times[0], (plan.memory or self.memory(y))["series"]
+        if plan.first is None:
+            self._set_out(min(float(times[1] - times[0]), plan.longest))
         states, failure = y[None], None
         while len(states) < len(times) and failure is None:
             self._progress(series.time)
             ahead = np.concatenate([[series.time], times[len(states) :]])
             outcome, _, _, steps, _, found = series.propagate_grid(
-                ahead, max_steps=STEPS_AT_ONCE, max_delta_t=SERIES * longest
+                ahead, max_steps=STEPS_AT_ONCE, max_delta_t=SERIES * plan.longest
             )
             states, self._steps = np.concatenate([states, found[1:]]), self._steps + steps
             if outcome == self._heyoka.taylor_outcome.err_nf_state:
@@ -97,7 +89,7 @@ class Taylor(Integrator):
     def compiled(self, engine: Engine) -> Any:
         """heyoka's integrator of the engine's state. Raises InputError for what it does not take."""
         joints = len(engine.model.joints)
-        if joints > MAX_JOINTS or isinstance(engine, LongChain | Compiled):
+        if joints > MAX_JOINTS or not engine.symbolic:
             raise InputError(
                 f"solver.method: taylor takes up to {MAX_JOINTS // 2} rods or {MAX_JOINTS} joints, as its series are "
                 f"compiled, and no solver.engine: this model has {joints} joints; dop853 takes it"

@@ -13,7 +13,7 @@ from pendpin.integrators import Run, integrator_for
 from pendpin.scene import Scene
 from pendpin.simulation.checkpoint import Saver
 from pendpin.simulation.energy_balance import EnergyBalance
-from pendpin.simulation.loop import integrate_to_end
+from pendpin.simulation.loop import Task, integrate_to_end
 from pendpin.simulation.motion_with_events import LoopWithEvents
 from pendpin.simulation.run import fill_in
 from pendpin.simulation.smooth_motion import SmoothLoop
@@ -35,8 +35,7 @@ class Continuation:
             self.dynamics, self.dynamics.effects, run.q[0], run.v[0], self.scene.duration, self.scene.solver.tolerance
         ).pace
         way = SmoothLoop if self.dynamics.contacts is None else LoopWithEvents
-        parts = (integrator, self.dynamics, self.balance, self.scene.times, lambda t: None, pace)
-        self._loop = way(*parts)
+        self._loop = way(Task(integrator, self.dynamics, self.balance, self.scene.times, lambda t: None, pace))
         self._loop.begin(run.q[0], run.v[0])  # all pieces share the scales of the run
 
     def piece(self, sample: int, times: Array) -> Run:

@@ -4,7 +4,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,24 +18,28 @@ from pendpin.simulation.checkpoint import RunState, Saver
 from pendpin.simulation.energy_balance import EnergyBalance
 
 
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What is integrated, by what, and at which times."""
+
+    integrator: Integrator
+    dynamics: Dynamics
+    balance: EnergyBalance | None
+    times: Array  # (n,) s since the start
+    progress: ProgressCallback
+    pace: Pace
+
+
 class IntegrationLoop(ABC):
     """The integration of a scene over its output times; `library` and `version` name the integrating program."""
 
     library: str
     version: str
 
-    def __init__(
-        self,
-        integrator: Integrator,
-        dynamics: Dynamics,
-        balance: EnergyBalance | None,
-        times: Array,
-        progress: ProgressCallback,
-        pace: Pace,
-    ) -> None:
-        self.integrator, self.dynamics, self.balance = integrator, dynamics, balance
-        self.times, self.progress, self.pace = times, progress, pace
-        self.nv, self.accounts = len(dynamics.model.joints), len(balance.kinds) if balance else 0
+    def __init__(self, task: Task) -> None:
+        self.integrator, self.dynamics, self.balance = task.integrator, task.dynamics, task.balance
+        self.times, self.progress, self.pace = task.times, task.progress, task.pace
+        self.nv, self.accounts = len(task.dynamics.model.joints), len(task.balance.kinds) if task.balance else 0
 
     @abstractmethod
     def begin(self, q: Array, v: Array) -> RunState:
@@ -56,7 +60,7 @@ class IntegrationLoop(ABC):
         compiling = self.integrator.compile_seconds + self.dynamics.engine.compile_seconds
         counts = (done.steps, done.evaluations, done.events, done.seconds)
         run = Run(*arrays, *counts, self.library, self.version, compiling)
-        return run if error is None else replace(run, failure=str(error), ended=type(error))
+        return replace(run, failure=error)
 
 
 def integrate_to_end(

@@ -5,16 +5,13 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.dynamics.contact_guards import Guards, guards_of
 from pendpin.dynamics.contacts import Mode, Scales
-from pendpin.dynamics.dynamics import Dynamics
-from pendpin.effects.pace import Pace
-from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
+from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative
 from pendpin.errors import InputError, RunError
-from pendpin.integrators import Adaptive, Integrator
+from pendpin.integrators import Adaptive
 from pendpin.integrators.events import Method, SegmentToEvent, instant, integrate_to_event
 from pendpin.model import kinematics
 from pendpin.simulation.checkpoint import RunState
-from pendpin.simulation.energy_balance import EnergyBalance
-from pendpin.simulation.loop import IntegrationLoop
+from pendpin.simulation.loop import IntegrationLoop, Task
 from pendpin.versions import version
 
 SAMPLES_A_SEGMENT = 64  # output times of a segment
@@ -24,20 +21,12 @@ MOST_AT_ONCE = 200.0  # events at the same time
 class LoopWithEvents(IntegrationLoop):
     """A scene with contacts, integrated from event to event; its state is y = (q, v, work of each account)."""
 
-    def __init__(
-        self,
-        integrator: Integrator,
-        dynamics: Dynamics,
-        balance: EnergyBalance | None,
-        times: Array,
-        progress: ProgressCallback,
-        pace: Pace,
-    ) -> None:
-        assert dynamics.contacts is not None
-        assert isinstance(integrator, Adaptive)
-        super().__init__(integrator, dynamics, balance, times, progress, pace)
-        self.contacts, self.calls = dynamics.contacts, 0
-        self.method, self.tolerance = integrator.method, integrator.tolerance
+    def __init__(self, task: Task) -> None:
+        super().__init__(task)
+        assert task.dynamics.contacts is not None
+        assert isinstance(task.integrator, Adaptive)
+        self.contacts, self.calls = task.dynamics.contacts, 0
+        self.method, self.tolerance = task.integrator.method, task.integrator.tolerance
         self.library, self.version = "scipy", version("scipy")
         self._scales: Scales | None = None  # of the whole run: a later beginning keeps them
 

@@ -10,7 +10,7 @@ from pendpin.arrays import Array
 from pendpin.dynamics.contact_binding import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind, reactions
 from pendpin.dynamics.timing import timing
-from pendpin.engines import Compiled, ProgressCallback
+from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
 from pendpin.integrators import Run, automatic, integrator_for
 from pendpin.integrators.taylor import Taylor
@@ -21,7 +21,7 @@ from pendpin.scene import Scene
 from pendpin.simulation.checkpoint import Checkpoint, FileSaver, RunState, Saver, identity
 from pendpin.simulation.energy_balance import EnergyBalance
 from pendpin.simulation.guards import Deadline, Patience, balanced
-from pendpin.simulation.loop import integrate_to_end
+from pendpin.simulation.loop import Task, integrate_to_end
 from pendpin.simulation.motion_with_events import LoopWithEvents
 from pendpin.simulation.smooth_motion import SmoothLoop
 from pendpin.trajectory import Stats, Trajectory
@@ -51,7 +51,7 @@ def run_scene(
     if dynamics.contacts is not None:
         check_start(dynamics.contacts, dynamics.model, q)
     saver = Saver()
-    compiles = isinstance(dynamics.engine, Compiled)
+    compiles = dynamics.engine.compiles
     try:
         deadline.waits_for(lambda: dynamics.engine.derivative(progress) if compiles else None, compiles)
         scene, dynamics = _with_method(scene, dynamics, q, v, energy_balance, fresh=checkpoint is not None)
@@ -63,10 +63,10 @@ def run_scene(
         patience = Patience(scene.duration, deadline, _reserve(scene, dynamics, start, deadline), progress)
         compiles = compiles or isinstance(integrator, Taylor)
         found = timing(dynamics, dynamics.effects, q, v, scene.duration, scene.solver.tolerance)
-        parts = (integrator, dynamics, balance, scene.times, patience, found.pace)
-        loop = deadline.waits_for(lambda: way(*parts), compiles)
+        task = Task(integrator, dynamics, balance, scene.times, patience, found.pace)
+        loop = deadline.waits_for(lambda: way(task), compiles)
     except Halted as error:
-        return _finished(scene, dynamics, None, replace(start, failure=str(error), ended=Halted), saver.note)
+        return _finished(scene, dynamics, None, replace(start, failure=error), saver.note)
     notes = found.notes(scene.duration, scene.solver.step)
     run = replace(integrate_to_end(loop, q, v, saver, between), notes=notes)
     return _finished(scene, dynamics, balance, run, saver.note, alone=between is None)
@@ -108,7 +108,8 @@ def _finished(
         return trajectory
     end = scene.start.time + scene.duration
     reason = f"the run ended at t = {trajectory.t[-1]:.10g} s of {end:.10g} s: {run.failure}"
-    raise run.ended(reason + _remedy(dynamics, run) + (note if issubclass(run.ended, Halted) else ""), trajectory)
+    more = _remedy(dynamics, run) + (note if isinstance(run.failure, Halted) else "")
+    raise run.failure.said(reason + more, trajectory)
 
 
 def _solvable(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, why: str) -> Run:
@@ -130,14 +131,14 @@ def _solvable(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, r
 def _remedy(dynamics: Dynamics, run: Run) -> str:
     """A likely reason of a failure: a thin rod near the pole with a torque about its joint; else the fastest joint."""
     model, v = dynamics.model, np.abs(run.v[-1])
-    if run.ended is Interrupted:
+    if isinstance(run.failure, Interrupted):
         return ""
-    if model.chain is not None and dynamics.on_angles:
+    if model.chain is not None and dynamics.engine.on_angles:
         near = (np.abs(np.cos(run.q[-1, 1::2])) < NEAR_POLE) & (model.chain.I3 == 0)
         if near.any():
             rod = model.rods[int(np.argmax(near))].link
             return f"; {rod} is thin and near phi = 90 degrees, where nothing resists a torque about theta: give it a radius"
-    if run.failure == ENERGY_ERROR:
+    if str(run.failure) == ENERGY_ERROR:
         return ""
     return f"; fastest there: {model.joints[int(np.argmax(v))]}, at {v.max():.3g} (rad/s)"
 
@@ -188,9 +189,19 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
         tip=kinematics.tips(model, poses),
         rods=reactions(model, run.q, wrench),
         stats=Stats(
-            *(solver.method, solver.tolerance, solver.step),
-            *(run.steps, run.evaluations, run.events, run.seconds, run.compile_seconds),
-            *(dynamics.engine.name, run.library, run.version, dynamics.conservative, run.failure),
+            method=solver.method,
+            tolerance=solver.tolerance,
+            step=solver.step,
+            steps=run.steps,
+            evaluations=run.evaluations,
+            events=run.events,
+            seconds=run.seconds,
+            compile_seconds=run.compile_seconds,
+            engine=dynamics.engine.name,
+            library=run.library,
+            version=run.version,
+            conservative=dynamics.conservative,
+            stopped=None if run.failure is None else str(run.failure),
             notes=run.notes,
         ),
         work={} if balance is None else balance.close(run.work, run.q, poses),

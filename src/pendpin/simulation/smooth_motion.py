@@ -7,14 +7,10 @@ from itertools import pairwise
 import numpy as np
 
 from pendpin.arrays import Array, subdivided
-from pendpin.dynamics.dynamics import Dynamics
-from pendpin.effects.pace import Pace
-from pendpin.engines import ProgressCallback
 from pendpin.errors import RunError
-from pendpin.integrators import Integrator, Memory, Segment
+from pendpin.integrators import Memory, Segment, StepPlan
 from pendpin.simulation.checkpoint import RunState
-from pendpin.simulation.energy_balance import EnergyBalance
-from pendpin.simulation.loop import IntegrationLoop
+from pendpin.simulation.loop import IntegrationLoop, Task
 
 EVALUATIONS = 20_000  # in a segment, about: an interrupt loses at most these
 LEAST_EVALUATIONS = 2_000  # of a large model, whose evaluations take longer
@@ -28,22 +24,14 @@ MOST_STATES = 4_000_000  # in a segment
 class SmoothLoop(IntegrationLoop):
     """A scene without contacts. The length of a segment is chosen from the evaluations that the last one took."""
 
-    def __init__(
-        self,
-        integrator: Integrator,
-        dynamics: Dynamics,
-        balance: EnergyBalance | None,
-        times: Array,
-        progress: ProgressCallback,
-        pace: Pace,
-    ) -> None:
-        super().__init__(integrator, dynamics, balance, times, progress, pace)
-        self.library, self.version = integrator.library, integrator.version
-        self._engine = dynamics.engine
-        self._derivative, self._evaluations = integrator.equations(self._engine, progress)
-        if balance is not None:
+    def __init__(self, task: Task) -> None:
+        super().__init__(task)
+        self.library, self.version = self.integrator.library, self.integrator.version
+        self._engine = self.dynamics.engine
+        self._derivative, self._evaluations = self.integrator.equations(self._engine, self.progress)
+        if self.balance is not None:
             size = len(self._engine.pack(*np.zeros((2, self.nv))))
-            self._derivative = balance.with_work(self._derivative, size)
+            self._derivative = self.balance.with_work(self._derivative, size)
         self._budget = max(LEAST_EVALUATIONS, EVALUATIONS * SMALL // max(SMALL, self.nv))
 
     def begin(self, q: Array, v: Array) -> RunState:
@@ -115,7 +103,7 @@ class SmoothLoop(IntegrationLoop):
         for (begin, end), longest in zip(pairwise(bounds), self.pace.at(bounds[:-1]), strict=True):
             due = span[(span > begin) & (span <= end)]
             times = np.concatenate([[begin], due, [] if len(due) and due[-1] == end else [end]])
-            part = self.integrator.integrate(self._derivative, y, times, first_step, memory, float(longest))
+            part = self.integrator.integrate(self._derivative, y, times, StepPlan(first_step, float(longest), memory))
             rows, steps = np.concatenate([rows, part.y[1 : len(due) + 1]]), steps + part.steps
             if part.failure or end == span[-1]:
                 return replace(part, y=rows, steps=steps)
