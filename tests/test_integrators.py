@@ -114,7 +114,7 @@ def test_a_step_is_symplectic(method: str, model: pp.Chain) -> None:
         integrator = Gauss(method, 0.1)
         derivative, _ = integrator.equations(dynamics.engine, lambda t: None)
         y = np.concatenate([x[:nv], form.velocity(*np.split(x, 2))])
-        end = integrator.integrate(derivative, y, np.array([0.0, 0.1]), None).y[-1]
+        end = integrator.integrate(derivative, y, np.array([0.0, 0.1])).y[-1]
         return np.concatenate([end[:nv], form.momentum(*np.split(end, 2))])
 
     q, v = np.random.default_rng(2).normal(size=(2, nv))
