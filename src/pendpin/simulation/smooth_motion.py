@@ -17,7 +17,8 @@ LEAST_EVALUATIONS = 2_000  # of a large model, whose evaluations take longer
 SMALL = 2  # joints: those of a model with EVALUATIONS in a segment
 FIRST_SEGMENT = 1  # output times
 FIRST_STEPS = 2  # that it takes at least, the first of them a small one
-MARGIN = 1.2  # of the states in the next segment, over those that this one needed
+GROWTH = 2  # of the output times of a segment, where the states that it needs are not known
+MARGIN = 2.0  # of the states in the next segment, over those that this one needed
 MOST_STATES = 4_000_000  # in a segment
 
 
@@ -65,9 +66,10 @@ class SmoothLoop(IntegrationLoop):
         states, work = (x[::parts] for x in np.split(segment.y, [len(y)], axis=1))
         fine = subdivided(span, parts)[: len(segment.y)]
         q, v = (x[::parts][1:] for x in self._engine.unpack(fine, segment.y[:, : len(y)], last[: self.nv]))
+        ahead = max(1, min(ahead * self._budget // max(took, 1), GROWTH * ahead if needed else len(self.times)))
         carried = {
             "y": self._engine.project(states[-1]),
-            "ahead": np.array(float(max(1, ahead * self._budget // max(took, 1)))),
+            "ahead": np.array(float(ahead)),
             "first_step": np.array((span[-1] - span[0]) / max(segment.steps, 1)),
             "parts": np.array(float(max(1, math.ceil(MARGIN * parts * needed)))),
             **segment.memory,

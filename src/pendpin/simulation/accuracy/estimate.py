@@ -1,8 +1,12 @@
 """An estimate of the error of the finest of three runs of one scene, each finer than the one before.
 
-The estimate is valid if the gaps between runs are small compared with the motion, and if the gap between the last two
-runs is smaller than that between the first two, as the order of the method predicts. Runs that agree much better than
-necessary are accepted even if the gaps do not fall. The effect of rounding is not part of the gaps and is added.
+Errors fall with a power of the setting, on the whole the promised one, and each is off that law by a factor: with falls
+f1, f2 and the scatter s, e2 <= e1 s / f1 and e3 <= e2 s / f2. The gaps g1 >= e1 - e2 and g2 >= e2 - e3 then give
+    e3 <= g2 s / (f2 - s),    e3 <= g1 s / (f1 - s) s / f2,
+and the larger of the two is the estimate: by the second, two runs that agree by accident are no evidence.
+It is valid if the gaps are small compared with the motion, and fall as the order of the method predicts. Runs that agree
+much better than necessary are accepted even if the gaps do not fall. The effect of rounding is not part of the gaps and is
+added.
 """
 
 from dataclasses import dataclass
@@ -11,9 +15,10 @@ import numpy as np
 
 from pendpin.arrays import Array
 
-SLOWEST = 0.5  # of the expected order: gaps that fall more slowly give no estimate
+SLOWEST = 0.5  # of the expected power: gaps that fall more slowly give no estimate
 SMALL = 0.1  # of the motion: larger gaps give no estimate
 DISAGREEMENT = 10.0  # times the larger gap: the error of runs that agree, but not as their order promises
+SMALLEST_FALL = 2.0  # of large gaps that still fall
 NOISE = 4.0  # times the rounding: smaller gaps need not fall
 
 
@@ -24,13 +29,19 @@ class Gaps:
     first: Array  # (n,), of the coarsest to the next
     second: Array  # (n,), of that to the finest
     promised: tuple[float, float]  # by what factor the error of the later run of each pair should be smaller
-    pace: float  # the expected fraction of the order
+    pace: float  # the expected power of that factor
+    scatter: float  # the largest factor between two errors and their power law
 
     @property
     def fallen(self) -> float:
         """By what factor the gap has fallen; nan if both gaps are 0."""
         with np.errstate(all="ignore"):
             return float(self.first[-1] / self.second[-1])
+
+    @property
+    def distinct(self) -> bool:
+        """Whether the settings are so far apart that the errors must fall, and the gaps bound them."""
+        return min(self.promised) ** self.pace > (1 + 1 / DISAGREEMENT) * self.scatter
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +53,11 @@ class Estimate:
     small: bool  # whether the gaps are small compared with the motion
     regular: bool  # whether the gaps fall as predicted
 
+    @property
+    def lost(self) -> bool:
+        """Whether the gaps are large and do not fall: the runs have nothing in common at their ends."""
+        return not self.small and self.gaps.fallen < SMALLEST_FALL
+
 
 def estimate(gaps: Gaps, size: float, rounding: Array, negligible: float) -> Estimate:
     """The error from the gaps, the size of the motion, the rounding error (n,), and a gap that is always small enough.
@@ -52,14 +68,16 @@ def estimate(gaps: Gaps, size: float, rounding: Array, negligible: float) -> Est
     larger = np.maximum(one, two)
     small = (larger <= max(SMALL * size, negligible)) | (larger <= noise)
     with np.errstate(all="ignore"):
-        speed = np.log(one / two) / np.log(gaps.promised[0])
-    regular = (speed >= SLOWEST * gaps.pace) | (two <= noise)
-    power = np.clip(np.where(one <= noise, gaps.pace, speed), SLOWEST * gaps.pace, gaps.pace)
-    fall = gaps.promised[1] ** power
-    expected = np.where(
-        one <= noise, one, one / gaps.promised[0] ** np.clip(speed, power, 1.0)
-    )  # no accidental agreement
-    from_order = np.maximum(two / (fall - 1), expected / fall)
-    error = np.minimum(np.where(regular, from_order, np.inf), DISAGREEMENT * larger)
-    error = np.where(small, error, np.inf) + rounding
+        power = np.where(one <= noise, gaps.pace, np.log(one / two) / np.log(gaps.promised[0]))
+        regular = (power >= SLOWEST * gaps.pace) | (two <= noise)
+        error = np.where(regular, _bound(gaps, np.clip(power, SLOWEST * gaps.pace, 1.0)), np.inf)
+    error = np.where(small & gaps.distinct, np.minimum(error, DISAGREEMENT * larger), np.inf) + rounding
     return Estimate(gaps, np.maximum.accumulate(error), bool(small[-1]), bool(regular[-1]))
+
+
+def _bound(gaps: Gaps, power: Array) -> Array:
+    """The error (n,) from both gaps, which have fallen with a power (n,) of what is promised."""
+    scatter, powers = gaps.scatter, (power, np.minimum(power, gaps.pace))
+    before, last = (np.maximum(promised**p, scatter) for promised, p in zip(gaps.promised, powers, strict=True))
+    from_first = gaps.first * scatter / (before - scatter) * scatter / last
+    return np.maximum(gaps.second * scatter / (last - scatter), from_first)

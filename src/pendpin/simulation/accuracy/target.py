@@ -27,14 +27,17 @@ from pendpin.simulation.guards import Deadline
 from pendpin.trajectory import Trajectory
 
 FINE = 1e-12  # accuracies below are for the Taylor integrator wherever it can
-FARTHEST = 1e3  # how much smaller than the last error the next may be
+FARTHEST = 1e4  # how much smaller than the last error the next may be
 BLIND = 100.0  # the same, if the runs are too coarse for an estimate
-MARGIN = 1.5  # by which the next error should be below the target
+LIKELY = 0.85  # the power of the promised factor by which gaps fall as a rule
+MARGIN = 4.0  # by which the next error should be below the target
 COMING = 5.0  # estimated time of the next runs over that of the first
 COMPILING = 0.02  # s a joint
 NEGLIGIBLE = 1e-3  # of the target: smaller gaps need not be small compared with the motion
 LAST_NEGLIGIBLE = 0.1  # the same, of runs that cannot be finer
 LEAST_OF_ANOTHER = 1e-13  # tolerance of another method
+HARMLESS = 0.1  # of the target: a bound on rounding that needs no measurement
+HOPELESS = 10.0  # times the target: rounding of a coarse run that no finer run needs to confirm
 EPS = float(np.finfo(float).eps)
 
 
@@ -57,12 +60,15 @@ class _Search:
         self.runs, self.refinement, self.target = runs, refinement, scene.solver.accuracy or 0.0
         scene = _compiled(scene, refinement.method) if _has_wrenches(scene) else scene
         first = scene.by(refinement.method, refinement.first)
-        self.attempts = [Attempt(first, refinement.first, runs.run(first))]
+        run, self.units = rounding.first_run(runs, first, self.target) if scene.duration else (runs.run(first), 0.0)
+        self.first = Attempt(first, refinement.first, run)
+        self.attempts = [self.first]
         self.length = length_of(build(scene.model), self.last.run)
         self.scene = _compiled(scene, refinement.method) if _worth_compiling(self.last.run, runs) else scene
+        self.shifted: Array | None = None  # the gap (n,) between the first run, which is shifted, and the second
         self.rounding: Array | None = None
         if scene.duration:
-            self._refuse_start()
+            self._refuse_start(first)
 
     @property
     def last(self) -> Attempt:
@@ -79,16 +85,20 @@ class _Search:
         setting = self.refinement.finer(self.last.setting, self._factor())
         scene = self.scene.by(self.refinement.method, setting)
         run = self.runs.unlike(scene, self.last.run)
-        again = alike(run, self.last.run) and not at_rest(run)
-        before = self.attempts[:-1] if again else self.attempts[-2:]
-        self.attempts = [*before, Attempt(scene, setting, run)]
-        if again:
+        self.attempts.append(Attempt(scene, setting, run))
+        if self.shifted is None:
+            self.shifted = self._gap(-2, -1)
+        if self._same() and not at_rest(run):
+            del self.attempts[-2]
             return self._met(self._against_another_method(), "finer settings give the same run")
         if len(self.attempts) < 3:
             return None
+        del self.attempts[:-3]
         verdict = self._estimate()
+        if self.rounding is None and verdict.lost:
+            self._refuse_chaos()
         if verdict.error[-1] <= self.target or self.finest or (verdict.small and not verdict.regular):
-            self._measure_rounding(self.attempts[-3 if verdict.small else -1])
+            self._measure_rounding(self.attempts[-2 if verdict.small else -1])
             verdict = self._estimate()
         return self._met(verdict.error, self._reason(verdict))
 
@@ -100,21 +110,33 @@ class _Search:
             raise self._refused(error, reason)
         return None
 
+    def _same(self) -> bool:
+        """Whether the last two runs are the same, or as close as if they had the same steps."""
+        if alike(self.attempts[-2].run, self.last.run):
+            return True
+        same_steps = self._promised(-2, -1) ** self.refinement.pace <= self.refinement.scatter
+        return same_steps and self._gap(-2, -1)[-1] <= SMALL * extent(self.last.run, self.length)
+
     # --- estimates --------------------------------------------------------------------------------------------------
 
     def _gap(self, one: int, other: int) -> Array:
         """The largest tip distance so far (n,) between two attempts, over the length."""
         return gap(self.attempts[one].run, self.attempts[other].run, self.length, len(self.runs.times))
 
-    def _promised(self, one: int, other: int) -> float:
-        return self.refinement.promised(self.attempts[one].setting, self.attempts[other].setting)
+    def _promised(self, coarse: int, fine: int) -> float:
+        """By what factor the error of one attempt should be smaller than that of another."""
+        one, other = self.attempts[coarse], self.attempts[fine]
+        if one is self.first:  # shifted, which takes further steps
+            return self.refinement.promised(one.setting, other.setting)
+        more = other.run.stats.steps / max(one.run.stats.steps, 1)
+        return self.refinement.promised(one.setting, other.setting, more)
 
     def _estimate(self) -> Estimate:
         """The estimate from the last three runs; with rounding errors once they are measured."""
         gaps = Gaps(
             *(self._gap(-3, -2), self._gap(-2, -1)),
             (self._promised(-3, -2), self._promised(-2, -1)),
-            self.refinement.pace,
+            *(self.refinement.pace, self.refinement.scatter),
         )
         negligible = self.target * (LAST_NEGLIGIBLE if self.finest else NEGLIGIBLE)
         known = np.full(len(gaps.first), EPS) if self.rounding is None else self.rounding
@@ -130,38 +152,41 @@ class _Search:
         return DISAGREEMENT * apart + self.rounding
 
     def _measure_rounding(self, base: Attempt) -> None:
-        """Measure rounding errors with a disturbed run of the same setting as `base`."""
-        if self.rounding is None:
-            self.rounding = rounding.of_motion(self.runs, base, self.last, self.target, self.length)
+        """Bound rounding errors by the shift of the first run, or measure them beside the run `base`."""
+        if self.rounding is None and self.shifted is not None:
+            self.rounding = rounding.bounded(self.shifted, self.units, self.last.run, self.length)
+            if self.rounding[-1] > HARMLESS * self.target:
+                self.rounding = rounding.of_motion(self.runs, base, self.last, self.target, self.length)
 
     def _factor(self) -> float:
         """How much smaller the next error should be. Raises RunError if that would take too many steps."""
         if len(self.attempts) == 1:
             return self.refinement.usual
-        if len(self.attempts) == 2:
-            promised, last = self._promised(0, 1), self._gap(0, 1)[-1]
-        else:
-            verdict = self._estimate()
-            if np.isfinite(verdict.error[-1]):
-                return self._affordable((MARGIN * verdict.error[-1] / self.target) ** (1 / self.refinement.pace))
-            promised, last = self._promised(-2, -1), self._gap(-2, -1)[-1]
+        usual, pace, scatter = self.refinement.usual, self.refinement.pace, self.refinement.scatter
+        promised, last = self._promised(-2, -1), self._gap(-2, -1)[-1]
         if last > SMALL * extent(self.last.run, self.length):
-            return self._affordable(
-                self.refinement.usual if len(self.attempts) == 2 or self.refinement.spacing else BLIND
-            )
-        error = last / promised**self.refinement.pace
-        return self._affordable((MARGIN * error / self.target) ** (1 / self.refinement.pace))
+            return self._affordable(usual if len(self.attempts) == 2 or self.refinement.spacing else BLIND)
+        error = last * max(scatter / max(promised - scatter, 1.0), promised**-LIKELY)
+        return self._affordable((scatter * (1 + MARGIN * error / self.target)) ** (1 / pace))
 
     def _affordable(self, factor: float) -> float:
         """The factor within the limits of one more run. Raises RunError if it would take too many steps."""
         one, other = self.attempts[-2:]
-        more = np.log(max(other.run.stats.steps, 1) / max(one.run.stats.steps, 1)) / np.log(self._promised(-2, -1))
+        more = np.log(max(other.run.stats.steps, 1) / max(one.run.stats.steps, 1)) / np.log(one.setting / other.setting)
         power = 1 / self.refinement.order if self.refinement.spacing else max(float(more), 0.0)
         needed = other.run.stats.steps * factor**power
         if needed > MOST_STEPS:
             seconds = needed * other.run.stats.seconds / max(other.run.stats.steps, 1)
             raise self._refused(np.full(len(self.runs.times), np.inf), self._too_many(needed, seconds))
         return float(np.clip(factor, self.refinement.smallest, FARTHEST))
+
+    def _refuse_chaos(self) -> None:
+        """Raise RunError if the motion magnifies rounding far beyond the target, seen by the coarsest run already."""
+        found = rounding.of_motion_like(self.runs, self.attempts[1], HOPELESS * self.target, self.length)
+        if found[-1] > HOPELESS * self.target:
+            self.rounding = found
+            verdict = self._estimate()
+            raise self._refused(verdict.error, self._reason(verdict))
 
     # --- results ----------------------------------------------------------------------------------------------------
 
@@ -170,10 +195,11 @@ class _Search:
         run = self.runs.at_output_times(self.last.run)
         return replace(run, stats=replace(run.stats, accuracy=self.target, error=error, all_seconds=self.runs.seconds))
 
-    def _refuse_start(self) -> None:
+    def _refuse_start(self, first: Scene) -> None:
         """Raise RunError if the rounding error of the start is above the target."""
-        moved = rounding.of_start(self.last.scene, self.length)
+        moved = rounding.of_start(first, self.length)
         if moved > self.target:
+            self.attempts = [replace(self.last, run=self.runs.run(first))]  # not shifted
             q = self.last.run.q[0]
             joint = int(np.argmax(np.abs(q)))
             where, off = f"{self.last.run.joints[joint]} = {q[joint]:.10g}", np.spacing(abs(q[joint]))
