@@ -59,10 +59,10 @@ class Refinement:
 def by_tolerance(method: str, accuracy: float) -> Refinement:
     """The tolerances of an adaptive method. The error of a power series jumps with its order, from 5 to 1000 a hundredth."""
     least, scatter = least_tolerance(method), SCATTER.get(method, USUAL_SCATTER)
+    first = min(max((1e3 if method == TAYLOR else 100) * accuracy, 1e4 * least), LOOSEST)
     if method == TAYLOR:
-        first = min(max(1e3 * accuracy, 1e4 * least), LOOSEST)
         return Refinement(method, first, least, smallest=100.0, pace=0.5, scatter=scatter)
-    return Refinement(method, min(max(100 * accuracy, 300 * least), LOOSEST), least, pace=0.7, scatter=scatter)
+    return Refinement(method, first, least, pace=0.7, scatter=scatter)
 
 
 def by_step(method: str, times: Array, wanted: int) -> Refinement:
