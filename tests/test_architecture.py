@@ -18,8 +18,7 @@ ROWS = [  # the ground first
     {"engines"},
     {"dynamics"},
     {"integrators"},
-    {"simulation"},
-    {"graphics"},
+    {"simulation", "graphics"},
     {"analysis"},
     {"cli"},
 ]

@@ -1,9 +1,10 @@
 """The engines: each computes a model's motion by its own equations, in its own coordinates."""
 
-from pendpin.engines.base import CALLBACK_EVERY_SLOW, AngleEngine, Derivative, Engine, Loads, ProgressCallback, Sample
+from pendpin.engines.base import CALLBACK_EVERY_SLOW, AngleEngine, Derivative, Engine, ProgressCallback, Sample
 from pendpin.engines.chain import LongChain
 from pendpin.engines.compiled import Compiled, CompiledEquations
 from pendpin.engines.hamilton import Canonical, CanonicalForm
+from pendpin.engines.loads import Loads
 from pendpin.engines.pinocchio import Revolute
 from pendpin.engines.spherical import MAX_SPHERICAL, Directions, Spherical
 

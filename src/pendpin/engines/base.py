@@ -1,14 +1,14 @@
-"""The interface of the engines, and the loads that they get from the effects."""
+"""The interface of the engines."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from pendpin.arrays import Array, Indices
 from pendpin.effects import Motion
+from pendpin.engines.loads import Loads
 from pendpin.errors import InputError
 from pendpin.model.build import Model
 
@@ -21,21 +21,6 @@ ProgressCallback = Callable[[float], None]
 
 CALLBACK_EVERY = 2048  # evaluations between two calls of the progress callback
 CALLBACK_EVERY_SLOW = 64  # for evaluations in numpy: 0.1 ms each, 3 ms near a pole of a thin rod
-
-
-@dataclass(frozen=True, eq=False)
-class Loads:
-    """The sum of the effects of a scene, by interface; None for an interface that the scene does not use."""
-
-    constant: Array  # (3,) m/s², W: the sum of the constant fields
-    varying: Callable[[float], Array] | None = None  # t -> (3,) m/s², W: the sum of the others
-    torque: Callable[[float, Array, Array], Array] | None = None  # t, q, v -> (nv,) N m, or N for slides
-    wrench: Callable[[float, Motion], tuple[Array, Array]] | None = None  # force N, moment N m about com, (n, 3), W
-    axial: bool = False  # whether wrenches may turn a rod about its own axis, or ask how far it has turned
-
-    def field(self, t: float) -> Array:
-        """The sum of all uniform fields at time t, (3,) m/s², W."""
-        return self.constant if self.varying is None else self.constant + self.varying(t)
 
 
 class Sample(NamedTuple):

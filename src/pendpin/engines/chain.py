@@ -6,7 +6,8 @@ import numpy as np
 
 from pendpin.arrays import Array, Indices
 from pendpin.effects import Motion
-from pendpin.engines.base import AngleEngine, Derivative, Loads, ProgressCallback, Sample, counted
+from pendpin.engines.base import AngleEngine, Derivative, ProgressCallback, Sample, counted
+from pendpin.engines.loads import Loads
 from pendpin.equations.chain import solution
 from pendpin.equations.chain.kinematics import motion
 from pendpin.model.build import FLIP, Model

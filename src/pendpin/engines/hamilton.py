@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.engines.base import Loads
 from pendpin.engines.external_forces import external_forces, joints_of
+from pendpin.engines.loads import Loads
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import Model
 

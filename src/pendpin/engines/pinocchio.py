@@ -12,12 +12,12 @@ from pendpin.engines.base import (
     CALLBACK_EVERY_SLOW,
     AngleEngine,
     Derivative,
-    Loads,
     ProgressCallback,
     Sample,
 )
 from pendpin.engines.external_forces import external_forces, joints_of, motion_of
 from pendpin.engines.hamilton import CanonicalForm
+from pendpin.engines.loads import Loads
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import Model
 

@@ -13,9 +13,10 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.effects import Motion
-from pendpin.engines.base import Derivative, Engine, Loads, ProgressCallback, Sample, counted
+from pendpin.engines.base import Derivative, Engine, ProgressCallback, Sample, counted
 from pendpin.engines.chain import SIGNS, LongChain
 from pendpin.engines.external_forces import external_forces
+from pendpin.engines.loads import Loads
 from pendpin.equations.chain import angles, thin
 from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.equations.chain.kinematics import Joints, rods_last

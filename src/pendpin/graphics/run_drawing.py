@@ -10,8 +10,7 @@ from pendpin.graphics.panels import BLACK, COLORS, joints_shown
 from pendpin.graphics.shapes import rod_shapes, urdf_shapes
 from pendpin.model import kinematics
 from pendpin.model.build import Model, build
-from pendpin.scene import Chain, Scene, UrdfModel
-from pendpin.simulation.continuation import scene_of
+from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import Trajectory
 from pendpin.trajectory.columns import unit_of
 

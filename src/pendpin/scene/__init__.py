@@ -6,7 +6,7 @@ integration: a field in solver.py.
 """
 
 from pendpin.scene.data import Data
-from pendpin.scene.files import load_scene
+from pendpin.scene.files import load_scene, scene_of
 from pendpin.scene.models import AnyModel, Chain, PinModel, Rod, UrdfModel
 from pendpin.scene.scene import Scene, builtin_scene, urdf_folder
 from pendpin.scene.solver import (
@@ -37,5 +37,6 @@ __all__ = [
     "builtin_scene",
     "least_tolerance",
     "load_scene",
+    "scene_of",
     "urdf_folder",
 ]

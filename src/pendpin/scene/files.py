@@ -1,6 +1,7 @@
-"""Reading scenes from TOML files."""
+"""Scenes from TOML files and from runs."""
 
 from pathlib import Path
+from typing import Any
 
 from pendpin.errors import InputError, inside
 from pendpin.scene.scene import Scene
@@ -16,3 +17,11 @@ def load_scene(path: str | Path) -> Scene:
             return Scene(**raw)
         except InputError as error:  # the file's name says enough
             raise InputError(str(error).removeprefix("Scene: ")) from None
+
+
+def scene_of(run: Any) -> Scene:
+    """The scene of a run. Raises InputError where a saved run's scene holds what no file can."""
+    if isinstance(run.source, Scene):
+        return run.source
+    with inside("the run's scene cannot be built again"):
+        return Scene(**run.scene)

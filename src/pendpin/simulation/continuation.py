@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import bind
 from pendpin.dynamics.timing import timing
-from pendpin.errors import InputError, RunError, inside, shown
+from pendpin.errors import InputError, RunError, shown
 from pendpin.integrators import Run, integrator_for
-from pendpin.scene import Scene
+from pendpin.scene import Scene, scene_of
 from pendpin.simulation.checkpoint import Saver
 from pendpin.simulation.energy_balance import EnergyBalance
 from pendpin.simulation.loop import Task, integrate_to_end
@@ -79,14 +79,6 @@ class Continuation:
         starts, places = np.repeat(np.cumsum([0, *lengths[:-1]]), lengths), np.repeat(samples, lengths)
         work = {kind: w - w[starts] + self.run.work[kind][places] for kind, w in rows.work.items()}
         return replace(rows, t=arrays["t"], work=work)
-
-
-def scene_of(run: Trajectory) -> Scene:
-    """The scene of a run. Raises InputError where a saved run's scene holds what no file can."""
-    if isinstance(run.source, Scene):
-        return run.source
-    with inside("the run's scene cannot be built again"):
-        return Scene(**run.scene)
 
 
 def at(run: Trajectory, times: ArrayLike) -> Trajectory:
