@@ -63,6 +63,7 @@ def along(trajectory: Trajectory) -> Report | None:
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # numbers that overflow differ and are reported
 def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute], in_50_digits: int) -> Report:
+    """The report on states q, v (n, nv) by all routes, with some of them judged in 50 digits."""
     by_hand = _one_free_rod(dynamics)
     if own and not by_hand:
         raise InputError("own routes need a single rod on a universal joint, its centre of mass on its axis")
@@ -112,6 +113,7 @@ class _States:
 
 
 def _sizes(dynamics: Dynamics, q: Array, v: Array, reference: Answer, by_hand: bool) -> dict[str, Array]:
+    """The size of each quantity (n, k) at states q, v (n, nv), to which differences are compared; SI units."""
     model, field = dynamics.model, dynamics.loads.field(0.0)
     if by_hand:
         rod = model.rods[0]
@@ -146,7 +148,7 @@ def _relative(first: Array, second: Array, size: Array) -> Array:
 
 
 def _worst_states(answers: Mapping[str, Answer], sizes: dict[str, Array], count: int) -> Indices:
-    """The states at which routes differ most, half of the count, and the first ones."""
+    """The states (m,) at which routes differ most, half of the count, and the first ones; sizes are (n, k) each."""
     n = len(next(iter(sizes.values())))
     worst = np.zeros(n)
     for one, other in combinations(answers.values(), 2):
@@ -161,6 +163,7 @@ def _rows(pair: tuple[str, str], answers: Mapping[str, Answer], states: _States)
 
 
 def _row(quantity: str, pair: tuple[str, str], first: Array, second: Array, states: _States) -> Row:
+    """The largest difference of two routes in one quantity, from their answers (n, k)."""
     size = states.sizes[quantity]
     relative = _relative(first, second, size)
     i, j = np.unravel_index(int(np.argmax(np.where(np.isnan(relative), np.inf, relative))), relative.shape)

@@ -131,6 +131,7 @@ def _downwards(effects: tuple[Effect, ...]) -> float | None:
 
 
 def _in_plane(axis: int, q: Array, v: Array, reduced: float, gravity: float, scene: Scene) -> Array:
+    """Directions (n, 3) of a rod that swings in the plane of one angle, from q, v (2,)."""
     angles = np.zeros((len(scene.times), 2))
     angles[:, axis] = exact.planar(q[axis], v[axis], reduced, gravity, scene.times)
     return exact.direction(angles)

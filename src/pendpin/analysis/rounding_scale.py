@@ -76,7 +76,7 @@ def _below(parents: tuple[int, ...]) -> Array:
 
 
 def _largest_above(parents: tuple[int, ...], x: Array) -> Array:
-    """The largest of each body's own value and those of the bodies it hangs on: rounding errors propagate down the tree."""
+    """The largest of each body's own value (n,) and those of the bodies it hangs on: rounding goes down the tree."""
     out = x.copy()
     for child, parent in enumerate(parents):
         if parent >= 0:
@@ -87,6 +87,7 @@ def _largest_above(parents: tuple[int, ...], x: Array) -> Array:
 def _state_scale(
     model: Model, parents: tuple[int, ...], below: Array, slides: Array, field: Array, q: Array, v: Array, a: Array
 ) -> TreeScale:
+    """The sizes at one state q, v, a (nv,) in a field (3,) in m/s²; below (n, n) and slides (nv,) say who hangs on whom."""
     pin = pinocchio()
     data = pin.Data(model.pin)  # pyright: ignore[reportOptionalMemberAccess]
     pin.forwardKinematics(model.pin, data, q, v, a)
@@ -121,5 +122,6 @@ def _unit_wrenches(model: Any, data: Any, q: Array) -> Array:
 
 
 def _inverse(M: Array) -> Array:
+    """The inverse of a mass matrix (nv, nv), with its rows and columns scaled to 1 on the diagonal."""
     scale = 1 / np.sqrt(np.diag(M))
     return scale[:, None] * np.linalg.inv(scale[:, None] * M * scale) * scale

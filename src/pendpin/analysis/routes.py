@@ -76,7 +76,7 @@ def reference_route(dynamics: Dynamics) -> Route:
 
 
 def _named(dynamics: Dynamics, q: Array, a: Array, wrench: Array, xp=np) -> Answer:
-    """Accelerations by joint; reactions by rod where there are universal joints, else forces and moments by joint."""
+    """Accelerations (n, nv) by joint; reactions by rod at universal joints, else forces and moments by joint."""
     model = dynamics.model
     if len(model.joints) == 2 and len(model.rods) == 1:
         found = {"theta_dd": a[:, :1], "phi_dd": a[:, 1:]}
@@ -118,6 +118,7 @@ def hand_routes(dynamics: Dynamics, own: Mapping[str, HandRoute]) -> dict[str, R
 
 
 def _lagrange(rod: RodInertia, q: Array, v: Array, field: Array) -> Answer:
+    """Accelerations of one rod by Lagrange's equations, from q, v (n, 2) in a field (3,) in m/s²."""
     theta_dd, phi_dd = np.moveaxis(lagrange.accelerations(rod, q, v, field), -1, 0)
     return {"theta_dd": theta_dd, "phi_dd": phi_dd}
 

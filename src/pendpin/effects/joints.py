@@ -44,7 +44,7 @@ class Spring(OnJoints):
         return -self.stiffness * (q - self.rest)
 
     def potential(self, q: Array, xp: Any = np) -> Any:
-        """stiffness (q - rest)² / 2, summed over the joints, J."""
+        """stiffness (q - rest)² / 2, summed over the joints, J; q is (n, nv) in rad."""
         return self.stiffness / 2 * ((q - self.rest) ** 2).sum(-1)
 
 

@@ -105,7 +105,7 @@ def _pieces(t: Array, distances: list[Array], resolved: list[Array]) -> tuple[Ar
 
 
 def _joined(begin: float, ends: Array, steps: Array) -> Pace:
-    """Pieces with few corners: neighbours become one wherever that costs fewer steps than a start anew."""
+    """Pieces, with ends and longest steps (n,) in s, made few: neighbours become one wherever that costs fewer steps."""
     joined: list[tuple[float, float]] = []  # length, longest step
     for length, step in zip(np.diff(ends, prepend=begin), steps, strict=True):
         piece = (float(length), float(step))

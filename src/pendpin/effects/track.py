@@ -78,7 +78,7 @@ class Track:
         return self.spline(self._own(t), 2)
 
     def _own(self, t: Array) -> Array:
-        """Times since the first row; those outside by no more than rounding are put on the first or last row."""
+        """Times (n,) in s since the first row; those outside by no more than rounding are put on the first or last row."""
         start, rest, rounding = self._origin
         own = np.subtract(t, start) - rest
         inside = np.minimum(np.maximum(own, 0.0), self.length)

@@ -41,7 +41,7 @@ class LongChain(AngleEngine):
         return self._motion(*y.reshape(2, -1, 2))
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """One solve for all n states; the wrench on a massless cross is that on its rod, in the frame of the cross."""
+        """One solve for all n states q, v (n, nv); the wrench on a massless cross is its rod's, in the cross's frame."""
         size = max(1, BATCH // self._chain.n)
         given = (t, q, v) if torque is None else (t, q, v, torque)
         parts = [self._evaluate(*(x[i : i + size] for x in given)) for i in range(0, len(t), size)]

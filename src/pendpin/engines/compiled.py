@@ -83,7 +83,7 @@ class Compiled(Engine):
         return self.base.unpack(t, y, near)
 
     def denser(self, t: Array, y: Array, steps: int) -> float:
-        """The density of states that the base engine needs."""
+        """The density of states y (n, size) that the base engine needs."""
         return self.base.denser(t, y, steps)
 
     def project(self, y: Array) -> Array:

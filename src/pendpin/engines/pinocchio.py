@@ -106,7 +106,7 @@ class Revolute(AngleEngine):
         return np.array([self._data.f[joint].vector for joint in range(1, self._pin.njoints)])
 
     def _external(self, t: float, q: Array, v: Array) -> tuple[list, ...]:
-        """Pinocchio's last argument: none without body effects."""
+        """Pinocchio's last argument at q, v (nv,): none without body effects."""
         if self.loads.wrench is None:
             return ()
         bodies, wrench = self.model.bodies, partial(self.loads.wrench, t)

@@ -203,7 +203,7 @@ def _moved(joint: _Joint, parent: _Motion, v: Array, qdd: Array) -> _Motion:
 
 
 def _newton_euler(m: Any, com: Array, inertia: Array, motion: _Motion) -> _Wrench:
-    """force = m a_G; moment about the joint's origin = J alpha + omega x (J omega) + m com x a, J about the origin."""
+    """force = m a_G; moment = J alpha + omega x (J omega) + m com x a, J (3, 3) about the joint's origin, com (3,)."""
     lever, J = m * com, _about_origin(m, com, inertia)
     force = m * motion.a + applied(motion.K, lever)
     moment = applied(J, motion.alpha) + gyroscopic(J, motion.omega) + np.cross(lever, motion.a)
@@ -229,7 +229,7 @@ def _released(joint: _Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
 
 
 def _released_first(joint: _Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
-    """The same for a joint about its axis; for a slide the roles of first and second are exchanged."""
+    """The same for a joint about its axis, with its torque tau (n,); a slide exchanges first and second."""
     axis, across = joint.axis, joint.across
     column = applied(body.A, axis)
     inertia = dot(axis, column)

@@ -50,7 +50,7 @@ def _rod(body: Body, index: int, radius: float, color: int) -> Shape:
 
 
 def _frame_along(z: Array) -> Array:
-    """A rotation whose third axis is the unit vector z."""
+    """A rotation (3, 3) whose third axis is the unit vector z (3,)."""
     x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
     x /= np.linalg.norm(x)
     return np.array([x, np.cross(z, x), z], float).T
@@ -80,7 +80,7 @@ def urdf_shapes(path: Path, model: Model) -> Iterator[Shape]:
 
 
 def _visual(visual: Any, placement: Array, body: int, color: int, urdf: Path) -> Shape | None:
-    """What is drawn; None for a mesh whose file is gone, as the model's notes say."""
+    """What is drawn, placed (4, 4); None for a mesh whose file is gone, as the model's notes say."""
     shape = visual.find("geometry")[0]
     if shape.tag == "mesh":
         file = mesh_file(urdf.parent, shape.get("filename"))

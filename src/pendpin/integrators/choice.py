@@ -84,7 +84,7 @@ def automatic(
 
 
 def _rates(dynamics: Dynamics, y: Array) -> tuple[float, float]:
-    """The fastest decay and the fastest rate of all in 1/s at the start; of a large state the latter only."""
+    """The fastest decay and the fastest rate in 1/s at the start y (size,); of a large state the latter only."""
     derivative, _ = dynamics.engine.derivative(lambda t: None)
     if len(y) > LARGE:
         return 0.0, _fastest(derivative, y)
@@ -96,7 +96,7 @@ def _rates(dynamics: Dynamics, y: Array) -> tuple[float, float]:
 
 
 def _fastest(derivative: Derivative, y: Array) -> float:
-    """The fastest rate in 1/s, within a few tenths: the power method on the slopes, which it never writes out."""
+    """The fastest rate in 1/s at y (size,), within a few tenths: the power method on the slopes, never written out."""
     base, rate, size = np.empty_like(y), np.empty_like(y), STEP * max(1.0, float(np.linalg.norm(y)))
     derivative(base, 0.0, y)
     direction, growth = np.ones(len(y)) / np.sqrt(len(y)), []

@@ -223,7 +223,7 @@ class _State:
         return self._both[1]
 
     def advance(self, dq: Array, dp: Array, stages: _Stages) -> None:
-        """Add with what was lost before (W. Kahan's summation)."""
+        """Add dq, dp (nv,) with what was lost before (W. Kahan's summation)."""
         due = np.array([dq, dp]) + self._lost
         total = self._both + due
         self._both, self._lost = total, due - (total - self._both)

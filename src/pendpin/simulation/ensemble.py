@@ -206,7 +206,7 @@ class _Table:
         self.methods, self.libraries = set[str](), set[tuple[str, str]]()
 
     def finish(self, places: Indices | int, took: _Took) -> None:
-        """Mark rows as done and add their counts."""
+        """Mark rows (m,) as done and add their counts."""
         self.done[places] = True
         self.took = self.took.plus(took)
         self._progress(int(self.done.sum()))

@@ -145,6 +145,6 @@ def _carried(t: float, y: Array, mode: Mode, at_once: float, scales: Scales) -> 
 
 
 def _recalled(carried: dict[str, Array]) -> tuple[float, Array, Mode, float, Scales]:
-    """The values that `_carried` stored."""
+    """Time, state (size,), mode, count of events and scales that `_carried` stored."""
     mode, scales = Mode(carried["held"] != 0, carried["sign"]), Scales(*np.split(carried["sizes"], 3))
     return float(carried["t"]), carried["y"], mode, float(carried["at_once"]), scales

@@ -135,6 +135,7 @@ def _states(nv: int) -> tuple[Array, dict[str, Array]]:
 
 
 def _checked(value: Any, like: Array, what: str) -> Array:
+    """What a function returned as an array of the shape of `like` (nv,) or (rods,). Raises InputError."""
     try:
         array = np.asarray(value, float)
     except (TypeError, ValueError):
@@ -145,7 +146,7 @@ def _checked(value: Any, like: Array, what: str) -> Array:
 
 
 def _row(quantity: str, place: str, ours: dict[str, Array], right: dict[str, Array]) -> Row:
-    """The error of one quantity, when it appears, and the factor that its parts are off by."""
+    """The error of one quantity, when it appears, and the factor that its parts are off by; arrays (n,) by part."""
     size = max(float(np.abs(values).max()) for values in right.values()) or 1.0
     errors = {part: float(np.abs(ours[part] - right[part]).max()) / size for part in PARTS}
     worst = max(np.inf if np.isnan(error) else error for error in errors.values())
@@ -163,7 +164,7 @@ def _row(quantity: str, place: str, ours: dict[str, Array], right: dict[str, Arr
 
 
 def _factor(ours: Array, right: Array) -> float | None:
-    """The constant that one is of the other, or None."""
+    """The constant that one array (n,) is of the other, or None."""
     if not np.abs(right).max() > 0:
         return None
     factor = float(ours @ right / (right @ right))

@@ -74,6 +74,7 @@ def _energy(solve: Solve, full: bool, model: Chain, most: float, short: float) -
 
 
 def _difference(a: Array, exact: Array) -> float:
+    """The largest difference of accelerations (nv,), over the largest exact one."""
     return float(np.abs(a - exact).max() / np.abs(exact).max())
 
 

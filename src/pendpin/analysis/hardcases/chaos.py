@@ -20,7 +20,7 @@ FAR = 1e-2  # m: runs this far apart are no longer compared
 
 
 def wild(duration: float, q: Array = WILD) -> Scene:
-    """A double pendulum that moves chaotically."""
+    """A double pendulum that moves chaotically, from q (4,) in rad."""
     return scene(DOUBLE, q=q, duration=duration, samples=round(20 * duration) + 1)
 
 
@@ -68,6 +68,7 @@ SIGNS = {"x to -x": (1.0, -1.0), "y to -y": (-1.0, 1.0), "half a turn": (-1.0, -
 
 
 def _calm(q: Array, v: Array, full: bool) -> Scene:
+    """A double pendulum from q (4,) in rad, v (4,) in rad/s."""
     return scene(DOUBLE, q=q, v=v, duration=4.0 if full else 1.0, samples=11)
 
 

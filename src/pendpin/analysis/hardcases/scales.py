@@ -15,6 +15,7 @@ REDUCED = inertia_about_joint(ROD) / (ROD.mass * ROD.properties.h)  # m
 
 
 def _off(found: Array, wanted: Array) -> float:
+    """The largest difference of two arrays of one shape (n, k)."""
     return float(np.abs(found - wanted).max())
 
 

@@ -56,6 +56,7 @@ def task_of(scene: Scene) -> Task:
 
 
 def _probe(model: Any, gravity: Array) -> Probe:
+    """A state of a pin.Model and its accelerations under gravity (3,) in m/s², to compare loaded models by."""
     model.gravity.linear = gravity
     q, v = np.sin(1.0 + np.arange(2 * model.nv)).reshape(2, -1)  # any will do
     return Probe(q, v, pinocchio().aba(model, model.createData(), q, v, np.zeros(model.nv)).copy())

@@ -79,7 +79,7 @@ class Task:
         return float(self.times[1]) if len(self.times) > 1 else 1.0
 
     def check(self, library: str, a: Array) -> None:
-        """Raise InputError unless these accelerations at the probe are right."""
+        """Raise InputError unless these accelerations (nv,) at the probe are right."""
         off = np.abs(a - self.probe.a).max() / max(1.0, np.abs(self.probe.a).max())
         if not off < SAME:
             raise InputError(f"model: {library} makes another model of it: accelerations differ by {off:.1e}")

@@ -57,6 +57,7 @@ def _places(plant: Any, task: Task) -> tuple[Any, Any]:
 
 
 def _set(plant: Any, context: Any, task: Task, q: Array, v: Array) -> None:
+    """Put positions and velocities (nv,) of the scene into Drake's context."""
     at_q, at_v = _places(plant, task)
     positions, velocities = np.empty((2, len(q)))
     positions[at_q], velocities[at_v] = q, v

@@ -41,6 +41,7 @@ def scipy_peers(task: Task) -> Iterator[Peer]:
 
 
 def _state(places: Indices, q: Array, v: Array) -> Array:
+    """The state (2 nv,) from q, v (nv,), each joint at its place."""
     state = np.empty((2, len(places)))
     state[:, places] = q, v
     return state.ravel()
@@ -49,6 +50,7 @@ def _state(places: Indices, q: Array, v: Array) -> Array:
 def _motion(
     right_hand_side: Callable[[Look], Derivative], places: Indices, method: str, task: Task
 ) -> Callable[[float], Motion]:
+    """A function that prepares a run at a tolerance; places (nv,) are those of the joints in the state."""
     from scipy.integrate import solve_ivp
 
     def prepare(tolerance: float) -> Motion:

@@ -155,5 +155,5 @@ def _rates(above: _Turning, q: Array, rate: Array, acceleration: Array) -> tuple
 
 
 def _theta_rate_at_pole(s: Array, phi_d: Array, o2: Array, p3: Array, bend: Array, moving: Mask) -> Array:
-    """The limit of theta' at cos(phi) = 0, where d' does not show it but d'' does; 0 for a rod at rest there."""
+    """The limit of theta' (n,) in rad/s at cos(phi) = 0, where d' does not show it but d'' does; 0 for a rod at rest."""
     return np.where(moving, -s * (bend - (o2 + phi_d) * p3) / np.where(moving, 2 * phi_d, 1.0), 0.0)

@@ -130,7 +130,7 @@ def _by_row(columns: Array) -> Array:
 
 
 def _scale(largest: Array) -> Array:
-    """Powers of two, in the shape of `largest`, that bring its entries near 1."""
+    """Powers of two, in the shape (n, k) of `largest`, that bring its entries near 1."""
     return np.exp2(-np.round(np.log2(largest)))
 
 

@@ -65,7 +65,7 @@ class System:
         return np.linalg.solve(matrix, right)
 
     def _columns(self, state: Array) -> Quantities:
-        """The state seven times: all unknowns 0, then each of them 1."""
+        """The state (4,) seven times: all unknowns 0, then each of them 1."""
         base = _base(np.tile(state, (7, 1)), self.rod)
         base |= {name: np.eye(6)[i] for i, name in enumerate(UNKNOWNS)}
         base |= {name: np.concatenate([[0.0], base[name]]) for name in UNKNOWNS}
@@ -191,4 +191,5 @@ def _base(states: Array, rod: str) -> dict[str, Values]:
 
 
 def _at(states: Array, diagnosis: Diagnosis) -> Quantities:
+    """The quantities at states (n, 4): theta, phi in rad and their rates in rad/s."""
     return Quantities(_base(states, diagnosis.rod), diagnosis.rod, diagnosis.convention, np)
