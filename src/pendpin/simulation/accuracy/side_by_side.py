@@ -66,7 +66,7 @@ class Ladder:
             coarse, middle, fine = (one[i] for one in points)
             length = reach(case.model) or float(np.linalg.norm(fine, axis=-1).max()) or 1.0
             first, second = (np.maximum.accumulate(apart(*pair, length)) for pair in ((coarse, middle), (middle, fine)))
-            gaps = Gaps(first, second, (FINER, FINER), self._refinement.pace)
+            gaps = Gaps(first, second, (FINER, FINER), self._refinement.pace, self._refinement.scatter)
             rounding = START * EPS * (1 + np.abs(found[-1].q[i]).max() + first / (STEP_ERROR * coarsest))
             size = float(apart(fine, fine[:1], length).max())
             alike = not second.any() and np.abs(found[-1].v[i]).any()  # says nothing of the error
