@@ -21,7 +21,7 @@ from pendpin.errors import InputError, MissingLibrary
 from pendpin.files import write_whole
 from pendpin.graphics.drawing import WORLD, Drawing, Plot
 from pendpin.graphics.meshcat_commands import base64_of, commands
-from pendpin.graphics.path import smooth
+from pendpin.graphics.path import smooth_trail
 
 SCRIPTS = ("scene.js", "arrows.js", "plots.js", "player.js")  # in this order
 FRAMES_PER_SECOND = 60  # at most: what a screen shows
@@ -85,9 +85,8 @@ def contents(drawing: Drawing) -> dict[str, Any]:
 
 
 def _trail(drawing: Drawing, rate: float) -> dict[str, Any]:
-    """The path of the tip, `rate` points a second or more; where its velocity is not known, differences give it."""
-    velocity = np.gradient(drawing.trail, drawing.t, axis=0) if drawing.velocity is None else drawing.velocity
-    times, points = smooth(drawing.t, drawing.trail, velocity, rate, TRAIL_POINTS)
+    """The path of the tip, `rate` points a second or more."""
+    times, points = smooth_trail(drawing, rate, TRAIL_POINTS)
     return {"times": _floats(times - drawing.t[0]), "points": _integers(points)}
 
 

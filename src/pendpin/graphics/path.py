@@ -3,8 +3,15 @@
 import numpy as np
 
 from pendpin.arrays import Array, Mask
+from pendpin.graphics.drawing import Drawing
 
 TURN = 0.1  # rad: two straight pieces in a row turn by about that
+
+
+def smooth_trail(drawing: Drawing, per_second: float, most: int) -> tuple[Array, Array]:
+    """The trail of a drawing as `smooth` gives it; where its velocity is not known, differences of the points give it."""
+    velocity = np.gradient(drawing.trail, drawing.t, axis=0) if drawing.velocity is None else drawing.velocity
+    return smooth(drawing.t, drawing.trail, velocity, per_second, most)
 
 
 def smooth(t: Array, points: Array, velocities: Array, per_second: float, most: int) -> tuple[Array, Array]:

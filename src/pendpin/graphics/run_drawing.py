@@ -48,6 +48,13 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
     )
 
 
+def ends_of(run: Trajectory) -> Array:
+    """Both ends of every body over the ground, (n, bodies, 2, 3) m. Raises InputError as `drawing_of`."""
+    scene, _ = _scene(run)
+    joints = kinematics.poses(build(scene.model), run.q)[..., :3, 3]
+    return np.stack([joints, run.tip], 2) + _of_pivot(scene, "position", run.t)[:, None, None]
+
+
 def _scene(trajectory: Trajectory) -> tuple[Scene, bool]:
     """The scene of a run, or its model alone where the rest is gone, and whether the motion of the pivot is known."""
     try:

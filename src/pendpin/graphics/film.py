@@ -1,0 +1,112 @@
+"""A run as a film: a GIF or an MP4 of its rods, drawn by matplotlib, seen from a little above."""
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.errors import MissingLibrary
+from pendpin.files import write_whole
+from pendpin.graphics.panels import COLORS, plain_name
+from pendpin.graphics.path import smooth_trail
+from pendpin.graphics.run_drawing import drawing_of, ends_of
+from pendpin.trajectory import Trajectory
+
+FRAMES_PER_SECOND = 25
+MOST_FRAMES = 1500
+MOST_DOTS = 20  # joints that are drawn
+PATH_POINTS = 20_000  # at most
+PATH_RATE = 60  # of them in a second, at least
+SIZE = 4.8  # inches, square
+DPI = 100
+AZIMUTH, ELEVATION = np.radians(30.0), np.radians(15.0)  # of the eye
+
+
+def write_film(path: Path, run: Trajectory, suffix: str) -> Path:
+    """Write a film as .gif or .mp4, in real time or faster. Raises MissingLibrary for .mp4 without imageio-ffmpeg."""
+    from tempfile import TemporaryDirectory
+
+    from matplotlib import rc_context
+    from matplotlib.animation import FFMpegWriter, PillowWriter
+
+    settings: Any = {} if suffix == ".gif" else {"animation.ffmpeg_path": _ffmpeg()}
+    settings["text.usetex"] = False
+    with rc_context(settings), TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        figure, draw, count = _film(run)
+        writer = (PillowWriter if suffix == ".gif" else FFMpegWriter)(fps=FRAMES_PER_SECOND)
+        film = Path(folder, f"film{suffix}")
+        with writer.saving(figure, str(film), DPI):
+            for frame in range(count):
+                draw(frame)
+                writer.grab_frame()
+        return write_whole(path, lambda file: _copy(film, file))
+
+
+def _copy(film: Path, file: IO[bytes]) -> None:
+    file.write(film.read_bytes())
+
+
+def _ffmpeg() -> str:
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe
+    except ImportError:
+        raise MissingLibrary(
+            "a film as .mp4 needs imageio-ffmpeg: pip install imageio-ffmpeg; .gif needs nothing"
+        ) from None
+    return get_ffmpeg_exe()
+
+
+def _film(run: Trajectory) -> tuple[Any, Callable[[int], None], int]:
+    """A figure, what draws a frame on it, and how many frames there are."""
+    from matplotlib.figure import Figure
+
+    rows = _rows(run.t)
+    ends, (times, path) = _seen(ends_of(run)), _path(run)
+    bodies = ends.shape[1]
+    gaps = np.full((len(ends), bodies, 1, 2), np.nan)  # bodies are separate lines
+    lines = np.concatenate([ends, gaps], axis=2).reshape(len(ends), 3 * bodies, 2)
+    points = np.concatenate([ends.reshape(-1, 2), path])
+    middle, reach = (points.min(0) + points.max(0)) / 2, 0.55 * max(float(np.ptp(points, axis=0).max()), 1e-9)
+    figure = Figure(figsize=(SIZE, SIZE))
+    axes = figure.add_axes((0.0, 0.0, 1.0, 0.92))
+    axes.set(xlim=middle[0] + [-reach, reach], ylim=middle[1] + [-reach, reach], aspect="equal")
+    axes.set_axis_off()
+    figure.suptitle(plain_name(run.title, 50), fontsize=11, y=0.985)
+    trail = axes.plot([], [], color=COLORS[0], linewidth=0.8, alpha=0.7)[0]
+    rods = axes.plot([], [], color=COLORS[1], linewidth=2.5, marker="o" if bodies <= MOST_DOTS else "", markersize=4)[0]
+    pivot = axes.plot([], [], marker="s", color="#7a8696", markersize=8)[0]
+    clock = axes.text(0.5, 0.99, "", transform=axes.transAxes, ha="center", va="top")
+
+    def draw(frame: int) -> None:
+        row = rows[frame]
+        rods.set_data(*lines[row].T)
+        pivot.set_data(*ends[row, :1, 0].T)
+        trail.set_data(*path[: np.searchsorted(times, run.t[row], "right")].T)
+        clock.set_text(f"t = {run.t[row]:.2f} s")
+
+    return figure, draw, len(rows)
+
+
+def _rows(t: Array) -> Array:
+    """The samples that are drawn, of times t (n,) in s."""
+    count = int(min(max(2.0, (t[-1] - t[0]) * FRAMES_PER_SECOND), MOST_FRAMES, len(t)))
+    return np.linspace(0, len(t) - 1, count).round().astype(int)
+
+
+def _path(run: Trajectory) -> tuple[Array, Array]:
+    """The path of the tip as it is seen: times (m,) in s and points (m, 2)."""
+    if len(run.t) < 2:
+        return run.t, _seen(run.tip[:, -1])
+    times, path = smooth_trail(drawing_of(run), PATH_RATE, PATH_POINTS)
+    return times, _seen(path)
+
+
+def _seen(points: Array) -> Array:
+    """Points (..., 3) in W as the eye sees them, (..., 2) to the right and up, without perspective."""
+    x, y, z = np.moveaxis(points, -1, 0)
+    right, depth = np.cos(AZIMUTH) * x + np.sin(AZIMUTH) * y, -np.sin(AZIMUTH) * x + np.cos(AZIMUTH) * y
+    return np.stack([right, np.cos(ELEVATION) * z + np.sin(ELEVATION) * depth], -1)
