@@ -154,4 +154,5 @@ def _extremes(run: Any) -> str:
 
 def page(run: Any, player: str) -> str:
     """A run in a notebook: the player, three lines, and the table of extremes."""
-    return f"{player}<pre>{html.escape(text(run))}</pre>{summary(run)._repr_html_()}"
+    lines = f'<pre style="white-space: pre-wrap">{html.escape(text(run))}</pre>'
+    return f"{player}{lines}{summary(run)._repr_html_()}"

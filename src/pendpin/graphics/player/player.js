@@ -143,7 +143,7 @@ function loop(wanted) {
 
 function offerSpeeds() {
   const speeds = [0.01, 0.1, 0.25, 0.5, 1, 2, 5, 10, 50, 200];
-  speeds.forEach((value) => element("speed").add(new Option(`${value}×`, value)));
+  speeds.forEach((value) => element("speed").add(new Option(`${value}\u00d7`, value)));
   if (duration > 60) setSpeed(speeds.find((value) => duration / value <= 60) ?? 200);
   else setSpeed(duration < 1 ? (duration < 0.1 ? 0.01 : 0.1) : 1);
 }

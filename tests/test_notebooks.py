@@ -1,0 +1,63 @@
+"""The notebooks of examples/, run from top to bottom in a kernel of their own."""
+
+import os
+import signal
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+NOTEBOOKS = sorted(path.name for path in EXAMPLES.glob("*.ipynb"))
+CELL = 300  # s, for a cell, so that none hangs for ever
+
+
+@pytest.fixture
+def mark() -> Iterator[str]:
+    """A word in the environment of all processes that a notebook starts; none of them outlives the test."""
+    word = f"notebook-{uuid.uuid4()}"
+    yield word
+    for pid in processes_of(word):
+        os.kill(pid, signal.SIGKILL)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_a_notebook_runs_from_top_to_bottom(name: str, mark: str, tmp_path: Path) -> None:
+    import nbformat
+    from nbclient import NotebookClient
+
+    notebook = nbformat.read(EXAMPLES / name, as_version=4)
+    client = NotebookClient(notebook, timeout=CELL, resources={"metadata": {"path": str(tmp_path)}})
+    client.execute(env=os.environ | {"PENDPIN_TEST": mark})
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", ())]
+    shown = [output["data"] for output in outputs if output.output_type == "execute_result"]
+    assert any("<iframe" in data.get("text/html", "") for data in shown), "no player"
+    assert any("image/png" in data for data in shown), "no figure"
+    errors = [output.text for output in outputs if output.get("name") == "stderr" and "Note: " not in output.text]
+    assert errors == []
+    assert processes_of(mark) == []
+    assert os.listdir(tmp_path) == []
+
+
+def test_notebooks_are_kept_without_outputs() -> None:
+    import nbformat
+
+    assert NOTEBOOKS == ["first_steps.ipynb", "robots.ipynb"]
+    for name in NOTEBOOKS:
+        notebook = nbformat.read(EXAMPLES / name, as_version=4)
+        nbformat.validate(notebook)
+        assert not any(cell.get("outputs") or cell.get("execution_count") for cell in notebook.cells)
+
+
+def processes_of(word: str) -> list[int]:
+    """Processes whose environment holds a word."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*/environ"):
+        try:
+            if word.encode() in process.read_bytes():
+                found.append(int(process.parent.name))
+        except OSError:  # another user's, or it has just ended
+            continue
+    return found
