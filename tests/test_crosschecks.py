@@ -2,15 +2,17 @@
 
 import inspect
 import json
-import subprocess
-import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
 
 import pendpin as pp
+from bad_input import run_main
 from pendpin.equations import balances, lagrange, newton_euler
 from pendpin.equations.chain import solution
 from pendpin.scene import builtin_scene
@@ -81,23 +83,26 @@ kind = "gravity"
 """
 
 
-@pytest.mark.parametrize(("module", "right", "wrong", "quantity"), BREAKS)
-def test_a_broken_route_fails_the_check(module, right: str, wrong: str, quantity: str, tmp_path: Path) -> None:
-    """One sign or factor changed in one route: `pendpin check` exits 1, names the quantity and the route."""
-    source, name = inspect.getsource(module), module.__name__
+@pytest.fixture
+def broken(module: ModuleType, right: str, wrong: str) -> Iterator[None]:
+    """A route with one sign or factor changed, for the time of a test."""
+    source, sound = inspect.getsource(module), dict(vars(module))
     assert source.count(right) == 1
+    exec(source.replace(right, wrong), vars(module))
+    yield
+    vars(module).update(sound)
+
+
+@pytest.mark.usefixtures("broken")
+@pytest.mark.parametrize(("module", "right", "wrong", "quantity"), BREAKS)
+def test_a_broken_route_fails_the_check(module, quantity: str, tmp_path: Path, capsys: Any) -> None:
+    """One sign or factor changed in one route: `pendpin check` exits 1, names the quantity and the route."""
     (tmp_path / "scene.toml").write_text(ASYMMETRIC)
-    script = (
-        f"import sys, {name} as route\n"
-        f"exec({source.replace(right, wrong)!r}, route.__dict__)\n"
-        f"sys.argv = ['pendpin', 'check', {str(tmp_path / 'scene.toml')!r}, '--states', '50', '--json']\n"
-        "from pendpin.cli import main; main()"
-    )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
-    assert done.returncode == 1
-    assert json.loads(done.stdout)["ok"] is False
-    who, _, what = done.stderr.partition(" disagrees in ")
-    assert who == f"pendpin: {NAMES[name.rpartition('.')[2]]}"
+    assert run_main("check", str(tmp_path / "scene.toml"), "--states", "50", "--json") == 1
+    out, err = capsys.readouterr()
+    assert json.loads(out)["ok"] is False
+    who, _, what = err.partition(" disagrees in ")
+    assert who == f"pendpin: {NAMES[module.__name__.rpartition('.')[2]]}"
     assert quantity in what.partition(";")[0].split(", ")
 
 

@@ -35,7 +35,7 @@ def run_of(kinds, radius=0.03, duration=1.0, tolerance=1e-12) -> pp.Trajectory:
     return pp.simulate(scene, tolerance=tolerance, energy_balance=True)
 
 
-@law(15)
+@law(10)
 @given(st.sets(st.sampled_from(sorted(SMOOTH)), min_size=1))
 def test_works_balance_without_events(kinds: set[str]) -> None:
     """Any set of smooth effects: to 1e-9 of the energy moved."""

@@ -12,6 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import pendpin as pp
+from laws import law
 from pendpin import effects as fx
 from pendpin.equations import exact
 from pendpin.simulation.accuracy.estimate import SMALL, Gaps, estimate
@@ -112,7 +113,7 @@ def test_a_low_order_is_told_beforehand() -> None:
 # --- 2: gaps that behave --------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=25, deadline=None)
+@law(25)
 @given(
     theta=st.floats(0.1, 3.1),
     duration=st.floats(1.0, 60.0),
@@ -198,7 +199,7 @@ def test_a_run_is_not_compared_with_itself() -> None:
 # --- 3: rounding ----------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=15, deadline=None)
+@law(15)
 @given(
     away=st.sampled_from([0.0, 1e-12, 1e-9, 1e-6, 1e-3]),
     duration=st.floats(1.0, 15.0),

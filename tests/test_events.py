@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy import optimize
 
 import pendpin as pp
+from laws import law
 from pendpin.effects import DryFriction, Gravity, Motor, Spring, Stop
 from pendpin.integrators.crossings import first_crossing
 
@@ -87,6 +88,7 @@ def test_a_spring_grazes_its_stop(depth, stiffness) -> None:
     assert run.q[-1, 0] == pytest.approx(-np.cos(omega * (2 * hit - later)), abs=1e-10 + 2e-11 / short)
 
 
+@law(50)
 @given(
     method=st.sampled_from(METHODS),
     dip=st.floats(-5, -2).map(lambda x: 10**x),
@@ -113,6 +115,7 @@ def test_a_rate_that_touches_zero_sticks(method, dip, frequency, phase) -> None:
     assert run.q[-1, 0] == pytest.approx(way, abs=1e-6)
 
 
+@law(40)
 @given(
     method=st.sampled_from(METHODS),
     frequency=st.floats(20.0, 300.0),
@@ -163,6 +166,7 @@ def scaled(method, length, mass, time, q, v, tolerance) -> pp.Trajectory:
     return pp.simulate(pp.Scene(duration=3 * time, model=model, start=start, effects=effects, solver=solver))
 
 
+@law(12)
 @given(
     method=st.sampled_from(["dop853", "rk45"]),
     scales=st.tuples(SCALES, SCALES, SCALES),

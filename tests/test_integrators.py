@@ -175,7 +175,8 @@ class TestTaylor:
     def test_spherical_swing_is_the_elliptic_one(self):
         run = pp.simulate(scene(THIN, duration=100.0, samples=2001), method="taylor", tolerance=1e-18)
         start = direction([0.7, 0.4]), direction_rate([0.7, 0.4], [1.3, -0.8])
-        assert np.abs(run.tips()[:, 0] - spherical(*start, 2 / 3, 9.81, run.t)).max() < 2e-13
+        some = slice(None, None, 50)  # the elliptic functions take longer than the run
+        assert np.abs(run.tips()[some, 0] - spherical(*start, 2 / 3, 9.81, run.t[some])).max() < 2e-13
         assert run.stats.compile_seconds > 0
         assert run.stats.steps > 100
         assert run.stats.evaluations == run.stats.steps

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
+from laws import law
 from pendpin.effects import Effect
 from pendpin.errors import Note, written
 from pendpin.keypaths import parsed
@@ -45,7 +46,7 @@ def test_no_key_path(text: str) -> None:
         parsed(text)
 
 
-@settings(deadline=None, max_examples=100)
+@law(100)
 @given(st.integers(0, 10**9), names)
 def test_save_and_load_are_inverse(tmp_path_factory: pytest.TempPathFactory, number: int, joint: str) -> None:
     """Every scene that TOML can hold comes back equal, whatever its joints are called."""

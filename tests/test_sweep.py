@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
+from laws import law
 from pendpin import effects as fx
 from pendpin.analysis.sweep import cases, plan
 from pendpin.analysis.sweep import sweep as sweeps
@@ -226,7 +227,7 @@ def test_blocks_are_runs_of_cases(shape: tuple[int, ...], wanted: int) -> None:
     assert Blocks.of(shape, blocks.chunks).chunks == blocks.chunks
 
 
-@settings(max_examples=10, deadline=None)
+@law(10)
 @given(cut=st.integers(1, 30), seed=st.integers(0, 2**31))
 def test_a_case_does_not_depend_on_its_neighbours(cut: int, seed: int) -> None:
     """Whatever else is in the vector: the same bits, beside a case that cannot go on too."""

@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
+from laws import law
 from pendpin import effects as fx
 from pendpin.analysis.significance import significance
 from pendpin.model.build import build
@@ -50,7 +51,7 @@ def tips(model: pp.UrdfModel) -> list[list[float]]:
     return [np.round(body.tip, 12).tolist() for body in build(model).bodies]
 
 
-@settings(max_examples=25, deadline=None)
+@law(25)
 @given(st.lists(st.tuples(*[st.floats(-5, 5)] * 3), max_size=4), st.booleans())
 def test_frames_and_what_hangs_on_a_drawn_rod_do_not_move_its_tip(places: Any, hanging: bool) -> None:
     """Any number of fixed frames anywhere, and a second pendulum half way: the rod ends where it is drawn."""

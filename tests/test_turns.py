@@ -4,10 +4,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
+from laws import law
 from pendpin import effects as fx
 from pendpin.engines import AngleEngine
 
@@ -25,7 +26,7 @@ def thin(count: int) -> pp.Chain:
     return pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),), copies=count)
 
 
-@settings(max_examples=15, deadline=None)
+@law(15)
 @given(st.floats(-300, 300), st.booleans(), st.sampled_from([2, 3, 7, None]), st.sampled_from(METHODS))
 def test_a_free_rod_turns_as_fast_as_it_does(rate: float, about_phi: bool, samples: int | None, how: Any) -> None:
     """Nothing acts: the angle is the rate times the time, over hundreds of radians between samples."""
@@ -38,7 +39,7 @@ def test_a_free_rod_turns_as_fast_as_it_does(rate: float, about_phi: bool, sampl
     assert np.abs(run.q - np.outer(run.t, velocities)).max() < 1e-3 * (1 + abs(rate))
 
 
-@settings(max_examples=10, deadline=None)
+@law(10)
 @given(st.integers(1, 3), st.integers(0, 2**32 - 1), st.sampled_from([1.0, 5.0, 30.0]))
 def test_angles_do_not_depend_on_the_samples(count: int, seed: int, fast: float) -> None:
     """Any chain of thin rods, thrown at will, through poles and near them: 2 samples or 61, the last angles are the same."""
@@ -57,7 +58,7 @@ def test_angles_do_not_depend_on_the_samples(count: int, seed: int, fast: float)
     assert np.abs(ends[1] - ends[-1]).max() * near < 1e-5
 
 
-@settings(max_examples=8, deadline=None)
+@law(8)
 @given(st.integers(1, 2), st.floats(0.2, 1.0), st.floats(5, 60), st.sampled_from([2, 31]))
 def test_directions_and_angles_count_alike(count: int, tilt: float, rate: float, samples: int) -> None:
     """A chain that whirls about x, off the poles: integrated in its angles, and read from its directions."""
