@@ -18,7 +18,13 @@ CLAIMS = [(case, method) for case in CASES.values() for method in case.methods]
 CHEAP = "no-duration"
 
 
-@pytest.mark.parametrize(("case", "method"), CLAIMS, ids=[f"{case.name}-{method}" for case, method in CLAIMS])
+@pytest.mark.parametrize(
+    ("case", "method"),
+    [
+        pytest.param(case, method, id=f"{case.name}-{method}", marks=[pytest.mark.slow] * (method != "auto"))
+        for case, method in CLAIMS
+    ],
+)
 def test_a_hard_case_is_within_its_bound(case: Case, method: str) -> None:
     """What was measured is at most the bound that was derived for it."""
     if method == "taylor" and find_spec("heyoka") is None:

@@ -101,7 +101,9 @@ PRINTING = {
 SHORT = ("schema", "help")
 
 
-@pytest.mark.parametrize("name", PRINTING)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name not in (*SHORT, "run"))) for name in PRINTING]
+)
 def test_output_on_a_full_disk(name: str, folder: Path) -> None:
     """What is printed and does not arrive is a failure of every command."""
     with open("/dev/full", "wb") as full:
