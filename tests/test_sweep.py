@@ -246,7 +246,7 @@ def small(out: Path | None = None, **options):
     return pp.sweep(scene(duration=1.0), varied, ["flip_time", "swing"], out=out, **options)
 
 
-@settings(max_examples=6, deadline=None)
+@law(6)
 @given(data=st.data(), setting=st.sampled_from([{"tolerance": 1e-9}, {"accuracy": 1e-3}]))
 def test_the_cut_the_order_and_the_interrupts_do_not_matter(data: st.DataObject, setting: dict) -> None:
     """Any blocks, any order, any number of threads, broken off anywhere and gone on with: the same bits, `why` too."""
