@@ -24,7 +24,7 @@ from pendpin.analysis.simulators import task_of
 from pendpin.analysis.simulators.mujoco import _model, _places
 from pendpin.analysis.work_precision import machine
 from pendpin.arrays import Array
-from pendpin.model.kinematics import apart
+from pendpin.model.kinematics import tip_distance
 from pendpin.scene import builtin_scene
 from pendpin.simulation.processes import cores
 
@@ -81,7 +81,7 @@ def coarsest_tolerance(scene: pp.Scene, q: Array, v: Array, known: Array) -> tup
 
 def largest(known: Array, tips: Array) -> float:
     """The largest distance of any tip, over the length of 1 m."""
-    return max(float(apart(one, other, 1.0).max()) for one, other in zip(known, tips, strict=True))
+    return max(float(tip_distance(one, other, 1.0).max()) for one, other in zip(known, tips, strict=True))
 
 
 # --- MuJoCo ---------------------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ import pendpin as pp
 from pendpin import effects as fx
 from pendpin.errors import Halted
 from pendpin.model.build import build
-from pendpin.model.kinematics import apart, reach
+from pendpin.model.kinematics import chain_length, tip_distance
 from pendpin.scene import FIXED_METHODS, least_tolerance
 from reference_motion import Reference, reference
 
@@ -155,7 +155,7 @@ def _contacts(random: Random, positions: list[float]) -> list[fx.Effect]:
 
 def checked(kind: str, scene: pp.Scene) -> dict[str, Any]:
     """What comes of the accuracy asked, and what is true."""
-    solver, length = scene.solver, reach(build(scene.model))
+    solver, length = scene.solver, chain_length(build(scene.model))
     out: dict[str, Any] = {
         "kind": kind,
         "method": solver.method,
@@ -175,7 +175,7 @@ def checked(kind: str, scene: pp.Scene) -> dict[str, Any]:
     begin, known = time.process_time(), reference(scene)
     out |= {"doubt": float(known.doubt[-1]), "claimed": run.stats.error, "steps": run.stats.steps}
     n = len(run.t)
-    out["true"] = float(apart(known.tips[:n], run.tips(), length).max()) if n else None
+    out["true"] = float(tip_distance(known.tips[:n], run.tips(), length).max()) if n else None
     if out["outcome"] == "refused":
         out["within_reach"] = _within_reach(scene, known, length)
     out["reference_cpu"] = time.process_time() - begin
@@ -204,7 +204,7 @@ def _within_reach(scene: pp.Scene, known: Reference, length: float) -> float | N
             run = pp.simulate(scene.by(name, setting), progress=end)
         except pp.PendpinError:
             continue
-        if apart(known.tips, run.tips(), length).max() <= accuracy:
+        if tip_distance(known.tips, run.tips(), length).max() <= accuracy:
             return setting
     return None
 

@@ -22,7 +22,7 @@ from pendpin.effects import Motion, cross
 from pendpin.equations import recursion
 from pendpin.equations.numbers import symbols
 from pendpin.model.build import Model, build, start_state
-from pendpin.model.kinematics import apart, poses, reach, tips
+from pendpin.model.kinematics import chain_length, poses, tip_distance, tips
 
 LONG = np.longdouble
 QUAD = hy.real128
@@ -52,10 +52,10 @@ def reference(scene: pp.Scene) -> Reference:
     else:
         rate = _compiled(scene, model, smooth)
         runs = [_by_steps(scene, model, rate, tolerance) for tolerance in (3e-16, 1e-14)]
-    length = reach(model)
+    length = chain_length(model)
     one, other = (tips(model, poses(model, q)) for q in runs)
     n = min(len(one), len(other))
-    gap = np.append(apart(one[:n], other[:n], length), np.full(len(scene.times) - n, np.inf))
+    gap = np.append(tip_distance(one[:n], other[:n], length), np.full(len(scene.times) - n, np.inf))
     padded = np.concatenate([one[:n], np.repeat(one[n - 1 : n], len(scene.times) - n, 0)])
     return Reference(padded, np.maximum.accumulate(gap))
 

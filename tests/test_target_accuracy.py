@@ -11,7 +11,7 @@ import pendpin as pp
 from laws import law
 from pendpin import effects as fx
 from pendpin.model.build import build
-from pendpin.model.kinematics import apart, reach
+from pendpin.model.kinematics import chain_length, tip_distance
 
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed: pip install heyoka")
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
@@ -28,7 +28,7 @@ def scene(*effects: fx.Effect, rods: tuple[pp.Rod, ...] = (ROD,), start: pp.Star
 def error(run: pp.Trajectory, asked: pp.Scene) -> float:
     """The true error: the largest tip distance to a run far finer, over the length."""
     truth = pp.simulate(asked, method="taylor" if find_spec("heyoka") else "dop853", tolerance=1e-14)
-    return float(apart(truth.tips(), run.tips(), reach(build(asked.model))).max())
+    return float(tip_distance(truth.tips(), run.tips(), chain_length(build(asked.model))).max())
 
 
 @needs_heyoka
@@ -66,7 +66,7 @@ def test_kinks_and_contacts() -> None:
     for effects in ((fx.Drag(),), (fx.DryFriction(kinetic=0.1),), (fx.Stop(upper=0.9, joints=("theta_1",)),)):
         asked = scene(*effects)
         run, truth = pp.simulate(asked, accuracy=1e-6), pp.simulate(asked, method="dop853", tolerance=1e-13)
-        assert apart(truth.tips(), run.tips(), 1.0).max() <= 1e-6
+        assert tip_distance(truth.tips(), run.tips(), 1.0).max() <= 1e-6
 
 
 def test_chaos_is_said() -> None:

@@ -20,7 +20,7 @@ from pendpin.analysis.work_precision import cost
 from pendpin.analysis.work_precision_figure import save_cost_plot
 from pendpin.analysis.work_precision_report import CostReport, Curve, Point
 from pendpin.model.build import build
-from pendpin.model.kinematics import apart
+from pendpin.model.kinematics import tip_distance
 
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="not installed: heyoka")
 THIN, THICK = pp.Rod(length=1.0, mass=1.0), pp.Rod(length=1.0, mass=1.0, radius=0.05)
@@ -255,4 +255,4 @@ def test_witnesses_are_independent(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len({engine for runs in used.values() for _, engine in runs}) > 1
     for one, other in combinations(found.values(), 2):
         known = (one.doubt + other.doubt).max() + one.rounding + other.rounding
-        assert apart(one.tips, other.tips, 1.0).max() <= references.CONTRADICTION * known
+        assert tip_distance(one.tips, other.tips, 1.0).max() <= references.CONTRADICTION * known

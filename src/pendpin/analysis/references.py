@@ -18,7 +18,7 @@ from pendpin.equations import exact
 from pendpin.errors import InputError, Interrupted, PendpinError
 from pendpin.integrators import MAX_JOINTS
 from pendpin.model.build import Model, build, start_state
-from pendpin.model.kinematics import apart, marks, scale
+from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.scene import Scene
 from pendpin.simulation.simulate import simulate
 
@@ -85,7 +85,7 @@ def _attempt(maker: Maker, scene: Scene, model: Model, length: float) -> Iterato
 
 def _agreed(scene: Scene, length: float, error: float, one: Solution, other: Solution) -> Reference:
     n = min(len(one.tips), len(other.tips))
-    gap = np.maximum.accumulate(apart(one.tips[:n], other.tips[:n], length))
+    gap = np.maximum.accumulate(tip_distance(one.tips[:n], other.tips[:n], length))
     doubt = np.maximum.accumulate(one.doubt[:n] + other.doubt[:n]) + one.rounding + other.rounding
     if (against := gap > CONTRADICTION * doubt).any():
         i = int(np.argmax(against))
@@ -162,7 +162,7 @@ def by_collocation(scene: Scene, model: Model, length: float) -> Solution:
 def _of_runs(name: str, scene: Scene, length: float, method: str, fine: float, coarse: float) -> Solution:
     runs = [simulate(scene.by(method, setting)) for setting in (fine, coarse)]
     one, other = (marks(build(scene.model), run.tips(), run.q) for run in runs)
-    doubt = apart(one, other, length)
+    doubt = tip_distance(one, other, length)
     return Solution(name, one, doubt, EPS * runs[0].stats.steps)
 
 

@@ -11,7 +11,7 @@ from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Drag, Effect, Rotation, Viscous
 from pendpin.errors import InputError, PendpinError
 from pendpin.model.build import build, start_state
-from pendpin.model.kinematics import apart, marks, scale
+from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.scene import Chain, Rod, Scene
 from pendpin.simulation.simulate import simulate
 from pendpin.trajectory import Trajectory
@@ -57,7 +57,9 @@ def significance(scene: Scene, accuracy: float = 1e-3) -> EffectsReport:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
     base, finer = (simulate(scene, method="auto", tolerance=tolerance) for tolerance in TOLERANCES)
     length = scale(build(scene.model))
-    good = int(np.argmax(np.append(apart(_marks(scene, base), _marks(scene, finer), length) > MARGIN * accuracy, True)))
+    good = int(
+        np.argmax(np.append(tip_distance(_marks(scene, base), _marks(scene, finer), length) > MARGIN * accuracy, True))
+    )
     horizon = float(scene.times[max(good - 1, 0)])
     solver = scene.solver.model_copy(update={"samples": max(good, 1)})
     compared = scene.model_copy(update={"duration": horizon, "solver": solver})
@@ -99,7 +101,7 @@ def _row(name: str, listed: bool, other: Scene, scene: Scene, base: Trajectory, 
     except PendpinError as error:
         return Row(name, listed, float("nan"), None, f"not compared: {error}")
     length = scale(build(scene.model))
-    change = float(apart(_marks(scene, base)[: len(run.t)], _marks(scene, run), length).max())
+    change = float(tip_distance(_marks(scene, base)[: len(run.t)], _marks(scene, run), length).max())
     more, less = (scene, other) if listed else (other, scene)
     share = 1 - _evaluation(less) / _evaluation(more) if less.effects != more.effects else None
     return Row(name, listed, change, None if share is None else max(share, 0.0), _verdict(listed, change, accuracy))

@@ -13,7 +13,7 @@ from pendpin.analysis.work_precision_report import CostReport, Curve, Point
 from pendpin.arrays import Array
 from pendpin.errors import InputError, Interrupted, PendpinError, RunError, choices, one_line
 from pendpin.model.build import Model, build
-from pendpin.model.kinematics import apart, marks, poses, scale, tips
+from pendpin.model.kinematics import marks, poses, scale, tip_distance, tips
 from pendpin.scene import FIXED_METHODS, Scene, least_tolerance
 from pendpin.simulation.simulate import simulate
 from pendpin.versions import installed
@@ -207,7 +207,7 @@ def _climb(
         if found.tips is None:
             failures.append(found.failure or "")
         else:
-            error = float(apart(bench.known.tips, found.tips, length).max())
+            error = float(tip_distance(bench.known.tips, found.tips, length).max())
             points.append(Point(setting, error, _least(bench, found, setting, run), found.steps, found.evaluations))
         if found.hopeless or _enough(bench, points, found.seconds):
             break

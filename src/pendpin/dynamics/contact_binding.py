@@ -12,7 +12,7 @@ from pendpin.engines import AngleEngine
 from pendpin.errors import InputError, shown
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import Model
-from pendpin.model.kinematics import reach
+from pendpin.model.kinematics import chain_length
 
 
 def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) -> Contacts:
@@ -51,7 +51,7 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
 def _lengths(model: Model) -> Array:
     """The scales (nv,) of the joints' positions: 1 rad, or the length of the model in m for slides."""
     slides = () if model.chain is not None else tree_of(model.pin).kinds
-    length = reach(model) or 1.0
+    length = chain_length(model) or 1.0
     return np.array([length if kind == "prismatic" else 1.0 for kind in slides] or [1.0] * len(model.joints))
 
 

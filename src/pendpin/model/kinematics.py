@@ -52,7 +52,7 @@ def centres(model: Model, link_poses: Array) -> Array:
     return link_poses[..., :3, 3] + np.einsum("nrij,rj->nri", link_poses[..., :3, :3], offsets)
 
 
-def reach(model: Model) -> float:
+def chain_length(model: Model) -> float:
     """How far from W's origin a body's far end can get, m: the length of a chain; 0 where nothing has a length."""
     if model.chain is not None:
         return float(model.chain.l.sum())
@@ -65,8 +65,8 @@ def reach(model: Model) -> float:
 
 
 def scale(model: Model) -> float:
-    """What distances are compared with, m: `reach`, and 1 m where that is 0."""
-    return reach(model) or 1.0
+    """What distances are compared with, m: `chain_length`, and 1 m where that is 0."""
+    return chain_length(model) or 1.0
 
 
 def marks(model: Model, link_tips: Array, q: Array) -> Array:
@@ -103,7 +103,7 @@ def _across(model: Model) -> Array:
     return offsets
 
 
-def apart(one: Array, other: Array, length: float) -> Array:
+def tip_distance(one: Array, other: Array, length: float) -> Array:
     """The largest distance of any tip at each time, over a length, (n,), from tips (n, rods, 3)."""
     return np.linalg.norm(one - other, axis=-1).max(-1) / length
 

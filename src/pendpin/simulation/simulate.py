@@ -12,7 +12,7 @@ from pendpin.errors import InputError, Note, RunError, shown
 from pendpin.model.build import build
 from pendpin.model.notes import notes
 from pendpin.scene import Scene, load_scene
-from pendpin.simulation.accuracy.target import reach
+from pendpin.simulation.accuracy.target import run_to_accuracy
 from pendpin.simulation.checkpoint import EVERY, Checkpoint
 from pendpin.simulation.guards import Deadline
 from pendpin.simulation.run import run_scene
@@ -82,7 +82,7 @@ def run_to_setting(
         raise InputError(
             "checkpoint: an accuracy takes several runs, which a checkpoint cannot hold: give a tolerance or a step"
         )
-    return reach(scene, energy_balance, progress, deadline)
+    return run_to_accuracy(scene, energy_balance, progress, deadline)
 
 
 def _asked_for(scene: Scene, run: Trajectory) -> Trajectory:

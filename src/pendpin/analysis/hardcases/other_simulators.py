@@ -78,8 +78,8 @@ def _against_ours(case: Case, given: Callable[[], Scene]) -> Case:
         return simulate(given(), method="dop853", tolerance=1e-13)
 
     def measure(solve: Solve, full: bool) -> float:
-        reach = kinematics.reach(build(given().model))
-        return float(kinematics.apart(solve(given()).tips(), ours().tips(), reach).max())
+        length = kinematics.chain_length(build(given().model))
+        return float(kinematics.tip_distance(solve(given()).tips(), ours().tips(), length).max())
 
     words = {"figure": "distance to pendpin's tips at tolerance 1e-13, over the chain's length", "derivation": "chosen"}
     return replace(case, measure=measure, bound=CLOSE, beside=None, **words)

@@ -15,7 +15,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.errors import InputError, choices, shown
 from pendpin.model.build import Model
-from pendpin.model.kinematics import apart, of_each, poses, tips
+from pendpin.model.kinematics import of_each, poses, tip_distance, tips
 from pendpin.scene import Scene, Start
 from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory import Trajectory
@@ -239,7 +239,7 @@ def _divergence_of_motions(motion: Motion, looser: Motion) -> Array:
 def _tips_apart(one: Array, other: Array) -> Array:
     """The largest distance (c,) of tips (c, rods, 3) m over the largest distance from W's origin."""
     size = np.linalg.norm(one, axis=-1).max(-1)
-    return apart(one, other, 1.0) / np.where(size > 0, size, 1.0)
+    return tip_distance(one, other, 1.0) / np.where(size > 0, size, 1.0)
 
 
 MEASURES = {

@@ -17,7 +17,7 @@ from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import bind
 from pendpin.engines import Engine
 from pendpin.model.build import build, start_state
-from pendpin.model.kinematics import apart, marks, poses, tips
+from pendpin.model.kinematics import marks, poses, tip_distance, tips
 from pendpin.scene import Scene
 from pendpin.simulation.accuracy.runs import Attempt, Runs, gap, points
 from pendpin.simulation.checkpoint import RunState
@@ -157,4 +157,4 @@ def of_start(scene: Scene, length: float) -> float:
     model = build(scene.model)
     q, _ = start_state(model, scene.start)
     one, other = (marks(model, tips(model, poses(model, x[None])), x[None]) for x in (q, q - EPS / 2 * q))
-    return float(apart(one, other, length)[0])
+    return float(tip_distance(one, other, length)[0])

@@ -9,7 +9,7 @@ from pendpin.arrays import Array
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
 from pendpin.model.build import Model, build
-from pendpin.model.kinematics import apart, marks, reach
+from pendpin.model.kinematics import chain_length, marks, tip_distance
 from pendpin.scene import FIXED_METHODS, Scene, UrdfModel
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.guards import Deadline
@@ -96,7 +96,7 @@ def points(run: Trajectory) -> Array:
 def gap(one: Trajectory, other: Trajectory, length: float, count: int) -> Array:
     """The largest distance of tips so far, over a length, at each of `count` times; inf after the end of a run."""
     n = min(len(one.t), len(other.t))
-    distance = apart(points(one)[:n], points(other)[:n], length)
+    distance = tip_distance(points(one)[:n], points(other)[:n], length)
     return np.maximum.accumulate(np.append(distance, np.full(count - n, np.inf)))
 
 
@@ -115,12 +115,12 @@ def _with_samples(scene: Scene, every: int) -> Scene:
 
 def extent(run: Trajectory, length: float) -> float:
     """The largest distance of a tip from its start, over a length."""
-    return float(apart(points(run), points(run)[:1], length).max())
+    return float(tip_distance(points(run), points(run)[:1], length).max())
 
 
 def length_of(model: Model, run: Trajectory) -> float:
     """The length that errors are divided by, m: the largest possible distance of a tip from W's origin; else the actual."""
-    return reach(model) or float(np.linalg.norm(run.tips(), axis=-1).max()) or 1.0
+    return chain_length(model) or float(np.linalg.norm(run.tips(), axis=-1).max()) or 1.0
 
 
 def _apart(scene: Scene) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 
 from pendpin.arrays import Array, Indices, Mask
 from pendpin.model.build import Model
-from pendpin.model.kinematics import apart, marks, of_each, poses, reach, tips
+from pendpin.model.kinematics import chain_length, marks, of_each, poses, tip_distance, tips
 from pendpin.scene import Scene
 from pendpin.simulation.accuracy.estimate import Gaps, estimate
 from pendpin.simulation.accuracy.refinement import LOOSEST, TAYLOR, by_tolerance
@@ -64,11 +64,12 @@ class Ladder:
         met = np.zeros(len(cases), bool)
         for i, case in enumerate(cases):
             coarse, middle, fine = (one[i] for one in points)
-            length = reach(case.model) or float(np.linalg.norm(fine, axis=-1).max()) or 1.0
-            first, second = (np.maximum.accumulate(apart(*pair, length)) for pair in ((coarse, middle), (middle, fine)))
+            length = chain_length(case.model) or float(np.linalg.norm(fine, axis=-1).max()) or 1.0
+            pairs = ((coarse, middle), (middle, fine))
+            first, second = (np.maximum.accumulate(tip_distance(*pair, length)) for pair in pairs)
             gaps = Gaps(first, second, (FINER, FINER), self._refinement.pace, self._refinement.scatter)
             rounding = START * EPS * (1 + np.abs(found[-1].q[i]).max() + first / (STEP_ERROR * coarsest))
-            size = float(apart(fine, fine[:1], length).max())
+            size = float(tip_distance(fine, fine[:1], length).max())
             alike = not second.any() and np.abs(found[-1].v[i]).any()  # says nothing of the error
             error = estimate(gaps, size, rounding, NEGLIGIBLE * self._target).error[-1]
             met[i] = error <= self._target and not alike

@@ -41,7 +41,7 @@ HOPELESS = 10.0  # times the target: rounding of a coarse run that no finer run 
 EPS = float(np.finfo(float).eps)
 
 
-def reach(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> Trajectory:
+def run_to_accuracy(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> Trajectory:
     """The motion of a scene to the accuracy of its solver; as `simulate`, which see."""
     scene = _with_method(scene, energy_balance)
     runs = Runs(scene, energy_balance, progress, deadline)
