@@ -1,7 +1,7 @@
 """From a scene's model to Pinocchio's: joints, names, frames, rods on universal joints. Never changed afterwards."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.errors import InputError, choices, find, shown
 from pendpin.model.bodies import Body, RodJoint, find_bodies, find_rods, pinocchio, prismatic
 from pendpin.model.from_pin import plain_copy
-from pendpin.model.read_urdf import Urdf, read_urdf
+from pendpin.model.read_urdf import Urdf, content, read_urdf
 from pendpin.scene import Chain, PinModel, Rod, Start, UrdfModel, Values
 from pendpin.scene.models import FARTHEST
 
@@ -165,7 +165,15 @@ def _from_pin(model: PinModel) -> Model:
 
 
 def _from_urdf(model: UrdfModel) -> Model:
-    pin, urdf = pinocchio(), read_urdf(model)
+    """The model of a URDF; one run asks for it several times, and it is loaded once as long as the file is the same."""
+    return _loaded(model.model_dump_json(), content(model))
+
+
+@lru_cache(maxsize=16)
+def _loaded(record: str, content: bytes) -> Model:
+    """The model of a URDF with this content, from the JSON of its record."""
+    model, pin = UrdfModel.model_validate_json(record), pinocchio()
+    urdf = read_urdf(model)
     _refuse_size(len(urdf.moving_joints), urdf.source)
     try:
         loaded = pin.buildModelFromXML(urdf.text)

@@ -59,15 +59,20 @@ class RodShape(NamedTuple):
     length: float  # m
 
 
+def content(model: UrdfModel) -> bytes:
+    """What the file of a model holds. Raises InputError."""
+    with inside(place_of(model.file)):
+        return read_whole(model.file, MAX_BYTES, "a URDF")
+
+
 def read_urdf(model: UrdfModel) -> Urdf:
     """Read and check the URDF of a model, its locked joints made fixed ones.
 
     Raises InputError: file, place and reason in one line. What is implausible, but leaves equations that can be solved,
     is a finding.
     """
-    path = model.file
-    with inside(place_of(path)):
-        return _checked(model, parse(read_whole(path, MAX_BYTES, "a URDF")))
+    with inside(place_of(model.file)):
+        return _checked(model, parse(content(model)))
 
 
 def _checked(model: UrdfModel, robot: Element) -> Urdf:
