@@ -80,11 +80,11 @@ loadMotion(viewer);
 const solids = viewer.scene_tree.find(["pendpin", "bodies"]).object;
 const support = solids.getObjectByName(`body_${drawing.support}`); // for a robot there is none: its base is part of it
 const bodies = solids.getObjectByName("solids").children.filter((body) => body !== support);
-const clouds = [...bodies.map((body) => corners(viewer, body)), positions, trail.points];
+const clouds = [[0, 0, 0.16 * extent], corners(viewer, bodies), positions, trail.points]; // with the z axis
 const box = around(clouds);
 addLights(viewer, extent, box.getCenter(new THREE.Vector3()));
 addFloor(viewer, extent, box);
-addAxes(viewer, extent);
+const upward = addAxes(viewer, 0.16 * extent);
 const showTrail = addTrail(viewer, extent, trail.times, trail.points);
 const arrows = drawing.forces && addArrows(viewer, extent, times, positions, integers(drawing.forces));
 const plotTimes = floats(drawing.plots.times);
@@ -103,7 +103,7 @@ let speed = 1;
 function show() {
   viewer.animator.seek(t);
   showTrail(t, 3 * speed);
-  arrows?.show(t);
+  if (arrows?.group.visible) arrows.show(t);
   showPlots.forEach((showAt) => showAt(t));
   element("time").value = t;
   element("clock").textContent = `${(start + t).toFixed(digits)} / ${(start + duration).toFixed(digits)} s`;
@@ -162,7 +162,8 @@ function look(name) {
   view = name;
   views.forEach((button) => (button.ariaPressed = button.value === name));
   if (!name) return; // the user has turned the scene
-  if (support) support.visible = name !== "above";
+  upward.visible = name !== "above"; // there it would cover what hangs below, as would the support
+  if (support) support.visible = upward.visible;
   fitCamera(viewer, clouds, VIEWS[name], 0.02 * extent + (arrows?.group.visible ? arrows.longest : 0));
 }
 
@@ -171,7 +172,7 @@ function showReactions(wanted) {
   element("reactions").ariaPressed = wanted;
   element("scale").hidden = !wanted;
   look(view); // with room for them, or without
-  viewer.set_dirty();
+  show();
 }
 
 // --- the user ---------------------------------------------------------------------------------------------------------

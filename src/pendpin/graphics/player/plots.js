@@ -13,11 +13,21 @@ function makePath(svg, name, d, color = "") {
   svg.appendChild(path);
 }
 
-// Round numbers from low to high, about `count` of them.
+// Round numbers from low to high with their labels, `count` to three times as many.
 function ticks(low, high, count) {
   const step = roundLength((high - low) / count);
+  const digits = -Math.floor(Math.log10(step * 1.0001));
   const first = Math.ceil(low / step);
-  return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, i) => (first + i) * step);
+  const label = (value) => {
+    const size = Math.max(Math.abs(low), Math.abs(high));
+    if (value === 0) return "0";
+    if (size < 1e5 && size >= 1e-3) return value.toFixed(Math.max(0, digits));
+    return value.toExponential(Math.max(0, Math.floor(Math.log10(Math.abs(value) * 1.0001)) + digits));
+  };
+  return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, i) => {
+    const value = (first + i) * step;
+    return { place: (value - low) / (high - low), label: label(value) };
+  });
 }
 
 function short(value) {
@@ -34,15 +44,13 @@ function addPlot(section, { title, unit, names, colors, low, high, values }, tim
   const svg = area.appendChild(document.createElementNS("http://www.w3.org/2000/svg", "svg"));
   svg.setAttribute("viewBox", "0 0 1000 1000");
   svg.setAttribute("preserveAspectRatio", "none");
-  for (const y of ticks(low, high, 3)) {
-    const place = 1 - (y - low) / (high - low);
-    makePath(svg, "tick", `M0 ${1000 * place}H1000`);
-    make("i", area, { className: "y", textContent: short(y) }).style.top = `${100 * place}%`;
+  for (const { place, label } of ticks(low, high, 3)) {
+    makePath(svg, "tick", `M0 ${1000 * (1 - place)}H1000`);
+    make("i", area, { className: "y", textContent: label }).style.bottom = `${100 * place}%`;
   }
-  for (const x of ticks(start, start + duration, 6)) {
-    const place = (x - start) / duration;
+  for (const { place, label } of ticks(start, start + duration, 4)) {
     makePath(svg, "tick", `M${1000 * place} 0V1000`);
-    make("i", area, { className: "x", textContent: short(x) }).style.left = `${100 * place}%`;
+    make("i", area, { className: "x", textContent: label }).style.left = `${100 * place}%`;
   }
   const labels = values.map((curve, i) => {
     const points = Array.from(curve, (y, j) => `${((1000 * times[j]) / duration).toFixed(2)} ${(1000 * (1 - y)).toFixed(1)}`);

@@ -70,15 +70,16 @@ function addFloor(viewer, extent, box) {
   add(viewer, ["floor", "shadow"], shadow);
 }
 
-// The axes of W: x red, y green, z blue.
-function addAxes(viewer, extent) {
+// The axes of W: x red, y green, z blue; returns that of z.
+function addAxes(viewer, length) {
   const axes = new THREE.Group();
-  const length = 0.16 * extent;
+  axes.scale.setScalar(length); // three.js draws no arrow shorter than 0.1 mm
   [0xd64545, 0x3f9142, 0x2b6cb0].forEach((color, i) => {
     const along = new THREE.Vector3().setComponent(i, 1);
-    axes.add(new THREE.ArrowHelper(along, new THREE.Vector3(), length, color, 0.2 * length, 0.1 * length));
+    axes.add(new THREE.ArrowHelper(along, new THREE.Vector3(), 1, color, 0.2, 0.1));
   });
   add(viewer, ["axes"], axes);
+  return axes.children[2];
 }
 
 // A tube through points (flat: x, y, z, x, ...), with one ring of `sides` corners at each.
@@ -122,12 +123,13 @@ function lastBefore(times, t) {
   return Math.max(0, low - 1);
 }
 
-// Corners of the box around an object as it stands now, flat: x, y, z, x, ...
-function corners(viewer, object) {
+// Corners of the box around objects as they stand now, flat: x, y, z, x, ...
+function corners(viewer, objects) {
   viewer.scene.updateMatrixWorld(true);
-  const { min, max } = new THREE.Box3().setFromObject(object);
-  if (min.x > max.x) return [];
-  const ends = [min, max];
+  const box = new THREE.Box3();
+  objects.forEach((object) => box.expandByObject(object));
+  const ends = [box.min, box.max];
+  if (box.isEmpty()) return [];
   return [0, 1, 2, 3, 4, 5, 6, 7].flatMap((k) => [ends[k & 1].x, -ends[(k >> 1) & 1].z, ends[k >> 2].y]);
 }
 
