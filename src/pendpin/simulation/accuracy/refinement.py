@@ -38,6 +38,8 @@ class Refinement:
 
     def finer(self, setting: float, factor: float) -> float:
         """The setting with an error smaller by about `factor`, or half way to the least where that is too small."""
+        if self.method == TAYLOR:  # compiled series are kept: few different ones
+            factor = self.smallest ** math.ceil(math.log(max(factor, 1.0), self.smallest) * WHOLE)
         ratio = max(factor, self.smallest) ** (1 / self.order)
         if self.spacing is not None:
             count = round(self.spacing / setting)

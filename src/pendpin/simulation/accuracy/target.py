@@ -95,7 +95,7 @@ class _Search:
             return None
         del self.attempts[:-3]
         verdict = self._estimate()
-        if self.rounding is None and verdict.lost:
+        if self.attempts[0] is self.first and verdict.lost:
             self._refuse_chaos()
         if verdict.error[-1] <= self.target or self.finest or (verdict.small and not verdict.regular):
             self._measure_rounding(self.attempts[-2 if verdict.small else -1])
@@ -126,7 +126,7 @@ class _Search:
     def _promised(self, coarse: int, fine: int) -> float:
         """By what factor the error of one attempt should be smaller than that of another."""
         one, other = self.attempts[coarse], self.attempts[fine]
-        if one is self.first:  # shifted, which takes further steps
+        if one is self.first or at_rest(other.run):  # shifted, which takes further steps; steps of a rest say nothing
             return self.refinement.promised(one.setting, other.setting)
         more = other.run.stats.steps / max(one.run.stats.steps, 1)
         return self.refinement.promised(one.setting, other.setting, more)
