@@ -5,8 +5,8 @@ hundred times better than asked are enough. Else the scene's numbers are taken a
 from them (rod properties, accelerations by the articulated-body recursion on symbols) has 19 digits, or 33: Taylor series
 by heyoka in that precision. Quadratic drag, and dry friction and stops on a single rod, whose two axes do not couple: DOP853
 in 19 digits, from event to event, written here. Chains with contacts: DOP853 and RK45 of pendpin at their finest, whose
-events are found by one and the same search. Each motion is computed twice, by two methods, with the start off by ten units of
-rounding, or with a looser tolerance; their distance estimates its error.
+events are found by one and the same search. Each motion is computed twice, by two methods, with the start off by ten units
+of rounding, or with a looser tolerance; their distance estimates its error.
 """
 
 from collections.abc import Callable
@@ -80,7 +80,9 @@ def _all_smooth(scene: pp.Scene) -> bool:
 def _compared(scene: pp.Scene, one: np.ndarray, other: np.ndarray) -> Reference:
     """Tips (n, rods, 3) of two computations, as far as they go."""
     n = min(len(one), len(other))
-    gap = np.append(tip_distance(one[:n], other[:n], chain_length(build(scene.model))), np.full(len(scene.times) - n, np.inf))
+    gap = np.append(
+        tip_distance(one[:n], other[:n], chain_length(build(scene.model))), np.full(len(scene.times) - n, np.inf)
+    )
     padded = np.concatenate([one[:n], np.repeat(one[n - 1 : n], len(scene.times) - n, 0)])
     return Reference(padded, np.maximum.accumulate(gap))
 
