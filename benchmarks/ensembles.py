@@ -22,7 +22,7 @@ from rich.table import Table
 import pendpin as pp
 from pendpin.analysis.simulators import task_of
 from pendpin.analysis.simulators.mujoco import _model, _places
-from pendpin.analysis.work_precision import machine
+from pendpin.analysis.work_precision.cost import machine
 from pendpin.arrays import Array
 from pendpin.model.kinematics import tip_distance
 from pendpin.scene import builtin_scene

@@ -14,9 +14,9 @@ from rich.console import Console
 from rich.table import Table
 
 import pendpin as pp
-from pendpin.analysis.work_precision import METHODS, cost
-from pendpin.analysis.work_precision_figure import save_cost_plot
-from pendpin.analysis.work_precision_report import CostReport, time_text
+from pendpin.analysis.work_precision.cost import METHODS, cost
+from pendpin.analysis.work_precision.figure import save_cost_plot
+from pendpin.analysis.work_precision.report import CostReport, time_text
 from pendpin.scene import builtin_scene
 
 ERRORS = (1e-3, 1e-6, 1e-9)

@@ -19,7 +19,7 @@ import pendpin as pp
 from ensembles import SAMPLE, alone, best_rollout, coarsest_steps, coarsest_tolerance, random_starts
 from pendpin.analysis.sweep import plan
 from pendpin.analysis.sweep import sweep as sweeps
-from pendpin.analysis.work_precision import machine
+from pendpin.analysis.work_precision.cost import machine
 from pendpin.dynamics.dynamics import bind
 from pendpin.scene import builtin_scene
 from pendpin.simulation.processes import cores

@@ -15,8 +15,8 @@ import pendpin as pp
 from effect_cases import ZERO
 from laws import law
 from pendpin import effects as fx
-from pendpin.analysis.references import reference
 from pendpin.analysis.significance import significance
+from pendpin.analysis.work_precision.references import reference
 from pendpin.effects import ContactEffect
 from pendpin.errors import InputError
 from pendpin.integrators import ADAPTIVE, automatic

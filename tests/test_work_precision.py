@@ -14,11 +14,13 @@ import pytest
 import pendpin as pp
 from bad_input import contents, run_main
 from pendpin import effects as fx
-from pendpin.analysis import references, work_precision
-from pendpin.analysis.references import by_elliptic_functions, by_runge_kutta, by_series, reference
-from pendpin.analysis.work_precision import cost
-from pendpin.analysis.work_precision_figure import save_cost_plot
-from pendpin.analysis.work_precision_report import CostReport, Curve, Point
+from pendpin.analysis.work_precision import cost as work_precision
+from pendpin.analysis.work_precision import processor_time, references
+from pendpin.analysis.work_precision.cost import cost
+from pendpin.analysis.work_precision.figure import save_cost_plot
+from pendpin.analysis.work_precision.references import by_elliptic_functions, by_runge_kutta, by_series, reference
+from pendpin.analysis.work_precision.report import CostReport, CostRow, Curve, Point
+from pendpin.engines import Compiled
 from pendpin.model.build import build
 from pendpin.model.kinematics import tip_distance
 
@@ -65,8 +67,8 @@ def test_a_broken_reference_is_refused(broken, fault: float) -> None:
     whole, other = scene(THIN), by_series if broken is by_runge_kutta else by_runge_kutta
     heavier = replace_gravity(whole, 9.81 * (1 + fault))
 
-    def faulty(given, model, length):
-        return broken(heavier.model_copy(update={"solver": given.solver}), model, length)
+    def faulty(given, model, length, limit):
+        return broken(heavier.model_copy(update={"solver": given.solver}), model, length, limit)
 
     with pytest.raises(pp.InputError, match="one of them is wrong"):
         reference(whole, 1e-10, (faulty, other))
@@ -90,14 +92,51 @@ def test_without_a_second_family_there_is_no_reference() -> None:
         reference(scene(THICK), 1e-9, (by_elliptic_functions, by_runge_kutta))
 
 
+# --- a clock that counts work -----------------------------------------------------------------------------------
+
+
+COMPILING = 0.05  # s
+
+
+class Clock:
+    """Processor time that advances by 2 us with each evaluation of a measured run, and by `every` s with each look at it."""
+
+    def __init__(self) -> None:
+        self.now, self.every = 0.0, 0.0
+
+    def process_time(self) -> float:
+        """The processor time, s."""
+        self.now += self.every
+        return self.now
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """Runs whose seconds are counts of evaluations, 2 us each, so that a ladder ends at the same rung on any machine."""
+    clock = Clock()
+
+    def run(*given, **options) -> pp.Trajectory:
+        found = pp.simulate(*given, **options)
+        seconds = 2e-6 * (found.stats.evaluations + 1)
+        clock.now += seconds
+        return replace(
+            found, stats=replace(found.stats, seconds=seconds, compile_seconds=0.1 * ("compiled" in str(given)))
+        )
+
+    monkeypatch.setattr(processor_time, "time", clock)
+    monkeypatch.setattr(work_precision, "simulate", run)
+    monkeypatch.setattr(work_precision, "_compiled_in", lambda scene: 0.0)
+    return clock
+
+
 # --- ladders --------------------------------------------------------------------------------------------------------
 
 
 @needs_heyoka
-def test_errors_fall_along_every_ladder(counted: None) -> None:
+def test_errors_fall_along_every_ladder(counted: Clock) -> None:
     """Over eight decades of error and more for the adaptive methods of high order; each with its points and counts."""
     methods = ("taylor", "dop853", "lsoda", "radau", "rk4", "dop853 compiled", "rk4 compiled", "gauss6")
-    report = cost(scene(THICK), methods=methods, accuracy=1e-9, repetitions=1, budget=0.3)
+    report = cost(scene(THICK), methods=methods, accuracy=1e-9, thorough=True, repetitions=1, budget=0.3)
     assert [curve.name for curve in report.curves] == list(methods)
     for curve in report.curves:
         errors = np.array([point.error for point in curve.points if point.error > 3 * report.error])
@@ -115,29 +154,91 @@ def test_errors_fall_along_every_ladder(counted: None) -> None:
     )
 
 
-@pytest.fixture
-def counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs whose seconds are counts of evaluations, 2 us each, so that a ladder ends at the same rung on any machine."""
-
-    def run(*given, limit: float | None = None, **options) -> pp.Trajectory:
-        found = pp.simulate(*given, **options)
-        return replace(found, stats=replace(found.stats, seconds=2e-6 * (found.stats.evaluations + 1)))
-
-    monkeypatch.setattr(work_precision, "simulate", run)
-
-
 def curve_of(report: CostReport, name: str) -> Curve:
     return next(curve for curve in report.curves if curve.name == name)
 
 
-def test_a_lane_that_fails_says_why(counted: None) -> None:
+def test_a_lane_that_fails_says_why(counted: Clock) -> None:
     report = cost(
-        scene(THICK, effects=(fx.Gravity(), fx.Drag())), methods=["taylor", "dop853"], repetitions=1, budget=0.2
+        scene(THICK, effects=(fx.Gravity(), fx.Drag())),
+        methods=["taylor", "dop853"],
+        thorough=True,
+        repetitions=1,
+        budget=0.2,
     )
     taylor, dop853 = report.curves
     assert not taylor.points
     assert "drag is not smooth" in taylor.failures[0] or "needs heyoka" in taylor.failures[0]
     assert dop853.points
+
+
+# --- answers --------------------------------------------------------------------------------------------------------
+
+
+@needs_heyoka
+def test_each_accuracy_is_answered(counted: Clock) -> None:
+    """Rows come from coarse to fine, each run that they name meets its accuracy, and the report repeats them."""
+    answered: list[CostRow] = []
+    report = cost(scene(THICK), accuracy=1e-8, repetitions=1, answered=answered.append)
+    assert tuple(answered) == report.rows
+    assert [row.accuracy for row in answered] == [1e-3, 1e-6, 1e-8, 1e-9, 1e-12]
+    for row in answered:
+        taken = next(point for point in curve_of(report, row.method).points if point.setting == row.setting)
+        assert taken.error <= row.accuracy
+        assert row.first_seconds == row.seconds + COMPILING * ("compiled" in row.method)
+        assert row.method in row.take
+        assert row.take in repr(report)
+    assert len(repr(report)) < 1000
+
+
+@needs_heyoka
+def test_what_is_left_out_is_not_the_cheapest(counted: Clock) -> None:
+    """A quick report takes a fraction of the work of a thorough one and names no dearer run, up to a tolerance's decade."""
+    methods = ["dop853 compiled", "lsoda compiled", "dop853", "rk45", "rk4"]
+    quick, took = cost(scene(THICK), methods=methods), counted.now
+    whole = cost(scene(THICK), methods=methods, thorough=True, repetitions=0, budget=0.2)
+    assert took < (counted.now - took) / 2
+    assert not quick.thorough
+    for row in quick.rows:
+        best = whole.best(row.accuracy)
+        assert row.seconds is not None
+        assert best is not None
+        assert row.seconds <= 1.5 * best[1]
+
+
+def test_a_quick_report_ends_in_time(counted: Clock) -> None:
+    """Each look at the clock costs time: fewer runs are made, a part of the scene is compared, and the report says so."""
+    counted.every = every = 0.05
+    report = cost(scene(THICK, duration=1000.0), methods=["dop853", "rk4"])
+    assert counted.now < work_precision.LIMIT + 4 * work_precision.OF_REFERENCE + 20 * every
+    assert report.halted
+    assert report.horizon < 1000.0
+    assert "more takes long" in " ".join(report.words)
+    assert report.rows[0].seconds
+    assert all(row.seconds or row.why for row in report.rows)
+    counted.every = 1.0
+    with pytest.raises(pp.InputError, match="the first output time takes too long"):
+        cost(scene(THICK, duration=1000.0))
+
+
+def test_machine_code_of_other_equations_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A quick reference is made on the compiled recursion alone: if that differs from Pinocchio, nothing is compared."""
+    pytest.importorskip("llvmlite")
+    run, right = pp.simulate(scene(THICK)), Compiled.derivative
+    references.refuse_other_equations(scene(THICK), run)
+
+    def wrong(engine: Compiled, progress: Any) -> Any:
+        derivative, count = right(engine, progress)
+
+        def scaled(dy: np.ndarray, t: float, y: np.ndarray) -> None:
+            derivative(dy, t, y)
+            dy *= 1 + 1e-8
+
+        return scaled, count
+
+    monkeypatch.setattr(Compiled, "derivative", wrong)
+    with pytest.raises(pp.InputError, match=r"compiled and pinocchio differ by 1\.0e-08"):
+        references.refuse_other_equations(scene(THICK), run)
 
 
 # --- the report -----------------------------------------------------------------------------------------------------
@@ -190,19 +291,23 @@ def test_the_words_say_what_the_numbers_say() -> None:
 
 @needs_heyoka
 def test_the_command(
-    counted: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+    counted: Clock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
 ) -> None:
     """A table with words, JSON with every point, a figure; a bad name is refused in one line."""
     monkeypatch.chdir(tmp_path)
     short = ["--methods", "taylor,dop853", "--budget", "0.1"]
-    assert run_main("cost", *short, "--plot", "cost.png") == 0
-    out = capsys.readouterr().out
-    assert "1e-09 costs" in out
+    assert run_main("cost", *short) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].split("  ")[0] == "accuracy"
+    assert [line.split()[0] for line in lines[1:5]] == ["0.001", "1e-06", "1e-09", "1e-12"]
+    assert run_main("cost", *short, "--thorough", "--plot", "cost.png") == 0
+    assert "1e-09 costs" in capsys.readouterr().out
     assert (tmp_path / "cost.png").read_bytes().startswith(b"\x89PNG")
     assert run_main("cost", *short, "--json") == 0
     found = json.loads(capsys.readouterr().out)
     assert {curve["name"] for curve in found["curves"]} == {"taylor", "dop853"}
     assert found["error"] < 1e-10
+    assert [row["accuracy"] for row in found["rows"]] == [1e-3, 1e-6, 1e-9, 1e-12]
     assert run_main("cost", "--methods", "magic") == 1
     assert "magic is not one of" in capsys.readouterr().err
 
@@ -247,7 +352,7 @@ def test_witnesses_are_independent(monkeypatch: pytest.MonkeyPatch) -> None:
     model, found = build(scene(THIN).model), {}
     for maker in references.SOLUTIONS:
         name = maker.__name__
-        found[name] = maker(scene(THIN), model, 1.0)
+        found[name] = maker(scene(THIN), model, 1.0, np.inf)
     assert len(found) == 4
     assert by_elliptic_functions.__name__ not in used  # it is no integration at all
     for one, other in combinations(used.values(), 2):

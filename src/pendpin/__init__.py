@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pendpin.analysis.doctor.diagnose import diagnose
     from pendpin.analysis.fit import Fit, fit
     from pendpin.analysis.sweep.sweep import sweep
-    from pendpin.analysis.work_precision import cost
+    from pendpin.analysis.work_precision.cost import cost
     from pendpin.dynamics.dynamics import Dynamics, bind
     from pendpin.errors import InputError, MissingLibrary, PendpinError, RunError
     from pendpin.scene import Chain, Rod, Scene, Solver, Start, UrdfModel, load_scene
@@ -25,7 +25,7 @@ _HOMES = {
     "analysis.crosscheck": ("crosscheck",),
     "analysis.doctor.diagnose": ("diagnose",),
     "analysis.fit": ("Fit", "fit"),
-    "analysis.work_precision": ("cost",),
+    "analysis.work_precision.cost": ("cost",),
     "dynamics.dynamics": ("Dynamics", "bind"),
     "errors": ("InputError", "MissingLibrary", "PendpinError", "RunError"),
     "scene": ("Chain", "Rod", "Scene", "Solver", "Start", "UrdfModel", "load_scene"),

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pendpin.analysis.hardcases import Case
     from pendpin.analysis.hardcases import Report as HardReport
     from pendpin.analysis.significance import EffectsReport
-    from pendpin.analysis.work_precision_report import CostReport, Curve
+    from pendpin.analysis.work_precision.report import CostReport, CostRow, Curve
     from pendpin.trajectory import Trajectory
 
 
@@ -151,16 +151,48 @@ def print_effects(found: "EffectsReport", as_json: bool) -> None:
         )
 
 
-def print_cost(report: "CostReport", as_json: bool) -> None:
-    """Error against time: the time of every method at some errors, the run that meets the accuracy, and sentences."""
-    from dataclasses import asdict
+COST_WIDTHS = (8, 34, 9, 16, 0)
 
-    from pendpin.analysis.work_precision_report import time_text
+
+def print_cost_row(row: "CostRow", peers: bool) -> None:
+    """A line of the table of accuracies, at once; the coarsest accuracy brings the head."""
+    from pendpin.analysis.work_precision.report import ACCURACIES, time_text
+
+    if row.accuracy >= max(ACCURACIES):
+        head = ["accuracy", "take this", "first run", "each further run", "best of the others"]
+        print(_aligned(head[: 5 if peers else 4]))
+    times = ["" if seconds is None else time_text(seconds) for seconds in (row.first_seconds, row.seconds)]
+    beside = row.peer and f"{row.peer} {time_text(row.peer_seconds or 0)}" + (
+        f", {row.ratio:.3g} x" if row.ratio else ""
+    )
+    print(_aligned([f"{row.accuracy:g}", row.take, *times, beside]), flush=True)
+
+
+def _aligned(cells: list[str]) -> str:
+    return "  ".join(cell.ljust(width) for cell, width in zip(cells, COST_WIDTHS, strict=False)).rstrip()
+
+
+def print_cost(report: "CostReport", as_json: bool) -> None:
+    """What was found in sentences; where all was measured, the time of every method at some errors."""
+    from dataclasses import asdict
 
     if as_json:
         print_json(asdict(report) | {"words": report.words})
         return
-    errors = [error for error in (1e-3, 1e-6, 1e-9, 1e-12) if error >= report.error]
+    if report.thorough:
+        _print_methods(report)
+    for sentence in report.words:
+        print(sentence)
+    versions = ", ".join(f"{name} {number}" for name, number in report.versions.items())
+    least = f"Times of {report.horizon:g} s of the scene: the least of {report.repetitions} after a first"
+    print(f"{report.machine}; {versions}. {least}; a first run counts its compiling, but no imports.")
+
+
+def _print_methods(report: "CostReport") -> None:
+    """The time of every method at some errors, and its run that meets the accuracy."""
+    from pendpin.analysis.work_precision.report import ACCURACIES, time_text
+
+    errors = [error for error in ACCURACIES if error >= report.error]
     head = ["error:", *(f"{error:.0e}" for error in errors)]
     asked = [f"{report.accuracy:g} by", "steps", "evals"]
     print_table(head + asked, [_cost_row(curve, errors, report.accuracy) for curve in report.curves])
@@ -170,14 +202,10 @@ def print_cost(report: "CostReport", as_json: bool) -> None:
     compiled = [f"{curve.name} {time_text(curve.compile_seconds)}" for curve in report.curves if curve.compile_seconds]
     if compiled:
         print(f"Compiling, on its own: {', '.join(compiled)}.")
-    for sentence in report.words:
-        print(sentence)
-    carried = ", ".join(f"{name} {number}" for name, number in report.versions.items())
-    print(f"{report.machine}; {carried}. Least of {report.repetitions} repetitions after a first; compiling apart.")
 
 
 def _cost_row(curve: "Curve", errors: list[float], accuracy: float) -> list[str]:
-    from pendpin.analysis.work_precision_report import time_text
+    from pendpin.analysis.work_precision.report import time_text
 
     times = (curve.seconds_at(error) for error in errors)
     point = curve.point_at(accuracy)

@@ -7,7 +7,7 @@ import typer
 
 from pendpin.cli.inputs import files_of, place_named, read_scene, refuse_targets
 from pendpin.cli.options import Json, SceneFile
-from pendpin.cli.tables import print_cost, print_files, waiting
+from pendpin.cli.tables import print_cost, print_cost_row, print_files, waiting
 from pendpin.errors import inside
 
 
@@ -18,14 +18,18 @@ def cost(
         float, typer.Option(help="Accuracy of interest: tip error divided by the chain's length.")
     ] = 1e-9,
     peers: Annotated[bool, typer.Option("--peers", help="Measure MuJoCo, Drake and plain SciPy too.")] = False,
+    thorough: Annotated[
+        bool, typer.Option("--thorough", help="Measure all methods at all settings, on the whole scene.")
+    ] = False,
     budget: Annotated[float, typer.Option(min=0, help="The longest run of a method, in s.")] = 1.0,
     plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
     json: Json = False,
 ) -> None:
-    """Show error against time for every integrator, and the cheapest one at each accuracy."""
-    from pendpin.analysis.work_precision import METHODS
-    from pendpin.analysis.work_precision import cost as measure
-    from pendpin.analysis.work_precision_figure import save_cost_plot
+    """Say which method to take for an accuracy and what it costs, in about 20 s; with --thorough, error against time."""
+    from functools import partial
+
+    from pendpin.analysis.work_precision.cost import cost as measure
+    from pendpin.analysis.work_precision.figure import save_cost_plot
     from pendpin.graphics.figure import picture_kind
 
     chosen = read_scene(scene)
@@ -33,8 +37,10 @@ def cost(
         picture_kind(plot)
         refuse_targets([plot], [scene, *files_of(chosen)])
     with inside(place_named(scene)), waiting("the reference", hidden=json) as progress:
-        names = [name.strip() for name in methods.split(",")] if methods else METHODS
-        report = measure(chosen, methods=names, accuracy=accuracy, peers=peers, budget=budget, progress=progress)
+        names = [name.strip() for name in methods.split(",")] if methods else None
+        options = {"methods": names, "accuracy": accuracy, "peers": peers, "thorough": thorough, "budget": budget}
+        answered = (lambda row: None) if json else partial(print_cost_row, peers=peers)
+        report = measure(chosen, **options, progress=progress, answered=answered)
     print_cost(report, json)
     if plot:
         print_files([save_cost_plot(report, plot)])

@@ -9,20 +9,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendpin.analysis.work_precision.processor_time import halting
 from pendpin.arrays import Array
 from pendpin.dynamics.binding import acting
 from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Effect, Gravity
+from pendpin.engines import Compiled
 from pendpin.equations import exact
-from pendpin.errors import InputError, Interrupted, PendpinError
-from pendpin.integrators import MAX_JOINTS
+from pendpin.errors import Halted, InputError, Interrupted, PendpinError
+from pendpin.integrators import FEW_JOINTS, MAX_JOINTS
 from pendpin.model.build import Model, build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.scene import Scene
 from pendpin.simulation.simulate import simulate
+from pendpin.trajectory import Trajectory
 
 EPS = float(np.finfo(float).eps)
+SAME = 1e-9  # of the largest rate: difference of two equations by rounding
+LARGE = 200  # joints: a Jacobian of more takes minutes, in which nothing stops it
+STATES = 8  # at which equations are compared
 CONTRADICTION = 100.0  # times the estimated errors of the two, and their rounding
 DOWN = np.array([0.0, 0.0, -1.0])
 
@@ -37,6 +43,7 @@ class Solution:
     tips: Tips
     doubt: Array  # (n,) estimated error: the distance to its own coarser run, over the length
     rounding: float  # over the length
+    halted: bool = False  # whether it was stopped before the end of the scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +55,7 @@ class Reference:
     error: float  # how far the two solutions are apart at most, over the length
     solutions: tuple[str, str]
     duration: float  # s, of the scene
+    halted: bool = False  # whether it ends because longer runs would take too long
 
     @property
     def horizon(self) -> float:
@@ -55,28 +63,31 @@ class Reference:
         return float(self.t[-1])
 
 
-Maker = Callable[[Scene, Model, float], Solution]
+Maker = Callable[[Scene, Model, float, float], Solution]  # with the length and the limit of each run, s
 
 
-def reference(scene: Scene, error: float, solutions: tuple[Maker, ...] | None = None) -> Reference:
+def reference(
+    scene: Scene, error: float, solutions: tuple[Maker, ...] | None = None, limit: float = np.inf
+) -> Reference:
     """The motion of a scene, to within `error` of its length, at its output times up to its horizon.
 
     The first two of `solutions` that can run the scene are used; by default the exact solution if there is one, a power
-    series, a Runge-Kutta method, collocation, if possible each on different equations.
+    series, a Runge-Kutta method, collocation, if possible each on different equations. Each takes two runs, which are
+    stopped after `limit` s of processor time.
     Raises InputError if fewer than two can run the scene, if they contradict each other, or do not agree to `error`.
     """
     model = build(scene.model)
     length, found = scale(model), []
     for maker in SOLUTIONS if solutions is None else solutions:
-        found += list(_attempt(maker, scene, model, length))
+        found += list(_attempt(maker, scene, model, length, limit))
         if len(found) == 2:
             return _agreed(scene, length, error, *found)
     raise InputError(f"no reference: only {len(found)} of two families of methods can run this scene")
 
 
-def _attempt(maker: Maker, scene: Scene, model: Model, length: float) -> Iterator[Solution]:
+def _attempt(maker: Maker, scene: Scene, model: Model, length: float, limit: float) -> Iterator[Solution]:
     try:
-        yield maker(scene, model, length)
+        yield maker(scene, model, length, limit)
     except Interrupted:
         raise
     except PendpinError:  # not for this scene
@@ -94,16 +105,19 @@ def _agreed(scene: Scene, length: float, error: float, one: Solution, other: Sol
             f"where their estimated errors are {doubt[i]:.1e}: one of them is wrong"
         )
     good = int(np.argmax(np.append(gap > error, True)))
+    halted = good == n and (one.halted or other.halted)
     if good < min(2, len(scene.times)):
+        if halted:
+            raise InputError("no reference: the first output time takes too long; give more samples, or be thorough")
         raise InputError(f"no reference: two methods agree to {gap[:2].max():.1e} of the length at best, not {error:g}")
     known = float(max(gap[good - 1], EPS))
-    return Reference(one.tips[:good], scene.times[:good], known, (one.name, other.name), scene.duration)
+    return Reference(one.tips[:good], scene.times[:good], known, (one.name, other.name), scene.duration, halted)
 
 
 # --- solutions ------------------------------------------------------------------------------------------------------
 
 
-def by_elliptic_functions(scene: Scene, model: Model, length: float) -> Solution:
+def by_elliptic_functions(scene: Scene, model: Model, length: float, limit: float) -> Solution:
     """A single rod under gravity that is a spherical pendulum or swings in a plane. Raises InputError for any other."""
     chain, gravity = model.chain, _downwards(scene.effects)
     if chain is None or chain.n != 1 or gravity is None:
@@ -137,33 +151,78 @@ def _in_plane(axis: int, q: Array, v: Array, reduced: float, gravity: float, sce
     return exact.direction(angles)
 
 
-def by_series(scene: Scene, model: Model, length: float) -> Solution:
+def by_series(scene: Scene, model: Model, length: float, limit: float) -> Solution:
     """The Taylor integrator, on the recursion or the closed form."""
-    if len(model.joints) > MAX_JOINTS:
+    if len(model.joints) > (MAX_JOINTS if limit == np.inf else FEW_JOINTS):  # of more joints, it compiles long
         raise InputError("too many joints")
     name = "power series (taylor) of the recursion"
     scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": "auto"})})
-    return _of_runs(name, scene, length, "taylor", 1e-18, 1e-16)
+    return _of_runs(name, scene, length, "taylor", 1e-18, 1e-16, limit)
 
 
-def by_runge_kutta(scene: Scene, model: Model, length: float) -> Solution:
-    """The adaptive integrator, on Pinocchio's accelerations where possible."""
-    name = f"Runge-Kutta (dop853) on {bind(scene).engine.name}"
-    return _of_runs(name, scene, length, "dop853", 1e-14, 1e-13)
+def by_runge_kutta(scene: Scene, model: Model, length: float, limit: float) -> Solution:
+    """The adaptive integrator, on Pinocchio's accelerations where possible; with a limit on the recursion, which is fast."""
+    scene = scene if limit == np.inf else _recursion(scene, model)
+    return _of_runs(f"Runge-Kutta (dop853) on {bind(scene).engine.name}", scene, length, "dop853", 1e-14, 1e-13, limit)
 
 
-def by_collocation(scene: Scene, model: Model, length: float) -> Solution:
+def by_multistep(scene: Scene, model: Model, length: float, limit: float) -> Solution:
+    """LSODA's multistep methods, on the recursion in machine code where it can be compiled."""
+    if len(model.joints) > LARGE:
+        raise InputError("too many joints")
+    scene = _recursion(scene, model)
+    return _of_runs(f"multistep (lsoda) on {bind(scene).engine.name}", scene, length, "lsoda", 1e-13, 1e-12, limit)
+
+
+def by_low_order(scene: Scene, model: Model, length: float, limit: float) -> Solution:
+    """A Runge-Kutta method of order 5, for scenes that are too large for all but explicit methods."""
+    scene = _recursion(scene, model)
+    return _of_runs(f"order 5 (rk45) on {bind(scene).engine.name}", scene, length, "rk45", 1e-13, 1e-12, limit)
+
+
+def by_collocation(scene: Scene, model: Model, length: float, limit: float) -> Solution:
     """Radau's method of order 5, on the recursion in machine code where it can be compiled."""
+    scene = _recursion(scene, model)
+    return _of_runs(f"collocation (radau) on {bind(scene).engine.name}", scene, length, "radau", 1e-11, 1e-10, limit)
+
+
+def refuse_other_equations(scene: Scene, run: Trajectory) -> None:
+    """Raise InputError if the recursion in machine code, where it can be compiled, differs from Pinocchio's equations.
+
+    They are compared at states of a run: references with a limit are all made on the recursion.
+    """
+    engine = bind(_recursion(scene, build(scene.model))).engine
+    if not isinstance(engine, Compiled):
+        return
+    one, other = (which.derivative(lambda t: None)[0] for which in (engine, engine.base))
+    for i in np.linspace(0, len(run.t) - 1, STATES, dtype=int):
+        y = engine.pack(run.q[i], run.v[i])
+        rates = np.zeros((2, len(y)))
+        for row, derivative in zip(rates, (one, other), strict=True):
+            derivative(row, float(scene.times[i]), y)
+        if (off := np.abs(np.subtract(*rates)).max() / max(1.0, np.abs(rates).max())) > SAME:
+            raise InputError(f"no reference: {engine.name} and {engine.base.name} differ by {off:.1e} in y'")
+
+
+def _recursion(scene: Scene, model: Model) -> Scene:
     engine = "compiled" if compilable(acting(model, scene.effects), len(model.joints)) else scene.solver.engine
-    scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": engine})})
-    return _of_runs(f"collocation (radau) on {bind(scene).engine.name}", scene, length, "radau", 1e-11, 1e-10)
+    return scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": engine})})
 
 
-def _of_runs(name: str, scene: Scene, length: float, method: str, fine: float, coarse: float) -> Solution:
-    runs = [simulate(scene.by(method, setting)) for setting in (fine, coarse)]
-    one, other = (marks(build(scene.model), run.tips(), run.q) for run in runs)
-    doubt = tip_distance(one, other, length)
-    return Solution(name, one, doubt, EPS * runs[0].stats.steps)
+def _of_runs(name: str, scene: Scene, length: float, method: str, fine: float, coarse: float, limit: float) -> Solution:
+    runs = [_far(scene.by(method, setting), limit) for setting in (fine, coarse)]
+    n = min(len(run.t) for run in runs)
+    one, other = (marks(build(scene.model), run.tips()[:n], run.q[:n]) for run in runs)
+    return Solution(name, one, tip_distance(one, other, length), EPS * runs[0].stats.steps, n < len(scene.times))
+
+
+def _far(scene: Scene, limit: float) -> Trajectory:
+    """The run, as far as it comes within `limit` s of processor time."""
+    try:
+        return simulate(scene, progress=halting(limit))
+    except Halted as error:
+        return error.partial
 
 
 SOLUTIONS: tuple[Maker, ...] = (by_elliptic_functions, by_series, by_runge_kutta, by_collocation)
+QUICK: tuple[Maker, ...] = (by_elliptic_functions, by_series, by_runge_kutta, by_multistep, by_low_order)

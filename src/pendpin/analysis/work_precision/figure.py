@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.work_precision_report import CostReport, Curve
+from pendpin.analysis.work_precision.report import CostReport, Curve
 from pendpin.files import write_whole
 from pendpin.graphics.figure import picture_kind
 

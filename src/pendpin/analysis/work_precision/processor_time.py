@@ -1,0 +1,31 @@
+"""Limits in processor time: other processes make no difference."""
+
+import time
+
+from pendpin.engines import ProgressCallback
+from pendpin.errors import Halted
+
+
+class Budget:
+    """So many s of processor time, from its creation on; infinite ones are no limit."""
+
+    def __init__(self, seconds: float) -> None:
+        self._end = time.process_time() + seconds
+
+    @property
+    def left(self) -> float:
+        """What is left, in s."""
+        return self._end - time.process_time()
+
+
+def halting(seconds: float) -> ProgressCallback:
+    """A progress callback that raises Halted after so many s of processor time; the first call starts them."""
+    budget: Budget | None = None
+
+    def look(t: float) -> None:
+        nonlocal budget
+        budget = budget or Budget(seconds)
+        if budget.left < 0:
+            raise Halted(f"it takes over {seconds:.3g} s")
+
+    return look
