@@ -15,12 +15,14 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin import effects as fx
-from pendpin.analysis.sweep import cases, plan
+from pendpin.analysis.sweep import plan
 from pendpin.analysis.sweep import sweep as sweeps
-from pendpin.analysis.sweep.cases import Task, run_block, run_case, vectors_of
+from pendpin.analysis.sweep.cases import run_block, run_case
 from pendpin.analysis.sweep.figure import doubtful_cells
 from pendpin.analysis.sweep.sensitivity import indices, sobol_plan
 from pendpin.analysis.sweep.store import Blocks, load
+from pendpin.analysis.sweep.task import LOOSER, Task
+from pendpin.analysis.sweep.vectors import vectors_of
 from pendpin.dynamics.symbols import staying_zero
 from pendpin.errors import Interrupted
 
@@ -178,13 +180,18 @@ def test_a_function_of_the_run_is_a_measure() -> None:
 
 
 def test_a_case_that_cannot_run_is_nan_with_its_reason() -> None:
-    """And the others are as they were."""
-    found = pp.sweep(scene(), {"model.rods[0].mass": [1.0, -1.0, 2.0]}, "theta_1.final")
+    """And the others are as they were, the first one or not."""
+    found = pp.sweep(scene(), {"model.rods[0].mass": [-2.0, 1.0, -1.0, 2.0]}, "theta_1.final")
     values, why = found["theta_1.final"].values, found.why.values
-    assert np.isnan(values[1])
-    assert np.isfinite(values[[0, 2]]).all()
-    assert "mass" in why[1]
-    assert why[0] == why[2] == ""
+    np.testing.assert_array_equal(np.isnan(values), [True, False, True, False])
+    assert ["mass" in reason for reason in why] == [True, False, True, False]
+
+    def fails(run: pp.Trajectory) -> float:
+        return run.q[10**9, 0] if run.q[0, 0] > 0.5 else run.no_such_name
+
+    found = pp.sweep(scene(), {KEYS[0]: [0.0, 1.0], "solver.samples": [3, 5]}, ["swing", fails])
+    assert found.fails.isnull().all()
+    assert ["IndexError" in why for why in found.why.values[:, 0]] == [False, True]
 
 
 @pytest.mark.parametrize(
@@ -194,6 +201,9 @@ def test_a_case_that_cannot_run_is_nan_with_its_reason() -> None:
         ({"start.positions.theta_9": [1.0]}, "swing", "theta_9"),
         ({KEYS[0]: [1.0]}, "swng", "swng"),
         ({KEYS[0]: [1.0]}, "theta_1.maximum", "theta_1.maximum"),
+        ({KEYS[0]: [1.0]}, "theta_9.max", "theta_9.* is no quantity"),
+        ({KEYS[0]: [1.0]}, ["swing", "swing"], "given twice"),
+        ({"model.rods[0].mass": [-1.0, -2.0]}, "swing", "below 0"),
         ({KEYS[0]: [math.nan]}, "swing", "finite"),
         ({KEYS[0]: []}, "swing", "one or more"),
         ({}, "swing", "nothing is varied"),
@@ -373,6 +383,43 @@ def test_processes_give_the_same_bits(tmp_path: Path) -> None:
     assert_same(small(workers=2), small())
 
 
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--vary", f"{KEYS[0]}=0:inf:3"], "not a finite number"),
+        (["--vary", f"{KEYS[0]}=-1e308:1e308:3"], "not a finite number"),
+        (["--vary", f"{KEYS[0]}=1:2:0"], "FROM:TO:COUNT"),
+        (["--vary", f"{KEYS[0]}=0:1:3", "--sample", "5"], "LOW:HIGH"),
+        (["--vary", f"{KEYS[0]}=-1e308:1e308", "--sample", "5"], "lower and a higher"),
+        (["--vary", f"{KEYS[0]}=0:1", "--sobol", "1073741824"], "are the most"),
+        (["--vary", f"{KEYS[0]}=1:0", "--sobol", "4"], "lower and a higher"),
+        (["--vary", f"{KEYS[0]}=0,1", "--zip", "--sample", "2"], "give one of"),
+        (["--vary", f"{KEYS[0]}=0,1", "--cases", "good.csv"], "leave one of them out"),
+        (["--vary", f"{KEYS[0]}=0,1", "--csv", "a/b.csv"], "there is no folder"),
+        (["--vary", f"{KEYS[0]}=0,1", "--plot", "map.bmp"], "png"),
+        (["--vary", f"{KEYS[0]}=0,1", "--workers", "1000"], "for each processor"),
+        (["--vary", f"{KEYS[0]}=0,1", "--dask", "x", "--workers", "2"], "give one of both"),
+        (["--cases", "head.csv"], "no cases"),
+        (["--cases", "word.csv"], "line 3: start.positions.theta_1: 'abc' is not a number"),
+        (["--cases", "quote.csv"], "not a CSV file"),
+    ],
+)
+def test_hostile_options(
+    options: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One line, before anything is run."""
+    from bad_input import run_main
+
+    monkeypatch.chdir(tmp_path)
+    scene().save("two.toml")
+    for name, rows in (("good", "1"), ("head", ""), ("word", "\nabc"), ("quote", '"1')):
+        Path(f"{name}.csv").write_text(f"{KEYS[0]}\n{rows}\n")
+    assert run_main("sweep", "two.toml", *options) == 1
+    line = capsys.readouterr().err.strip()
+    assert says in line
+    assert len(line.splitlines()) == 1
+
+
 def test_sampling_and_pairs() -> None:
     """Latin hypercubes have one case in each of n slices of each number; pairs have as many values for each key."""
     spreads = {"a": ("uniform", 0.0, 1.0), "b": ("uniform", -1.0, 3.0)}
@@ -406,7 +453,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeyp
     assert run_main("map", "map.zarr", "--plot", "again.svg") == 0
     shutil.rmtree("map.zarr")
     assert run_main("map", "map.zarr") == 1
-    assert cases.LOOSER == 100.0
+    assert LOOSER == 100.0
 
 
 @pytest.mark.slow

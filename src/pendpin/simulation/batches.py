@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices, subdivided
+from pendpin.arrays import Array, Indices, Mask, subdivided
 from pendpin.dynamics.binding import acting
 from pendpin.dynamics.compiling import equations_of
 from pendpin.dynamics.dynamics import Dynamics
@@ -23,8 +23,11 @@ from pendpin.dynamics.symbols import parameters_of, staying_zero
 from pendpin.dynamics.timing import timing
 from pendpin.engines import Engine
 from pendpin.integrators.taylor import HIGH, SERIES, SMALL, expressions, run_time_parameters
+from pendpin.model import kinematics
 from pendpin.model.build import Model, build, start_state
+from pendpin.records import LARGEST
 from pendpin.scene import Scene
+from pendpin.simulation.guards import OFF, ROUNDING
 
 WIDTH = 16  # cases side by side, the same on every machine: two vectors hide the time that an instruction takes
 MOST_STATES = 200_000  # of a case
@@ -218,6 +221,19 @@ def _along(series: Any, y: Array, times: Array, longest: Array, stopped: Event) 
             break
         states[first + 1 : first + len(grid)] = found[1:]
     return states, steps
+
+
+def ends_well(dynamics: Dynamics, q: Array, v: Array) -> Mask:
+    """Whether each start (c,) came to its end, in numbers that are not too large, with the energy it should have."""
+    good = np.asarray(((np.abs(q) <= LARGEST) & (np.abs(v) <= LARGEST)).all((1, 2)))
+    if not dynamics.conservative or not good.any():
+        return good
+    ends = [rows[good][:, [0, -1]].reshape(-1, q.shape[2]) for rows in (q, v)]
+    kinetic = kinematics.kinetic_energy(dynamics.model, *ends).reshape(-1, 2)
+    potential = dynamics.potential(ends[0], kinematics.poses(dynamics.model, ends[0])).reshape(-1, 2)
+    off, moved = np.abs(np.diff(kinetic + potential))[:, 0], kinetic.max(1) + np.ptp(potential, axis=1)
+    good[good] = off <= OFF * moved + ROUNDING * (moved + np.abs(potential).max(1))
+    return good
 
 
 class Batch(NamedTuple):

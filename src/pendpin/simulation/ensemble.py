@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pendpin.arrays import Array, Indices, Mask
+from pendpin.arrays import Array, Indices
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.integrators import automatic, integrator_for, taylor_takes
@@ -23,8 +23,7 @@ from pendpin.model import kinematics
 from pendpin.model.build import FARTHEST, Model, build
 from pendpin.records import LARGEST
 from pendpin.scene import Scene, Start
-from pendpin.simulation.batches import Series, side_by_side
-from pendpin.simulation.guards import OFF, ROUNDING
+from pendpin.simulation.batches import Series, ends_well, side_by_side
 from pendpin.simulation.processes import cores, spread
 from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory import Stats
@@ -247,19 +246,6 @@ def _by_series(scene: Scene, integrator: Taylor, table: _Table, workers: int) ->
             table.q[places], table.v[places] = q, v
             table.finish(places[ends_well(series.dynamics, q, v)], _Took(steps, steps, seconds))
     table.took = table.took.plus(_Took(compile_seconds=series.compile_seconds))
-
-
-def ends_well(dynamics: Dynamics, q: Array, v: Array) -> Mask:
-    """Whether each start (c,) came to its end, in numbers that are not too large, with the energy it should have."""
-    good = np.asarray(((np.abs(q) <= LARGEST) & (np.abs(v) <= LARGEST)).all((1, 2)))
-    if not dynamics.conservative or not good.any():
-        return good
-    ends = [rows[good][:, [0, -1]].reshape(-1, q.shape[2]) for rows in (q, v)]
-    kinetic = kinematics.kinetic_energy(dynamics.model, *ends).reshape(-1, 2)
-    potential = dynamics.potential(ends[0], kinematics.poses(dynamics.model, ends[0])).reshape(-1, 2)
-    off, moved = np.abs(np.diff(kinetic + potential))[:, 0], kinetic.max(1) + np.ptp(potential, axis=1)
-    good[good] = off <= OFF * moved + ROUNDING * (moved + np.abs(potential).max(1))
-    return good
 
 
 # --- one by one -----------------------------------------------------------------------------------------------------

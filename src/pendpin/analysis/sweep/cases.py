@@ -1,64 +1,16 @@
-"""Running a block of a sweep's cases: each case's numbers into the scene, a run, and its measures.
+"""Running a block of a sweep's cases: in vectors (vectors.py) where these cover them, else each simulated on its own."""
 
-Smooth scenes go in vectors (batches.py) where these cover them; every other case is simulated on its own.
-"""
-
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property, partial
-from importlib.util import find_spec
-from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.analysis.sweep.measures import Function, Measure, Motion, accumulated, measure
-from pendpin.analysis.sweep.plan import Plan
-from pendpin.arrays import Array, Indices, Mask
-from pendpin.errors import InputError, Interrupted, PendpinError, RunError
-from pendpin.integrators import Run
-from pendpin.keypaths import parsed
-from pendpin.model.build import FARTHEST, Model, build, start_state
-from pendpin.records import LARGEST
+from pendpin.analysis.sweep.measures import measured
+from pendpin.analysis.sweep.task import LOOSER, Task, with_numbers
+from pendpin.analysis.sweep.vectors import Answer, vectors_of
+from pendpin.arrays import Array
+from pendpin.errors import Interrupted, PendpinError
 from pendpin.scene import Scene
-from pendpin.simulation.accuracy.side_by_side import FINEST, Ladder
-from pendpin.simulation.batches import WIDTH, Case, Motions, Series
-from pendpin.simulation.ensemble import ends_well
-from pendpin.simulation.run import fill_in
 from pendpin.simulation.simulate import run_to_setting
-from pendpin.trajectory import Trajectory
-from pendpin.versions import installed
-
-MOST_JOINTS = 10  # in vectors: five rods compile in 2 s
-TRIED = 33  # cases, at most, until one has numbers that can be had
-LOOSER = 100.0  # times the tolerance, for what compares two runs
-Answer = tuple[Array, str]  # the measures (measures,), and why there are none
-
-
-@dataclass(frozen=True, eq=False)
-class Task:
-    """A sweep, as it is given to whoever runs a part of it."""
-
-    scene: Scene
-    plan: Plan
-    measures: tuple[str | Function, ...]
-
-    @cached_property
-    def chosen(self) -> tuple[Measure, ...]:
-        """The measures."""
-        return tuple(measure(given) for given in self.measures)
-
-    @property
-    def two(self) -> bool:
-        """Whether a measure compares two runs."""
-        return any(m.two for m in self.chosen)
-
-    def __getstate__(self) -> dict:
-        """What is sent to another process: what is given, and nothing that follows from it."""
-        return {"scene": self.scene, "plan": self.plan, "measures": self.measures}
-
-    def __setstate__(self, state: dict) -> None:
-        self.__dict__.update(state)
 
 
 class Block(NamedTuple):
@@ -79,49 +31,17 @@ def run_block(task: Task, begin: int, end: int) -> Block:
     return Block(np.array([values for values, _ in done]), tuple(why for _, why in done))
 
 
-def check(task: Task) -> None:
-    """Raises InputError for keys or measures that no case could have."""
-    typical(task)
-    _ = task.chosen
-
-
-def typical(task: Task) -> Scene:
-    """The scene of a case whose numbers can be had: the last one, else one before. Raises InputError if there is none."""
-    places, errors = np.unique(np.linspace(0, task.plan.count - 1, TRIED).astype(int))[::-1], list[InputError]()
-    for row in task.plan.rows(places):
-        try:
-            return with_numbers(task.scene, task.plan.keys, row)
-        except InputError as error:
-            errors.append(error)
-    raise errors[-1]
-
-
-def with_numbers(scene: Scene, keys: Sequence[str], row: Array) -> Scene:
-    """The scene with these numbers at their key paths. Raises InputError for what is no number of a scene."""
-    return scene.replace(dict(zip(keys, row.tolist(), strict=True)))
-
-
-# --- one by one -----------------------------------------------------------------------------------------------------
-
-
 def run_case(task: Task, row: Array) -> Answer:
     """The case with these numbers (keys,), simulated on its own."""
     try:
         scene = with_numbers(task.scene, task.plan.keys, row)
         run = run_to_setting(scene)
         looser = run_to_setting(_looser(scene)) if task.two else run
-        return np.array([_measured(m, run, looser) for m in task.chosen]), ""
+        return np.array([measured(m, run, looser) for m in task.chosen]), ""
     except Interrupted:
         raise
     except PendpinError as error:
         return np.full(len(task.chosen), np.nan), str(error)
-
-
-def _measured(m: Measure, run: Trajectory, looser: Trajectory) -> float:
-    try:
-        return float(m.pair(run, looser) if m.pair else m.function(run) if m.function else np.nan)
-    except (ArithmeticError, ValueError, TypeError, LookupError) as error:
-        raise RunError(f"{m.name}: {type(error).__name__}: {error}") from None
 
 
 def _looser(scene: Scene) -> Scene:
@@ -134,152 +54,3 @@ def _looser(scene: Scene) -> Scene:
     else:
         given = {"tolerance": min(0.1, LOOSER * (solver.tolerance or 0.0))}
     return scene.model_copy(update={"solver": solver.replaced(**given)})
-
-
-# --- in vectors -----------------------------------------------------------------------------------------------------
-
-
-class Vectors:
-    """A sweep whose cases go side by side."""
-
-    def __init__(self, task: Task) -> None:
-        scene = typical(task)
-        wanted = any(m.name.startswith("flip_time") for m in task.chosen)
-        sums = accumulated(build(scene.model).joints) if wanted else []
-        if all(m.ends for m in task.chosen):
-            few = {"times": tuple(scene.clock[[0, -1]].tolist())} if scene.solver.times else {"samples": 2}
-            scene = scene.model_copy(update={"solver": scene.solver.model_copy(update=few)})
-        self.task, self.scene, self.ladder = task, scene, None
-        made = partial(Series, scene, flips=sums, other=_from_elsewhere(task, scene))
-        if scene.solver.accuracy:
-            self.ladder = Ladder(scene, made)
-            self.series = self.ladder.series[::-1]
-        else:
-            fine = scene.solver.tolerance or 0.0
-            self.series = [made(tolerance) for tolerance in ([fine, min(0.1, LOOSER * fine)] if task.two else [fine])]
-        self._joints = _start_joints(task, self.series[0].dynamics.model)
-        self._start = start_state(self.series[0].dynamics.model, scene.start)
-
-    def fill(self, rows: Array, answers: list[Answer | None]) -> None:
-        """Put in the answers of the cases that go well; None is left for those that do not."""
-        cases = [(place, numbers) for place, row in enumerate(rows) if (numbers := self._case(row)) is not None]
-        for begin in range(0, len(cases), WIDTH):
-            places, numbers = zip(*cases[begin : begin + WIDTH], strict=True)
-            for place, answer in zip(places, self._answers(rows[list(places)], numbers), strict=True):
-                answers[place] = answer
-
-    def _case(self, row: Array) -> Case | None:
-        """The case with these numbers (keys,); None for one that `simulate` has to look at."""
-        series = self.series[0]
-        if self._joints is not None:
-            state = np.array(self._start)
-            state[self._joints] = row
-            good = (np.abs(state[0]) <= FARTHEST).all() and (np.abs(state[1]) <= LARGEST).all()
-            return series.started(*state) if good else None
-        try:
-            return series.case(with_numbers(self.task.scene, self.task.plan.keys, row))
-        except PendpinError:
-            return None  # simulate says why
-
-    def _runs(self, cases: Sequence[Case]) -> tuple[list[Motions], Mask]:
-        """The motions of the cases and, where two are compared, looser ones; which cases (c,) met the setting."""
-        if self.ladder:
-            *found, met = self.ladder.run(cases)
-            return found, met
-        return [series.run(cases, self.scene.times) for series in self.series], np.ones(len(cases), bool)
-
-    def _answers(self, rows: Array, cases: Sequence[Case]) -> list[Answer | None]:
-        """What the cases with these numbers (c, keys) give; None for one that has to be simulated on its own."""
-        series, (found, good) = self.series[0], self._runs(cases)
-        good &= np.all([np.isfinite(one.q).all((1, 2)) & np.isfinite(one.v).all((1, 2)) for one in found], axis=0)
-        if not any(key.startswith("model") for key in self.task.plan.keys):
-            good &= ends_well(series.dynamics, found[0].q, found[0].v)
-        models = [case.model for case in cases]
-        motions = [Motion(models, self.scene.clock, one.q, one.v, one.flips) for one in found]
-        known = {m.name: values for m in self.task.chosen if (values := _of_motions(m, motions)) is not None}
-        return [self._answer(i, rows[i], known, found) if ok else None for i, ok in enumerate(good)]
-
-    def _answer(self, i: int, row: Array, known: dict[str, Array], found: list[Motions]) -> Answer:
-        """The measures of one case: those that are known, the others from whole runs."""
-        values, runs = np.full(len(self.task.chosen), np.nan), list[Trajectory]()
-        try:
-            for k, m in enumerate(self.task.chosen):
-                if m.name in known:
-                    values[k] = known[m.name][i]
-                else:
-                    runs = runs or [self._whole(row, one, i) for one in found]
-                    values[k] = _measured(m, runs[0], runs[-1])
-        except PendpinError as error:
-            return np.full(len(values), np.nan), str(error)
-        return values, ""
-
-    def _whole(self, row: Array, found: Motions, place: int) -> Trajectory:
-        """The trajectory of a case, with forces and energies."""
-        scene = with_numbers(self.scene, self.task.plan.keys, row).by("taylor", self.series[0].tolerance)
-        dynamics = self.series[0].bound(scene)
-        version = installed("heyoka")["heyoka"] or ""
-        steps, none = int(found.steps[place]), np.zeros((len(scene.times), 0))
-        run = Run(scene.times, found.q[place], found.v[place], None, none, steps, steps, 0, 0.0, "heyoka", version)
-        return fill_in(scene, dynamics, None, run)
-
-
-def _of_motions(m: Measure, motions: list[Motion]) -> Array | None:
-    """The measure (c,) from positions and rates alone; None where these do not say it."""
-    try:
-        if m.two:
-            return m.of_motions(*motions) if m.of_motions else None
-        return m.of_motion(motions[0]) if m.of_motion else None
-    except LookupError:  # a series of something else
-        return None
-
-
-def _start_joints(task: Task, model: Model) -> tuple[Indices, Indices] | None:
-    """Where in (q, v) each key belongs, if all are angles or rates of the start in radians; else None."""
-    paths = [parsed(key) for key in task.plan.keys]
-    fields = ("positions", "velocities")
-    if (
-        any(len(path) != 3 or path[0] != "start" or path[1] not in fields for path in paths)
-        or task.scene.start.unit == "degrees"
-    ):
-        return None
-    joints = [path[2] if isinstance(path[2], int) else model.index(path[2], "vary") for path in paths]
-    return np.array([fields.index(str(path[1])) for path in paths]), np.array(joints)
-
-
-def _from_elsewhere(task: Task, scene: Scene) -> Scene | None:
-    """The scene with other numbers, by chance, where the start is varied."""
-    keys = [key for key in task.plan.keys if key.startswith("start.")]
-    try:
-        return with_numbers(scene, keys, np.random.default_rng(0).uniform(0.1, 1.0, len(keys)))
-    except PendpinError:
-        return None
-
-
-_VECTORS: dict[str, Vectors | None] = {}
-_LOCK = Lock()
-
-
-def vectors_of(task: Task) -> Vectors | None:
-    """What runs the task in vectors, made once in a process; None where that cannot be."""
-    name = f"{task.plan.identity} {[m.name for m in task.chosen]} {task.scene.model_dump_json()}"
-    with _LOCK:
-        if name not in _VECTORS:
-            _VECTORS.clear()
-            _VECTORS[name] = _made(task)
-        return _VECTORS[name]
-
-
-def _made(task: Task) -> Vectors | None:
-    """None for a scene that series do not take, or a key that changes how it is run."""
-    solver, kinds = task.scene.solver, {parsed(key)[0] for key in task.plan.keys}
-    if find_spec("heyoka") is None or solver.method not in ("auto", "taylor"):
-        return None
-    if solver.accuracy is not None and not (solver.accuracy >= FINEST and task.scene.duration):
-        return None
-    if kinds - {"model", "effects", "start"} or "start.time" in task.plan.keys:
-        return None
-    smooth = all(effect.smooth for effect in task.scene.effects)
-    if not smooth or len(build(task.scene.model).joints) > MOST_JOINTS or solver.engine != "auto":
-        return None
-    made = Vectors(task)
-    return made if made.series[0].covered else None

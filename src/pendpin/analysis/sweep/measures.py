@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.errors import InputError, choices, shown
+from pendpin.errors import InputError, PendpinError, RunError, choices, shown
 from pendpin.model.build import Model
 from pendpin.model.kinematics import of_each, poses, tip_distance, tips
 from pendpin.scene import Scene, Start
@@ -48,6 +48,7 @@ class Measure:
     pair: Callable[[Trajectory, Trajectory], float] | None = None
     of_motion: Callable[[Motion], Array] | None = None
     of_motions: Callable[[Motion, Motion], Array] | None = None
+    series: str = ""  # the quantity of a run, for a statistic of one
     ends: bool = False  # whether `of_motion` or `of_motions` looks at the start and the end alone
 
     @property
@@ -64,19 +65,30 @@ def measure(given: str | Function) -> Measure:
         return _spread(measure(given.removesuffix(SPREAD)))
     if given in MEASURES:
         return MEASURES[given]
-    series, dot, statistic = given.rpartition(".")
-    if dot and statistic in STATISTICS:
+    series, _, statistic = given.rpartition(".")
+    if series and statistic in STATISTICS:
         unit = "s" if statistic == "argmax" else ""
         statistics = STATISTICS[statistic]
         return Measure(
             *(given, unit, lambda run: float(statistics(run.t, run[series]))),
             of_motion=_of_angle(series, statistics),
+            series=series,
             ends=statistic == "final",
         )
     raise InputError(
         f"measure: {shown(given)} is not one of: {choices(MEASURES)}; nor a series of a run with one of: "
         f"{choices(f'.{name}' for name in STATISTICS)}, such as theta_1.max"
     )
+
+
+def measured(m: Measure, run: Trajectory, looser: Trajectory) -> float:
+    """The measure of a run, or of a run and a looser one. Raises RunError for a function that fails."""
+    try:
+        return float(m.pair(run, looser) if m.pair else m.function(run) if m.function else math.nan)
+    except PendpinError:
+        raise
+    except Exception as error:  # of a function that the user gave
+        raise RunError(f"{m.name}: {type(error).__name__}: {error}") from None
 
 
 def _of_angle(series: str, statistic: Callable[[Array, Array], Array]) -> Callable[[Motion], Array]:
@@ -95,7 +107,7 @@ def _spread(of: Measure) -> Measure:
     def pair(run: Trajectory, looser: Trajectory) -> float:
         return float(_difference(np.array(function(run)), np.array(function(looser))))
 
-    return Measure(of.name + SPREAD, of.unit, pair=pair, of_motions=both, ends=of.ends)
+    return Measure(of.name + SPREAD, of.unit, pair=pair, of_motions=both, series=of.series, ends=of.ends)
 
 
 def _difference(one: Array, other: Array) -> Array:

@@ -95,6 +95,9 @@ def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", se
 
     if not 1 <= count <= MOST_CASES:
         raise InputError(f"sample: {count} is not a count from 1 to {MOST_CASES}")
+    if seed < 0:
+        raise InputError(f"seed: {seed} is not a whole number from 0 on")
+    check_spreads(spreads)
     if method not in METHODS:
         raise InputError(f"sample: {shown(method)} is not one of: {', '.join(METHODS)}")
     if method == "random":
@@ -106,7 +109,6 @@ def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", se
     unit = np.clip(unit, 2.0**-53, 1 - 2.0**-53)  # so that a normal one stays finite
     columns = {}
     for (key, (kind, one, other)), u in zip(spreads.items(), unit.T, strict=True):
-        _check_spread(key, kind, one, other)
         columns[key] = one + u * (other - one) if kind == "uniform" else np.asarray(norm.ppf(u, one, other))
     return _checked(Plan(tuple(columns), columns, False))
 
@@ -116,18 +118,22 @@ def cases_of(path: Path) -> Plan:
     with inside(str(path)):
         text = read_whole(path, MAX_CSV_BYTES, "a CSV of cases")
         try:
-            head, *rows = [row for row in csv.reader(text.decode("utf-8-sig").splitlines()) if any(row)]
+            table = csv.reader(text.decode("utf-8-sig").splitlines(), strict=True)
+            (_, head), *rows = [(table.line_num, row) for row in table if any(row)]
         except (UnicodeDecodeError, csv.Error) as error:
             raise InputError(f"not a CSV file: {error}") from None
         except ValueError:
             raise InputError("it is empty; the first line names the numbers, such as model.rods[0].mass") from None
-        for number, row in enumerate(rows, 2):
+        for number, row in rows:
             if len(row) != len(head):
                 raise InputError(f"line {number}: {len(row)} values, where the first line names {len(head)}")
+        if not rows:
+            raise InputError("it has no cases: rows of numbers are wanted behind the first line")
         keys = [name.strip() for name in head]
         if len(set(keys)) < len(keys):
             raise InputError("a name is there twice in the first line")
-        return pairs({key: [row[i] for row in rows] for i, key in enumerate(keys)})
+        cells = [[_number(f"line {n}: {key}", x) for key, x in zip(keys, row, strict=True)] for n, row in rows]
+        return pairs({key: [row[i] for row in cells] for i, key in enumerate(keys)})
 
 
 # --- as on the command line -----------------------------------------------------------------------------------------
@@ -158,27 +164,28 @@ def _each(texts: Sequence[str], read: Any) -> dict[str, Any]:
 
 def _axis(key: str, text: str) -> Array:
     if ":" not in text:
-        return np.array([_number(key, part) for part in text.split(",")])
+        return np.array([_number(f"--vary: {key}", part) for part in text.split(",")])
     parts = text.split(":")
     if len(parts) != 3 or not parts[2].strip().isdecimal() or not 1 <= int(parts[2]) <= MOST_CASES:
         raise InputError(f"--vary: {key}: {shown(text)} is not FROM:TO:COUNT with a count of 1 or more")
-    return np.linspace(_number(key, parts[0]), _number(key, parts[1]), int(parts[2]))
+    with np.errstate(all="ignore"):  # what is not finite is refused with its key
+        return np.linspace(_number(f"--vary: {key}", parts[0]), _number(f"--vary: {key}", parts[1]), int(parts[2]))
 
 
 def _spread(key: str, text: str) -> Spread:
     normal, parts = _NORMAL.fullmatch(text), text.split(":")
     if normal:
-        return "normal", _number(key, normal["mean"]), _number(key, normal["deviation"])
+        return "normal", _number(f"--vary: {key}", normal["mean"]), _number(f"--vary: {key}", normal["deviation"])
     if len(parts) != 2:
         raise InputError(f"--vary: {key}: {shown(text)} is not LOW:HIGH or normal(MEAN,DEVIATION), as --sample takes")
-    return "uniform", _number(key, parts[0]), _number(key, parts[1])
+    return "uniform", _number(f"--vary: {key}", parts[0]), _number(f"--vary: {key}", parts[1])
 
 
-def _number(key: str, text: str) -> float:
+def _number(where: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise InputError(f"--vary: {key}: {shown(text.strip())} is not a number") from None
+        raise InputError(f"{where}: {shown(text.strip())} is not a number") from None
 
 
 # --- what is refused ------------------------------------------------------------------------------------------------
@@ -196,12 +203,14 @@ def _numbers(key: str, given: ArrayLike) -> Array:
     return values
 
 
-def _check_spread(key: str, kind: str, one: float, other: float) -> None:
-    if kind not in ("uniform", "normal"):
-        raise InputError(f"vary: {key}: {shown(kind)} is not one of: uniform, normal")
-    if not (np.isfinite(one) and np.isfinite(other)) or (one >= other if kind == "uniform" else other <= 0):
-        wanted = "a lower and a higher number" if kind == "uniform" else "a mean and a standard deviation above 0"
-        raise InputError(f"vary: {key}: {one:g}, {other:g}: {wanted} are wanted")
+def check_spreads(spreads: Mapping[str, Spread]) -> None:
+    """Raises InputError for a spread that cannot be."""
+    for key, (kind, one, other) in spreads.items():
+        if kind not in ("uniform", "normal"):
+            raise InputError(f"vary: {key}: {shown(kind)} is not one of: uniform, normal")
+        if not np.isfinite(other - one) or (one >= other if kind == "uniform" else other <= 0):
+            wanted = "a lower and a higher number" if kind == "uniform" else "a mean and a standard deviation above 0"
+            raise InputError(f"vary: {key}: {one:g}, {other:g}: {wanted} are wanted")
 
 
 def _checked(plan: Plan) -> Plan:

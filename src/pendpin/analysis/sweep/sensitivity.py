@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.sweep.plan import Plan, Spread, pairs
+from pendpin.analysis.sweep.plan import MOST_CASES, Plan, Spread, check_spreads, pairs
 from pendpin.errors import InputError, MissingLibrary
 
 LEVEL = 0.95  # of the confidence intervals
@@ -25,6 +25,9 @@ def sobol_plan(spreads: Mapping[str, Spread], count: int, seed: int = 0) -> Plan
     """The cases of Saltelli's scheme: count (keys + 2) of them. Raises InputError for a count that is no power of 2."""
     if count < 2 or count & (count - 1):
         raise InputError(f"sobol: {count} is not a power of 2 above 1, such as {1 << max(1, int(count).bit_length())}")
+    if (cases := count * (len(spreads) + 2)) > MOST_CASES:
+        raise InputError(f"sobol: {count} base cases are {cases} cases, where {MOST_CASES} are the most")
+    check_spreads(spreads)
     rows = _salib().sample.sobol.sample(problem(spreads), count, calc_second_order=False, seed=seed)
     return pairs({key: rows[:, i] for i, key in enumerate(spreads)})
 

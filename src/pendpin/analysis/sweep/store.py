@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.sweep.cases import Block, Task
+from pendpin.analysis.sweep.cases import Block
+from pendpin.analysis.sweep.task import Task
 from pendpin.errors import InputError, shown
 from pendpin.versions import VERSION, installed
 

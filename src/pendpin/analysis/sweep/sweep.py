@@ -9,16 +9,19 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from pendpin.analysis.sweep import plan as plans
-from pendpin.analysis.sweep.cases import Task, check, run_block, vectors_of
+from pendpin.analysis.sweep.cases import run_block
 from pendpin.analysis.sweep.measures import Function
 from pendpin.analysis.sweep.plan import Plan
 from pendpin.analysis.sweep.store import Blocks, Memory, Store
+from pendpin.analysis.sweep.task import Task, check
+from pendpin.analysis.sweep.vectors import vectors_of
 from pendpin.analysis.sweep.workers import FOUND, in_threads, local_cluster, on_cluster, remote_cluster
 from pendpin.errors import InputError, Interrupted, MissingLibrary, RunError
 from pendpin.scene import Scene, load_scene
 from pendpin.simulation.batches import WIDTH
 from pendpin.simulation.processes import cores
 
+WORKERS_EACH = 8  # processes for each processor, at most
 BLOCK_SECONDS = 3.0  # of a block
 FEWEST_BLOCKS = 8  # for each worker, so that none waits long for the last
 LARGEST_BLOCK = 20_000  # cases
@@ -61,8 +64,11 @@ def sweep(
     wanted = (measure,) if isinstance(measure, str) or callable(measure) else tuple(measure)
     task = Task(scene.model_copy(update={"solver": solver}), plan, wanted)
     check(task)
-    if workers is not None and workers < 1:
-        raise InputError(f"workers: {workers} is not a count of 1 or more")
+    most = WORKERS_EACH * cores()
+    if workers is not None and not 1 <= workers <= most:
+        raise InputError(f"workers: {workers} is not a count from 1 to {most}, {WORKERS_EACH} for each processor")
+    if workers is not None and dask is not None:
+        raise InputError("workers: the cluster of `dask` has its own; give one of both")
     size = _block_size(task, workers or cores()) if out is None or not Path(out).exists() else 1
     results = Memory(task, Blocks(plan.shape, size)) if out is None else Store(task, Path(out), size)
     _run(task, results, workers, dask, progress)

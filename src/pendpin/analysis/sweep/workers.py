@@ -5,7 +5,8 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any
 
-from pendpin.analysis.sweep.cases import Block, Task, run_block
+from pendpin.analysis.sweep.cases import Block, run_block
+from pendpin.analysis.sweep.task import Task
 from pendpin.errors import InputError, MissingLibrary, RunError
 
 AHEAD = 3  # blocks given out for each worker, which bounds the memory

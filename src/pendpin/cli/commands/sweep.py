@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pendpin.cli.inputs import refuse_targets
 from pendpin.cli.tables import print_files, print_json, print_table, progress_bar
 from pendpin.errors import InputError, inside
 
@@ -29,7 +30,7 @@ def sweep(
     sample: Annotated[int | None, typer.Option(min=1, help="So many random cases.")] = None,
     sampling: Annotated[str, typer.Option(help="latin, sobol or random.")] = "latin",
     sobol: Annotated[int | None, typer.Option(min=2, help="Sobol' indices from this power of 2 of base cases.")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of random cases.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of random cases.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes on this machine; threads if absent.")] = None,
     dask: Annotated[
         str | None, typer.Option(help="Address of a Dask cluster that runs, such as tcp://host:8786.")
@@ -43,8 +44,9 @@ def sweep(
     from pendpin.analysis.sweep.sweep import sweep as run
     from pendpin.scene import load_scene
 
+    _check_files(csv, plot)
+    plan = _plan(vary or [], cases, in_pairs, sample, sampling, sobol, seed)
     with inside(str(scene)):
-        plan = _plan(vary or [], cases, in_pairs, sample, sampling, sobol, seed)
         chosen = load_scene(scene)
     given = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
     with progress_bar("sweeping", plan.count, hidden=json) as bar:
@@ -67,7 +69,20 @@ def map_(
     """Show what a sweep has found so far."""
     from pendpin.analysis.sweep.store import load
 
+    _check_files(csv, plot)
     _show(load(store), [], csv, plot, measure, json)
+
+
+def _check_files(csv: Path | None, plot: Path | None) -> None:
+    """Refuse, before the work begins, files that cannot be written or whose suffix says another format."""
+    from pendpin.files import refuse_other_format
+    from pendpin.graphics.figure import picture_kind
+
+    if plot:
+        picture_kind(plot)
+    if csv:
+        refuse_other_format(csv, ".csv")
+    refuse_targets([csv, plot], [])
 
 
 def _plan(
@@ -78,6 +93,8 @@ def _plan(
 
     if sum(map(bool, (cases, in_pairs, sample, sobol))) > 1:
         raise InputError("give one of --cases, --zip, --sample and --sobol")
+    if cases and vary:
+        raise InputError("--vary: --cases names the numbers already; leave one of them out")
     if cases:
         return plans.cases_of(cases)
     if sobol:

@@ -1,0 +1,81 @@
+"""What a sweep is: a scene, the cases, the measures; and what is refused before anything is run."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pendpin.analysis.sweep.measures import Function, Measure, measure
+from pendpin.analysis.sweep.plan import CASE, Plan
+from pendpin.arrays import Array
+from pendpin.errors import InputError, RunError, inside
+from pendpin.scene import Scene
+from pendpin.simulation.simulate import run_to_setting
+
+RESERVED = ("why", "done", CASE)  # variables and dimensions of a result
+TRIED = 33  # cases, at most, until one has numbers that can be had
+LOOSER = 100.0  # times the tolerance, for what compares two runs
+LARGEST_COUNT = 2.0**53
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A sweep, as it is given to whoever runs a part of it."""
+
+    scene: Scene
+    plan: Plan
+    measures: tuple[str | Function, ...]
+
+    @cached_property
+    def chosen(self) -> tuple[Measure, ...]:
+        """The measures."""
+        return tuple(measure(given) for given in self.measures)
+
+    @property
+    def two(self) -> bool:
+        """Whether a measure compares two runs."""
+        return any(m.two for m in self.chosen)
+
+    def __getstate__(self) -> dict:
+        """What is sent to another process: what is given, and nothing that follows from it."""
+        return {"scene": self.scene, "plan": self.plan, "measures": self.measures}
+
+    def __setstate__(self, state: dict) -> None:
+        self.__dict__.update(state)
+
+
+def check(task: Task) -> None:
+    """Raises InputError for keys or measures that no case could have."""
+    scene, names = typical(task), [m.name for m in task.chosen]
+    for i, name in enumerate(names):
+        if name in names[:i] or name in RESERVED or name in task.plan.keys:
+            raise InputError(
+                f"measure: {name} is {'given twice' if name in names[:i] else 'a name of the result itself'}"
+            )
+    if series := [m.series for m in task.chosen if m.series]:
+        at_start = {"duration": 0.0, "solver": scene.solver.model_copy(update={"samples": None, "times": None})}
+        try:
+            run = run_to_setting(scene.model_copy(update=at_start))
+        except RunError:
+            return  # every case will say why
+        with inside("measure"):
+            for name in series:
+                run[name]
+
+
+def typical(task: Task) -> Scene:
+    """The scene of a case whose numbers can be had: the last one, else one before. Raises InputError if there is none."""
+    places, errors = np.unique(np.linspace(0, task.plan.count - 1, TRIED).astype(int))[::-1], list[InputError]()
+    for row in task.plan.rows(places):
+        try:
+            return with_numbers(task.scene, task.plan.keys, row)
+        except InputError as error:
+            errors.append(error)
+    raise errors[-1]
+
+
+def with_numbers(scene: Scene, keys: Sequence[str], row: Array) -> Scene:
+    """The scene with these numbers at their key paths. Raises InputError for what is no number of a scene."""
+    whole = [int(x) if x.is_integer() and abs(x) < LARGEST_COUNT else x for x in row.tolist()]  # a count takes no float
+    return scene.replace(dict(zip(keys, whole, strict=True)))
