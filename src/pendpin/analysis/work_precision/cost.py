@@ -108,7 +108,8 @@ def cost(
     accuracies, rows, interrupted = sorted({*ACCURACIES, accuracy}, reverse=True), [], False
     try:
         for i, error in enumerate(accuracies):
-            _contest(climb, bench, series, error, Budget(limit.left / (len(accuracies) - i)))
+            wanted = sum(other >= bench.known.error for other in accuracies[i:])
+            _contest(climb, bench, series, error, Budget(limit.left / max(wanted, 1)))
             rows.append(row([one.curve for one in series], error, bench.known.error))
             answered(rows[-1])
         for one in series if thorough else ():

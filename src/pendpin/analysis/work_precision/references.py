@@ -177,7 +177,7 @@ def by_multistep(scene: Scene, model: Model, length: float, limit: float) -> Sol
 def by_low_order(scene: Scene, model: Model, length: float, limit: float) -> Solution:
     """A Runge-Kutta method of order 5, for scenes that are too large for all but explicit methods."""
     scene = _recursion(scene, model)
-    return _of_runs(f"order 5 (rk45) on {bind(scene).engine.name}", scene, length, "rk45", 1e-13, 1e-12, limit)
+    return _of_runs(f"order 5 (rk45) on {bind(scene).engine.name}", scene, length, "rk45", 1e-12, 1e-11, limit)
 
 
 def by_collocation(scene: Scene, model: Model, length: float, limit: float) -> Solution:
