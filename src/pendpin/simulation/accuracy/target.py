@@ -38,6 +38,8 @@ LAST_NEGLIGIBLE = 0.1  # the same, of runs that cannot be finer
 LEAST_OF_ANOTHER = 1e-13  # tolerance of another method
 HARMLESS = 0.1  # of the target: a bound on rounding that needs no measurement
 HOPELESS = 10.0  # times the target: rounding of a coarse run that no finer run needs to confirm
+STEADY = ("radau", "bdf", "lsoda", "taylor")  # methods that show by themselves what rounding does
+SURE = 1e-12  # tolerance of a run whose motion is as stable as the true one
 EPS = float(np.finfo(float).eps)
 
 
@@ -181,12 +183,20 @@ class _Search:
         return float(np.clip(factor, self.refinement.smallest, FARTHEST))
 
     def _refuse_chaos(self) -> None:
-        """Raise RunError if the motion magnifies rounding far beyond the target, seen by the coarsest run already."""
-        found = rounding.of_motion_like(self.runs, self.attempts[1], HOPELESS * self.target, self.length)
-        if found[-1] > HOPELESS * self.target:
-            self.rounding = found
-            verdict = self._estimate()
-            raise self._refused(verdict.error, self._reason(verdict))
+        """Raise RunError if the motion magnifies rounding far beyond the target.
+
+        The run so far is a hint. It is wrong, and may be unstable where the true motion is not, as a coarse run gains or
+        loses energy: a run to a small tolerance decides.
+        """
+        method = self.refinement.method if self.refinement.method in STEADY else "dop853"
+        for scene in (self.attempts[1].scene, self.scene.by(method, SURE)):
+            like = replace(self.last, scene=scene)
+            found = rounding.of_motion_like(self.runs, like, HOPELESS * self.target, self.length)
+            if found[-1] <= HOPELESS * self.target:
+                return
+        self.rounding = found
+        verdict = self._estimate()
+        raise self._refused(verdict.error, self._reason(verdict))
 
     # --- results ----------------------------------------------------------------------------------------------------
 
