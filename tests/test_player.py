@@ -14,6 +14,7 @@ import pendpin as pp
 from browser import Browser, Page, chromium
 from laws import HANG
 from pendpin.graphics.drawing import Drawing
+from pendpin.graphics.page import DRAWN, contents
 from pendpin.graphics.path import TURN, smooth
 from pendpin.graphics.run_drawing import drawing_of
 from test_view import ORANGE, of_color, swinging, write_page
@@ -283,6 +284,16 @@ def test_samples_too_far_apart_are_joined_by_straight_lines() -> None:
     velocities = (2 * np.pi + 0.1) * np.stack([-np.sin(angle), np.cos(angle), 0 * angle], -1)
     _, path = smooth(t, points, velocities, 60.0, 30_000)
     assert np.linalg.norm(path, axis=-1).max() <= 1 + 1e-12
+
+
+@pytest.mark.parametrize("factor", [1e-40, 1e-3, 1e5, 1e60])
+def test_any_size_is_drawn_alike(factor: float) -> None:
+    """A browser computes with 24 bits and a range of 1e38: sizes that do not fit are drawn as if 1 m long."""
+    one, other = contents(swinging()), contents(swinging().scaled(factor))
+    assert DRAWN[0] <= other["extent"] <= DRAWN[1]
+    for name in ("positions", "quaternions"):
+        assert other[name]["data"] == one[name]["data"]
+    assert other["trail"]["points"]["scale"] / other["extent"] == pytest.approx(one["trail"]["points"]["scale"])
 
 
 def test_drawing_names_shapes_that_do_not_fit() -> None:

@@ -1,6 +1,6 @@
 """What a picture of a motion is made of: solids fixed to bodies, the poses of those bodies, and the path of the tip."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -86,3 +86,20 @@ class Drawing:
             raise ValueError(f"a shape belongs to none of the {bodies} bodies")
         if not 0 < self.extent < np.inf:
             raise ValueError(f"extent {self.extent} is not a length")
+
+    def scaled(self, factor: float) -> "Drawing":
+        """The drawing with all lengths times a factor."""
+        shapes = tuple(
+            replace(shape, size=tuple(factor * x for x in shape.size), placement=_with_lengths(shape.placement, factor))
+            for shape in self.shapes
+        )
+        velocity = None if self.velocity is None else factor * self.velocity
+        poses, trail = _with_lengths(self.poses, factor), factor * self.trail
+        return replace(self, poses=poses, shapes=shapes, trail=trail, extent=factor * self.extent, velocity=velocity)
+
+
+def _with_lengths(poses: Array, factor: float) -> Array:
+    """Poses (..., 4, 4) whose translations are multiplied by a factor."""
+    out = poses.copy()
+    out[..., :3, 3] *= factor
+    return out

@@ -26,6 +26,7 @@ from pendpin.graphics.path import smooth_trail
 SCRIPTS = ("scene.js", "arrows.js", "plots.js", "player.js")  # in this order
 FRAMES_PER_SECOND = 60  # at most: what a screen shows
 POSES = 200_000  # key poses in a page at most, 19 bytes each; with more bodies a page has fewer frames
+DRAWN = (1e-3, 1e4)  # m, extents that a browser draws as they are; its numbers have 24 bits
 LEAST_FRAMES = 600  # where the samples give as many: a run of less than 10 s is looked at slowly
 TRAIL_POINTS = 30_000  # at most
 PLOT_POINTS = 2000  # of a curve, at most
@@ -63,6 +64,8 @@ def _json(value: Any) -> str:
 def contents(drawing: Drawing) -> dict[str, Any]:
     """What the player reads, for JSON: meshcat's commands, key poses of the bodies that are seen, and the trail."""
     drawing = _lasting(drawing)
+    if not DRAWN[0] <= drawing.extent <= DRAWN[1]:
+        drawing = drawing.scaled(1 / drawing.extent)
     bodies = sorted({shape.body for shape in drawing.shapes} - {WORLD}) or [0]
     start, duration = float(drawing.t[0]), float(drawing.t[-1] - drawing.t[0])
     rate = max(FRAMES_PER_SECOND, LEAST_FRAMES / duration)

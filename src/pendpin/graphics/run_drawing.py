@@ -60,16 +60,21 @@ def _scene(trajectory: Trajectory) -> tuple[Scene, bool]:
     try:
         return scene_of(trajectory), True
     except InputError:
-        kinds = [effect.get("kind") for effect in trajectory.scene.get("effects", ()) if isinstance(effect, dict)]
+        kinds = [effect.get("kind") for effect in trajectory.scene.get("effects") or ()]
         return Scene(model=trajectory.scene.get("model")), "support" not in kinds
 
 
 def _of_pivot(scene: Scene, quantity: str, t: Array) -> Array:
-    """The position or velocity of the pivot over the ground at times t (n,) in s: (n, 3) in m or m/s."""
+    """The position or velocity of the pivot over the ground at times t (n,) in s: (n, 3) in m or m/s.
+
+    Raises InputError for times that the csv of a support does not cover.
+    """
     total = np.zeros((len(t), 3))
     for effect in scene.effects:
         if isinstance(effect, FrameEffect):
             total += [getattr(effect, quantity)(moment) for moment in t]
+    if not np.isfinite(total).all():
+        raise InputError("the times of the run are not those of its support")
     return total
 
 

@@ -55,13 +55,20 @@ def read_array(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = 
     return array
 
 
+def _is_scene(scene: Any) -> bool:
+    """Whether a value is a table with a table of a model and a list of tables of effects, or without these."""
+    if not isinstance(scene, dict) or not isinstance(scene.get("effects") or [], list):
+        return False
+    return all(isinstance(table, dict) for table in [scene.get("model") or {}, *(scene.get("effects") or [])])
+
+
 def _read_meta(file: ArrayFile) -> tuple[dict[str, Any], Stats]:
     """The record of the run and its Stats. Raises ValueError where they do not fit."""
     meta = json.loads(str(read_array(file, "meta", (), text=True)))
     if not isinstance(meta, dict) or meta.get("format") != FORMAT:
         raise ValueError("its format is of another version of pendpin")
     scene = meta.get("scene")
-    if not isinstance(scene, dict):
+    if not _is_scene(scene):
         raise ValueError("meta holds no scene")
     try:
         known = {f.name: meta[f.name] for f in fields(Stats) if f.name in meta}

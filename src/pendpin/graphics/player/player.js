@@ -95,6 +95,7 @@ const showPlots = drawing.plots.plots.map((plot) =>
 // --- time -------------------------------------------------------------------------------------------------------------
 
 const digits = Math.max(2, 2 - Math.floor(Math.log10(duration)));
+const clock = (time) => (digits < 8 && start + duration < 1e7 ? time.toFixed(digits) : time.toExponential(3));
 let t = 0; // s after the start
 let playing = false;
 let looping = true;
@@ -106,7 +107,7 @@ function show() {
   if (arrows?.group.visible) arrows.show(t);
   showPlots.forEach((showAt) => showAt(t));
   element("time").value = t;
-  element("clock").textContent = `${(start + t).toFixed(digits)} / ${(start + duration).toFixed(digits)} s`;
+  element("clock").textContent = `${clock(start + t)} / ${clock(start + duration)} s`;
   element("time").ariaValueText = element("clock").textContent;
   viewer.set_dirty();
 }
@@ -141,11 +142,14 @@ function loop(wanted) {
   element("loop").ariaPressed = looping;
 }
 
+// Real time, unless the motion would then take less than 1 s or more than 60 s.
 function offerSpeeds() {
   const speeds = [0.01, 0.1, 0.25, 0.5, 1, 2, 5, 10, 50, 200];
-  speeds.forEach((value) => element("speed").add(new Option(`${value}\u00d7`, value)));
-  if (duration > 60) setSpeed(speeds.find((value) => duration / value <= 60) ?? 200);
-  else setSpeed(duration < 1 ? (duration < 0.1 ? 0.01 : 0.1) : 1);
+  while (duration / speeds[0] < 1) speeds.unshift(speeds[0] / 10);
+  while (duration / speeds.at(-1) > 60) speeds.push(speeds.at(-1) * 10);
+  speeds.forEach((value) => element("speed").add(new Option(`${short(value)}\u00d7`, value)));
+  if (duration > 60) setSpeed(speeds.find((value) => duration / value <= 60));
+  else setSpeed(duration < 1 ? speeds.findLast((value) => duration / value >= 1) : 1);
 }
 
 function setSpeed(value) {

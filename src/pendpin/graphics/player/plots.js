@@ -70,6 +70,10 @@ function addPlot(section, { title, unit, names, colors, low, high, values }, tim
   return (t) => {
     cursor.style.left = `${(100 * t) / duration}%`;
     const now = lastBefore(times, t);
-    values.forEach((curve, i) => (labels[i].textContent = `${names[i]} ${short(low + (high - low) * curve[now])}`));
+    values.forEach((curve, i) => {
+      const value = low + (high - low) * curve[now];
+      const rounding = 1e-6 * (high - low); // of the numbers of 24 bits that the page holds
+      labels[i].textContent = `${names[i]} ${Math.abs(value) < rounding ? 0 : short(value)}`;
+    });
   };
 }
