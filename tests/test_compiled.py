@@ -1,5 +1,6 @@
 """The compiled equations are those of the engine they stand in for: the same rates, orders and motions."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +12,17 @@ import pendpin as pp
 from effect_cases import EFFECTS, MODELS, URDF
 from laws import law
 from pendpin import effects as fx
+from pendpin.dynamics.contacts import Mode
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Compiled
+from pendpin.engines.machine_code import OPTIMISATION, Code
 from pendpin.model.build import build
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 
 SYMBOLIC = {name: effect for name, effect in EFFECTS.items() if effect.symbolic}
 SEVERAL = (fx.Gravity(), SYMBOLIC["viscous"], SYMBOLIC["support"], SYMBOLIC["push"], SYMBOLIC["earth"])
+EXAMPLES = Path(__file__).parents[1] / "examples"
 TRACK = "t,x,y,z\n" + "".join(f"{t / 4},{0.1 * np.sin(t)},{0.02 * t},{0.3 * np.cos(2 * t)}\n" for t in range(20))
 
 
@@ -80,8 +84,9 @@ def test_a_compiled_step_is_the_same_step(model: str) -> None:
 
 
 def test_what_has_no_symbols_is_refused() -> None:
-    scene = pp.Scene(model=MODELS["one rod"], effects=(fx.Gravity(), fx.DryFriction(kinetic=0.1)))
-    with pytest.raises(pp.InputError, match=r"effects\[1\]: dry_friction does not run on symbols"):
+    numbers = fx.Torque(function=lambda t, q, v: np.zeros(2))
+    scene = pp.Scene(model=MODELS["one rod"], effects=(fx.Gravity(), numbers))
+    with pytest.raises(pp.InputError, match=r"effects\[1\]: torque does not run on symbols"):
         pp.simulate(with_engine(scene, "compiled"))
     long = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1, mass=1, radius=0.1)], copies=101), effects=(fx.Gravity(),))
     with pytest.raises(pp.InputError, match="up to 100 rods"):
@@ -153,6 +158,103 @@ def test_the_series_take_parameters_too() -> None:
         series = pp.simulate(scene, method="taylor", tolerance=1e-15)
         steps = pp.simulate(with_engine(scene, "pinocchio"), method="dop853", tolerance=1e-13)
         np.testing.assert_allclose(series.q, steps.q, atol=1e-11)
+
+
+@pytest.mark.parametrize("effects", [SEVERAL, (fx.Gravity(), SYMBOLIC["drag"])], ids=["several", "drag"])
+def test_optimised_code_gives_the_same_bits(effects: tuple) -> None:
+    """A run may change to optimised code where it wants: no result shows where."""
+    engine = Dynamics(build(MODELS["chain of 5"]), effects, "compiled", "angles").engine
+    assert isinstance(engine, Compiled)
+    random, block = np.random.default_rng(7), engine.block()
+    codes = [Code(block.function.text, level) for level in (0, OPTIMISATION)]
+    for y in random.uniform(-3, 3, (20, engine.size)):
+        found = np.empty((2, engine.size))
+        for code, dy in zip(codes, found, strict=True):
+            code.call(dy.ctypes.data, 0.3, y.ctypes.data, block.address, None)
+        assert np.array_equal(*found)
+
+
+@pytest.mark.parametrize("method", ["auto", "dop853", "rk4"])
+def test_the_same_scene_gives_the_same_bits(method: str) -> None:
+    """Whatever the process has compiled or optimised before: the choice of the engine depends on the scene alone."""
+    pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
+    scene = pp.Scene(
+        duration=60.0,
+        model=MODELS["chain of 5"],
+        start=pp.Start(positions={"theta_1": 0.5}),
+        effects=(fx.Gravity(), fx.Spring(stiffness=3.21)),  # of no other test
+    )
+    setting = {"step": 1e-3} if method == "rk4" else {"tolerance": 1e-9}
+    runs = [pp.simulate(scene, method=method, samples=11, **setting) for _ in range(3)]
+    assert len({run.q.tobytes() for run in runs}) == 1
+    assert {run.stats.engine for run in runs} == {"pinocchio, compiled"}
+    assert sum(run.stats.evaluations for run in runs) > 1.2e5  # the last run is on optimised code
+
+
+# --- contacts and work ----------------------------------------------------------------------------------------------
+
+CONTACTS = (
+    fx.Gravity(),
+    fx.Viscous(coefficient=0.1),
+    fx.DryFriction(kinetic=0.2, static=0.5, stribeck=0.3, joints=("theta_1", "phi_2")),
+    fx.DryFriction(kinetic=0.1, joints=("theta_3",)),
+    fx.Stop(lower=-1.0, upper=1.5, joints=("phi_1", "theta_4")),
+)
+
+
+@law(20)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_held_joints(seed: int) -> None:
+    """The articulated body of a held joint goes on as it is; Pinocchio's inverse mass matrix gives the same torques."""
+    model, random = build(MODELS["chain of 5"]), np.random.default_rng(seed)
+    plain, compiled = (Dynamics(model, CONTACTS, engine) for engine in ("auto", "compiled"))
+    assert plain.contacts is not None
+    assert compiled.contacts is not None
+    assert isinstance(compiled.engine, Compiled)
+    machine = replace(compiled.contacts, block=compiled.engine.block())
+    held = plain.contacts.holding & (random.uniform(size=10) < 0.5)
+    q, v = random.uniform(-1.2, 1.2, 10), np.where(held, 0.0, random.uniform(-3, 3, 10))
+    mode = Mode(held, np.where(held, 0.0, np.sign(v)))
+    (a, holding), (own, own_holding) = (contacts.accelerate(0.0, q, v, mode) for contacts in (plain.contacts, machine))
+    assert np.abs(own - a).max() < 1e-11 * np.abs(a).max()  # light rods on heavy: condition 1e3
+    assert np.abs(own_holding - holding).max() < 1e-11 * max(1.0, np.abs(holding).max())
+    assert (own[held] == 0).all()
+
+
+@pytest.mark.parametrize("name", ["friction", "stops"])
+def test_the_same_events(name: str) -> None:
+    """From event to event as SciPy on Pinocchio: the same number of events, and the same motion."""
+    pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
+    scene = pp.load_scene(EXAMPLES / f"{name}.toml")
+    plain, own = (
+        pp.simulate(with_engine(scene, engine), energy_balance=True, duration=3.0)
+        for engine in ("pinocchio", "compiled")
+    )
+    assert (plain.stats.library, own.stats.library) == ("scipy", "CyRK")
+    assert own.stats.events == plain.stats.events
+    np.testing.assert_allclose(own.q, plain.q, atol=1e-6)
+    for kind, work in plain.work.items():
+        np.testing.assert_allclose(own.work[kind], work, atol=1e-6)
+
+
+@pytest.mark.parametrize("model", ["chain of 5", "thin chain of 3"])
+def test_work_in_machine_code(model: str) -> None:
+    """The work of every effect, integrated with the motion in machine code and in Python."""
+    pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
+    thin = "thin" in model
+    moving = (fx.Support(amplitude=(0.1, 0, 0), frequency=3.0), fx.Drag(wind=(1, 2, 0), diameter=0.1))
+    effects = (fx.Gravity(), *moving, *(() if thin else (SYMBOLIC["push"], SYMBOLIC["viscous"])))
+    scene = pp.Scene(
+        duration=1.0, model=MODELS[model], start=pp.Start(positions={"theta_1": 0.5, "phi_1": 0.2}), effects=effects
+    )
+    plain, own = (
+        pp.simulate(with_engine(scene, name), tolerance=1e-11, energy_balance=True)
+        for name in ("pinocchio", "compiled")
+    )
+    assert own.stats.engine.endswith("compiled")
+    assert own.imbalance < 1e-8
+    for kind, work in plain.work.items():
+        np.testing.assert_allclose(own.work[kind], work, atol=1e-8 * max(1.0, np.abs(work).max()))
 
 
 # --- integrators that call machine code themselves ------------------------------------------------------------------

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from threading import Lock
 
 from pendpin.dynamics.parameters import Parameters
-from pendpin.dynamics.symbols import parameters_of, record
+from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record
 from pendpin.effects import Effect
 from pendpin.engines import Compiled, CompiledEquations, Engine
 from pendpin.errors import InputError, MissingLibrary
@@ -32,18 +32,7 @@ def built_in(effects: Sequence[Effect]) -> bool:
     return all(type(effect).__module__.startswith("pendpin.") for effect in effects)
 
 
-def known(engine: Engine, effects: Sequence[Effect], start: float) -> bool:
-    """Whether the machine code of these equations is there."""
-    found = _known.get((structure(engine, effects, start), ()))
-    return found is not None and found.compiled
-
-
-def structure(engine: Engine, effects: Sequence[Effect], start: float) -> Hashable:
-    """What two scenes have in common whose equations differ in numbers alone."""
-    return parameters_of(engine, effects, start).structure
-
-
-def compiled(engine: Engine, effects: Sequence[Effect], start: float) -> Compiled:
+def compiled(engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION) -> Compiled:
     """An engine with its equations compiled, at times since `start` in s.
 
     Raises InputError for what has no symbols, MissingLibrary without llvmlite.
@@ -59,23 +48,24 @@ def compiled(engine: Engine, effects: Sequence[Effect], start: float) -> Compile
                 'take solver.engine = "auto"'
             )
     begin = time.perf_counter()
-    equations, parameters = equations_of(engine, effects, start)
+    equations, parameters = equations_of(engine, effects, start, asked=asked)
     return Compiled(engine, equations, parameters.values, parameters.tables, time.perf_counter() - begin)
 
 
 def equations_of(
-    engine: Engine, effects: Sequence[Effect], start: float, still: tuple[int, ...] = ()
+    engine: Engine, effects: Sequence[Effect], start: float, still: tuple[int, ...] = (), asked: Asked = MOTION
 ) -> tuple[CompiledEquations, Parameters]:
     """The equations of an engine's state with effects that run on symbols, and the values of their parameters.
 
     The places `still` of the state are 0. Raises InputError for an effect that does not run on symbols.
     """
-    parameters = parameters_of(engine, effects, start)
+    parameters = parameters_of(engine, effects, start, asked)
     key = (parameters.structure, still)
     with _lock:
         found = _known.get(key)
         if found is None:
-            found = _known[key] = CompiledEquations(record(engine, effects, start, still), len(parameters.tables))
+            recording = record(engine, effects, start, still, asked)
+            found = _known[key] = CompiledEquations(recording, len(parameters.tables))
         _known.move_to_end(key)
         while len(_known) > MOST_KNOWN:
             _known.popitem(last=False)

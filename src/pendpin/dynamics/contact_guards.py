@@ -46,7 +46,7 @@ class Guards:
         columns = [self.mode.sign[slide] * v[:, slide]]
         columns += [self.contacts.upper[below] - q[:, below], q[:, above] - self.contacts.lower[above]]
         if len(most) or len(least):
-            holding = np.array([self.contacts.accelerate(*state, self.mode)[1] for state in zip(t, q, v, strict=True)])
+            holding = self.contacts.hold(t, q, v, self.mode)
             columns += [self._range[1][most] - holding[:, most], holding[:, least] - self._range[0][least]]
         return np.concatenate(columns, 1)
 

@@ -7,14 +7,16 @@ reverse their rates, times the restitution, by impulses that may push and not pu
 """
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.arrays import Array, Indices, Mask
+from pendpin.dynamics.parameters import Numbers
 from pendpin.effects import DryFriction
 from pendpin.engines import AngleEngine
+from pendpin.engines.machine_code import Block
 from pendpin.errors import RunError
 
 REST = 1e-12  # rad, or of the length of a slide: a bounce that would go no farther ends in rest on the stop
@@ -53,28 +55,42 @@ class Contacts:
     sliding: tuple[tuple[str, Array], ...]  # the kinds of effects that rub, and how much of `kinetic` is theirs
     stopping: Array  # (2, nv) of text, the kind of effect that sets each limit
     falling: tuple[tuple[Indices, DryFriction], ...] = ()  # friction that falls with speed, and the joints it is on
+    block: Block | None = None  # of the equations with these contacts in machine code, if they are used
 
     # --- while nothing happens --------------------------------------------------------------------------------------
 
     def friction(self, v: Array, mode: Mode) -> Array:
-        """The torques of sliding friction (nv,) at rates v (nv,)."""
-        size = self.kinetic
-        for joints, effect in self.falling:
-            size = size.copy()
-            size[joints] += effect.sliding(v[joints]) - effect.kinetic
-        return np.where(mode.held, 0.0, -size * mode.sign)
+        """The torques of sliding friction (..., nv) at rates v (..., nv)."""
+        return sum((torque for _, torque in self.rubbing(v, mode.sign)), np.zeros_like(v))
 
-    def rubbing(self, v: Array, mode: Mode) -> list[tuple[str, Array]]:
-        """The torques of sliding friction (nv,) by kind of effect; their sum is `friction`."""
+    def rubbing(self, v: Array, sign: Array, xp: Any = np) -> list[tuple[str, Array]]:
+        """The torques of sliding friction (..., nv) by kind of effect, where joints slide in the ways `sign` (nv,)."""
         sizes = list(self.sliding)
         for joints, effect in self.falling:
             size = np.zeros_like(v)
-            size[joints] = effect.sliding(v[joints]) - effect.kinetic
+            size[..., joints] = effect.sliding(v[..., joints], xp) - effect.kinetic
             sizes.append((effect.kind, size))
-        return [(kind, np.where(mode.held, 0.0, -size * mode.sign)) for kind, size in sizes]
+        return [(kind, 0.0 - size * sign) for kind, size in sizes]
+
+    @property
+    def holding(self) -> Mask:
+        """Which joints (nv,) friction or a stop can hold."""
+        return (self.static > 0) | np.isfinite(self.lower) | np.isfinite(self.upper)
+
+    def with_numbers(self, numbers: Numbers) -> "Contacts":
+        """The contacts with the numbers of sliding friction mapped by `numbers`."""
+        for joints, _ in self.falling:
+            numbers.constant(joints)
+        sliding = tuple((kind, numbers(size)) for kind, size in self.sliding)
+        return replace(
+            self, sliding=sliding, falling=tuple((at, numbers.effect(effect)) for at, effect in self.falling)
+        )
 
     def accelerate(self, t: float, q: Array, v: Array, mode: Mode) -> tuple[Array, Array]:
         """Accelerations (nv,) and the torques (nv,) that hold the held joints."""
+        if self.block:
+            a, holding = self._evaluated(np.array([t]), q[None], v[None], mode)
+            return a[0], holding[0]
         a = self.engine.accelerate(t, q, v, self.friction(v, mode))
         holding = np.zeros_like(a)
         if mode.held.any():
@@ -84,6 +100,28 @@ class Contacts:
             a = a + columns @ holding[held]
             a[held] = 0.0
         return a, holding
+
+    def hold(self, t: Array, q: Array, v: Array, mode: Mode) -> Array:
+        """The torques (n, nv) that hold the held joints, at times (n,) and states q, v (n, nv)."""
+        if self.block:
+            return self._evaluated(t, q, v, mode)[1]
+        torques = [self.accelerate(*state, mode)[1] for state in zip(t, q, v, strict=True)]
+        return np.array(torques).reshape(q.shape)
+
+    def _evaluated(self, t: Array, q: Array, v: Array, mode: Mode) -> tuple[Array, Array]:
+        """Accelerations and holding torques (n, nv) in machine code."""
+        assert self.block
+        n, nv = q.shape
+        self.enter(mode)
+        rates, holding = self.block.evaluated(
+            t, np.concatenate([q, v, np.zeros((n, self.block.function.size - 2 * nv))], 1)
+        )
+        return rates[:, nv : 2 * nv], holding
+
+    def enter(self, mode: Mode) -> None:
+        """Pass a mode to the equations in machine code."""
+        assert self.block
+        self.block.inputs[:] = np.concatenate([mode.held, mode.sign])
 
     def range(self, q: Array) -> tuple[Array, Array]:
         """The least and the largest torque (nv,) that friction and stops can hold with, at positions q."""

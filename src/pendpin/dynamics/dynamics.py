@@ -11,6 +11,8 @@ from pendpin.dynamics.binding import acting, bind_loads, bodies_of, chosen_bodie
 from pendpin.dynamics.compiling import compiled
 from pendpin.dynamics.contact_binding import bind_contacts
 from pendpin.dynamics.contacts import Contacts
+from pendpin.dynamics.powers import Accounts
+from pendpin.dynamics.symbols import Asked
 from pendpin.effects import Bodies, BodyEffect, ContactEffect, Effect, FieldEffect, Idle, JointEffect, Motion
 from pendpin.engines import (
     MAX_SPHERICAL,
@@ -49,20 +51,27 @@ class Dynamics:
         effects = self.effects
         self.loads = bind_loads(model, effects, start=start)
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
-        if engine == "compiled":
-            self.engine: Engine = compiled(compiled_form(self, form), effects, start)
-        else:
-            self.engine = choose_engine(model, self.loads, engine, "angles" if touching else form)
-        self.potentials = potentials(model, effects)
-        self.conservative = all(potential is not None for potential in self.potentials)
+        form = "angles" if touching else form
+        self.engine: Engine = compiled_form(self, form)
+        if engine != "compiled":
+            self.engine = choose_engine(model, self.loads, engine, form)
         self.contacts: Contacts | None = None
         if touching and isinstance(self.engine, AngleEngine):
             self.contacts = bind_contacts(model, effects, self.engine)
+        self._base = self.engine
+        if engine == "compiled":
+            self.engine = self.compiled()
+        self.potentials = potentials(model, effects)
+        self.conservative = all(potential is not None for potential in self.potentials)
         if model.pin is not None:
             self.model = replace(model, pin=with_gravity(model.pin, self.loads.constant))
 
     def __repr__(self) -> str:
         return f"Dynamics of {len(self.model.joints)} joints on {self.engine.name}"
+
+    def compiled(self, accounts: Accounts | None = None) -> Engine:
+        """The equations in machine code; the work of these accounts is then part of the state."""
+        return compiled(self._base, self.effects, self.start, Asked(accounts, self.contacts))
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
         """q'' (nv,) at time t. Raises InputError for arrays of another shape."""
@@ -179,6 +188,11 @@ def choose_engine(model: Model, loads: Loads, name: str, form: Form = "any") -> 
 def compiled_form(dynamics: Dynamics, form: Form = "any") -> Engine:
     """The engine whose equations are compiled: of thin rods that in directions."""
     return choose_engine(dynamics.model, dynamics.loads, "auto", "directions" if form == "any" else form)
+
+
+def without_compiling(engine: Engine) -> Literal["pinocchio", "chain"]:
+    """The name in a scene's solver of an engine that is not compiled."""
+    return "chain" if isinstance(engine, LongChain | Directions) else "pinocchio"
 
 
 def bind(scene: Scene) -> Dynamics:

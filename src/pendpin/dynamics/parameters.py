@@ -24,6 +24,9 @@ class Numbers:
         """A number or an array of numbers as the equations see it; None stays None."""
         return x
 
+    def constant(self, x: Any) -> None:
+        """Note what the equations take as it is."""
+
     def effect(self, effect: AnEffect) -> AnEffect:
         """The effect with its numbers passed through this object."""
         return effect
@@ -66,6 +69,10 @@ class Parameters(Numbers):
     def constant(self, x: Any) -> None:
         """Note what the equations take as it is."""
         self._structure.append(x.tobytes() if isinstance(x, np.ndarray) else x)
+
+    def input(self, place: int) -> Any:
+        """An input of the tape; its place is no part of the structure."""
+        return 0.0 if self._tape is None else self._tape.input(place)
 
     def effect(self, effect: AnEffect) -> AnEffect:
         """As `Numbers`; its kind, and what is no number of it, belong to the structure."""

@@ -1,13 +1,15 @@
 """A scene's equations of motion on a tape, in the state of its engine, with the numbers of the scene as parameters."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.arrays import Array, cross
 from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.parameters import Numbers, Parameters
+from pendpin.dynamics.powers import Accounts, Powered, State, powers
 from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Directions, Engine, Loads
 from pendpin.engines.tape import Recording, Tape, Term, recorded
@@ -19,21 +21,35 @@ from pendpin.model.build import FLIP, Model
 
 SIGNS = np.diag(FLIP)
 
-Right = Callable[[Any, Array], Array]  # t, y (size,) -> y' (size,), all terms
+Right = Callable[[Any, Array], tuple[list[Any], list[Any]]]  # t, y (size,) -> y' and what else is computed, all terms
+Rubbing = Callable[[Array], list[tuple[str, Array]]]  # v (nv,) -> kinds of effects and torques (nv,)
 Acceleration = Callable[[Any, Array, Array], Array]  # t, q, v (nv,) -> q'' (nv,)
 
 
-def record(engine: Engine, effects: Sequence[Effect], start: float, still: Sequence[int] = ()) -> Recording:
-    """y' of an engine's state with all effects, at times since `start` in s; the places `still` of the state are 0.
+class Asked(NamedTuple):
+    """What the equations hold beside the motion."""
 
-    Raises InputError for an effect that does not run on symbols.
+    accounts: Accounts | None = None  # whose work is integrated with the motion
+    contacts: Contacts | None = None  # the inputs are then the held joints (nv,) and the ways (nv,) that joints slide
+
+
+MOTION = Asked()
+
+
+def record(
+    engine: Engine, effects: Sequence[Effect], start: float, still: Sequence[int] = (), asked: Asked = MOTION
+) -> Recording:
+    """y' of an engine's state with all effects, at times since `start` in s, and the torques that hold joints.
+
+    The places `still` of the state are 0. Raises InputError for an effect that does not run on symbols.
     """
-    tape = Tape()
-    right = _right_hand_side(engine, effects, start, Parameters(tape), recorded())
-    size = len(engine.pack(*np.zeros((2, len(engine.model.joints)))))
+    tape, nv = Tape(), len(engine.model.joints)
+    right = _right_hand_side(engine, effects, start, asked, Parameters(tape), recorded())
+    size = len(engine.pack(*np.zeros((2, nv)))) + (len(asked.accounts.kinds) if asked.accounts else 0)
     y = tape.state(size)
     y[list(still)] = 0.0
-    return Recording(tape, list(right(tape.time(), y)), size)
+    results, more = right(tape.time(), y)
+    return Recording(tape, results, size, more, 2 * nv if asked.contacts else 0)
 
 
 def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: Sequence[int]) -> tuple[int, ...]:
@@ -53,34 +69,32 @@ def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: 
     return still
 
 
-def parameters_of(engine: Engine, effects: Sequence[Effect], start: float) -> Parameters:
+def parameters_of(engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION) -> Parameters:
     """The parameters of these equations, and their structure, without the equations."""
     parameters = Parameters()
-    _right_hand_side(engine, effects, start, parameters, np)
+    _right_hand_side(engine, effects, start, asked, parameters, np)
     return parameters
 
 
-def _right_hand_side(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters, xp: Any) -> Right:
-    """y' for the engine's state: angles and rates, or directions and angular velocities of thin rods.
+def _right_hand_side(
+    engine: Engine, effects: Sequence[Effect], start: float, asked: Asked, numbers: Parameters, xp: Any
+) -> Right:
+    """y' for the engine's state: angles and rates, or directions and angular velocities of thin rods; then the work.
 
     A single rod in fields alone goes by the closed form (measured at 12 digits: 15 % less time than the recursion).
     """
     model = engine.model
-    numbers.constant((engine.name, model.joints, tuple(body.link for body in model.bodies)))
+    numbers.constant((engine.name, model.joints, tuple(body.link for body in model.bodies), asked.accounts))
     loads = bind_loads(model, effects, xp, start, numbers)
+    powered = asked.accounts and powers(model, effects, asked.accounts, start, xp, numbers)
     if isinstance(engine, Directions):
-        return _in_directions(engine, loads, numbers)
+        return _in_directions(engine, loads, powered, numbers)
     assert isinstance(engine, AngleEngine)
     alone = len(model.joints) == 2 and len(model.rods) == 1 and model.rods[0].inertia is not None
-    free = loads.torque is None and loads.wrench is None
-    made = _one_rod if alone and free else _of_tree
-    acceleration = made(model, loads, numbers, xp)
-
-    def right(t: Any, y: Array) -> Array:
-        q, v = np.split(y, 2)
-        return np.concatenate([v, acceleration(t, q, v)])
-
-    return right
+    if alone and not any((loads.torque, loads.wrench, *asked)):
+        acceleration = _one_rod(model, loads, numbers, xp)
+        return lambda t, y: ([*y[2:], *acceleration(t, *np.split(y, 2))], [])
+    return _of_tree(model, loads, asked, powered, numbers, xp)
 
 
 def _one_rod(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Acceleration:
@@ -99,16 +113,36 @@ def _one_rod(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Accele
     return acceleration
 
 
-def _of_tree(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Acceleration:
-    """q'' (nv,) of any tree, by the articulated-body recursion."""
-    tree = _with_numbers(tree_of(model.pin), numbers)
+def _of_tree(model: Model, loads: Loads, asked: Asked, powered: Powered | None, numbers: Parameters, xp: Any) -> Right:
+    """The rates of any tree, by the articulated-body recursion, and the torques (nv,) that hold held joints."""
+    tree, nv = _with_numbers(tree_of(model.pin), numbers), len(model.joints)
     external = None if loads.wrench is None else external_wrenches(model, loads, numbers, tree, xp)
+    rubbing, held = _contacts(asked.contacts, nv, numbers, xp)
 
-    def acceleration(t: Any, q: Array, v: Array) -> Array:
-        tau = None if loads.torque is None else loads.torque(t, q, v)
-        return recursion.accelerations(tree, q, v, loads.field(t), tau, external and external(t, q, v), xp)
+    def right(t: Any, y: Array) -> tuple[list[Any], list[Any]]:
+        q, v = y[:nv], y[nv : 2 * nv]
+        rubs = rubbing(v)
+        taus = [*([loads.torque(t, q, v)] if loads.torque else []), *(torque for _, torque in rubs)]
+        tau = sum(taus[1:], taus[0]) if taus else None
+        wrenches = external and external(t, q, v)
+        a, holding = recursion.with_held_joints(tree, q, v, loads.field(t), held, tau, wrenches, xp)
+        work = powered(State(t, q, v, lambda: _motion(model, tree, q, v, xp))) if powered else []
+        if asked.accounts:
+            for kind, torque in rubs:
+                work[asked.accounts.kinds.index(kind)] += torque @ v
+        return [*v, *a, *work], list(holding) if asked.contacts else []
 
-    return acceleration
+    return right
+
+
+def _contacts(contacts: Contacts | None, nv: int, numbers: Parameters, xp: Any) -> tuple[Rubbing, list[Any]]:
+    """The torques of sliding friction (nv,) by kind, as a function of v (nv,), and which joints are held: the inputs."""
+    if contacts is None:
+        return lambda v: [], [None] * nv
+    numbers.constant(("contacts", contacts.holding.tobytes()))
+    on_tape, ways = contacts.with_numbers(numbers), np.array([numbers.input(nv + i) for i in range(nv)])
+    held = [numbers.input(i) if can else None for i, can in enumerate(contacts.holding)]
+    return lambda v: on_tape.rubbing(v, ways, xp), held
 
 
 def _with_numbers(tree: Tree, numbers: Parameters) -> Tree:
@@ -119,6 +153,12 @@ def _with_numbers(tree: Tree, numbers: Parameters) -> Tree:
     return tree._replace(**{name: numbers(getattr(tree, name)) for name in changing})
 
 
+def _motion(model: Model, tree: Tree, q: Array, v: Array, xp: Any) -> Motion:
+    """The motion of the bodies."""
+    joints = [body.joint for body in model.bodies]
+    return Motion(*(part[joints] for part in recursion.motions(tree, q, v, xp)))
+
+
 def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, xp: Any) -> Acceleration:
     """Wrenches on the links, (n, 6), at the joints' origins, in the joints' frames."""
     joints, com = [body.joint for body in model.bodies], numbers(np.array([body.com for body in model.bodies]))
@@ -126,7 +166,7 @@ def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, 
     assert wrench is not None
 
     def external(t: Any, q: Array, v: Array) -> Array:
-        motion = Motion(*(part[joints] for part in recursion.motions(tree, q, v, xp)))
+        motion = _motion(model, tree, q, v, xp)
         linear, angular = ((part[:, None] @ motion.rotation)[:, 0] for part in wrench(t, motion))  # R^T x
         out = np.zeros((len(model.joints), 6), dtype=object)
         out[joints] = np.concatenate([linear, angular + cross(com, linear)], -1)
@@ -135,18 +175,20 @@ def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, 
     return external
 
 
-def _in_directions(engine: Directions, loads: Loads, numbers: Parameters) -> Right:
+def _in_directions(engine: Directions, loads: Loads, powered: Powered | None, numbers: Parameters) -> Right:
     """d' = omega x d and omega' = d x d'', in I: regular everywhere."""
     chain = thin_recursion.ThinRods(*(numbers(getattr(engine.chain, name)) for name in thin_recursion.ThinRods._fields))
+    size = 6 * engine.chain.n
 
-    def right(t: Any, y: Array) -> Array:
-        d, omega = (part.reshape(-1, 3) for part in np.split(y, 2))
+    def right(t: Any, y: Array) -> tuple[list[Any], list[Any]]:
+        d, omega = (part.reshape(-1, 3) for part in np.split(y[:size], 2))
         rate, external = cross(omega, d), ()
+        motion = thin_motion(chain.l[:, None], d, rate, omega)
         if loads.wrench is not None:
-            found = loads.wrench(t, thin_motion(chain.l[:, None], d, rate, omega))
-            external = tuple(part * SIGNS for part in found)
+            external = tuple(part * SIGNS for part in loads.wrench(t, motion))
         turning = thin_recursion.turning(chain, d, rate, loads.field(t) * SIGNS, *external)
-        return np.concatenate([rate.reshape(-1), turning.reshape(-1)])
+        work = powered(State(t, d, omega, lambda: motion)) if powered else []
+        return [*rate.reshape(-1), *turning.reshape(-1), *work], []
 
     return right
 

@@ -19,6 +19,11 @@ class ContactEffect(JointNames, Effect):
         """Sticking and impacts are not."""
         return False
 
+    @property
+    def symbolic(self) -> bool:
+        """True: between two events it is."""
+        return True
+
     def resistance(self) -> tuple[float, float]:
         """The torque against sliding, and the largest that holds, in N m."""
         return 0.0, 0.0
@@ -39,6 +44,7 @@ class DryFriction(ContactEffect):
     """
 
     strengths: ClassVar[tuple[str, ...]] = ("kinetic", "static")
+    parameters: ClassVar[tuple[str, ...]] = ("kinetic", "static", "stribeck")
     kind: Literal["dry_friction"] = Field("dry_friction", description="which effect it is")
     kinetic: NotNegative = Field(description="N m, against sliding")
     static: NotNegative | None = Field(None, description="N m; kinetic if absent")

@@ -7,7 +7,6 @@ the function, so that runs in several threads share the code and nothing else:
     equations.function.block(values, tables)                  # values as Parameters lists them: no compiling
 """
 
-import time
 from collections.abc import Callable, Hashable, Sequence
 from functools import cached_property
 from typing import Any
@@ -26,21 +25,12 @@ class CompiledEquations:
 
     def __init__(self, recording: Recording, tables: int) -> None:
         self.recording, self._tables = recording, tables
-        self.compile_seconds = 0.0
         self.series: dict[Hashable, Any] = {}  # what heyoka has compiled of them, by setting
-
-    @property
-    def compiled(self) -> bool:
-        """Whether the machine code is there."""
-        return "function" in self.__dict__
 
     @cached_property
     def function(self) -> Function:
         """y' as machine code."""
-        begin = time.perf_counter()
-        found = Function(self.recording.tape, self.recording.results, self._tables)
-        self.compile_seconds += time.perf_counter() - begin
-        return found
+        return Function(self.recording, self._tables)
 
 
 class Compiled(Engine):
@@ -65,14 +55,14 @@ class Compiled(Engine):
     @property
     def function(self) -> Function:
         """y' as machine code."""
-        before = self.equations.compile_seconds
-        function = self.equations.function
-        self.compile_seconds += self.equations.compile_seconds - before
-        return function
+        return self.equations.function
 
     def block(self) -> Block:
         """The arguments of the function for one run."""
-        return self.function.block(self._values, self._tables)
+        return self.function.block(self._values, self._tables, self._took)
+
+    def _took(self, seconds: float) -> None:
+        self.compile_seconds += seconds
 
     def pack(self, q: Array, v: Array) -> Array:
         """The state (size,) of the base engine."""
@@ -100,14 +90,14 @@ class Compiled(Engine):
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """y' by machine code, which is compiled here."""
-        call, block, size = self.function.call, self.block(), self.size
-        state, rates = np.zeros(size), np.zeros(size)
-        arguments = (rates.ctypes.data, state.ctypes.data, block.address)
+        block, size = self.block(), self.size
+        code, state, rates = block.code(), np.zeros(size), np.zeros(size)
+        call, arguments = code.call, (rates.ctypes.data, state.ctypes.data, block.address)
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             state[:] = y
             call(arguments[0], t, arguments[1], arguments[2], None)
             dy[:] = rates
 
-        derivative.block = block  # type: ignore[attr-defined]  # as long as the function
+        derivative.needs = block, code  # type: ignore[attr-defined]  # they live as long as the function
         return counted(derivative, progress, CALLBACK_EVERY)

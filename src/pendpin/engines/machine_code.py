@@ -1,12 +1,17 @@
 """Operations on a tape as machine code: LLVM's intermediate language, compiled in memory (llvmlite).
 
 A function has the signature of CyRK's right-hand sides, so that it is called from compiled integrators and from Python:
-    void rate(double *dy, double t, double *y, void **block, void *unused)
+    void rate(double *dy, double t, double *y, void **block, double *more)
+`more` takes the further results of a recording; it is null where they are not wanted.
 Its block holds what changes from run to run: see `Block`. Nothing of it is written to a file.
+
+A function is compiled without optimisation first, which takes a fifth of the time, and anew with it once it has been called
+often. Both do the same arithmetic: their results agree to the bit (tests/test_compiled.py).
 """
 
 import ctypes
 import struct
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -15,10 +20,11 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.engines.machine_steps import Steps, steps_code
-from pendpin.engines.tape import Tape
+from pendpin.engines.machine_steps import Many, Steps, steps_code
+from pendpin.engines.tape import Recording
 
-OPTIMISED = 2  # of 3; the tape is already simplified
+OPTIMISATION = 2  # of 3; the tape is already simplified
+MANY_CALLS = (80_000, 8)  # times 1 and operations: from which on optimised code saves the time that it takes
 EVERY = 4096  # calls between two of the progress callback; a power of 2
 Rate = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 Watcher = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double)  # t -> whether to stop
@@ -71,40 +77,69 @@ class Table:
     rows: Array  # (n, width)
 
 
-class Function:
-    """The machine code of some results of a tape. It may be used from several threads, with a block for each."""
+class Code:
+    """One compilation of a function.
 
-    def __init__(self, tape: Tape, results: Sequence[Any], tables: int = 0) -> None:
-        self._tape = tape
-        self._places = [tape.placed(x) for x in results]
-        self._needed = tape.needed(self._places)
-        self._fixed = tape.fixed_operands(self._places)
-        self._tables = tables
-        self._code = _compiled("\n".join(self._written()))
-        self.address = self._code.get_function_address("rate")
+    `call` is for Python, `address` for compiled integrators, `steps` of rk4, `many` evaluates many states.
+    """
+
+    def __init__(self, text: str, optimisation: int) -> None:
+        self._library = _compiled(text, optimisation)
+        self.address = self._library.get_function_address("rate")
         self.call = Rate(self.address)
-        self.size = len(self._places)
-        self.steps = Steps(self._code.get_function_address("steps"))  # of rk4
+        self.steps = Steps(self._library.get_function_address("steps"))
+        self.many = Many(self._library.get_function_address("many"))
 
-    def block(self, parameters: Sequence[float], tables: Sequence[Table] = ()) -> "Block":
-        """A block for one set of parameters."""
+
+class Function:
+    """The machine code of a recording. It may be used from several threads, with a block for each."""
+
+    def __init__(self, recording: Recording, tables: int = 0) -> None:
+        self._tape = tape = recording.tape
+        self._places, self._more = ([tape.placed(x) for x in part] for part in (recording.results, recording.more))
+        self._needed = tape.needed([*self._places, *self._more])
+        self._fixed = tape.fixed_operands([*self._places, *self._more])
+        self._tables, self._inputs = tables, recording.inputs
+        self.size, self.more = len(self._places), len(self._more)
+        self.text = "\n".join(self._written())
+        self._codes: dict[int, Code] = {}  # by level of optimisation
+        self._calls = 0
+
+    def code(self, calls: int) -> tuple[Code, float]:
+        """The code after some further calls, and the time in s to compile it: optimised once there have been many."""
+        first, each = MANY_CALLS
+        self._calls += calls
+        level, begin = OPTIMISATION if self._calls > first + each * len(self._needed) else 0, time.perf_counter()
+        if level in self._codes:
+            return self._codes[level], 0.0
+        self._codes[level] = Code(self.text, level)
+        return self._codes[level], time.perf_counter() - begin
+
+    def block(self, parameters: Sequence[float], tables: Sequence[Table], compiled: Callable[[float], None]) -> "Block":
+        """A block for one set of parameters; `compiled` is called with the time in s that compiling takes."""
         values = self._tape.values(self._fixed, parameters)
-        return Block(self, [values[place] for place in self._fixed], tables)
+        return Block(self, [values[place] for place in self._fixed], tables, self._inputs, compiled)
 
     def _written(self) -> Iterator[str]:
         yield _DECLARED
-        yield "define void @rate(ptr noalias %dy, double %t, ptr noalias %y, ptr %blocks, ptr %unused) {"
+        yield "define void @rate(ptr noalias %dy, double %t, ptr noalias %y, ptr %blocks, ptr noalias %more) {"
         yield from _watching(len(self._places))
-        for cell, place in enumerate(self._fixed, _HEADER + _TABLE * self._tables):
+        for cell, place in enumerate(self._fixed, _HEADER + _TABLE * self._tables + self._inputs):
             yield from _load(f"v{place}", "block", cell)
         for place in self._needed:
             if not self._tape.fixed[place]:
                 yield from self._line(place)
-        for i, place in enumerate(self._places):
-            yield f"  %to{i} = getelementptr double, ptr %dy, i64 {i}"
-            yield f"  store double {self._operand(place)}, ptr %to{i}"
-        yield "  ret void\n}"
-        yield steps_code(len(self._places))
+        yield from self._stored("dy", self._places)
+        yield "  %wanted = icmp ne ptr %more, null"
+        yield "  br i1 %wanted, label %further, label %end\nfurther:"
+        yield from self._stored("more", self._more)
+        yield "  br label %end\nend:\n  ret void\n}"
+        yield steps_code(len(self._places), len(self._more))
+
+    def _stored(self, array: str, places: list[int]) -> Iterator[str]:
+        for i, place in enumerate(places):
+            yield f"  %{array}{i} = getelementptr double, ptr %{array}, i64 {i}"
+            yield f"  store double {self._operand(place)}, ptr %{array}{i}"
 
     def _line(self, place: int) -> Iterator[str]:
         name, *operands = self._tape.operations[place]
@@ -112,6 +147,8 @@ class Function:
             yield f"  %v{place} = fsub double %t, 0.0"
         elif name == "state":
             yield from _load(f"v{place}", "y", operands[0])
+        elif name == "input":
+            yield from _load(f"v{place}", "block", _HEADER + _TABLE * self._tables + operands[0])
         elif name == "row":
             yield from _row(place, self._operand(operands[0]), *operands[1:])
         elif name == "entry":
@@ -125,17 +162,28 @@ class Function:
 
 
 class Block:
-    """The further arguments of a function, at `address`: parameters, tables, its count of calls, a progress callback."""
+    """The further arguments of a function, at `address`: parameters, tables, its count of calls, a progress callback.
 
-    def __init__(self, function: Function, numbers: Sequence[float], tables: Sequence[Table]) -> None:
-        self.function = function
+    `inputs` may be written between two calls. `compiled` is called with the time in s that compiling took.
+    """
+
+    def __init__(
+        self,
+        function: Function,
+        numbers: Sequence[float],
+        tables: Sequence[Table],
+        inputs: int,
+        compiled: Callable[[float], None],
+    ) -> None:
+        self.function, self._compiled = function, compiled
         self._kept = [np.ascontiguousarray(part) for table in tables for part in (table.times, table.rows)]
-        self._cells = np.zeros(_HEADER + _TABLE * len(tables) + len(numbers))
-        self._whole = self._cells.view(np.int64)
+        self._cells = np.zeros(_HEADER + _TABLE * len(tables) + inputs + len(numbers))
+        self._whole, self._counted = self._cells.view(np.int64), 0
         for i, table in enumerate(tables):
             addresses = (part.ctypes.data for part in self._kept[2 * i : 2 * i + 2])
             self._whole[_HEADER + _TABLE * i :][:_TABLE] = *addresses, len(table.times)
-        self._cells[_HEADER + _TABLE * len(tables) :] = numbers
+        self.inputs, cells = np.split(self._cells[_HEADER + _TABLE * len(tables) :], [inputs])
+        cells[:] = numbers
         self._pointer = np.array([self._cells.ctypes.data])
         self.address = self._pointer.ctypes.data  # of the address of the cells
 
@@ -143,6 +191,22 @@ class Block:
     def calls(self) -> int:
         """How often the function has been called with it."""
         return int(self._whole[0])
+
+    def code(self) -> Code:
+        """The machine code, compiled if it was not. It may change from segment to segment; its results do not."""
+        before, self._counted = self._counted, self.calls
+        code, seconds = self.function.code(self._counted - before)
+        self._compiled(seconds)
+        return code
+
+    def evaluated(self, t: Array, y: Array) -> tuple[Array, Array]:
+        """y' (n, size) and the further results (n, m) at times (n,) and states y (n, size)."""
+        t, y = np.ascontiguousarray(t), np.ascontiguousarray(y)
+        rates, more = np.empty(y.shape), np.empty((len(y), self.function.more))
+        if len(t):
+            addresses = (t.ctypes.data, y.ctypes.data, self.address, rates.ctypes.data, more.ctypes.data)
+            self.code().many(len(t), *addresses)
+        return rates, more
 
     def watched(self, watcher: Callable[[float], bool]) -> None:
         """Call `watcher` with the time at every EVERY-th call; if it returns True, the rates become NaN."""
@@ -209,20 +273,20 @@ def _number(x: float) -> str:
     return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
 
 
-def _compiled(code: str) -> Any:
+def _compiled(code: str, optimisation: int) -> Any:
     """The code in memory, for this processor. Its functions live as long as what is returned."""
     import llvmlite.binding as llvm
 
-    module = llvm.parse_assembly(code)
-    return llvm.create_mcjit_compiler(module, _machine())
+    machine = _machine(optimisation)  # first: it starts LLVM
+    return llvm.create_mcjit_compiler(llvm.parse_assembly(code), machine)
 
 
-def _machine() -> Any:
+def _machine(optimisation: int) -> Any:
     import llvmlite.binding as llvm
 
     _initialised()
     target, features = llvm.Target.from_default_triple(), llvm.get_host_cpu_features().flatten()
-    return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=OPTIMISED, jit=True)
+    return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=optimisation, jit=True)
 
 
 @cache

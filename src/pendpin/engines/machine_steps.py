@@ -1,4 +1,4 @@
-"""Steps of the classical Runge-Kutta method around a function, as machine code: many in one call from Python."""
+"""Loops around a function, as machine code: steps of the classical Runge-Kutta method, and evaluations at many states."""
 
 import ctypes
 
@@ -7,7 +7,32 @@ Steps = ctypes.CFUNCTYPE(
     None, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p
 )
 
+# n, t (n,), y (n, size), block, dy (n, size), more (n, further results)
+Many = ctypes.CFUNCTYPE(
+    None, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p
+)
+
 _CODE = """
+define void @many(i64 %n, ptr %t, ptr %y, ptr %block, ptr %dy, ptr %more) {
+entry:
+  br label %next
+next:
+  %i = phi i64 [ 0, %entry ], [ %after, %next ]
+  %row = mul i64 %i, SIZE
+  %row_more = mul i64 %i, MORE
+  %at = getelementptr double, ptr %t, i64 %i
+  %time = load double, ptr %at
+  %state = getelementptr double, ptr %y, i64 %row
+  %rates = getelementptr double, ptr %dy, i64 %row
+  %further = getelementptr double, ptr %more, i64 %row_more
+  call void @rate(ptr %rates, double %time, ptr %state, ptr %block, ptr %further)
+  %after = add i64 %i, 1
+  %again = icmp slt i64 %after, %n
+  br i1 %again, label %next, label %done
+done:
+  ret void
+}
+
 define internal void @along(ptr %out, ptr %y, double %h, ptr %k) {           ; out = y + h k
 entry:
   br label %next
@@ -64,6 +89,6 @@ done:
 """
 
 
-def steps_code(size: int) -> str:
-    """The code, for a function `rate` of states (size,)."""
-    return _CODE.replace("SIZE", str(size))
+def steps_code(size: int, more: int) -> str:
+    """The code, for a function `rate` of states (size,) and so many further results."""
+    return _CODE.replace("SIZE", str(size)).replace("MORE", str(more))

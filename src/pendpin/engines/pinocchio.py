@@ -33,7 +33,7 @@ class Revolute(AngleEngine):
         self._pin = pin.Model(model.pin)
         self._pin.gravity = pin.Motion(loads.constant, np.zeros(3))
         self._data = pinocchio().Data(self._pin)
-        self._no_torque = np.zeros(self._pin.nv)
+        self._no_torque, self._upper = np.zeros(self._pin.nv), np.triu(np.ones((self._pin.nv, self._pin.nv), bool))
 
     def canonical(self) -> CanonicalForm:
         """The equations in positions and momenta."""
@@ -83,7 +83,7 @@ class Revolute(AngleEngine):
     def compliance(self, q: Array, joints: Indices) -> Array:
         """Columns (nv, k) of Pinocchio's inverse mass matrix at q (nv,)."""
         inverse = pinocchio().computeMinverse(self._pin, self._data, q)
-        return (np.triu(inverse) + np.triu(inverse, 1).T)[:, joints]
+        return np.where(self._upper, inverse, inverse.T)[:, joints]  # Pinocchio fills the upper triangle
 
     @property
     def _loaded(self) -> bool:

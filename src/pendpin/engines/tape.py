@@ -1,8 +1,9 @@
 """Arithmetic recorded while it is computed, to be compiled to machine code.
 
-A tape is a list of operations, each distinct one once. Its inputs are the time, the state, the parameters of a run (the
-numbers of its scene), and tables over time. What depends on parameters alone is `fixed`: it is computed once for a set of
-parameters, not at every evaluation. Numbers that are 0 or 1 by structure are plain floats and are simplified away.
+A tape is a list of operations, each distinct one once. They start from the time, the state, the parameters of a run (the
+numbers of its scene), tables over time, and inputs that change between the segments of a run. What depends on parameters
+alone is `fixed`: it is computed once for a set of parameters, not at every evaluation. Numbers that are 0 or 1 by structure
+are plain floats and are simplified away.
 """
 
 from collections.abc import Callable, Sequence
@@ -50,6 +51,10 @@ class Tape:
     def parameter(self, place: int) -> "Term":
         """One of the run's parameters."""
         return self._at(("parameter", place), fixed=True)
+
+    def input(self, place: int) -> "Term":
+        """One of the numbers that change within a run, between its segments."""
+        return self._at(("input", place))
 
     def row(self, table: int, width: int, t: Any) -> Array:
         """The row (width,) of a table that holds at the time t."""
@@ -104,11 +109,13 @@ class Tape:
 
 
 class Recording(NamedTuple):
-    """Equations on a tape: y' (size,) of a state y."""
+    """Equations on a tape: y' (size,) of a state y, and what else is computed with it."""
 
     tape: Tape
     results: list[Any]  # (size,), terms or numbers
     size: int
+    more: Sequence[Any] = ()  # further results
+    inputs: int = 0  # how many inputs there are
 
     @property
     def places(self) -> list[int]:
@@ -119,7 +126,7 @@ class Recording(NamedTuple):
 def operands_of(operation: tuple[Any, ...]) -> tuple[int, ...]:
     """The places of what an operation is computed from."""
     name = operation[0]
-    if name in {"time", "state", "parameter", "number"}:
+    if name in {"time", "state", "parameter", "input", "number"}:
         return ()
     return operation[1:2] if name in {"row", "entry"} else operation[1:]
 

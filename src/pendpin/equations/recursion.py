@@ -11,6 +11,7 @@ Algorithms (2008), chapters 5 and 7, with three differences that save digits and
   digit at 60 rods; for joints of more degrees of freedom it would save all of them (docs/pinocchio_notes.md, section 2).
 """
 
+from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -77,6 +78,7 @@ class _Answer(NamedTuple):
     drive: Array  # (..., 1)
     first: Array  # (..., 3), normal to the axis
     second: Array  # (..., 3)
+    inertia: Array  # (..., 1) kg m², that the joint moves
 
 
 def wrenches(
@@ -114,6 +116,24 @@ def accelerations(
     The rest as in `wrenches`. A joint that moves no inertia divides by zero: nan or inf on floats, ZeroDivisionError on
     mpmath's numbers.
     """
+    return with_held_joints(tree, q, v, field, [None] * len(tree.parents), tau, external, xp)[0]
+
+
+def with_held_joints(
+    tree: Tree,
+    q: Array,
+    v: Array,
+    field: Array,
+    held: Sequence[Any],
+    tau: Array | None = None,
+    external: Array | None = None,
+    xp: Any = np,
+) -> tuple[Array, Array]:
+    """Joint accelerations (..., n), and the torques (..., n) that hold joints at their rates; else as `accelerations`.
+
+    held (n,) is 1 for a joint that is held, 0 for one that is free, None for one that is never held: the articulated body
+    of a held joint goes to its parent as it is.
+    """
     tree, signs = _prepared(tree, xp)
     joints = _joints(tree, signs * q, xp)
     torques = np.zeros(len(joints)) if tau is None else signs * tau
@@ -122,9 +142,12 @@ def accelerations(
     answers: dict[int, _Answer] = {}
     for i, joint in reversed(list(enumerate(joints))):
         rest, answers[i] = _released(joint, bodies[i], torques[..., i : i + 1])
+        if held[i] is not None:
+            rest = _Body(*(held[i] * x + (1 - held[i]) * y for x, y in zip(bodies[i], rest, strict=True)))
         if joint.parent >= 0:
             bodies[joint.parent] = _joined(bodies[joint.parent], _seen_from_parent(joint, rest))
-    return signs * _outward(joints, answers)
+    a, holding = _outward(joints, answers, held)
+    return signs * a, signs * holding
 
 
 def motions(tree: Tree, q: Array, v: Array, xp: Any = np) -> tuple[Array, Array, Array, Array]:
@@ -235,7 +258,7 @@ def _released_first(joint: _Joint, body: _Body, tau: Array) -> tuple[_Body, _Ans
     inertia = dot(axis, column)
     drive = (tau - dot(axis, body.first)) / inertia
     first, second = applied(across, column), applied(transposed(body.B), axis)
-    answer = _Answer(drive, first / inertia, second / inertia)
+    answer = _Answer(drive, first / inertia, second / inertia, inertia)
     rest = _Body(
         symmetric(across @ body.A @ across - outer(first, answer.first)),
         across @ body.B - outer(first, answer.second),
@@ -257,20 +280,26 @@ def _seen_from_parent(joint: _Joint, body: _Body) -> _Body:
     return _Body(symmetric(A - B @ x + x @ transposed(moved)), moved, C, moment, force)
 
 
-def _outward(joints: list[_Joint], answers: dict[int, _Answer]) -> Array:
-    """Joint accelerations (..., n) beyond those at zero qdd, from the base to the tips."""
+def _outward(joints: list[_Joint], answers: dict[int, _Answer], held: Sequence[Any]) -> tuple[Array, Array]:
+    """Joint accelerations (..., n) beyond those at zero qdd, from the base to the tips, and holding torques (..., n)."""
     moving = {-1: (np.zeros(3), np.zeros(3))}  # alpha and a of each link
-    out = []
+    out, holding = [], []
     for i, joint in enumerate(joints):
         answer, to_child = answers[i], transposed(joint.R)
         alpha, a = moving[joint.parent]
         alpha, a = applied(to_child, alpha), applied(to_child, a + np.cross(alpha, joint.r))
         first, second = (alpha, a) if joint.turns else (a, alpha)
         along = answer.drive - dot(answer.first, first) - dot(answer.second, second)
-        out.append(along - dot(joint.axis, first))
+        carried = dot(joint.axis, first)
+        qdd, torque = along - carried, np.zeros_like(along)
+        if held[i] is not None:
+            torque, qdd = -held[i] * answer.inertia * qdd, (1 - held[i]) * qdd
+            along = carried + qdd
+        out.append(qdd)
+        holding.append(torque)
         first = applied(joint.across, first) + joint.axis * along
         moving[i] = (first, second) if joint.turns else (second, first)
-    return np.concatenate(out, -1)
+    return np.concatenate(out, -1), np.concatenate(holding, -1)
 
 
 def _joined(one: _Body, other: _Body) -> _Body:

@@ -3,7 +3,7 @@
 from pendpin.integrators.adaptive import NAMES as ADAPTIVE
 from pendpin.integrators.adaptive import Adaptive
 from pendpin.integrators.base import Integrator, Memory, Run, Segment, StepPlan
-from pendpin.integrators.choice import FEW_JOINTS, automatic, integrator_for, taylor_takes
+from pendpin.integrators.choice import FEW_JOINTS, automatic, integrator_for, taylor_takes, uncompiled
 from pendpin.integrators.taylor import MAX_JOINTS
 
 __all__ = [
@@ -19,4 +19,5 @@ __all__ = [
     "automatic",
     "integrator_for",
     "taylor_takes",
+    "uncompiled",
 ]

@@ -1,22 +1,22 @@
 """From a scene's solver to its integrator."""
 
 from importlib.util import find_spec
-from typing import Literal
 
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.compiling import built_in
-from pendpin.dynamics.dynamics import Dynamics
+from pendpin.dynamics.dynamics import Dynamics, bind, without_compiling
 from pendpin.engines import Derivative
 from pendpin.errors import InputError, choices
 from pendpin.integrators import machine, prices
 from pendpin.integrators.adaptive import NAMES, Adaptive
 from pendpin.integrators.base import Integrator
+from pendpin.integrators.events import ONE_STEP
 from pendpin.integrators.fixed import RungeKutta4, SemiImplicitEuler, refuse_steps
 from pendpin.integrators.gauss import STAGES, Gauss
 from pendpin.integrators.taylor import Taylor
-from pendpin.scene import AdaptiveMethod, Scene
+from pendpin.scene import Method, Scene
 
 LARGE = 100  # numbers in a state, above which no Jacobian is computed
 STIFF = 3e5  # decay rate times duration, above which explicit steps are too many (about 6 of it to a step of dop853)
@@ -24,15 +24,12 @@ LONG = 1e5  # rad that the fastest motion goes through: beyond, the Taylor metho
 FEW_JOINTS = 4  # up to which it does so at no more cost
 STEP = float(np.sqrt(np.finfo(float).eps))  # of differences
 POWERS = 8
+ON_COMPILED = ("rk4", *NAMES)  # methods whose loops run in machine code
 OVERDAMPED = 0.5  # decay over the fastest rate: what swings as fast as it decays has to be followed anyway
 
 
-def integrator_for(scene: Scene, dynamics: Dynamics, energy_balance: bool = False) -> Integrator:
-    """The integrator of a scene's method, with its setting.
-
-    With an energy balance the work is integrated together with the motion, in Python. Raises InputError for a scene that
-    the method cannot run.
-    """
+def integrator_for(scene: Scene, dynamics: Dynamics) -> Integrator:
+    """The integrator of a scene's method, with its setting. Raises InputError for a scene that the method cannot run."""
     solver = scene.solver
     method, step = solver.method, solver.step
     if dynamics.contacts is not None and method not in NAMES:
@@ -45,7 +42,7 @@ def integrator_for(scene: Scene, dynamics: Dynamics, energy_balance: bool = Fals
     assert solver.tolerance is not None
     if method == "taylor":
         return Taylor(dynamics.effects, solver.tolerance, scene.start.time)
-    if dynamics.engine.compiles and not energy_balance and machine.available():
+    if dynamics.engine.compiles and machine.available():
         return machine.AdaptiveInMachineCode(method, solver.tolerance)
     return Adaptive(method, solver.tolerance)
 
@@ -62,25 +59,37 @@ def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: i
     )
 
 
-def automatic(
-    scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool = False, fresh: bool = False
-) -> tuple[AdaptiveMethod | Literal["taylor"], str]:
-    """The method and the engine where no method is named: the cheapest (pendpin.integrators.prices).
+def automatic(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool = False) -> tuple[Method, str]:
+    """The method where none is named and the engine where none is: the cheapest (pendpin.integrators.prices).
 
     radau where something decays too fast to be followed, by the eigenvalues of the equations' slopes at the start; the
-    Taylor method over long horizons, where it takes the scene; else dop853, on compiled equations where these pay.
-    `fresh` chooses as in a fresh process, whatever this one has compiled: the choice is then always the same.
+    Taylor method over long horizons, where it takes the scene; else dop853; on compiled equations where these pay. The
+    choice depends on the scene alone.
     """
-    solver, duration = scene.solver, scene.duration
+    solver, duration, method = scene.solver, scene.duration, scene.solver.method
+    if method not in {"auto", *ON_COMPILED} or (method != "auto" and solver.engine != "auto"):
+        return method, solver.engine
     decay, fastest = _rates(dynamics, dynamics.engine.pack(q, v))
     stiff = decay * duration > STIFF and decay > OVERDAMPED * fastest
     turns = (decay if stiff else fastest) * duration / (2 * np.pi)
-    if not stiff and fastest * duration > LONG and taylor_takes(scene, dynamics, energy_balance):
-        return "taylor", solver.engine
-    method = "radau" if stiff else "dop853"
-    if solver.engine != "auto" or dynamics.contacts is not None or energy_balance:
+    if method == "auto":
+        if not stiff and fastest * duration > LONG and taylor_takes(scene, dynamics, energy_balance):
+            return "taylor", solver.engine
+        method = "radau" if stiff else "dop853"
+    if solver.engine != "auto":
         return method, solver.engine
-    return method, prices.cheapest_engine(scene, dynamics, method, turns, fresh)
+    if dynamics.contacts is not None and NAMES[method] not in ONE_STEP:
+        return method, without_compiling(dynamics.engine)
+    scene = scene.model_copy(update={"solver": solver.model_copy(update={"method": method})})
+    return method, prices.cheapest_engine(scene, dynamics, turns)
+
+
+def uncompiled(scene: Scene) -> Scene:
+    """The scene on the engine that it runs on if its equations are not compiled, unless it names its engine."""
+    if scene.solver.engine != "auto" or scene.solver.method not in ON_COMPILED:
+        return scene
+    engine = without_compiling(bind(scene).engine)
+    return scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": engine})})
 
 
 def _rates(dynamics: Dynamics, y: Array) -> tuple[float, float]:

@@ -22,6 +22,7 @@ TOGETHER = 1e-12  # of the interval searched: crossings no farther apart happen 
 Sample = Callable[[Array], Array]  # times (n,) -> values (n, m)
 
 _NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # rising, -1 to 1
+_STEEPEST = np.arange(DEGREE + 1) ** 2  # the largest slopes of Chebyshev's polynomials on -1 to 1
 _COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(_NODES, DEGREE))
 
 
@@ -35,6 +36,19 @@ class Crossing:
     slope: float  # of the first, per s
 
 
+def first_crossing_of(sample: Sample, bounds: Array, floor: Array) -> tuple[Crossing, int] | None:
+    """As `first_crossing` in the intervals between bounds (k + 1,), one after another; also returns which it is in.
+
+    All intervals are sampled at once; those that may hold a crossing are searched.
+    """
+    values = sample(_times(bounds[:-1], bounds[1:]).reshape(-1)).reshape(len(bounds) - 1, DEGREE + 1, -1)
+    coefficients = np.einsum("ij,kjm->ikm", _COEFFICIENTS, values)
+    for i in np.flatnonzero(_reaching(coefficients, floor).any(1)):
+        if found := first_crossing(sample, float(bounds[i]), float(bounds[i + 1]), floor):
+            return found, int(i)
+    return None
+
+
 def first_crossing(sample: Sample, begin: float, end: float, floor: Array) -> Crossing | None:
     """The earliest time at which one of m functions falls to 0 and then below -floor (m,).
 
@@ -46,12 +60,11 @@ def first_crossing(sample: Sample, begin: float, end: float, floor: Array) -> Cr
         (a, b), looks = waiting.pop(), looks + 1
         values = sample(_times(a, b))
         coefficients = _COEFFICIENTS @ values
-        unseen = UNSEEN * np.abs(coefficients[-2:]).max(0)
-        reaching = np.flatnonzero(coefficients[0] - np.abs(coefficients[1:]).sum(0) - unseen < -floor)
+        reaching = np.flatnonzero(_reaching(coefficients, floor))
         if not len(reaching):
             continue
         jumps = b - a <= SHORTEST * (end - begin) or looks > MOST
-        if not jumps and (unseen > floor)[reaching].any():
+        if not jumps and (_unseen(coefficients) > floor)[reaching].any():
             middle = (a + b) / 2
             waiting += [(middle, b), (a, middle)]
             continue
@@ -63,38 +76,56 @@ def first_crossing(sample: Sample, begin: float, end: float, floor: Array) -> Cr
     return None
 
 
-def _times(a: float, b: float) -> Array:
-    """The Chebyshev points (n,) between a and b, both ends included."""
-    t = a + (_NODES + 1) * ((b - a) / 2)
-    t[-1] = b
-    return t
+def _unseen(coefficients: Array) -> Array:
+    """What interpolants with coefficients (DEGREE + 1, ...) may leave out, (...)."""
+    return UNSEEN * np.abs(coefficients[-2:]).max(0)
+
+
+def _reaching(coefficients: Array, floor: Array) -> Mask:
+    """Whether functions with coefficients (DEGREE + 1, ..., m) may fall below -floor (m,): (..., m)."""
+    return coefficients[0] - np.abs(coefficients[1:]).sum(0) - _unseen(coefficients) < -floor
+
+
+def _times(a: Array | float, b: Array | float) -> Array:
+    """The Chebyshev points (..., DEGREE + 1) between a and b (...), both ends included."""
+    a, b = np.asarray(a)[..., None], np.asarray(b)[..., None]
+    return np.where(_NODES == 1, b, a + (_NODES + 1) * ((b - a) / 2))
 
 
 def _root(coefficients: Array, floor: float) -> float | None:
     """Where a Chebyshev series (n,) on -1 to 1 comes down to 0 and goes on below -floor; None if it does not."""
+    series = coefficients.tolist()
     places = _turning_points(coefficients)
-    values = chebyshev.chebval(places, coefficients)
-    below = np.flatnonzero(values < -floor)
-    if not len(below):
+    values = [_value(series, x) for x in places]
+    last = next((i for i, value in enumerate(values) if value < -floor), None)
+    if last is None:
         return None
-    last = int(below[0])
     if last == 0 or values[last - 1] <= 0:
-        return float(places[max(0, last - 1)])
-    bracket = (places[last - 1], places[last])
+        return places[max(0, last - 1)]
     from scipy import optimize  # late: it takes 0.1 s
 
-    return optimize.root_scalar(
-        lambda x: chebyshev.chebval(x, coefficients), bracket=bracket, xtol=4e-16, rtol=1e-15
-    ).root
+    bracket = places[last - 1 : last + 1]
+    return optimize.root_scalar(lambda x: _value(series, x), bracket=bracket, xtol=4e-16, rtol=1e-15).root
 
 
-def _turning_points(coefficients: Array) -> Array:
+def _value(series: list[float], x: float) -> float:
+    """A Chebyshev series at x, by Clenshaw's recurrence: in floats, as one value takes numpy longer."""
+    one = two = 0.0
+    for c in reversed(series[1:]):
+        one, two = c + 2 * x * one - two, one
+    return series[0] + x * one - two
+
+
+def _turning_points(coefficients: Array) -> list[float]:
     """-1, the zeros in between of the derivative of a Chebyshev series (k,), and 1; rising."""
+    sizes = np.abs(coefficients)
+    if sizes[1] > _STEEPEST[2:] @ sizes[2:]:  # the first term outweighs the slopes of all others: there is none
+        return [-1.0, 1.0]
     slope = chebyshev.chebder(coefficients)
     slope = chebyshev.chebtrim(slope, 1e-15 * np.abs(slope).max())
     roots = chebyshev.chebroots(slope) if len(slope) > 1 else np.empty(0)
     inside = roots.real[(np.abs(roots.imag) < 1e-3) & (np.abs(roots.real) < 1)]
-    return np.concatenate([[-1.0], np.sort(inside), [1.0]])
+    return [-1.0, *np.sort(inside).tolist(), 1.0]
 
 
 def _drop(values: Array, floor: float) -> float | None:

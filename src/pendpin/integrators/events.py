@@ -1,5 +1,6 @@
-"""Integration with events: an adaptive method of SciPy, whose steps are searched for crossings of guards."""
+"""Integration up to events: the steps of an adaptive method are searched for crossings of guards."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -9,9 +10,10 @@ import numpy as np
 from pendpin.arrays import Array, Mask
 from pendpin.engines import Derivative
 from pendpin.integrators.adaptive import LEAST_RTOL, NOT_FINITE, returning
-from pendpin.integrators.crossings import Crossing, first_crossing
+from pendpin.integrators.crossings import Crossing, first_crossing_of
 
-ORDERS = {"DOP853": 8, "RK45": 5, "RK23": 3, "Radau": 5, "BDF": 1, "LSODA": 1}  # of a method's first step
+_ORDERS = {"DOP853": 8, "RK45": 5, "RK23": 3, "Radau": 5, "BDF": 1, "LSODA": 1}  # of a method's first step
+ONE_STEP = ("DOP853", "RK45", "RK23", "Radau")  # whose steps CyRK makes; its others are less exact after a restart
 REFINEMENTS = 4  # of the time of an event, with the state integrated anew
 CONVERGED = 1e-13  # of a step: largest correction of the time in the last refinement
 INSTANT = 1e-12  # of a step: times no farther from an event happen with it
@@ -32,20 +34,79 @@ class SegmentToEvent:
 
 
 @dataclass(frozen=True, eq=False)
-class Method:
-    """A method of SciPy with its tolerance, and the equations that it integrates; None where the state stays at rest."""
+class Steps:
+    """Some steps, one after another, with their interpolation; k may be 0 where a failure comes at once."""
+
+    bounds: Array  # (k + 1,) s, where the steps begin and end
+    states: Array  # (k + 1, size) there
+    inside: Callable[[Array], Array]  # t (n,) -> (n, size)
+    failure: str | None = None  # of the step after these
+
+
+class Stepper(ABC):
+    """A method with its setting on the equations of one mode."""
+
+    @abstractmethod
+    def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
+        """The steps from y (size,) at t to `end`, s."""
+
+    @abstractmethod
+    def state_at(self, t: float, y: Array, end: float) -> Array:
+        """The state (size,) at `end`, from y at t, as accurate as a step and not as its interpolation."""
+
+
+@dataclass(frozen=True)
+class AtRest(Stepper):
+    """The steps of a state that does not change, no longer than `longest` in s."""
+
+    longest: float
+
+    def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
+        """Steps of equal length."""
+        bounds = np.linspace(t, end, max(1, int(np.ceil((end - t) / self.longest))) + 1)
+        yield Steps(bounds, np.tile(y, (len(bounds), 1)), lambda s: np.tile(y, (len(s), 1)))
+
+    def state_at(self, t: float, y: Array, end: float) -> Array:
+        """The same state (size,)."""
+        return y
+
+
+@dataclass(frozen=True, eq=False)
+class OnSciPy(Stepper):
+    """A method of SciPy; its first step follows from the rates of the motion."""
 
     name: str
     tolerance: float
     scales: Array  # (size,), of each number of the state: what is of order one
-    rate: float  # 1/s, the same of the motion
+    first_step: float  # s
     longest: float  # s, of a step
-    derivative: Derivative | None
+    derivative: Derivative
 
-    def start(self, t: float, y: Array, end: float) -> Any:
-        """SciPy's solver from y (size,) at t to `end`, s; its first step follows from the rates of the motion."""
-        assert self.derivative is not None
-        first_step = self.tolerance ** (1 / (ORDERS[self.name] + 1)) / self.rate
+    def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
+        """The steps of SciPy's solver, one at a time."""
+        solver = self._solver(t, y, end)
+        while solver.status == "running":
+            begin, before = solver.t, solver.y.copy()
+            try:
+                failure = solver.step()
+            except FloatingPointError:
+                failure = NOT_FINITE
+            if failure:
+                yield Steps(np.array([begin]), before[None], lambda s: np.empty((0, len(y))), failure)
+                return
+            yield Steps(np.array([begin, solver.t]), np.stack([before, solver.y]), _transposed(solver.dense_output()))
+
+    def state_at(self, t: float, y: Array, end: float) -> Array:
+        """The state (size,) at the end of the solver's steps."""
+        if end <= t:
+            return y
+        solver = self._solver(t, y, end)
+        while solver.status == "running":
+            solver.step()
+        return solver.y
+
+    def _solver(self, t: float, y: Array, end: float) -> Any:
+        """SciPy's solver from y (size,) at t to `end`, s."""
         from scipy import integrate  # late: it takes 0.2 s
 
         return getattr(integrate, self.name)(
@@ -56,30 +117,21 @@ class Method:
             rtol=max(self.tolerance, LEAST_RTOL),
             atol=self.tolerance * self.scales,
             max_step=self.longest,
-            first_step=min(first_step, self.longest, end - t),
+            first_step=min(self.first_step, self.longest, end - t),
         )
 
-    def state_at(self, t: float, y: Array, end: float) -> Array:
-        """The state (size,) at `end`, from y at t, as accurate as a step and not as its interpolation."""
-        if self.derivative is None or end <= t:
-            return y
-        solver = self.start(t, y, end)
-        while solver.status == "running":
-            solver.step()
-        return solver.y
+
+def _transposed(dense: Callable[[Array], Array]) -> Callable[[Array], Array]:
+    return lambda t: dense(t).T
 
 
-@dataclass(frozen=True, eq=False)
-class _Step:
-    begin: float
-    y: Array  # (size,) at its begin
-    end: float
-    inside: Callable[[Array], Array]  # t (n,) -> (n, size)
-    failure: str | None = None
+def first_step_of(method: str, tolerance: float, rate: float) -> float:
+    """The first step in s of a method for a motion with this rate in 1/s."""
+    return tolerance ** (1 / (_ORDERS[method] + 1)) / rate
 
 
 def integrate_to_event(
-    method: Method, guards: Guards, floor: Array, t: float, y: Array, end: float, times: Array
+    stepper: Stepper, guards: Guards, floor: Array, t: float, y: Array, end: float, times: Array
 ) -> SegmentToEvent:
     """Integrate from t to `end` or to the first event; samples at those of `times` (n,), after t, that are reached.
 
@@ -87,19 +139,21 @@ def integrate_to_event(
     event and the time is corrected with it, so that both have the accuracy of a step and not of its interpolation. An
     output time at the event belongs to the next segment: its sample is the state after the event.
     """
-    samples, steps = np.empty((0, len(y))), 0
-    for step in _steps(method, t, y, end):
-        if step.failure:
-            return SegmentToEvent(step.begin, step.y, samples, steps, None, step.failure)
-        steps += 1
-        event = _event(guards, floor, step)
-        t, y = _located(method, guards, step, event) if event else (step.end, step.inside(np.array([step.end]))[0])
-        before = t - instant(t, step.end - step.begin) if event else t
-        due = times[len(samples) : np.searchsorted(times, before, "left" if event else "right")]
-        samples = np.concatenate([samples, step.inside(due)])
+    samples, taken = np.empty((0, len(y))), 0
+    for part in stepper.steps(t, y, end):
+        event, count = _event(guards, floor, part)
+        t, y = part.bounds[count], part.states[count]
+        before = t
         if event:
-            return SegmentToEvent(t, y, samples, steps, event.fired)
-    return SegmentToEvent(end, y, samples, steps)
+            t, y = _located(stepper, guards, part, count - 1, event)
+            before = t - instant(t, part.bounds[count] - part.bounds[count - 1])
+        due = times[len(samples) : np.searchsorted(times, before, "left" if event else "right")]
+        samples, taken = np.concatenate([samples, _at(part, due)]), taken + count
+        if event:
+            return SegmentToEvent(t, y, samples, taken, event.fired)
+        if part.failure:
+            return SegmentToEvent(t, y, samples, taken, None, part.failure)
+    return SegmentToEvent(end, y, samples, taken)
 
 
 def instant(t: float, length: float) -> float:
@@ -107,51 +161,33 @@ def instant(t: float, length: float) -> float:
     return max(INSTANT * length, 4 * float(np.spacing(abs(t))))
 
 
-def _event(guards: Guards, floor: Array, step: _Step) -> Crossing | None:
-    """The first crossing of a guard (m,) in a step."""
-    if not len(floor):
-        return None
-    return first_crossing(lambda t: guards(t, step.inside(t)), step.begin, step.end, floor)
+def _event(guards: Guards, floor: Array, part: Steps) -> tuple[Crossing | None, int]:
+    """The first crossing of a guard (m,) in some steps, and how many steps there are up to its own or to the end."""
+    count = len(part.bounds) - 1
+    if not len(floor) or not count:
+        return None, count
+    found = first_crossing_of(lambda t: guards(t, _at(part, t)), part.bounds, floor)
+    return (found[0], found[1] + 1) if found else (None, count)
 
 
-def _steps(method: Method, t: float, y: Array, end: float) -> Iterator[_Step]:
-    """The steps from y (size,) at t to `end`, s, each with its interpolation."""
-    if method.derivative is None:
-        count = max(1, int(np.ceil((end - t) / method.longest)))
-        for begin, stop in zip(*(np.linspace(t, end, count + 1)[i : count + i] for i in (0, 1)), strict=True):
-            yield _Step(float(begin), y, float(stop), lambda s: np.broadcast_to(y, (len(s), len(y))))
-        return
-    solver = method.start(t, y, end)
-    while solver.status == "running":
-        begin, before = solver.t, solver.y.copy()
-        try:
-            failure = solver.step()
-        except FloatingPointError:
-            failure = NOT_FINITE
-        dense = None if failure else solver.dense_output()
-        yield _Step(begin, before, solver.t, _inside(dense, solver.t, solver.y), failure)
+def _at(part: Steps, t: Array) -> Array:
+    """States (n, size) at times (n,) in some steps; where steps begin and end, those of the method itself."""
+    states = part.inside(t)
+    place = np.minimum(np.searchsorted(part.bounds, t), len(part.bounds) - 1)
+    exact = part.bounds[place] == t
+    states[exact] = part.states[place[exact]]
+    return states
 
 
-def _inside(dense: Any, end: float, y: Array) -> Callable[[Array], Array]:
-    """The interpolation of a step, (n, size) at times (n,), with the state at its end as it is."""
-
-    def inside(t: Array) -> Array:
-        states = dense(t).T
-        states[t == end] = y
-        return states
-
-    return inside
-
-
-def _located(method: Method, guards: Guards, step: _Step, event: Crossing) -> tuple[float, Array]:
+def _located(stepper: Stepper, guards: Guards, part: Steps, step: int, event: Crossing) -> tuple[float, Array]:
     """The time of an event in a step and the state (size,) there, by Newton's method and new integrations."""
-    t, length = event.t, step.end - step.begin
-    y = method.state_at(step.begin, step.y, t)
+    begin, end, start, t = part.bounds[step], part.bounds[step + 1], part.states[step], event.t
+    y = stepper.state_at(begin, start, t)
     for _ in range(REFINEMENTS):
         off = guards(np.array([t]), y[None])[0, event.which]
         shift = -off / event.slope if event.slope < 0 else 0.0
-        better = min(max(t + shift, step.begin), step.end)
-        if not CONVERGED * length < abs(better - t) < length / 2:
+        better = min(max(t + shift, begin), end)
+        if not CONVERGED * (end - begin) < abs(better - t) < (end - begin) / 2:
             break
-        t, y = better, method.state_at(step.begin, step.y, better)
+        t, y = better, stepper.state_at(begin, start, better)
     return t, y

@@ -88,7 +88,7 @@ class RungeKutta4(FixedStep):
         block = self._block
         if block is None or len(y) != block.function.size:
             return super().advancing(derivative, y)
-        steps, work = block.function.steps, np.empty(5 * len(y))
+        steps, work = block.code().steps, np.empty(5 * len(y))
 
         def advance(t: float, h: float, count: int) -> None:
             steps(y.ctypes.data, t, h, count, block.address, work.ctypes.data)

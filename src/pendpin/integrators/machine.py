@@ -4,7 +4,8 @@ CyRK has this interface for Numba (CyRK.nb.numba_solver); no Numba function is c
 """
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.util import find_spec
 from typing import Any
@@ -13,12 +14,15 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.engines import Derivative, Engine, ProgressCallback
-from pendpin.integrators.adaptive import NAMES, finite_part
+from pendpin.engines.machine_code import Block
+from pendpin.integrators.adaptive import LEAST_RTOL, NAMES, finite_part
 from pendpin.integrators.base import FREE, Integrator, Segment, StepPlan
+from pendpin.integrators.events import Stepper, Steps
 from pendpin.versions import version
 
 _ARGUMENTS = 25  # of CyRK's solver in C, as of 0.20
 _MEGABYTES = 2000  # that its output may take
+WINDOW = 32.0  # first steps: how far the first of the steps up to an event go
 _NO_LIMIT = 1e300  # s, on the size of a step
 
 
@@ -30,25 +34,35 @@ class AdaptiveInMachineCode(Integrator):
     def __init__(self, method: str, tolerance: float) -> None:
         from CyRK.cy.pyhelpers import find_ode_method_int
 
-        self._method, self._tolerance = int(find_ode_method_int(NAMES[method])), np.array([tolerance])
+        self.method, self.tolerance = NAMES[method], tolerance
+        self._method, self._tolerance = int(find_ode_method_int(self.method)), np.array([tolerance])
         self._error: BaseException | None = None
         self.version = version(self.library)
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The equations of a compiled engine, which the loops call directly."""
-        self._block, self._progress = engine.block(), progress
-        self._block.watched(self._stop)
-        return engine.derivative(progress)[0], lambda: self._block.calls
+        self.block, self._progress = engine.block(), progress
+        self.block.watched(self._stop)
+        return engine.derivative(progress)[0], lambda: self.block.calls
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size), within the tolerance a step, with no call of `derivative`."""
         self._error = None
-        first_step = min(plan.first or 0.0, (times[-1] - times[0]) / 2, plan.longest)
-        y, times = np.ascontiguousarray(y), np.ascontiguousarray(times)
-        states, steps, failure = self._solved(y, times, first_step, plan.longest)
+        states, steps, failure = self._solved(y, np.ascontiguousarray(times), plan.first or 0.0, plan.longest)
+        self._raised()
+        return Segment(*finite_part(states, steps, failure))
+
+    def stepper(self, scales: Array, first_step: float, longest: float) -> Stepper:
+        """The steps with tolerances relative to scales (size,), for integration up to events."""
+        self._error = None
+        atol, rtol = np.ascontiguousarray(self.tolerance * scales), np.maximum(self._tolerance, LEAST_RTOL)
+        call = Call(self._method, self.block.code().address, self.block, rtol, atol, first_step, longest)
+        return InMachineCode(call, self._raised)
+
+    def _raised(self) -> None:
+        """Raise what the progress callback has raised."""
         if self._error is not None:
             raise self._error
-        return Segment(*finite_part(states, steps, failure))
 
     def _stop(self, t: float) -> bool:
         """Call the progress callback with t; an exception is raised after CyRK has returned."""
@@ -60,19 +74,102 @@ class AdaptiveInMachineCode(Integrator):
 
     def _solved(self, y: Array, times: Array, first_step: float, longest: float) -> tuple[Array, int, str | None]:
         """The states (n, size), the steps and the failure, from y (size,) at `times` (n,) in s, by CyRK."""
-        api, tolerance = _api(), self._tolerance.ctypes.data
-        found = api.c_numba_cysolve_ivp(
-            *(self._block.function.address, times[0], times[-1], y.ctypes.data, len(y), self._method, 0, 0),
-            *(self._block.address, ctypes.sizeof(ctypes.c_void_p), 0, _MEGABYTES, False),
-            *(times.ctypes.data, len(times), None, None, 0, tolerance, 1, tolerance, 1),
-            *(min(longest, _NO_LIMIT), first_step, False),
+        address, tolerance = self.block.code().address, self._tolerance
+        call = Call(self._method, address, self.block, tolerance, tolerance, first_step, longest)
+        found = call.solved(y, times[0], times[-1], times)
+        return found.states(y), found.steps, found.failure
+
+
+@dataclass(frozen=True, eq=False)
+class InMachineCode(Stepper):
+    """A method of CyRK on equations in machine code, in their present mode."""
+
+    call: "Call"
+    raised: Callable[[], None]  # raises what the progress callback raised
+
+    def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
+        """Some steps at a time, more and more: those behind an event are made in vain."""
+        call, span = self.call, WINDOW * self.call.first_step
+        while t < end:
+            stop = end if end - t < 2 * span else t + span
+            part = self._part(call, t, y, stop)
+            yield part
+            if part.failure:
+                return
+            call, span = replace(call, first_step=float(np.diff(part.bounds).max())), 2 * span
+            t, y = float(part.bounds[-1]), part.states[-1]
+
+    def _part(self, call: "Call", t: float, y: Array, end: float) -> Steps:
+        """All steps from y (size,) at t to `end`; the good ones again after a failure, when CyRK does not interpolate."""
+        found = call.solved(y, t, end, dense=True)
+        self.raised()
+        states, _, failure = finite_part(found.states(y), 0, found.failure)
+        bounds = found.times(t)[: len(states)]
+        if failure and len(bounds) > 1:
+            found = call.solved(y, t, bounds[-1], dense=True)
+        return Steps(bounds, states, found.inside, failure)
+
+    def state_at(self, t: float, y: Array, end: float) -> Array:
+        """The last state (size,)."""
+        return self.call.solved(y, t, end).states(y)[-1] if end > t else y
+
+
+@dataclass(frozen=True, eq=False)
+class Call:
+    """The arguments of CyRK's solver that stay the same."""
+
+    method: int
+    address: int
+    block: Block
+    rtol: Array  # (1,)
+    atol: Array  # (1,) or (size,)
+    first_step: float
+    longest: float
+
+    def solved(self, y: Array, t: float, end: float, times: Array | None = None, dense: bool = False) -> "Solution":
+        """The solution from y (size,) at t to `end`, at `times` (n,) or where the steps end."""
+        y = np.ascontiguousarray(y)
+        first_step = min(self.first_step, (end - t) / 2, self.longest)  # CyRK refuses more than a half
+        at = (None, 0) if times is None else (times.ctypes.data, len(times))
+        found = _api().c_numba_cysolve_ivp(
+            *(self.address, t, end, y.ctypes.data, len(y), self.method, 0, 0),
+            *(self.block.address, ctypes.sizeof(ctypes.c_void_p), 0, _MEGABYTES, dense),
+            *(*at, None, None, 0),
+            *(self.rtol.ctypes.data, len(self.rtol), self.atol.ctypes.data, len(self.atol)),
+            *(min(self.longest, _NO_LIMIT), first_step, False),
         )
-        try:
-            count, size = api.c_get_size(found), api.c_get_num_dy(found)
-            states = np.ctypeslib.as_array(api.c_get_y_ptr(found), (count, size)).copy() if count else y[None].copy()
-            return states, api.c_get_steps(found), None if api.c_get_success(found) else _message(api, found)
-        finally:
-            api.c_free(found)
+        return Solution(found, len(y))
+
+
+class Solution:
+    """What CyRK returned; it lives as long as this object."""
+
+    def __init__(self, address: int, size: int) -> None:
+        self._address, self._api, self._size = address, _api(), size
+        self.steps = self._api.c_get_steps(address)
+        self.failure = None if self._api.c_get_success(address) else _message(self._api, address)
+
+    def __del__(self) -> None:
+        self._api.c_free(self._address)
+
+    def times(self, start: float) -> Array:
+        """The times (n,) in s of the states; of the start alone where there are none."""
+        return self._copied(self._api.c_get_t_ptr, (), np.array([start]))
+
+    def states(self, y: Array) -> Array:
+        """The states (n, size); the start y (size,) alone where there are none."""
+        return self._copied(self._api.c_get_y_ptr, (self._size,), y[None].copy())
+
+    def inside(self, t: Array) -> Array:
+        """The interpolation of the steps, (n, size) at times (n,)."""
+        t, out = np.ascontiguousarray(t), np.empty((len(t), self._size))
+        if len(t):
+            self._api.c_call_vec(self._address, t.ctypes.data, len(t), out.ctypes.data)
+        return out
+
+    def _copied(self, pointer: Callable[[int], Any], shape: tuple[int, ...], otherwise: Array) -> Array:
+        count = self._api.c_get_size(self._address)
+        return np.ctypeslib.as_array(pointer(self._address), (count, *shape)).copy() if count else otherwise
 
 
 def _message(api: Any, found: int) -> str:

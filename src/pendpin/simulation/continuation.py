@@ -29,7 +29,7 @@ class Continuation:
     def __init__(self, run: Trajectory, scene: Scene | None = None) -> None:
         self.run, self.scene = run, scene or scene_of(run)
         self.dynamics = bind(self.scene)
-        integrator = integrator_for(self.scene, self.dynamics, bool(run.work))
+        integrator = integrator_for(self.scene, self.dynamics)
         self.balance = EnergyBalance(self.dynamics) if run.work else None
         pace = timing(
             self.dynamics, self.dynamics.effects, run.q[0], run.v[0], self.scene.duration, self.scene.solver.tolerance

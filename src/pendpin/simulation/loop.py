@@ -39,6 +39,7 @@ class IntegrationLoop(ABC):
     def __init__(self, task: Task) -> None:
         self.integrator, self.dynamics, self.balance = task.integrator, task.dynamics, task.balance
         self.times, self.progress, self.pace = task.times, task.progress, task.pace
+        self.engine = task.balance.engine if task.balance else task.dynamics.engine  # that is integrated
         self.nv, self.accounts = len(task.dynamics.model.joints), len(task.balance.kinds) if task.balance else 0
 
     @abstractmethod
@@ -57,7 +58,7 @@ class IntegrationLoop(ABC):
         ends = np.cumsum([self.nv, self.nv, self.accounts])
         q, v, work, torque = map(np.ascontiguousarray, np.split(done.samples, ends, 1))
         arrays = (self.times[: done.n], q, v, torque if torque.shape[1] else None, work)
-        compiling = self.integrator.compile_seconds + self.dynamics.engine.compile_seconds
+        compiling = self.integrator.compile_seconds + self.engine.compile_seconds
         counts = (done.steps, done.evaluations, done.events, done.seconds)
         run = Run(*arrays, *counts, self.library, self.version, compiling)
         return replace(run, failure=error)
@@ -71,10 +72,14 @@ def integrate_to_end(
     `between` changes the state between two segments.
     """
     done, error = saver.resume(loop.begin(q, v)), None
-    before, begin = done.seconds, time.perf_counter()
+
+    def clock() -> float:
+        return time.perf_counter() - loop.engine.compile_seconds  # which is counted apart
+
+    before, begin = done.seconds, clock()
 
     def timed(progress: RunState) -> RunState:
-        return replace(progress, seconds=before + time.perf_counter() - begin)
+        return replace(progress, seconds=before + clock() - begin)
 
     while error is None and not done.complete:
         try:

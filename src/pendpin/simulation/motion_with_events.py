@@ -1,14 +1,26 @@
 """A motion with contacts, integrated from event to event; held and sliding joints change at events only."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.contact_guards import Guards, guards_of
-from pendpin.dynamics.contacts import Mode, Scales
+from pendpin.dynamics.contacts import Contacts, Mode, Scales
 from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative
 from pendpin.errors import InputError, RunError
 from pendpin.integrators import Adaptive
-from pendpin.integrators.events import Method, SegmentToEvent, instant, integrate_to_event
+from pendpin.integrators.events import (
+    ONE_STEP,
+    AtRest,
+    OnSciPy,
+    SegmentToEvent,
+    Stepper,
+    first_step_of,
+    instant,
+    integrate_to_event,
+)
+from pendpin.integrators.machine import AdaptiveInMachineCode
 from pendpin.model import kinematics
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.loop import IntegrationLoop, Task
@@ -23,11 +35,17 @@ class LoopWithEvents(IntegrationLoop):
 
     def __init__(self, task: Task) -> None:
         super().__init__(task)
-        assert task.dynamics.contacts is not None
-        assert isinstance(task.integrator, Adaptive)
-        self.contacts, self.calls = task.dynamics.contacts, 0
-        self.method, self.tolerance = task.integrator.method, task.integrator.tolerance
-        self.library, self.version = "scipy", version("scipy")
+        integrator, contacts, self._calls = task.integrator, task.dynamics.contacts, 0
+        assert contacts is not None
+        assert isinstance(integrator, Adaptive | AdaptiveInMachineCode)
+        self.method, self.tolerance = integrator.method, integrator.tolerance
+        self.contacts: Contacts = contacts
+        self.library, self.version, self._machine = "scipy", version("scipy"), None
+        if isinstance(integrator, AdaptiveInMachineCode):
+            integrator.equations(self.engine, self.progress)
+            self.contacts, self._machine = replace(self.contacts, block=integrator.block), integrator
+            if self.method in ONE_STEP:
+                self.library, self.version = integrator.library, integrator.version
         self._scales: Scales | None = None  # of the whole run: a later beginning keeps them
 
     def begin(self, q: Array, v: Array) -> RunState:
@@ -48,13 +66,13 @@ class LoopWithEvents(IntegrationLoop):
         """One segment: to the next event, over some output times, or to a corner of the pace."""
         t, y, mode, at_once, scales = _recalled(done.carried)
         self.progress(t)
-        times, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self.calls
+        times, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self._evaluations()
         if len(now := times[times <= t + instant(t, float(times[-1]) - t)]):  # at the instant of an event
             return done.grown(self._rows(np.tile(y, (len(now), 1)), now, mode), done.carried, 0, 0), None
         end = float(np.append(self.pace.corners[self.pace.corners > t], np.inf).min(initial=times[-1]))
         guards = guards_of(self.contacts, t, *self._angles(y), mode, scales)
         found = integrate_to_event(
-            self._method(t, mode, scales),
+            self._stepper(t, mode, scales),
             lambda t, y: guards.values(t, y[:, : self.nv], y[:, self.nv : 2 * self.nv]),
             *(guards.floor(scales, self.tolerance), t, y, end, times),
         )
@@ -68,17 +86,24 @@ class LoopWithEvents(IntegrationLoop):
             except (RunError, np.linalg.LinAlgError) as error:
                 failure = str(error)
         carried = _carried(found.t, y, mode, at_once, scales)
-        return done.grown(rows, carried, found.steps, self.calls - before, events), failure
+        return done.grown(rows, carried, found.steps, self._evaluations() - before, events), failure
 
-    def _method(self, t: float, mode: Mode, scales: Scales) -> Method:
-        """The method with its scales from t on; without a derivative if all joints are held."""
-        sizes = np.concatenate(
-            [scales.position, scales.rate, np.full(self.accounts, (scales.torque * scales.position).max())]
-        )
+    def _evaluations(self) -> int:
+        """The evaluations of the equations so far."""
+        return self._machine.block.calls if self._machine else self._calls
+
+    def _stepper(self, t: float, mode: Mode, scales: Scales) -> Stepper:
+        """The method with its scales from t on."""
         longest = float(self.pace.at(np.array([t]))[0])
-        rate = float((scales.rate / scales.position).max())
-        derivative = None if mode.held.all() else self._derivative(mode)
-        return Method(self.method, self.tolerance, sizes, rate, longest, derivative)
+        if mode.held.all():
+            return AtRest(longest)
+        work = np.full(self.accounts, (scales.torque * scales.position).max())
+        sizes = np.concatenate([scales.position, scales.rate, work])
+        first_step = first_step_of(self.method, self.tolerance, float((scales.rate / scales.position).max()))
+        if self._machine and self.method in ONE_STEP:
+            self.contacts.enter(mode)
+            return self._machine.stepper(sizes, first_step, longest)
+        return OnSciPy(self.method, self.tolerance, sizes, first_step, longest, self._derivative(mode))
 
     def _after(self, found: SegmentToEvent, guards: Guards, scales: Scales) -> tuple[Array, Mode]:
         """The state (size,) and the mode at the start of the next segment."""
@@ -115,26 +140,25 @@ class LoopWithEvents(IntegrationLoop):
         rubs = balance is not None and contacts.friction(np.zeros(nv), mode).any()
 
         def derivative(dy: Array, t: float, y: Array) -> None:
-            self.calls += 1
-            if not self.calls % CALLBACK_EVERY_SLOW:
+            self._calls += 1
+            if not self._calls % CALLBACK_EVERY_SLOW:
                 self.progress(t)
             dy[:nv] = v = y[nv : 2 * nv]
             dy[nv : 2 * nv], _ = contacts.accelerate(t, y[:nv], v, mode)
             if balance is not None:
                 dy[2 * nv :] = balance.powers(t, y[: 2 * nv])
                 if rubs:
-                    for kind, torque in contacts.rubbing(v, mode):
+                    for kind, torque in contacts.rubbing(v, mode.sign):
                         dy[accounts[kind]] += torque @ v
 
         return derivative
 
     def _rows(self, states: Array, times: Array, mode: Mode) -> Array:
         """States (n, size) at times (n,), each with the torques (nv,) of the contacts."""
-        states, torques = states.copy(), np.empty((len(states), self.nv))
-        states[:, self.nv : 2 * self.nv][:, mode.held] = 0.0
-        for torque, t, y in zip(torques, times, states, strict=True):
-            q, v = self._angles(y)
-            torque[:] = self.contacts.friction(v, mode) + self.contacts.accelerate(t, q, v, mode)[1]
+        states = states.copy()
+        q, v = states[:, : self.nv], states[:, self.nv : 2 * self.nv]
+        v[:, mode.held] = 0.0
+        torques = self.contacts.friction(v, mode) + self.contacts.hold(times, q, v, mode)
         return np.concatenate([states, torques], 1)
 
 

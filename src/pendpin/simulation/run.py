@@ -54,14 +54,14 @@ def run_scene(
     compiles = dynamics.engine.compiles
     try:
         deadline.waits_for(lambda: dynamics.engine.derivative(progress) if compiles else None, compiles)
-        scene, dynamics = _with_method(scene, dynamics, q, v, energy_balance, fresh=checkpoint is not None)
+        scene, dynamics = _with_method(scene, dynamics, q, v, energy_balance)
         if checkpoint:
             saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name))
-        integrator = integrator_for(scene, dynamics, energy_balance)
+        integrator = integrator_for(scene, dynamics)
         balance = EnergyBalance(dynamics) if energy_balance else None
         way = SmoothLoop if dynamics.contacts is None else LoopWithEvents
         patience = Patience(scene.duration, deadline, _reserve(scene, dynamics, start, deadline), progress)
-        compiles = compiles or isinstance(integrator, Taylor)
+        compiles = dynamics.engine.compiles or isinstance(integrator, Taylor)
         found = timing(dynamics, dynamics.effects, q, v, scene.duration, scene.solver.tolerance)
         task = Task(integrator, dynamics, balance, scene.times, patience, found.pace)
         loop = deadline.waits_for(lambda: way(task), compiles)
@@ -72,16 +72,13 @@ def run_scene(
     return _finished(scene, dynamics, balance, run, saver.note, alone=between is None)
 
 
-def _with_method(
-    scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool, fresh: bool
-) -> tuple[Scene, Dynamics]:
-    """The scene with a method instead of "auto", and its dynamics in the form of that method; q, v (nv,)."""
-    if scene.solver.method != "auto":
+def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool) -> tuple[Scene, Dynamics]:
+    """The scene with a method and an engine in place of "auto", and its dynamics in their form; q, v (nv,)."""
+    method, engine = automatic(scene, dynamics, q, v, energy_balance)
+    if (method, engine) == (scene.solver.method, scene.solver.engine):
         return scene, dynamics
-    method, engine = automatic(scene, dynamics, q, v, energy_balance, fresh)
-    solver = scene.solver.replaced(method=method, engine=engine)
     changed = method == "taylor" or engine != scene.solver.engine
-    scene = scene.model_copy(update={"solver": solver})
+    scene = scene.model_copy(update={"solver": scene.solver.replaced(method=method, engine=engine)})
     return scene, bind(scene) if changed else dynamics
 
 

@@ -28,16 +28,15 @@ class SmoothLoop(IntegrationLoop):
     def __init__(self, task: Task) -> None:
         super().__init__(task)
         self.library, self.version = self.integrator.library, self.integrator.version
-        self._engine = self.dynamics.engine
-        self._derivative, self._evaluations = self.integrator.equations(self._engine, self.progress)
+        self._derivative, self._evaluations = self.integrator.equations(self.engine, self.progress)
         if self.balance is not None:
-            size = len(self._engine.pack(*np.zeros((2, self.nv))))
+            size = len(self.engine.pack(*np.zeros((2, self.nv))))
             self._derivative = self.balance.with_work(self._derivative, size)
         self._budget = max(LEAST_EVALUATIONS, EVALUATIONS * SMALL // max(SMALL, self.nv))
 
     def begin(self, q: Array, v: Array) -> RunState:
         """The first sample, from q, v (nv,)."""
-        y = self._engine.pack(q, v)
+        y = self.engine.pack(q, v)
         carried = {
             "y": y,
             "ahead": np.array(float(FIRST_SEGMENT)),
@@ -50,7 +49,7 @@ class SmoothLoop(IntegrationLoop):
     def _first_parts(self, y: Array) -> float:
         """How many states the first interval should have, from the state (size,) at the start."""
         t = self.times[: FIRST_SEGMENT + 1]
-        needed = self._engine.denser(t, np.tile(y, (len(t), 1)), FIRST_STEPS)
+        needed = self.engine.denser(t, np.tile(y, (len(t), 1)), FIRST_STEPS)
         return float(np.clip(math.ceil(needed), 1, MOST_STATES))
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
@@ -65,10 +64,10 @@ class SmoothLoop(IntegrationLoop):
         took = self._evaluations() - before
         states, work = (x[::parts] for x in np.split(segment.y, [len(y)], axis=1))
         fine = subdivided(span, parts)[: len(segment.y)]
-        q, v = (x[::parts][1:] for x in self._engine.unpack(fine, segment.y[:, : len(y)], last[: self.nv]))
+        q, v = (x[::parts][1:] for x in self.engine.unpack(fine, segment.y[:, : len(y)], last[: self.nv]))
         ahead = max(1, min(ahead * self._budget // max(took, 1), GROWTH * ahead if needed else len(self.times)))
         carried = {
-            "y": self._engine.project(states[-1]),
+            "y": self.engine.project(states[-1]),
             "ahead": np.array(float(ahead)),
             "first_step": np.array((span[-1] - span[0]) / max(segment.steps, 1)),
             "parts": np.array(float(max(1, math.ceil(MARGIN * parts * needed)))),
@@ -89,7 +88,7 @@ class SmoothLoop(IntegrationLoop):
             parts = parts if not step else 1 if parts == 1 else whole  # else the steps would change
             segment = self._integrate(y, subdivided(span, parts), first_step, memory)
             states = segment.y[:, : len(memory["y"])]
-            needed = self._engine.denser(subdivided(span, parts)[: len(states)], states, segment.steps)
+            needed = self.engine.denser(subdivided(span, parts)[: len(states)], states, segment.steps)
             wanted = math.ceil(parts * needed)
             if segment.failure or wanted <= parts or (step and parts == whole):
                 return segment, parts, needed

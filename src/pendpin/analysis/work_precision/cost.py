@@ -25,7 +25,7 @@ from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import bind
 from pendpin.engines import Compiled
 from pendpin.errors import Halted, InputError, Interrupted, PendpinError, RunError, choices, one_line
-from pendpin.integrators import FEW_JOINTS
+from pendpin.integrators import FEW_JOINTS, uncompiled
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import marks, poses, scale, tip_distance, tips
 from pendpin.scene import FIXED_METHODS, Scene, least_tolerance
@@ -195,7 +195,7 @@ def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Outcome]:
     def run(setting: float, stop: float) -> Outcome:
         begin = time.perf_counter()
         try:
-            found = simulate(scene.by(name, setting), progress=halting(stop))
+            found = simulate(uncompiled(scene.by(name, setting)), progress=halting(stop))
         except Interrupted:
             raise
         except PendpinError as error:

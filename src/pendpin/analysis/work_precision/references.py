@@ -18,7 +18,7 @@ from pendpin.effects import Effect, Gravity
 from pendpin.engines import Compiled
 from pendpin.equations import exact
 from pendpin.errors import Halted, InputError, Interrupted, PendpinError
-from pendpin.integrators import FEW_JOINTS, MAX_JOINTS
+from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, uncompiled
 from pendpin.model.build import Model, build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.scene import Scene
@@ -162,7 +162,7 @@ def by_series(scene: Scene, model: Model, length: float, limit: float) -> Soluti
 
 def by_runge_kutta(scene: Scene, model: Model, length: float, limit: float) -> Solution:
     """The adaptive integrator, on Pinocchio's accelerations where possible; with a limit on the recursion, which is fast."""
-    scene = scene if limit == np.inf else _recursion(scene, model)
+    scene = uncompiled(scene.by("dop853", 1e-14)) if limit == np.inf else _recursion(scene, model)
     return _of_runs(f"Runge-Kutta (dop853) on {bind(scene).engine.name}", scene, length, "dop853", 1e-14, 1e-13, limit)
 
 

@@ -10,13 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import acting
-from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import bind
-from pendpin.effects import BodyEffect
 from pendpin.engines import ProgressCallback
 from pendpin.errors import RunError
-from pendpin.integrators import ADAPTIVE, FEW_JOINTS, MAX_JOINTS, automatic, taylor_takes
+from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, automatic, taylor_takes
 from pendpin.model.build import build, start_state
 from pendpin.scene import FIXED_METHODS, Scene
 from pendpin.simulation.accuracy import rounding
@@ -31,8 +28,6 @@ FARTHEST = 1e4  # how much smaller than the last error the next may be
 BLIND = 100.0  # the same, if the runs are too coarse for an estimate
 LIKELY = 0.85  # the power of the promised factor by which gaps fall as a rule
 MARGIN = 4.0  # by which the next error should be below the target
-COMING = 5.0  # estimated time of the next runs over that of the first
-COMPILING = 0.02  # s a joint
 NEGLIGIBLE = 1e-3  # of the target: smaller gaps need not be small compared with the motion
 LAST_NEGLIGIBLE = 0.1  # the same, of runs that cannot be finer
 LEAST_OF_ANOTHER = 1e-13  # tolerance of another method
@@ -60,13 +55,12 @@ class _Search:
 
     def __init__(self, scene: Scene, runs: Runs, refinement: Refinement) -> None:
         self.runs, self.refinement, self.target = runs, refinement, scene.solver.accuracy or 0.0
-        scene = _compiled(scene, refinement.method) if _has_wrenches(scene) else scene
+        self.scene = scene
         first = scene.by(refinement.method, refinement.first)
         run, self.units = rounding.first_run(runs, first, self.target) if scene.duration else (runs.run(first), 0.0)
         self.first = Attempt(first, refinement.first, run)
         self.attempts = [self.first]
         self.length = length_of(build(scene.model), self.last.run)
-        self.scene = _compiled(scene, refinement.method) if _worth_compiling(self.last.run, runs) else scene
         self.shifted: Array | None = None  # the gap (n,) between the first run, which is shifted, and the second
         self.rounding: Array | None = None
         if scene.duration:
@@ -277,29 +271,9 @@ def _refinement(scene: Scene, runs: Runs) -> Refinement:
 def _with_method(scene: Scene, energy_balance: bool) -> Scene:
     """The scene with the cheapest method that can meet its target, and engine, where it names none."""
     solver, target = scene.solver, scene.solver.accuracy or 0.0
-    if solver.method != "auto":
-        return scene
     dynamics = bind(scene)
     method, engine = automatic(scene, dynamics, *start_state(dynamics.model, scene.start), energy_balance)
     few = MAX_JOINTS if target < FINE else FEW_JOINTS  # the series are the surest, and cheap for few
-    if method == "dop853" and taylor_takes(scene, dynamics, energy_balance, few):
+    if solver.method == "auto" and method == "dop853" and taylor_takes(scene, dynamics, energy_balance, few):
         method, engine = "taylor", solver.engine
     return scene.model_copy(update={"solver": solver.replaced(method=method, engine=engine)})
-
-
-def _compiled(scene: Scene, method: str) -> Scene:
-    """The scene with compiled equations if scene and method allow them."""
-    auto = method in ADAPTIVE and scene.solver.engine == "auto"
-    model = build(scene.model)
-    if not (auto and compilable(acting(model, scene.effects), len(model.joints))):
-        return scene
-    return scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": "compiled"})})
-
-
-def _worth_compiling(run: Trajectory, runs: Runs) -> bool:
-    return COMING * runs.seconds > COMPILING * len(run.joints)
-
-
-def _has_wrenches(scene: Scene) -> bool:
-    """Whether the scene has body effects, whose evaluation takes most of the time."""
-    return any(isinstance(effect, BodyEffect) for effect in acting(build(scene.model), scene.effects))

@@ -1,0 +1,105 @@
+"""The power of the effects that have no potential, for the energy balance: on floats and on symbols."""
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array, cross
+from pendpin.dynamics.binding import bodies_of, body_wrench, field_since, in_order, joint_torque, since, surroundings
+from pendpin.dynamics.parameters import GIVEN, Numbers
+from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, Idle, JointEffect, Motion
+from pendpin.model.build import Model
+
+
+class Accounts(NamedTuple):
+    """The kinds of effects whose work a run integrates."""
+
+    kinds: tuple[str, ...]
+    places: tuple[int | None, ...]  # of each effect, in the order of `in_order`; None if it has a potential
+
+
+def accounts_of(effects: Sequence[Effect], potentials: Sequence[Any]) -> Accounts:
+    """An account for each kind of effect; `potentials` in the order of `in_order`, None for an effect without one."""
+    ordered = [effect for effect, _ in in_order(effects)]
+    kinds = tuple(dict.fromkeys(effect.kind for effect in ordered if not isinstance(effect, Idle)))
+    moving = [
+        None if isinstance(effect, Idle) or potential is not None else kinds.index(effect.kind)
+        for effect, potential in zip(ordered, potentials, strict=True)
+    ]
+    return Accounts(kinds, tuple(moving))
+
+
+class State:
+    """A state of a model: t in s since the start, q and v (nv,), and the motion of the bodies, computed if it is needed."""
+
+    def __init__(self, t: Any, q: Array, v: Array, motion: Callable[[], Motion]) -> None:
+        self.t, self.q, self.v, self._motion = t, q, v, motion
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Poses and velocities of the bodies."""
+        return self._motion()
+
+
+Power = Callable[[State], Any]  # in W
+Powered = Callable[[State], list[Any]]  # the same for each account
+
+
+def powers(
+    model: Model,
+    effects: Sequence[Effect],
+    accounts: Accounts,
+    start: float,
+    xp: Any = np,
+    numbers: Numbers = GIVEN,
+) -> Powered:
+    """The power in W for each account, as a function of the state. Contacts have none here."""
+    ordered, complete = in_order(effects), surroundings(effects, xp, start, numbers)
+    bodies = Bodies(*map(numbers, bodies_of(model)))
+    found: list[tuple[int, Power]] = []
+    for (effect, where), account in zip(ordered, accounts.places, strict=True):
+        if account is not None and (power := _power(model, effect, where, start, complete, bodies, xp, numbers)):
+            found.append((account, power))
+
+    def each(state: State) -> list[Any]:
+        out: list[Any] = [0.0] * len(accounts.kinds)
+        for account, power in found:
+            out[account] = out[account] + power(state)
+        return out
+
+    return each
+
+
+def _power(
+    model: Model,
+    effect: Effect,
+    where: str,
+    start: float,
+    complete: Callable[[float, Motion], Motion],
+    bodies: Bodies,
+    xp: Any,
+    numbers: Numbers,
+) -> Power | None:
+    """The power in W of one effect; None for one that acts through events."""
+    if isinstance(effect, JointEffect):
+        torque = since(start, effect, joint_torque(model, effect, where, xp, numbers), numbers)
+        return lambda state: torque(state.t, state.q, state.v) @ state.v
+    if isinstance(effect, FieldEffect):
+        field = field_since(start, effect, "field", xp, numbers)
+        return lambda state: bodies.mass @ (_centre_velocities(bodies.com, state.motion) @ field(state.t))
+    if not isinstance(effect, BodyEffect):
+        return None
+    wrench = since(start, effect, body_wrench(model, effect, where, xp, numbers, bodies), numbers)
+
+    def power(state: State) -> Any:
+        force, moment = wrench(state.t, complete(state.t, state.motion))
+        return (force * _centre_velocities(bodies.com, state.motion) + moment * state.motion.spin).sum()
+
+    return power
+
+
+def _centre_velocities(com: Array, motion: Motion) -> Array:
+    """Velocities (n, 3) in m/s, W, of the centres of mass com (n, 3) in link frames."""
+    return motion.velocity + cross(motion.spin, motion.levers(com))
