@@ -22,6 +22,7 @@ class Animation:
     def save(self, path: str | Path) -> Path:
         """Write it as .html (the player, with nothing else needed), .gif or .mp4, whole or not at all.
 
+        The page's address may end in what it shall show, as in run.html#t=1.5&view=above&speed=5&reactions=on.
         Raises InputError for other names, MissingLibrary for .mp4 without imageio-ffmpeg.
         """
         path = Path(path)

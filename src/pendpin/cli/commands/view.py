@@ -15,7 +15,10 @@ def view(
     run: Annotated[Path, typer.Argument(help="A saved run (.npz).")],
     html: Annotated[Path | None, typer.Option(help="Write the animation to one HTML page and show nothing.")] = None,
 ) -> None:
-    """Show a saved run in a browser, on this machine only, until Ctrl-C; or write it as one HTML page."""
+    """Show a saved run in a browser, on this machine only, until Ctrl-C; or write it as one HTML page.
+
+    The page's address may end in what it shall show: #t=1.5&view=above&speed=5&reactions=on.
+    """
     from pendpin.trajectory import Trajectory
 
     trajectory = Trajectory.load(run)
