@@ -42,7 +42,8 @@ def page(drawing: Drawing, *, live: bool = False) -> str:
     """The page of a drawing: self-contained HTML that plays in real time and never touches the network.
 
     It shows what its address asks for after a #: t=1.5 (s; paused there), view=above, speed=5, reactions=on.
-    A `live` page asks the server it came from now and then whether it is still there. Raises InputError for a mesh that cannot be read.
+    A `live` page asks the server it came from now and then whether it is still there. Raises InputError for
+    a mesh that cannot be read.
     """
     parts = {
         "policy": _policy(live),
