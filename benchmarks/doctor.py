@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
+from pendpin.analysis.doctor.checking.check import TOLERANCE, Equation, random_states, relative_error
+from pendpin.analysis.doctor.checking.evaluation import Context, evaluate
+from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities
 from pendpin.analysis.doctor.diagnose import diagnose
-from pendpin.analysis.doctor.judging.evaluation import Context, evaluate
-from pendpin.analysis.doctor.judging.judge import TOLERANCE, Equation, random_states, relative_error
-from pendpin.analysis.doctor.judging.mechanics import Convention, Quantities
 from pendpin.analysis.doctor.mending.laws import free_states
 from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.names import MATRICES, VECTORS
@@ -302,7 +302,7 @@ def noted(text: str, notation: str) -> object:
     return sp.Eq(left, right, evaluate=False)
 
 
-# --- the judge of the doctor ----------------------------------------------------------------------------------------
+# --- the check of the doctor ----------------------------------------------------------------------------------------
 
 
 class Independent(Quantities):

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 
-from pendpin.analysis.doctor.judging.judge import TOLERANCE
-from pendpin.analysis.doctor.judging.mechanics import Convention
+from pendpin.analysis.doctor.checking.check import TOLERANCE
+from pendpin.analysis.doctor.checking.mechanics import Convention
 from pendpin.analysis.doctor.patients import Printed, chosen
 from pendpin.analysis.doctor.reading.tree import Unread, symbols, walk
 from pendpin.errors import InputError, shown

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pendpin.analysis.doctor.checking.exact import need_sympy
 from pendpin.analysis.doctor.diagnosis import Diagnosis, examine
-from pendpin.analysis.doctor.judging.exact import need_sympy
 from pendpin.analysis.doctor.reading.documents import MOST_BYTES, Document, read_text, read_toml, statements
 from pendpin.errors import InputError, inside, shown
 from pendpin.files import read_whole
@@ -28,7 +28,7 @@ def diagnose(
     reactions: Callable[..., Any] | None = None,
     progress: Callable[[str], object] = lambda what: None,
 ) -> "Diagnosis | Comparison":
-    """Judge the equations of a rod on a universal joint, and mend those that fail (docs/doctor.md).
+    """Check the equations of a rod on a universal joint, and mend those that fail (docs/doctor.md).
 
     `equations` is a text in LaTeX, Markdown or plain notation, a Path of such a file or of a TOML file, a list of texts
     and sympy expressions or Eq, or a mapping of names to these. `rod` is "thin" (uniform, I3 = 0), "uniform" (radius r)

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+from pendpin.analysis.doctor.checking.check import Equation, check
+from pendpin.analysis.doctor.checking.circumstances import dimensions_of, scaling, when
+from pendpin.analysis.doctor.checking.mechanics import RODS, Convention
 from pendpin.analysis.doctor.conventions import conventions_of, find_convention, likely_rod
-from pendpin.analysis.doctor.judging.circumstances import dimensions_of, scaling, when
-from pendpin.analysis.doctor.judging.judge import Equation, judge
-from pendpin.analysis.doctor.judging.mechanics import RODS, Convention
 from pendpin.analysis.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, styles_of
 from pendpin.analysis.doctor.mending.monomials import Printer
 from pendpin.analysis.doctor.patients import Printed, chosen, kind_of, printed
@@ -55,7 +55,7 @@ class Shared:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Every equation with its verdict, for the rod and convention that they were judged in."""
+    """Every equation with its verdict, for the rod and convention that they were checked in."""
 
     findings: tuple[Finding, ...]
     rod: str
@@ -92,7 +92,7 @@ class Diagnosis:
 def examine(
     document: Document, rod: str | None, convention: str | None, progress: Callable[[str], object] = lambda what: None
 ) -> Diagnosis:
-    """Judge every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
+    """Check every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
     rod, convention = rod or document.rod, convention or document.convention
     if rod is not None and rod not in RODS:
         raise InputError(f"rod: {shown(rod)} is not one of: {choices(RODS)}")
@@ -145,17 +145,17 @@ def find(one: Printed, rod: str, convention: Convention, styles: dict[str, str],
         )
     try:
         equation, tight, _ = chosen(one, rod, convention)
-        judgement = judge(equation, rod, convention)
+        verdict = check(equation, rod, convention)
     except Mismatch as error:
         return _mismatched(unread, one, rod, convention, styles, error.reason)
     except Unread as error:
         return replace(unread, remark=error.reason)
-    remark = "; ".join(filter(None, (one.remark, judgement.remark)))
+    remark = "; ".join(filter(None, (one.remark, verdict.remark)))
     finding = Finding(
-        one.number, one.latex, place, kind_of(equation), "holds" if judgement.holds else "fails", judgement.proved,
-        judgement.error, remark, equation=equation, text=one.text,
+        one.number, one.latex, place, kind_of(equation), "holds" if verdict.holds else "fails", verdict.proved,
+        verdict.error, remark, equation=equation, text=one.text,
     )  # fmt: skip
-    return finding if judgement.holds else _failing(finding, one, tight, rod, convention, styles, pairs)
+    return finding if verdict.holds else _failing(finding, one, tight, rod, convention, styles, pairs)
 
 
 def _failing(
@@ -199,7 +199,7 @@ def _thin_only(equation: Equation, rod: str, convention: Convention) -> str:
     if rod == "thin":
         return ""
     try:
-        return "it holds for a thin rod only" if judge(equation, "thin", convention).holds else ""
+        return "it holds for a thin rod only" if check(equation, "thin", convention).holds else ""
     except Unread:
         return ""
 

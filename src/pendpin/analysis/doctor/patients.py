@@ -1,11 +1,11 @@
-"""From statements to equations that can be judged: every reading of a text, and the likeliest of them."""
+"""From statements to equations that can be checked: every reading of a text, and the likeliest of them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from pendpin.analysis.doctor.judging.circumstances import dimensions_of
-from pendpin.analysis.doctor.judging.judge import TOLERANCE, Equation, random_states, relative_error
-from pendpin.analysis.doctor.judging.mechanics import Convention
+from pendpin.analysis.doctor.checking.check import TOLERANCE, Equation, random_states, relative_error
+from pendpin.analysis.doctor.checking.circumstances import dimensions_of
+from pendpin.analysis.doctor.checking.mechanics import Convention
 from pendpin.analysis.doctor.reading.documents import Statement
 from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.names import DIMENSION_OF, VECTORS
@@ -13,7 +13,7 @@ from pendpin.analysis.doctor.reading.tokens import tokens
 from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
-MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is judged
+MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked
 COORDINATES = {"x", "y", "z"}
 
 
@@ -70,7 +70,7 @@ def _of_statement(statement: Statement, number: int) -> list[Printed]:
         len(sides) > MOST_SIDES for sides in equations
     ):
         return [
-            Printed(statement, number, text, text, 0, reason="too long to be judged: write it as several equations")
+            Printed(statement, number, text, text, 0, reason="too long to be checked: write it as several equations")
         ]
     return [
         Printed(
@@ -217,7 +217,7 @@ def kind_of(equation: Equation) -> str:
 
 
 def _is_moment(equation: Equation) -> bool:
-    from pendpin.analysis.doctor.judging.dimensions import Disagreement, common, dimension
+    from pendpin.analysis.doctor.checking.dimensions import Disagreement, common, dimension
 
     try:
         found = common([dimension(side, equation.definitions) for side in equation.sides])

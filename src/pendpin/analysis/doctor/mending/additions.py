@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor.judging.judge import Equation, changed
-from pendpin.analysis.doctor.judging.mechanics import Quantities, Values, dot
+from pendpin.analysis.doctor.checking.check import Equation, changed
+from pendpin.analysis.doctor.checking.mechanics import Quantities, Values, dot
 from pendpin.analysis.doctor.mending.edits import Edit, Editor, apply
 from pendpin.analysis.doctor.mending.monomials import (
     DIRECTIONS,

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from pendpin.analysis.doctor.judging.mechanics import Values
+from pendpin.analysis.doctor.checking.mechanics import Values
 from pendpin.analysis.doctor.mending.monomials import Printer
 from pendpin.analysis.doctor.mending.needs import Need
 from pendpin.analysis.doctor.reading.tree import Node, Span, walk

@@ -6,17 +6,17 @@ from itertools import pairwise
 
 import numpy as np
 
-from pendpin.analysis.doctor.judging.evaluation import Known
-from pendpin.analysis.doctor.judging.judge import (
+from pendpin.analysis.doctor.checking.check import (
     TOLERANCE,
     Equation,
     changed,
-    judge,
+    check,
     random_states,
     relative_error,
-    settled,
+    residuals_and_sizes,
 )
-from pendpin.analysis.doctor.judging.mechanics import Convention, Quantities, Values
+from pendpin.analysis.doctor.checking.evaluation import Known
+from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values
 from pendpin.analysis.doctor.mending.additions import by_need, equal_products, possible
 from pendpin.analysis.doctor.mending.edits import Edit, Editor, apply, overlap
 from pendpin.analysis.doctor.mending.laws import standing
@@ -86,7 +86,7 @@ def mends(patient: Patient, printer: Printer, pairs: bool = True, most: int = 4)
     if nodes > MOST_NODES:
         return []
     known: Known = {}
-    rows = np.concatenate([rows for rows, _ in settled(equation, quantities, known)])
+    rows = np.concatenate([rows for rows, _ in residuals_and_sizes(equation, quantities, known)])
     found = list(needs(equation, quantities, known))
     editor = Editor(patient.text, printer)
     listed = sorted(moves(found, equation.context(quantities), editor), key=_order)[: MOST_WORK // nodes]
@@ -182,13 +182,11 @@ def _verified(patient: Patient, edits: list[Edit], most: int) -> list[Mend]:
             break
         if any(other.shape == shape.shape and np.abs(other - shape).max() < 1e-8 for other in shapes):
             continue
-        judgement = judge(equation, patient.rod, patient.convention)
-        if judgement.holds:
+        verdict = check(equation, patient.rod, patient.convention)
+        if verdict.holds:
             shapes.append(shape)
             chosen.append(
-                Mend(
-                    text, edit.words, edit.old, edit.new, cost, judgement.proved, equation, edit.splices, patient.alone
-                )
+                Mend(text, edit.words, edit.old, edit.new, cost, verdict.proved, equation, edit.splices, patient.alone)
             )
     return chosen
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.analysis.doctor.judging.mechanics import Quantities, Values
+from pendpin.analysis.doctor.checking.mechanics import Quantities, Values
 
 MOST = 60  # of the numerator and denominator of a fraction that counts as small
 PLAIN = {"thin": ("m", "l", "g"), "uniform": ("m", "l", "g", "r"), "general": ("m", "l", "g", "h", "I1", "I2", "I3")}

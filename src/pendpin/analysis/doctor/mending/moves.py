@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor.judging.dimensions import Disagreement, dimension
-from pendpin.analysis.doctor.judging.evaluation import Context, evaluate, power
-from pendpin.analysis.doctor.judging.mechanics import PARAMETERS, Quantities, Values
+from pendpin.analysis.doctor.checking.dimensions import Disagreement, dimension
+from pendpin.analysis.doctor.checking.evaluation import Context, evaluate, power
+from pendpin.analysis.doctor.checking.mechanics import PARAMETERS, Quantities, Values
 from pendpin.analysis.doctor.mending.edits import Edit, Editor
 from pendpin.analysis.doctor.mending.monomials import CLOSE, simple
 from pendpin.analysis.doctor.mending.needs import Need

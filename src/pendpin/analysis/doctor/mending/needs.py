@@ -11,9 +11,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from pendpin.analysis.doctor.judging.evaluation import Known, norm
-from pendpin.analysis.doctor.judging.judge import Equation
-from pendpin.analysis.doctor.judging.mechanics import AXES, Quantities, Values, dot
+from pendpin.analysis.doctor.checking.check import Equation
+from pendpin.analysis.doctor.checking.evaluation import Known, norm
+from pendpin.analysis.doctor.checking.mechanics import AXES, Quantities, Values, dot
 from pendpin.analysis.doctor.reading.tree import Node
 
 Role = Literal["side", "term", "entry", "factor", "divisor", "base", "argument"]

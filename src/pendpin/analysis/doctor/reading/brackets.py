@@ -1,5 +1,6 @@
 """What stands in brackets: groups, columns, lengths and matrices."""
 
+from abc import ABC, abstractmethod
 from dataclasses import replace
 from fractions import Fraction
 
@@ -11,12 +12,12 @@ CLOSING = {"(": ")", "[": "]", "{": "}", "\\{": "\\}"}
 MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix"}
 
 
-class Brackets(PrintedNames):
+class Brackets(PrintedNames, ABC):
     """A reader of brackets; what is inside is read by `sum`."""
 
+    @abstractmethod
     def sum(self) -> Node:
         """Terms with their signs: the grammar's."""
-        raise NotImplementedError
 
     def group(self) -> Node:
         """What stands in brackets; with commas a column."""

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import DOP853
 
-from pendpin.analysis.doctor.diagnosis import Diagnosis, Finding
-from pendpin.analysis.doctor.judging.judge import ENERGIES, Equation, residuals
-from pendpin.analysis.doctor.judging.mechanics import (
+from pendpin.analysis.doctor.checking.check import ENERGIES, Equation, residuals
+from pendpin.analysis.doctor.checking.mechanics import (
     COORDINATES,
     PARAMETERS,
     Convention,
@@ -18,6 +17,7 @@ from pendpin.analysis.doctor.judging.mechanics import (
     dot,
     solved,
 )
+from pendpin.analysis.doctor.diagnosis import Diagnosis, Finding
 from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
 from pendpin.analysis.doctor.reading.tree import Unread
@@ -109,7 +109,7 @@ def _dynamic(finding: Finding, diagnosis: Diagnosis) -> list[Equation]:
         return []
     if equation.names & ENERGIES.keys():
         return _from_lagrangian(equation, diagnosis)
-    from pendpin.analysis.doctor.judging.judge import random_states
+    from pendpin.analysis.doctor.checking.check import random_states
 
     rows = next(residuals(equation, random_states(diagnosis.rod, diagnosis.convention)))[0]
     lone = [side for side in equation.sides if side.kind == "symbol" and side.value in (*UNKNOWNS, "Mc")]
@@ -126,8 +126,8 @@ def _dynamic(finding: Finding, diagnosis: Diagnosis) -> list[Equation]:
 def _from_lagrangian(equation: Equation, diagnosis: Diagnosis) -> list[Equation]:
     from sympy import Symbol, diff
 
-    from pendpin.analysis.doctor.judging.evaluation import evaluate
-    from pendpin.analysis.doctor.judging.exact import printed_quantities
+    from pendpin.analysis.doctor.checking.evaluation import evaluate
+    from pendpin.analysis.doctor.checking.exact import printed_quantities
 
     if not (equation.sides[0].kind == "symbol" and equation.sides[0].value == "L"):
         return []

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.analysis.doctor.checking import exact
+from pendpin.analysis.doctor.checking.check import Equation, residuals
+from pendpin.analysis.doctor.checking.mechanics import AXES, COORDINATES, PARAMETERS, Convention, Quantities, dot
 from pendpin.analysis.doctor.diagnosis import Diagnosis, Finding
-from pendpin.analysis.doctor.judging import exact
-from pendpin.analysis.doctor.judging.judge import Equation, residuals
-from pendpin.analysis.doctor.judging.mechanics import AXES, COORDINATES, PARAMETERS, Convention, Quantities, dot
 from pendpin.analysis.doctor.mending.mends import Mend
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
 from pendpin.analysis.doctor.reading.tree import Unread
@@ -111,7 +111,7 @@ def summary(diagnosis: Diagnosis) -> str:
     """How many equations hold, fail and could not be read."""
     verdicts = [finding.verdict for finding in diagnosis.findings]
     counts = {word: verdicts.count(word) for word in STYLES}
-    counted = f"{counts['holds']} hold, {counts['fails']} fail, {counts['unread']} are not judged"
+    counted = f"{counts['holds']} hold, {counts['fails']} fail, {counts['unread']} are not checked"
     return f"Of {len(verdicts)} equations {counted}; for {RODS[diagnosis.rod]}."
 
 

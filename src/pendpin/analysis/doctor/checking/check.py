@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor.judging import exact
-from pendpin.analysis.doctor.judging.evaluation import Context, Known, evaluate, norm, scale
-from pendpin.analysis.doctor.judging.exact import printed_quantities
-from pendpin.analysis.doctor.judging.mechanics import COORDINATES, PARAMETERS, Convention, Quantities, Values, solved
+from pendpin.analysis.doctor.checking import exact
+from pendpin.analysis.doctor.checking.evaluation import Context, Known, evaluate, norm, scale
+from pendpin.analysis.doctor.checking.exact import printed_quantities
+from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Convention, Quantities, Values, solved
 from pendpin.analysis.doctor.reading.names import UNKNOWNS, meanings
 from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
 
@@ -73,7 +73,7 @@ def _undifferentiated(node: Node) -> Iterator[Node]:
 
 
 @dataclass(frozen=True)
-class Judgement:
+class Verdict:
     """Whether an equation holds, whether that is proved, and the error relative to its terms."""
 
     holds: bool
@@ -148,7 +148,7 @@ def _alike(left: Values, right: Values, sides: tuple[Node, ...], i: int) -> tupl
     raise Mismatch("a vector is set equal to a number", node.span[0])
 
 
-def settled(
+def residuals_and_sizes(
     equation: Equation, quantities: Quantities, known: Known | None = None, instead: dict[int, Values] | None = None
 ) -> Iterator[tuple[Values, Values]]:
     """The residuals, less what a constant in the energies may account for.
@@ -185,7 +185,7 @@ def changed(equation: Equation, quantities: Quantities, instead: dict[int, Value
     """The residual with other values for some parts, rows (k, n); None where they have no meaning there."""
     try:
         with np.errstate(all="ignore"):
-            return np.concatenate([rows for rows, _ in settled(equation, quantities, None, instead)])
+            return np.concatenate([rows for rows, _ in residuals_and_sizes(equation, quantities, None, instead)])
     except Unread:
         return None
 
@@ -194,7 +194,7 @@ def relative_error(equation: Equation, quantities: Quantities) -> float:
     """The residual over the terms, root mean square over random states. Raises Unread, also for infinite values."""
     worst = 0.0
     with np.errstate(all="ignore"):
-        for rows, size in settled(equation, quantities):
+        for rows, size in residuals_and_sizes(equation, quantities):
             top = np.sqrt(np.mean(np.sum(rows**2, 0)))
             bottom = np.sqrt(np.mean(size**2)) or 1.0
             if not np.isfinite(top) or not np.isfinite(bottom):
@@ -203,20 +203,20 @@ def relative_error(equation: Equation, quantities: Quantities) -> float:
     return worst
 
 
-def judge(equation: Equation, rod: str, convention: Convention) -> Judgement:
+def check(equation: Equation, rod: str, convention: Convention) -> Verdict:
     """Whether an equation holds on every true motion: at random states first, then by proof. Raises Unread."""
     error = relative_error(equation, random_states(rod, convention))
     if error > TOLERANCE:
         if harmless(equation, rod, convention):
-            return Judgement(
+            return Verdict(
                 True, True, 0.0, "differs from T - V by a total derivative, which changes no equation of motion"
             )
-        return Judgement(False, True, error)
+        return Verdict(False, True, error)
     try:
         proved = proves(equation, rod, convention)
     except exact.Unprovable:
-        return Judgement(_holds_in_50_digits(equation, rod, convention), False, error)
-    return Judgement(proved, True, error)
+        return Verdict(_holds_in_50_digits(equation, rod, convention), False, error)
+    return Verdict(proved, True, error)
 
 
 def proves(equation: Equation, rod: str, convention: Convention) -> bool:
@@ -254,7 +254,7 @@ def _holds_in_50_digits(equation: Equation, rod: str, convention: Convention) ->
     xp = exact.fifty_digits()
     base = {name: xp.asarray(values) for name, values in random_base(rod, EXACT_STATES, seed=1).items()}
     quantities = Quantities(solved(base, rod, convention, xp), rod, convention, xp)
-    return all(abs(x) < 1e-35 for rows, _ in settled(equation, quantities) for x in np.asarray(rows).flat)
+    return all(abs(x) < 1e-35 for rows, _ in residuals_and_sizes(equation, quantities) for x in np.asarray(rows).flat)
 
 
 def harmless(equation: Equation, rod: str, convention: Convention) -> bool:

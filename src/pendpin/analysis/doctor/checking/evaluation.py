@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor.judging.exact import printed_quantities
-from pendpin.analysis.doctor.judging.mechanics import AXES, COORDINATES, Quantities, Values, cross, dot, turned
+from pendpin.analysis.doctor.checking.exact import printed_quantities
+from pendpin.analysis.doctor.checking.mechanics import AXES, COORDINATES, Quantities, Values, cross, dot, turned
 from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
 from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread

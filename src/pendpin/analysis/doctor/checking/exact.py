@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor.judging.mechanics import COORDINATES, PARAMETERS, Convention, Quantities
+from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Convention, Quantities
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
 from pendpin.errors import MissingLibrary
 

@@ -2,10 +2,16 @@
 
 import numpy as np
 
-from pendpin.analysis.doctor.judging.dimensions import Disagreement, common, dimension
-from pendpin.analysis.doctor.judging.evaluation import norm
-from pendpin.analysis.doctor.judging.judge import TOLERANCE, Equation, random_states, relative_error, settled
-from pendpin.analysis.doctor.judging.mechanics import Convention, Quantities, Values
+from pendpin.analysis.doctor.checking.check import (
+    TOLERANCE,
+    Equation,
+    random_states,
+    relative_error,
+    residuals_and_sizes,
+)
+from pendpin.analysis.doctor.checking.dimensions import Disagreement, common, dimension
+from pendpin.analysis.doctor.checking.evaluation import norm
+from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values
 from pendpin.analysis.doctor.reading.tree import Node
 
 
@@ -52,4 +58,4 @@ def scaling(equation: Equation, rod: str, convention: Convention) -> str:
 
 def _size(equation: Equation, quantities: Quantities) -> Values:
     with np.errstate(all="ignore"):
-        return np.concatenate([norm(rows) for rows, _ in settled(equation, quantities)])
+        return np.concatenate([norm(rows) for rows, _ in residuals_and_sizes(equation, quantities)])
