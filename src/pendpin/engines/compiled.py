@@ -27,6 +27,11 @@ class CompiledEquations:
         self.recording, self._tables = recording, tables
         self.series: dict[Hashable, Any] = {}  # what heyoka has compiled of them, by setting
 
+    @property
+    def compile_seconds(self) -> float:
+        """The s in which the machine code was compiled, in whichever run that was."""
+        return self.function.compile_seconds
+
     @cached_property
     def function(self) -> Function:
         """y' as machine code."""

@@ -103,17 +103,18 @@ class Function:
         self.size, self.more = len(self._places), len(self._more)
         self.text = "\n".join(self._written())
         self._codes: dict[int, Code] = {}  # by level of optimisation
-        self._calls = 0
+        self._calls, self.compile_seconds = 0, 0.0
 
-    def code(self, calls: int) -> tuple[Code, float]:
-        """The code after some further calls, and the time in s to compile it: optimised once there have been many."""
+    def code(self, calls: int) -> Code:
+        """The code after some further calls, compiled if it was not: optimised once there have been many."""
         first, each = MANY_CALLS
         self._calls += calls
-        level, begin = OPTIMISATION if self._calls > first + each * len(self._needed) else 0, time.perf_counter()
-        if level in self._codes:
-            return self._codes[level], 0.0
-        self._codes[level] = Code(self.text, level)
-        return self._codes[level], time.perf_counter() - begin
+        level = OPTIMISATION if self._calls > first + each * len(self._needed) else 0
+        if level not in self._codes:
+            begin = time.perf_counter()
+            self._codes[level] = Code(self.text, level)
+            self.compile_seconds += time.perf_counter() - begin
+        return self._codes[level]
 
     def block(self, parameters: Sequence[float], tables: Sequence[Table], compiled: Callable[[float], None]) -> "Block":
         """A block for one set of parameters; `compiled` is called with the time in s that compiling takes."""
@@ -194,9 +195,9 @@ class Block:
 
     def code(self) -> Code:
         """The machine code, compiled if it was not. It may change from segment to segment; its results do not."""
-        before, self._counted = self._counted, self.calls
-        code, seconds = self.function.code(self._counted - before)
-        self._compiled(seconds)
+        (before, self._counted), took = (self._counted, self.calls), self.function.compile_seconds
+        code = self.function.code(self._counted - before)
+        self._compiled(self.function.compile_seconds - took)
         return code
 
     def evaluated(self, t: Array, y: Array) -> tuple[Array, Array]:
