@@ -63,7 +63,7 @@ def along(trajectory: Trajectory) -> Report | None:
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # numbers that overflow differ and are reported
 def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute], in_50_digits: int) -> Report:
-    """The report on states q, v (n, nv) by all routes, with some of them judged in 50 digits."""
+    """The report on states q, v (n, nv) by all routes, with some of them compared with 50 digits."""
     by_hand = _one_free_rod(dynamics)
     if own and not by_hand:
         raise InputError("own routes need a single rod on a universal joint, its centre of mass on its axis")

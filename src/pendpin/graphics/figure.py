@@ -1,7 +1,7 @@
 """A run as one figure: panels against time, the path of the tip beside them; or chosen quantities on one axes."""
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
@@ -32,11 +32,16 @@ MOST_LETTERS = 90  # of a title
 
 def save_plot(trajectory: Trajectory, path: str | Path, names: tuple[str, ...] = ()) -> Path:
     """Write the figure of a run, or of quantities of it, to a .png, .pdf or .svg file, whole. Raises InputError."""
+    return write_figure(path, lambda: draw(trajectory, names))
+
+
+def write_figure(path: str | Path, drawn: Callable[[], Any]) -> Path:
+    """Write the figure that a function draws to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
     path = Path(path)
     kind = picture_kind(path)
     with plain_text(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
-        figure = draw(trajectory, names)
+        figure = drawn()
         return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=DPI))
 
 

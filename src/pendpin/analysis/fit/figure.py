@@ -7,8 +7,7 @@ import numpy as np
 
 from pendpin.analysis.fit.honesty import autocorrelation
 from pendpin.analysis.fit.report import Fit, Prediction
-from pendpin.files import write_whole
-from pendpin.graphics.figure import picture_kind
+from pendpin.graphics.figure import write_figure
 
 COLORS = ("#d9622b", "#2b6cb0", "#2f855a", "#6b46c1", "#b7791f", "#4a5568")
 HELD = "#edf2f7"
@@ -22,9 +21,7 @@ def plot(fit: Fit, path: Any = None) -> Any:
 
 def save_fit(fit: Fit, path: str | Path) -> Path:
     """Write the figure to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
-    path = Path(path)
-    kind, figure = picture_kind(path), draw_fit(fit)
-    return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=150))
+    return write_figure(path, lambda: draw_fit(fit))
 
 
 def draw_fit(fit: Fit) -> Any:

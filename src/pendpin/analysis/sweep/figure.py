@@ -7,8 +7,7 @@ import numpy as np
 
 from pendpin.arrays import Array, Mask
 from pendpin.errors import InputError, choices
-from pendpin.files import write_whole
-from pendpin.graphics.figure import picture_kind, plain_text
+from pendpin.graphics.figure import write_figure
 
 DOUBTFUL = 1e-3  # of a measure's range: a spread beyond is hatched
 DIVERGED = 1e-2  # a divergence beyond is hatched
@@ -18,11 +17,7 @@ MOST_PANELS = 12
 
 def save_map(dataset: Any, path: str | Path, measure: str | None = None) -> Path:
     """Write the figure of one measure, the first unless named, to a .png, .pdf or .svg. Raises InputError."""
-    path = Path(path)
-    kind = picture_kind(path)
-    with plain_text():
-        figure = draw_map(dataset, measure)
-        return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=150))
+    return write_figure(path, lambda: draw_map(dataset, measure))
 
 
 def draw_map(dataset: Any, measure: str | None = None) -> Any:

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.analysis.work_precision.report import CostReport, Curve
-from pendpin.files import write_whole
-from pendpin.graphics.figure import picture_kind
+from pendpin.graphics.figure import write_figure
 
 COLORS = {
     "taylor": "#d9622b",
@@ -30,9 +29,7 @@ FRONT = "#f6e05e"
 
 def save_cost_plot(report: CostReport, path: str | Path) -> Path:
     """Write the figure to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
-    path = Path(path)
-    kind, figure = picture_kind(path), draw_cost(report)
-    return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=150))
+    return write_figure(path, lambda: draw_cost(report))
 
 
 def draw_cost(report: CostReport) -> Any:
