@@ -1,13 +1,17 @@
 """Fits of synthetic swings whose truth is known: how often estimates and intervals are right, and what a fit costs.
 
-    nice -n 10 python benchmarks/fit.py 100 [SEED]      # so many random rods and doubles, 3 segments each
+    nice -n 10 python benchmarks/fit.py 100 0 fit.jsonl      # so many random rods and doubles of a seed, 3 segments each
 
 Each is simulated by `simulate` with random numbers, measured with the noise of an encoder and fitted from guesses that
-are off by up to 30 %. With the scale of mass known (one first moment is not free) all free numbers are determined.
+are off by up to 30 %. With the scale of mass known (one first moment is not free) all free numbers are determined. Results
+go to a file, line by line; the same command goes on where it was stopped.
 """
 
+import json
 import sys
 import time
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -82,36 +86,43 @@ def true_value(scene: pp.Scene, key: str) -> float:
     return float(free_parameters(scene, [key]).guess[0])
 
 
+def scored(seed: int, case: int) -> dict[str, Any]:
+    """One case: each free number's deviation from the truth in standard errors, and what the fit cost."""
+    truth, guess, free, table = random_case(np.random.default_rng([seed, case]))
+    begin = time.process_time()
+    try:
+        found = pp.fit(guess, table, free)
+    except PendpinError as error:
+        return {"case": case, "failed": str(error)}
+    seconds, right = time.process_time() - begin, dict.fromkeys(found.errors, 0.0)
+    right |= {key: true_value(truth, key) for key in right if not key.startswith("data.")}  # zeros are 0
+    z = {key: (found.values[key] - right[key]) / error for key, error in found.errors.items()}
+    return {"case": case, "rods": len(truth.model.rods), "seconds": seconds, "explained": found.explained, "z": z}
+
+
+def summary(rows: list[dict[str, Any]]) -> str:
+    """How estimates and intervals did in all cases."""
+    good = [row for row in rows if "z" in row]
+    size = np.abs([x for row in good for x in row["z"].values()])
+    seconds, explained = [row["seconds"] for row in good], sum(row["explained"] for row in good)
+    return (
+        f"{len(good)} fits of {len(rows)}, {explained} explained, {len(size)} numbers\n"
+        f"within 3 standard errors {np.mean(size < 3):.3f}, 95 % intervals cover {np.mean(size < 1.96):.3f}\n"
+        f"seconds (CPU): median {np.median(seconds):.1f}, most {max(seconds):.1f}"
+    )
+
+
 def main() -> None:
-    """Print how estimates and intervals did."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 20
-    draw = np.random.default_rng(int(sys.argv[2]) if len(sys.argv) > 2 else 0)
-    scores, seconds, explained = [], [], 0
-    for case in range(count):
-        truth, guess, free, table = random_case(draw)
-        begin = time.process_time()
-        try:
-            found = pp.fit(guess, table, free)
-        except PendpinError as error:
-            print(f"{case}: {error}")
-            continue
-        seconds.append(time.process_time() - begin)
-        explained += found.explained
-        z = {
-            key: (found.values[key] - true_value(truth, key)) / e
-            for key, e in found.errors.items()
-            if "offsets" not in key
-        }
-        z |= {key: found.values[key] / e for key, e in found.errors.items() if "offsets" in key}
-        scores += z.values()
-        bad = {key: round(x, 1) for key, x in z.items() if abs(x) > 3}
-        rods = len(truth.model.rods)
-        print(f"{case}: rods {rods}, {seconds[-1]:.1f} s, explained {found.explained}, {len(z)} numbers {bad or ''}")
-        sys.stdout.flush()
-    size = np.abs(scores)
-    print(f"{len(seconds)} fits, {explained} explained, {len(size)} numbers")
-    print(f"within 3 standard errors {np.mean(size < 3):.3f}, 95 % intervals cover {np.mean(size < 1.96):.3f}")
-    print(f"seconds (CPU): median {np.median(seconds):.1f}, most {max(seconds):.1f}")
+    """Print how estimates and intervals did; cases that the file of results holds are not run again."""
+    count, seed = int(sys.argv[1]), int(sys.argv[2])
+    file = Path(sys.argv[3])
+    rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    for case in sorted(set(range(count)) - {row["case"] for row in rows}):
+        rows.append(scored(seed, case))
+        with file.open("a") as out:
+            out.write(json.dumps(rows[-1]) + "\n")
+        print(rows[-1], flush=True)
+    print(summary(rows))
 
 
 if __name__ == "__main__":

@@ -143,7 +143,8 @@ def solution_of(setting: Setting, progress: Progress, begin: Array | None = None
     progress("whole swings")
     problem = _rescaled(setting, _whole(setting, problem, x), x)
     x, solved = Search(problem, Starts(x, _states(setting, problem, x))).run(15, 1e-3)
-    problem = _weighted(setting, _rescaled(setting, problem, x), solved)
+    problem = replace(_rescaled(setting, problem, x), still=np.zeros(len(x), bool))
+    problem = _weighted(setting, problem, solved)
     x, solved, _ = Search(problem, Starts(x, solved.starts)).polished(POLISHING)
     progress("error bars")
     return _finished(setting, problem, x, solved)
@@ -176,6 +177,7 @@ def _problem(setting: Setting) -> Problem:
         HOLD,
         given_offsets(setting),
         STEP * setting.pace * 1.01,
+        np.pad(free.speeds, (0, many)),
     )
 
 
@@ -186,7 +188,7 @@ def _states(setting: Setting, problem: Problem, x: Array) -> Array:
 def begun_at(setting: Setting, problem: Problem) -> Problem:
     """A problem with the equations of a setting, its numbers as the prior, and the data and weights of another."""
     own = _problem(setting)
-    kept = {"batch": problem.batch, "weights": problem.weights, "share": problem.share}
+    kept = {"still": problem.still, "batch": problem.batch, "weights": problem.weights, "share": problem.share}
     return _rescaled(setting, replace(own, **kept), own.prior)
 
 
@@ -203,7 +205,7 @@ def _regression(setting: Setting) -> Regression:
 def _by_equation_error(setting: Setting, problem: Problem) -> Array:
     found = _regression(setting)
     p = _rescaled(setting, problem, problem.prior)
-    return regressed(found, p.prior, p.scale, p.lower, p.upper, p.prior)
+    return regressed(found, p.prior, p.scale, p.lower, p.upper, p.still)
 
 
 def _rescaled(setting: Setting, problem: Problem, x: Array) -> Problem:

@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from pendpin.analysis.fit.data import Swing
 from pendpin.analysis.fit.equations import Equations
-from pendpin.arrays import Array
+from pendpin.arrays import Array, Mask
 
 MOST_POINTS = 1_000  # of the regression
 ONE_PERCENT = 0.01
@@ -149,11 +149,12 @@ def natural_scale(found: Regression, z: Array, offsets: Array) -> Array:
     return scale
 
 
-def regressed(found: Regression, x: Array, scale: Array, lower: Array, upper: Array, prior: Array) -> Array:
+def regressed(found: Regression, prior: Array, scale: Array, lower: Array, upper: Array, still: Mask) -> Array:
     """The unknowns (nx,) that explain the measured accelerations best: robust least squares, a tenth of a second."""
     nz, columns = found.equations.nz, found.shift.shape[1]
 
     def residuals(x: Array) -> Array:
+        x = np.where(still, prior, x)
         offsets = x[nz:] if len(x) > nz else np.zeros(columns)
         with np.errstate(all="ignore"):
             off = ((found.accelerations(x[:nz], offsets) - found.measured) / size).reshape(-1)
@@ -161,4 +162,5 @@ def regressed(found: Regression, x: Array, scale: Array, lower: Array, upper: Ar
 
     size = np.sqrt(np.mean(found.measured**2)) or 1.0
     options = {"x_scale": scale, "loss": "soft_l1", "f_scale": 0.05, "max_nfev": 40}
-    return least_squares(residuals, np.clip(x, lower, upper), bounds=(lower, upper), **options).x
+    best = least_squares(residuals, np.clip(prior, lower, upper), bounds=(lower, upper), **options).x
+    return np.where(still, prior, best)

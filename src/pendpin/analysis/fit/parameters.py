@@ -44,6 +44,12 @@ class Free:
         x = np.array([_exp(c) if log else c for c, log in zip(z, self.positive, strict=True)])
         return self.guess + self.transform @ (x - start)
 
+    @property
+    def speeds(self) -> Array:
+        """Whether a coordinate (nz,) is a Stribeck speed, which only whole swings tell from friction at rest."""
+        rows = [key.endswith(".stribeck") for key in self.keys]
+        return self.transform[rows].any(0)
+
     def gradients(self, z: Array) -> Array:
         """The derivatives (K, nz) of the numbers by the search coordinates."""
         return self.transform * np.where(self.positive, np.exp(z), 1.0)
@@ -140,12 +146,18 @@ def _expanded(scene: Scene, given: list[str]) -> list[str]:
 def _short_form(scene: Scene, key: str) -> list[str]:
     if key not in {"physics", "friction"}:
         return [key]
-    rods = len(scene.model.rods) if isinstance(scene.model, Chain) and key == "physics" else 0
-    bodies = [f"model.rods[{i}].{name}" for i in range(rods) for name in ("com", "inertia")]
+    bodies = _bodies(scene.model) if isinstance(scene.model, Chain) and key == "physics" else []
     torques = [f"effects[{i}].{name}" for i, effect in enumerate(scene.effects) for name in _dissipation(effect)]
     if not bodies + torques:
         raise InputError(f'free: "{key}": the scene has no rods, friction or drag that could be free')
     return bodies + torques
+
+
+def _bodies(chain: Chain) -> list[str]:
+    """What a rod's motion shows of its body: centre of mass, inertia, and its length where another rod hangs there."""
+    rods = len(chain.rods)
+    bodies = [f"model.rods[{i}].{name}" for i in range(rods) for name in ("com", "inertia")]
+    return bodies + [f"model.rods[{i}].length" for i in range(rods if chain.copies > 1 else rods - 1)]
 
 
 def _dissipation(effect: Any) -> list[str]:

@@ -12,8 +12,9 @@ from scipy.optimize import least_squares, lsq_linear
 
 from pendpin.analysis.fit.data import Batch
 from pendpin.analysis.fit.equations import Equations
+from pendpin.analysis.fit.honesty import RANK
 from pendpin.analysis.fit.motion import motions
-from pendpin.arrays import Array
+from pendpin.arrays import Array, Mask
 
 MOST_START_STEPS = 6
 STARTS_DONE = 1e-4  # of the sum of squares: what another step of the starts would gain
@@ -22,6 +23,7 @@ CENTRAL = 1e-3  # the same, of the central differences that tell what is determi
 START_DIFFERENCE = 1e-6  # rad, rad/s
 BOUND = 0.02  # of a natural scale: how soft a lower bound is
 POLISHED = 0.01  # of the noise of one residual: what another step would gain of the sum of squares
+LONGEST = 3.0  # natural scales: a step of the last search, within which residuals are nearly linear
 LOST = 1e6  # a residual that is no number, in units of the weights
 
 
@@ -43,6 +45,7 @@ class Problem:
     hold: float  # weight of the guess, in units of scale
     offsets: Array  # (columns,) those of columns whose offsets are not free
     largest_step: float  # s
+    still: Mask  # (nx,) unknowns that stay where they are
     share: Array | float = 1.0  # (M, columns, P) of each residual, for robust fits
 
     @property
@@ -92,16 +95,17 @@ class Problem:
     def by_unknowns(self, x: Array, starts: Array, r: Array, central: bool = False) -> Array:
         """The derivatives of the residuals by the unknowns, (P, M columns, nx), the starts being held."""
         P, nz = starts.shape[1], self.nz
-        h = (CENTRAL if central else DIFFERENCE) * self.scale[:nz]
-        h = np.where(x[:nz] + h > self.upper[:nz], -h, h)
+        moving = np.flatnonzero(~self.still[:nz])
+        h = (CENTRAL if central else DIFFERENCE) * self.scale[moving]
+        h = np.where(x[moving] + h > self.upper[moving], -h, h)
         sides = (h, -h) if central else (h,)
         found = []
         for side in sides:
-            moved = x[:, None] + np.eye(len(x), nz) * side
-            found.append(self._residuals(np.repeat(moved, P, 1), np.tile(starts, nz)).reshape(nz, P, -1))
+            moved = x[:, None] + np.eye(len(x))[:, moving] * side
+            found.append(self._residuals(np.repeat(moved, P, 1), np.tile(starts, len(h))).reshape(len(h), P, -1))
         slope = (found[0] - found[1]) / (2 * h[:, None, None]) if central else (found[0] - r) / h[:, None, None]
         J = np.zeros((P, r.shape[1], len(x)))
-        J[:, :, :nz] = slope.transpose(1, 2, 0)
+        J[:, :, moving] = slope.transpose(1, 2, 0)
         if len(x) > nz:
             seen = ~np.isnan(self.batch.y) * (self.weights[:, None] * self.share)  # (M, columns, P)
             eye = np.eye(len(self.weights))
@@ -194,19 +198,19 @@ class Search:
         """
         x, p, damping = self.best.x, self.problem, 0.0
         at = self.solved(x)
-        cost, J = self._cost(x, at), at.rest(p.by_unknowns(x, at.starts, at.r, central))
+        cost, J = self._cost(x, at), self._slopes(x, at, central)
         for step in range(most):
             dx, gain = self._step(x, at, J, damping)
             if gain < POLISHED and not damping:
                 break
             tried = x + dx
-            new = solve_starts(p, tried, at.starts)
+            new = solve_starts(p, tried, self.best.near(tried))
             if (cost_new := self._cost(tried, new)) < cost:
-                x, at, cost, damping = tried, new, cost_new, damping / 10 if damping > 1e-6 else 0.0
+                x, at, cost, damping = tried, new, cost_new, damping / 10 if damping > 1e-3 else 0.0
                 if step + 1 < most:
-                    J = at.rest(p.by_unknowns(x, at.starts, at.r, central))
+                    J = self._slopes(x, at, central)
             else:
-                damping = max(10 * damping, 1e-6)
+                damping = max(10 * damping, 1e-3)
         return x, at, J
 
     def _cost(self, x: Array, at: Solved) -> float:
@@ -219,9 +223,11 @@ class Search:
         r = np.concatenate([at.rest(at.r[..., None]).reshape(-1), self._pull(x)])
         Q, R = np.linalg.qr(rows)
         seen = Q.T @ r
-        damped = np.concatenate([R, np.sqrt(damping) * np.diag(np.linalg.norm(R, axis=0))])
+        sizes = np.linalg.norm(R, axis=0)
+        damped = np.concatenate([R, np.diag(np.sqrt(damping) * sizes + RANK * sizes.max())])
         aim = np.concatenate([-seen, np.zeros(len(x))])
-        bounds = (np.minimum((p.lower - x) / p.scale, -1e-12), np.maximum((p.upper - x) / p.scale, 1e-12))
+        below, above = (p.lower - x) / p.scale, (p.upper - x) / p.scale
+        bounds = (np.clip(below, -LONGEST, -1e-12), np.clip(above, 1e-12, LONGEST))
         step = lsq_linear(damped, aim, bounds, method="bvls").x
         gain = float((seen**2).sum() - ((seen + R @ step) ** 2).sum())
         return np.clip(x + p.scale * step, p.lower, p.upper) - x, gain
@@ -239,11 +245,15 @@ class Search:
 
     def jacobian(self, x: Array) -> Array:
         """Their derivatives by the unknowns."""
-        at = self.solved(x)
-        J = self.problem.by_unknowns(x, at.starts, at.r)
+        J = self._slopes(x, self.solved(x))
+        return np.concatenate([J.reshape(-1, len(x)), np.diag(self.problem.hold / self.problem.scale)])
+
+    def _slopes(self, x: Array, at: Solved, central: bool = False) -> Array:
+        """The derivatives (P, M columns, nx) of the residuals, less what the starts explain; `best` follows them."""
+        J = self.problem.by_unknowns(x, at.starts, at.r, central)
         follow = -(at.R_inverse @ (at.Q.transpose(0, 2, 1) @ J))
         self.best = Starts(x.copy(), at.starts, follow.transpose(1, 0, 2))
-        return np.concatenate([at.rest(J).reshape(-1, len(x)), np.diag(self.problem.hold / self.problem.scale)])
+        return at.rest(J)
 
     def _pull(self, x: Array) -> Array:
         return self.problem.hold * (x - self.problem.prior) / self.problem.scale
