@@ -323,7 +323,7 @@ def test_the_figure_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyP
     ]
     assert len(lines) > len(REPORT.curves)
     picture = imread(save_cost_plot(REPORT, tmp_path / "cost.png"))
-    assert picture.shape == (930, 1500, 4)
+    assert picture.shape == (744, 1200, 4)
     assert len(np.unique(picture.reshape(-1, 4), axis=0)) > 20
     before = contents(tmp_path)
 
