@@ -21,7 +21,7 @@ from pendpin.analysis.sweep.store import load
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "double_pendulum.toml"
 STORE, WHOLE = Path("map.zarr"), Path("whole.zarr")
-SIDE = 120  # starts each way
+SIDE = 80  # starts each way
 AXES = [f"--vary=start.positions.theta_{i}=-3:3:{SIDE}" for i in (1, 2)]
 COMMAND = [sys.executable, "-c", "from pendpin.cli import main; main()", "sweep", str(EXAMPLE), "--tolerance", "1e-9"]
 SWEEP = [*COMMAND, *AXES, "--measure=flip_time", "--measure=flip_time.spread", "--out"]

@@ -52,9 +52,14 @@ scene = pp.Scene(
 )
 found = pp.sweep(scene, {"effects[1].ramp": RAMPS, "model.rods[0].length": LENGTHS}, ["swing", "R3.max"])
 found["swing"] *= 180 / np.pi
-found["swing"].attrs["units"] = "degrees"
 found["R3.max"] /= 2020 * 9.81
-found["R3.max"].attrs["units"] = "weights of the load"
+for name, words, unit in (
+    ("swing", "largest swing", "degrees"),
+    ("R3.max", "largest rope force", "weights of rope and load"),
+    ("effects[1].ramp", "trolley ramp", "s"),
+    ("model.rods[0].length", "rope length", "m"),
+):
+    found[name].attrs.update(long_name=words, units=unit)
 
 save_map(found, "crane_swing.png", "swing")
 save_map(found, "crane_force.png", "R3.max")
@@ -62,4 +67,4 @@ short, long = (float(found.swing[0].sel({"model.rods[0].length": x}, method="nea
 gentle = float(found.swing[-1].max())
 print(f"A ramp of {RAMPS[0]:g} s swings the load by {short:.0f} degrees on 5 m of rope and by {long:.0f} on 25 m;")
 print(f"a ramp of {RAMPS[-1]:g} s swings it by {gentle:.1f} degrees at most.")
-print(f"The rope pulls with up to {float(found['R3.max'].max()):.3f} weights of the load.")
+print(f"The rope pulls with up to {float(found['R3.max'].max()):.3f} times its weight and that of the load.")

@@ -33,7 +33,7 @@ def draw_map(dataset: Any, measure: str | None = None) -> Any:
         return _maps(name, dims, dataset, [(values.values, doubtful, "")])
     if len(dims) == 3 and values.shape[0] <= MOST_PANELS:
         panels = [
-            (values.values[i], doubtful[i], f"{label(dims[0])} = {x:.4g}")
+            (values.values[i], doubtful[i], f"{label(dims[0], dataset)} = {x:.4g}")
             for i, x in enumerate(dataset[dims[0]].values)
         ]
         return _maps(name, dims[1:], dataset, panels)
@@ -60,19 +60,14 @@ def doubtful_cells(dataset: Any, name: str) -> Mask:
     return np.zeros(values.shape, bool)
 
 
-def label(key: str) -> str:
-    """A key path as an axis names it, with its unit where it has one: theta_1 (rad) of start.positions.theta_1."""
-    name = key.rpartition(".")[2] if key.startswith("start.") else key
-    units = {"start.positions": "rad", "start.velocities": "rad/s"}
-    last = {"length": "m", "mass": "kg", "radius": "m", "payload": "kg", "com": "m", "frequency": "rad/s"}
-    unit = units.get(key.rpartition(".")[0], last.get(key.rpartition(".")[2], ""))
-    return f"{name} ({unit})" if unit else name
+def label(name: str, dataset: Any) -> str:
+    """A measure or a varied number as an axis names it, with its unit: theta_1 (rad) of start.positions.theta_1.
 
-
-def title(name: str, dataset: Any) -> str:
-    """A measure with its unit."""
-    unit = dataset[name].attrs.get("units", "")
-    return f"{name} ({unit})" if unit else name
+    The attributes long_name and units of the variable may say it otherwise, as in any xarray.Dataset.
+    """
+    attributes, short = dataset[name].attrs, name.rpartition(".")[2] if name.startswith("start.") else name
+    text, unit = attributes.get("long_name", short), attributes.get("units", "")
+    return f"{text} ({unit})" if unit else text
 
 
 def _line(dataset: Any, name: str, dim: str) -> Any:
@@ -88,8 +83,8 @@ def _line(dataset: Any, name: str, dim: str) -> Any:
     else:  # samples: the measure against the first number that is varied
         x = dataset[keys[0]].values
         ax.plot(x, dataset[name].values, ".", color="#2b6cb0", markersize=3)
-    ax.set_xlabel(label(dim if dim in keys else keys[0]))
-    ax.set_ylabel(title(name, dataset))
+    ax.set_xlabel(label(dim if dim in keys else keys[0], dataset))
+    ax.set_ylabel(label(name, dataset))
     ax.grid(alpha=0.25, linewidth=0.6)
     ax.spines[["top", "right"]].set_visible(False)
     if ax.get_legend_handles_labels()[0] and doubtful_cells(dataset, name).any():
@@ -116,13 +111,13 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
             ax.contourf(x, y, doubtful.T.astype(float), levels=[0.5, 1.5], colors="none", hatches=["////"])
         ax.set_title(text, fontsize=10)
     for ax in axes[-1]:
-        ax.set_xlabel(label(dims[0]))
+        ax.set_xlabel(label(dims[0], dataset))
     for ax in axes[:, 0]:
-        ax.set_ylabel(label(dims[1]))
+        ax.set_ylabel(label(dims[1], dataset))
     for ax in axes.flat[len(panels) :]:
         ax.remove()
-    figure.colorbar(mesh, ax=axes, label=title(name, dataset), shrink=0.9)
-    patches = _legend(panels, Patch)
+    figure.colorbar(mesh, ax=axes, label=label(name, dataset), shrink=0.9)
+    patches = _legend(panels, Patch, "none" if (dataset["why"].values == "").all() else "none, or not run")
     if patches:
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False, fontsize=9)
     return figure
@@ -142,10 +137,10 @@ def _colours(arrays: list[Array]) -> dict[str, Any]:
     return {"cmap": "viridis", "vmin": low, "vmax": high if high > low else low + 1.0}
 
 
-def _legend(panels: list[tuple[Array, Mask, str]], patch: Any) -> list[Any]:
+def _legend(panels: list[tuple[Array, Mask, str]], patch: Any, none: str) -> list[Any]:
     found = []
     if any(doubtful.any() for _, doubtful, _ in panels):
         found.append(patch(facecolor="#e2e8f0", hatch="////", edgecolor="#4a5568", label="two tolerances disagree"))
     if any((np.isnan(values) & ~doubtful).any() for values, doubtful, _ in panels):
-        found.append(patch(facecolor="#e2e8f0", label="none, or not run"))
+        found.append(patch(facecolor="#e2e8f0", label=none))
     return found

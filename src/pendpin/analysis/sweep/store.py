@@ -174,8 +174,8 @@ def coordinates(task: Task) -> dict[str, Any]:
 
 def described(dataset: Any, task: Task) -> Any:
     """The dataset with units and with what was run."""
-    for m in task.chosen:
-        dataset[m.name].attrs["units"] = m.unit
+    for name, unit in task.units.items():
+        dataset[name].attrs["units"] = unit
     dataset.attrs.update(_identity(task), pendpin_sweep=FORMAT)
     return dataset
 
@@ -226,13 +226,14 @@ def _create(task: Task, blocks: Blocks, path: Path) -> None:
             group.attrs.update({**_identity(task), "pendpin_sweep": FORMAT})
             names = list(task.plan.dims)
             for m in task.chosen:
-                made = _array(group, m.name, blocks.shape, blocks.chunks, "f8", np.nan, names)
-                made.attrs["units"] = m.unit
+                _array(group, m.name, blocks.shape, blocks.chunks, "f8", np.nan, names)
             _array(group, "why", blocks.shape, blocks.chunks, str, "", names)
             _array(group, "done", (blocks.blocks,), (1,), "i1", 0, ["block"])
             for name, value in coordinates(task).items():
                 dimension, values = value if isinstance(value, tuple) else (name, value)
                 _array(group, name, values.shape, values.shape, values.dtype.str, 0, [dimension])[:] = values
+            for name, unit in task.units.items():
+                group[name].attrs["units"] = unit
         draft.rename(path)
     finally:
         shutil.rmtree(draft, ignore_errors=True)

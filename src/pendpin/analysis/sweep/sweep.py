@@ -13,7 +13,7 @@ from pendpin.analysis.sweep.cases import run_block
 from pendpin.analysis.sweep.measures import Function
 from pendpin.analysis.sweep.plan import Plan
 from pendpin.analysis.sweep.store import Blocks, Memory, Store
-from pendpin.analysis.sweep.task import Task, check
+from pendpin.analysis.sweep.task import Task, checked
 from pendpin.analysis.sweep.vectors import vectors_of
 from pendpin.analysis.sweep.workers import FOUND, in_threads, local_cluster, on_cluster, remote_cluster
 from pendpin.errors import InputError, Interrupted, MissingLibrary, RunError
@@ -62,8 +62,7 @@ def sweep(
     solver = scene.solver.replaced(**{name: value for name, value in given.items() if value is not None})
     plan = vary if isinstance(vary, Plan) else plans.grid(vary)
     wanted = (measure,) if isinstance(measure, str) or callable(measure) else tuple(measure)
-    task = Task(scene.model_copy(update={"solver": solver}), plan, wanted)
-    check(task)
+    task = checked(Task(scene.model_copy(update={"solver": solver}), plan, wanted))
     most = WORKERS_EACH * cores()
     if workers is not None and not 1 <= workers <= most:
         raise InputError(f"workers: {workers} is not a count from 1 to {most}, {WORKERS_EACH} for each processor")

@@ -1,7 +1,7 @@
 """What a sweep is: a scene, the cases, the measures; and what is refused before anything is run."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,11 +12,22 @@ from pendpin.arrays import Array
 from pendpin.errors import InputError, RunError, inside
 from pendpin.scene import Scene
 from pendpin.simulation.simulate import run_to_setting
+from pendpin.trajectory.columns import unit_of
 
 RESERVED = ("why", "done", CASE)  # variables and dimensions of a result
 TRIED = 33  # cases, at most, until one has numbers that can be had
 LOOSER = 100.0  # times the tolerance, for what compares two runs
 LARGEST_COUNT = 2.0**53
+UNITS = {
+    **dict.fromkeys(("length", "radius", "com", "diameter"), "m"),
+    **dict.fromkeys(("mass", "payload"), "kg"),
+    **dict.fromkeys(("duration", "time"), "s"),
+    "stiffness": "N m/rad",
+    "frequency": "rad/s",
+    "latitude": "degrees",
+    "density": "kg/m³",
+    "acceleration": "m/s²",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +37,9 @@ class Task:
     scene: Scene
     plan: Plan
     measures: tuple[str | Function, ...]
+    units: Mapping[str, str] = field(
+        default_factory=dict
+    )  # of the varied numbers and the measures, where they have one
 
     @cached_property
     def chosen(self) -> tuple[Measure, ...]:
@@ -39,29 +53,40 @@ class Task:
 
     def __getstate__(self) -> dict:
         """What is sent to another process: what is given, and nothing that follows from it."""
-        return {"scene": self.scene, "plan": self.plan, "measures": self.measures}
+        return {"scene": self.scene, "plan": self.plan, "measures": self.measures, "units": self.units}
 
     def __setstate__(self, state: dict) -> None:
         self.__dict__.update(state)
 
 
-def check(task: Task) -> None:
-    """Raises InputError for keys or measures that no case could have."""
+def checked(task: Task) -> Task:
+    """The task with its units. Raises InputError for keys or measures that no case could have."""
     scene, names = typical(task), [m.name for m in task.chosen]
+    units = {key: unit for key in task.plan.keys if (unit := _unit_of_key(key, scene))}
+    units |= {m.name: m.unit for m in task.chosen if m.unit}
     for i, name in enumerate(names):
         if name in names[:i] or name in RESERVED or name in task.plan.keys:
             raise InputError(
                 f"measure: {name} is {'given twice' if name in names[:i] else 'a name of the result itself'}"
             )
-    if series := [m.series for m in task.chosen if m.series]:
+    if series := {m.name: m.series for m in task.chosen if m.series}:
         at_start = {"duration": 0.0, "solver": scene.solver.model_copy(update={"samples": None, "times": None})}
         try:
             run = run_to_setting(scene.model_copy(update=at_start))
         except RunError:
-            return  # every case will say why
+            return replace(task, units=units)  # every case will say why
         with inside("measure"):
-            for name in series:
-                run[name]
+            units = {name: unit_of(run, quantity) for name, quantity in series.items() if len(run[quantity])} | units
+    return replace(task, units=units)
+
+
+def _unit_of_key(key: str, scene: Scene) -> str:
+    """The unit of a number at a key path, "" where its name does not say it."""
+    if key.startswith("start.positions"):
+        return "degrees" if scene.start.unit == "degrees" else "rad"
+    if key.startswith("start.velocities"):
+        return "degrees/s" if scene.start.unit == "degrees" else "rad/s"
+    return UNITS.get(key.rpartition(".")[2], "")
 
 
 def typical(task: Task) -> Scene:
