@@ -1,5 +1,7 @@
 """The methods beside the adaptive one: their orders, what they keep, the exact solutions, and what they refuse."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from importlib.util import find_spec
 from itertools import pairwise
 
@@ -15,11 +17,15 @@ from pendpin.equations.chain import thin
 from pendpin.equations.exact import direction, direction_rate, planar, spherical
 from pendpin.integrators.gauss import Gauss, rule
 from pendpin.model.build import build
+from pendpin.simulation.checkpoint import RunState
+from pendpin.simulation.guards import Deadline
+from pendpin.simulation.run import run_scene
 
 GRAVITY = fx.Gravity()
 THICK = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.1),))
 TWO = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.1), pp.Rod(length=0.7, mass=0.5, radius=0.05)))
 THIN = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),))
+THIN_TWO = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0), pp.Rod(length=0.7, mass=0.5)))
 ORDERS = {"euler": 1, "rk4": 4, "gauss2": 2, "gauss4": 4, "gauss6": 6}
 STEPS = {"euler": 1 / 512, "rk4": 1 / 64, "gauss2": 1 / 64, "gauss4": 1 / 32, "gauss6": 1 / 32}  # s, the largest
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed: pip install heyoka")
@@ -38,6 +44,32 @@ def scene(
 def apart(one: pp.Trajectory, other: pp.Trajectory) -> float:
     """The largest distance between tips, m."""
     return float(np.linalg.norm(one.tips() - other.tips(), axis=-1).max())
+
+
+# --- segments ----
+
+TWELVE = pp.Chain(rods=(pp.Rod(length=0.2, mass=1.0),), copies=12)
+
+
+@pytest.mark.parametrize("method", ORDERS)
+@pytest.mark.parametrize(
+    ("model", "engine"),
+    [(THIN, "auto"), (THIN, "compiled"), (THIN_TWO, "auto"), (TWELVE, "auto"), (THICK, "auto"), (THICK, "compiled")],
+)
+def test_cutting_a_run_changes_nothing(method: str, model: pp.Chain, engine: str) -> None:
+    """Segments of one or two samples, and of all of them, give the same motion but for the rounding of the times."""
+    angles = method.startswith("gauss") or method == "euler"
+    if angles and (engine == "compiled" or not model.all_rods[0].radius):
+        return
+    given = scene(model, duration=1.0, samples=11, method=method, step=1 / 256, engine=engine)
+
+    def cut(most: int) -> Callable[[RunState], RunState]:
+        return lambda done: replace(done, carried=done.carried | {"ahead": np.array(float(most))})
+
+    whole, *parts = (run_scene(given, False, lambda t: None, Deadline(None), between=cut(k)) for k in (100, 1, 2))
+    for part in parts:
+        assert np.abs(part.q - whole.q).max() < 1e-12
+        assert part.stats.steps == whole.stats.steps
 
 
 # --- orders ---------------------------------------------------------------------------------------------------------

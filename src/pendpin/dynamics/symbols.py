@@ -49,7 +49,8 @@ def record(
     y = tape.state(size)
     y[list(still)] = 0.0
     results, more = right(tape.time(), y)
-    return Recording(tape, results, size, more, 2 * nv if asked.contacts else 0)
+    directions = engine.chain.n if isinstance(engine, Directions) else 0
+    return Recording(tape, results, size, more, 2 * nv if asked.contacts else 0, directions)
 
 
 def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: Sequence[int]) -> tuple[int, ...]:

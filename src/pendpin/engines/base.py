@@ -61,6 +61,10 @@ class Engine(ABC):
     def project(self, y: Array) -> Array:
         """A state (size,) projected to its constraints, such as unit directions."""
 
+    def normalise(self, y: Array) -> None:
+        """Make directions and quaternions of a state (size,) unit again, in place: after every step of a fixed size."""
+        return
+
     @abstractmethod
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """f(dy, t, y) that fills dy, and a function that counts its calls; `progress` is called with t and may raise."""

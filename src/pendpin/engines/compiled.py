@@ -85,6 +85,10 @@ class Compiled(Engine):
         """The projection (size,) of the base engine."""
         return self.base.project(y)
 
+    def normalise(self, y: Array) -> None:
+        """As the base engine; steps in machine code do it themselves."""
+        self.base.normalise(y)
+
     def motion(self, y: Array) -> Motion:
         """The motion of the bodies by the base engine, at y (size,)."""
         return self.base.motion(y)

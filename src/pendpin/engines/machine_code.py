@@ -99,7 +99,7 @@ class Function:
         self._places, self._more = ([tape.placed(x) for x in part] for part in (recording.results, recording.more))
         self._needed = tape.needed([*self._places, *self._more])
         self._fixed = tape.fixed_operands([*self._places, *self._more])
-        self._tables, self._inputs = tables, recording.inputs
+        self._tables, self._inputs, self._directions = tables, recording.inputs, recording.directions
         self.size, self.more = len(self._places), len(self._more)
         self.text = "\n".join(self._written())
         self._codes: dict[int, Code] = {}  # by level of optimisation
@@ -135,7 +135,7 @@ class Function:
         yield "  br i1 %wanted, label %further, label %end\nfurther:"
         yield from self._stored("more", self._more)
         yield "  br label %end\nend:\n  ret void\n}"
-        yield steps_code(len(self._places), len(self._more))
+        yield steps_code(len(self._places), len(self._more), self._directions)
 
     def _stored(self, array: str, places: list[int]) -> Iterator[str]:
         for i, place in enumerate(places):

@@ -2,7 +2,7 @@
 
 import ctypes
 
-# y, t, h, steps, block, work (5 size): moves y on from t by so many steps of h
+# y, t, h, steps, block, work (5 size): moves y on from t by so many steps of h; its directions stay unit vectors
 Steps = ctypes.CFUNCTYPE(
     None, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p
 )
@@ -53,6 +53,43 @@ done:
   ret void
 }
 
+define internal void @unit(ptr %y) {                                         ; each of the first UNITS vectors of 3
+entry:
+  %some = icmp slt i64 0, UNITS
+  br i1 %some, label %next, label %done
+next:
+  %i = phi i64 [ 0, %entry ], [ %after, %next ]
+  %from = mul i64 %i, 3
+  %px = getelementptr double, ptr %y, i64 %from
+  %py = getelementptr double, ptr %px, i64 1
+  %pz = getelementptr double, ptr %px, i64 2
+  %x = load double, ptr %px
+  %y1 = load double, ptr %py
+  %z = load double, ptr %pz
+  %xx = fmul double %x, %x
+  %yy = fmul double %y1, %y1
+  %zz = fmul double %z, %z
+  %xy = fadd double %xx, %yy
+  %xyz = fadd double %xy, %zz
+  %off = fsub double %xyz, 1.0
+  %above = fcmp ogt double %off, 0x3D06849B86A12B9B                          ; 1e-14: below, rounding would add up
+  %below = fcmp olt double %off, 0xBD06849B86A12B9B
+  %far = or i1 %above, %below
+  %root = call double @llvm.sqrt.f64(double %xyz)
+  %length = select i1 %far, double %root, double 1.0
+  %ux = fdiv double %x, %length
+  %uy = fdiv double %y1, %length
+  %uz = fdiv double %z, %length
+  store double %ux, ptr %px
+  store double %uy, ptr %py
+  store double %uz, ptr %pz
+  %after = add i64 %i, 1
+  %more = icmp slt i64 %after, UNITS
+  br i1 %more, label %next, label %done
+done:
+  ret void
+}
+
 define void @steps(ptr %y, double %t, double %h, i64 %count, ptr %block, ptr %k1) {
 entry:
   %k2 = getelementptr double, ptr %k1, i64 SIZE
@@ -80,6 +117,7 @@ next:
   call void @along(ptr %k1, ptr %k1, double 2.0, ptr %k2)
   call void @along(ptr %k1, ptr %k1, double 1.0, ptr %k4)
   call void @along(ptr %y, ptr %y, double %sixth, ptr %k1)
+  call void @unit(ptr %y)
   %after = add i64 %i, 1
   %more = icmp slt i64 %after, %count
   br i1 %more, label %next, label %done
@@ -89,6 +127,6 @@ done:
 """
 
 
-def steps_code(size: int, more: int) -> str:
-    """The code, for a function `rate` of states (size,) and so many further results."""
-    return _CODE.replace("SIZE", str(size)).replace("MORE", str(more))
+def steps_code(size: int, more: int, directions: int) -> str:
+    """The code, for a function `rate` of states (size,) that begin with unit vectors in space, and further results."""
+    return _CODE.replace("SIZE", str(size)).replace("MORE", str(more)).replace("UNITS", str(directions))

@@ -24,6 +24,7 @@ from pendpin.model.bodies import pinocchio
 from pendpin.model.build import FLIP, Model
 
 TURN = 0.2  # rad, of a rod from state to state: the interpolated path between them is then accurate to 1e-5 of it
+OFF = 1e-14  # of a square: a vector is unit within this
 MAX_SPHERICAL = 10  # rods; in longer chains Pinocchio's spherical joints lose digits (docs/pinocchio_notes.md)
 
 
@@ -121,6 +122,10 @@ class Directions(Thin):
         """The state (6 n,) with unit directions and omega normal to them."""
         return _joined(*(part[0] for part in self.directions(y[None])))
 
+    def normalise(self, y: Array) -> None:
+        """Unit directions."""
+        _make_unit(y[: 3 * self.chain.n].reshape(-1, 3))
+
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """d' = omega x d, omega' = d x d''."""
         half = 3 * self.chain.n
@@ -137,6 +142,13 @@ class Directions(Thin):
 def _joined(d: Array, rate: Array) -> Array:
     """The state (6 n,) from directions and their rates (n, 3)."""
     return np.concatenate([d.reshape(-1), _cross(d, rate).reshape(-1)])
+
+
+def _make_unit(vectors: Array) -> None:
+    """Divide vectors (n, k) by their lengths, in place, where they are off; else rounding would add up."""
+    squares = np.einsum("ij,ij->i", vectors, vectors)
+    if np.abs(squares - 1.0).max() > OFF:
+        vectors /= np.sqrt(squares)[:, None]
 
 
 def _cross(a: Array, b: Array) -> Array:
@@ -182,6 +194,10 @@ class Spherical(Thin):
         quaternions = y[: 4 * n].reshape(n, 4)
         unit = quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)
         return np.concatenate([unit.reshape(-1), _relative(_rotations(unit), omega[0] * [1, 1, 0]).reshape(-1)])
+
+    def normalise(self, y: Array) -> None:
+        """Unit quaternions."""
+        _make_unit(y[: 4 * self.chain.n].reshape(-1, 4))
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """Quaternion rates and angular accelerations by Pinocchio's ABA."""

@@ -116,6 +116,7 @@ class Recording(NamedTuple):
     size: int
     more: Sequence[Any] = ()  # further results
     inputs: int = 0  # how many inputs there are
+    directions: int = 0  # how many unit vectors in space the state begins with
 
     @property
     def places(self) -> list[int]:

@@ -81,6 +81,7 @@ class RungeKutta4(FixedStep):
         """The derivative of the engine."""
         derivative, calls = engine.derivative(progress)
         self._block, self._progress = engine.block() if engine.compiles else None, progress
+        self._normalise = engine.normalise
         return derivative, lambda: calls() + (self._block.calls if self._block else 0)
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
@@ -97,7 +98,8 @@ class RungeKutta4(FixedStep):
         return advance
 
     def stepping(self, derivative: Derivative, y: Array) -> Step:
-        """A classical Runge-Kutta step of y (size,)."""
+        """A classical Runge-Kutta step of y (size,); unit vectors in it stay unit vectors, however a run is cut."""
+        normalise = self._normalise
         k1, k2, k3, k4, inner = (np.empty_like(y) for _ in range(5))
 
         def stage(k: Array, t: float, before: Array, h: float) -> None:
@@ -111,6 +113,7 @@ class RungeKutta4(FixedStep):
             stage(k3, t + h / 2, k2, h / 2)
             stage(k4, t + h, k3, h)
             y[:] += h / 6 * (k1 + 2 * (k2 + k3) + k4)
+            normalise(y)
 
         return advance
 

@@ -67,7 +67,7 @@ class SmoothLoop(IntegrationLoop):
         q, v = (x[::parts][1:] for x in self.engine.unpack(fine, segment.y[:, : len(y)], last[: self.nv]))
         ahead = max(1, min(ahead * self._budget // max(took, 1), GROWTH * ahead if needed else len(self.times)))
         carried = {
-            "y": self.engine.project(states[-1]),
+            "y": states[-1] if self.integrator.step else self.engine.project(states[-1]),
             "ahead": np.array(float(ahead)),
             "first_step": np.array((span[-1] - span[0]) / max(segment.steps, 1)),
             "parts": np.array(float(max(1, math.ceil(MARGIN * parts * needed)))),
