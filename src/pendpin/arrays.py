@@ -4,6 +4,8 @@ The functions take floats and object arrays of other numbers; leading dimensions
 one state or many.
 """
 
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,15 @@ Indices = NDArray[np.intp]
 
 _NEXT = np.array([1, 2, 0])
 _UPPER = np.triu(np.ones((3, 3), dtype=bool))
+
+
+@cache
+def lapack(name: str) -> Callable[..., Any]:
+    """A function of LAPACK or BLAS for floats; loaded when it is first asked for, as scipy.linalg takes 0.2 s."""
+    from scipy.linalg import get_blas_funcs, get_lapack_funcs
+
+    found = get_blas_funcs if name == "tbsv" else get_lapack_funcs
+    return found(name, dtype=np.float64)
 
 
 def subdivided(times: Array, parts: int) -> Array:

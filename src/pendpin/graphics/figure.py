@@ -25,6 +25,8 @@ FORMATS = ("png", "pdf", "svg")
 DPI = 120
 LEFT, WIDTH, ROW, PATH, TOP, BOTTOM = 1.0, 6.2, 1.9, 3.2, 0.75, 0.55  # inches: margins, panels, the paths beside them
 MOST_TURNS, FAINT = 200, 0.5  # beyond so many turning points lines become areas, through which others are seen
+LABEL = 0.62  # inches, from an axis to its name: to find a place for it, matplotlib would draw everything twice
+TICKS = 6  # of an axis at most, and one: drawing them takes half the time of a figure
 LEAST = 4.0  # inches, of the panels where paths are beside them
 LETTER = 0.066  # inches, of a legend
 MOST_LETTERS = 90  # of a title
@@ -76,6 +78,7 @@ def draw(run: Trajectory, names: tuple[str, ...] = ()) -> Any:
         draw_panel(ax, run)
         ax.grid(alpha=0.25, linewidth=0.6)
         ax.spines[["top", "right"]].set_visible(False)
+        ax.locator_params(nbins=TICKS)
         ax.ticklabel_format(axis="y" if ax in axes else "both", style="sci", scilimits=(-3, 4), useOffset=False)
     for ax in axes:
         for line in ax.lines:
@@ -109,7 +112,7 @@ def _place(figure: Any, axes: list[Any], paths: list[Any]) -> None:
     figure.set_size_inches(width, height)
     for ax, (x, y, w, h) in zip((*axes, *paths), places, strict=True):
         ax.set_position((x / width, (BOTTOM + y) / height, w / width, h / height))
-    figure.align_ylabels(axes)
+        ax.yaxis.set_label_coords(-LABEL / w, 0.5)
 
 
 def _write_title(figure: Any, run: Trajectory) -> None:

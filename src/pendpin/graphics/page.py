@@ -133,12 +133,29 @@ def pick(t: Array, per_second: float, most: int) -> NDArray[np.intp]:
 
 def quaternions(rotations: Array) -> Array:
     """Quaternions (n, bodies, 4), order x, y, z, w, of rotations (n, bodies, 3, 3), without jumps of sign along n."""
-    from scipy.spatial.transform import Rotation
-
-    q = Rotation.from_matrix(rotations.reshape(-1, 3, 3)).as_quat().reshape(*rotations.shape[:2], 4)
+    R = rotations
+    squares = np.stack([R[..., 0, 0], R[..., 1, 1], R[..., 2, 2], np.trace(R, axis1=-2, axis2=-1)], -1)
+    largest = squares.argmax(-1)[..., None, None]  # each row of q q^T gives q, the row of the largest one without loss
+    q = np.take_along_axis(_products(R, squares), largest, -2)[..., 0, :]
+    q /= np.linalg.norm(q, axis=-1, keepdims=True)
     turned = np.where((q[1:] * q[:-1]).sum(axis=-1) < 0, -1.0, 1.0)
     q[1:] *= np.cumprod(turned, axis=0)[..., None]
     return q
+
+
+def _products(R: Array, squares: Array) -> Array:
+    """4 q q^T (..., 4, 4) of rotations (..., 3, 3), q = (x, y, z, w), from squares (..., 4): diagonal and trace.
+
+    S. W. Shepperd, Journal of Guidance and Control 1 (1978), 223.
+    """
+    found = np.empty((*R.shape[:-2], 4, 4))
+    trace = squares[..., 3]
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        found[..., i, i] = 1 + 2 * squares[..., i] - trace
+        found[..., i, j] = found[..., j, i] = R[..., j, i] + R[..., i, j]
+        found[..., i, 3] = found[..., 3, i] = R[..., k, j] - R[..., j, k]
+    found[..., 3, 3] = 1 + trace
+    return found
 
 
 def _floats(values: Array) -> str:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
+from pendpin.arrays import Array, Indices, Mask
 from pendpin.graphics.drawing import Drawing
 
 TURN = 0.1  # rad: two straight pieces in a row turn by about that
@@ -20,16 +20,22 @@ def smooth(t: Array, points: Array, velocities: Array, per_second: float, most: 
     Between two samples it is the cubic through both points and velocities, or straight where the samples are too far
     apart for that. It is cut into pieces that turn by TURN and last 1/per_second in s at most, but no more than `most`.
     """
-    from scipy.interpolate import CubicHermiteSpline
-
     pieces = np.concatenate([[0.0], np.cumsum(np.maximum(_turns(velocities) / TURN, np.diff(t) * per_second))])
     count = int(min(np.ceil(pieces[-1]) + 1, most))
     places = np.interp(np.linspace(0.0, pieces[-1], max(2, count)), pieces, np.arange(len(t)))
     times = np.interp(places, np.arange(len(t)), t)
     straight = np.stack([np.interp(times, t, x) for x in points.T], -1)
-    curved = CubicHermiteSpline(t, points, velocities)(times)
     between = np.minimum(places.astype(int), len(t) - 2)
+    curved = _cubic(times, t, points, velocities, between)
     return times, np.where(_resolved(t, points, velocities)[between, None], curved, straight)
+
+
+def _cubic(times: Array, t: Array, points: Array, velocities: Array, i: Indices) -> Array:
+    """Cubics (m, 3) through points and velocities (n, 3) at both ends of the intervals i (m,), at times (m,) in s."""
+    span = (t[i + 1] - t[i])[:, None]
+    x = (times - t[i])[:, None] / span
+    rise = (3 - 2 * x) * x**2 * (points[i + 1] - points[i])
+    return points[i] + rise + span * x * (x - 1) * ((x - 1) * velocities[i] + x * velocities[i + 1])
 
 
 def _turns(velocities: Array) -> Array:

@@ -11,9 +11,8 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import get_lapack_funcs
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, lapack
 from pendpin.engines import Canonical, Derivative, Engine, ProgressCallback
 from pendpin.integrators.base import FREE, Integrator, Memory, Segment, StepPlan
 from pendpin.integrators.fixed import intervals
@@ -26,7 +25,6 @@ CALLBACK_STEPS = 16  # between two calls of the progress callback: a step takes 
 PATIENCE = 8  # iterations with the first matrix; then each has its own
 UNSOLVED = "the stage equations are not solved"
 EPS = np.finfo(float).eps
-FACTOR, SOLVE = get_lapack_funcs(("getrf", "getrs"))  # of scipy.linalg.lu_factor, without their overhead
 
 
 class Rule(NamedTuple):
@@ -125,9 +123,9 @@ class Gauss(Integrator):
             now = self._evaluate(times, Q, V)
             M, N, F = map(np.array, zip(*now, strict=True))
             if factors is None or i >= PATIENCE:
-                factors = FACTOR(self._matrix(h, M, N, *self._slopes(times, Q, V, now, i >= PATIENCE)))[:2]
+                factors = lapack("getrf")(self._matrix(h, M, N, *self._slopes(times, Q, V, now, i >= PATIENCE)))[:2]
             residual = (M @ V[..., None])[..., 0] - p - h * self.rule.within(F)
-            change = SOLVE(*factors, residual.reshape(-1))[0].reshape(V.shape)
+            change = lapack("getrs")(*factors, residual.reshape(-1))[0].reshape(V.shape)
             V = V - change
             size, scale = np.abs(change).max(), max(np.abs(V).max(), 1e-300)
             if not np.isfinite(size):

@@ -10,12 +10,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import get_lapack_funcs
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, lapack
 from pendpin.equations.chain.inertia import ChainInertia
-
-(_tbtrs,) = get_lapack_funcs(("tbtrs",), dtype=np.float64)
 
 CHUNK = 1 << 15  # rods handled at once in a batch of states, which bounds the memory
 
@@ -90,7 +87,7 @@ class Joints(NamedTuple):
         blocks[:-1, :, 3:] = -self.R[:, :, 1:].transpose(2, 0, 1)
         blocks[self.n - 1 :: self.n, :, 3:] = 0
         rhs = own.transpose(0, 2, 1).reshape(r, 3 * K)
-        x, _ = _tbtrs(band.reshape(3 * K, 6).T, rhs.T, uplo="L", diag="U")
+        x, _ = lapack("tbtrs")(band.reshape(3 * K, 6).T, rhs.T, uplo="L", diag="U")
         return np.ascontiguousarray(x.T.reshape(r, K, 3).transpose(0, 2, 1))
 
     def frames(self) -> Array:

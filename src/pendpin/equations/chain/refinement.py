@@ -11,13 +11,9 @@ from abc import ABC, abstractmethod
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import get_lapack_funcs
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, lapack
 from pendpin.equations.chain.system import Loads, System
-
-_pbtrf, _pbtrs = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
-_gbtrf, _gbtrs = get_lapack_funcs(("gbtrf", "gbtrs"), dtype=np.float64)
 
 PASSES = 15  # two are the rule, three to six with thin rods above thick ones; more mean a nearly singular state
 ROUNDING = 1e-15, 1e-10  # relative size of a correction: certainly rounding only; rounding if it shrinks no more
@@ -51,7 +47,7 @@ class Eliminated(Correction):
     def __init__(self, system: System) -> None:
         self.system = system
         band = system.band()
-        self.factor, info = _pbtrf(band, lower=1, overwrite_ab=1)
+        self.factor, info = lapack("pbtrf")(band, lower=1, overwrite_ab=1)
         if info:
             rod = (info - 1) // (len(band) // 2) % system.rods.n + 1
             raise np.linalg.LinAlgError(f"the chain's equations are singular to rounding at joint {rod}")
@@ -60,7 +56,7 @@ class Eliminated(Correction):
         """Turn the rods as if free by lack (3, K), close the gaps, add the turning that these reactions cause."""
         system, free = self.system, self.system.inverse * lack
         gaps = system.gaps(linear, turn + free)
-        x, _ = _pbtrs(self.factor, gaps.reshape(-1, 1), lower=1, overwrite_b=1)
+        x, _ = lapack("pbtrs")(self.factor, gaps.reshape(-1, 1), lower=1, overwrite_b=1)
         x = np.ascontiguousarray(x.reshape(gaps.shape).T)
         loads = system.loads(x)
         return Step(x, free + system.inverse * loads.turning, loads)
@@ -86,7 +82,9 @@ class Direct(Correction):
         for column in range(size):
             start = 2 * self.width - column - size
             band[:, column, start : start + 3 * size] = columns[:, column]
-        self.lu, self.pivots, info = _gbtrf(band.reshape(K * size, -1).T, self.width, self.width, overwrite_ab=1)
+        self.lu, self.pivots, info = lapack("gbtrf")(
+            band.reshape(K * size, -1).T, self.width, self.width, overwrite_ab=1
+        )
         if info:
             rod = (info - 1) // size % system.rods.n + 1
             raise np.linalg.LinAlgError(f"the chain's equations are singular at rod {rod}")
@@ -95,7 +93,7 @@ class Direct(Correction):
         """Solve for reactions and turning that remove the gaps and the lack (3, K) together."""
         gaps = self.system.gaps(linear, turn)
         rhs = -np.concatenate([gaps, lack.T], 1) * self.rows
-        z, _ = _gbtrs(self.lu, self.width, self.width, rhs.reshape(-1, 1), self.pivots)
+        z, _ = lapack("gbtrs")(self.lu, self.width, self.width, rhs.reshape(-1, 1), self.pivots)
         z = np.ascontiguousarray((z.reshape(rhs.shape) * self.cols).T)
         x, turn = z[: gaps.shape[1]], z[gaps.shape[1] :]
         return Step(x, turn, self.system.loads(x))

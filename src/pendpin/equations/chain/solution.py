@@ -8,15 +8,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import get_blas_funcs
 
-from pendpin.arrays import Array, Mask
+from pendpin.arrays import Array, Mask, lapack
 from pendpin.equations.chain.balances import Axes, Balances
 from pendpin.equations.chain.inertia import ChainInertia, Rods, above, below
 from pendpin.equations.chain.kinematics import Joints, rods_first, rods_last
 from pendpin.equations.chain.refinement import project
-
-(_tbsv,) = get_blas_funcs(("tbsv",), dtype=np.float64)
 
 AXIAL = 1e-12  # an axial moment on a thin rod below this fraction of the largest moment is rounding
 
@@ -186,7 +183,7 @@ def _with_spin(joints: Joints, spherical: Mask, omega: Array, drift: Array, alph
     band[:-1, 1] = np.where(spherical, -c_t, 0.0)[1:]
     band[joints.n - 1 :: joints.n, 1] = 0
     rhs = np.where(spherical, drift + s * a1 + s_t * above(a2, joints.n), alpha[2])
-    return np.stack([a1, a2, _tbsv(1, band.T, rhs, lower=1)])
+    return np.stack([a1, a2, lapack("tbsv")(1, band.T, rhs, lower=1)])
 
 
 def _angle_accelerations(joints: Joints, rate: Array, omega: Array, alpha: Array) -> Array:
