@@ -27,8 +27,8 @@ OPTIMISATION = 2  # of 3; the tape is already simplified
 MANY_CALLS = (80_000, 8)  # times 1 and operations: from which on optimised code saves the time that it takes
 EVERY = 4096  # calls between two of the progress callback; a power of 2
 Rate = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
-Watcher = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double)  # t -> whether to stop
-_HEADER = 2  # cells of a block before its numbers: the count of calls, the watcher
+Callback = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double)  # t -> whether to stop
+_HEADER = 2  # cells of a block before its numbers: the count of calls, the progress callback
 _TABLE = 3  # cells of a table: addresses of its times and its rows, and how many there are
 
 _BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
@@ -124,7 +124,7 @@ class Function:
     def _written(self) -> Iterator[str]:
         yield _DECLARED
         yield "define void @rate(ptr noalias %dy, double %t, ptr noalias %y, ptr %blocks, ptr noalias %more) {"
-        yield from _watching(len(self._places))
+        yield from _reporting(len(self._places))
         for cell, place in enumerate(self._fixed, _HEADER + _TABLE * self._tables + self._inputs):
             yield from _load(f"v{place}", "block", cell)
         for place in self._needed:
@@ -209,13 +209,13 @@ class Block:
             self.code().many(len(t), *addresses)
         return rates, more
 
-    def watched(self, watcher: Callable[[float], bool]) -> None:
-        """Call `watcher` with the time at every EVERY-th call; if it returns True, the rates become NaN."""
-        self._watcher = Watcher(watcher)
-        self._whole[1] = ctypes.cast(self._watcher, ctypes.c_void_p).value or 0
+    def on_progress(self, callback: Callable[[float], bool]) -> None:
+        """Call `callback` with the time at every EVERY-th call; if it returns True, the rates become NaN."""
+        self._callback = Callback(callback)
+        self._whole[1] = ctypes.cast(self._callback, ctypes.c_void_p).value or 0
 
 
-def _watching(results: int) -> Iterator[str]:
+def _reporting(results: int) -> Iterator[str]:
     """Count the call, and call the progress callback at every EVERY-th."""
     yield f"""
   %block = load ptr, ptr %blocks
@@ -224,14 +224,14 @@ def _watching(results: int) -> Iterator[str]:
   store i64 %count, ptr %block
   %part = and i64 %count, {EVERY - 1}
   %due = icmp eq i64 %part, 0
-  br i1 %due, label %watch, label %go
-watch:
+  br i1 %due, label %report, label %go
+report:
   %place = getelementptr ptr, ptr %block, i64 1
-  %watcher = load ptr, ptr %place
-  %none = icmp eq ptr %watcher, null
+  %callback = load ptr, ptr %place
+  %none = icmp eq ptr %callback, null
   br i1 %none, label %go, label %ask
 ask:
-  %answer = call i32 %watcher(double %t)
+  %answer = call i32 %callback(double %t)
   %on = icmp eq i32 %answer, 0
   br i1 %on, label %go, label %stop
 stop:

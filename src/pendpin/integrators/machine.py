@@ -42,7 +42,7 @@ class AdaptiveInMachineCode(Integrator):
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The equations of a compiled engine, which the loops call directly."""
         self.block, self._progress = engine.block(), progress
-        self.block.watched(self._stop)
+        self.block.on_progress(self._stop)
         return engine.derivative(progress)[0], lambda: self.block.calls
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:

@@ -81,7 +81,7 @@ def _right_hand_side(model: Any) -> Callable[[Look], Derivative]:
     """What a user would write, and a guard: SciPy's loops do not end on NaN."""
     aba, data, nv, none = pinocchio().aba, model.createData(), model.nv, np.zeros(model.nv)
 
-    def watched(look: Look) -> Derivative:
+    def counted(look: Look) -> Derivative:
         def derivative(t: float, y: Array) -> Array:
             v = y[nv:]
             a = aba(model, data, y[:nv], v, none)
@@ -92,4 +92,4 @@ def _right_hand_side(model: Any) -> Callable[[Look], Derivative]:
 
         return derivative
 
-    return watched
+    return counted
