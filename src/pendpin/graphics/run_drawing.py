@@ -3,7 +3,7 @@
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.effects import FrameEffect
+from pendpin.effects import FrameEffect, Support
 from pendpin.errors import InputError
 from pendpin.graphics.drawing import Drawing, Plot, Shape
 from pendpin.graphics.panels import BLACK, COLORS, joints_shown
@@ -72,7 +72,8 @@ def _of_pivot(scene: Scene, quantity: str, t: Array) -> Array:
     total = np.zeros((len(t), 3))
     for effect in scene.effects:
         if isinstance(effect, FrameEffect):
-            total += [getattr(effect, quantity)(moment) for moment in t]
+            of_time = getattr(effect, quantity)
+            total += of_time(t) if isinstance(effect, Support) else [of_time(moment) for moment in t]
     if not np.isfinite(total).all():
         raise InputError("the times of the run are not those of its support")
     return total

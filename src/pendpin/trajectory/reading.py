@@ -2,7 +2,7 @@
 
 import json
 from dataclasses import fields
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +55,7 @@ def read_array(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = 
     return array
 
 
-def _is_scene(scene: Any) -> bool:
+def _is_scene(scene: Any) -> TypeGuard[dict[str, Any]]:
     """Whether a value is a table with a table of a model and a list of tables of effects, or without these."""
     if not isinstance(scene, dict) or not isinstance(scene.get("effects") or [], list):
         return False
