@@ -46,6 +46,26 @@ class Brake(pp.effects.JointEffect):
         return -self.strength * v**3
 
 
+class Spread(pp.effects.JointEffect):
+    """A torque of one's own with a parameter that no file holds."""
+
+    kind: Literal["spread"] = "spread"
+    law: Any
+
+    def torques(self, t: Any, q: np.ndarray, v: np.ndarray, xp: Any = np) -> np.ndarray:
+        return self.law(q)
+
+
+def test_what_cannot_be_saved_is_said_in_one_line(tmp_path: Path) -> None:
+    """A run holds its scene; an effect with a function in it is refused before anything is computed."""
+    scene = pp.Scene(duration=0.1, model=MODELS["one rod"], effects=(pp.effects.Gravity(), Spread(law=np.sin)))
+    for options in ({}, {"accuracy": 1e-3}, {"checkpoint": tmp_path / "run.ckpt", "tolerance": 1e-6}):
+        with pytest.raises(
+            pp.InputError, match=r"^effects\[1\].law: a ufunc cannot be saved with the run: give Spread"
+        ):
+            pp.simulate(scene, **options)
+
+
 def test_the_magnet_of_the_docs(example: dict[str, Any]) -> None:
     """It pulls the tip: energy with its potential is kept, and the thin rod stays regular."""
     run, dynamics = example["run"], pp.bind(example["scene"])

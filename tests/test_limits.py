@@ -1,11 +1,17 @@
 """A limit is a limit of the whole call: compiling, every run, and completing the samples. No clock is read here."""
 
+import json
+import subprocess
+import sys
+from collections import OrderedDict
 from typing import Any
 
 import numpy as np
 import pytest
 
 import pendpin as pp
+from laws import HANG
+from pendpin.dynamics import compiling
 from pendpin.errors import Halted
 from pendpin.simulation import guards, run
 
@@ -74,6 +80,51 @@ def test_compiling_is_in_the_limit(monkeypatch: pytest.MonkeyPatch, options: dic
     monkeypatch.undo()
     for thread in guards.abandoned:
         thread.join()
+
+
+LEFT = """
+import atexit, sys, threading
+from pendpin.simulation import guards
+thread = threading.Thread(target=threading.Event().wait, daemon=True)  # compiles for ever
+thread.start()
+guards.abandoned.append(thread)
+atexit.register(thread.join)
+sys.argv = ["pendpin", *sys.argv[1:]]
+from pendpin.cli import main
+main()
+"""
+
+
+@pytest.mark.parametrize(("arguments", "status"), [(("schema",), 0), (("run", "none.toml"), 1)])
+def test_the_command_does_not_wait_for_what_its_limit_has_left(arguments: tuple[str, ...], status: int) -> None:
+    """A process that has given up a computation ends: its output is whole, its exit status its own."""
+    done = subprocess.run([sys.executable, "-c", LEFT, *arguments], capture_output=True, text=True, timeout=HANG)
+    assert done.returncode == status
+    assert json.loads(done.stdout) if not status else done.stderr.startswith("pendpin: none.toml")
+
+
+def test_recording_is_in_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Equations are recorded where the deadline is looked at, whether the scene or `auto` compiles them."""
+    pytest.importorskip("llvmlite")
+    waited: list[bool] = []
+
+    def waits_for(deadline: Any, compute: Any, long: bool) -> Any:
+        waited.append(long)
+        if long:
+            raise Halted("at once")
+        return compute()
+
+    def record(*given: Any) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(guards.Deadline, "waits_for", waits_for)
+    monkeypatch.setattr(compiling, "record", record)
+    monkeypatch.setattr(compiling, "_known", OrderedDict())
+    monkeypatch.setattr(run, "automatic", lambda *given: ("dop853", "compiled"))
+    for solver in (pp.Solver(engine="compiled", method="dop853"), pp.Solver()):
+        with pytest.raises(Halted):
+            pp.simulate(swing(solver=solver), limit=1.0)
+    assert waited == [True, False, True]
 
 
 def test_a_fault_while_compiling_is_the_same_with_a_limit() -> None:

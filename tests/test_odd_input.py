@@ -114,6 +114,21 @@ def test_implausible_inertia_is_a_finding(name: str, folder: Path, capfd: pytest
         assert refused.endswith(f"{line.removeprefix('pendpin: finding: ')}; --strict refuses this")
 
 
+@pytest.mark.parametrize(
+    "command", [("effects",), ("cost", "--methods", "rk45", "--accuracy", "1e-4", "--budget", "0")]
+)
+def test_other_commands_print_findings_too(
+    command: tuple[str, ...], folder: Path, capfd: pytest.CaptureFixture
+) -> None:
+    """What is odd in a model is said by every command that computes with it."""
+    old, new, says = IMPLAUSIBLE["negative"]
+    (folder / "rod.urdf").write_text(edited(ROD, (old, new)))
+    (folder / "scene.toml").write_text(URDF_SCENE)
+    assert run_main(command[0], "scene.toml", *command[1:]) == 0
+    (line,) = capfd.readouterr().err.splitlines()
+    assert line.startswith(f"pendpin: finding: link 'rod': {says}")
+
+
 @pytest.mark.parametrize("name", NOTED, ids="urdf: {}".format)
 def test_what_a_urdf_says_and_pendpin_leaves_out_is_noted(
     name: str, folder: Path, capfd: pytest.CaptureFixture

@@ -127,3 +127,10 @@ def test_memory_of_data():
     per_cube = {make: int(process(11, "150", make).stdout.split()[2]) for make in ("createData", "Data")}
     assert 28 < per_cube["Data"] < 45, MENDED
     assert 60 < per_cube["createData"] < 85, MENDED
+
+
+def test_small_masses():
+    """The lever of a body of 1e-16 kg is lost when it is appended to a joint."""
+    levers = left_by(12)["levers"]
+    assert levers[1.0] == levers[1e-15] == -0.5
+    assert levers[1e-16] > -0.3, MENDED

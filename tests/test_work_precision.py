@@ -35,6 +35,24 @@ def scene(*rods: pp.Rod, duration: float = 2.0, effects: tuple = (fx.Gravity(),)
     )
 
 
+def test_plain_methods_keep_the_engine_of_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every run of a curve has solver.engine as the scene has it; the curves named `compiled` have their own."""
+    pytest.importorskip("llvmlite")
+    engines = set()
+
+    def simulate(scene: pp.Scene, **given: Any) -> pp.Trajectory:
+        engines.add((scene.solver.method, scene.solver.engine))
+        return pp.simulate(scene, **given)
+
+    monkeypatch.setattr(work_precision, "simulate", simulate)
+    for engine in ("chain", "pinocchio"):
+        given = scene(THICK, duration=0.2)
+        given = given.model_copy(update={"solver": given.solver.replaced(engine=engine)})
+        cost(given, methods=["rk45", "radau", "rk4 compiled"], repetitions=1, budget=0.0)
+        assert engines == {("auto", engine), ("rk45", engine), ("radau", engine), ("rk4", "compiled")}
+        engines.clear()
+
+
 # --- references -----------------------------------------------------------------------------------------------------
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.equations.base import RodInertia, RodSolution
-from pendpin.model.bodies import pinocchio, tree_of, with_gravity
+from pendpin.model.bodies import mass_matrix, pinocchio, tree_of, with_gravity
 from pendpin.model.build import Model
 
 
@@ -103,9 +103,7 @@ def _state_scale(
     reach = np.linalg.norm(centres[None] - at[:, None], axis=-1)
     turning = inertia * (alpha + rate**2) + ONE_PRODUCT * mass * speed**2
     own = np.where(slides, below @ weight, (below * reach) @ weight + below @ turning)
-    M = pin.crba(model.pin, data, q)
-    M = np.triu(M) + np.triu(M, 1).T
-    inverse = _inverse(M)
+    inverse = _inverse(mass_matrix(model.pin, q))
     through = (np.abs(_unit_wrenches(model.pin, data, q) @ inverse) @ own).reshape(-1, 2, 3)
     force, moment = np.linalg.norm(through, axis=-1).T
     return TreeScale(np.abs(inverse) @ own, force + below @ weight, moment + (below * reach) @ weight + below @ turning)

@@ -6,6 +6,7 @@ A structure is what remains of a scene when its numbers are taken out: joints, k
 import time
 from collections import OrderedDict
 from collections.abc import Hashable, Sequence
+from functools import partial
 from importlib.util import find_spec
 from threading import Lock
 
@@ -57,15 +58,16 @@ def equations_of(
 ) -> tuple[CompiledEquations, Parameters]:
     """The equations of an engine's state with effects that run on symbols, and the values of their parameters.
 
-    The places `still` of the state are 0. Raises InputError for an effect that does not run on symbols.
+    The places `still` of the state are 0.
     """
     parameters = parameters_of(engine, effects, start, asked)
     key = (parameters.structure, still)
     with _lock:
         found = _known.get(key)
         if found is None:
-            recording = record(engine, effects, start, still, asked)
-            found = _known[key] = CompiledEquations(recording, len(parameters.tables))
+            found = _known[key] = CompiledEquations(
+                partial(record, engine, effects, start, still, asked), len(parameters.tables)
+            )
         _known.move_to_end(key)
         while len(_known) > MOST_KNOWN:
             _known.popitem(last=False)

@@ -7,6 +7,7 @@ the function, so that runs in several threads share the code and nothing else:
     equations.function.block(values, tables)                  # values as Parameters lists them: no compiling
 """
 
+import time
 from collections.abc import Callable, Hashable, Sequence
 from functools import cached_property
 from typing import Any
@@ -21,16 +22,21 @@ from pendpin.engines.tape import Recording
 
 
 class CompiledEquations:
-    """The equations of one structure, compiled when they are first needed."""
+    """The equations of one structure, recorded and compiled when they are first needed."""
 
-    def __init__(self, recording: Recording, tables: int) -> None:
-        self.recording, self._tables = recording, tables
+    def __init__(self, record: Callable[[], Recording], tables: int) -> None:
+        self._record, self._tables = record, tables
         self.series: dict[Hashable, Any] = {}  # what heyoka has compiled of them, by setting
 
     @property
     def compile_seconds(self) -> float:
         """The s in which the machine code was compiled, in whichever run that was."""
         return self.function.compile_seconds
+
+    @cached_property
+    def recording(self) -> Recording:
+        """y' on a tape. Raises InputError for an effect that does not run on symbols."""
+        return self._record()
 
     @cached_property
     def function(self) -> Function:
@@ -60,7 +66,10 @@ class Compiled(Engine):
     @property
     def function(self) -> Function:
         """y' as machine code."""
-        return self.equations.function
+        begin = time.perf_counter()
+        function = self.equations.function  # recorded here, the first time
+        self._took(time.perf_counter() - begin)
+        return function
 
     def block(self) -> Block:
         """The arguments of the function for one run."""

@@ -8,7 +8,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.engines.external_forces import external_forces, joints_of
 from pendpin.engines.loads import Loads
-from pendpin.model.bodies import pinocchio
+from pendpin.model.bodies import in_mass_unit, pinocchio
 from pendpin.model.build import Model
 
 DELTA = 1e-7  # rad, rad/s: of forward differences
@@ -33,7 +33,8 @@ class CanonicalForm:
     def __init__(self, model: Model, loads: Loads) -> None:
         pin = self._pinocchio = pinocchio()
         self.model, self.loads = model, loads
-        self._bare, self._heavy = pin.Model(model.pin), pin.Model(model.pin)
+        scaled, self._unit = in_mass_unit(model.pin)  # kg, of what Pinocchio returns
+        self._bare, self._heavy = pin.Model(scaled), pin.Model(scaled)
         self._heavy.gravity = pin.Motion(self.loads.constant, np.zeros(3))
         self._data, self._rest = pin.Data(self._bare), np.zeros(self._bare.nv)
         self._upper = np.triu(np.ones((self._bare.nv, self._bare.nv), dtype=bool))
@@ -50,10 +51,10 @@ class CanonicalForm:
         """M, dp/dq and F at t in s and q, v (nv,); the arrays are copies."""
         pin, loads = self._pinocchio, self.loads
         dp, _, upper = pin.computeRNEADerivatives(self._bare, self._data, q, self._rest, v)
-        coupling, mass = dp.copy(), np.where(self._upper, upper, upper.T)
+        coupling, mass = dp * self._unit, np.where(self._upper, upper, upper.T) * self._unit
         if loads.varying:
             self._heavy.gravity.linear = loads.field(t)
-        force = v @ coupling / 2 - pin.computeGeneralizedGravity(self._heavy, self._data, q)
+        force = v @ coupling / 2 - pin.computeGeneralizedGravity(self._heavy, self._data, q) * self._unit
         if loads.torque is not None:
             force = force + loads.torque(t, q, v)
         if loads.wrench is not None:
@@ -63,7 +64,8 @@ class CanonicalForm:
     def slopes(self, t: float, q: Array, v: Array, now: Canonical, thorough: bool) -> tuple[Array, Array]:
         """dF/dq and dF/dv (nv, nv): those of fields, less what is of second order in v; or all, by differences."""
         if not thorough:
-            return -self._pinocchio.computeGeneralizedGravityDerivatives(self._heavy, self._data, q), now.coupling.T
+            slope = self._pinocchio.computeGeneralizedGravityDerivatives(self._heavy, self._data, q)
+            return -slope * self._unit, now.coupling.T
         steps = DELTA * np.eye(len(q))
         in_q = np.array([self.at(t, q + step, v).force for step in steps]) - now.force
         if self.loads.torque is None and self.loads.wrench is None:
@@ -81,4 +83,4 @@ class CanonicalForm:
     def _mass(self, q: Array) -> Array:
         """The mass matrix (nv, nv) in kg m², by CRBA."""
         upper = self._pinocchio.crba(self._bare, self._data, q)
-        return np.where(self._upper, upper, upper.T)
+        return np.where(self._upper, upper, upper.T) * self._unit

@@ -20,7 +20,7 @@ from pendpin.engines.loads import Loads
 from pendpin.equations.chain import angles, thin
 from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.equations.chain.kinematics import Joints, rods_last
-from pendpin.model.bodies import pinocchio
+from pendpin.model.bodies import append_body, pinocchio
 from pendpin.model.build import FLIP, Model
 
 TURN = 0.2  # rad, of a rod from state to state: the interpolated path between them is then accurate to 1e-5 of it
@@ -229,8 +229,8 @@ def _spherical_chain(chain: ChainInertia, field: Array):
     for i in range(chain.n):
         joint = model.addJoint(joint, pin.JointModelSpherical(), pin.SE3(np.eye(3), offset), f"spherical_{i + 1}")
         axial = chain.I1[i] + chain.m[i] * chain.h[i] ** 2  # any value but zero
-        inertia = pin.Inertia(chain.m[i], np.array([0, 0, -chain.h[i]]), np.diag([chain.I1[i], chain.I2[i], axial]))
-        model.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
+        central = np.diag([chain.I1[i], chain.I2[i], axial])
+        append_body(model, joint, pin.Inertia(chain.m[i], np.array([0, 0, -chain.h[i]]), central))
         offset = np.array([0, 0, -chain.l[i]])
     return model
 

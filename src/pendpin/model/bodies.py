@@ -1,5 +1,6 @@
 """The bodies of a Pinocchio model and the rods among them that hang on universal joints."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -12,6 +13,8 @@ from pendpin.equations.recursion import Tree
 from pendpin.errors import MissingLibrary, find
 
 NEAR = 1e-9  # m: a tip so near to its joint is none
+SMALL = 1e-10  # kg: below, another unit of mass is taken
+APART = 1e-150  # of the largest mass: lighter links are not looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,41 @@ def pinocchio() -> Any:
             "the installed `pinocchio` is another project: pip uninstall pinocchio && pip install --force-reinstall pin"
         )
     return pinocchio
+
+
+def mass_unit(masses: Sequence[float]) -> float:
+    """A power of 2, in kg, in which no mass is small: Pinocchio adds up inertias wrongly below 2.2e-16 of its unit."""
+    least = min((mass for mass in masses if mass > 0), default=1.0)
+    return 1.0 if least > SMALL else 2.0 ** math.floor(math.log2(max(least, APART * max(masses))))
+
+
+def append_body(model: Any, joint: int, inertia: Any) -> None:
+    """Hang a body on a joint of a pin.Model, in its frame: Pinocchio adds it to nothing, which is wrong if it is small."""
+    model.appendBodyToJoint(joint, inertia, pinocchio().SE3.Identity())
+    model.inertias[joint] = inertia
+
+
+def with_masses(model: Any, factor: float) -> Any:
+    """A copy of a pin.Model with its masses and inertias times a factor."""
+    pin = pinocchio()
+    copy = pin.Model(model)
+    for joint in range(1, model.njoints):
+        body = model.inertias[joint]
+        copy.inertias[joint] = pin.Inertia(body.mass * factor, body.lever, body.inertia * factor)
+    return copy
+
+
+def in_mass_unit(model: Any) -> tuple[Any, float]:
+    """A pin.Model with its masses in a unit in which they add up, and that unit in kg."""
+    unit = mass_unit([body.mass for body in model.inertias])
+    return (model if unit == 1.0 else with_masses(model, 1 / unit)), unit
+
+
+def mass_matrix(model: Any, q: Array) -> Array:
+    """The mass matrix (nv, nv) of a pin.Model in kg m² at positions (nq,)."""
+    pin, (scaled, unit) = pinocchio(), in_mass_unit(model)
+    upper = np.triu(pin.crba(scaled, pin.Data(scaled), q)) * unit
+    return upper + np.triu(upper, 1).T
 
 
 def with_gravity(model: Any, field: Array) -> Any:

@@ -9,7 +9,17 @@ import numpy as np
 from pendpin.arrays import Array, Mask
 from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.errors import InputError, choices, find, shown
-from pendpin.model.bodies import Body, RodJoint, find_bodies, find_rods, pinocchio, prismatic
+from pendpin.model.bodies import (
+    Body,
+    RodJoint,
+    append_body,
+    find_bodies,
+    find_rods,
+    mass_matrix,
+    pinocchio,
+    prismatic,
+    with_masses,
+)
 from pendpin.model.from_pin import plain_copy
 from pendpin.model.read_urdf import Urdf, content, read_urdf
 from pendpin.scene import Chain, PinModel, Rod, Start, UrdfModel, Values
@@ -77,7 +87,7 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
             f"start.positions.{name}: {q[joint]:g}: doubles are {apart:.1g} apart there; at most {FARTHEST:g}"
         )
     if model.chain is None and model.pin is not None:
-        _refuse_singular(_mass_matrix(model.pin, q), model.joints, "start.positions", "; begin elsewhere, or lock it")
+        _refuse_singular(mass_matrix(model.pin, q), model.joints, "start.positions", "; begin elsewhere, or lock it")
     return q, v
 
 
@@ -139,7 +149,7 @@ def _pin_chain(rods: tuple[Rod, ...], names: tuple[tuple[str, str, str], ...]) -
         joint = model.addJoint(joint, pin.JointModelRevoluteUnaligned(-1, 0, 0), pin.SE3(np.eye(3), offset), theta)
         joint = model.addJoint(joint, pin.JointModelRevoluteUnaligned(0, -1, 0), pin.SE3.Identity(), phi)
         m, h, *principal = rod.properties
-        model.appendBodyToJoint(joint, pin.Inertia(m, np.array([0, 0, -h]), np.diag(principal)), pin.SE3.Identity())
+        append_body(model, joint, pin.Inertia(m, np.array([0, 0, -h]), np.diag(principal)))
         offset = np.array([0, 0, -rod.length])
     return model
 
@@ -179,6 +189,7 @@ def _loaded(record: str, content: bytes) -> Model:
         loaded = pin.buildModelFromXML(urdf.text)
     except (ValueError, RuntimeError) as error:
         raise InputError(f"{urdf.source}: Pinocchio does not load it: {error}") from None
+    loaded = with_masses(loaded, urdf.unit) if urdf.unit != 1.0 else loaded
     loaded.gravity = pin.Motion.Zero()
     joints = tuple(loaded.names)[1:]
     if set(joints) != set(urdf.moving_joints) or loaded.nq != len(joints):
@@ -219,12 +230,12 @@ def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) ->
     pin, generic = pinocchio(), np.sin(1.0 + np.arange(model.nq))
     a = pin.aba(model, pin.Data(model), generic, generic, np.zeros(model.nv))
     for q in _configurations(model):
-        M = _mass_matrix(model, q)
+        M = mass_matrix(model, q)
         value, joint = _least_eigenvalue(M) if np.isfinite(M).all() else (0.0, 0)
         if value < -ROUNDING:
             name = shown(joints[joint])
             raise InputError(f"{where}: joint {name} moves a negative inertia at some positions of the joints")
-    _refuse_singular(_mass_matrix(model, generic), joints, where)
+    _refuse_singular(mass_matrix(model, generic), joints, where)
     if not np.isfinite(a).all():
         raise InputError(f"{where}: its masses, lengths or inertia are too far apart: the accelerations overflow")
 
@@ -242,12 +253,6 @@ def _refuse_singular(M: Array, joints: tuple[str, ...], where: str, remedy: str 
     if value < SINGULAR * len(M):
         name = shown(joints[joint])
         raise InputError(f"{where}: singular mass matrix: joint {name} can move without any inertia{remedy}")
-
-
-def _mass_matrix(model: Any, q: Array) -> Array:
-    """(nv, nv) at positions (nq,)."""
-    upper = np.triu(pinocchio().crba(model, pinocchio().Data(model), q))
-    return upper + np.triu(upper, 1).T
 
 
 def _least_eigenvalue(M: Array) -> tuple[float, int]:

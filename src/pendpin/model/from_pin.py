@@ -6,7 +6,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
-from pendpin.model.bodies import pinocchio
+from pendpin.model.bodies import append_body, pinocchio
 
 
 def plain_copy(given: Any) -> Any:
@@ -21,7 +21,7 @@ def plain_copy(given: Any) -> Any:
         joint = _joint(given.joints[i], name)
         model.addJoint(given.parents[i], joint, given.jointPlacements[i], name)
         _check_inertia(given.inertias[i], name)
-        model.appendBodyToJoint(i, given.inertias[i], pin.SE3.Identity())
+        append_body(model, i, given.inertias[i])
     for frame in list(given.frames)[1:]:
         if frame.type != pin.FrameType.JOINT:
             model.addFrame(pin.Frame(frame.name, frame.parentJoint, 0, frame.placement, frame.type), False)

@@ -16,7 +16,7 @@ import numpy as np
 
 from pendpin.errors import InputError, choices, inside, place_of, shown
 from pendpin.files import read_whole
-from pendpin.model.urdf_inertia import check_inertial, inertia_findings
+from pendpin.model.urdf_inertia import check_inertial, in_mass_unit, inertia_findings
 from pendpin.model.urdf_locks import freeze_joints, massless_finding, massless_joints
 from pendpin.model.urdf_xml import Element, named, needed, number, numbers, parse, plain, put, triple
 from pendpin.scene import UrdfModel
@@ -47,6 +47,7 @@ class Urdf:
     findings: tuple[str, ...]  # what is implausible, and computed as written
     notes: tuple[str, ...]  # what the file says and pendpin leaves out, for the user to know
     shapes: dict[str, "RodShape"]  # the longest that each link is drawn with
+    unit: float  # kg, of the masses in the text
 
 
 class RodShape(NamedTuple):
@@ -98,7 +99,9 @@ def _checked(model: UrdfModel, robot: Element) -> Urdf:
     for joint in joints.values():
         _make_plain(joint)
     drawn = {name: longest for name, link in links.items() if (longest := _longest_shape(link))}
-    return Urdf(place_of(model.file), plain(links, joints), moving, (*findings, *inertia_findings(links)), notes, drawn)
+    findings = (*findings, *inertia_findings(links))
+    unit = in_mass_unit(links)
+    return Urdf(place_of(model.file), plain(links, joints), moving, findings, notes, drawn, unit)
 
 
 # --- links ----------------------------------------------------------------------------------------------------------

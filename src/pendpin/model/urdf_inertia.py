@@ -6,10 +6,12 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
+from pendpin.model.bodies import mass_unit
 from pendpin.model.urdf_xml import Element, needed, number
 
 _ROUNDING = 1e-3  # of the sum of all three: what numbers written with four digits may miss in the triangle inequality
 _NEGATIVE = 1e-9  # of the largest: what rounding may leave below zero
+_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _AS_WRITTEN = "no real body has this inertia; accelerations are computed as written"
 
 
@@ -46,8 +48,20 @@ def _implausible(inertial: Element) -> str | None:
     return None
 
 
+def in_mass_unit(links: dict[str, Element]) -> float:
+    """Write masses and inertias in a unit in which Pinocchio adds them up; returns the unit in kg."""
+    inertials = [link.find("inertial") for link in links.values()]
+    parts = [needed("", inertial, tag) for inertial in inertials if inertial is not None for tag in ("mass", "inertia")]
+    unit = mass_unit([float(mass.get("value", "")) for mass in parts[::2]])
+    for part in parts if unit != 1.0 else ():
+        for key in ("value", *_MOMENTS):
+            if key in part.attrib:
+                part.set(key, repr(float(part.attrib[key]) / unit))
+    return unit
+
+
 def _tensor(inertial: Element, where: str = "") -> Array:
     """The central inertia (3, 3) kg m², in the axes of <origin>."""
     values = needed(where, inertial, "inertia")
-    xx, xy, xz, yy, yz, zz = (number(where, values, key) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+    xx, xy, xz, yy, yz, zz = (number(where, values, key) for key in _MOMENTS)
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -1,14 +1,16 @@
 """A scene: what is simulated, as frozen, validated data, described by a JSON schema."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 from pydantic import Field, SerializeAsAny, model_validator
+from pydantic_core import PydanticSerializationError
 
 from pendpin.arrays import Array
 from pendpin.effects import AnyEffect, Gravity
+from pendpin.errors import InputError
 from pendpin.keypaths import parsed
 from pendpin.records import NotNegative, Record
 from pendpin.scene.data import Data
@@ -75,6 +77,27 @@ class Scene(Record):
         Raises InputError where the path refuses, and for what TOML cannot hold: a function, an effect of one's own.
         """
         return write_toml(Path(path), self)
+
+    def recorded(self) -> dict[str, Any]:
+        """The scene as the plain data that a run is saved with. Raises InputError for what no file can hold."""
+        try:
+            return self.model_dump(mode="json")
+        except PydanticSerializationError:
+            raise InputError(next(self._unsaved())) from None
+
+    def _unsaved(self) -> Iterator[str]:
+        """What no file can hold."""
+        for i, effect in enumerate(self.effects):
+            for name in type(effect).model_fields:
+                try:
+                    effect.model_dump(mode="json", include={name})
+                except PydanticSerializationError:
+                    kind = type(getattr(effect, name)).__name__
+                    yield (
+                        f"effects[{i}].{name}: a {kind} cannot be saved with the run: give {type(effect).__name__} a "
+                        "field_serializer for it (pydantic)"
+                    )
+        yield "scene: it holds what no file can"
 
     def by(self, method: str, setting: float) -> Self:
         """The scene with a method and its setting, a tolerance or a step. Raises InputError where they do not fit."""

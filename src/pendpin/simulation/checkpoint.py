@@ -143,7 +143,7 @@ def _note(path: Path) -> str:
 
 def identity(scene: Scene, energy_balance: bool, engine: str) -> dict[str, Any]:
     """What must be the same to continue a run: scene, contents of its files, energy balance, engine, versions."""
-    record = scene.model_dump(mode="json")
+    record = scene.recorded()
     for table in (record["model"], *record["effects"]):
         for key in table.keys() & {"path", "csv"}:
             if os.path.isfile(str(table[key])):

@@ -106,7 +106,7 @@ def extend(run: Trajectory, duration: float) -> Trajectory:
     new = replace(samples_of(more.filled([piece], [last]), slice(1, None)), t=scene.clock[ahead])
     counts = {name: getattr(run.stats, name) + getattr(piece, name) for name in COUNTS}
     stats = replace(run.stats, stopped=None, **counts)
-    return replace(joined([run, new]), stats=stats, scene=scene.model_dump(mode="json"), source=scene)
+    return replace(joined([run, new]), stats=stats, scene=scene.recorded(), source=scene)
 
 
 def _longer(run: Trajectory, duration: float) -> Scene:

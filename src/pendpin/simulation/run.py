@@ -202,6 +202,6 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
             notes=run.notes,
         ),
         work={} if balance is None else balance.close(run.work, run.q, poses),
-        scene=scene.model_dump(mode="json"),
+        scene=scene.recorded(),
         source=scene,
     )

@@ -184,7 +184,7 @@ def _identity(task: Task) -> dict[str, Any]:
     """What has to be the same for a sweep to be gone on with."""
     versions = {"pendpin": VERSION} | installed(*LIBRARIES)
     return {
-        "scene": json.dumps(task.scene.model_dump(mode="json"), sort_keys=True),
+        "scene": json.dumps(task.scene.recorded(), sort_keys=True),
         "keys": list(task.plan.keys),
         "cases": task.plan.identity,
         "measures": [m.name for m in task.chosen],

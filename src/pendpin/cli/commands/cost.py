@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import files_of, place_named, read_scene, refuse_targets
+from pendpin.cli.inputs import files_of, place_named, print_notes, read_scene, refuse_targets
 from pendpin.cli.options import Json, SceneFile
 from pendpin.cli.tables import print_cost, print_cost_row, print_files, waiting
 from pendpin.errors import inside
@@ -37,6 +37,7 @@ def cost(
         picture_kind(plot)
         refuse_targets([plot], [scene, *files_of(chosen)])
     with inside(place_named(scene)), waiting("the reference", hidden=json) as progress:
+        print_notes(chosen, strict=False)
         names = [name.strip() for name in methods.split(",")] if methods else None
         options = {"methods": names, "accuracy": accuracy, "peers": peers, "thorough": thorough, "budget": budget}
         answered = (lambda row: None) if json else partial(print_cost_row, peers=peers)

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import read_scene
+from pendpin.cli.inputs import print_notes, read_scene
 from pendpin.cli.options import Json, SceneFile
 from pendpin.cli.tables import print_effects, waiting
 
@@ -19,6 +19,8 @@ def effects(
     """Show what each effect changes and costs, and which effects the scene needs at an accuracy."""
     from pendpin.analysis.significance import significance
 
+    chosen = read_scene(scene)
     with waiting("comparing runs with and without each effect", hidden=json):
-        found = significance(read_scene(scene), accuracy)
+        print_notes(chosen, strict=False)
+        found = significance(chosen, accuracy)
     print_effects(found, json)
