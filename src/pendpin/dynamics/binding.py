@@ -87,13 +87,12 @@ def _named(model: Model, effect: Effect, where: str) -> Idle:
 
 
 def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:
-    """The effects with their key paths, in an order that does not depend on that of the list.
+    """The effects that act, with their key paths, in an order that does not depend on that of the list.
 
     Every sum over effects uses this order, so that the order of a scene's list changes no bit.
     """
-    return sorted(
-        ((effect, f"effects[{i}]") for i, effect in enumerate(effects)), key=lambda pair: BaseModel.__repr__(pair[0])
-    )
+    acts = ((effect, f"effects[{i}]") for i, effect in enumerate(effects) if not isinstance(effect, Idle))
+    return sorted(acts, key=lambda pair: BaseModel.__repr__(pair[0]))
 
 
 def refuse_seconds(effects: Sequence[Effect]) -> None:

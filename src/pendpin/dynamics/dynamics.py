@@ -13,7 +13,7 @@ from pendpin.dynamics.contact_binding import bind_contacts
 from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.powers import Accounts
 from pendpin.dynamics.symbols import Asked
-from pendpin.effects import Bodies, BodyEffect, ContactEffect, Effect, FieldEffect, Idle, JointEffect, Motion
+from pendpin.effects import Bodies, BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.engines import (
     MAX_SPHERICAL,
     AngleEngine,
@@ -115,8 +115,6 @@ def _potential(
     model: Model, effect: Effect, where: str, complete: Callable[[float, Motion], Motion] | None
 ) -> Potential | None:
     """The potential (n,) in J of one effect as a function of q (n, nv) and poses; None if it has none."""
-    if isinstance(effect, Idle):
-        return lambda q, poses: np.zeros(len(q))
     if isinstance(effect, FieldEffect) and effect.constant:
         field = effect.field(0.0)
         return lambda q, poses: kinematics.field_potential(model, poses, field)

@@ -9,7 +9,7 @@ import numpy as np
 from pendpin.arrays import Array, cross
 from pendpin.dynamics.binding import bodies_of, body_wrench, field_since, in_order, joint_torque, since, surroundings
 from pendpin.dynamics.parameters import GIVEN, Numbers
-from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, Idle, JointEffect, Motion
+from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.model.build import Model
 
 
@@ -23,9 +23,9 @@ class Accounts(NamedTuple):
 def accounts_of(effects: Sequence[Effect], potentials: Sequence[Any]) -> Accounts:
     """An account for each kind of effect; `potentials` in the order of `in_order`, None for an effect without one."""
     ordered = [effect for effect, _ in in_order(effects)]
-    kinds = tuple(dict.fromkeys(effect.kind for effect in ordered if not isinstance(effect, Idle)))
+    kinds = tuple(dict.fromkeys(effect.kind for effect in ordered))
     moving = [
-        None if isinstance(effect, Idle) or potential is not None else kinds.index(effect.kind)
+        None if potential is not None else kinds.index(effect.kind)
         for effect, potential in zip(ordered, potentials, strict=True)
     ]
     return Accounts(kinds, tuple(moving))
