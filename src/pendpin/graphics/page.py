@@ -29,7 +29,7 @@ POSES = 200_000  # key poses in a page at most, 19 bytes each; with more bodies 
 DRAWN = (1e-3, 1e4)  # m, extents that a browser draws as they are; its numbers have 24 bits
 LEAST_FRAMES = 600  # where the samples give as many: a run of less than 10 s is looked at slowly
 TRAIL_POINTS = 30_000  # at most
-PLOT_POINTS = 2000  # of a curve, at most
+PLOT_POINTS = 5000  # of a curve, at most
 
 
 def write_page(path: str | Path, drawing: Drawing) -> Path:
