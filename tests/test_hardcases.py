@@ -133,7 +133,7 @@ def test_an_unknown_case_is_refused(monkeypatch, capfd) -> None:
     assert run("no-such-case", monkeypatch=monkeypatch) == 1
     said = capfd.readouterr().err
     assert said.count("\n") == 1
-    assert "'no-such-case' is not one of the cases: thin-pole, " in said
+    assert "'no-such-case' is not one of: thin-pole, " in said
 
 
 def stop(*_: object) -> float:

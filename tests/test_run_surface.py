@@ -115,6 +115,23 @@ def test_a_saved_run_goes_on_too(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.at(1.2345).q, run.at(1.2345).q)
 
 
+def test_a_saved_run_of_code_goes_on_with_its_scene(tmp_path: Path) -> None:
+    """No file holds a function: the scene is given again, and has to be the same."""
+    brake = pp.effects.Torque(lambda t, q, v: -0.3 * v, joints=["theta"])
+    scene = SCENES["smooth"].replace(effects=[GRAVITY, brake])
+    run = pp.simulate(scene, samples=31, duration=1.0)
+    path = run.save(tmp_path / "run.npz")
+    alone = pp.Trajectory.load(path)
+    assert alone == run
+    with pytest.raises(pp.InputError, match=r"cannot be built again: .* Trajectory.load\(path, scene=scene\)"):
+        alone.at(0.5)
+    again = pp.Trajectory.load(path, scene=scene)
+    np.testing.assert_array_equal(again.at(0.5).q, run.at(0.5).q)
+    assert again.extend(0.5).t[-1] == 1.5
+    with pytest.raises(pp.InputError, match="are not those of the run"):
+        pp.Trajectory.load(path, scene=scene.replace({"model.rods[0].mass": 2.0}))
+
+
 def test_what_is_no_time_is_refused() -> None:
     """Outside, falling, not numbers; names, levels and directions too."""
     run = pp.simulate(SCENES["smooth"], samples=31)

@@ -2,6 +2,7 @@
 
 import json
 import pydoc
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -130,6 +131,58 @@ def test_replace_refuses_what_the_constructor_refuses_with_the_same_words(path: 
     with pytest.raises(pp.InputError) as replaced:
         scene.replace({path: value})
     assert str(replaced.value) == str(constructed.value)
+
+
+FIELDS = sorted({name for cls in records() for name in cls.model_fields} - {"model", "effects"})
+NUMBERS = (-3, 0, 1, 2.5, 1e-30, 1e200, 10**400, float("nan"), float("inf"), True, None)
+TEXTS = ("", "45", "gravity", "dry_friction", "chain", "urdf", "degrees", "dop853")
+TABLES = ([], [1.0], [1.0, 2.0, 3.0], [-1, 0, 1], {}, {"theta_1": 0.1}, {"kind": "drag"})
+VALUES = st.sampled_from((*NUMBERS, *TEXTS, *TABLES))
+
+
+def places_in(data: Any, place: tuple[str | int, ...] = ()) -> list[tuple[str | int, ...]]:
+    """The key paths of everything in nested tables and lists."""
+    inner = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list | tuple) else ()
+    return [path for key, value in inner for path in ((*place, key), *places_in(value, (*place, key)))]
+
+
+def changed_by_hand(data: Any, path: tuple[str | int, ...], value: Any) -> Any:
+    """The same data with one value replaced."""
+    if not path:
+        return value
+    copied = dict(data) if isinstance(data, dict) else list(data)
+    copied[path[0]] = changed_by_hand(copied[path[0]] if len(path) > 1 else None, path[1:], value)  # pyright: ignore
+    return copied
+
+
+def made(make: Callable[[], pp.Scene]) -> pp.Scene | str:
+    """A scene, or the line that refuses it."""
+    try:
+        return make()
+    except pp.InputError as error:
+        return str(error)
+
+
+@law(300)
+@given(st.data(), st.integers(0, 10**9), VALUES, st.none() | st.sampled_from(FIELDS) | names)
+def test_replace_and_constructor_agree(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject, number: int, value: Any, key: str | None
+) -> None:
+    """Any value at any place of any scene: both refuse it with the same line, or both make the same scene."""
+    tables = case_of(2, number, tmp_path_factory.getbasetemp()).scene
+    scene = made(lambda: pp.Scene(**tables))
+    if isinstance(scene, str):
+        return
+    place = data.draw(st.sampled_from(places_in(tables)))
+    if key is not None:  # a key beside it, or in it, known there or not
+        place = (*(place if isinstance(place[-1], int) else place[:-1]), key)
+    here: Any = tables
+    for part in place[:-1]:
+        here = here[part]
+    if not isinstance(here, dict) and not isinstance(place[-1], int):
+        return
+    constructed = made(lambda: pp.Scene(**changed_by_hand(tables, place, value)))
+    assert made(lambda: scene.replace({written(place): value})) == constructed
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from pendpin.errors import did_you_mean
 from pendpin.versions import VERSION
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def __getattr__(name: str) -> Any:
     if name == "effects":
         return import_module("pendpin.effects")
     if name not in _HOME_OF:
-        raise AttributeError(f"module 'pendpin' has no attribute {name!r}")
+        raise AttributeError(f"module 'pendpin' has no attribute {name!r}{did_you_mean(name, __all__)}")
     return getattr(import_module(f"pendpin.{_HOME_OF[name]}"), name)
 
 

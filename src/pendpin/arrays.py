@@ -6,14 +6,19 @@ one state or many.
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[Any]  # floats, or mpmath's or heyoka's objects
-Mask = NDArray[np.bool_]
-Indices = NDArray[np.intp]
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Array = NDArray[Any]  # floats, or mpmath's or heyoka's objects
+    Mask = NDArray[np.bool_]
+    Indices = NDArray[np.intp]
+else:  # help() shows these names, and not what numpy makes of them
+    Array = Mask = Indices = np.ndarray
+    ArrayLike = Any  # numbers, or lists of them
 
 _NEXT = np.array([1, 2, 0])
 _UPPER = np.triu(np.ones((3, 3), dtype=bool))

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 MOST_CHARACTERS = 1_000  # of a message
+MOST_NAMES = 16  # in a list of them
+MOST_REPR = 900  # of a representation
 
 KeyPath = tuple[str | int, ...]  # names of fields or joints, and places in lists; a name first
 
@@ -60,6 +62,11 @@ def one_line(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
 
 
+def brief(text: str) -> str:
+    """Text for a representation: cut where it is long."""
+    return text if len(text) <= MOST_REPR else f"{text[:MOST_REPR]}..."
+
+
 def shown(value: Any, most: int = 60) -> str:
     """A value as one short line of printable text, for a message."""
     if isinstance(value, int) and abs(value) >= 10**most:
@@ -102,12 +109,18 @@ def inside(place: str) -> Iterator[None]:
         raise InputError(f"{place}: {str(error).removeprefix(f'{place}: ')}") from None
 
 
+def not_one_of(value: Any, names: Iterable[str]) -> str:
+    """What a message says of a value that none of the names is: the names, or the first of many, and the nearest."""
+    known = tuple(names)
+    more = ", ..." if len(known) > MOST_NAMES else ""
+    return f"{shown(value)} is not one of: {choices(known[:MOST_NAMES])}{more}{did_you_mean(value, known)}"
+
+
 def find(names: tuple[str, ...], name: str, what: str) -> int:
     """The place of a name. Raises InputError that lists the names, or the first of many."""
     if name in names:
         return names.index(name)
-    more = ", ..." if len(names) > 12 else ""
-    raise InputError(f"{what} {shown(name)} is not one of: {choices(names[:12])}{more}{did_you_mean(name, names)}")
+    raise InputError(f"{what} {not_one_of(name, names)}")
 
 
 def written(path: KeyPath) -> str:

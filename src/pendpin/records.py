@@ -7,9 +7,8 @@ from typing import Annotated, Any, ClassVar, get_args
 import numpy as np
 from pydantic import AfterValidator, AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
 
-from pendpin.errors import InputError, choices, did_you_mean, shown, written
+from pendpin.errors import InputError, brief, choices, did_you_mean, not_one_of, shown, written
 
-MOST_REPR = 900  # letters of a representation
 MOST_ITEMS = 6  # of a list in one
 MOST_SHOWN = 60  # letters of a name in a message
 LARGEST = 1e150  # of any number in a scene or a run: its square stays within doubles
@@ -32,7 +31,7 @@ def _absolute(path: Path) -> Path:
 FilePath = Annotated[Path, AfterValidator(_absolute)]  # stays the same file when the working folder changes
 
 
-class _RecordType(type(BaseModel)):
+class RecordType(type(BaseModel)):
     """Calling the class raises InputError; inside another record pydantic keeps its own error, for the full path."""
 
     def __call__(cls, *args: Any, **data: Any) -> Any:
@@ -51,7 +50,7 @@ class _RecordType(type(BaseModel)):
         return sorted(_added(cls))
 
 
-class Record(BaseModel, metaclass=_RecordType):
+class Record(BaseModel, metaclass=RecordType):
     """Frozen data that refuses unknown keys; a bad value raises InputError with its key path."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -64,7 +63,7 @@ class Record(BaseModel, metaclass=_RecordType):
 
     def __repr__(self) -> str:
         fields = ", ".join(f"{name}={_short(value)}" for name, value in self.given().items() if name != "kind")
-        return f"{type(self).__name__}({fields if len(fields) <= MOST_REPR else fields[:MOST_REPR] + '...'})"
+        return brief(f"{type(self).__name__}({fields})")
 
     __str__ = __repr__
 
@@ -126,6 +125,9 @@ def plain(value: Any, depth: int = 8) -> Any:
 def explain(faults: list[Any], record: type) -> str:
     """The first of pydantic's faults with data of a class, as `key path: what is wrong`, or its name without a path."""
     fault = min(faults, key=lambda f: f["type"] in {"missing", "too_short"})  # often the echo of another fault
+    if fault["type"] == "extra_forbidden":  # whatever order they were given in
+        beside = [f for f in faults if f["type"] == fault["type"] and f["loc"][:-1] == fault["loc"][:-1]]
+        fault = min(beside, key=lambda f: f["loc"])
     others = len([f for f in faults if f["type"] != "too_short"]) - 1
     more = f" (and {others} more)" if others > 0 else ""
     return f"{_path(fault) or record.__name__}: {_reason(fault, record)}{more}"
@@ -147,9 +149,9 @@ def _reason(fault: Any, record: type) -> str:
         case "union_tag_invalid" if context["tag"] == "~":
             return f"missing; it is one of: {_allowed(context)}"
         case "union_tag_invalid":
-            return _not_one_of(context["tag"].removeprefix("~"), _allowed(context))
+            return not_one_of(context["tag"].removeprefix("~"), _allowed(context).split(", "))
         case "literal_error":
-            return _not_one_of(fault["input"], context["expected"].replace("'", "").replace(" or ", ", "))
+            return not_one_of(fault["input"], context["expected"].replace("'", "").replace(" or ", ", ").split(", "))
         case "extra_forbidden":
             return f"unknown key{did_you_mean(fault['loc'][-1], _fields_at(record, fault['loc'][:-1]))}"
         case "value_error":
@@ -160,10 +162,6 @@ def _reason(fault: Any, record: type) -> str:
             return _REASONS[kind].format(value=value, **context)
         case _:
             return f"{value}: {fault['msg'].removeprefix('Input ').replace(' after validation', '')}"
-
-
-def _not_one_of(value: Any, allowed: str) -> str:
-    return f"{shown(value)} is not one of: {allowed}{did_you_mean(value, allowed.split(', '))}"
 
 
 def _fields_at(record: type, loc: tuple[str | int, ...]) -> list[str]:

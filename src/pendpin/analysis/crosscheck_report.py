@@ -7,12 +7,12 @@ from textwrap import fill
 import numpy as np
 
 from pendpin.analysis.routes import REFERENCE
+from pendpin.errors import brief
 
 WIDTH = 80  # letters of a line
 ROUTE = 12  # letters of a route's name
 FIGURE = 6  # of a cell
 ANY_TWO = "any two"
-MOST_REPR = 990  # letters
 MOST_ROUTES = 6  # that a repr shows: the users' own may be many
 
 
@@ -49,7 +49,7 @@ class Report:
 
     def __repr__(self) -> str:
         fault = f"\n{fill(self.fault, WIDTH)}" if self.fault else ""
-        return f"{self.text(MOST_ROUTES)}{fault}"[:MOST_REPR]
+        return brief(f"{self.text(MOST_ROUTES)}{fault}")
 
     def text(self, most: int | None = None) -> str:
         """The matrix of routes and quantities, then the verdict in words, in lines of 80 letters; `most` routes."""

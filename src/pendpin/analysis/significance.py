@@ -9,11 +9,11 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Drag, Effect, Rotation, Viscous
-from pendpin.errors import InputError, PendpinError
+from pendpin.errors import InputError, PendpinError, brief
 from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.scene import Chain, Rod, Scene
-from pendpin.simulation.simulate import simulate
+from pendpin.simulation.simulate import run_to_setting, simulate
 from pendpin.trajectory import Trajectory
 
 TOLERANCES = (1e-9, 1e-11)  # of the runs compared, and of the run that shows their error
@@ -34,7 +34,7 @@ class Row:
     verdict: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EffectsReport:
     """The effects of a scene at an accuracy, compared from the start to `horizon`."""
 
@@ -42,6 +42,10 @@ class EffectsReport:
     accuracy: float
     duration: float  # s, of the scene
     horizon: float  # s, end of the comparison; shorter than `duration` in chaotic motion
+
+    def __repr__(self) -> str:
+        rows = "; ".join(f"{row.effect}: {row.verdict}, changes {row.change:.1e}" for row in self.rows)
+        return brief(f"Effects at an accuracy of {self.accuracy:g}: {rows}")
 
 
 def significance(scene: Scene, accuracy: float = 1e-3) -> EffectsReport:
@@ -97,7 +101,7 @@ def _with(scene: Scene, *effects: Effect) -> Scene:
 
 def _row(name: str, listed: bool, other: Scene, scene: Scene, base: Trajectory, accuracy: float) -> Row:
     try:
-        run = simulate(other, method="auto", tolerance=TOLERANCES[0])
+        run = run_to_setting(other.by("auto", TOLERANCES[0]))  # what it leaves out is no slip: no notes
     except PendpinError as error:
         return Row(name, listed, float("nan"), None, f"not compared: {error}")
     length = scale(build(scene.model))

@@ -59,7 +59,6 @@ def has_kind(effect: Effect) -> bool:
 
 
 __all__ = [
-    "AnyEffect",
     "Bodies",
     "BodyEffect",
     "ContactEffect",
@@ -84,5 +83,9 @@ __all__ = [
     "applied",
     "cross",
     "dot",
-    "has_kind",
 ]
+
+
+def __dir__() -> list[str]:
+    """The effects and their interfaces, for completion."""
+    return __all__

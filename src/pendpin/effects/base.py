@@ -69,7 +69,7 @@ class Effect(Record):
 class Idle(Effect):
     """In place of an effect of strength 0: the others keep their places in the list."""
 
-    kind: str
+    kind: str = Field(description="which effect it stands for")
 
 
 # --- fields ---------------------------------------------------------------------------------------------------------

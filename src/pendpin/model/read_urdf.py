@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from pendpin.errors import InputError, choices, inside, place_of, shown
+from pendpin.errors import InputError, choices, inside, not_one_of, place_of, shown
 from pendpin.files import read_whole
 from pendpin.model.urdf_inertia import check_inertial, in_mass_unit, inertia_findings
 from pendpin.model.urdf_locks import freeze_joints, massless_finding, massless_joints
@@ -189,7 +189,7 @@ def _check_joint(where: str, joint: Element, links: dict[str, Element]) -> None:
     kind = joint.get("type", "")
     if kind not in JOINT_TYPES:
         hint = " (write a universal joint as two revolute joints)" if kind in {"universal", "spherical"} else ""
-        raise InputError(f"{where}: type {shown(kind)} is not one of: {choices(JOINT_TYPES)}{hint}")
+        raise InputError(f"{where}: type {not_one_of(kind, JOINT_TYPES)}{hint}")
     for end in ("parent", "child"):
         name = needed(where, joint, end).get("link", "")
         if name not in links:

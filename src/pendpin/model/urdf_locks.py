@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.errors import InputError, choices, shown
+from pendpin.errors import InputError, choices, not_one_of, shown
 from pendpin.model.bodies import pinocchio
 from pendpin.model.urdf_xml import Element, has_inertia, needed, number, put, triple
 
@@ -26,8 +26,7 @@ def freeze_joints(joints: dict[str, Element], lock: Mapping[str, float], mimic: 
     moving = {name: joint for name, joint in joints.items() if joint.get("type") != "fixed"}
     for name in lock:
         if name not in moving:
-            more = ", ..." if len(moving) > 12 else ""
-            raise InputError(f"model.lock: joint {shown(name)} is not one of: {choices(list(moving)[:12])}{more}")
+            raise InputError(f"model.lock: joint {not_one_of(name, moving)}")
     mimics = {name: found for name, joint in moving.items() if (found := _mimic_of(name, joint))}
     frozen = dict(lock)
     if mimic == "locked":

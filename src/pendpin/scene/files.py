@@ -23,5 +23,8 @@ def scene_of(run: Any) -> Scene:
     """The scene of a run. Raises InputError where a saved run's scene holds what no file can."""
     if isinstance(run.source, Scene):
         return run.source
-    with inside("the run's scene cannot be built again"):
+    try:
         return Scene(**run.scene)
+    except InputError as error:
+        advice = "give it, as Trajectory.load(path, scene=scene)"
+        raise InputError(f"the run's scene cannot be built again: {error}; {advice}") from None

@@ -14,6 +14,7 @@ FixedMethod = Literal["gauss2", "gauss4", "gauss6", "rk4", "euler"]
 Method = Literal["auto", AdaptiveMethod, "taylor", FixedMethod]
 
 FIXED_METHODS = get_args(FixedMethod)
+METHODS = ("auto", *get_args(AdaptiveMethod), "taylor", *FIXED_METHODS)
 TOLERANCE = 1e-10  # unless another is given
 MAX_SAMPLES = 2_000_000
 
@@ -26,9 +27,9 @@ class Solver(Record):
     both: pendpin finds the tolerance or step that meets it, and with method "auto" the method too.
     """
 
-    method: Method = Field("auto", description="how the motion is integrated (docs/accuracy.md)")
+    method: Method = Field("auto", description=f"{choices(METHODS)} (docs/accuracy.md)")
     engine: Literal["auto", "pinocchio", "chain", "compiled"] = Field(
-        "auto", description="which equations compute the accelerations"
+        "auto", description="which equations compute the accelerations: auto, pinocchio, chain, compiled"
     )
     accuracy: Annotated[Positive, Field(le=0.1)] | None = Field(
         None, description="the target: largest tip error during the run, divided by the chain's length"

@@ -33,7 +33,10 @@ class Start(Record):
     def conical(cls, scene: Any, angle: float) -> Self:
         """The steady cone of a single rod about the vertical, at an angle from it in rad: the tip runs round a circle.
 
-        Exact for a rod without inertia about its axis; a thick rod on a universal joint nods. The rate Omega follows
-        from Omega² cos(angle) = m g h / (I1 + m h²). Raises InputError for other scenes.
+        The rate Omega follows from Omega² cos(angle) = m g h / (I1 + m h²). Exact for a rod without inertia about its
+        axis (radius 0, a point mass), where gravity alone acts. No other rod has a steady cone on a universal joint: its
+        spin, -theta' sin(phi), changes round the circle, and with it an energy that is constant. It nods by about
+        I3 / (I1 + m h²) sin(angle) tan²(angle); beyond 1 % of the angle that is noted. Raises InputError for scenes
+        without a cone.
         """
         return from_above("Start.conical")(scene, angle)

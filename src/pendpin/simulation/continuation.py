@@ -3,9 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, ArrayLike
 from pendpin.dynamics.dynamics import bind
 from pendpin.dynamics.timing import timing
 from pendpin.errors import InputError, RunError, shown

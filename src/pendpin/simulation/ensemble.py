@@ -12,9 +12,8 @@ from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from pendpin.arrays import Array, Indices
+from pendpin.arrays import Array, ArrayLike, Indices
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.integrators import automatic, integrator_for, taylor_takes

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from pendpin.arrays import ArrayLike
 from pendpin.engines import ProgressCallback
 from pendpin.errors import InputError, Note, RunError, shown
 from pendpin.model.build import build

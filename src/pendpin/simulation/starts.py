@@ -1,5 +1,7 @@
 """Starts of particular motions: rest in equilibrium, and steady conical motion."""
 
+import warnings
+
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
@@ -7,12 +9,13 @@ from scipy.optimize import root
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.equations import exact
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError, Note, shown
 from pendpin.model.build import start_state
 from pendpin.scene import Chain, Scene, Start
 
 REST = 1e-10  # of the largest acceleration seen: what is left at an equilibrium
 LONG = 1e6  # s² of pseudo-time, until the slowest mode has decayed
+NODDING = 0.01  # of the angle of a cone
 UPRIGHT = 1e-12  # of a field: what it may have across the vertical
 
 
@@ -56,6 +59,11 @@ def conical(scene: Scene, angle: float) -> Start:
         raise InputError("start: a steady cone needs gravity straight down")
     if rod.I1 != rod.I2:
         raise InputError("start: a steady cone needs a rod with I1 = I2")
+    nod = rod.I3 / (rod.I1 + rod.m * rod.h**2) * np.sin(abs(angle)) * np.tan(angle) ** 2
+    if nod > NODDING * abs(angle):
+        warnings.warn(
+            Note(f"start: a thick rod has no steady cone; its angle changes by about {nod:.2g} rad"), stacklevel=3
+        )
     rate = np.sqrt(-field[2] * rod.m * rod.h / ((rod.I1 + rod.m * rod.h**2) * np.cos(angle)))
     q = np.array([0.0, float(angle)])
     along = np.array([exact.direction_rate(q, v) for v in np.eye(2)]).T  # (3, 2)

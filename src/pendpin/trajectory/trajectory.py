@@ -1,15 +1,14 @@
 """The result of a run: arrays over time, statistics, and the file that holds them."""
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, ArrayLike
 from pendpin.errors import InputError
 from pendpin.files import open_arrays, refuse_other_format, write_whole
 from pendpin.late import from_above
@@ -187,7 +186,17 @@ class Trajectory:
         return write_whole(Path(path), lambda file: np.savez_compressed(file, **arrays))
 
     @classmethod
-    def load(cls, path: str | Path) -> Self:
-        """Read a saved run. Raises InputError for anything that is not one; nothing in the file is executed."""
+    def load(cls, path: str | Path, scene: Any = None) -> Self:
+        """Read a saved run. Raises InputError for anything that is not one; nothing in the file is executed.
+
+        A run of code (a Torque, an effect of one's own) or of a pin.Model can be continued only with its `scene` given:
+        its model and effects have to be those of the run.
+        """
         with open_arrays(Path(path), "a run that pendpin saved") as file:
-            return cls(**read_fields(file))
+            run = cls(**read_fields(file))
+        if scene is None:
+            return run
+        scene = scene.replace(**{name: value for name, value in run.scene.items() if name not in ("model", "effects")})
+        if scene.model_dump(mode="json") != run.scene:
+            raise InputError(f"scene: its model or effects are not those of the run in {path}")
+        return replace(run, source=scene)

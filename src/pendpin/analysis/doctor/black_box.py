@@ -9,7 +9,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.dynamics import reactions as reactions_of
-from pendpin.errors import InputError, choices, shown
+from pendpin.errors import InputError, brief, not_one_of, shown
 from pendpin.scene import Scene
 
 STATES = 60
@@ -33,7 +33,7 @@ class Row:
         return self.error <= BOUND
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """What was compared, a row for each quantity and joint."""
 
@@ -43,6 +43,9 @@ class Comparison:
     def ok(self) -> bool:
         """Whether all agree."""
         return all(row.ok for row in self.rows)
+
+    def __repr__(self) -> str:
+        return brief(f"Comparison: {str(self).replace(chr(10), '; ')}")
 
     def __str__(self) -> str:
         """The report as text."""
@@ -86,7 +89,7 @@ def _reaction_rows(dynamics: Dynamics, reactions: Function, scene: Scene) -> lis
         return _rows(truth, given, dynamics, names, "reactions")
     allowed = ("R1", "R2", "R3", "M3", "Mc")
     if unknown := [name for name in sample if name not in allowed]:
-        raise InputError(f"reactions: {shown(unknown[0])} is not one of: {choices(allowed)}")
+        raise InputError(f"reactions: {not_one_of(unknown[0], allowed)}")
 
     def true(name: str) -> Function:
         def value(q: Array, v: Array) -> Array:

@@ -8,9 +8,9 @@ from pendpin.analysis.doctor.checking.check import TOLERANCE
 from pendpin.analysis.doctor.checking.mechanics import Convention
 from pendpin.analysis.doctor.patients import Printed, chosen
 from pendpin.analysis.doctor.reading.tree import Unread, symbols, walk
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError, not_one_of
 
-WORDS = "theta-ccw, phi-reversed, z-up, swapped, b3-up, transposed, standard"
+WORDS = ("theta-ccw", "phi-reversed", "z-up", "swapped", "b3-up", "transposed", "standard")
 MOST_SEARCHED = 300  # parts of an equation whose convention is searched
 
 CONVENTIONS = {
@@ -39,7 +39,7 @@ def conventions_of(text: str) -> Convention:
         elif value in CONVENTIONS.get(name, ()):
             found = replace(found, **{name: "up" if name == "z" else -1})
         else:
-            raise InputError(f"convention: {shown(part)} is not one of: {WORDS}")
+            raise InputError(f"convention: {not_one_of(part, WORDS)}")
     return found
 
 

@@ -17,14 +17,14 @@ from pendpin.analysis.doctor.reading.documents import Document
 from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.tokens import is_latex
 from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, walk
-from pendpin.errors import InputError, choices, shown
+from pendpin.errors import InputError, brief, not_one_of, shown
 from pendpin.late import from_above
 
 MOST_HOPELESS = 10  # equations without a mend, after which two changes are no longer tried
 SIMPLE = 1.45  # the cost of a mend that is one sign, symbol, function or number
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Finding:
     """What is found about one equation. verdict: holds, fails or unread; error relative to its terms."""
 
@@ -43,6 +43,9 @@ class Finding:
     equation: Equation | None = None
     text: str = ""
 
+    def __repr__(self) -> str:
+        return brief(f"Finding: equation {self.number}, {self.place}, {self.kind}: {self.verdict}. {self.latex}")
+
 
 @dataclass(frozen=True, eq=False)
 class Shared:
@@ -53,7 +56,7 @@ class Shared:
     numbers: tuple[int, ...]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
     """Every equation with its verdict, for the rod and convention that they were checked in."""
 
@@ -80,6 +83,12 @@ class Diagnosis:
         """The equations that fail."""
         return tuple(finding for finding in self.findings if finding.verdict == "fails")
 
+    def __repr__(self) -> str:
+        found = "; ".join(f"{finding.number} {finding.verdict}" for finding in self.findings)
+        return brief(
+            f"Diagnosis of {len(self.findings)} equations, {len(self.wrong)} wrong: {found}; print() shows all"
+        )
+
     def __str__(self) -> str:
         """The report as text."""
         return from_above("Diagnosis.text")(self)
@@ -95,7 +104,7 @@ def examine(
     """Check every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
     rod, convention = rod or document.rod, convention or document.convention
     if rod is not None and rod not in RODS:
-        raise InputError(f"rod: {shown(rod)} is not one of: {choices(RODS)}")
+        raise InputError(f"rod: {not_one_of(rod, RODS)}")
     symbols = read_symbols(document.symbols)
     equations = printed(document.statements, symbols)
     kind = rod or likely_rod(equations)

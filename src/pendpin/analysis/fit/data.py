@@ -27,6 +27,9 @@ class Swing(NamedTuple):
     t: Array  # (m,) s, rising
     y: Array  # (m, columns) rad or m; NaN where a sensor gave nothing
 
+    def __repr__(self) -> str:
+        return f"Swing {shown(self.name)}: {len(self.t)} samples"
+
     def part(self, chosen: Any) -> "Swing":
         """Some of its samples."""
         return Swing(self.name, self.t[chosen], self.y[chosen])

@@ -10,7 +10,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.effects import Drag, DryFriction, Viscous
 from pendpin.equations.numbers import symbols
-from pendpin.errors import InputError, choices, did_you_mean, shown
+from pendpin.errors import InputError, not_one_of, shown
 from pendpin.keypaths import parsed
 from pendpin.records import Record
 from pendpin.scene import Chain, Rod, Scene
@@ -201,7 +201,7 @@ def _value(scene: Scene, key: str) -> Any:
     record, (_, _, name, part) = _record(scene, key), _parsed(key)
     fields = [field for field in type(record).model_fields if field not in {"kind", "joints", "link", "joint"}]
     if name not in fields:
-        raise InputError(f"free: {key}: {shown(name)} is not one of: {choices(fields)}{did_you_mean(name, fields)}")
+        raise InputError(f"free: {key}: {not_one_of(name, fields)}")
     value = _field(record, name)
     if value is None:
         raise InputError(f"free: {key}: the scene gives no value to start from: set it to a guess")

@@ -13,7 +13,7 @@ from pendpin.analysis.fit.guess import joint_angles
 from pendpin.analysis.fit.honesty import NOISY, WHITE
 from pendpin.analysis.fit.search import solve_starts
 from pendpin.arrays import Array
-from pendpin.errors import InputError
+from pendpin.errors import InputError, brief
 from pendpin.late import from_above
 from pendpin.scene import Scene
 
@@ -28,6 +28,9 @@ class Prediction(NamedTuple):
     predicted: tuple[Array, ...]  # (m, columns) rad or m, of each swing
     judged: tuple[Array, ...]  # (m,) whether a sample counts: those after the part that the start was fitted on
     columns: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"Prediction of {len(self.swings)} swings: rms {_listed(self.rms)}, largest {_listed(self.max)}"
 
     def errors(self) -> Array:
         """Predicted less measured, over the samples that count, (N, columns)."""
@@ -45,7 +48,7 @@ class Prediction(NamedTuple):
         return dict(zip(self.columns, np.nanmax(np.abs(self.errors()), 0).tolist(), strict=True))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fit:
     """A fitted scene and what is known of its numbers.
 
@@ -118,6 +121,9 @@ class Fit:
             return f"The model cannot explain the data: residuals are small, but correlated (p = {self.white:.1g})."
         cannot = "The model cannot explain the data at all" if part > POOR else "The model cannot explain the data"
         return f"{cannot}: {times}, {100 * part:.2g} % of the motion, and correlated; something is missing."
+
+    def __repr__(self) -> str:
+        return brief(f"Fit of {len(self.values)} numbers; {'; '.join(self.lines())}")
 
     def __str__(self) -> str:
         return "\n".join(self.lines())

@@ -7,18 +7,23 @@ from math import isfinite
 from typing import Any
 
 from pendpin.analysis.hardcases.base import Case, Outcome, Solve, on_method
-from pendpin.errors import InputError, Interrupted, PendpinError, choices, shown
+from pendpin.errors import InputError, Interrupted, PendpinError, brief, not_one_of
 
 Progress = Callable[[str], None]  # called with the name of the case and method
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Report:
     """The outcomes so far, and their cases."""
 
     outcomes: tuple[Outcome, ...]
     cases: tuple[Case, ...]
     stopped: bool = False  # True if the user stopped it before the end
+
+    def __repr__(self) -> str:
+        claims = sum(outcome.claimed for outcome in self.outcomes)
+        cases = "; ".join(f"{o.case} on {o.method}: {o.shown}, {o.verdict}" for o in self.outcomes)
+        return brief(f"Hard cases: {claims} claims, {len(self.broken)} broken. {cases}")
 
     @property
     def broken(self) -> tuple[Outcome, ...]:
@@ -97,5 +102,5 @@ def chosen(cases: Mapping[str, Case], names: Sequence[str]) -> tuple[Case, ...]:
     """The cases with these names, or all. Raises InputError for an unknown name."""
     for name in names:
         if name not in cases:
-            raise InputError(f"{shown(name)} is not one of the cases: {choices(cases)}")
+            raise InputError(f"hard: case {not_one_of(name, cases)}; `pendpin hard --list` shows all")
     return tuple(cases[name] for name in names or cases)

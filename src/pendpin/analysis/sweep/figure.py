@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array, Mask
-from pendpin.errors import InputError, choices
+from pendpin.errors import InputError, not_one_of
 from pendpin.graphics.figure import write_figure
 
 DOUBTFUL = 1e-3  # of a measure's range: a spread beyond is hatched
@@ -24,7 +24,7 @@ def draw_map(dataset: Any, measure: str | None = None) -> Any:
     """The figure of one measure. Raises InputError for one that is not there, or more than three dimensions."""
     name = measure or next(iter(names_of(dataset)))
     if name not in names_of(dataset):
-        raise InputError(f"measure: {name} is not one of: {choices(names_of(dataset))}")
+        raise InputError(f"measure: {not_one_of(name, names_of(dataset))}")
     values, doubtful = dataset[name], doubtful_cells(dataset, name)
     dims = [str(dim) for dim in values.dims]
     if len(dims) == 1:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.errors import InputError, PendpinError, RunError, choices, shown
+from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of
 from pendpin.model.build import Model
 from pendpin.model.kinematics import of_each, poses, tip_distance, tips
 from pendpin.scene import Scene, Start
@@ -76,7 +76,7 @@ def measure(given: str | Function) -> Measure:
             ends=statistic == "final",
         )
     raise InputError(
-        f"measure: {shown(given)} is not one of: {choices(MEASURES)}; nor a series of a run with one of: "
+        f"measure: {not_one_of(given, MEASURES)}; nor a series of a run with one of: "
         f"{choices(f'.{name}' for name in STATISTICS)}, such as theta_1.max"
     )
 

@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from pendpin.arrays import Array, Indices
-from pendpin.errors import InputError, inside, shown
+from pendpin.arrays import Array, ArrayLike, Indices
+from pendpin.errors import InputError, inside, not_one_of, shown
 from pendpin.files import read_whole
 
 CASE = "case"  # the dimension of what is no grid
@@ -99,7 +98,7 @@ def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", se
         raise InputError(f"seed: {seed} is not a whole number from 0 on")
     check_spreads(spreads)
     if method not in METHODS:
-        raise InputError(f"sample: {shown(method)} is not one of: {', '.join(METHODS)}")
+        raise InputError(f"sample: {not_one_of(method, METHODS)}")
     if method == "random":
         unit = np.random.default_rng(seed).random((count, len(spreads)))
     elif method == "latin":
@@ -207,7 +206,7 @@ def check_spreads(spreads: Mapping[str, Spread]) -> None:
     """Raises InputError for a spread that cannot be."""
     for key, (kind, one, other) in spreads.items():
         if kind not in ("uniform", "normal"):
-            raise InputError(f"vary: {key}: {shown(kind)} is not one of: uniform, normal")
+            raise InputError(f"vary: {key}: {not_one_of(kind, ('uniform', 'normal'))}")
         if not np.isfinite(other - one) or (one >= other if kind == "uniform" else other <= 0):
             wanted = "a lower and a higher number" if kind == "uniform" else "a mean and a standard deviation above 0"
             raise InputError(f"vary: {key}: {one:g}, {other:g}: {wanted} are wanted")

@@ -6,8 +6,6 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
 
-from numpy.typing import ArrayLike
-
 from pendpin.analysis.sweep import plan as plans
 from pendpin.analysis.sweep.cases import run_block
 from pendpin.analysis.sweep.measures import Function
@@ -16,6 +14,7 @@ from pendpin.analysis.sweep.store import Blocks, Memory, Store
 from pendpin.analysis.sweep.task import Task, checked
 from pendpin.analysis.sweep.vectors import vectors_of
 from pendpin.analysis.sweep.workers import FOUND, in_threads, local_cluster, on_cluster, remote_cluster
+from pendpin.arrays import ArrayLike
 from pendpin.errors import InputError, Interrupted, MissingLibrary, RunError
 from pendpin.scene import Scene, load_scene
 from pendpin.simulation.batches import WIDTH

@@ -24,7 +24,7 @@ from pendpin.analysis.work_precision.series import Climb, Outcome, Series, steps
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import bind
 from pendpin.engines import Compiled
-from pendpin.errors import Halted, InputError, Interrupted, PendpinError, RunError, choices, one_line
+from pendpin.errors import Halted, InputError, Interrupted, PendpinError, RunError, not_one_of, one_line
 from pendpin.integrators import FEW_JOINTS, uncompiled
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import marks, poses, scale, tip_distance, tips
@@ -94,7 +94,7 @@ def cost(
     """
     for method in methods or ():
         if method not in METHODS:
-            raise InputError(f"methods: {method} is not one of: {choices(METHODS)}")
+            raise InputError(f"methods: {not_one_of(method, METHODS)}")
     if not 0 < accuracy < 1:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
     if peers:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.records import MOST_REPR
+from pendpin.errors import brief
 
 TINY = float(np.finfo(float).eps)
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)  # that every report answers for
@@ -31,7 +31,7 @@ class Point:
         return self.seconds + self.compile_seconds
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Curve:
     """One method, or one method of another simulator, from coarse to fine."""
 
@@ -41,6 +41,10 @@ class Curve:
     points: tuple[Point, ...]
     failures: tuple[str, ...] = ()  # why runs did not reach the end
     peer: bool = False
+
+    def __repr__(self) -> str:
+        errors = ", ".join(f"{point.error:.1e} at {point.setting:.0e}" for point in self.points)
+        return brief(f"Curve of {self.name}, error at each {self.kind}: {errors or 'none'}")
 
     @property
     def compile_seconds(self) -> float:
@@ -159,7 +163,7 @@ class CostReport:
 
     def __repr__(self) -> str:
         lines = (f"{row.accuracy:.0e}: {row.take}{_price(row)}" for row in self.rows)
-        return "\n".join([f"What accuracy costs: {self.subject}, {self.horizon:.3g} s", *lines])[:MOST_REPR]
+        return brief("\n".join([f"What accuracy costs: {self.subject}, {self.horizon:.3g} s", *lines]))
 
     @property
     def words(self) -> tuple[str, ...]:

@@ -1,0 +1,98 @@
+"""Particular starts: a steady cone stays one, an equilibrium keeps its place; others are refused or noted."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import pendpin as pp
+from laws import law
+from pendpin.errors import Note
+from pendpin.trajectory.presentation import swing
+
+GRAVITY = pp.effects.Gravity()
+SLENDER = {  # no inertia about the axis
+    "thin": pp.Rod(length=1.0, mass=1.0),
+    "point mass": pp.Rod(length=2.0, mass=0.0, payload=3.0),
+    "own inertia": pp.Rod(length=1.0, mass=2.0, com=0.8, inertia=(0.3, 0.3, 0.0)),
+}
+
+
+def scene_of(rod: pp.Rod, *effects: pp.effects.Effect) -> pp.Scene:
+    """A scene of one rod for 100 s, to rounding."""
+    solver = pp.Solver(method="taylor", tolerance=1e-15, samples=201)
+    return pp.Scene(model=pp.Chain(rods=[rod]), effects=effects or [GRAVITY], duration=100.0, solver=solver)
+
+
+@pytest.mark.parametrize("name", SLENDER)
+@pytest.mark.parametrize("angle", [0.01, -0.5, 1.4])
+def test_a_cone_stays_one(name: str, angle: float) -> None:
+    """Over 100 s its angle does not change by 1e-12 rad, nor does its turning."""
+    scene = scene_of(SLENDER[name])
+    run = pp.simulate(scene.replace(start=pp.Start.conical(scene, angle)))
+    assert np.abs(swing(run) - abs(angle)).max() < 1e-12
+    m, h, inertia, *_ = SLENDER[name].properties
+    rate = np.sqrt(9.81 * m * h / ((inertia + m * h**2) * np.cos(angle)))
+    turned = np.unwrap(np.arctan2(run["tip_y"], run["tip_x"]), period=2 * np.pi)
+    expected = (turned[0] + rate * run.t - turned + np.pi) % (2 * np.pi) - np.pi
+    assert np.abs(expected).max() < 1e-11
+
+
+@pytest.mark.parametrize(("radius", "angle"), [(0.01, 0.5), (0.05, 0.5), (0.01, 1.4)])
+def test_a_thick_rod_nods_as_much_as_the_docstring_says(radius: float, angle: float) -> None:
+    """Energy forbids it a steady cone: the spin about its axis changes round the circle. Large nods are noted."""
+    rod = pp.Rod(length=1.0, mass=1.0, radius=radius)
+    scene = scene_of(rod).replace(duration=10.0)
+    m, h, inertia, _, axial = rod.properties
+    said = axial / (inertia + m * h**2) * np.sin(angle) * np.tan(angle) ** 2
+    run = pp.simulate(scene.replace(start=pp.Start.conical(scene, angle)))
+    assert 0.3 * said < np.abs(swing(run) - angle).max() < 3 * said
+
+
+def test_a_cone_that_is_none() -> None:
+    """What nods much is noted; other scenes and angles are refused."""
+    thick = scene_of(pp.Rod(length=1.0, mass=1.0, radius=0.3))
+    with pytest.warns(Note, match="no steady cone"):
+        pp.Start.conical(thick, 1.0)
+    thin = scene_of(SLENDER["thin"])
+    tilted = pp.effects.Gravity(direction=(0.1, 0.0, -1.0))
+    for scene, angle, says in [
+        (thin, 0.0, "not between"),
+        (thin, np.pi / 2, "not between"),
+        (thin, "0.5", "not between"),
+        (thin.replace(effects=[]), 0.5, "gravity straight down"),
+        (thin.replace(effects=[tilted]), 0.5, "gravity straight down"),
+        (thin.replace({"model.copies": 2}), 0.5, "one rod"),
+    ]:
+        with pytest.raises(pp.InputError, match=says):
+            pp.Start.conical(scene, angle)
+
+
+def rods() -> st.SearchStrategy[pp.Rod]:
+    """Rods of moderate sizes."""
+    sizes = {"length": st.floats(0.1, 3.0), "mass": st.floats(0.1, 10.0), "radius": st.sampled_from([0.0, 0.01, 0.1])}
+    return st.builds(pp.Rod, **sizes)
+
+
+@law(8)
+@given(st.lists(rods(), min_size=1, max_size=3), st.floats(-1.2, 1.2), st.floats(-1.2, 1.2), st.floats(0.5, 20.0))
+def test_a_chain_at_rest_hangs_along_gravity(chain: list[pp.Rod], theta: float, phi: float, g: float) -> None:
+    """Whichever way it points: all tips are on one line, and nothing accelerates."""
+    down = np.array([np.sin(phi), -np.sin(theta) * np.cos(phi), -np.cos(theta) * np.cos(phi)])
+    gravity = pp.effects.Gravity(acceleration=g, direction=tuple(down.tolist()))
+    scene = pp.Scene(model=pp.Chain(rods=chain), effects=[gravity], duration=0.0)
+    run = pp.simulate(scene.replace(start=pp.Start.at_rest(scene)))
+    far = np.cumsum([rod.length for rod in chain])
+    np.testing.assert_allclose(run.tips()[0], far[:, None] * down, atol=1e-8 * far[-1])
+    assert np.abs(run.a).max() < 1e-8 * g / min(rod.length for rod in chain)
+
+
+def test_rest_between_springs_and_wind_and_beyond_stops() -> None:
+    """A spring holds a rod where its torque is gravity's; one that a stop would hold is refused."""
+    spring = pp.effects.Spring(stiffness=20.0, rest=1.0, joints=["theta"])
+    scene = scene_of(pp.Rod(length=1.0, mass=1.0, radius=0.02), GRAVITY, spring)
+    angle = pp.Start.at_rest(scene).positions["theta"]
+    assert 20.0 * (1.0 - angle) == pytest.approx(9.81 / 2 * np.sin(angle), rel=1e-9)
+    stop = pp.effects.Stop(lower=-0.5, upper=0.5, joints=["theta"])
+    with pytest.raises(pp.InputError, match="theta is beyond its stop"):
+        pp.Start.at_rest(scene.replace(effects=[GRAVITY, spring, stop]))
