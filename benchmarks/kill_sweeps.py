@@ -1,8 +1,8 @@
 """Kill -9 at random moments: a sweep's command, by turns with threads and with workers, then its workers.
 
 python benchmarks/kill_sweeps.py [kills] [seed] runs the map of EXAMPLE's flip times again and again. The command is killed
-at a random moment of its run and given again until it is done; after that it runs to its end while a worker is killed every
-few seconds. Each finished store must hold the same bits as that of an unbroken sweep; no process may be left behind.
+behind a random block and given again until it is done; after that it runs to its end while a worker is killed every few
+seconds. Each finished store must hold the same bits as that of an unbroken sweep; no process may be left behind.
 """
 
 import os
@@ -11,7 +11,6 @@ import tempfile
 import time
 from pathlib import Path
 from shutil import rmtree
-from subprocess import TimeoutExpired
 
 import numpy as np
 import psutil
@@ -27,7 +26,8 @@ COMMAND = [sys.executable, "-c", "from pendpin.cli import main; main()", "sweep"
 SWEEP = [*COMMAND, *AXES, "--measure=flip_time", "--measure=flip_time.spread", "--out"]
 WORKERS = ["--workers", "2"]
 PAUSE = (0.5, 4.0)  # s between the deaths of two workers
-GONE = 20.0  # s, in which the workers of a killed command end
+BLOCKS = 16  # at least
+GONE = 60.0  # s, in which the workers of a killed command end
 
 
 def differs() -> list[str]:
@@ -45,12 +45,19 @@ def workers_of(command: psutil.Process) -> list[psutil.Process]:
         return []
 
 
-def command_killed(after: float, options: list[str]) -> bool:
-    """Start or resume the sweep and kill it so many seconds later, unless it is done; its workers end by themselves."""
+def blocks_done() -> int:
+    """How many blocks of the store are done."""
+    return len(list((STORE / "done" / "c").glob("*"))) if STORE.exists() else 0
+
+
+def command_killed(random: np.random.Generator, kill: bool, options: list[str]) -> bool:
+    """Start or resume the sweep and kill it behind a random one of the blocks that are left; whether it was killed."""
+    behind = random.integers(min(blocks_done(), BLOCKS - 1), BLOCKS) if kill else 10**9
     with process([*SWEEP, str(STORE), *options]) as command:
-        try:
-            command.wait(after)
-        except TimeoutExpired:
+        while command.poll() is None and not (STORE.exists() and blocks_done() >= behind):
+            time.sleep(0.002)
+        if command.poll() is None:
+            time.sleep(random.uniform(0.0, 0.1))
             workers = workers_of(psutil.Process(command.pid))
             command.kill()
             assert not psutil.wait_procs(workers, GONE)[1], "workers outlive a killed command"
@@ -75,14 +82,12 @@ def main() -> None:
     """Print every finished sweep, and the verdict."""
     kills, seed = int(([*sys.argv[1:], "20"])[0]), int(([*sys.argv[2:], "0"])[0])
     random, faults = np.random.default_rng(seed), list[str]()
-    begin = time.perf_counter()
     process([*SWEEP, str(WHOLE)]).wait()
-    took, count, runs = time.perf_counter() - begin, 0, 0
+    count = runs = 0
     while count < kills or STORE.exists():
-        options = WORKERS if count % 2 else []
-        if command_killed(random.uniform(1.0, took) if count < kills else 1e6, options):
+        if command_killed(random, count < kills, WORKERS if count % 3 == 2 else []):
             count += 1
-            done = (load(STORE)["why"].values != "not run").mean() if STORE.exists() else 0.0
+            done = (load(STORE)["why"].values != "not run").mean()
             print(f"command killed {count} times; {done:.0%} of the cases done", flush=True)
         else:
             faults, runs = faults + differs(), runs + 1
@@ -94,7 +99,7 @@ def main() -> None:
         faults += differs()
         rmtree(STORE)
         print(f"{count} kills of workers, {runs} sweeps finished; different: {faults or 'none'}", flush=True)
-    print(f"unbroken {took:.1f} s; seed {seed}; left behind: {sorted(set(os.listdir()) - {str(WHOLE)}) or 'none'}")
+    print(f"seed {seed}; left behind: {sorted(set(os.listdir()) - {str(WHOLE)}) or 'none'}")
     sys.exit(bool(faults))
 
 

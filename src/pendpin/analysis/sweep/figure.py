@@ -117,7 +117,7 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
     for ax in axes.flat[len(panels) :]:
         ax.remove()
     figure.colorbar(mesh, ax=axes, label=label(name, dataset), shrink=0.9)
-    patches = _legend(panels, Patch, "none" if (dataset["why"].values == "").all() else "none, or not run")
+    patches = _legend(panels, Patch, "no value" if (dataset["why"].values == "").all() else "no value, or not run")
     if patches:
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False, fontsize=9)
     return figure

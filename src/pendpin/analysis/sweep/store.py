@@ -16,12 +16,10 @@ from typing import Any
 import numpy as np
 
 from pendpin.analysis.sweep.cases import Block
-from pendpin.analysis.sweep.task import Task
+from pendpin.analysis.sweep.task import Task, versions
 from pendpin.errors import InputError, shown
-from pendpin.versions import VERSION, installed
 
 FORMAT = 1
-LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")
 NOT_RUN = "not run"  # why a case of a block that is not done has no measures
 REMEDY = "delete it or name another store"
 
@@ -182,13 +180,12 @@ def described(dataset: Any, task: Task) -> Any:
 
 def _identity(task: Task) -> dict[str, Any]:
     """What has to be the same for a sweep to be gone on with."""
-    versions = {"pendpin": VERSION} | installed(*LIBRARIES)
     return {
         "scene": json.dumps(task.scene.recorded(), sort_keys=True),
         "keys": list(task.plan.keys),
         "cases": task.plan.identity,
         "measures": [m.name for m in task.chosen],
-        "versions": json.dumps(versions, sort_keys=True),
+        "versions": json.dumps(versions(), sort_keys=True),
     }
 
 

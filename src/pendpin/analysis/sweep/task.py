@@ -13,10 +13,12 @@ from pendpin.errors import InputError, RunError, inside
 from pendpin.scene import Scene
 from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory.columns import unit_of
+from pendpin.versions import VERSION, installed
 
 RESERVED = ("why", "done", CASE)  # variables and dimensions of a result
 TRIED = 33  # cases, at most, until one has numbers that can be had
 LOOSER = 100.0  # times the tolerance, for what compares two runs
+LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")
 LARGEST_COUNT = 2.0**53
 UNITS = {
     **dict.fromkeys(("length", "radius", "com", "diameter"), "m"),
@@ -57,6 +59,11 @@ class Task:
 
     def __setstate__(self, state: dict) -> None:
         self.__dict__.update(state)
+
+
+def versions() -> dict[str, str | None]:
+    """The versions on which the bits of a result depend."""
+    return {"pendpin": VERSION} | installed(*LIBRARIES)
 
 
 def checked(task: Task) -> Task:

@@ -1,12 +1,13 @@
 """Who runs a sweep's blocks: threads of this process, a local Dask cluster, or a cluster that the user runs."""
 
+import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any
 
 from pendpin.analysis.sweep.cases import Block, run_block
-from pendpin.analysis.sweep.task import Task
+from pendpin.analysis.sweep.task import Task, versions
 from pendpin.errors import InputError, MissingLibrary, RunError
 
 AHEAD = 3  # blocks given out for each worker, which bounds the memory
@@ -80,16 +81,35 @@ def local_cluster(workers: int) -> Iterator[Any]:
 
 @contextmanager
 def remote_cluster(address: str) -> Iterator[Any]:
-    """A client of a cluster that runs already. Raises InputError where none answers."""
+    """A client of a cluster that runs already. Raises InputError where none answers, or workers have other libraries."""
     dask, distributed = _libraries()
     try:
-        client = distributed.Client(address, timeout=CONNECTING)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of versions that matter to nobody; ours are checked below
+            client = distributed.Client(address, timeout=CONNECTING)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(f"dask: no cluster answers at {address}: {error}") from None
     with dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}), client:
         if not client.scheduler_info()["workers"]:
             raise InputError(f"dask: the cluster at {address} has no workers; start one: dask worker {address}")
+        _check_versions(client)
         yield client
+
+
+def _check_versions(client: Any) -> None:
+    """Raises InputError for workers with other versions than here, or without pendpin: their bits may differ."""
+    own = versions()
+    try:
+        found = client.run(versions)
+    except Exception as error:
+        raise InputError(f"dask: a worker cannot run pendpin: {error}; install pendpin[fast] there") from None
+    for worker, theirs in found.items():
+        for name, version in own.items():
+            if theirs.get(name) != version:
+                raise InputError(
+                    f"dask: the worker {worker} has {name} {theirs.get(name) or 'not at all'}, and this process {version}: "
+                    "install the same versions"
+                )
 
 
 def _libraries() -> tuple[Any, Any]:
