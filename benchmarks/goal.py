@@ -82,7 +82,7 @@ def case(seed: int, number: int) -> tuple[str, pp.Scene]:
 
 def _scene(kind: str, random: Random) -> pp.Scene:
     size = 10 ** random.uniform(-4, 3) if kind == "scaled" else 1.0
-    single = kind in {"long", "unstable"} or (kind == "contacts" and random.random() < 0.6)
+    single = kind in {"long", "unstable", "far"} or (kind == "contacts" and random.random() < 0.6)
     count = 1 if single else 2 if kind in {"chaotic", "contacts"} else random.choice((1, 1, 1, 1, 2, 2, 3))
     rods = [_rod(random, size, kind) for _ in range(count)]
     pace = math.sqrt(size)  # of time with size
