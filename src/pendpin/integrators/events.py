@@ -14,6 +14,7 @@ from pendpin.integrators.crossings import Crossing, first_crossing_of
 
 _ORDERS = {"DOP853": 8, "RK45": 5, "RK23": 3, "Radau": 5, "BDF": 1, "LSODA": 1}  # of a method's first step
 ONE_STEP = ("DOP853", "RK45", "RK23", "Radau")  # whose steps CyRK makes; its others are less exact after a restart
+MULTISTEP = 0.01  # of the tolerance: that of BDF and LSODA, which begin anew with order 1 at every event
 REFINEMENTS = 4  # of the time of an event, with the state integrated anew
 CONVERGED = 1e-13  # of a step: largest correction of the time in the last refinement
 INSTANT = 1e-12  # of a step: times no farther from an event happen with it
@@ -109,13 +110,16 @@ class OnSciPy(Stepper):
         """SciPy's solver from y (size,) at t to `end`, s."""
         from scipy import integrate  # late: it takes 0.2 s
 
+        tolerance = self.tolerance
+        if self.name not in ONE_STEP:
+            tolerance = max(MULTISTEP * tolerance, min(tolerance, LEAST_RTOL))
         return getattr(integrate, self.name)(
             returning(self.derivative),
             t,
             y,
             end,
-            rtol=max(self.tolerance, LEAST_RTOL),
-            atol=self.tolerance * self.scales,
+            rtol=max(tolerance, LEAST_RTOL),
+            atol=tolerance * self.scales,
             max_step=self.longest,
             first_step=min(self.first_step, self.longest, end - t),
         )
