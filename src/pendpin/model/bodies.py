@@ -73,8 +73,8 @@ def with_masses(model: Any, factor: float) -> Any:
     pin = pinocchio()
     copy = pin.Model(model)
     for joint in range(1, model.njoints):
-        body = model.inertias[joint]
-        copy.inertias[joint] = pin.Inertia(body.mass * factor, body.lever, body.inertia * factor)
+        body = copy.inertias[joint]  # a negative inertia can be written, not made
+        body.mass, body.inertia = body.mass * factor, body.inertia * factor
     return copy
 
 

@@ -21,6 +21,7 @@ from pendpin.model.bodies import (
     with_masses,
 )
 from pendpin.model.from_pin import plain_copy
+from pendpin.model.indefinite import always_positive
 from pendpin.model.read_urdf import Urdf, content, read_urdf
 from pendpin.scene import Chain, PinModel, Rod, Start, UrdfModel, Values
 from pendpin.scene.models import FARTHEST
@@ -31,6 +32,7 @@ MAX_DATA_BYTES = 1e9
 SINGULAR = 4 * np.finfo(float).eps  # for each joint: the least eigenvalue of a mass matrix with a unit diagonal
 ROUNDING = 1e-12  # of a body's inertia: what rounding may leave below zero
 CONFIGURATIONS = 200  # at which a mass matrix with negative inertia in it has to be positive definite
+UNPROVED = f"negative inertia: the mass matrix is positive definite at {CONFIGURATIONS} positions; others are not known"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -167,8 +169,8 @@ def _from_pin(model: PinModel) -> Model:
     _refuse_size(model.pin.nv, "model")
     loaded = plain_copy(model.pin)
     joints = tuple(loaded.names)[1:]
-    _refuse_what_cannot_move(loaded, joints, "model")
-    return Model(joints, loaded, None, find_rods(loaded), find_bodies(loaded, {}, {}))
+    findings = _refuse_what_cannot_move(loaded, joints, "model")
+    return Model(joints, loaded, None, find_rods(loaded), find_bodies(loaded, {}, {}), findings=findings)
 
 
 # --- URDF trees -----------------------------------------------------------------------------------------------------
@@ -195,7 +197,7 @@ def _loaded(record: str, content: bytes) -> Model:
     if set(joints) != set(urdf.moving_joints) or loaded.nq != len(joints):
         lost = sorted(set(urdf.moving_joints) - set(joints))
         raise InputError(f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, lost))}")
-    _refuse_what_cannot_move(loaded, joints, urdf.source)
+    findings = _refuse_what_cannot_move(loaded, joints, urdf.source)
     return Model(
         joints,
         loaded,
@@ -203,7 +205,7 @@ def _loaded(record: str, content: bytes) -> Model:
         find_rods(loaded),
         find_bodies(loaded, _drawn(urdf), model.tips),
         urdf.notes,
-        urdf.findings,
+        (*urdf.findings, *findings),
     )
 
 
@@ -225,11 +227,15 @@ def _refuse_size(nv: int, where: str) -> None:
         )
 
 
-def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) -> None:
-    """A joint that moves no inertia has no acceleration; Pinocchio would answer NaN or a huge number."""
+def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) -> tuple[str, ...]:
+    """A joint that moves no inertia has no acceleration; Pinocchio would answer NaN or a huge number.
+
+    Returns what is not known of negative inertia. Raises InputError.
+    """
     pin, generic = pinocchio(), np.sin(1.0 + np.arange(model.nq))
     a = pin.aba(model, pin.Data(model), generic, generic, np.zeros(model.nv))
-    for q in _configurations(model):
+    tried = _configurations(model)
+    for q in tried:
         M = mass_matrix(model, q)
         value, joint = _least_eigenvalue(M) if np.isfinite(M).all() else (0.0, 0)
         if value < -ROUNDING:
@@ -238,6 +244,7 @@ def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) ->
     _refuse_singular(mass_matrix(model, generic), joints, where)
     if not np.isfinite(a).all():
         raise InputError(f"{where}: its masses, lengths or inertia are too far apart: the accelerations overflow")
+    return (UNPROVED,) if len(tried) else ()
 
 
 def _refuse_singular(M: Array, joints: tuple[str, ...], where: str, remedy: str = "") -> None:
@@ -263,9 +270,9 @@ def _least_eigenvalue(M: Array) -> tuple[float, int]:
 
 
 def _configurations(model: Any) -> Array:
-    """Positions (n, nq) at which a negative inertia may show: multiples of 45 degrees and others; none without one."""
+    """Positions (n, nq) at which a negative inertia may show: multiples of 45 degrees and others; none if it cannot."""
     least = min(np.linalg.eigvalsh(x.inertia)[0] / (np.abs(x.inertia).max() or 1.0) for x in list(model.inertias)[1:])
-    if least >= -ROUNDING:
+    if least >= -ROUNDING or always_positive(model):
         return np.empty((0, model.nq))
     random, shape = np.random.default_rng(0), (CONFIGURATIONS // 2, model.nq)
     return np.concatenate([random.integers(0, 8, shape) * (np.pi / 4), random.uniform(-np.pi, np.pi, shape)])
