@@ -5,6 +5,7 @@ behind a random block and given again until it is done; after that it runs to it
 seconds. Each finished store must hold the same bits as that of an unbroken sweep; no process may be left behind.
 """
 
+import json
 import os
 import sys
 import tempfile
@@ -26,7 +27,7 @@ COMMAND = [sys.executable, "-c", "from pendpin.cli import main; main()", "sweep"
 SWEEP = [*COMMAND, *AXES, "--measure=flip_time", "--measure=flip_time.spread", "--out"]
 WORKERS = ["--workers", "2"]
 PAUSE = (0.5, 4.0)  # s between the deaths of two workers
-BLOCKS = 16  # at least
+FEWEST = 16  # blocks of a sweep
 GONE = 60.0  # s, in which the workers of a killed command end
 
 
@@ -45,16 +46,20 @@ def workers_of(command: psutil.Process) -> list[psutil.Process]:
         return []
 
 
-def blocks_done() -> int:
-    """How many blocks of the store are done."""
-    return len(list((STORE / "done" / "c").glob("*"))) if STORE.exists() else 0
+def blocks() -> tuple[int, int]:
+    """How many blocks of the store are done, and how many there are."""
+    if not STORE.exists():
+        return 0, FEWEST
+    shape = json.loads((STORE / "done" / "zarr.json").read_text())["shape"]
+    return len(list((STORE / "done" / "c").glob("*"))), shape[0]
 
 
 def command_killed(random: np.random.Generator, kill: bool, options: list[str]) -> bool:
     """Start or resume the sweep and kill it behind a random one of the blocks that are left; whether it was killed."""
-    behind = random.integers(min(blocks_done(), BLOCKS - 1), BLOCKS) if kill else 10**9
+    done, count = blocks()
+    behind = random.integers(done, count) if kill and done < count else count
     with process([*SWEEP, str(STORE), *options]) as command:
-        while command.poll() is None and not (STORE.exists() and blocks_done() >= behind):
+        while command.poll() is None and (behind == count or not STORE.exists() or blocks()[0] < behind):
             time.sleep(0.002)
         if command.poll() is None:
             time.sleep(random.uniform(0.0, 0.1))

@@ -1,0 +1,250 @@
+"""Sweeps that are cut, broken off, killed, shared out or badly asked for: the same bits in the end, or one line."""
+
+import contextlib
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import pendpin as pp
+from laws import law
+from pendpin.analysis.sweep import plan
+from pendpin.analysis.sweep import sweep as sweeps
+from pendpin.analysis.sweep.cases import run_block
+from pendpin.analysis.sweep.figure import doubtful_cells
+from pendpin.analysis.sweep.store import Blocks, load
+from pendpin.analysis.sweep.task import LOOSER, Task
+from pendpin.errors import Interrupted
+from sweep_scenes import KEYS, assert_same, scene, small, stop_after
+
+pytest.importorskip("xarray")
+pytest.importorskip("heyoka")
+
+
+@given(
+    shape=st.lists(st.integers(1, 7), min_size=1, max_size=4).map(tuple),
+    wanted=st.integers(1, 2500),
+)
+def test_blocks_are_runs_of_cases(shape: tuple[int, ...], wanted: int) -> None:
+    """They cover every case once, each a run of cases in C order that is a box of the grid."""
+    blocks = Blocks(shape, wanted)
+    count = int(np.prod(shape))
+    places = np.arange(count).reshape(shape)
+    seen = []
+    for block in range(blocks.blocks):
+        begin, end = blocks.span(block)
+        assert end - begin <= max(wanted, 1)
+        np.testing.assert_array_equal(places[blocks.region(block)].ravel(), np.arange(begin, end))
+        seen += range(begin, end)
+    assert sorted(seen) == list(range(count))
+    assert Blocks.of(shape, blocks.chunks).chunks == blocks.chunks
+
+
+@law(10)
+@given(cut=st.integers(1, 30), seed=st.integers(0, 2**31))
+def test_a_case_does_not_depend_on_its_neighbours(cut: int, seed: int) -> None:
+    """Whatever else is in the vector: the same bits, beside a case that cannot go on too."""
+    random = np.random.default_rng(seed)
+    start = np.round(random.uniform(-3, 3, 31), 3)
+    start[0] = 1e9  # doubles are coarse there, and steps many
+    task = Task(scene(duration=0.5), plan.pairs({KEYS[0]: start, KEYS[1]: -start}), ("theta_1.final", "flip_time"))
+    whole = run_block(task, 0, 31)
+    parts = [run_block(task, 0, cut), run_block(task, cut, 31)]
+    np.testing.assert_array_equal(whole.values, np.concatenate([part.values for part in parts]))
+
+
+@law(6)
+@given(data=st.data(), setting=st.sampled_from([{"tolerance": 1e-9}, {"accuracy": 1e-3}]))
+def test_the_cut_the_order_and_the_interrupts_do_not_matter(data: st.DataObject, setting: dict) -> None:
+    """Any blocks, any order, any number of threads, broken off anywhere and gone on with: the same bits, `why` too."""
+    count = 23
+    rows = np.round(np.random.default_rng(5).uniform(-3, 3, (count, 2)), 2)
+    rows[7] = 1e9  # is simulated on its own
+    order = np.array([*data.draw(st.permutations(range(count - 1))), count - 1])
+    size, threads = data.draw(st.integers(1, count)), data.draw(st.integers(1, 3))
+    chosen = scene(duration=0.4).replace(solver=pp.Solver(samples=5, **setting))
+    measures = ("theta_1.final", "flip_time", "R3_1.max")
+    whole = run_block(Task(chosen, plan.pairs(dict(zip(KEYS, rows.T, strict=True))), measures), 0, count)
+    vary = plan.pairs(dict(zip(KEYS, rows[order].T, strict=True)))
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sweeps, "_block_size", lambda task, workers: size)
+        patch.setattr(sweeps, "cores", lambda: threads)
+        store = Path(folder) / "map.zarr"
+        for stop in sorted(data.draw(st.sets(st.integers(1, count), max_size=2))):
+            with contextlib.suppress(Interrupted):
+                pp.sweep(chosen, vary, measures, out=store, workers=1, progress=stop_after(stop))
+        found = pp.sweep(chosen, vary, measures, out=store)
+        np.testing.assert_array_equal(np.stack([found[name].values for name in measures], -1), whole.values[order])
+        assert found.why.values.tolist() == [whole.why[i] for i in order]
+
+
+def test_a_store_broken_off_goes_on_with_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After an interrupt in the middle; what is done is kept and shown."""
+    monkeypatch.setattr(sweeps, "_block_size", lambda task, workers: 3)
+    whole = small()
+    seen = []
+
+    def stop(done: int, count: int) -> None:
+        seen.append(done)
+        if done >= 9:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted) as stopped:
+        small(tmp_path / "map.zarr", progress=stop)
+    partial = load(tmp_path / "map.zarr")
+    done = np.isfinite(partial.swing.values)
+    assert 9 <= done.sum() < 24
+    np.testing.assert_array_equal(partial.swing.values[done], whole.swing.values[done])
+    assert_same(stopped.value.partial, partial)
+    assert_same(small(tmp_path / "map.zarr"), whole)
+
+
+def test_a_store_shows_what_is_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In `why`, in the order of the measures, and not hatched as doubtful."""
+    monkeypatch.setattr(sweeps, "_block_size", lambda task, workers: 4)
+    with pytest.raises(Interrupted):
+        pp.sweep(
+            scene(duration=0.5), {KEYS[0]: np.linspace(0, 3, 12)}, ["swing", "theta_2.final", "theta_2.final.spread"],
+            out=tmp_path / "a.zarr", workers=1, progress=stop_after(4),
+        )  # fmt: skip
+    found = load(tmp_path / "a.zarr")
+    assert list(found.data_vars) == ["swing", "theta_2.final", "theta_2.final.spread", "why"]
+    waiting = found.why.values == "not run"
+    assert 4 <= (~waiting).sum() < 12
+    np.testing.assert_array_equal(np.isnan(found.swing.values), waiting)
+    assert not doubtful_cells(found, "theta_2.final")[waiting].any()
+
+
+def test_a_full_disk_ends_in_a_line_and_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No file may grow in the middle of the sweep; later the same call ends with the same bits."""
+    resource = pytest.importorskip("resource")
+    monkeypatch.setattr(sweeps, "_block_size", lambda task, workers: 3)
+    whole, limits = small(), resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def fill(done: int, count: int) -> None:
+        if done >= 9:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (10, limits[1]))
+
+    try:
+        with pytest.raises(pp.InputError, match=r"map\.zarr: cannot be written: File too large$"):
+            small(tmp_path / "map.zarr", progress=fill)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert (load(tmp_path / "map.zarr").why.values == "").sum() >= 9
+    assert_same(small(tmp_path / "map.zarr"), whole)
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["map.zarr"]
+
+
+def test_a_store_of_another_sweep_is_refused(tmp_path: Path) -> None:
+    """In one line that says what differs; nothing in it changes."""
+    store = tmp_path / "map.zarr"
+    first = small(store)
+    with pytest.raises(pp.InputError, match="another sweep"):
+        pp.sweep(scene(duration=1.0), {KEYS[0]: [0.0, 1.0]}, ["flip_time", "swing"], out=store)
+    with pytest.raises(pp.InputError, match=r"another sweep: duration: 1\.0 there and 1\.5 here"):
+        pp.sweep(
+            scene(duration=1.5), {KEYS[0]: np.linspace(-3, 3, 6), KEYS[1]: np.linspace(-2, 2, 4)},
+            ["flip_time", "swing"], out=store,
+        )  # fmt: skip
+    assert_same(load(store), first)
+    (tmp_path / "other").mkdir()
+    with pytest.raises(pp.InputError, match="no store of a sweep"):
+        small(tmp_path / "other")
+
+
+def test_a_block_that_was_half_written_is_run_again(tmp_path: Path) -> None:
+    """What counts is the mark that it is done."""
+    import zarr
+
+    store = tmp_path / "map.zarr"
+    whole = small(store)
+    group = zarr.open_group(str(store), mode="r+")
+    group["done"][0] = 0
+    group["swing"][0, 0] = 99.0
+    assert_same(small(store), whole)
+
+
+@pytest.mark.slow
+def test_a_killed_command_goes_on_with_the_same_bits(tmp_path: Path) -> None:
+    """Kill -9 behind its third block and again behind its ninth (benchmarks/kill_sweeps.py kills at random)."""
+    scene(tolerance=1e-9).save(tmp_path / "two.toml")
+    store, axes = tmp_path / "map.zarr", {key: np.linspace(-3, 3, 60) for key in KEYS}
+    vary = [f"--vary={key}=-3:3:60" for key in KEYS]
+    code = "from pendpin.cli import main; raise SystemExit(main())"
+    command = [sys.executable, "-c", code, "sweep", "two.toml", *vary, "--measure=flip_time", "--out", str(store)]
+    for behind in (3, 9):
+        with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL) as process:
+            while process.poll() is None and len(list((store / "done" / "c").glob("*"))) < behind:
+                time.sleep(0.001)
+            process.kill()
+        left = (load(store).why.values == "not run").mean()
+        assert 0 < left < 1
+    subprocess.run(command, cwd=tmp_path, stdout=subprocess.DEVNULL, check=True)
+    assert_same(load(store), pp.sweep(tmp_path / "two.toml", axes, "flip_time"))
+
+
+@pytest.mark.slow
+def test_processes_give_the_same_bits(tmp_path: Path) -> None:
+    """A local cluster of two workers."""
+    assert_same(small(workers=2), small())
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--vary", f"{KEYS[0]}=0:inf:3"], "not a finite number"),
+        (["--vary", f"{KEYS[0]}=-1e308:1e308:3"], "not a finite number"),
+        (["--vary", f"{KEYS[0]}=1:2:0"], "FROM:TO:COUNT"),
+        (["--vary", f"{KEYS[0]}=0:1:3", "--sample", "5"], "LOW:HIGH"),
+        (["--vary", f"{KEYS[0]}=-1e308:1e308", "--sample", "5"], "lower and a higher"),
+        (["--vary", f"{KEYS[0]}=0:1", "--sobol", "1073741824"], "are the most"),
+        (["--vary", f"{KEYS[0]}=1:0", "--sobol", "4"], "lower and a higher"),
+        (["--vary", f"{KEYS[0]}=0,1", "--zip", "--sample", "2"], "give one of"),
+        (["--vary", f"{KEYS[0]}=0,1", "--cases", "good.csv"], "leave one of them out"),
+        (["--vary", f"{KEYS[0]}=0,1", "--csv", "a/b.csv"], "there is no folder"),
+        (["--vary", f"{KEYS[0]}=0,1", "--plot", "map.bmp"], "png"),
+        (["--vary", f"{KEYS[0]}=0,1", "--workers", "1000"], "for each processor"),
+        (["--vary", f"{KEYS[0]}=0,1", "--dask", "x", "--workers", "2"], "give one of both"),
+        (["--cases", "head.csv"], "no cases"),
+        (["--cases", "word.csv"], "line 3: start.positions.theta_1: 'abc' is not a number"),
+        (["--cases", "quote.csv"], "not a CSV file"),
+    ],
+)
+def test_hostile_options(
+    options: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One line, before anything is run."""
+    from bad_input import run_main
+
+    monkeypatch.chdir(tmp_path)
+    scene().save("two.toml")
+    for name, rows in (("good", "1"), ("head", ""), ("word", "\nabc"), ("quote", '"1')):
+        Path(f"{name}.csv").write_text(f"{KEYS[0]}\n{rows}\n")
+    assert run_main("sweep", "two.toml", *options) == 1
+    line = capsys.readouterr().err.strip()
+    assert says in line
+    assert len(line.splitlines()) == 1
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Table, CSV, figure; the same again goes on with the store."""
+    from bad_input import run_main
+
+    monkeypatch.chdir(tmp_path)
+    scene(duration=1.0).save("two.toml")
+    command = ["sweep", "two.toml", "--vary", f"{KEYS[0]}=-3:3:3", "--vary", f"{KEYS[1]}=0,1", "--measure", "flip_time"]
+    assert run_main(*command, "--out", "map.zarr", "--csv", "map.csv", "--plot", "map.png", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["cases"] == 6
+    assert len(Path("map.csv").read_text().splitlines()) == 7
+    assert run_main("map", "map.zarr", "--plot", "again.svg") == 0
+    shutil.rmtree("map.zarr")
+    assert run_main("map", "map.zarr") == 1
+    assert LOOSER == 100.0
