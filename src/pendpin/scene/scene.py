@@ -140,6 +140,7 @@ class Scene(Record):
 def builtin_scene() -> Scene:
     """The scene of a command that is given none: the rod of urdf/universal_rod.urdf under gravity, 10 s."""
     return Scene(
+        title="A rod on a universal joint",
         duration=10.0,
         model=UrdfModel(path=urdf_folder() / "universal_rod.urdf"),
         start=Start(positions={"theta": 0.7, "phi": 0.4}, velocities={"theta": 1.3, "phi": -0.8}),
