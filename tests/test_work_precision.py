@@ -327,7 +327,7 @@ def test_the_command(
     assert found["error"] < 1e-10
     assert [row["accuracy"] for row in found["rows"]] == [1e-3, 1e-6, 1e-9, 1e-12]
     assert run_main("cost", "--methods", "magic") == 1
-    assert "magic is not one of" in capsys.readouterr().err
+    assert "'magic' is not one of" in capsys.readouterr().err
 
 
 def test_the_figure_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
