@@ -17,6 +17,6 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
         'for degrees write unit = "degrees" in [start]'
         for joint in far[:1]
     ]
-    if all(effect.idle for effect in scene.effects):
+    if not scene.effects:
         found.append("effects: nothing acts in this scene; gravity must be listed too")
     return (*model.notes, *found)
