@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
+from pendpin.analysis.fit import explain_residual
 from pendpin.analysis.fit.data import read_swings
 from pendpin.analysis.fit.equations import compile_equations
 from pendpin.analysis.fit.motion import motions
@@ -110,6 +111,31 @@ def test_a_wrong_model_is_noticed(single) -> None:
     assert "cannot explain" in pp.fit(without, table, "physics").verdict
     double = swings_of(scene_of(2, data=ANGLES), [0.5, -0.3])
     assert "cannot explain the data at all" in pp.fit(truth, double, "physics").verdict
+
+
+def test_a_thin_rod_does_not_explain_a_thick_one() -> None:
+    """A swing in space shows the inertia about the rod's own axis; the rod with its radius explains the data."""
+    start = pp.Start(positions={"theta": 0.7, "phi": 0.4}, velocities={"theta": 1.3, "phi": -0.8})
+    thick = scene_of(1, Viscous(coefficient=5e-5), data=Data(columns={"a": ("theta",), "b": ("phi",)})).replace(
+        {"model.rods[0].radius": 0.03}, start=start
+    )
+    run = pp.simulate(thick)
+    noise = np.random.default_rng(0).normal(0, NOISE, run.q.shape)
+    table = {"t": run.t, "a": run.q[:, 0] + noise[:, 0], "b": run.q[:, 1] + noise[:, 1]}
+    assert "cannot explain" in pp.fit(thick.replace({"model.rods[0].radius": 0.0}), table, "physics").verdict
+    assert pp.fit(thick, table, "physics").explained
+
+
+@pytest.mark.slow
+def test_what_is_missing_is_called_for(single) -> None:
+    """Of a model without its drag: drag, and what the scene rightly has; nothing else."""
+    truth, table = single
+    without = pp.Scene(**truth.given() | {"effects": truth.effects[:-1]})
+    parts = explain_residual(pp.fit(without, table, "physics")).parts
+    assert {part.name for part in parts if not part.present and part.called_for} == {"drag"}
+    assert not any(
+        part.called_for for part in explain_residual(pp.fit(truth, table, "physics")).parts if not part.present
+    )
 
 
 def test_a_double_pendulum_by_its_tips(tmp_path: Path, capfd, monkeypatch) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from pendpin.analysis.fit.data import Swing
 from pendpin.arrays import Array
@@ -115,4 +115,4 @@ def whiteness(r: Array) -> float:
     if n < 10 or lags < 1:
         return 1.0
     rho = autocorrelation(r, lags)[1:]
-    return float(chi2.sf(n * (n + 2) * (rho**2 / (n - np.arange(1, len(rho) + 1))).sum(), len(rho)))
+    return float(chdtrc(len(rho), n * (n + 2) * (rho**2 / (n - np.arange(1, len(rho) + 1))).sum()))

@@ -48,7 +48,7 @@ class Free:
     def speeds(self) -> Array:
         """Whether a coordinate (nz,) is a Stribeck speed, which only whole swings tell from friction at rest."""
         rows = [key.endswith(".stribeck") for key in self.keys]
-        return self.transform[rows].any(0)
+        return np.asarray(self.transform[rows].any(0))
 
     def gradients(self, z: Array) -> Array:
         """The derivatives (K, nz) of the numbers by the search coordinates."""

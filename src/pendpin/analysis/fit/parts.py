@@ -2,14 +2,14 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.analysis.fit.data import batch
 from pendpin.analysis.fit.fitting import Setting, Solution, begun_at, prepared, search_thin
 from pendpin.analysis.fit.honesty import autocorrelation
-from pendpin.analysis.fit.parameters import checked
+from pendpin.analysis.fit.parameters import checked, substituted
 from pendpin.analysis.fit.report import Fit, predict
 from pendpin.analysis.fit.search import Search, Solved, Starts
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
@@ -20,9 +20,15 @@ MOST = 12  # evaluations of a search, from the fitted numbers
 CALLED_FOR = (
     6.0  # of the information criterion: strong evidence (R. Kass, A. Raftery, J. Am. Stat. Assoc. 90 (1995), 773)
 )
+AGAINST = 1.01  # times the held-out error without a part: it does not help
 SMALL = 1e-3  # of the largest torque of gravity: first guess of a friction
 SLOW = 5.0  # rad/s: first guess of a Stribeck speed
 SLENDER = 20.0  # length over diameter: first guess of a rod in the air
+
+
+_Other = tuple[
+    str, bool, Scene, list[str]
+]  # name, whether the scene has it, the scene without or with it, what is free
 
 
 @dataclass(frozen=True)
@@ -37,8 +43,10 @@ class Part:
 
     @property
     def called_for(self) -> bool:
-        """Whether the data call for it."""
-        return self.criterion < -CALLED_FOR
+        """Whether the data call for it, and held-out swings, if there are any, do not speak against it."""
+        held = self.hold_out or 1.0
+        worse = 1 / held if self.present else held
+        return self.criterion < -CALLED_FOR and worse < AGAINST
 
     def __str__(self) -> str:
         what = "without" if self.present else "with"
@@ -49,51 +57,78 @@ class Part:
         )
 
 
+class _Model(NamedTuple):
+    """A scene with fitted numbers."""
+
+    setting: Setting
+    solution: Solution
+
+    @property
+    def scene(self) -> Scene:
+        values = self.setting.free.values(self.solution.z).tolist()
+        return substituted(self.setting.scene, self.setting.free.keys, values, checked)
+
+
 def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: None) -> Fit:
-    """The fit with what each part of its model is worth, and what parts that it lacks would be."""
-    base_setting = prepared(fit.setting, fit.scene, list(fit.setting.free.keys))
+    """The fit with what each part of its model is worth, and what parts that it lacks would be.
+
+    Of the parts that it lacks, the best one that is called for is taken in before the others are judged again, so that
+    none is called for only because it resembles another.
+    """
+    keys = list(fit.setting.free.keys)
     progress("the fit as it is")
-    base = _refitted(base_setting, fit)
-    parts = []
-    for name, present, scene, keys in _alternatives(fit):
+    now = _refitted(fit, fit.solution, fit.scene, keys)
+    parts = [part for part, _ in _judged(fit, now, _without(fit.scene, keys), progress)]
+    while True:
+        others = sorted(_judged(fit, now, _with(now.scene, keys), progress), key=lambda other: other[0].criterion)
+        best = next((other for other in others if other[0].called_for), None)
+        if best is None:
+            parts += [part for part, _ in others]
+            return replace(fit, parts=tuple(sorted(parts, key=lambda part: part.criterion)))
+        parts.append(best[0])
+        keys = list(best[1].setting.free.keys)
+        now = _refitted(fit, best[1].solution, best[1].scene, keys)
+
+
+def _judged(fit: Fit, now: _Model, others: Iterator[_Other], progress: Callable[[str], None]) -> list[Any]:
+    """Parts with their models, each fitted from the model that there is."""
+    found = []
+    for name, present, scene, keys in others:
         progress(f"{'without' if present else 'with'} {name}")
         try:
-            setting = prepared(fit.setting, scene, keys)
+            other = _refitted(fit, now.solution, scene, keys)
         except InputError:
             continue  # the scene without this part does not fit together
-        parts.append(_compared(name, present, fit, base, base_setting, _refitted(setting, fit), setting))
-    return replace(fit, parts=tuple(sorted(parts, key=lambda part: part.criterion)))
+        found.append((_compared(name, present, fit, now, other), other))
+    return found
 
 
-def _refitted(setting: Setting, fit: Fit) -> Solution:
-    """A search over whole swings from the fitted numbers, with the weights of the fit."""
-    p = fit.solution.problem
+def _refitted(fit: Fit, near: Solution, scene: Scene, keys: list[str]) -> _Model:
+    """A search over whole swings from the numbers of a scene and the starts of a solution, with the weights of the fit."""
+    setting, p = prepared(fit.setting, scene, keys), fit.solution.problem
     pieces = batch(setting.swings, p.batch.longest, search_thin(setting))
     share = p.share[:1] if isinstance(p.share, np.ndarray) else p.share
     problem = begun_at(setting, replace(p, batch=pieces, share=share))
-    x = np.concatenate([setting.free.start, fit.solution.offsets[: len(problem.prior) - len(setting.free.start)]])
-    search = Search(problem, Starts(x, fit.solution.solved.starts))
+    x = np.concatenate([setting.free.start, near.offsets[: len(problem.prior) - len(setting.free.start)]])
+    search = Search(problem, Starts(x, near.solved.starts))
     x, solved = search.run(MOST, 1e-3)
     x, solved, _ = Search(problem, Starts(x, solved.starts)).polished(MOST)
-    return Solution(problem, x, solved, fit.solution.certainty)
+    return _Model(setting, Solution(problem, x, solved, fit.solution.certainty))
 
 
-def _compared(
-    name: str, present: bool, fit: Fit, base: Solution, base_setting: Setting, other: Solution, setting: Setting
-) -> Part:
+def _compared(name: str, present: bool, fit: Fit, now: _Model, other: _Model) -> Part:
     """The part's worth, from fits with and without it."""
-    rss, other_rss = _squares(base.solved), _squares(other.solved)
-    rho = autocorrelation(base.solved.r[:, :, None], base.solved.r.shape[1] // 2)
+    base = now.solution.solved
+    rss, other_rss = _squares(base), _squares(other.solution.solved)
+    rho = autocorrelation(base.r[:, :, None], base.r.shape[1] // 2)
     memory = 1 + 2 * rho[1 : 1 + int(np.argmax(rho[1:] < 0.05))].sum()
-    samples = max((base.solved.r != 0).sum() / memory, 10.0)
-    more = other.problem.nz - base.problem.nz
+    samples = max((base.r != 0).sum() / memory, 10.0)
+    more = other.solution.problem.nz - now.solution.problem.nz
     change = samples * np.log(other_rss / rss) + more * np.log(samples)
     held = None
     if fit.hold_out:
         part = float(np.mean(~np.concatenate(fit.hold_out.judged)))
-        errors = [
-            predict(s, sol, fit.hold_out.swings, part).errors() for s, sol in ((base_setting, base), (setting, other))
-        ]
+        errors = [predict(*model, fit.hold_out.swings, part).errors() for model in (now, other)]
         held = float(np.sqrt(np.nanmean(errors[1] ** 2) / np.nanmean(errors[0] ** 2)))
     return Part(name, present, float(np.sqrt(other_rss / rss)), float(-change if present else change), held)
 
@@ -105,14 +140,7 @@ def _squares(solved: Solved) -> float:
 # --- alternatives ---------------------------------------------------------------------------------------------------
 
 
-def _alternatives(fit: Fit) -> Iterator[tuple[str, bool, Scene, list[str]]]:
-    """Name, whether the scene has it, the scene without or with it, and what is then free."""
-    keys = list(fit.setting.free.keys)
-    yield from _without(fit.scene, keys)
-    yield from _with(fit.scene, keys)
-
-
-def _without(scene: Scene, keys: list[str]) -> Iterator[tuple[str, bool, Scene, list[str]]]:
+def _without(scene: Scene, keys: list[str]) -> Iterator[_Other]:
     for i, effect in enumerate(scene.effects):
         rest = [key for key in keys if not key.startswith(f"effects[{i}].")]
         where = f"effects[{i}], {effect.kind}"
@@ -129,7 +157,7 @@ def _without(scene: Scene, keys: list[str]) -> Iterator[tuple[str, bool, Scene, 
             yield where, True, _changed(scene, i, checked(effect, {"coefficient": 0.0})), rest
 
 
-def _with(scene: Scene, keys: list[str]) -> Iterator[tuple[str, bool, Scene, list[str]]]:
+def _with(scene: Scene, keys: list[str]) -> Iterator[_Other]:
     kinds, many = {effect.kind for effect in scene.effects}, len(scene.effects)
     size = SMALL * _weight(scene)
     added: dict[str, tuple[Any, list[str]]] = {
