@@ -1,5 +1,6 @@
 """A fit as one figure: measured and fitted columns, residuals, their autocorrelation, the held-out part shaded."""
 
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -45,9 +46,7 @@ def draw_fit(fit: Fit) -> Any:
     middle.set_ylabel("fitted less measured, mrad")
     middle.set_xlabel("s, swings one after the other")
     _correlation(below, fit)
-    figure.suptitle(
-        fit.verdict if len(fit.verdict) < 110 else f"{fit.verdict[:107]}...", fontsize=10, x=0.01, ha="left"
-    )
+    figure.suptitle(textwrap.fill(fit.verdict, 120), fontsize=10, x=0.01, ha="left")
     return figure
 
 

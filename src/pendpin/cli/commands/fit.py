@@ -15,7 +15,7 @@ def fit(
     scene: Annotated[Path, typer.Argument(help="Scene file (TOML) with guesses and a [data] table.")],
     data: Annotated[list[Path], typer.Argument(help="Measured swings: one CSV file or several.")],
     free: Annotated[
-        str, typer.Option(help='Key paths, separated by commas, or "physics" (inertias, frictions, drags), "friction".')
+        str, typer.Option(help='Key paths, separated by commas, or "physics" (bodies, frictions, drags), "friction".')
     ] = "physics",
     hold_out: Annotated[list[Path] | None, typer.Option(help="CSV of other swings, to be predicted.")] = None,
     hold_out_start: Annotated[
