@@ -38,8 +38,8 @@ def fit(
 
     data: the path of a CSV file, several of them, or a table of columns; the scene's [data] table says what they
     measure. free: key paths such as "model.rods[0].com", and the short forms "physics" (centres of mass, inertias,
-    lengths of rods that carry another, frictions, drags) and "friction". hold_out: other data, predicted with starts fitted on their first part
-    hold_out_start. robust: residuals of single samples count less the larger they are (Huber).
+    lengths of rods that carry another, frictions, drags) and "friction". hold_out: other data, predicted with starts
+    fitted on their first part hold_out_start. robust: residuals of single samples count less the larger they are (Huber).
 
     Raises InputError for what is wrong with scene, data or keys; MissingLibrary without heyoka.
     """
