@@ -171,52 +171,64 @@ def test_a_subclass_has_its_own_strength() -> None:
     assert (pp.simulate(scene, tolerance=1e-8).q[-1] > 0).all()
 
 
-# --- units of mass --------------------------------------------------------------------------------------------------
+# --- units of mass and length ---------------------------------------------------------------------------------------
 
-LINK = """<link name="{0}"><inertial><origin xyz="{1} 0.1 -0.3"/><mass value="{2!r}"/><inertia ixx="{3!r}" ixy="0"
- ixz="0" iyy="{3!r}" iyz="0" izz="{3!r}"/></inertial></link>"""
-JOINT = """<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/><origin xyz="0.1 0 -0.5"/>
+LINK = """<link name="{0}"><inertial><origin xyz="{1!r} {2!r} {3!r}"/><mass value="{4!r}"/><inertia ixx="{5!r}" ixy="0"
+ ixz="0" iyy="{5!r}" iyz="0" izz="{5!r}"/></inertial></link>"""
+JOINT = """<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/><origin xyz="{4!r} 0 {5!r}"/>
 <axis xyz="0 1 0"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint>"""
 
 
-def welded(folder: Path, mass: float) -> pp.UrdfModel:
+def welded(folder: Path, mass: float, length: float) -> pp.UrdfModel:
     """Two links that turn, with others fixed to them: Pinocchio adds up their inertias."""
-    links = (("a", 0.3, 1.0), ("b", 0.7, 0.5), ("c", 0.1, 2.0), ("d", -0.4, 0.25))
-    text = "".join(LINK.format(name, x, m * mass, 0.1 * m * mass) for name, x, m in links)
+    text = ""
+    for name, x, m in (("a", 0.3, 1.0), ("b", 0.7, 0.5), ("c", 0.1, 2.0), ("d", -0.4, 0.25)):
+        sizes = (x * length, 0.1 * length, -0.3 * length, m * mass, 0.1 * m * mass * length**2)
+        text += LINK.format(name, *sizes)
     joints = (("u", "continuous", "w", "a"), ("f", "fixed", "a", "b"), ("v", "continuous", "a", "c"))
-    text += "".join(JOINT.format(*joint) for joint in (*joints, ("g", "fixed", "c", "d")))
+    for joint in (*joints, ("g", "fixed", "c", "d")):
+        text += JOINT.format(*joint, 0.1 * length, -0.5 * length)
     path = folder / f"{mass!r}.urdf"
     path.write_text(f'<robot name="r"><link name="w"/>{text}</robot>')
     return pp.UrdfModel(path=path)
 
 
+def rods_of(mass: float, length: float, radius: float) -> pp.Chain:
+    """Two rods."""
+    sizes = ((0.7, 0.9), (0.5, 1.1))
+    return pp.Chain(rods=[pp.Rod(length=a * length, mass=b * mass, radius=radius * length) for a, b in sizes])
+
+
 @law(30)
 @given(
     st.sampled_from(["rods", "thin rods", "urdf", "pin.Model"]),
-    st.integers(-150, 150),
+    st.integers(-60, 60).map(lambda power: 4.0**power),
+    st.integers(-40, 40).map(lambda power: 4.0**power),
+    st.booleans(),
     st.sampled_from([*METHODS, {"method": "dop853", "tolerance": 1e-8, "engine": "compiled"}]),
 )
-def test_the_unit_of_mass_changes_no_bit(kind: str, power: int, method: Any) -> None:
-    """Any number of kilograms moves alike, by any method; Pinocchio adds up inertias wrongly below 2.2e-16 kg.
+def test_units_of_mass_and_length_change_no_bit(
+    kind: str, mass: float, length: float, air: bool, method: dict[str, Any]
+) -> None:
+    """Any number of kilograms and metres moves alike, by any method: nothing is small or large but beside the scene.
 
     Powers of 4 are exact in every operation, and in square roots.
     """
-    runs, method = [], dict(method)
-    engine = method.pop("engine", "auto")
+    runs, options = [], {name: value for name, value in method.items() if name != "engine"}
     with TemporaryDirectory() as folder:
-        for mass in (1.0, 4.0**power):
-            radius = 0.0 if kind == "thin rods" else 0.05
-            rods = [pp.Rod(length=length, mass=m * mass, radius=radius) for length, m in ((0.7, 0.9), (0.5, 1.1))]
-            model: Any = pp.Chain(rods=rods) if "rods" in kind else welded(Path(folder), mass)
+        for m, d in ((1.0, 1.0), (mass, length)):
+            model: Any = rods_of(m, d, 0.05 * (kind == "rods")) if "rods" in kind else welded(Path(folder), m, d)
             model = pp.bind(pp.Scene(model=model)).model.pin if kind == "pin.Model" else model
             start = pp.Start(positions=(0.3, 0.4, -0.2, 0.5)[: 4 if "rods" in kind else 2])
-            solver = pp.Solver(engine=engine, samples=3)
-            scene = pp.Scene(duration=0.1, model=model, start=start, effects=(fx.Gravity(),), solver=solver)
-            runs.append(pp.simulate(scene, **method))
-    for name in ("q", "v", "a"):
-        assert np.array_equal(getattr(runs[0], name), getattr(runs[1], name)), name
-    assert np.array_equal(runs[0].wrench * 4.0**power, runs[1].wrench)
-    assert np.array_equal(runs[0].kinetic * 4.0**power, runs[1].kinetic)
+            drag = fx.Drag(density=m / d**3, linear=0.1 * m / d, wind=(d, 0.5 * d, 0), diameter=0.1 * d, buoyancy=True)
+            effects = (fx.Gravity(acceleration=9.75 * d), *(drag,) * air)
+            solver = pp.Solver(engine=method.get("engine", "auto"), samples=3)
+            scene = pp.Scene(duration=0.1, model=model, start=start, effects=effects, solver=solver)
+            runs.append(pp.simulate(scene, **options))
+    for name, unit in (("q", 1.0), ("v", 1.0), ("a", 1.0), ("kinetic", mass * length**2), ("tip", length)):
+        assert np.array_equal(getattr(runs[0], name) * unit, getattr(runs[1], name)), name
+    unit = np.repeat([mass * length, mass * length**2], 3)
+    assert np.array_equal(runs[0].wrench * unit, runs[1].wrench)
 
 
 # --- stops and friction on one joint --------------------------------------------------------------------------------

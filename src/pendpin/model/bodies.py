@@ -12,7 +12,7 @@ from pendpin.equations.base import RodInertia
 from pendpin.equations.recursion import Tree
 from pendpin.errors import MissingLibrary, find
 
-NEAR = 1e-9  # m: a tip so near to its joint is none
+NEAR = 1e-9  # of the largest length of a model: a tip so near to its joint is none
 SMALL = 1e-10  # kg: below, another unit of mass is taken
 APART = 1e-150  # of the largest mass: lighter links are not looked at
 
@@ -117,11 +117,22 @@ def find_bodies(
         for joint in range(1, model.njoints)
         if model.inertias[joint].mass > 0 or model.inertias[joint].inertia.any()
     )
-    bodies = tuple(_body(model, joint, ends[joint], _rods_drawn(model, joint, drawn)) for joint in moved)
+    near = NEAR * _largest_length(model)
+    bodies = tuple(_body(model, joint, ends[joint], _rods_drawn(model, joint, drawn), near) for joint in moved)
     places = {body.link: i for i, body in enumerate(bodies)}
     for link in tips:
         find(tuple(places), link, "model.tips: link")
     return tuple(replace(body, tip=np.array(tips[body.link])) if body.link in tips else body for body in bodies)
+
+
+def _largest_length(model: Any) -> float:
+    """The largest distance between joints, from a joint to a centre of mass, or radius of gyration, in m."""
+    lengths = [np.linalg.norm(place.translation) for place in list(model.jointPlacements)[1:]]
+    for inertia in list(model.inertias)[1:]:
+        lengths.append(np.linalg.norm(inertia.lever))
+        if inertia.mass > 0:
+            lengths.append(np.sqrt(abs(np.trace(inertia.inertia)) / inertia.mass))
+    return float(max(lengths))
 
 
 def _rods_drawn(model: Any, joint: int, drawn: Mapping[str, tuple[Array, float]]) -> list[tuple[Array, float]]:
@@ -135,16 +146,19 @@ def _moves(frame: Any, joint: int, kind: Any) -> bool:
     return frame.parentJoint == joint and frame.type == kind
 
 
-def _body(model: Any, joint: int, ends: list[Array], rods: list[tuple[Array, float]]) -> Body:
-    """The body that a joint moves; its tip is the end of its longest drawn rod, else the farthest of `ends` (3,) m."""
+def _body(model: Any, joint: int, ends: list[Array], rods: list[tuple[Array, float]], near: float) -> Body:
+    """The body that a joint moves; its tip is the end of its longest drawn rod, else the farthest of `ends` (3,) m.
+
+    One not farther than `near`, in m, is none.
+    """
     inertia = model.inertias[joint]
     com = np.array(inertia.lever)
     farthest, radius = max(ends, key=np.linalg.norm, default=np.zeros(3)), 0.0
-    tip = farthest if np.linalg.norm(farthest) > NEAR else 2 * com
+    tip = farthest if np.linalg.norm(farthest) > near else 2 * com
     if rods:
         both, radius = max(rods, key=lambda rod: float(np.linalg.norm(rod[0][0] - rod[0][1])))
         tip = max(both, key=np.linalg.norm)
-    tip = tip if np.linalg.norm(tip) > NEAR else np.zeros(3)
+    tip = tip if np.linalg.norm(tip) > near else np.zeros(3)
     return Body(_link(model, joint), joint - 1, inertia.mass, com, np.array(inertia.inertia), tip, radius)
 
 
