@@ -33,7 +33,7 @@ class Refinement:
     usual: float = 100.0  # how much smaller the next error should be, without an estimate
     smallest: float = 10.0  # the least such factor: with a smaller one two runs may be equal
     pace: float = 0.85  # the power of the promised factor by which errors fall at least
-    scatter: float = 1.0  # the largest factor between two errors and their power law
+    scatter: float = USUAL_SCATTER  # the largest factor between two errors and their power law
     spacing: float | None = None  # s, of steps
 
     def finer(self, setting: float, factor: float) -> float:
