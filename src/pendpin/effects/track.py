@@ -53,7 +53,11 @@ class Track:
             return replace(self, first=self.first - Decimal(start))
 
     def pace(self, begin: float, end: float, negligible: float) -> Pace:
-        """How fast the acceleration changes from `begin` to `end`, in s, but for `negligible` of its largest value."""
+        """How fast the velocity changes from `begin` to `end`, in s, but for `negligible` of its largest departure.
+
+        A rod's rates follow the velocity of its support: what is negligible in this is so in them, however rough the
+        acceleration.
+        """
         knots = self.spline.x
         a, b = self._own(np.array([begin, end]))
         rows = np.concatenate([[a], knots[(knots > a) & (knots < b)], [b]])
@@ -61,8 +65,9 @@ class Track:
         t = np.interp(places, np.arange(len(rows)), rows)
         gaps = np.diff(rows)[np.minimum(places, len(rows) - 2).astype(int)]
         size = np.abs(self.spline(rows)).max() + self.length * np.abs(self.spline(rows, 1)).max()
-        rounding = ROUNDING * size / gaps**2
-        found = measured(t, self.spline(t, 2), negligible, rounding)
+        rounding = ROUNDING * size / gaps
+        velocity = self.spline(t, 1)
+        found = measured(t, velocity - velocity.mean(0), negligible, rounding)
         return found._replace(corners=found.corners - a + begin)
 
     def position(self, t: Array) -> Array:
