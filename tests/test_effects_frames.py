@@ -46,7 +46,11 @@ def test_a_point_mass(Omega: tuple, support: tuple) -> None:
 
 
 @pytest.mark.parametrize(
-    ("rod", "frame"), [(ROD, "both"), (THICK, "support"), (THICK, "rotation about any axis"), (THICK, "both")]
+    ("rod", "frame"),
+    [
+        *((ROD, "both"), (THICK, "support"), (THICK, "both")),
+        pytest.param(THICK, "rotation about any axis", marks=pytest.mark.slow),
+    ],
 )
 def test_a_rigid_rod(rod: pp.Rod, frame: str) -> None:
     """d'Alembert's principle in the inertial frame, integrated by SciPy: angles equal to 1e-10 over 2 s."""

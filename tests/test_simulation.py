@@ -47,8 +47,8 @@ def test_spherical_swing_is_the_elliptic_one() -> None:
     (dt, dp) = run.v[0]
     direction = np.array([s, -s_t * c, -c_t * c])
     rate = np.array([c * dp, -c_t * c * dt + s_t * s * dp, s_t * c * dt + c_t * s * dp])
-    exact = spherical(direction, rate, 2 / 3, 9.81, run.t)
-    assert np.linalg.norm(run.tips()[:, 0] - exact, axis=-1).max() < 1e-8
+    exact = spherical(direction, rate, 2 / 3, 9.81, run.t[::10])
+    assert np.linalg.norm(run.tips()[::10, 0] - exact, axis=-1).max() < 1e-8
 
 
 def test_iftomm_benchmark_a01() -> None:
