@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import one_line
+from pendpin.graphics.path import smooth
 from pendpin.trajectory import Trajectory
 from pendpin.trajectory.columns import unit_of
 
@@ -15,6 +16,7 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#00
 BLACK = COLORS[-1]
 STYLES = ("-", "--", ":")  # of the first, second and third rod: lines that lie on each other are seen
 MOST_RODS = 3
+MOST_POINTS = 30_000  # of a path
 MOST_JOINTS = 6  # of a tree: those that move most
 NOTHING = 1e-12  # of the largest force times the model's size: a moment below is rounding
 
@@ -114,6 +116,9 @@ def draw_path_from_the_side(ax: Any, run: Trajectory) -> None:
 def _draw_path(ax: Any, run: Trajectory, right: int, up: int) -> None:
     """Two coordinates of the last tip to one scale, a dot where it starts."""
     path = run.tip[:, -1]
+    if len(path) > 2:
+        rate = len(path) / np.ptp(run.t)  # a second: no coarser than the samples
+        path = smooth(run.t, path, np.gradient(path, run.t, axis=0), rate, max(MOST_POINTS, len(path)))[1]
     ax.plot(path[:, right], path[:, up], color=COLORS[0], linewidth=0.8)
     ax.plot(path[:1, right], path[:1, up], "o", color=COLORS[1], markersize=5)
     ax.set_aspect("equal", adjustable="datalim")
