@@ -34,7 +34,7 @@ from pendpin.model.build import Model
 
 LATEST = 340  # digits: more than a time times a frequency can have before its point
 Torque = Callable[[float, Array, Array], Array]  # t, q, v (nv,) -> (nv,)
-Wrench = Callable[[float, Motion], tuple[Array, Array]]  # force, moment about com, (bodies, 3)
+Wrench = Callable[[Any, Motion], tuple[Array, Array]]  # force, moment about com, (bodies, 3)
 
 
 def bind_loads(
@@ -60,11 +60,12 @@ def bind_loads(
             bodies = bodies or Bodies(*map(numbers, bodies_of(model)))
             wrench = body_wrench(model, effect, where, xp, numbers, bodies)
             wrenches.append(_readable(effect, where, xp, since(start, effect, wrench, numbers)))
+    complete = surroundings(effects, xp, start, numbers)
     return Loads(
         numbers(_constant_field(effects)),
         _total(varying),
         _total(torques),
-        _in_place(_total_wrench(wrenches), surroundings(effects, xp, start, numbers)) if wrenches else None,
+        *_in_place(_total_wrench(wrenches), complete, vectorised(effects)),
         axial=any(effect.axial for effect in effects if isinstance(effect, BodyEffect)),
     )
 
@@ -199,8 +200,8 @@ def body_wrench(
     some, n = Bodies(*(column[chosen] for column in bodies)), len(bodies.mass)
 
     def scattered(found: Array) -> Array:
-        out = np.zeros((n, 3), found.dtype)
-        out[chosen] = found
+        out = np.zeros((*found.shape[:-2], n, 3), found.dtype)
+        out[..., chosen, :] = found
         return out
 
     def on_some(t: float, motion: Motion) -> tuple[Array, Array]:
@@ -236,7 +237,10 @@ def bodies_of(model: Model) -> Bodies:
 def surroundings(
     effects: Sequence[Effect], xp: Any = np, start: float = 0.0, numbers: Numbers = GIVEN
 ) -> Callable[[float, Motion], Motion]:
-    """A function that completes a motion, at a time since `start`, by what all bodies share: gravity, and where W is."""
+    """A function that completes a motion, at a time since `start`, by what all bodies share: gravity, and where W is.
+
+    It takes times (k,) with motions (k, n, ...) too, if all effects are `vectorised`.
+    """
     ordered = [effect for effect, _ in in_order(effects)]
     frames = [effect for effect in ordered if isinstance(effect, FrameEffect)]
     fields = [effect for effect in ordered if isinstance(effect, FieldEffect) and not isinstance(effect, FrameEffect)]
@@ -246,18 +250,42 @@ def surroundings(
     velocities = [field_since(start, effect, "velocity", xp, numbers) for effect in frames]
 
     def complete(t: float, motion: Motion) -> Motion:
-        motion = motion._replace(gravity=sum((field(t) for field in varying), steady))
+        motion = motion._replace(gravity=sum((_shared(field(t)) for field in varying), steady))
         if not frames:
             return motion
-        pivot, velocity = (sum((part(t) for part in parts), np.zeros(3)) for parts in (positions, velocities))
+        pivot, velocity = (sum((_shared(part(t)) for part in parts), np.zeros(3)) for parts in (positions, velocities))
         return motion._replace(pivot=pivot, pivot_velocity=velocity)
 
     return complete
 
 
-def _in_place(wrench: Wrench | None, complete: Callable[[float, Motion], Motion]) -> Wrench | None:
-    """The wrench as a function of t and a motion without surroundings; None for None."""
-    return wrench and (lambda t, motion: wrench(t, complete(t, motion)))
+def _shared(vector: Array) -> Array:
+    """A vector (3,) that all bodies share; (k, 1, 3) of such (k, 3)."""
+    return vector[:, None] if vector.ndim > 1 else vector
+
+
+def vectorised(effects: Sequence[Effect]) -> bool:
+    """Whether the effects take many states at once: pendpin's own do, if they are plain arithmetic."""
+    return built_in(effects) and all(effect.symbolic for effect in effects)
+
+
+def built_in(effects: Sequence[Effect]) -> bool:
+    """Whether all effects are pendpin's own: whether others run on symbols, their authors may never have asked."""
+    return all(type(effect).__module__.startswith("pendpin.") for effect in effects)
+
+
+def _in_place(
+    wrench: Wrench | None, complete: Callable[[Any, Motion], Motion], together: bool
+) -> tuple[Wrench | None, Callable[[Array, Motion], tuple[Array, Array]] | None]:
+    """The wrench as a function of t and a motion without surroundings, and the same at many states if they go together."""
+    if wrench is None:
+        return None, None
+
+    def many(t: Array, motion: Motion) -> tuple[Array, Array]:
+        force, moment = wrench(t[:, None, None], complete(t, motion))
+        return np.broadcast_to(force, motion.origin.shape), np.broadcast_to(moment, motion.origin.shape)
+
+    return lambda t, motion: wrench(t, complete(t, motion)), many if together else None
 
 
 def _total(functions: list[Any]) -> Any:

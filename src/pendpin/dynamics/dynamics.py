@@ -7,7 +7,16 @@ from typing import Any, Literal
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import acting, bind_loads, bodies_of, chosen_bodies, chosen_joints, in_order, surroundings
+from pendpin.dynamics.binding import (
+    acting,
+    bind_loads,
+    bodies_of,
+    chosen_bodies,
+    chosen_joints,
+    in_order,
+    surroundings,
+    vectorised,
+)
 from pendpin.dynamics.compiling import compiled
 from pendpin.dynamics.contact_binding import bind_contacts
 from pendpin.dynamics.contacts import Contacts
@@ -133,11 +142,14 @@ def _body_potential(
     chosen = np.arange(len(model.bodies)) if effect.on is None else chosen_bodies(model, effect.on, where)
     bodies, rest = Bodies(*(column[chosen] for column in bodies_of(model))), np.zeros((len(chosen), 3))
 
-    def at(pose: Array) -> Any:
-        pose = pose[chosen]
-        return effect.potential(bodies, complete(0.0, Motion(pose[:, :3, 3], pose[:, :3, :3], rest, rest)))
+    def at(poses: Array) -> Any:
+        poses = poses[..., chosen, :, :]
+        motion = Motion(poses[..., :3, 3], poses[..., :3, :3], rest, rest)
+        return effect.potential(bodies, complete(0.0, motion))
 
     def potential(q: Array, poses: Array) -> Any:
+        if vectorised([effect]):
+            return at(poses)
         values = [at(pose) for pose in poses]
         return None if values[0] is None else np.array([np.sum(value) for value in values], float)
 

@@ -182,7 +182,9 @@ class Motion(NamedTuple):
     def of(self, chosen: Array) -> "Motion":
         """The motion of k of the bodies, by their indices (k,)."""
         origin, rotation, velocity, spin, *shared = self
-        return Motion(origin[chosen], rotation[chosen], velocity[chosen], spin[chosen], *shared)
+        vectors = (part[..., chosen, :] for part in (origin, velocity, spin))
+        origin, velocity, spin = vectors
+        return Motion(origin, rotation[..., chosen, :, :], velocity, spin, *shared)
 
     def levers(self, points: Array) -> Array:
         """Vectors (n, 3) given in the link frames, in W."""

@@ -64,7 +64,7 @@ class Push(BodyEffect):
         """-force . r of a constant force in J, zero at the origin of W; None for any other."""
         if self.frequency is not None or any(self.torque):
             return None
-        return -(motion.points(self._point(bodies, xp)) @ np.array(self.force))[0]
+        return -(motion.points(self._point(bodies, xp)) @ np.array(self.force))[..., 0]
 
     def _point(self, bodies: Bodies, xp: Any) -> Array:
         """Where the force acts, (1, 3) m in the link frame."""

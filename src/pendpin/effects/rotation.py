@@ -67,7 +67,8 @@ class Rotation(BodyEffect):
         omega = self.vector
         at_com = cross(omega, motion.points(bodies.com) + motion.pivot)
         own = applied(motion.rotation.swapaxes(-1, -2), omega[None])  # Omega in the link frames
-        return -((bodies.mass * (at_com**2).sum(-1)).sum() + (own * applied(bodies.inertia, own)).sum()) / 2
+        spread = (own * applied(bodies.inertia, own)).sum((-2, -1))
+        return -((bodies.mass * (at_com**2).sum(-1)).sum(-1) + spread) / 2
 
 
 def _spread(bodies: Bodies, motion: Motion, omega: Array) -> Array:

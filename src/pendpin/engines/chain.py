@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices
+from pendpin.arrays import Array, Indices, applied
 from pendpin.effects import Motion
 from pendpin.engines.base import AngleEngine, Derivative, ProgressCallback, Sample, counted
 from pendpin.engines.loads import Loads
@@ -79,21 +79,19 @@ class LongChain(AngleEngine):
         if torque is not None:
             torque = torque.reshape(angles.shape)
         if loads.wrench is not None:
-            states = zip(t, angles, rates, strict=True)
-            wrenches = [loads.wrench(time, self._motion(*state)) for time, *state in states]
-            force, moment = (np.array(x) * SIGNS for x in zip(*wrenches, strict=True))
+            force, moment = (x * SIGNS for x in loads.wrenches(t, self._motion(angles, rates)))
         field = loads.constant if loads.varying is None else np.array([loads.field(time) for time in t])
         return solution.solve(self._chain, angles, rates, field * SIGNS, torque=torque, force=force, moment=moment)
 
     def _motion(self, q: Array, v: Array) -> Motion:
-        """Poses and velocities in W of n rods with angles and rates q, v (n, 2)."""
+        """Poses and velocities in W of n rods with angles and rates q, v (..., n, 2)."""
         found = motion(self._chain, q, v)
-        start = np.zeros((1, 3))
+        start = np.zeros((*q.shape[:-2], 1, 3))
         return Motion(
-            np.concatenate([start, found.tips[:-1]]) * SIGNS,
+            np.concatenate([start, found.tips[..., :-1, :]], -2) * SIGNS,
             FLIP @ found.frames @ FLIP,
-            np.concatenate([start, found.tip_velocities[:-1]]) * SIGNS,
-            np.einsum("nij,nj->ni", found.frames, found.omega) * SIGNS,
+            np.concatenate([start, found.tip_velocities[..., :-1, :]], -2) * SIGNS,
+            applied(found.frames, found.omega) * SIGNS,
         )
 
 

@@ -19,14 +19,24 @@ def external_forces(
 
     joints are the bodies' places in Pinocchio's model; wrench gives forces N and moments N m about com, (n, 3), in W.
     """
-    pin = pinocchio()
-    pin.forwardKinematics(model, data, q, v)
+    pinocchio().forwardKinematics(model, data, q, v)
     motion = motion_of(data, joints)
-    R, com = motion.rotation, np.array([body.com for body in bodies])
-    linear, angular = ((part[:, None] @ R)[:, 0] for part in wrench(motion))  # R^T x
-    out = [pin.Force.Zero()] * len(data.oMi)
-    for joint, both in zip(joints, np.concatenate([linear, angular + cross(com, linear)], -1), strict=True):
-        out[joint] = pin.Force(both)
+    return forces(in_joint_frames(bodies, motion, *wrench(motion)), joints, len(data.oMi))
+
+
+def in_joint_frames(bodies: Sequence[Body], motion: Motion, force: Array, moment: Array) -> Array:
+    """Forces and moments (..., n, 3) about the centres of mass in W as wrenches (..., n, 6) in the joints' frames."""
+    linear, angular = ((part[..., None, :] @ motion.rotation)[..., 0, :] for part in (force, moment))  # R^T x
+    com = np.array([body.com for body in bodies])
+    return np.concatenate([linear, angular + cross(com, linear)], -1)
+
+
+def forces(wrenches: Array, joints: Sequence[int], count: int) -> list[Any]:
+    """One pin.Force for each of `count` joints of Pinocchio's model, from wrenches (n, 6) on those at `joints`."""
+    pin = pinocchio()
+    out = [pin.Force.Zero()] * count
+    for joint, wrench in zip(joints, wrenches, strict=True):
+        out[joint] = pin.Force(wrench)
     return out
 
 

@@ -15,7 +15,7 @@ from pendpin.engines.base import (
     ProgressCallback,
     Sample,
 )
-from pendpin.engines.external_forces import external_forces, joints_of, motion_of
+from pendpin.engines.external_forces import external_forces, forces, in_joint_frames, joints_of, motion_of
 from pendpin.engines.hamilton import CanonicalForm
 from pendpin.engines.loads import Loads
 from pendpin.model.bodies import pinocchio
@@ -69,12 +69,21 @@ class Revolute(AngleEngine):
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """ABA for accelerations (n, nv), then RNEA for wrenches (n, joints, 6), state by state."""
         a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
-        extra = np.zeros(q.shape) if torque is None else torque
+        extra, externals = np.zeros(q.shape) if torque is None else torque, self._externals(t, q, v)
         for i in range(len(q)):
-            external = self._external(t[i], q[i], v[i])  # once for both
-            a[i] = self._accelerate(t[i], q[i], v[i], extra[i], external)
-            wrench[i] = self._wrenches(q[i], v[i], a[i], external)
+            a[i] = self._accelerate(t[i], q[i], v[i], extra[i], externals[i])
+            wrench[i] = self._wrenches(q[i], v[i], a[i], externals[i])
         return Sample(a, wrench)
+
+    def _externals(self, t: Array, q: Array, v: Array) -> list[tuple[list, ...]]:
+        """Pinocchio's last argument for each of n states: the body effects of all states are evaluated together."""
+        if self.loads.wrench is None or not len(q):
+            return [()] * len(q)
+        bodies = self.model.bodies
+        motions = [self.motion(y)[:4] for y in np.concatenate([q, v], 1)]
+        motion = Motion(*(np.array(part) for part in zip(*motions, strict=True)))
+        wrenches = in_joint_frames(bodies, motion, *self.loads.wrenches(t, motion))
+        return [(forces(rows, joints_of(bodies), self._pin.njoints),) for rows in wrenches]
 
     def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
         """q'' (nv,) rad/s² by ABA."""

@@ -75,9 +75,7 @@ class Thin(Engine):
         """d'' (n, rods, 3) in I, at times (n,)."""
         loads, force, moment = self.loads, None, None
         if loads.wrench is not None:
-            states = zip(t, d, rate, strict=True)
-            wrenches = [loads.wrench(time, _motion(self.chain, *state)) for time, *state in states]
-            force, moment = (np.array(x) * SIGNS for x in zip(*wrenches, strict=True))
+            force, moment = (x * SIGNS for x in loads.wrenches(t, _motion(self.chain, d, rate)))
         field = loads.constant if loads.varying is None else np.array([loads.field(time) for time in t])
         return thin.solve(self.chain, d, rate, field * SIGNS, force=force, moment=moment).acceleration
 
@@ -92,8 +90,8 @@ class Thin(Engine):
 
 
 def _motion(chain: ChainInertia, d: Array, rate: Array) -> Motion:
-    """The motion of rods that do not spin, from directions and rates (rods, 3) in I; each in a frame with z along -d."""
-    steps, speeds = (np.cumsum(chain.l[:, None] * x, 0) - chain.l[:, None] * x for x in (d, rate))
+    """The motion of rods that do not spin, from d and d' (..., rods, 3) in I; each in a frame with z along -d."""
+    steps, speeds = (np.cumsum(chain.l[:, None] * x, -2) - chain.l[:, None] * x for x in (d, rate))
     z = -d * SIGNS
     x = np.cross(z, np.eye(3)[np.argmin(np.abs(z), -1)])
     x /= np.linalg.norm(x, axis=-1, keepdims=True)

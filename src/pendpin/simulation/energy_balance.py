@@ -23,7 +23,8 @@ class EnergyBalance:
         self.engine: Engine = dynamics.compiled(accounts) if dynamics.engine.compiles else dynamics.engine
         self._powers = powers(dynamics.model, effects, accounts, dynamics.start)
         accounted = zip(in_order(effects), dynamics.potentials, strict=True)
-        self._potentials = [(self.kinds.index(effect.kind), p) for (effect, _), p in accounted if p is not None]
+        offered = [(e.kind, p) for (e, _), p in accounted if p is not None and not isinstance(e, Idle)]
+        self._potentials = [(self.kinds.index(kind), potential) for kind, potential in offered]
 
     def powers(self, t: float, y: Array) -> Array:
         """The power (kinds,) in W of the effects without a potential, at t in s since the start and the engine's state y."""
