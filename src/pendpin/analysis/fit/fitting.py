@@ -126,20 +126,15 @@ def given_offsets(setting: Setting) -> Array:
     return np.array([offsets.get(name, 0.0) for name in setting.columns])
 
 
-def solution_of(setting: Setting, progress: Progress, begin: Array | None = None) -> Solution:
-    """The unknowns that explain the data best: by equation error, by short pieces, then by whole swings.
-
-    `begin` (nx,) are unknowns known to be near: only whole swings are then searched.
-    """
+def solution_of(setting: Setting, progress: Progress) -> Solution:
+    """The unknowns that explain the data best: by equation error, by short pieces, then by whole swings."""
     problem = _problem(setting)
-    x = problem.prior if begin is None else begin
-    if begin is None:
-        progress("a start by equation error")
-        x = _by_equation_error(setting, problem)
-        if not _followed(setting, problem, x):
-            progress("short pieces")
-            problem = _rescaled(setting, problem, x)
-            x, _ = Search(problem, Starts(x, _states(setting, problem, x))).run(20, 1e-3)
+    progress("a start by equation error")
+    x = _by_equation_error(setting, problem)
+    if not _followed(setting, problem, x):
+        progress("short pieces")
+        problem = _rescaled(setting, problem, x)
+        x, _ = Search(problem, Starts(x, _states(setting, problem, x))).run(20, 1e-3)
     progress("whole swings")
     problem = _rescaled(setting, _whole(setting, problem, x), x)
     x, solved = Search(problem, Starts(x, _states(setting, problem, x))).run(15, 1e-3)

@@ -167,14 +167,13 @@ def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
     found = (
         p.predicted(np.repeat(solution.z[:, None], starts.shape[1], 1), starts, p.batch.t) + solution.offsets[:, None]
     )
-    swings, predicted, place = setting.swings, [], 0
+    swings, predicted = setting.swings, []
     for k, swing in enumerate(swings):
         rows = []
         for piece in np.flatnonzero(p.batch.swing == k):
             rows.append(found[:, :, piece])
         lengths = _lengths(swing, len(rows))
         predicted.append(np.concatenate([row[:m] for row, m in zip(rows, lengths, strict=True)]))
-        place += len(rows)
     judged = tuple(np.ones(len(swing.t), bool) for swing in swings)
     return Prediction(swings, tuple(predicted), judged, setting.columns)
 
