@@ -58,10 +58,14 @@ class Refinement:
         return min(factor, more ** POWERS[self.method]) if self.method in POWERS else factor
 
 
-def by_tolerance(method: str, accuracy: float) -> Refinement:
-    """The tolerances of an adaptive method. The error of a power series jumps with its order, from 5 to 1000 a hundredth."""
+def by_tolerance(method: str, accuracy: float, turned: float = 1.0) -> Refinement:
+    """The tolerances of an adaptive method, which are relative to angles of up to `turned` rad.
+
+    The error of a power series jumps with its order, from 5 to 1000 a hundredth.
+    """
     least, scatter = least_tolerance(method), SCATTER.get(method, USUAL_SCATTER)
-    first = min(max((1e3 if method == TAYLOR else 100) * accuracy, 1e4 * least), LOOSEST)
+    large = 10.0 ** math.floor(math.log10(max(turned, 1.0)))
+    first = max(min((1e3 if method == TAYLOR else 100) * accuracy, LOOSEST) / large, 1e4 * least)
     if method == TAYLOR:
         return Refinement(method, first, least, smallest=100.0, pace=0.5, scatter=scatter)
     return Refinement(method, first, least, pace=0.7, scatter=scatter)

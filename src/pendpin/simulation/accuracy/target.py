@@ -262,7 +262,8 @@ def _refinement(scene: Scene, runs: Runs) -> Refinement:
     """The settings of the scene's method."""
     method, target = scene.solver.method, scene.solver.accuracy or 0.0
     if method not in FIXED_METHODS:
-        return by_tolerance(method, target)
+        q, _ = start_state(build(scene.model), scene.start)
+        return by_tolerance(method, target, float(np.abs(q).max(initial=0.0)))
     if not scene.duration:
         return Refinement(method, 1.0, 0.0)
     return by_step(method, runs.times, runs.run(scene.by("dop853", LOOSEST)).stats.steps)
