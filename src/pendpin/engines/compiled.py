@@ -10,6 +10,7 @@ the function, so that runs in several threads share the code and nothing else:
 import time
 from collections.abc import Callable, Hashable, Sequence
 from functools import cached_property
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,9 @@ class CompiledEquations:
     """The equations of one structure, recorded and compiled when they are first needed."""
 
     def __init__(self, record: Callable[[], Recording], tables: int) -> None:
-        self._record, self._tables = record, tables
+        self._record: Callable[[], Recording] | None = record
+        self._recording: Recording | None = None
+        self._tables, self._lock = tables, Lock()
         self.series: dict[Hashable, Any] = {}  # what heyoka has compiled of them, by setting
 
     @property
@@ -33,10 +36,14 @@ class CompiledEquations:
         """The s in which the machine code was compiled, in whichever run that was."""
         return self.function.compile_seconds
 
-    @cached_property
+    @property
     def recording(self) -> Recording:
         """y' on a tape. Raises InputError for an effect that does not run on symbols."""
-        return self._record()
+        with self._lock:
+            if self._record is not None:
+                self._recording, self._record = self._record(), None  # the engine that it holds goes
+            assert self._recording is not None
+            return self._recording
 
     @cached_property
     def function(self) -> Function:
