@@ -46,10 +46,13 @@ class Vectors:
             self.series = [made(tolerance) for tolerance in ([fine, min(0.1, LOOSER * fine)] if task.two else [fine])]
         self._joints = _start_joints(task, self.series[0].dynamics.model)
         self._start = start_state(self.series[0].dynamics.model, scene.start)
+        self._own_models = any(key.startswith("model") for key in task.plan.keys)
+        self._clock = scene.clock
 
     def fill(self, rows: Array, answers: list[Answer | None]) -> None:
         """Put in the answers of the cases that go well; None is left for those that do not."""
-        cases = [(place, numbers) for place, row in enumerate(rows) if (numbers := self._case(row)) is not None]
+        of_rows = [self._case(row) for row in rows] if self._joints is None else self._starts(rows, self._joints)
+        cases = [(place, case) for place, case in enumerate(of_rows) if case is not None]
         for begin in range(0, len(cases), WIDTH):
             places, numbers = zip(*cases[begin : begin + WIDTH], strict=True)
             for place, answer in zip(places, self._answers(rows[list(places)], numbers), strict=True):
@@ -57,16 +60,17 @@ class Vectors:
 
     def _case(self, row: Array) -> Case | None:
         """The case with these numbers (keys,); None for one that `simulate` has to look at."""
-        series = self.series[0]
-        if self._joints is not None:
-            state = np.array(self._start)
-            state[self._joints] = row
-            good = (np.abs(state[0]) <= FARTHEST).all() and (np.abs(state[1]) <= LARGEST).all()
-            return series.started(*state) if good else None
         try:
-            return series.case(with_numbers(self.task.scene, self.task.plan.keys, row))
+            return self.series[0].case(with_numbers(self.task.scene, self.task.plan.keys, row))
         except PendpinError:
             return None  # simulate says why
+
+    def _starts(self, rows: Array, joints: tuple[Indices, Indices]) -> list[Case | None]:
+        """The cases with these numbers (k, keys), which are angles and rates of the start; None as of `_case`."""
+        states = np.tile(self._start, (len(rows), 1, 1))
+        states[:, *joints] = rows
+        good = np.all(np.abs(states) <= [[FARTHEST], [LARGEST]], axis=(1, 2)).tolist()
+        return [self.series[0].started(*state) if ok else None for state, ok in zip(states, good, strict=True)]
 
     def _runs(self, cases: Sequence[Case]) -> tuple[list[Motions], Mask]:
         """The motions of the cases and, where two are compared, looser ones; which cases (c,) met the setting."""
@@ -78,24 +82,25 @@ class Vectors:
     def _answers(self, rows: Array, cases: Sequence[Case]) -> list[Answer | None]:
         """What the cases with these numbers (c, keys) give; None for one that has to be simulated on its own."""
         series, (found, good) = self.series[0], self._runs(cases)
-        good &= np.all([np.isfinite(one.q).all((1, 2)) & np.isfinite(one.v).all((1, 2)) for one in found], axis=0)
-        if not any(key.startswith("model") for key in self.task.plan.keys):
+        for one in found if self._own_models else found[1:]:
+            good &= np.isfinite(one.q).all((1, 2)) & np.isfinite(one.v).all((1, 2))
+        if not self._own_models:
             good &= ends_well(series.dynamics, found[0].q, found[0].v)
         models = [case.model for case in cases]
-        motions = [Motion(models, self.scene.clock, one.q, one.v, one.flips) for one in found]
-        known = {m.name: values for m in self.task.chosen if (values := _of_motions(m, motions)) is not None}
-        return [self._answer(i, rows[i], known, found) if ok else None for i, ok in enumerate(good)]
+        motions = [Motion(models, self._clock, one.q, one.v, one.flips) for one in found]
+        known = [_of_motions(m, motions) for m in self.task.chosen]
+        missing = [k for k, values in enumerate(known) if values is None]
+        table = np.array([np.full(len(cases), np.nan) if values is None else values for values in known]).T
+        if not missing:
+            return [(values, "") if ok else None for values, ok in zip(table, good.tolist(), strict=True)]
+        return [self._completed(i, rows[i], table[i], missing, found) if ok else None for i, ok in enumerate(good)]
 
-    def _answer(self, i: int, row: Array, known: dict[str, Array], found: list[Motions]) -> Answer:
-        """The measures of one case: those that are known, the others from whole runs."""
-        values, runs = np.full(len(self.task.chosen), np.nan), list[Trajectory]()
+    def _completed(self, i: int, row: Array, values: Array, missing: list[int], found: list[Motions]) -> Answer:
+        """The measures (measures,) of one case, with those that need whole runs."""
         try:
-            for k, m in enumerate(self.task.chosen):
-                if m.name in known:
-                    values[k] = known[m.name][i]
-                else:
-                    runs = runs or [self._whole(row, one, i) for one in found]
-                    values[k] = measured(m, runs[0], runs[-1])
+            runs = [self._whole(row, one, i) for one in found]
+            for k in missing:
+                values[k] = measured(self.task.chosen[k], runs[0], runs[-1])
         except PendpinError as error:
             return np.full(len(values), np.nan), str(error)
         return values, ""
