@@ -105,6 +105,7 @@ def _scene(kind: str, random: Random) -> pp.Scene:
             effects += [_support(random)]
         case "far":
             positions[0] += 2 * math.pi * round(10 ** random.uniform(1, 8))
+            effects = [effect for effect in effects if not isinstance(effect, fx.Spring)]  # wound up, it would spin
         case "two samples":
             samples, duration = random.choice((2, 2, 3, 5)), random.uniform(1, 6)
         case "chaotic":

@@ -30,6 +30,7 @@ LONG = np.longdouble
 QUAD = hy.real128
 LONG_EPS, QUAD_EPS = 1.1e-19, 1.9e-34
 COMPACT = 2  # joints, above which the code is compiled in compact form
+PATIENCE = 60.0  # s, for one of two runs
 FAR = 1e3  # rad, beyond which 33 digits are needed for whole turns
 CONTACTS = (fx.DryFriction, fx.Stop)
 A, B, C = (np.array(x[:12], dtype=LONG) for x in (DOP853.A, DOP853.B, DOP853.C))
@@ -67,7 +68,7 @@ def _by_two_methods(scene: pp.Scene, tolerance: float, engine: str) -> Reference
     scene, runs = scene.model_copy(update={"solver": scene.solver.replaced(engine=engine)}), []
     for method in ("rk45", "dop853"):
         try:
-            runs.append(pp.simulate(scene.by(method, tolerance)).tips())
+            runs.append(pp.simulate(scene.by(method, tolerance), limit=PATIENCE).tips())
         except pp.RunError as error:
             runs.append(error.partial.tips())
     return _compared(scene, *runs)
