@@ -29,8 +29,8 @@ def lapack(name: str) -> Callable[..., Any]:
     """A function of LAPACK or BLAS for floats; loaded when it is first asked for, as scipy.linalg takes 0.2 s."""
     from scipy.linalg import get_blas_funcs, get_lapack_funcs
 
-    found = get_blas_funcs if name == "tbsv" else get_lapack_funcs
-    return found(name, dtype=np.float64)
+    library: Any = get_blas_funcs if name == "tbsv" else get_lapack_funcs
+    return library(name, dtype=np.float64)
 
 
 def subdivided(times: Array, parts: int) -> Array:
