@@ -1,6 +1,7 @@
 """pendpin beside MuJoCo, Drake and plain SciPy on pin.aba: error against time, on one rod and chains of 3, 10 and 30.
 
-Times are of the processor, so that other processes matter little: python benchmarks/peers.py [--rods 1 3 10 30] [--pictures docs/images]
+Times are of the processor, so that other processes matter little.
+python benchmarks/peers.py [--rods 1 3 10 30] [--pictures docs/images]
 It prints, at tip errors of 1e-3, 1e-6 and 1e-9, the best of pendpin's methods, the best of the others, and the ratio of
 their times; and for one rod the Taylor integrator beside heyoka fed with the closed form by hand.
 """
