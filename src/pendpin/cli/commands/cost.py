@@ -23,6 +23,7 @@ def cost(
     ] = False,
     budget: Annotated[float, typer.Option(min=0, help="The longest run of a method, in s.")] = 1.0,
     plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
+    full: Annotated[bool, typer.Option("--full", help="In the figure, a colour for each method.")] = False,
     json: Json = False,
 ) -> None:
     """Say which method to take for an accuracy and what it costs, in about 20 s; with --thorough, error against time."""
@@ -44,6 +45,6 @@ def cost(
         report = measure(chosen, **options, progress=progress, answered=answered)
     print_cost(report, json)
     if plot:
-        print_files([save_cost_plot(report, plot)])
+        print_files([save_cost_plot(report, plot, full)])
     if report.interrupted:
         raise KeyboardInterrupt
