@@ -82,9 +82,9 @@ def cost(
     """Which of `methods` (all, if absent) to take for an accuracy, and what it costs; with `peers` beside other simulators.
 
     The accuracies are 1e-3, 1e-6, 1e-9, 1e-12 and `accuracy`; the report's `rows` answer for each, and `answered` is
-    called with each row when it is measured. All takes about 20 s of processor time: methods that cannot become the
-    cheapest are not run to their end, and where a reference would take long, only the first part of the scene is
-    compared. `thorough` measures all methods at all settings, on the whole scene, as long as that takes.
+    called with each row when it is measured. All takes about 20 s of processor time, 40 with `peers`: methods that
+    cannot become the cheapest are not run to their end, and where a reference would take long, only the first part of
+    the scene is compared. `thorough` measures all methods at all settings, on the whole scene, as long as that takes.
 
     The error is the largest distance of any tip to its reference during the run, divided by the chain's length. The
     comparison ends where the reference is off by more than a tenth of `accuracy`, as in chaotic motion. Each time is the
@@ -99,27 +99,28 @@ def cost(
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
     if peers:
         _peers(scene)  # what they refuse is refused before anything is measured
-    limit = Budget(np.inf if thorough else LIMIT)
+    limit = Budget(np.inf if thorough else LIMIT * (1 + peers))
     progress("the reference")
     bench = _bench(scene, accuracy, thorough)
-    series = [_method(bench, method) for method in methods or _suited(bench)]
-    series += [_peer(bench, peer) for peer in (_peers(bench.scene) if peers else ())]
+    own = [_method(bench, method) for method in methods or _suited(bench)]
+    others = [_peer(bench, peer) for peer in (_peers(bench.scene) if peers else ())]
     climb = Climb(bench.error_of, repetitions, budget, thorough, progress)
     accuracies, rows, interrupted = sorted({*ACCURACIES, accuracy}, reverse=True), [], False
     try:
         for i, error in enumerate(accuracies):
             wanted = sum(other >= bench.known.error for other in accuracies[i:])
-            _contest(climb, bench, series, error, Budget(limit.left / max(wanted, 1)))
-            rows.append(row([one.curve for one in series], error, bench.known.error))
+            _contest(climb, bench, own, error, Budget(limit.left / max(wanted, 1) / (1 + peers)))
+            _contest(climb, bench, others, error, Budget(limit.left / (2 * max(wanted, 1) - 1)))
+            rows.append(row([one.curve for one in own + others], error, bench.known.error))
             answered(rows[-1])
-        for one in series if thorough else ():
+        for one in own + others if thorough else ():
             climb.up_to(one, bench.known.error, budget, limit)
     except (KeyboardInterrupt, Interrupted):
         interrupted = True
     known = bench.known
     return CostReport(
         subject=_subject(bench.model),
-        curves=tuple(one.curve for one in series),
+        curves=tuple(one.curve for one in own + others),
         accuracy=accuracy,
         error=known.error,
         solutions=known.solutions,
@@ -156,16 +157,15 @@ def _subject(model: Model) -> str:
 
 
 def _contest(climb: Climb, bench: _Bench, series: Iterable[Series], error: float, limit: Budget) -> None:
-    """Every series up to one error, as far as it is worth it."""
+    """Every series up to one error, as far as it is worth it beside the cheapest of them."""
     if error < bench.known.error:
         return
-    best: float | None = None
+    best = np.inf
     for one in series:
         least, times = WORTH
-        worth = climb.budget if one.peer or best is None or bench.thorough else max(least, times * best)
-        climb.up_to(one, error, min(worth, climb.budget), limit)
-        first = None if one.peer else one.first_at(error)
-        best = min((seconds for seconds in (best, first) if seconds is not None), default=None)
+        worth = climb.budget if bench.thorough else min(max(least, times * best), climb.budget)
+        climb.up_to(one, error, worth, limit)
+        best = min(best, one.first_at(error) or np.inf)
 
 
 # --- series -------------------------------------------------------------------------------------------------------

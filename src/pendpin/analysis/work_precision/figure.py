@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.analysis.work_precision.report import CostReport, Curve
-from pendpin.files import write_whole
-from pendpin.graphics.figure import picture_kind
+from pendpin.graphics.figure import write_figure
 
 TOOLS = {
     "pendpin": "#D55E00",
@@ -40,9 +39,7 @@ FRONT = "#f6e05e"
 
 def save_cost_plot(report: CostReport, path: str | Path, full: bool = False) -> Path:
     """Write the figure to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
-    path = Path(path)
-    kind, figure = picture_kind(path), draw_all(report) if full else draw_cost(report)
-    return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=150))
+    return write_figure(path, lambda: draw_all(report) if full else draw_cost(report))
 
 
 def draw_cost(report: CostReport) -> Any:
@@ -132,11 +129,11 @@ def _name_lines(ax: Any, best: dict[str, Curve], least: float) -> None:
 def _draw_prices(ax: Any, best: dict[str, Curve]) -> None:
     """A bar for each tool: how many times as long a run takes that is ten times as accurate."""
     prices = {tool: price for tool, curve in reversed(best.items()) if (price := _next_digit(curve))}
-    names = [NAMES.get(tool, tool) for tool in prices]
-    bars = ax.barh(names, [price - 1 for price in prices.values()], 0.55, 1.0, color=[TOOLS[tool] for tool in prices])
-    ax.bar_label(bars, [f"{price:.2f}" for price in prices.values()], padding=4, fontsize=11)
-    ax.set_xlim(1, 1 + 1.3 * max((price - 1 for price in prices.values()), default=1.0))
-    ax.set_title("the next digit: times as long", fontsize=10, loc="left")
+    names, more = [NAMES.get(tool, tool) for tool in prices], [max(price - 1, 0.0) for price in prices.values()]
+    bars = ax.barh(names, more, 0.55, 1.0, color=[TOOLS[tool] for tool in prices])
+    ax.bar_label(bars, [f"{price:.2f} x" for price in prices.values()], padding=4, fontsize=11)
+    ax.set_xlim(1, 1 + 1.3 * max([0.1, *more]))
+    ax.set_title("the next digit takes", fontsize=10, loc="left")
     ax.spines[["top", "right", "bottom"]].set_visible(False)
     ax.tick_params(left=False, bottom=False, labelbottom=False)
     ax.set_box_aspect(1.2)
