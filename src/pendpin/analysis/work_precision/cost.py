@@ -39,6 +39,7 @@ METHODS = (  # those that are most often the cheapest come first
     *(f"dop853{COMPILED}", "taylor", f"lsoda{COMPILED}", f"rk45{COMPILED}", f"rk4{COMPILED}"),
     *("dop853", "lsoda", "rk45", "radau", "gauss6", "gauss4", "rk4", "bdf", "rk23", "gauss2", "euler"),
 )
+OTHERS = ("scipy", "mujoco", "drake")  # those that most often reach an accuracy come first
 IMPLICIT = ("lsoda", "radau", "bdf", "gauss2", "gauss4", "gauss6")
 ACCURACY = 1e-9
 SAMPLES = 201  # output times of a comparison, unless the scene asks for fewer, or for others and it is thorough
@@ -104,6 +105,7 @@ def cost(
     bench = _bench(scene, accuracy, thorough)
     own = [_method(bench, method) for method in methods or _suited(bench)]
     others = [_peer(bench, peer) for peer in (_peers(bench.scene) if peers else ())]
+    others.sort(key=lambda one: OTHERS.index(one.name.split()[0]))
     climb = Climb(bench.error_of, repetitions, budget, thorough, progress)
     accuracies, rows, interrupted = sorted({*ACCURACIES, accuracy}, reverse=True), [], False
     try:
