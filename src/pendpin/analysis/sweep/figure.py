@@ -102,7 +102,7 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
     figure = Figure(figsize=(2.0 + 4.6 * columns if columns > 1 else 7.6, 1.2 + 4.4 * rows), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     x, y = (dataset[dim].values for dim in dims)
-    colours = _colours([values for values, _, _ in panels])
+    colours = _colours([np.where(doubtful, np.nan, values) for values, doubtful, _ in panels])
     mesh: Any = None
     for ax, (values, doubtful, text) in zip(axes.flat, panels, strict=False):
         ax.set_facecolor("#e2e8f0")  # where there is no value
