@@ -78,7 +78,7 @@ def automatic(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balan
         method = "radau" if stiff else "dop853"
     if solver.engine != "auto":
         return method, solver.engine
-    if dynamics.contacts is not None and NAMES[method] not in ONE_STEP:
+    if dynamics.contacts is not None and NAMES.get(method) not in ONE_STEP:
         return method, without_compiling(dynamics.engine)
     scene = scene.model_copy(update={"solver": solver.model_copy(update={"method": method})})
     return method, prices.cheapest_engine(scene, dynamics, turns)
