@@ -7,6 +7,9 @@ import logging
 
 from distributed import Nanny, Scheduler, SpecCluster, Worker
 
+from pendpin.errors import RunError
+
+STARTS = 5  # tries
 HOST = {"host": "127.0.0.1"}
 
 
@@ -26,7 +29,16 @@ class LocalWorker(_WithoutPages, Worker):
 
 
 def cluster_of(workers: int) -> SpecCluster:
-    """A cluster of so many processes; it ends with its context, and with this process."""
+    """A cluster of so many processes; it ends with its context, and with this process. Raises RunError."""
+    for _ in range(STARTS):
+        try:
+            return _started(workers)
+        except RuntimeError:  # a process was killed before it was ready
+            continue
+    raise RunError(f"workers: {workers} processes could not be started")
+
+
+def _started(workers: int) -> SpecCluster:
     nanny = {
         "cls": Nanny,
         "options": HOST | {"nthreads": 1, "worker_class": LocalWorker, "silence_logs": logging.CRITICAL},
