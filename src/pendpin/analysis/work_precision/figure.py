@@ -195,7 +195,12 @@ def _frame(ax: Any, report: CostReport) -> None:
     )
     ax.axvline(report.accuracy, color="#1a202c", linewidth=0.9, linestyle=":")
     ax.text(
-        report.accuracy, 0.99, f" asked: {report.accuracy:g}", transform=ax.get_xaxis_transform(), fontsize=8, va="top"
+        report.accuracy,
+        0.01,
+        f" asked: {report.accuracy:g}",
+        transform=ax.get_xaxis_transform(),
+        fontsize=8,
+        va="bottom",
     )
     ax.set_xlabel("largest error of a tip over the run, over the chain's length  (more accurate to the right)")
     ax.set_ylabel("time of the run, s  (compiling apart)")
