@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import law
-from pendpin.analysis.sweep import plan
+from pendpin.analysis.sweep import plan, workers
 from pendpin.analysis.sweep import sweep as sweeps
 from pendpin.analysis.sweep.cases import run_block
 from pendpin.analysis.sweep.figure import doubtful_cells
@@ -195,6 +195,19 @@ def test_a_killed_command_goes_on_with_the_same_bits(tmp_path: Path) -> None:
 def test_processes_give_the_same_bits(tmp_path: Path) -> None:
     """A local cluster of two workers."""
     assert_same(small(workers=2), small())
+
+
+@pytest.mark.slow
+def test_a_cluster_without_workers_ends_the_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In one line, and not never."""
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(workers, "PATIENCE", 2.0)
+    vary = dict.fromkeys(KEYS, np.linspace(-1.0, 1.0, 100))
+    with (
+        distributed.LocalCluster(1, host="127.0.0.1", dashboard_address=None, threads_per_worker=1) as cluster,
+        pytest.raises(pp.RunError, match="every worker of the cluster is lost"),
+    ):
+        pp.sweep(scene(), vary, dask=cluster.scheduler_address, progress=lambda done, _: done and cluster.scale(0))
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from pendpin.errors import InputError, MissingLibrary, RunError
 AHEAD = 3  # blocks given out for each worker, which bounds the memory
 DEATHS = 100  # of workers, until a block is given up
 CONNECTING = 10  # s
+PATIENCE = 30  # s without a block, until it is asked whether workers are left
 FOUND = Generator[tuple[int, Block], None, None]  # blocks, as they come
 
 Span = Callable[[int], tuple[int, int]]  # the cases of a block
@@ -37,7 +38,7 @@ def in_threads(task: Task, blocks: Sequence[int], span: Span, workers: int) -> F
 
 def on_cluster(task: Task, blocks: Sequence[int], span: Span, client: Any) -> FOUND:
     """The blocks' results from the workers of a Dask cluster; a block of a lost worker is run again by another."""
-    from distributed import as_completed
+    from distributed import wait as first_of
 
     shared, left = client.submit(Task, task.scene, task.plan, task.measures, pure=False), iter(blocks)
     places: dict[str, int] = {}
@@ -51,15 +52,22 @@ def on_cluster(task: Task, blocks: Sequence[int], span: Span, client: Any) -> FO
         return future
 
     count = AHEAD * max(1, len(client.scheduler_info()["workers"]))
-    queue = as_completed([future for _ in range(count) if (future := submit()) is not None])
-    for future in queue:
+    running = {future for _ in range(count) if (future := submit()) is not None}
+    while running:
         try:
-            found = future.result()
-        except Exception as error:
-            raise RunError(f"a worker of the cluster failed: {type(error).__name__}: {error}") from None
-        yield places.pop(future.key), found
-        if (more := submit()) is not None:
-            queue.add(more)
+            finished = first_of(running, timeout=PATIENCE, return_when="FIRST_COMPLETED").done
+        except TimeoutError:
+            if not client.scheduler_info()["workers"]:
+                raise RunError("every worker of the cluster is lost; give the same command again to go on") from None
+            continue
+        running -= finished
+        for future in finished:
+            try:
+                found = future.result()
+            except Exception as error:
+                raise RunError(f"a worker of the cluster failed: {type(error).__name__}: {error}") from None
+            yield places.pop(future.key), found
+        running |= {future for _ in finished if (future := submit()) is not None}
 
 
 @contextmanager
