@@ -93,13 +93,7 @@ def cost(
     `progress` is called with the name of what is being measured. An interrupt ends the measurement; the report holds
     what was measured until then. Raises InputError for an unknown method, or where there is no reference.
     """
-    for method in methods or ():
-        if method not in METHODS:
-            raise InputError(f"methods: {not_one_of(method, METHODS)}")
-    if not 0 < accuracy < 1:
-        raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
-    if peers:
-        _peers(scene)  # what they refuse is refused before anything is measured
+    _check(scene, methods, accuracy, peers)
     limit = Budget(np.inf if thorough else LIMIT * (1 + peers))
     progress("the reference")
     bench = _bench(scene, accuracy, thorough)
@@ -107,22 +101,48 @@ def cost(
     others = [_peer(bench, peer) for peer in (_peers(bench.scene) if peers else ())]
     others.sort(key=lambda one: OTHERS.index(one.name.split()[0]))
     climb = Climb(bench.error_of, repetitions, budget, thorough, progress)
-    accuracies, rows, interrupted = sorted({*ACCURACIES, accuracy}, reverse=True), [], False
+    rows: list[CostRow] = []
     try:
-        for i, error in enumerate(accuracies):
-            wanted = sum(other >= bench.known.error for other in accuracies[i:])
-            _contest(climb, bench, own, error, Budget(limit.left / max(wanted, 1) / (1 + peers)))
-            _contest(climb, bench, others, error, Budget(limit.left / (2 * max(wanted, 1) - 1)))
-            rows.append(row([one.curve for one in own + others], error, bench.known.error))
-            answered(rows[-1])
+        for found in _answers(bench, climb, own, others, accuracy, limit):
+            rows.append(found)
+            answered(found)
         for one in own + others if thorough else ():
             climb.up_to(one, bench.known.error, budget, limit)
     except (KeyboardInterrupt, Interrupted):
-        interrupted = True
+        return _report(bench, own + others, rows, accuracy, repetitions, interrupted=True)
+    return _report(bench, own + others, rows, accuracy, repetitions, interrupted=False)
+
+
+def _check(scene: Scene, methods: Sequence[str] | None, accuracy: float, peers: bool) -> None:
+    """Refuse, before anything is measured, what cannot be."""
+    for method in methods or ():
+        if method not in METHODS:
+            raise InputError(f"methods: {not_one_of(method, METHODS)}")
+    if not 0 < accuracy < 1:
+        raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
+    if peers:
+        _peers(scene)
+
+
+def _answers(
+    bench: _Bench, climb: Climb, own: list[Series], others: list[Series], accuracy: float, limit: Budget
+) -> Iterator[CostRow]:
+    """The row of each accuracy, from coarse to fine; the time that is left is shared among those that can be answered."""
+    accuracies, known = sorted({*ACCURACIES, accuracy}, reverse=True), bench.known.error
+    for i, error in enumerate(accuracies):
+        wanted = max(sum(other >= known for other in accuracies[i:]), 1)
+        _contest(climb, bench, own, error, Budget(limit.left / wanted / (2 if others else 1)))
+        _contest(climb, bench, others, error, Budget(limit.left / (2 * wanted - 1)))
+        yield row([one.curve for one in own + others], error, known)
+
+
+def _report(
+    bench: _Bench, series: list[Series], rows: list[CostRow], accuracy: float, repetitions: int, interrupted: bool
+) -> CostReport:
     known = bench.known
     return CostReport(
         subject=_subject(bench.model),
-        curves=tuple(one.curve for one in own + others),
+        curves=tuple(one.curve for one in series),
         accuracy=accuracy,
         error=known.error,
         solutions=known.solutions,
@@ -132,7 +152,7 @@ def cost(
         machine=machine(),
         versions={name: version for name, version in installed(*LIBRARIES).items() if version},
         repetitions=repetitions,
-        thorough=thorough,
+        thorough=bench.thorough,
         interrupted=interrupted,
         rows=tuple(rows),
     )
