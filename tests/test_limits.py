@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from collections import OrderedDict
+from threading import Event
 from typing import Any
 
 import numpy as np
@@ -71,13 +72,14 @@ def test_what_is_integrated_can_be_completed_in_time(
 def test_compiling_is_in_the_limit(monkeypatch: pytest.MonkeyPatch, options: dict[str, Any]) -> None:
     """Equations that are not compiled at the limit are not waited for; the start is what there is."""
     pytest.importorskip("heyoka")
-    monkeypatch.setattr(guards.Thread, "join", lambda thread, timeout=None: None)
+    late, work = Event(), guards.Thread.run
+    monkeypatch.setattr(guards.Thread, "run", lambda thread: late.wait() and work(thread))
     effects = (pp.effects.Gravity(), pp.effects.Spring(stiffness=1.5))  # not compiled by another test
     scene = swing(effects=effects, **{key: value for key, value in options.items() if key == "solver"})
     with pytest.raises(Halted, match="with its equations not yet compiled") as caught:
         pp.simulate(scene, limit=1e-9, **{key: value for key, value in options.items() if key == "method"})
     assert caught.value.partial.q.tolist() == [[0.7, 0.4]]
-    monkeypatch.undo()
+    late.set()
     for thread in guards.abandoned:
         thread.join()
 
