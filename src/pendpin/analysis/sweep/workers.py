@@ -55,19 +55,19 @@ def on_cluster(task: Task, blocks: Sequence[int], span: Span, client: Any) -> FO
     running = {future for _ in range(count) if (future := submit()) is not None}
     while running:
         try:
-            finished = first_of(running, timeout=PATIENCE, return_when="FIRST_COMPLETED").done
+            now: Any = first_of(running, timeout=PATIENCE, return_when="FIRST_COMPLETED")
         except TimeoutError:
             if not client.scheduler_info()["workers"]:
                 raise RunError("every worker of the cluster is lost; give the same command again to go on") from None
             continue
-        running -= finished
-        for future in finished:
+        running -= now.done
+        for future in now.done:
             try:
                 found = future.result()
             except Exception as error:
                 raise RunError(f"a worker of the cluster failed: {type(error).__name__}: {error}") from None
             yield places.pop(future.key), found
-        running |= {future for _ in finished if (future := submit()) is not None}
+        running |= {future for _ in now.done if (future := submit()) is not None}
 
 
 @contextmanager
