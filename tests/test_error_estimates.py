@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 import pendpin as pp
@@ -206,6 +206,7 @@ def test_a_run_is_not_compared_with_itself() -> None:
     accuracy=st.sampled_from([1e-2, 1e-6, 1e-9]),
     method=st.sampled_from(["auto", "dop853", "rk45"]),
 )
+@example(away=1e-9, duration=9.84971296208291, accuracy=1e-2, method="dop853")  # 1.5 times low once
 def test_from_the_unstable_rest(away: float, duration: float, accuracy: float, method: str) -> None:
     """Upside down the rounding of pi and of every step grows by e each 0.26 s."""
     claim_holds(swing(math.pi - away, duration, 61), method, accuracy)

@@ -33,6 +33,8 @@ LAST_NEGLIGIBLE = 0.1  # the same, of runs that cannot be finer
 LEAST_OF_ANOTHER = 1e-13  # tolerance of another method
 HARMLESS = 0.1  # of the target: a bound on rounding that needs no measurement
 HOPELESS = 10.0  # times the target: rounding of a coarse run that no finer run needs to confirm
+UNSTABLE = 1e-9  # rounding error of a motion that magnifies errors a million times and more
+SAFETY = 6.0  # times the estimate there: its errors follow no law (measured near unstable rests, up to 5.1)
 STEADY = ("radau", "bdf", "lsoda", "taylor")  # methods that show by themselves what rounding does
 SURE = 1e-12  # tolerance of a run whose motion is as stable as the true one
 EPS = float(np.finfo(float).eps)
@@ -136,7 +138,8 @@ class _Search:
         )
         negligible = self.target * (LAST_NEGLIGIBLE if self.finest else NEGLIGIBLE)
         known = np.full(len(gaps.first), EPS) if self.rounding is None else self.rounding
-        return estimate(gaps, extent(self.last.run, self.length), known, negligible)
+        found = estimate(gaps, extent(self.last.run, self.length), known, negligible)
+        return replace(found, error=SAFETY * found.error) if known[-1] > UNSTABLE else found
 
     def _against_another_method(self) -> Array:
         """The error (n,) of a run that no finer setting changes, from its difference to a run of another method."""
