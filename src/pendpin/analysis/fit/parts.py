@@ -65,6 +65,7 @@ class _Model(NamedTuple):
 
     @property
     def scene(self) -> Scene:
+        """The scene with the fitted numbers in it."""
         values = self.setting.free.values(self.solution.z).tolist()
         return substituted(self.setting.scene, self.setting.free.keys, values, checked)
 
