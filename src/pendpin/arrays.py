@@ -62,6 +62,12 @@ def dot(x: Array, y: Array) -> Array:
     return np.sum(x * y, -1, keepdims=True)
 
 
+def across(z: Array) -> Array:
+    """A unit vector (..., 3) normal to z (..., 3)."""
+    x = cross(z, np.eye(3)[np.argmin(np.abs(z), -1)])
+    return x / np.linalg.norm(x, axis=-1, keepdims=True)
+
+
 def outer(x: Array, y: Array) -> Array:
     """x y^T, (..., 3, 3)."""
     return x[..., :, None] * y[..., None, :]

@@ -65,7 +65,7 @@ def bind_loads(
         numbers(_constant_field(effects)),
         _total(varying),
         _total(torques),
-        *_in_place(_total_wrench(wrenches), complete, vectorised(effects)),
+        *_in_place(_total_wrench(wrenches), complete, plain_arithmetic(effects)),
         axial=any(effect.axial for effect in effects if isinstance(effect, BodyEffect)),
     )
 
@@ -81,9 +81,9 @@ def acting(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
 def _named(model: Model, effect: Effect, where: str) -> Idle:
     """In place of an effect of strength 0, whose joint and link names are right."""
     if isinstance(effect, JointEffect | ContactEffect):
-        chosen_joints(model, (effect.joints if isinstance(effect, ContactEffect) else effect.on) or (), where)
+        chosen_joints(model, effect.joints if isinstance(effect, ContactEffect) else effect.on, where)
     elif isinstance(effect, BodyEffect):
-        chosen_bodies(model, effect.on or (), where)
+        chosen_bodies(model, effect.on, where)
     return Idle(kind=effect.kind)
 
 
@@ -175,8 +175,10 @@ def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np, nu
     return torque
 
 
-def chosen_joints(model: Model, names: Sequence[str], where: str) -> Indices:
-    """The indices (k,) of joints in model order. Raises InputError for an unknown joint or one given twice."""
+def chosen_joints(model: Model, names: Sequence[str] | None, where: str) -> Indices:
+    """The indices (k,) of joints in model order, of all if None. Raises InputError for one unknown or given twice."""
+    if names is None:
+        return np.arange(len(model.joints))
     chosen = [model.index(name, where) for name in names]
     if len(set(chosen)) < len(chosen):
         raise InputError(f"{where}: a joint is named twice: {', '.join(map(shown, names))}")
@@ -197,7 +199,7 @@ def body_wrench(
     if effect.on is None:
         return lambda t, motion: wrench(t, bodies, motion)
     chosen = chosen_bodies(model, effect.on, where)
-    some, n = Bodies(*(column[chosen] for column in bodies)), len(bodies.mass)
+    some, n = bodies.of(chosen), len(bodies.mass)
 
     def scattered(found: Array) -> Array:
         out = np.zeros((*found.shape[:-2], n, 3), found.dtype)
@@ -221,8 +223,10 @@ def _refuse_no_point(model: Model, effect: BodyEffect, where: str) -> None:
             )
 
 
-def chosen_bodies(model: Model, names: Sequence[str], where: str) -> Indices:
-    """The indices (k,) of links among the bodies; a single rod may be called rod_1. Raises InputError if unknown."""
+def chosen_bodies(model: Model, names: Sequence[str] | None, where: str) -> Indices:
+    """The indices (k,) of links among the bodies, all if None; a single rod may be called rod_1. Raises InputError."""
+    if names is None:
+        return np.arange(len(model.bodies))
     links = tuple(body.link for body in model.bodies)
     alias = {"rod_1": "rod"} if links == ("rod",) else {}
     return np.array([find(links, alias.get(name, name), f"{where}: link") for name in names], dtype=np.intp)
@@ -239,7 +243,7 @@ def surroundings(
 ) -> Callable[[float, Motion], Motion]:
     """A function that completes a motion, at a time since `start`, by what all bodies share: gravity, and where W is.
 
-    It takes times (k,) with motions (k, n, ...) too, if all effects are `vectorised`.
+    It takes times (k,) with motions (k, n, ...) too, if the effects are `plain_arithmetic`.
     """
     ordered = [effect for effect, _ in in_order(effects)]
     frames = [effect for effect in ordered if isinstance(effect, FrameEffect)]
@@ -264,8 +268,8 @@ def _shared(vector: Array) -> Array:
     return vector[:, None] if vector.ndim > 1 else vector
 
 
-def vectorised(effects: Sequence[Effect]) -> bool:
-    """Whether the effects take many states at once: pendpin's own do, if they are plain arithmetic."""
+def plain_arithmetic(effects: Sequence[Effect]) -> bool:
+    """Whether the effects are pendpin's own and run on symbols: they then take many states at once too."""
     return built_in(effects) and all(effect.symbolic for effect in effects)
 
 

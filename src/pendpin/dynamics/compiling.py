@@ -10,7 +10,7 @@ from functools import partial
 from importlib.util import find_spec
 from threading import Lock
 
-from pendpin.dynamics.binding import built_in
+from pendpin.dynamics.binding import plain_arithmetic
 from pendpin.dynamics.parameters import Parameters
 from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record
 from pendpin.effects import Effect
@@ -25,8 +25,7 @@ _lock = Lock()
 
 def compilable(effects: Sequence[Effect], joints: int) -> bool:
     """Whether `auto` may compile a scene: llvmlite is there, and all effects are pendpin's own and run on symbols."""
-    symbolic = built_in(effects) and all(effect.symbolic for effect in effects)
-    return symbolic and joints <= MAX_COMPILED and find_spec("llvmlite") is not None
+    return plain_arithmetic(effects) and joints <= MAX_COMPILED and find_spec("llvmlite") is not None
 
 
 def compiled(engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION) -> Compiled:

@@ -10,9 +10,8 @@ from pendpin.dynamics.contacts import Contacts
 from pendpin.effects import ContactEffect, DryFriction, Effect
 from pendpin.engines import AngleEngine
 from pendpin.errors import InputError, shown
-from pendpin.model.bodies import tree_of
 from pendpin.model.build import Model
-from pendpin.model.kinematics import chain_length
+from pendpin.model.kinematics import scale
 
 
 def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) -> Contacts:
@@ -29,7 +28,7 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
     for effect, where in in_order(effects):
         if not isinstance(effect, ContactEffect):
             continue
-        joints = np.arange(nv) if effect.joints is None else chosen_joints(model, effect.joints, f"{where}.joints")
+        joints = chosen_joints(model, effect.joints, f"{where}.joints")
         slide, hold = effect.resistance()
         static[joints] += hold
         if isinstance(effect, DryFriction) and effect.stribeck is not None:
@@ -45,14 +44,8 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
     _refuse_no_room(model, lower, upper, places)
     total = sum(kinetic.values(), np.zeros(nv))
     limits = (lower, upper, restitution)
-    return Contacts(engine, _lengths(model), total, static, *limits, tuple(kinetic.items()), kinds, tuple(falling))
-
-
-def _lengths(model: Model) -> Array:
-    """The scales (nv,) of the joints' positions: 1 rad, or the length of the model in m for slides."""
-    slides = () if model.chain is not None else tree_of(model.pin).kinds
-    length = chain_length(model) or 1.0
-    return np.array([length if kind == "prismatic" else 1.0 for kind in slides] or [1.0] * len(model.joints))
+    lengths = np.where(model.slides, scale(model), 1.0)
+    return Contacts(engine, lengths, total, static, *limits, tuple(kinetic.items()), kinds, tuple(falling))
 
 
 def _refuse_no_room(model: Model, lower: Array, upper: Array, places: Array) -> None:

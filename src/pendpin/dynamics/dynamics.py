@@ -14,15 +14,15 @@ from pendpin.dynamics.binding import (
     chosen_bodies,
     chosen_joints,
     in_order,
+    plain_arithmetic,
     surroundings,
-    vectorised,
 )
 from pendpin.dynamics.compiling import compiled
 from pendpin.dynamics.contact_binding import bind_contacts
 from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.powers import Accounts
 from pendpin.dynamics.symbols import Asked
-from pendpin.effects import Bodies, BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
+from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.engines import (
     MAX_SPHERICAL,
     AngleEngine,
@@ -128,7 +128,7 @@ def _potential(
         field = effect.field(0.0)
         return lambda q, poses: kinematics.field_potential(model, poses, field)
     if isinstance(effect, JointEffect):
-        chosen = np.arange(len(model.joints)) if effect.on is None else chosen_joints(model, effect.on, where)
+        chosen = chosen_joints(model, effect.on, where)
         return _where_offered(model, lambda q, poses: effect.potential(q[:, chosen]))
     if isinstance(effect, BodyEffect) and complete is not None:
         return _body_potential(model, effect, where, complete)
@@ -139,8 +139,8 @@ def _body_potential(
     model: Model, effect: BodyEffect, where: str, complete: Callable[[float, Motion], Motion]
 ) -> Potential | None:
     """The potential (n,) in J of a body effect, from poses (n, bodies, 4, 4); None if it has none."""
-    chosen = np.arange(len(model.bodies)) if effect.on is None else chosen_bodies(model, effect.on, where)
-    bodies, rest = Bodies(*(column[chosen] for column in bodies_of(model))), np.zeros((len(chosen), 3))
+    chosen = chosen_bodies(model, effect.on, where)
+    bodies, rest = bodies_of(model).of(chosen), np.zeros((len(chosen), 3))
 
     def at(poses: Array) -> Any:
         poses = poses[..., chosen, :, :]
@@ -148,7 +148,7 @@ def _body_potential(
         return effect.potential(bodies, complete(0.0, motion))
 
     def potential(q: Array, poses: Array) -> Any:
-        if vectorised([effect]):
+        if plain_arithmetic([effect]):
             return at(poses)
         values = [at(pose) for pose in poses]
         return None if values[0] is None else np.array([np.sum(value) for value in values], float)

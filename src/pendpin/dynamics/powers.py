@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, cross
+from pendpin.arrays import Array
 from pendpin.dynamics.binding import bodies_of, body_wrench, field_since, in_order, joint_torque, since, surroundings
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, JointEffect, Motion
@@ -88,18 +88,13 @@ def _power(
         return lambda state: torque(state.t, state.q, state.v) @ state.v
     if isinstance(effect, FieldEffect):
         field = field_since(start, effect, "field", xp, numbers)
-        return lambda state: bodies.mass @ (_centre_velocities(bodies.com, state.motion) @ field(state.t))
+        return lambda state: bodies.mass @ (state.motion.velocities(bodies.com) @ field(state.t))
     if not isinstance(effect, BodyEffect):
         return None
     wrench = since(start, effect, body_wrench(model, effect, where, xp, numbers, bodies), numbers)
 
     def power(state: State) -> Any:
         force, moment = wrench(state.t, complete(state.t, state.motion))
-        return (force * _centre_velocities(bodies.com, state.motion) + moment * state.motion.spin).sum()
+        return (force * state.motion.velocities(bodies.com) + moment * state.motion.spin).sum()
 
     return power
-
-
-def _centre_velocities(com: Array, motion: Motion) -> Array:
-    """Velocities (n, 3) in m/s, W, of the centres of mass com (n, 3) in link frames."""
-    return motion.velocity + cross(motion.spin, motion.levers(com))

@@ -12,14 +12,13 @@ from pendpin.dynamics.parameters import Numbers, Parameters
 from pendpin.dynamics.powers import Accounts, Powered, State, powers
 from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Directions, Engine, Loads
+from pendpin.engines.external_forces import centres_of, in_joint_frames
 from pendpin.engines.tape import Recording, Tape, Term, recorded
 from pendpin.equations import newton_euler, recursion, thin_recursion
 from pendpin.equations.base import RodInertia
 from pendpin.equations.recursion import Tree
 from pendpin.model.bodies import tree_of
-from pendpin.model.build import FLIP, Model
-
-SIGNS = np.diag(FLIP)
+from pendpin.model.build import SIGNS, Model
 
 Right = Callable[[Any, Array], tuple[list[Any], list[Any]]]  # t, y (size,) -> y' and what else is computed, all terms
 Rubbing = Callable[[Array], list[tuple[str, Array]]]  # v (nv,) -> kinds of effects and torques (nv,)
@@ -162,15 +161,13 @@ def _motion(model: Model, tree: Tree, q: Array, v: Array, xp: Any) -> Motion:
 
 def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, xp: Any) -> Acceleration:
     """Wrenches on the links, (n, 6), at the joints' origins, in the joints' frames."""
-    joints, com = [body.joint for body in model.bodies], numbers(np.array([body.com for body in model.bodies]))
+    joints, com = [body.joint for body in model.bodies], numbers(centres_of(model.bodies))
     wrench = loads.wrench
     assert wrench is not None
 
     def external(t: Any, q: Array, v: Array) -> Array:
-        motion = _motion(model, tree, q, v, xp)
-        linear, angular = ((part[:, None] @ motion.rotation)[:, 0] for part in wrench(t, motion))  # R^T x
-        out = np.zeros((len(model.joints), 6), dtype=object)
-        out[joints] = np.concatenate([linear, angular + cross(com, linear)], -1)
+        motion, out = _motion(model, tree, q, v, xp), np.zeros((len(model.joints), 6), dtype=object)
+        out[joints] = in_joint_frames(com, motion, *wrench(t, motion))
         return out
 
     return external

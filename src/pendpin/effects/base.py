@@ -167,6 +167,10 @@ class Bodies(NamedTuple):
     tip: Array  # (n, 3) m, far end from the joint
     radius: Array  # (n,) m
 
+    def of(self, chosen: Array) -> "Bodies":
+        """k of the bodies, by their indices (k,)."""
+        return Bodies(*(column[chosen] for column in self))
+
 
 class Motion(NamedTuple):
     """Where the bodies are and how they move, in the world W, and where W is."""

@@ -10,9 +10,8 @@ from pendpin.engines.base import AngleEngine, Derivative, ProgressCallback, Samp
 from pendpin.engines.loads import Loads
 from pendpin.equations.chain import solution
 from pendpin.equations.chain.kinematics import motion
-from pendpin.model.build import FLIP, Model
+from pendpin.model.build import FLIP, SIGNS, Model
 
-SIGNS = np.diag(FLIP)
 BATCH = 1 << 15  # rods solved at once, which bounds the memory
 
 

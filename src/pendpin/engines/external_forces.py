@@ -21,13 +21,15 @@ def external_forces(
     """
     pinocchio().forwardKinematics(model, data, q, v)
     motion = motion_of(data, joints)
-    return forces(in_joint_frames(bodies, motion, *wrench(motion)), joints, len(data.oMi))
+    return forces(in_joint_frames(centres_of(bodies), motion, *wrench(motion)), joints, len(data.oMi))
 
 
-def in_joint_frames(bodies: Sequence[Body], motion: Motion, force: Array, moment: Array) -> Array:
-    """Forces and moments (..., n, 3) about the centres of mass in W as wrenches (..., n, 6) in the joints' frames."""
+def in_joint_frames(com: Array, motion: Motion, force: Array, moment: Array) -> Array:
+    """Forces and moments (..., n, 3) in W about the centres of mass com (n, 3) as wrenches (..., n, 6) of the joints.
+
+    Those are about the joints' origins, in the joints' frames, in which com is given too.
+    """
     linear, angular = ((part[..., None, :] @ motion.rotation)[..., 0, :] for part in (force, moment))  # R^T x
-    com = np.array([body.com for body in bodies])
     return np.concatenate([linear, angular + cross(com, linear)], -1)
 
 
@@ -46,6 +48,11 @@ def motion_of(data: Any, joints: Sequence[int]) -> Motion:
     twists = np.array([data.v[joint].vector for joint in joints]).reshape(-1, 2, 3)
     velocity, spin = (twists @ R.swapaxes(-1, -2)).swapaxes(0, 1)  # R x
     return Motion(np.array([data.oMi[joint].translation for joint in joints]), R, velocity, spin)
+
+
+def centres_of(bodies: Sequence[Body]) -> Array:
+    """The centres of mass of bodies, (n, 3) m, in their link frames."""
+    return np.array([body.com for body in bodies])
 
 
 def joints_of(bodies: Sequence[Body]) -> list[int]:

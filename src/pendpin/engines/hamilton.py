@@ -8,7 +8,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.engines.external_forces import external_forces, joints_of
 from pendpin.engines.loads import Loads
-from pendpin.model.bodies import in_mass_unit, pinocchio
+from pendpin.model.bodies import in_mass_unit, pinocchio, with_gravity
 from pendpin.model.build import Model
 
 DELTA = 1e-7  # rad, rad/s: of forward differences
@@ -34,8 +34,7 @@ class CanonicalForm:
         pin = self._pinocchio = pinocchio()
         self.model, self.loads = model, loads
         scaled, self._unit = in_mass_unit(model.pin)  # kg, of what Pinocchio returns
-        self._bare, self._heavy = pin.Model(scaled), pin.Model(scaled)
-        self._heavy.gravity = pin.Motion(self.loads.constant, np.zeros(3))
+        self._bare, self._heavy = pin.Model(scaled), with_gravity(scaled, loads.constant)
         self._data, self._rest = pin.Data(self._bare), np.zeros(self._bare.nv)
         self._upper = np.triu(np.ones((self._bare.nv, self._bare.nv), dtype=bool))
 

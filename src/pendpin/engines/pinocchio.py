@@ -15,10 +15,10 @@ from pendpin.engines.base import (
     ProgressCallback,
     Sample,
 )
-from pendpin.engines.external_forces import external_forces, forces, in_joint_frames, joints_of, motion_of
+from pendpin.engines.external_forces import centres_of, external_forces, forces, in_joint_frames, joints_of, motion_of
 from pendpin.engines.hamilton import CanonicalForm
 from pendpin.engines.loads import Loads
-from pendpin.model.bodies import pinocchio
+from pendpin.model.bodies import pinocchio, with_gravity
 from pendpin.model.build import Model
 
 
@@ -29,9 +29,7 @@ class Revolute(AngleEngine):
 
     def __init__(self, model: Model, loads: Loads) -> None:
         super().__init__(model, loads)
-        pin = pinocchio()
-        self._pin = pin.Model(model.pin)
-        self._pin.gravity = pin.Motion(loads.constant, np.zeros(3))
+        self._pin = with_gravity(model.pin, loads.constant)
         self._data = pinocchio().Data(self._pin)
         self._no_torque, self._upper = np.zeros(self._pin.nv), np.triu(np.ones((self._pin.nv, self._pin.nv), bool))
 
@@ -42,7 +40,7 @@ class Revolute(AngleEngine):
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """(v, q'') by Pinocchio's ABA: one call of it where constant fields act alone."""
         pin, data, tau, nv = self._pin, self._data, self._no_torque, self._pin.nv
-        aba, accelerate = pinocchio().aba, self._accelerate if self._loaded else None
+        aba, accelerate = pinocchio().aba, self.accelerate if self._loaded else None
         state = rates = q = v = dq = dv = np.empty(0)
         calls, every = 0, CALLBACK_EVERY_SLOW if self._loaded else CALLBACK_EVERY
 
@@ -71,7 +69,7 @@ class Revolute(AngleEngine):
         a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
         extra, externals = np.zeros(q.shape) if torque is None else torque, self._externals(t, q, v)
         for i in range(len(q)):
-            a[i] = self._accelerate(t[i], q[i], v[i], extra[i], externals[i])
+            a[i] = self.accelerate(t[i], q[i], v[i], extra[i], externals[i])
             wrench[i] = self._wrenches(q[i], v[i], a[i], externals[i])
         return Sample(a, wrench)
 
@@ -82,12 +80,8 @@ class Revolute(AngleEngine):
         bodies = self.model.bodies
         motions = [self.motion(y)[:4] for y in np.concatenate([q, v], 1)]
         motion = Motion(*(np.array(part) for part in zip(*motions, strict=True)))
-        wrenches = in_joint_frames(bodies, motion, *self.loads.wrenches(t, motion))
+        wrenches = in_joint_frames(centres_of(bodies), motion, *self.loads.wrenches(t, motion))
         return [(forces(rows, joints_of(bodies), self._pin.njoints),) for rows in wrenches]
-
-    def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
-        """q'' (nv,) rad/s² by ABA."""
-        return self._accelerate(t, q, v, torque)
 
     def compliance(self, q: Array, joints: Indices) -> Array:
         """Columns (nv, k) of Pinocchio's inverse mass matrix at q (nv,)."""
@@ -98,10 +92,10 @@ class Revolute(AngleEngine):
     def _loaded(self) -> bool:
         return any((self.loads.varying, self.loads.torque, self.loads.wrench))
 
-    def _accelerate(
+    def accelerate(
         self, t: float, q: Array, v: Array, torque: Array | float = 0.0, external: tuple[list, ...] | None = None
     ) -> Array:
-        """q'' (nv,) in rad/s² by ABA, with the loads of the scene and torques (nv,) added."""
+        """q'' (nv,) in rad/s² by ABA, with torques (nv,) added; `external` is Pinocchio's last argument, if known."""
         loads = self.loads
         if loads.varying:
             self._pin.gravity.linear = loads.field(t)

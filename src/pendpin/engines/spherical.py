@@ -11,17 +11,17 @@ from functools import partial
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, across, cross
 from pendpin.effects import Motion
 from pendpin.engines.base import Derivative, Engine, ProgressCallback, Sample, counted
-from pendpin.engines.chain import SIGNS, LongChain
+from pendpin.engines.chain import LongChain
 from pendpin.engines.external_forces import external_forces
 from pendpin.engines.loads import Loads
 from pendpin.equations.chain import angles, thin
 from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.equations.chain.kinematics import Joints, rods_last
-from pendpin.model.bodies import append_body, pinocchio
-from pendpin.model.build import FLIP, Model
+from pendpin.model.bodies import append_body, pinocchio, with_gravity
+from pendpin.model.build import FLIP, SIGNS, Model
 
 TURN = 0.2  # rad, of a rod from state to state: the interpolated path between them is then accurate to 1e-5 of it
 OFF = 1e-14  # of a square: a vector is unit within this
@@ -93,9 +93,8 @@ def _motion(chain: ChainInertia, d: Array, rate: Array) -> Motion:
     """The motion of rods that do not spin, from d and d' (..., rods, 3) in I; each in a frame with z along -d."""
     steps, speeds = (np.cumsum(chain.l[:, None] * x, -2) - chain.l[:, None] * x for x in (d, rate))
     z = -d * SIGNS
-    x = np.cross(z, np.eye(3)[np.argmin(np.abs(z), -1)])
-    x /= np.linalg.norm(x, axis=-1, keepdims=True)
-    return Motion(steps * SIGNS, np.stack([x, np.cross(z, x), z], -1), speeds * SIGNS, np.cross(d, rate) * SIGNS)
+    x = across(z)
+    return Motion(steps * SIGNS, np.stack([x, cross(z, x), z], -1), speeds * SIGNS, cross(d, rate) * SIGNS)
 
 
 class Directions(Thin):
@@ -114,7 +113,7 @@ class Directions(Thin):
         """d and d' (k, n, 3) from states (k, 6 n)."""
         d, omega = (part.reshape(len(y), -1, 3) for part in np.split(y, 2, axis=-1))
         d = d / np.linalg.norm(d, axis=-1, keepdims=True)
-        return d, _cross(omega, d)
+        return d, cross(omega, d)
 
     def project(self, y: Array) -> Array:
         """The state (6 n,) with unit directions and omega normal to them."""
@@ -130,16 +129,16 @@ class Directions(Thin):
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             d, omega = y[:half].reshape(-1, 3), y[half:].reshape(-1, 3)
-            rate = _cross(omega, d)
+            rate = cross(omega, d)
             dy[:half] = rate.reshape(-1)
-            dy[half:] = _cross(d, self.bend(np.array([t]), d[None], rate[None])[0]).reshape(-1)
+            dy[half:] = cross(d, self.bend(np.array([t]), d[None], rate[None])[0]).reshape(-1)
 
         return counted(derivative, progress)
 
 
 def _joined(d: Array, rate: Array) -> Array:
     """The state (6 n,) from directions and their rates (n, 3)."""
-    return np.concatenate([d.reshape(-1), _cross(d, rate).reshape(-1)])
+    return np.concatenate([d.reshape(-1), cross(d, rate).reshape(-1)])
 
 
 def _make_unit(vectors: Array) -> None:
@@ -147,12 +146,6 @@ def _make_unit(vectors: Array) -> None:
     squares = np.einsum("ij,ij->i", vectors, vectors)
     if np.abs(squares - 1.0).max() > OFF:
         vectors /= np.sqrt(squares)[:, None]
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """a x b (..., 3), without the overhead of numpy.cross."""
-    (a1, a2, a3), (b1, b2, b3) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
-    return np.stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1], -1)
 
 
 class Spherical(Thin):
@@ -182,7 +175,7 @@ class Spherical(Thin):
         """d and d' (k, n, 3) from states (k, 7 n)."""
         R, omega = _absolute(y, self.chain.n)
         d = -R[..., 2]
-        rate = np.cross(np.einsum("knij,knj->kni", R, omega), d)
+        rate = cross(np.einsum("knij,knj->kni", R, omega), d)
         return d * SIGNS, rate * SIGNS
 
     def project(self, y: Array) -> Array:
@@ -221,8 +214,7 @@ class Spherical(Thin):
 def _spherical_chain(chain: ChainInertia, field: Array):
     """A pin.Model of the chain on spherical joints, in a uniform field (3,) in m/s², W."""
     pin = pinocchio()
-    model = pin.Model()
-    model.gravity = pin.Motion(field, np.zeros(3))
+    model = with_gravity(pin.Model(), field)
     joint, offset = 0, np.zeros(3)
     for i in range(chain.n):
         joint = model.addJoint(joint, pin.JointModelSpherical(), pin.SE3(np.eye(3), offset), f"spherical_{i + 1}")

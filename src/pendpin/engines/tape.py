@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.equations.numbers import FUNCTIONS
 
-FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "tanh")
 _MOST_FACTORS = 8  # up to which a whole power is written out
 _COMMUTING = ("add", "mul", "min", "max")
 _ON_FLOATS: dict[str, Callable[..., Any]] = {

@@ -1,6 +1,6 @@
 """The number types that one piece of arithmetic runs on: floats, mpmath's numbers of any precision, heyoka's symbols.
 
-Each is a namespace `xp` with numpy's names: asarray, sqrt, exp, log, sin, cos, tan, tanh, element by element over
+Each is a namespace `xp`, numpy or one with its names: asarray, sqrt, exp, log, sin, cos, tan, tanh, element by element over
 arrays, and minimum and maximum of two. Sums, products, `@`, `np.cross`, `np.stack` and the like need no namespace:
 numpy does them on object arrays.
 """
@@ -12,11 +12,6 @@ from typing import Any
 import numpy as np
 
 FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "tanh")
-
-
-def floats() -> Any:
-    """Double precision: numpy itself."""
-    return np
 
 
 @cache

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, across, cross
 from pendpin.graphics.drawing import Shape
 from pendpin.model.bodies import Body, pinocchio
 from pendpin.model.build import Model
@@ -51,9 +51,8 @@ def _rod(body: Body, index: int, radius: float, color: int) -> Shape:
 
 def _frame_along(z: Array) -> Array:
     """A rotation (3, 3) whose third axis is the unit vector z (3,)."""
-    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
-    x /= np.linalg.norm(x)
-    return np.array([x, np.cross(z, x), z], float).T
+    x = across(z)
+    return np.stack([x, cross(z, x), z], -1)
 
 
 def _at(x: float, y: float, z: float) -> Array:

@@ -229,9 +229,14 @@ def prismatic(model: Any) -> Mask:
     return np.array([_kind_and_axis(model.joints[i])[0] == "prismatic" for i in range(1, model.njoints)], bool)
 
 
+def twist_of(joint: Any) -> Array:
+    """The twist (v, omega), (6,), of a Pinocchio joint of one degree of freedom at unit rate, in its frame."""
+    data = joint.createData()
+    joint.calc(data, np.array([1.0, 0.0][: joint.nq]))
+    return np.array(data.S).ravel()
+
+
 def _kind_and_axis(joint: Any) -> tuple[Literal["revolute", "prismatic"], Array]:
     """Whether a Pinocchio joint turns or slides, and its axis (3,) in its frame."""
-    data = joint.createData()
-    joint.calc(data, np.zeros(joint.nq))
-    slide, turn = np.array(data.S).reshape(2, 3)
+    slide, turn = np.split(twist_of(joint), 2)
     return ("revolute", turn) if turn.any() else ("prismatic", slide)

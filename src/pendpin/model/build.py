@@ -27,6 +27,7 @@ from pendpin.scene import Chain, PinModel, Rod, Start, UrdfModel, Values
 from pendpin.scene.models import FARTHEST
 
 FLIP = np.diag([1.0, -1.0, -1.0])  # W to the inertial frame I, and a rod's link frame to its body frame B: exact signs
+SIGNS = np.diag(FLIP)
 DATA_BYTES_PER_CUBE = 32  # Pinocchio's Data grows like nv³: docs/pinocchio_notes.md
 MAX_DATA_BYTES = 1e9
 SINGULAR = 4 * np.finfo(float).eps  # for each joint: the least eigenvalue of a mass matrix with a unit diagonal

@@ -6,7 +6,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
-from pendpin.model.bodies import append_body, pinocchio
+from pendpin.model.bodies import append_body, pinocchio, twist_of
 
 
 def plain_copy(given: Any) -> Any:
@@ -32,9 +32,7 @@ def _joint(joint: Any, name: str) -> Any:
     """A joint as a revolute or prismatic one about the same axis."""
     pin = pinocchio()
     if joint.nv == 1:
-        data = joint.createData()
-        joint.calc(data, np.array([0.0] if joint.nq == 1 else [1.0, 0.0]))
-        slide, turn = np.array(data.S).reshape(2, 3)
+        slide, turn = np.split(twist_of(joint), 2)
         if slide.any() != turn.any():
             return pin.JointModelRevoluteUnaligned(*turn) if turn.any() else pin.JointModelPrismaticUnaligned(*slide)
     raise InputError(

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.model.bodies import twist_of
 
 ROUNDING = 1e-12  # of the numbers in an inertia: what rounding may leave below zero
 ROTATION = slice(3, 6)  # of a twist (v, omega)
@@ -19,10 +20,9 @@ def always_positive(model: Any) -> bool:
     """
     missing = np.zeros(model.njoints)  # n kg m², of what hangs on each joint
     for joint in reversed(range(1, model.njoints)):
-        a, data = np.array(model.inertias[joint].matrix()), model.joints[joint].createData()
-        model.joints[joint].calc(data, np.zeros(model.joints[joint].nq))
+        a, S = np.array(model.inertias[joint].matrix()), twist_of(model.joints[joint])
         a[ROTATION, ROTATION] -= missing[joint] * np.eye(3)
-        moved = a @ (S := np.array(data.S).ravel())
+        moved = a @ S
         if not S @ moved > ROUNDING * np.abs(a).max():
             return False
         parent, below = model.parents[joint], _missing(a - np.outer(moved, moved) / (S @ moved))

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, across
 from pendpin.equations.chain import kinematics
 from pendpin.model.bodies import NEAR, pinocchio, tree_of
 from pendpin.model.build import FLIP, Model
@@ -42,14 +42,12 @@ def _chain_poses(model: Model, q: Array) -> Array:
 
 def tips(model: Model, link_poses: Array) -> Array:
     """The far ends of the bodies, (n, bodies, 3) m in W, from the poses of their links."""
-    offsets = np.array([body.tip for body in model.bodies])
-    return link_poses[..., :3, 3] + np.einsum("nrij,rj->nri", link_poses[..., :3, :3], offsets)
+    return link_poses[..., :3, 3] + _turned(link_poses, np.array([body.tip for body in model.bodies]))
 
 
-def centres(model: Model, link_poses: Array) -> Array:
-    """The centres of mass of the bodies, (n, bodies, 3) m in W, from the poses of their links."""
-    offsets = np.array([body.com for body in model.bodies])
-    return link_poses[..., :3, 3] + np.einsum("nrij,rj->nri", link_poses[..., :3, :3], offsets)
+def _turned(link_poses: Array, vectors: Array) -> Array:
+    """Vectors (bodies, 3), given in the frames of the links, in W: (n, bodies, 3)."""
+    return np.einsum("nrij,rj->nri", link_poses[..., :3, :3], vectors)
 
 
 def chain_length(model: Model) -> float:
@@ -78,7 +76,7 @@ def marks(model: Model, link_tips: Array, q: Array) -> Array:
     offsets = _across(model)
     if not offsets.any():
         return link_tips
-    return link_tips + np.einsum("nrij,rj->nri", poses(model, q)[..., :3, :3], offsets)
+    return link_tips + _turned(poses(model, q), offsets)
 
 
 def of_each(points: Callable[[Model, Array], Array], models: Sequence[Model], q: Array) -> Array:
@@ -98,8 +96,7 @@ def _across(model: Model) -> Array:
     for offset, body in zip(offsets, model.bodies, strict=True):
         axis = tree.axes[body.joint]
         if tree.kinds[body.joint] == "revolute" and np.linalg.norm(np.cross(axis, body.tip)) <= NEAR * length:
-            across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-            offset[:] = length * across / np.linalg.norm(across)
+            offset[:] = length * across(axis)
     return offsets
 
 
@@ -121,5 +118,5 @@ def kinetic_energy(model: Model, q: Array, v: Array) -> Array:
 
 def field_potential(model: Model, link_poses: Array, field: Array) -> Array:
     """Potential energy (n,) in J of the bodies in a uniform field (3,) m/s², W; zero at W's origin."""
-    weights = np.array([body.mass for body in model.bodies])
-    return -(centres(model, link_poses) @ field) @ weights
+    centres = link_poses[..., :3, 3] + _turned(link_poses, np.array([body.com for body in model.bodies]))
+    return -(centres @ field) @ np.array([body.mass for body in model.bodies])
