@@ -113,6 +113,16 @@ RIGHT = {
         r"T=\frac{1}{2}m\left|\mathbf{v}_G\right|^2+\frac12 \vec\omega\cdot\mathbf{I}\vec\omega",
         r"\frac{dE}{dt} = 0",
         r"\ddot\theta(t)\,c_\phi = 2\dot\theta(t)\dot\phi(t)\sin\phi(t) - \frac{3g}{2l}\operatorname{sin}\theta(t)",
+        r"V = V_0 - \frac{mgl}{2}\cos\theta\cos\phi",
+        r"E = T + V = \text{const}",
+        r"\mathcal{L} = \frac13(\dot\phi^2+\dot\theta^2\cos^2\phi)+\frac gl\cos\theta\cos\phi",
+        r"\frac{\mathrm d}{\mathrm dt}\left(\tfrac13 ml^2\dot\theta\cos^2\phi\right) = -\tfrac12 mgl\sin\theta\cos\phi",
+        r"R_1 = \tfrac14 mg\cos\theta\sin\phi \quad\text{(thin rod)}",
+        r"\boldsymbol\omega = \left[-\dot\theta\cos\phi,\ \dot\phi,\ -\dot\theta\sin\phi\right]^\top",
+        r"{}^BC^A = ({}^AC^B)^T",
+        r"\begin{bmatrix}\cos^2\phi&0\\0&1\end{bmatrix}\begin{bmatrix}\ddot\theta\\\ddot\phi\end{bmatrix}"
+        r"=\begin{bmatrix}\dot\theta\dot\phi\sin2\phi-\frac{3g}{2l}\sin\theta\cos\phi\\"
+        r"-\dot\theta^2\sin\phi\cos\phi-\frac{3g}{2l}\cos\theta\sin\phi\end{bmatrix}",
         r"\begin{aligned} \ddot\phi &= -\dot\theta^2\sin\phi\cos\phi \\ &- \frac{3g}{2l}\cos\theta\sin\phi \end{aligned}",
     ],
     "uniform": [r"I_1 = m(3r^2+l^2)/12", r"T = \frac12 m v_G^2 + \frac12 \omega\cdot\mathbf{I}\omega"],
@@ -127,6 +137,27 @@ RIGHT = {
 def test_right_equations_hold(rod, equation):
     (finding,) = pp.diagnose([equation], rod=rod).findings
     assert (finding.verdict, finding.proved) == ("holds", True), finding.remark
+
+
+@pytest.mark.parametrize(
+    "equation",
+    [
+        r"\frac{d}{dt}\frac{\partial L}{\partial\dot\theta}+\frac{\partial L}{\partial\theta}=0",  # L is no length here
+        r"\frac{\partial L}{\partial\theta}=0",
+        "T - V = const",
+        "x = l/2*sin(phi) + C",  # only an energy has a constant that nobody knows
+        r"L = V - T",
+        r"{}^IC^B = {}^IC^A\cdot{}^AC^B",  # right if transposed, but one equation alone makes no convention
+    ],
+)
+def test_wrong_equations_do_not_hold(equation):
+    assert not pp.diagnose([equation]).ok
+
+
+def test_a_rate_of_an_own_symbol():
+    momentum = {"p_theta": "m*l**2/3*dtheta*cos(phi)**2"}
+    found = pp.diagnose([r"\dot p_\theta = -\frac{mgl}{2}\sin\theta\cos\phi"], symbols=momentum)
+    assert verdicts(found) == ["holds"]
 
 
 def test_what_cannot_be_proved_is_judged_in_50_digits():

@@ -1,6 +1,5 @@
 """The convention and the kind of rod that a text is about: given in words, or what explains most of its equations."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 
@@ -60,12 +59,10 @@ def _holds(one: Printed, rod: str, convention: Convention) -> bool | None:
         return None
 
 
-def find_convention(
-    equations: list[Printed], rod: str, mended: Callable[[list[Printed]], bool]
-) -> tuple[Convention, list[str]]:
-    """The convention that a text was written in: the usual one, unless another explains clearly more of it.
+def find_convention(equations: list[Printed], rod: str) -> tuple[Convention, list[str]]:
+    """The convention that a text was written in, and remarks.
 
-    `mended` says whether single changes heal equations in the usual convention: then a single change is the likelier.
+    It is the usual one, unless another explains two equations more: what explains all but no two more is a remark.
     """
     usual = Convention()
     verdicts = [(one, _holds(one, rod, usual)) for one in equations]
@@ -79,15 +76,11 @@ def find_convention(
     }
     best = max(held, key=lambda convention: held[convention], default=usual)
     read = len(right) + len(wrong)
-    if best == usual or held[best] <= len(right):
-        return usual, []
-    if held[best] >= len(right) + 2 and held[best] >= 0.6 * read:
+    if held.get(best, 0) >= max(len(right) + 2, 0.6 * read):
         return best, []
-    if held[best] < read:
-        return usual, []
-    if mended(wrong):
+    if held.get(best, 0) == read:
         return usual, [f"All equations hold if {best.words}; if that is meant, give it as the convention."]
-    return best, []
+    return usual, []
 
 
 INERTIAS = {"I1", "I2", "I3", "J1", "J2", "J3"}

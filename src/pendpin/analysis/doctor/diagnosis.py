@@ -21,7 +21,6 @@ from pendpin.errors import InputError, brief, not_one_of, shown
 from pendpin.late import from_above
 
 MOST_HOPELESS = 10  # equations without a mend, after which two changes are no longer tried
-SIMPLE = 1.45  # the cost of a mend that is one sign, symbol, function or number
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -109,13 +108,7 @@ def examine(
     equations = printed(document.statements, symbols)
     kind = rod or likely_rod(equations)
 
-    def simply(wrong: list[Printed]) -> bool:
-        found = [find(one, kind, Convention(), _styles(equations)) for one in wrong]
-        return all(f.mends and f.mends[0].cost < SIMPLE for f in found if f.verdict == "fails")
-
-    base, remarks = (
-        (conventions_of(convention), []) if convention is not None else find_convention(equations, kind, simply)
-    )
+    base, remarks = (conventions_of(convention), []) if convention is not None else find_convention(equations, kind)
     findings = []
     for one in equations:
         progress(f"equation {one.number}")

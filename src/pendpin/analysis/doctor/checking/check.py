@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import cache, cached_property
 from itertools import pairwise, product
 from typing import Any
@@ -12,7 +13,7 @@ from pendpin.analysis.doctor.checking import exact
 from pendpin.analysis.doctor.checking.evaluation import Context, Known, evaluate, norm, scale
 from pendpin.analysis.doctor.checking.exact import printed_quantities
 from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Convention, Quantities, Values, solved
-from pendpin.analysis.doctor.reading.names import UNKNOWNS, meanings
+from pendpin.analysis.doctor.reading.names import CONSTANTS, UNKNOWNS, meanings
 from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
 
 STATES = 60  # half of them share the parameters of the other half
@@ -31,6 +32,13 @@ class Equation:
     meanings: dict[str, str] = field(default_factory=dict)
     definitions: dict[str, Node] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """A statement that something is constant says that its rate is 0."""
+        *others, last = self.sides
+        if others and last.value in CONSTANTS - self.definitions.keys():
+            rates = [Node("derivative", side.span, "t", (side,)) for side in others]
+            object.__setattr__(self, "sides", (*rates, Node("number", last.span, Fraction(0))))
+
     @cached_property
     def names(self) -> set[str]:
         """The quantities in it, those inside definitions too."""
@@ -47,7 +55,7 @@ class Equation:
 
     def context(self, quantities: Quantities) -> Context:
         """The equation's own meanings over some quantities."""
-        return Context(quantities, self.definitions, self.frame, self.meanings, tensors="inertia" in self.names)
+        return Context(quantities, self.definitions, self.frame, self.meanings, "inertia" in self.names, self.floats)
 
     def readings(self) -> Iterator["Equation"]:
         """Itself with every other meaning of its names and columns, the likeliest first."""
@@ -139,10 +147,12 @@ def residuals(
 
 def _alike(left: Values, right: Values, sides: tuple[Node, ...], i: int) -> tuple[Values, Values]:
     """Two sides as values of one shape; 0 fits any."""
-    if left.ndim == right.ndim:
+    if left.shape[:-1] == right.shape[:-1]:
         return left, right
     small = i if left.ndim < right.ndim else i + 1
     node = sides[small] if small < len(sides) else None
+    if left.ndim == right.ndim:
+        raise Mismatch("vectors of different lengths are set equal", sides[i].span[0])
     if node is None or (node.kind == "number" and node.value == 0):
         return (np.zeros_like(right), right) if left.ndim < right.ndim else (left, np.zeros_like(left))
     raise Mismatch("a vector is set equal to a number", node.span[0])
@@ -207,11 +217,8 @@ def check(equation: Equation, rod: str, convention: Convention) -> Verdict:
     """Whether an equation holds on every true motion: at random states first, then by proof. Raises Unread."""
     error = relative_error(equation, random_states(rod, convention))
     if error > TOLERANCE:
-        if harmless(equation, rod, convention):
-            return Verdict(
-                True, True, 0.0, "differs from T - V by a total derivative, which changes no equation of motion"
-            )
-        return Verdict(False, True, error)
+        difference = harmless(equation, rod, convention)
+        return Verdict(True, True, 0.0, difference) if difference else Verdict(False, True, error)
     try:
         proved = proves(equation, rod, convention)
     except exact.Unprovable:
@@ -257,33 +264,47 @@ def _holds_in_50_digits(equation: Equation, rod: str, convention: Convention) ->
     return all(abs(x) < 1e-35 for rows, _ in residuals_and_sizes(equation, quantities) for x in np.asarray(rows).flat)
 
 
-def harmless(equation: Equation, rod: str, convention: Convention) -> bool:
-    """Whether a Lagrangian differs from T - V by what changes no equation of motion."""
-    lone = [
-        side
-        for side in equation.sides
-        if side.kind == "symbol" and side.value == "L" and equation.meanings.get("L", "L") == "L"
-    ]
+def harmless(equation: Equation, rod: str, convention: Convention) -> str:
+    """How a Lagrangian differs from T - V, in words, where that changes no equation of motion; else empty."""
+    lone = [side for side in equation.sides if side.kind == "symbol" and equation.meanings.get("L", "L") == side.value]
     others = [side for side in equation.sides if side not in lone]
-    if not lone or not others or equation.names & set(UNKNOWNS):
-        return False
+    if not lone or not others or lone[0].value != "L" or equation.names & set(UNKNOWNS):
+        return ""
     quantities = printed_quantities(rod, convention)
     context = equation.context(quantities)
-    differences = [evaluate(side, context) - quantities["L"] for side in others]
-    return all(value.ndim == 1 and _no_motion(value[0]) for value in differences)
+    values = [evaluate(side, context) for side in others]
+    factors = {_factor(value[0], quantities["L"][0]) if value.ndim == 1 else None for value in values}
+    factor = factors.pop()
+    if factors or factor is None:
+        return ""
+    times = "" if factor == 1 else f" times {factor}".replace("**", "^")
+    return f"it is T - V{times} up to a total derivative, which changes no equation of motion"
+
+
+def _factor(lagrangian: Any, true: Any) -> Any:
+    """The positive constant times which a Lagrangian gives the true one's equations of motion; None where none does."""
+    from sympy import Symbol, cancel, diff
+
+    still = dict.fromkeys(map(Symbol, COORDINATES), 0)
+    inertias = [diff(value, Symbol("dphi"), 2).subs(still) for value in (lagrangian, true)]
+    factor = cancel(inertias[0] / inertias[1])
+    size = factor.subs(dict.fromkeys(factor.free_symbols, 1))
+    return factor if size.is_positive and _no_motion(lagrangian - factor * true) else None
 
 
 def _no_motion(lagrangian: Any) -> bool:
     """Whether Euler and Lagrange's equations of an expression are 0 for every motion."""
+    return all(_identically_zero(expression) for expression in euler_lagrange(lagrangian))
+
+
+def euler_lagrange(lagrangian: Any) -> list[Any]:
+    """The left sides of Euler and Lagrange's equations for theta and phi, in sympy's symbols."""
     from sympy import Symbol, diff
 
     q, v, a = (tuple(Symbol(f"{d}{name}") for name in ("theta", "phi")) for d in ("", "d", "dd"))
-    for i in range(2):
-        momentum = diff(lagrangian, v[i])
-        rate = sum(diff(momentum, q[j]) * v[j] + diff(momentum, v[j]) * a[j] for j in range(2))
-        if not _identically_zero(rate - diff(lagrangian, q[i])):
-            return False
-    return True
+    momenta = [diff(lagrangian, rate) for rate in v]
+    rates = [sum(diff(p, q[j]) * v[j] + diff(p, v[j]) * a[j] for j in range(2)) for p in momenta]
+    return [rate - diff(lagrangian, angle) for rate, angle in zip(rates, q, strict=True)]
 
 
 def _identically_zero(expression: Any) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 from pendpin.analysis.doctor.checking.exact import printed_quantities
 from pendpin.analysis.doctor.checking.mechanics import AXES, COORDINATES, Quantities, Values, cross, dot, turned
 from pendpin.analysis.doctor.reading.grammar import parse
-from pendpin.analysis.doctor.reading.names import UNKNOWNS
+from pendpin.analysis.doctor.reading.names import CONSTANTS, UNKNOWNS
 from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread
 
 MOST_DERIVED = 500  # derivatives that are remembered
@@ -18,7 +18,8 @@ Known = dict[int, Values]  # the value of every node, by id
 class Context:
     """Quantities, and what the text defines itself; `frame` is the frame that columns of components belong to.
 
-    `meanings` replaces names that can mean two things; `tensors` says that 3 x 3 matrices hold components of a tensor.
+    `meanings` replaces names that can mean two things; `tensors` says that 3 x 3 matrices hold components of a tensor;
+    `floats` that a constant may be added, so that one which is not known is 0.
     """
 
     def __init__(
@@ -28,9 +29,10 @@ class Context:
         frame: str = "B",
         meanings: dict[str, str] | None = None,
         tensors: bool = False,
+        floats: bool = False,
     ) -> None:
         self.quantities, self.definitions, self.frame = quantities, definitions, frame
-        self.meanings, self.tensors, self._open = meanings or {}, tensors, set[str]()
+        self.meanings, self.tensors, self.floats, self._open = meanings or {}, tensors, floats, set[str]()
         self._defined: dict[str, Values] = {}
 
     def symbol(self, name: str, place: int) -> Values:
@@ -49,6 +51,8 @@ class Context:
             return self._defined[name]
         if name == "pi":
             return self.quantities.number(1) * self.quantities.xp.pi
+        if name in CONSTANTS and self.floats:
+            return self.quantities.number(0)
         if name not in self.quantities:
             raise Unread(f"the symbol {name.lstrip('?')} is not known; define it under symbols", place)
         try:
@@ -128,6 +132,8 @@ def _derived(node: Node, context: Context) -> list[Node]:
     if value.ndim > 2 or name not in ("t", *COORDINATES):
         raise Unread("this derivative is not read", node.span[0])
     parts = []
+    if not any(str(s) in (*COORDINATES, *UNKNOWNS) for entry in value.reshape(-1) for s in entry.free_symbols):
+        raise Unread("the derivative of a constant", node.span[0])
     for entry in value.reshape(-1):
         if any(str(s) in UNKNOWNS for s in entry.free_symbols) and name == "t":
             raise Unread("the rate of an acceleration or reaction is not known", node.span[0])
@@ -155,10 +161,10 @@ def _product(node: Node, parts: list[Values]) -> Values:
 
 
 def _sum(node: Node, parts: list[Values]) -> Values:
-    shape = max((part.ndim for part in parts), default=1)
+    shape = max((part.shape[:-1] for part in parts), key=len)
     total: Any = 0
     for sign, part, child in zip(_list(node.value), parts, node.children, strict=True):
-        if part.ndim != shape and not (child.kind == "number" and child.value == 0):
+        if part.shape[:-1] != shape and not (child.kind == "number" and child.value == 0):
             raise Mismatch("a number is added to a vector", child.span[0])
         total = total + part if sign > 0 else total - part
     return total
@@ -173,7 +179,9 @@ def multiply(a: Values, b: Values, operator: str, place: int) -> Values:
             return a / b
     if 1 in (a.ndim, b.ndim):
         return a * b
-    if operator == "x" and a.ndim == b.ndim == 2:
+    if a.shape[-2] != b.shape[0]:
+        raise Mismatch("a product of vectors of different lengths", place)
+    if operator == "x" and a.shape[:-1] == b.shape[:-1] == (3,):
         return cross(a, b)
     if a.ndim == 2 and b.ndim == 3:
         return _row_times(a, b)
@@ -185,7 +193,7 @@ def multiply(a: Values, b: Values, operator: str, place: int) -> Values:
 
 
 def _row_times(row: Values, matrix: Values) -> Values:
-    return np.stack([dot(row, matrix[:, j]) for j in range(3)])
+    return np.stack([dot(row, matrix[:, j]) for j in range(matrix.shape[1])])
 
 
 def power(base: Values, exponent: Fraction, place: int, context: Context) -> Values:
@@ -204,6 +212,8 @@ def power(base: Values, exponent: Fraction, place: int, context: Context) -> Val
 
 def function(name: str, x: Values, place: int, context: Context) -> Values:
     """A function of a number. Raises Unread for a vector."""
+    if name == "transpose" and x.ndim > 1:
+        return x.swapaxes(0, 1) if x.ndim == 3 else x
     if name == "norm" and x.ndim == 2:
         x, name = dot(x, x), "sqrt"
     if x.ndim != 1:
@@ -243,7 +253,9 @@ def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
         )
     if node.value == (3, 1) and all(part.ndim == 2 for part in parts) and not context.tensors:
         return np.stack(parts)
-    raise Unread("a matrix that is neither 3 x 3 nor a column of 3 components", node.span[0])
+    if node.value in ((2, 2), (2, 1)) and all(part.ndim == 1 for part in parts):
+        return np.stack(parts) if node.value == (2, 1) else np.stack([np.stack(parts[:2]), np.stack(parts[2:])])
+    raise Unread("a matrix that is not 2 x 2, 3 x 3 or a column of 2 or 3 components", node.span[0])
 
 
 def scale(node: Node, context: Context, known: Known) -> Values:

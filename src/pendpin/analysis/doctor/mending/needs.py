@@ -196,6 +196,8 @@ def _entry(node: Node, i: int, wanted: Values | None, quantities: Quantities, fr
     """What an entry of a matrix has to be."""
     if wanted is None:
         return None
+    if wanted.shape[0] == 2:
+        return wanted[i] if wanted.ndim == 2 else wanted[divmod(i, 2)]
     if node.value == (3, 1) and wanted.ndim == 2:
         return dot(wanted, quantities[AXES[frame][i]])
     if node.value == (3, 3) and wanted.ndim == 3:

@@ -7,7 +7,7 @@ from pendpin.analysis.doctor.reading.brackets import CLOSING, Brackets
 from pendpin.analysis.doctor.reading.tokens import Token, is_latex, joined, tokens
 from pendpin.analysis.doctor.reading.tree import Node, Span, Unread
 
-ENDS = {"close", "relation", "other relation", "&", "row", ",", ";", "end"}
+ENDS = {"close", "relation", "other relation", "condition", "&", "row", ",", ";", "end"}
 MOST_POWER = 12
 MOST_DIGITS = 30
 SEPARATORS = (",", ";", "row", ".", "&")
@@ -42,6 +42,10 @@ class Parser(Brackets):
                     raise Unread("nothing stands before =", token.start)
                 self.take()
                 before = "="
+            elif token.kind == "condition":
+                self.take()
+                if self.peek().kind not in ("end", *SEPARATORS):
+                    raise Unread(f"what holds only {token.text} is not checked", token.start)
             elif token.kind == "other relation":
                 raise Unread(f"not an equation: it holds the relation {token.text}", token.start)
             elif before == "side" or token.kind == "close":
@@ -117,11 +121,26 @@ class Parser(Brackets):
         """A factor with its exponents."""
         base = self.atom()
         while self.peek().kind in ("^", "superscript"):
+            if end := self._transposed():
+                base = Node("function", (base.outer[0], end), "transpose", (base,), ((end, end),))
+                continue
             exponent, mark = self.exponent()
             if base.value == "norm" and exponent == 2:
                 base = replace(base.children[0], bracketed=base.span)
             base = Node("power", (base.outer[0], mark[1]), exponent, (base,), (mark,))
         return base
+
+    def _transposed(self) -> int:
+        """The end of a T that is an exponent, and past it; 0 where there is none."""
+        place = self.place
+        self.take()
+        if [self.peek().kind, self.peek(2).kind] == ["open", "close"]:
+            self.take()
+        if self.peek().text not in ("T", "top", "intercal"):
+            self.place = place
+            return 0
+        end = self.take().end
+        return self.take().end if self.tokens[place + 1].kind == "open" else end
 
     def exponent(self) -> tuple[Fraction, Span]:
         """A small number after ^, with its place."""

@@ -57,6 +57,7 @@ VECTORS = UNIT_VECTORS | {"rG", "vG", "aG", "omega", "alpha", "R", "rT", "M"}
 MATRICES = {f"C_{a}{b}" for a in "IAB" for b in "IAB" if a != b} | {"inertia"}
 ANGLES = ("theta", "phi")
 SHORT_FUNCTIONS = ("s_theta", "c_theta", "s_phi", "c_phi")  # sines and cosines
+CONSTANTS = {"?const", "?constant", "?C", *(f"?{letter}_{i}" for letter in "CVULEHT" for i in "01")}  # not known
 UNKNOWNS = ("ddtheta", "ddphi", "R1", "R2", "R3", "M3")  # what the balances are solved for
 
 _RATES = {

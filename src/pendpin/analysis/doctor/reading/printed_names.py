@@ -9,6 +9,7 @@ from pendpin.analysis.doctor.reading.tokens import ACCENTS, Token
 from pendpin.analysis.doctor.reading.tree import Node, Span, Unread
 
 MOST_DEPTH = 40  # brackets and accents inside each other
+MOST_DOTS = 6
 FRAMES = set("ABINOWG")
 
 
@@ -247,8 +248,6 @@ class PrintedNames:
 
 def named(written: Written, span: Span) -> Node:
     """A printed name as a node; with dots over what has no name for its rate, a derivative in time."""
-    if written.dots and meanings(written)[0].startswith("?"):
-        inner = replace(written, dots=written.dots - 1)
-        if not meanings(inner)[0].startswith("?"):
-            return Node("derivative", span, "t", (named(inner, span),))
+    if 0 < written.dots < MOST_DOTS and meanings(written)[0].startswith("?"):
+        return Node("derivative", span, "t", (named(replace(written, dots=written.dots - 1), span),))
     return Node("symbol", span, meanings(written)[0], written=written)

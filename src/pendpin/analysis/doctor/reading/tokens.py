@@ -41,7 +41,7 @@ SPACES |= {"big", "Big", "bigg", "Bigg", "bigl", "bigr", "Bigl", "Bigr", "biggl"
 SPACES |= {"right", "middle", "hspace", "phantom", "allowbreak", "thinspace", "medspace", "enspace", "tfrac "}
 OPERATORS = {"cdot": "*", "times": "x", "ast": "*", "div": "/", "wedge": "x", "bullet": "."}
 FRACTIONS = {"frac", "tfrac", "dfrac", "cfrac"}
-OTHERS = {"sqrt", "partial", "begin", "end", "prime"}
+OTHERS = {"sqrt", "partial", "begin", "end", "prime", "top", "intercal"}
 BRACKETS = {
     "{": "{",
     "}": "}",
@@ -80,6 +80,10 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?|\.\d+")
 _LATIN = re.compile(r"[A-Za-z]+")
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9]*(?:_(?:[A-Za-z0-9]+))*")
 _COMMAND = re.compile(r"\\([A-Za-z]+\*?|.)", re.DOTALL)
+_PROSE = re.compile(
+    r"\(?\s*\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{(?P<words>[^{}]*[^{}A-Za-z.][^{}]*|and|or|with|where|so|thus|hence|for|if|when)\}\s*\)?"
+)
+_CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
 _DECORATION = re.compile(r"\\(?:label|tag|ref|eqref|hspace|vspace|mbox|nonumber)\*?\s*\{[^{}]*\}|(?<!\\)%[^\n]*")
 
 
@@ -95,6 +99,10 @@ def tokens(text: str) -> list[Token]:
     latex, found, place = is_latex(text), [], 0
     while place < len(text):
         if match := _DECORATION.match(text, place):
+            place = match.end()
+        elif match := _PROSE.match(text, place):
+            kind = "condition" if _CONDITION.search(match["words"]) else ","
+            found.append(Token(kind, match["words"].strip(), place, match.end()))
             place = match.end()
         elif text[place].isspace() or text[place] in "~&\u2009\u202f":
             if text[place] == "&":
@@ -115,7 +123,9 @@ def _merged(found: list[Token]) -> Iterator[Token]:
     while place < len(found):
         token = found[place]
         word = found[place + 1 : place + 4]
-        if (
+        if token.kind == "plain" and word and word[0][:2] == ("letter", "d"):
+            place += 1
+        elif (
             token.kind == "plain"
             and [t.kind for t in word[::2]] == ["open", "close"]
             and word[1].text in {"d", *FUNCTIONS}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import DOP853
 
-from pendpin.analysis.doctor.checking.check import ENERGIES, Equation, residuals
+from pendpin.analysis.doctor.checking.check import ENERGIES, Equation, euler_lagrange, residuals
 from pendpin.analysis.doctor.checking.mechanics import (
     COORDINATES,
     PARAMETERS,
@@ -124,8 +124,6 @@ def _dynamic(finding: Finding, diagnosis: Diagnosis) -> list[Equation]:
 
 
 def _from_lagrangian(equation: Equation, diagnosis: Diagnosis) -> list[Equation]:
-    from sympy import Symbol, diff
-
     from pendpin.analysis.doctor.checking.evaluation import evaluate
     from pendpin.analysis.doctor.checking.exact import printed_quantities
 
@@ -134,13 +132,7 @@ def _from_lagrangian(equation: Equation, diagnosis: Diagnosis) -> list[Equation]
     lagrangian = evaluate(equation.sides[1], equation.context(printed_quantities(diagnosis.rod, diagnosis.convention)))[
         0
     ]
-    q, v, a = (tuple(Symbol(f"{d}{name}") for name in ("theta", "phi")) for d in ("", "d", "dd"))
-    found = []
-    for i in range(2):
-        momentum = diff(lagrangian, v[i])
-        rate = sum(diff(momentum, q[j]) * v[j] + diff(momentum, v[j]) * a[j] for j in range(2))
-        found.append(Equation((parse(str(rate - diff(lagrangian, q[i])))[0][0],)))
-    return found
+    return [Equation((parse(str(left))[0][0],)) for left in euler_lagrange(lagrangian)]
 
 
 def _compared(wrong: System, numbers: list[int], diagnosis: Diagnosis) -> Harm | None:

@@ -82,7 +82,7 @@ def _text(rows: Any, equation: Equation, quantities: Quantities, zero: bool) -> 
         return "0" if zero else str(rows[0][0])
     if count == 3 and not zero:
         rows = [dot(np.asarray(rows), quantities[axis]) for axis in AXES["B"]]
-    width = 1 if count == 3 else 3
+    width = {4: 2, 9: 3}.get(count, 1)
     entries = ["0" if zero else str(row[0]) for row in rows]
     lines = (", ".join(entries[i : i + width]) for i in range(0, count, width))
     return f"Matrix([{', '.join(f'[{line}]' for line in lines)}])"
