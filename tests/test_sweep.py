@@ -10,7 +10,7 @@ from pendpin import effects as fx
 from pendpin.analysis.sweep import plan
 from pendpin.analysis.sweep.cases import run_block, run_case
 from pendpin.analysis.sweep.sensitivity import indices, sobol_plan
-from pendpin.analysis.sweep.task import Task
+from pendpin.analysis.sweep.task import Block, Task
 from pendpin.analysis.sweep.vectors import vectors_of
 from pendpin.dynamics.symbols import staying_zero
 from sweep_scenes import KEYS, ROD, scene
@@ -81,13 +81,12 @@ def test_cases_in_vectors_meet_their_accuracy(target: float, reach: float) -> No
     starts = np.random.default_rng(2).uniform(-reach, reach, (20, 2))
     chosen = scene(duration=4.0).replace(solver=pp.Solver(accuracy=target))
     task = Task(chosen, plan.pairs(dict(zip(KEYS, starts.T, strict=True))), ("theta_1.final", "theta_2.final"))
-    answers: list = [None] * 20
-    vectors_of(task).fill(starts, answers)
-    met = [i for i, answer in enumerate(answers) if answer]
+    found = Block.empty(20, 2)
+    met = np.flatnonzero(vectors_of(task).fill(starts, found))
     assert len(met) >= 15
     exact = pp.sweep(scene(duration=4.0), task.plan, task.measures, method="taylor", tolerance=1e-17)
     known = np.stack([exact[name].values for name in task.measures], -1)[met]
-    one, other = (np.exp(1j * np.cumsum(q, -1)) * [1.0, 0.7] for q in (np.array([answers[i][0] for i in met]), known))
+    one, other = (np.exp(1j * np.cumsum(q, -1)) * [1.0, 0.7] for q in (found.values[met], known))
     assert np.abs((one - other).cumsum(-1)).max() <= 1.7 * target
 
 
@@ -96,7 +95,7 @@ def test_what_has_corners_is_simulated_on_its_own() -> None:
     task = Task(scene(fx.DryFriction(kinetic=0.2), duration=1.0), plan.grid({KEYS[0]: [0.5, 1.0]}), ("swing",))
     assert vectors_of(task) is None
     found = run_block(task, 0, 2)
-    assert found.why == ("", "")
+    assert list(found.why) == ["", ""]
     assert (found.values[:, 0] >= [0.5, 1.0]).all()
 
 

@@ -92,9 +92,13 @@ class Dynamics:
 
     def energy(self, q: Array, v: Array) -> tuple[float, float]:
         """Kinetic energy and the potential of the conservative effects, J, at q, v (nv,); 0 at W's origin."""
-        q, v = self._states(q, v)
+        kinetic, potential = self.energies(*self._states(q, v))
+        return float(kinetic[0]), float(potential[0])
+
+    def energies(self, q: Array, v: Array) -> tuple[Array, Array]:
+        """Kinetic energy and the potential of the conservative effects, (n,) in J, at states q, v (n, nv)."""
         potential = self.potential(q, kinematics.poses(self.model, q))
-        return float(kinematics.kinetic_energy(self.model, q, v)[0]), float(potential[0])
+        return kinematics.kinetic_energy(self.model, q, v), potential
 
     def potential(self, q: Array, poses: Array) -> Array:
         """The potential of the conservative effects (n,) in J, from q (n, nv) and the bodies' poses."""

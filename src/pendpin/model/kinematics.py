@@ -14,18 +14,24 @@ def poses(model: Model, q: Array) -> Array:
     """Poses of the bodies' links, (n, bodies, 4, 4) in W, from q (n, nv)."""
     if model.chain is not None:
         return _chain_poses(model, q)
-    return joint_poses(model, q)[:, [body.joint for body in model.bodies]]
+    return _joint_poses(model, q, [body.joint for body in model.bodies])
 
 
 def joint_poses(model: Model, q: Array) -> Array:
     """Poses of what each joint moves, (n, joints, 4, 4) in W, from q (n, nv), by Pinocchio."""
-    pin, (n, nv) = pinocchio(), q.shape
+    return _joint_poses(model, q, range(len(model.joints)))
+
+
+def _joint_poses(model: Model, q: Array, joints: Sequence[int]) -> Array:
+    """The poses (n, joints, 4, 4) of what some joints move."""
+    pin, out = pinocchio(), np.empty((len(q), len(joints), 4, 4))
     assert model.pin is not None
-    data, out = pin.Data(model.pin), np.empty((n, nv, 4, 4))
-    for sample, angles in zip(out, q, strict=True):
+    data = pin.Data(model.pin)
+    placements = [data.oMi[joint + 1] for joint in joints]  # they follow the data
+    for i, angles in enumerate(q):
         pin.forwardKinematics(model.pin, data, angles)
-        for joint in range(nv):
-            sample[joint] = data.oMi[joint + 1].homogeneous
+        for k, placement in enumerate(placements):
+            out[i, k] = placement.homogeneous
     return out
 
 

@@ -23,13 +23,13 @@ from pendpin.dynamics.symbols import parameters_of, staying_zero
 from pendpin.dynamics.timing import timing
 from pendpin.engines import Engine
 from pendpin.integrators.taylor import HIGH, SERIES, SMALL, expressions, run_time_parameters
-from pendpin.model import kinematics
 from pendpin.model.build import Model, build, start_state
 from pendpin.records import LARGEST
 from pendpin.scene import Scene
 from pendpin.simulation.guards import OFF, ROUNDING
 
-WIDTH = 16  # cases side by side, the same on every machine: two vectors hide the time that an instruction takes
+WIDTH = 8  # cases side by side, the same on every machine: one vector of AVX-512, two of AVX2
+AT_ONCE = 128  # cases that are sorted into vectors
 MOST_STATES = 200_000  # of a case
 SAMPLES_AT_ONCE = 256  # between two chances to stop
 STEPS_AT_ONCE = 65_536  # in so many samples, at most
@@ -37,14 +37,30 @@ STEPS_AT_ONCE = 65_536  # in so many samples, at most
 Sums = Sequence[Sequence[int]]  # places of joints whose angles are added
 
 
-class Case(NamedTuple):
-    """The start and the numbers of one scene."""
+class Cases(NamedTuple):
+    """The starts and the numbers of c scenes of one structure."""
 
-    model: Model
-    q: Array  # (nv,) at the start
-    v: Array  # (nv,)
-    parameters: tuple[float, ...]  # of the series
-    longest: float  # s, the longest step; 0 where an effect has corners, which series do not take side by side
+    models: Sequence[Model]  # (c,)
+    q: Array  # (c, nv) at the start
+    v: Array  # (c, nv)
+    parameters: Array  # (c, p) of the series
+    longest: Array  # (c,) s, the longest step; 0 where an effect has corners, which series do not take side by side
+
+    def some(self, places: Indices) -> "Cases":
+        """Those at these places (k,)."""
+        return Cases([self.models[i] for i in places], *(rows[places] for rows in self[1:]))
+
+    def pieces(self, samples: int, workers: int = 1) -> list[Indices]:
+        """The places of cases that one worker runs at once: their samples fit into the memory, and no worker is idle."""
+        size = min(AT_ONCE, MOST_STATES // samples, len(self.q) // (2 * workers))
+        size = max(WIDTH, size // WIDTH * WIDTH)
+        return [np.arange(begin, min(begin + size, len(self.q))) for begin in range(0, len(self.q), size)]
+
+
+def together(cases: Sequence[Cases]) -> Cases:
+    """All of these cases."""
+    models, *rows = zip(*cases, strict=True)
+    return Cases([model for some in models for model in some], *(np.concatenate(part) for part in rows))
 
 
 class Motions(NamedTuple):
@@ -89,85 +105,110 @@ class Series:
         starts = [self.engine.pack(*start_state(self.dynamics.model, scene.start)) for scene in scenes]
         return np.flatnonzero(~np.any(starts, axis=0)).tolist()
 
-    def case(self, scene: Scene) -> Case | None:
-        """A scene as a case; None where its structure is another. Raises InputError for one that cannot be run."""
+    def case(self, scene: Scene) -> Cases | None:
+        """A scene as one case; None where its structure is another. Raises InputError for one that cannot be run."""
         dynamics = self.dynamics if scene.model == self.scene.model else self.bound(scene)
         if scene.effects == self.scene.effects and dynamics is self.dynamics:
-            return self.started(*start_state(dynamics.model, scene.start))
+            return self.started(*(x[None] for x in start_state(dynamics.model, scene.start)))
         parameters = parameters_of(dynamics.engine, acting(dynamics.model, scene.effects), scene.start.time)
         if parameters.structure != self._structure:
             return None
         case = self._case(scene, dynamics, parameters.values)
-        return case if case.longest else None
+        return case if case.longest[0] else None
 
     @property
     def covered(self) -> bool:
         """Whether the scene can be run: no effect of it has corners."""
-        return self._own.longest > 0
+        return bool(self._own.longest[0] > 0)
 
-    def started(self, q: Array, v: Array) -> Case:
-        """The scene of the series from another start, q, v (nv,)."""
-        return self._own._replace(q=q, v=v)
+    def started(self, q: Array, v: Array) -> Cases:
+        """The scene of the series from other starts, q, v (c, nv)."""
+        models, _, _, *numbers = self._own.some(np.zeros(len(q), int))
+        return Cases(models, q, v, *numbers)
 
-    def _case(self, scene: Scene, dynamics: Dynamics, values: Sequence[float]) -> Case:
+    def _case(self, scene: Scene, dynamics: Dynamics, values: Sequence[float]) -> Cases:
         q, v = start_state(dynamics.model, scene.start)
         pace = timing(dynamics, acting(dynamics.model, scene.effects), q, v, scene.duration, self.tolerance).pace
         longest = 0.0 if len(pace.corners) else SERIES * float(pace.shortest[0])
-        return Case(dynamics.model, q, v, tuple(run_time_parameters(self._recording, values)), longest)
+        numbers = run_time_parameters(self._recording, values)
+        return Cases([dynamics.model], q[None], v[None], np.array([numbers]), np.array([longest]))
 
-    def run(self, cases: Sequence[Case], times: Array) -> Motions:
-        """The motions of up to WIDTH cases; one that cannot go on is NaN.
+    def run(self, cases: Cases, times: Array) -> Motions:
+        """The motions of c cases at the times (n,); one that cannot go on is NaN.
 
-        Where one cannot, or its angles are to be read between the times, it is run alone, and the others without it.
+        Where one cannot, all of its vector are run again, each alone; so is one whose angles are to be read between the
+        times.
         """
         found, needed = self._attempt(cases, times, 1)
-        bad = ~np.isfinite(found.q[:, -1]).all(1)
-        for i in np.flatnonzero((needed > 1) | (bad.any() and len(cases) > 1)).tolist():
-            for whole, part in zip(found, self._alone(cases[i], times), strict=True):
+        again = needed > 1
+        if len(cases.q) > 1:
+            again |= ~np.isfinite(found.q[:, -1]).all(1)
+        for i in np.flatnonzero(again):
+            for whole, part in zip(found, self._alone(cases.some(np.array([i])), times), strict=True):
                 whole[i] = part[0]
         return found
 
-    def _alone(self, case: Case, times: Array) -> Motions:
+    def _alone(self, case: Cases, times: Array) -> Motions:
         """One case, with enough states between times (n,) to read its angles."""
-        found, needed = self._attempt([case], times, parts := 1)
+        found, needed = self._attempt(case, times, parts := 1)
         while needed[0] > 1 and not self.stopped.is_set():
             parts = math.ceil(parts * needed[0])
             if parts * len(times) > MOST_STATES:
                 found.q[:, 1:] = np.nan
                 break
-            found, needed = self._attempt([case], times, parts)
+            found, needed = self._attempt(case, times, parts)
         return found
 
-    def _attempt(self, cases: Sequence[Case], times: Array, parts: int) -> tuple[Motions, Array]:
+    def _attempt(self, cases: Cases, times: Array, parts: int) -> tuple[Motions, Array]:
         """The motions, and by how much finer (c,) each interval of the times has to be cut than into `parts`."""
-        series, fine = self._take(), subdivided(times, parts)
+        order, fine = self._by_energy(cases), subdivided(times, parts)
+        which = np.resize(order, -(-len(order) // WIDTH) * WIDTH)  # whole vectors, with copies
+        y, numbers, longest = self._packed(cases)[which], cases.parameters[which], cases.longest[which]
+        states, steps, flips = np.full((len(y), len(fine), y.shape[1]), np.nan), *np.full((2, len(y)), np.nan)
+        series = self._take()
         try:
-            which = np.resize(np.arange(len(cases)), WIDTH)  # up to the width, with copies
-            series.pars[:] = np.array([case.parameters for case in cases]).T[:, which]
-            passages = [event.callback for event in series.nt_events] if self._flips else []
-            for passage in passages:
-                passage.first[:] = np.nan
-            y = np.array([self.engine.pack(case.q, case.v) for case in cases]).T[self._moving]
-            longest = np.array([case.longest for case in cases])[which]
-            states, steps = _along(series, y[:, which], fine, longest, self.stopped)
-            flips = np.fmin.reduce([passage.first for passage in passages], initial=np.nan)
-            (q, v), needed = self._read(states, steps, cases, fine, parts)
-            return Motions(q, v, np.broadcast_to(flips, WIDTH)[: len(cases)].copy(), steps[: len(cases)]), needed
+            for begin in range(0, len(which), WIDTH):
+                if self.stopped.is_set():
+                    break
+                part = slice(begin, begin + WIDTH)
+                series.pars[:] = numbers[part].T
+                states[part], steps[part] = _along(series, y[part], fine, longest[part], self.stopped)
+                flips[part] = np.fmin.reduce([passage.first for passage in _passages(series)], initial=np.nan)
         finally:
             with self._lock:
                 self._spare.append(series)
+        back = np.argsort(order)
+        q, v, needed = self._read(states[back], steps[back], cases, fine, parts)
+        return Motions(q, v, flips[back], steps[back]), needed
 
-    def _read(self, states: Array, steps: Array, cases: Sequence[Case], fine: Array, parts: int) -> tuple[Array, Array]:
-        """Positions and rates (2, c, n, nv) from states (n, moving, width), and how much closer they have to be (c,)."""
-        found = np.full((2, len(cases), (len(fine) - 1) // parts + 1, len(cases[0].q)), np.nan)
-        found[:, :, 0], needed = ([case.q for case in cases], [case.v for case in cases]), np.zeros(len(cases))
-        for i, case in enumerate(cases):
-            rows = np.zeros((len(fine), self._recording.size))
-            rows[:, self._moving] = states[:, :, i]
-            if np.isfinite(rows).all():
-                needed[i] = self.engine.denser(fine, rows, int(steps[i]))
-                found[:, i, 1:] = [x[::parts][1:] for x in self.engine.unpack(fine, rows, case.q)]
-        return found, needed
+    def _by_energy(self, cases: Cases) -> Indices:
+        """The places of the cases in the order of their energies: alike, they take like numbers of steps.
+
+        As they come where each has a model of its own.
+        """
+        if len(cases.q) <= WIDTH or any(model is not cases.models[0] for model in cases.models):
+            return np.arange(len(cases.q))
+        return np.argsort(np.add(*self.dynamics.energies(cases.q, cases.v)))
+
+    def _packed(self, cases: Cases) -> Array:
+        """What moves of the states (c, moving) at the start."""
+        if self.engine.on_angles:
+            return np.concatenate([cases.q, cases.v], 1)[:, self._moving]
+        return np.array([self.engine.pack(*start) for start in zip(cases.q, cases.v, strict=True)])[:, self._moving]
+
+    def _read(self, states: Array, steps: Array, cases: Cases, fine: Array, parts: int) -> tuple[Array, Array, Array]:
+        """Positions and rates (c, n, nv) from states (c, n, moving), and how much closer they have to be (c,)."""
+        c, nv = cases.q.shape
+        rows, needed = np.zeros((c, len(fine), self._recording.size)), np.zeros(c)
+        rows[..., self._moving] = states
+        if self.engine.on_angles:
+            return rows[..., :nv], rows[..., nv:], needed
+        q, v = np.full((2, c, (len(fine) - 1) // parts + 1, nv), np.nan)
+        q[:, 0], v[:, 0] = cases.q, cases.v
+        for i in np.flatnonzero(np.isfinite(rows).all((1, 2))):
+            needed[i] = self.engine.denser(fine, rows[i], int(steps[i]))
+            q[i, 1:], v[i, 1:] = (x[::parts][1:] for x in self.engine.unpack(fine, rows[i], cases.q[i]))
+        return q, v, needed
 
     def _take(self) -> Any:
         """Series that no other thread uses: a copy of the first, which is compiled here."""
@@ -191,7 +232,7 @@ class Series:
             tol=self.tolerance,
             high_accuracy=self.tolerance < HIGH,
             compact_mode=len(self.dynamics.model.joints) * len(self._moving) > SMALL * self._recording.size,
-            pars=np.zeros((len(self._own.parameters), WIDTH)),
+            pars=np.zeros((self._own.parameters.shape[1], WIDTH)),
             **events,
         )
 
@@ -207,20 +248,32 @@ class _Passage:
 
 
 def _along(series: Any, y: Array, times: Array, longest: Array, stopped: Event) -> tuple[Array, Array]:
-    """States (n, size, width) at the times, and steps (width,), of `longest` (width,) s at most; NaN where one fails."""
-    states, steps = np.full((len(times), *y.shape), np.nan), np.zeros(y.shape[1])
-    states[0], series.state[:] = y, y
+    """States (width, n, size) at the times, and steps (width,), of `longest` (width,) s at most; NaN where one fails."""
+    states, steps = np.full((len(times), *y.T.shape), np.nan), np.zeros(len(y))
+    states[0] = series.state[:] = y.T
     series.set_time(times[0])
+    for passage in _passages(series):
+        passage.first[:] = np.nan
+    limits = {"max_steps": STEPS_AT_ONCE, "max_delta_t": longest}
     for first in range(0, len(times) - 1, SAMPLES_AT_ONCE):
-        grid = np.repeat(times[first : first + SAMPLES_AT_ONCE + 1, None], y.shape[1], axis=1)
-        grid[0] = series.time
-        _, found = series.propagate_grid(grid, max_steps=STEPS_AT_ONCE, max_delta_t=longest)
+        ahead = times[first + 1 : first + SAMPLES_AT_ONCE + 1]
+        if len(times) == 2:  # nothing is to be read between two steps
+            series.propagate_until(ahead[0], **limits)
+            found = series.state[None]
+        else:
+            grid = np.concatenate([series.time[None], np.repeat(ahead[:, None], len(y), axis=1)])
+            found = series.propagate_grid(grid, **limits)[1][1:]
         outcomes, _, _, taken = zip(*series.propagate_res, strict=True)
         steps += taken
         if stopped.is_set() or any(outcome != outcome.time_limit for outcome in outcomes):
             break
-        states[first + 1 : first + len(grid)] = found[1:]
-    return states, steps
+        states[first + 1 : first + 1 + len(ahead)] = found
+    return states.transpose(2, 0, 1), steps
+
+
+def _passages(series: Any) -> list[_Passage]:
+    """What notes the passages of its guards."""
+    return [event.callback for event in series.nt_events] if series.with_events else []
 
 
 def ends_well(dynamics: Dynamics, q: Array, v: Array) -> Mask:
@@ -229,8 +282,7 @@ def ends_well(dynamics: Dynamics, q: Array, v: Array) -> Mask:
     if not dynamics.conservative or not good.any():
         return good
     ends = [rows[good][:, [0, -1]].reshape(-1, q.shape[2]) for rows in (q, v)]
-    kinetic = kinematics.kinetic_energy(dynamics.model, *ends).reshape(-1, 2)
-    potential = dynamics.potential(ends[0], kinematics.poses(dynamics.model, ends[0])).reshape(-1, 2)
+    kinetic, potential = (energy.reshape(-1, 2) for energy in dynamics.energies(*ends))
     off, moved = np.abs(np.diff(kinetic + potential))[:, 0], kinetic.max(1) + np.ptp(potential, axis=1)
     good[good] = off <= OFF * moved + ROUNDING * (moved + np.abs(potential).max(1))
     return good
@@ -251,13 +303,12 @@ def side_by_side(series: Series, times: Array, q: Array, v: Array, workers: int)
 
     def run(places: Indices) -> Batch:
         begin = time.perf_counter()
-        found = series.run([series.started(*start) for start in zip(q[places], v[places], strict=True)], times)
+        found = series.run(cases.some(places), times)
         return Batch(places, found.q, found.v, int(found.steps.sum()), time.perf_counter() - begin)
 
-    pool = ThreadPoolExecutor(workers)
+    cases, pool = series.started(q, v), ThreadPoolExecutor(workers)
     try:
-        pieces = np.split(np.arange(len(q)), range(WIDTH, len(q), WIDTH))
-        running = [pool.submit(run, places) for places in pieces]
+        running = [pool.submit(run, places) for places in cases.pieces(len(times), workers)]
         while running:
             yield running.pop(0).result()
     finally:

@@ -1,38 +1,28 @@
 """Running a block of a sweep's cases: in vectors (vectors.py) where these cover them, else each simulated on its own."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from pendpin.analysis.sweep.measures import measured
-from pendpin.analysis.sweep.task import LOOSER, Task, with_numbers
-from pendpin.analysis.sweep.vectors import Answer, vectors_of
+from pendpin.analysis.sweep.task import LOOSER, Block, Task, with_numbers
+from pendpin.analysis.sweep.vectors import vectors_of
 from pendpin.arrays import Array
 from pendpin.errors import Interrupted, PendpinError
 from pendpin.scene import Scene
 from pendpin.simulation.simulate import run_to_setting
 
 
-class Block(NamedTuple):
-    """The measures of some cases."""
-
-    values: Array  # (cases, measures); NaN where a case could not be run or has none
-    why: tuple[str, ...]  # why a case could not be run, "" where it could
-
-
 def run_block(task: Task, begin: int, end: int) -> Block:
     """The measures of the cases from `begin` to `end`; what one gives does not depend on the others."""
     rows = task.plan.rows(np.arange(begin, end))
-    answers: list[Answer | None] = [None] * len(rows)
-    vectors = vectors_of(task)
-    if vectors is not None:
-        vectors.fill(rows, answers)
-    done = [answer or run_case(task, row) for answer, row in zip(answers, rows, strict=True)]
-    return Block(np.array([values for values, _ in done]), tuple(why for _, why in done))
+    found, vectors = Block.empty(len(rows), len(task.chosen)), vectors_of(task)
+    done = vectors.fill(rows, found) if vectors else np.zeros(len(rows), bool)
+    for i in np.flatnonzero(~done):
+        found.values[i], found.why[i] = run_case(task, rows[i])
+    return found
 
 
-def run_case(task: Task, row: Array) -> Answer:
-    """The case with these numbers (keys,), simulated on its own."""
+def run_case(task: Task, row: Array) -> tuple[Array, str]:
+    """The measures (measures,) of the case with these numbers (keys,), simulated on its own, and why there are none."""
     try:
         scene = with_numbers(task.scene, task.plan.keys, row)
         run = run_to_setting(scene)

@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.sweep.cases import Block
-from pendpin.analysis.sweep.task import Task, versions
+from pendpin.analysis.sweep.task import Block, Task, versions
 from pendpin.errors import InputError, shown
 
 FORMAT = 1
@@ -75,7 +74,7 @@ class Memory:
         shape = tuple(s.stop - s.start for s in region)
         for (_, array), column in zip(self._values.items(), found.values.T, strict=True):
             array[region] = column.reshape(shape)
-        self._why[region] = np.array(found.why, dtype=object).reshape(shape)
+        self._why[region] = found.why.reshape(shape)
         self._done[block] = True
 
     def dataset(self) -> Any:
@@ -119,7 +118,7 @@ class Store:
             for m, column in zip(self.task.chosen, found.values.T, strict=True):
                 group[m.name][region] = column.reshape(shape)
             if any(found.why):
-                group["why"][region] = np.array(found.why, dtype=object).reshape(shape)
+                group["why"][region] = found.why.reshape(shape)
             group["done"][block] = 1
 
     def dataset(self) -> Any:

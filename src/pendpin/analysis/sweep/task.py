@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -59,6 +60,18 @@ class Task:
 
     def __setstate__(self, state: dict) -> None:
         self.__dict__.update(state)
+
+
+class Block(NamedTuple):
+    """The measures of c cases."""
+
+    values: Array  # (c, measures); NaN where a case could not be run or has none
+    why: Array  # (c,) of text: why a case could not be run, "" where it could
+
+    @classmethod
+    def empty(cls, cases: int, measures: int) -> "Block":
+        """Without any measure yet."""
+        return cls(np.full((cases, measures), np.nan), np.full(cases, "", dtype=object))
 
 
 def versions() -> dict[str, str | None]:

@@ -1,6 +1,5 @@
 """A sweep's cases side by side, in the processor's vectors: smooth scenes of few joints, by simulation/batches.py."""
 
-from collections.abc import Sequence
 from functools import partial
 from importlib.util import find_spec
 from threading import Lock
@@ -8,7 +7,7 @@ from threading import Lock
 import numpy as np
 
 from pendpin.analysis.sweep.measures import Measure, Motion, accumulated, measured
-from pendpin.analysis.sweep.task import LOOSER, Task, typical, with_numbers
+from pendpin.analysis.sweep.task import LOOSER, Block, Task, typical, with_numbers
 from pendpin.arrays import Array, Indices, Mask
 from pendpin.errors import PendpinError
 from pendpin.integrators import Run
@@ -17,13 +16,12 @@ from pendpin.model.build import FARTHEST, Model, build, start_state
 from pendpin.records import LARGEST
 from pendpin.scene import Scene
 from pendpin.simulation.accuracy.side_by_side import FINEST, Ladder
-from pendpin.simulation.batches import WIDTH, Case, Motions, Series, ends_well
+from pendpin.simulation.batches import Cases, Motions, Series, ends_well, together
 from pendpin.simulation.run import fill_in
 from pendpin.trajectory import Trajectory
 from pendpin.versions import installed
 
 MOST_JOINTS = 10  # five rods compile in 2 s
-Answer = tuple[Array, str]  # the measures (measures,), and why there are none
 
 
 class Vectors:
@@ -49,61 +47,69 @@ class Vectors:
         self._own_models = any(key.startswith("model") for key in task.plan.keys)
         self._clock = scene.clock
 
-    def fill(self, rows: Array, answers: list[Answer | None]) -> None:
-        """Put in the answers of the cases that go well; None is left for those that do not."""
-        of_rows = [self._case(row) for row in rows] if self._joints is None else self._starts(rows, self._joints)
-        cases = [(place, case) for place, case in enumerate(of_rows) if case is not None]
-        for begin in range(0, len(cases), WIDTH):
-            places, numbers = zip(*cases[begin : begin + WIDTH], strict=True)
-            for place, answer in zip(places, self._answers(rows[list(places)], numbers), strict=True):
-                answers[place] = answer
+    def fill(self, rows: Array, block: Block) -> Mask:
+        """Put in what the cases with these numbers (k, keys) give; those that went well (k,), the rest is untouched."""
+        places, cases = self._cases(rows) if self._joints is None else self._starts(rows, self._joints)
+        done = np.zeros(len(rows), bool)
+        if cases:
+            for piece in cases.pieces(len(self._clock)):
+                done[places[piece]] = self._fill_piece(rows, places[piece], cases.some(piece), block)
+        return done
 
-    def _case(self, row: Array) -> Case | None:
+    def _cases(self, rows: Array) -> tuple[Indices, Cases | None]:
+        """The cases with these numbers (k, keys), and where they are among them; `simulate` has to look at the others."""
+        found = [self._case(row) for row in rows]
+        places = np.flatnonzero([case is not None for case in found])
+        return places, together([case for case in found if case]) if len(places) else None
+
+    def _case(self, row: Array) -> Cases | None:
         """The case with these numbers (keys,); None for one that `simulate` has to look at."""
         try:
             return self.series[0].case(with_numbers(self.task.scene, self.task.plan.keys, row))
         except PendpinError:
             return None  # simulate says why
 
-    def _starts(self, rows: Array, joints: tuple[Indices, Indices]) -> list[Case | None]:
-        """The cases with these numbers (k, keys), which are angles and rates of the start; None as of `_case`."""
+    def _starts(self, rows: Array, joints: tuple[Indices, Indices]) -> tuple[Indices, Cases]:
+        """As `_cases` for numbers (k, keys) that are angles and rates of the start."""
         states = np.tile(self._start, (len(rows), 1, 1))
         states[:, *joints] = rows
-        good = np.all(np.abs(states) <= [[FARTHEST], [LARGEST]], axis=(1, 2)).tolist()
-        return [self.series[0].started(*state) if ok else None for state, ok in zip(states, good, strict=True)]
+        places = np.flatnonzero(np.all(np.abs(states) <= [[FARTHEST], [LARGEST]], axis=(1, 2)))
+        return places, self.series[0].started(*np.moveaxis(states[places], 1, 0))
 
-    def _runs(self, cases: Sequence[Case]) -> tuple[list[Motions], Mask]:
-        """The motions of the cases and, where two are compared, looser ones; which cases (c,) met the setting."""
+    def _runs(self, cases: Cases) -> tuple[list[Motions], Mask]:
+        """The motions of c cases and, where two are compared, looser ones; which cases (c,) met the setting."""
         if self.ladder:
             *found, met = self.ladder.run(cases)
             return found, met
-        return [series.run(cases, self.scene.times) for series in self.series], np.ones(len(cases), bool)
+        return [series.run(cases, self.scene.times) for series in self.series], np.ones(len(cases.q), bool)
 
-    def _answers(self, rows: Array, cases: Sequence[Case]) -> list[Answer | None]:
-        """What the cases with these numbers (c, keys) give; None for one that has to be simulated on its own."""
-        series, (found, good) = self.series[0], self._runs(cases)
+    def _fill_piece(self, rows: Array, places: Indices, cases: Cases, block: Block) -> Mask:
+        """Put in the measures of c cases, which are at `places` (c,) of the numbers (k, keys); which went well (c,)."""
+        found, good = self._runs(cases)
         for one in found if self._own_models else found[1:]:
             good &= np.isfinite(one.q).all((1, 2)) & np.isfinite(one.v).all((1, 2))
         if not self._own_models:
-            good &= ends_well(series.dynamics, found[0].q, found[0].v)
-        models = [case.model for case in cases]
-        motions = [Motion(models, self._clock, one.q, one.v, one.flips) for one in found]
+            good &= ends_well(self.series[0].dynamics, found[0].q, found[0].v)
+        motions = [Motion(cases.models, self._clock, one.q, one.v, one.flips) for one in found]
         known = [_of_motions(m, motions) for m in self.task.chosen]
-        missing = [k for k, values in enumerate(known) if values is None]
-        table = np.array([np.full(len(cases), np.nan) if values is None else values for values in known]).T
-        if not missing:
-            return [(values, "") if ok else None for values, ok in zip(table, good.tolist(), strict=True)]
-        return [self._completed(i, rows[i], table[i], missing, found) if ok else None for i, ok in enumerate(good)]
+        for values, column in zip(known, block.values.T, strict=True):
+            if values is not None:
+                column[places[good]] = values[good]
+        if missing := [k for k, values in enumerate(known) if values is None]:
+            for i in np.flatnonzero(good).tolist():
+                self._complete(rows, int(places[i]), i, missing, found, block)
+        return good
 
-    def _completed(self, i: int, row: Array, values: Array, missing: list[int], found: list[Motions]) -> Answer:
-        """The measures (measures,) of one case, with those that need whole runs."""
+    def _complete(
+        self, rows: Array, place: int, i: int, missing: list[int], found: list[Motions], block: Block
+    ) -> None:
+        """Put in the measures of case i of `found` that need whole runs; its numbers are rows[place] (keys,)."""
         try:
-            runs = [self._whole(row, one, i) for one in found]
+            runs = [self._whole(rows[place], one, i) for one in found]
             for k in missing:
-                values[k] = measured(self.task.chosen[k], runs[0], runs[-1])
+                block.values[place, k] = measured(self.task.chosen[k], runs[0], runs[-1])
         except PendpinError as error:
-            return np.full(len(values), np.nan), str(error)
-        return values, ""
+            block.values[place], block.why[place] = np.nan, str(error)
 
     def _whole(self, row: Array, found: Motions, place: int) -> Trajectory:
         """The trajectory of a case, with forces and energies."""

@@ -6,8 +6,8 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any
 
-from pendpin.analysis.sweep.cases import Block, run_block
-from pendpin.analysis.sweep.task import Task, versions
+from pendpin.analysis.sweep.cases import run_block
+from pendpin.analysis.sweep.task import Block, Task, versions
 from pendpin.errors import InputError, MissingLibrary, RunError
 
 AHEAD = 3  # blocks given out for each worker, which bounds the memory

@@ -17,7 +17,7 @@ from pendpin.simulation.accuracy.refinement import LOOSEST, TAYLOR, by_tolerance
 from pendpin.simulation.accuracy.rounding import EPS, START
 from pendpin.simulation.accuracy.runs import Runs
 from pendpin.simulation.accuracy.target import NEGLIGIBLE
-from pendpin.simulation.batches import Case, Motions, Series
+from pendpin.simulation.batches import Cases, Motions, Series
 from pendpin.simulation.guards import Deadline
 
 FINEST = 1e-9  # finer targets are near to rounding, which target.py measures
@@ -38,14 +38,14 @@ class Ladder:
         settings = [first / FINER**i for i in range(MOST_SERIES)]
         self.series = [make(setting) for setting in settings if setting >= self._refinement.least]
 
-    def run(self, cases: Sequence[Case]) -> tuple[Motions, Motions, Mask]:
+    def run(self, cases: Cases) -> tuple[Motions, Motions, Mask]:
         """Motions at the output times, those of tolerances 100 times looser, and which cases (c,) meet the target."""
         found = [series.run(cases, self._times) for series in self.series[:3]]
         met = self._met(cases, found, self.series[0].tolerance)
         for coarsest, series in zip(self.series[1:], self.series[3:], strict=False):
             if not len(left := np.flatnonzero(~met)):
                 break
-            few = [cases[i] for i in left.tolist()]
+            few = cases.some(left)
             runs = [*(_some(one, left) for one in found[1:]), series.run(few, self._times)]
             met[left] = self._met(few, runs, coarsest.tolerance)
             for whole, part in zip(found, runs, strict=True):
@@ -58,13 +58,13 @@ class Ladder:
         return one._replace(q=one.q[:, :: self._every], v=one.v[:, :: self._every])
 
     @np.errstate(invalid="ignore")  # a case that cannot be integrated to its end does not meet the target
-    def _met(self, cases: Sequence[Case], found: Sequence[Motions], coarsest: float) -> Mask:
+    def _met(self, cases: Cases, found: Sequence[Motions], coarsest: float) -> Mask:
         """Whether the error of the last of three runs of each case, with rounding, is within the target."""
-        points = [of_each(_points, [case.model for case in cases], one.q) for one in found]
-        met = np.zeros(len(cases), bool)
-        for i, case in enumerate(cases):
+        points = [of_each(_points, cases.models, one.q) for one in found]
+        met = np.zeros(len(cases.q), bool)
+        for i, model in enumerate(cases.models):
             coarse, middle, fine = (one[i] for one in points)
-            length = chain_length(case.model) or float(np.linalg.norm(fine, axis=-1).max()) or 1.0
+            length = chain_length(model) or float(np.linalg.norm(fine, axis=-1).max()) or 1.0
             pairs = ((coarse, middle), (middle, fine))
             first, second = (np.maximum.accumulate(tip_distance(*pair, length)) for pair in pairs)
             gaps = Gaps(first, second, (FINER, FINER), self._refinement.pace, self._refinement.scatter)
