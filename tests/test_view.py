@@ -137,7 +137,7 @@ def test_writing_the_page_opens_no_socket_and_starts_no_library_that_would(tmp_p
         def refuse(*args, **kwargs): raise AssertionError("a socket or process was asked for")
         socket.socket.__init__ = subprocess.Popen.__init__ = refuse
         from test_view import swinging
-        from pendpin.graphics.view import write_page
+        from pendpin.graphics.page import write_page
         write_page({str(tmp_path / "run.html")!r}, swinging())
         assert not {{"zmq", "meshcat", "tornado", "IPython"}} & set(sys.modules)
     """)

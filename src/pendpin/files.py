@@ -66,6 +66,12 @@ def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> Path:
     return path
 
 
+def folder_of(name: str) -> Path:
+    """A folder that comes with pendpin: in the installed package, or at the top of a checkout."""
+    installed = Path(__file__).parent / name
+    return installed if installed.is_dir() else Path(__file__).parents[2] / name
+
+
 FORMATS = {  # that a file's suffix says
     *(".npz", ".csv", ".json", ".toml", ".txt", ".mat", ".h5", ".hdf5", ".parquet", ".xlsx"),
     *(".html", ".htm", ".png", ".pdf", ".svg", ".jpg", ".gif", ".mp4"),

@@ -16,7 +16,7 @@ HOMES = {
     "Fit.plot": "analysis.fit.figure:plot",
     "Start.at_rest": "simulation.starts:at_rest",
     "Start.conical": "simulation.starts:conical",
-    "Trajectory.animate": "graphics.animation:animate",
+    "Trajectory.animate": "graphics.animation:Animation",
     "Trajectory.at": "simulation.continuation:at",
     "Trajectory.configurations": "model.configurations:configurations",
     "Trajectory.crossings": "simulation.crossings:crossings",

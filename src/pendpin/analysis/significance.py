@@ -61,7 +61,7 @@ def significance(scene: Scene, accuracy: float = 1e-3) -> EffectsReport:
     if not 0 < accuracy < 1:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
     samples = min(scene.solver.samples or SAMPLES, SAMPLES) if len(scene.times) > SAMPLES else None
-    scene = scene.model_copy(update={"solver": scene.solver.replaced(samples=samples)}) if samples else scene
+    scene = scene.with_solver(samples=samples)
     base, finer = (simulate(scene, method="auto", tolerance=tolerance) for tolerance in TOLERANCES)
     length = scale(build(scene.model))
     good = int(

@@ -93,7 +93,7 @@ def place_named(path: Path | str | None) -> str:
 def check_options(solver: "Solver", **options: Any) -> None:
     """Check options that replace settings of the scene's solver; errors name the option."""
     try:
-        solver.replaced(**{name: value for name, value in options.items() if value is not None})
+        solver.replaced(**options)
     except InputError as error:
         name, reason = str(error).split(": ", 1)
         raise typer.BadParameter(reason, param_hint=f"--{name}") from None

@@ -26,8 +26,8 @@ def save_plot(trajectory: "Trajectory", path: Path, names: tuple[str, ...] = ())
 
 def write_page(trajectory: "Trajectory", path: Path) -> Path:
     """Write the animation of a run as one HTML page. Raises InputError."""
+    from pendpin.graphics.page import write_page
     from pendpin.graphics.run_drawing import drawing_of
-    from pendpin.graphics.view import write_page
 
     return write_page(path, drawing_of(trajectory))
 

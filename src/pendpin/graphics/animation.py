@@ -41,11 +41,6 @@ class Animation:
         return frame_of(self._run)
 
 
-def animate(run: Trajectory) -> Animation:
-    """As `Trajectory.animate`."""
-    return Animation(run)
-
-
 def frame_of(run: Trajectory) -> str:
     """The player of a run as a frame for a notebook; what stands in its way, where it cannot be drawn."""
     if not len(run.t):

@@ -3,13 +3,14 @@
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.errors import MissingLibrary
 from pendpin.files import write_whole
+from pendpin.graphics.page import pick
 from pendpin.graphics.panels import COLORS, plain_name
 from pendpin.graphics.path import smooth_trail
 from pendpin.graphics.run_drawing import drawing_of, ends_of
@@ -43,11 +44,7 @@ def write_film(path: Path, run: Trajectory, suffix: str) -> Path:
             for frame in range(count):
                 draw(frame)
                 writer.grab_frame()
-        return write_whole(path, lambda file: _copy(film, file))
-
-
-def _copy(film: Path, file: IO[bytes]) -> None:
-    file.write(film.read_bytes())
+        return write_whole(path, lambda file: file.write(film.read_bytes()))
 
 
 def _ffmpeg() -> str:
@@ -64,7 +61,7 @@ def _film(run: Trajectory) -> tuple[Any, Callable[[int], None], int]:
     """A figure, what draws a frame on it, and how many frames there are."""
     from matplotlib.figure import Figure
 
-    rows = _rows(run.t)
+    rows = pick(run.t, FRAMES_PER_SECOND, MOST_FRAMES)
     ends, (times, path) = _seen(ends_of(run)), _path(run)
     bodies = ends.shape[1]
     gaps = np.full((len(ends), bodies, 1, 2), np.nan)  # bodies are separate lines
@@ -89,12 +86,6 @@ def _film(run: Trajectory) -> tuple[Any, Callable[[int], None], int]:
         clock.set_text(f"t = {run.t[row]:.2f} s")
 
     return figure, draw, len(rows)
-
-
-def _rows(t: Array) -> Array:
-    """The samples that are drawn, of times t (n,) in s."""
-    count = int(min(max(2.0, (t[-1] - t[0]) * FRAMES_PER_SECOND), MOST_FRAMES, len(t)))
-    return np.linspace(0, len(t) - 1, count).round().astype(int)
 
 
 def _path(run: Trajectory) -> tuple[Array, Array]:

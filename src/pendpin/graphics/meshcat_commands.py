@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.arrays import Array
 from pendpin.errors import InputError, choices, inside
 from pendpin.files import read_whole
 from pendpin.graphics.drawing import WORLD, Drawing, Shape
@@ -52,7 +53,7 @@ def _solids(drawing: Drawing, bodies: list[int]) -> dict[str, Any]:
             "material": material["uuid"],
             "castShadow": shadows,
         }
-        groups[shape.body].append(solid | {"matrix": _matrix(shape)})
+        groups[shape.body].append(solid | {"matrix": [round(float(x), 9) for x in placed(shape).T.flat]})
     names = {body: f"body_{i}" for i, body in enumerate(bodies)} | {WORLD: "world"}
     return {
         "metadata": {"version": 4.5, "type": "Object"},
@@ -66,14 +67,11 @@ def _group(name: str, children: list[dict[str, Any]]) -> dict[str, Any]:
     return {"type": "Group", "uuid": name, "name": name, "children": children}
 
 
-def _matrix(shape: Shape) -> list[float]:
-    """The placement as three.js reads it, column by column, with what turns its solids into ours."""
-    placement = shape.placement
-    if shape.geometry == "cylinder":  # three.js has it along y
-        placement = placement @ np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
-    if shape.geometry == "mesh":
-        placement = placement @ np.diag([*shape.size, 1.0])
-    return [round(float(x), 9) for x in placement.T.flat]
+def placed(shape: Shape) -> Array:
+    """The placement (4, 4) of three.js's solid: its cylinders lie along y, its meshes get their scale here."""
+    if shape.geometry == "cylinder":
+        return shape.placement @ np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+    return shape.placement @ np.diag([*shape.size, 1.0]) if shape.geometry == "mesh" else shape.placement
 
 
 def _material(color: int) -> dict[str, Any]:

@@ -132,7 +132,10 @@ def pick(t: Array, per_second: float, most: int) -> NDArray[np.intp]:
 
 
 def quaternions(rotations: Array) -> Array:
-    """Quaternions (n, bodies, 4), order x, y, z, w, of rotations (n, bodies, 3, 3), without jumps of sign along n."""
+    """Quaternions (n, bodies, 4), order x, y, z, w, of rotations (n, bodies, 3, 3), without jumps of sign along n.
+
+    Not by SciPy, whose module takes 0.25 s to import.
+    """
     R = rotations
     squares = np.stack([R[..., 0, 0], R[..., 1, 1], R[..., 2, 2], np.trace(R, axis1=-2, axis2=-1)], -1)
     largest = squares.argmax(-1)[..., None, None]  # each row of q q^T gives q, the row of the largest one without loss

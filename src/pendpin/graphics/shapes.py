@@ -24,7 +24,7 @@ def rod_shapes(model: Model, extent: float, payloads: Sequence[float]) -> Iterat
     """Rods, their joints and their payloads in kg; and what they hang from, which is the body after them."""
     thick = THINNEST * extent
     many = len(model.bodies) > MANY
-    yield Shape("box", (12 * thick, 12 * thick, thick), _at(0, 0, 3.5 * thick), STEEL, len(model.bodies))
+    yield Shape("box", (12 * thick, 12 * thick, thick), _at((0, 0, 3.5 * thick)), STEEL, len(model.bodies))
     for index, (body, payload) in enumerate(zip(model.bodies, payloads, strict=True)):
         radius = max(body.radius, thick * (0.4 if many else 1.0))
         long = any(body.tip)  # a rotor about its own centre is not
@@ -33,7 +33,7 @@ def rod_shapes(model: Model, extent: float, payloads: Sequence[float]) -> Iterat
         if not (many and long):
             yield Shape("sphere", (min(1.5 * radius, 3 * thick),), np.eye(4), STEEL, index)
         if payload or index == len(model.bodies) - 1:
-            yield Shape("sphere", (max(1.5 * thick, _ball(payload, body)),), _at(*body.tip), STEEL, index)
+            yield Shape("sphere", (max(1.5 * thick, _ball(payload, body)),), _at(body.tip), STEEL, index)
 
 
 def _ball(payload: float, body: Body) -> float:
@@ -43,21 +43,17 @@ def _ball(payload: float, body: Body) -> float:
 
 def _rod(body: Body, index: int, radius: float, color: int) -> Shape:
     length = math.hypot(*body.tip)  # the norm of a tiny vector is 0
-    placement = np.eye(4)
-    placement[:3, :3] = _frame_along(body.tip / length)
-    placement[:3, 3] = body.tip / 2
-    return Shape("cylinder", (radius, length), placement, color, index)
-
-
-def _frame_along(z: Array) -> Array:
-    """A rotation (3, 3) whose third axis is the unit vector z (3,)."""
+    z = body.tip / length
     x = across(z)
-    return np.stack([x, cross(z, x), z], -1)
+    return Shape("cylinder", (radius, length), _at(body.tip / 2, np.stack([x, cross(z, x), z], -1)), color, index)
 
 
-def _at(x: float, y: float, z: float) -> Array:
+def _at(place: Any, rotation: Array | None = None) -> Array:
+    """A placement (4, 4) at a place (3,) in m, with a rotation (3, 3) if there is one."""
     placement = np.eye(4)
-    placement[:3, 3] = x, y, z
+    placement[:3, 3] = place
+    if rotation is not None:
+        placement[:3, :3] = rotation
     return placement
 
 
@@ -90,12 +86,11 @@ def _visual(visual: Any, placement: Array, body: int, color: int, urdf: Path) ->
 
 
 def _origin(origin: Any) -> Array:
-    placement = np.eye(4)
-    if origin is not None:
-        rpy = np.array(_numbers(origin.get("rpy", "0 0 0")))
-        placement[:3, :3] = pinocchio().rpy.rpyToMatrix(rpy)
-        placement[:3, 3] = _numbers(origin.get("xyz", "0 0 0"))
-    return placement
+    """The placement (4, 4) of an <origin>, or none."""
+    if origin is None:
+        return np.eye(4)
+    rotation = pinocchio().rpy.rpyToMatrix(np.array(_numbers(origin.get("rpy", "0 0 0"))))
+    return _at(_numbers(origin.get("xyz", "0 0 0")), rotation)
 
 
 def _color(visual: Any, materials: dict[str, Any]) -> int:

@@ -11,9 +11,7 @@ from typing import Any, cast
 
 from pendpin.errors import InputError
 from pendpin.graphics.drawing import Drawing
-from pendpin.graphics.page import page, write_page
-
-__all__ = ["page", "serve", "write_page"]
+from pendpin.graphics.page import page
 
 ADDRESS = "127.0.0.1"
 

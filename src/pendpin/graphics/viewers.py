@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import InputError, MissingLibrary, shown
+from pendpin.graphics.meshcat_commands import placed
 from pendpin.graphics.page import FRAMES_PER_SECOND, pick
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.model.configurations import configurations
@@ -48,7 +49,7 @@ def _animated(run: Trajectory, viewer: Any) -> Any:
     for place, shape in enumerate(drawing.shapes):
         node = _body(group, shape.body)[f"shape_{place}"]
         node.set_object(*_object(shape))
-        node.set_transform(shape.placement @ _turned(shape))
+        node.set_transform(placed(shape))
     _look(viewer[CAMERA], np.concatenate([drawing.trail, drawing.poses[:, 0, :3, 3]]))
     rows = pick(drawing.t, FRAMES_PER_SECOND / 2, KEYS)
     film = animation.Animation(default_framerate=FRAMES_PER_SECOND)
@@ -88,13 +89,3 @@ def _object(shape: Any) -> tuple[Any, Any]:
     if kind is None:
         raise InputError(f"{shape.path}: a mesh to be shown is one of: {', '.join(kinds)}")
     return kind.from_file(shape.path), material
-
-
-def _turned(shape: Any) -> np.ndarray:
-    """What turns meshcat's solid into ours: its cylinders lie along y; meshes have their scale."""
-    turn = np.eye(4)
-    if shape.geometry == "cylinder":
-        turn[:3, :3] = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
-    if shape.geometry == "mesh":
-        turn[:3, :3] = np.diag(shape.size)
-    return turn

@@ -80,16 +80,14 @@ def automatic(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balan
         return method, solver.engine
     if dynamics.contacts is not None and NAMES.get(method) not in ONE_STEP:
         return method, without_compiling(dynamics.engine)
-    scene = scene.model_copy(update={"solver": solver.model_copy(update={"method": method})})
-    return method, prices.cheapest_engine(scene, dynamics, turns)
+    return method, prices.cheapest_engine(scene.with_solver(method=method), dynamics, turns)
 
 
 def uncompiled(scene: Scene) -> Scene:
     """The scene on the engine that it runs on if its equations are not compiled, unless it names its engine."""
     if scene.solver.engine != "auto" or scene.solver.method not in ON_COMPILED:
         return scene
-    engine = without_compiling(bind(scene).engine)
-    return scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": engine})})
+    return scene.with_solver(engine=without_compiling(bind(scene).engine))
 
 
 def _rates(dynamics: Dynamics, y: Array) -> tuple[float, float]:

@@ -20,13 +20,18 @@ Advance = Callable[[float, float, int], None]  # t, h, steps: advances a state i
 Step = Callable[[float, float], None]  # the same for one step
 
 
+def steps_in(interval: float, step: float) -> int:
+    """How many equal steps of at most `step` make an interval, both in s."""
+    return max(1, math.ceil(interval / step * (1 - 1e-9)))
+
+
 def intervals(times: Array, step: float) -> Iterator[tuple[float, int, float]]:
     """For each interval of output times (n,): its start, the number of its steps, and their size h <= step, s.
 
     Every sample falls on a step, so that samples have the order of the method.
     """
     for start, end in pairwise(times):
-        count = max(1, math.ceil((end - start) / step * (1 - 1e-9)))
+        count = steps_in(end - start, step)
         yield start, count, (end - start) / count
 
 

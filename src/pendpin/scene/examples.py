@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from pendpin.errors import InputError, choices, did_you_mean, shown
+from pendpin.files import folder_of
 
 
 def example_names() -> list[str]:
@@ -22,6 +23,5 @@ def example_text(name: str) -> str:
 
 
 def examples_folder() -> Path:
-    """Where they are: in the installed package, or at the top of a checkout."""
-    installed = Path(__file__).parents[1] / "examples"
-    return installed if installed.is_dir() else Path(__file__).parents[3] / "examples"
+    """Where they are."""
+    return folder_of("examples")

@@ -11,6 +11,7 @@ from pydantic_core import PydanticSerializationError
 from pendpin.arrays import Array
 from pendpin.effects import AnyEffect, Gravity
 from pendpin.errors import InputError
+from pendpin.files import folder_of
 from pendpin.keypaths import parsed
 from pendpin.records import NotNegative, Record
 from pendpin.scene.data import Data
@@ -101,8 +102,11 @@ class Scene(Record):
 
     def by(self, method: str, setting: float) -> Self:
         """The scene with a method and its setting, a tolerance or a step. Raises InputError where they do not fit."""
-        name = "step" if method in FIXED_METHODS else "tolerance"
-        return self.model_copy(update={"solver": self.solver.replaced(method=method, **{name: setting})})
+        return self.with_solver(method=method, **{"step" if method in FIXED_METHODS else "tolerance": setting})
+
+    def with_solver(self, **given: Any) -> Self:
+        """The scene with other settings of its solver, as `Solver.replaced`."""
+        return self.model_copy(update={"solver": self.solver.replaced(**given)})
 
     @model_validator(mode="after")
     def _samples_fit(self) -> Self:
@@ -149,6 +153,5 @@ def builtin_scene() -> Scene:
 
 
 def urdf_folder() -> Path:
-    """Where the URDFs that come with pendpin are: in the installed package, or at the top of a checkout."""
-    installed = Path(__file__).parents[1] / "urdf"
-    return installed if installed.is_dir() else Path(__file__).parents[3] / "urdf"
+    """Where the URDFs that come with pendpin are."""
+    return folder_of("urdf")

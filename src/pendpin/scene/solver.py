@@ -88,7 +88,8 @@ class Solver(Record):
         return times
 
     def replaced(self, **given: Any) -> Self:
-        """The solver with other settings; those of its own that no longer fit are left out."""
+        """The solver with other settings, but for those that are None; those of its own that no longer fit are left out."""
+        given = {name: value for name, value in given.items() if value is not None}
         method = given.get("method", self.method)
         unfit = {"tolerance" if method in FIXED_METHODS else "step"}
         if "accuracy" in given:

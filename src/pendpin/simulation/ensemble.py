@@ -25,7 +25,7 @@ from pendpin.scene import Scene, Start
 from pendpin.simulation.batches import Series, ends_well, side_by_side
 from pendpin.simulation.processes import cores, spread
 from pendpin.simulation.simulate import run_to_setting
-from pendpin.trajectory import Stats
+from pendpin.trajectory import Counts, Stats
 
 MAX_BYTES = 4e9  # of the result
 MOST_JOINTS = 10  # up to which series are chosen: five rods compile in 2 s and run ten times as fast as one by one
@@ -33,20 +33,11 @@ MOST_JOINTS = 10  # up to which series are chosen: five rods compile in 2 s and 
 ProgressCallback = Callable[[int], None]
 
 
-@dataclass(frozen=True)
-class EnsembleStats:
-    """Counts and times of all runs together."""
+@dataclass(frozen=True, kw_only=True)
+class EnsembleStats(Counts):
+    """Counts and times of all runs together; seconds are summed over the workers."""
 
-    method: str
-    tolerance: float | None  # of a method without a fixed step
-    step: float | None  # s, of a method with one
-    steps: int
-    evaluations: int
-    seconds: float  # of integration with its sampling, summed over the workers
-    compile_seconds: float
     workers: int
-    library: str
-    version: str
     failures: dict[int, str] = field(default_factory=dict)  # reasons of starts that ended early, by index
 
 
@@ -98,9 +89,7 @@ def simulate_many(
     The rows of a start that ends early are NaN from there on; `stats.failures` holds the reason.
     Raises InputError for starts or a scene that cannot be run; Interrupted (Ctrl-C), with the result so far as `partial`.
     """
-    given = {"method": method, "tolerance": tolerance}
-    solver = scene.solver.replaced(**{name: value for name, value in given.items() if value is not None})
-    scene = scene.model_copy(update={"solver": solver})
+    scene = scene.with_solver(method=method, tolerance=tolerance)
     dynamics = bind(scene)
     q, v = _starts(dynamics.model, scene, positions, velocities)
     workers = _workers(workers, len(q))
@@ -129,7 +118,7 @@ def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> Scene:
         return scene
     if automatic(scene, dynamics, q, v)[0] != "dop853":
         return scene
-    return scene.model_copy(update={"solver": solver.replaced(method="taylor")})
+    return scene.with_solver(method="taylor")
 
 
 # --- what is refused ------------------------------------------------------------------------------------------------

@@ -78,7 +78,7 @@ def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_ba
     if (method, engine) == (scene.solver.method, scene.solver.engine):
         return scene, dynamics
     changed = method == "taylor" or engine != scene.solver.engine
-    scene = scene.model_copy(update={"solver": scene.solver.replaced(method=method, engine=engine)})
+    scene = scene.with_solver(method=method, engine=engine)
     return scene, bind(scene) if changed else dynamics
 
 

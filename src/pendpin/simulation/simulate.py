@@ -105,10 +105,11 @@ def varied(
     rising = None if times is None else _times(times)
     if rising is not None and duration is None:
         duration = max(rising[-1] - chosen.start.time, 0.0)
-    given = solver | {"samples": samples, "times": rising}
-    changes = {name: value for name, value in given.items() if value is not None}
-    fields = {} if duration is None else {"duration": duration}
-    return chosen.replace(solver=chosen.solver.replaced(**changes), **fields) if changes or fields else chosen
+    fields: dict[str, Any] = {} if duration is None else {"duration": duration}
+    settings = solver | {"samples": samples, "times": rising}
+    if any(value is not None for value in settings.values()):
+        fields["solver"] = chosen.solver.replaced(**settings)
+    return chosen.replace(**fields) if fields else chosen
 
 
 def _times(times: ArrayLike) -> tuple[float, ...]:

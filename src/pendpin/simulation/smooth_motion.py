@@ -9,6 +9,7 @@ import numpy as np
 from pendpin.arrays import Array, subdivided
 from pendpin.errors import RunError
 from pendpin.integrators import Memory, Segment, StepPlan
+from pendpin.integrators.fixed import steps_in
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.loop import IntegrationLoop, Task
 
@@ -83,7 +84,7 @@ class SmoothLoop(IntegrationLoop):
         Also returns the number of parts of each interval, and by what factor there should have been more.
         """
         step = self.integrator.step
-        whole = math.ceil((span[1] - span[0]) / step * (1 - 1e-9)) if step else 0  # steps in an interval
+        whole = steps_in(span[1] - span[0], step) if step else 0  # steps in an interval
         while True:
             parts = parts if not step else 1 if parts == 1 else whole  # else the steps would change
             segment = self._integrate(y, subdivided(span, parts), first_step, memory)

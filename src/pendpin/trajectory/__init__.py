@@ -3,9 +3,9 @@
 May import: the ground.
 """
 
-from pendpin.trajectory.parts import Energy, Reactions, Stats
+from pendpin.trajectory.parts import Counts, Energy, Reactions, Stats
 from pendpin.trajectory.reading import read_array
 from pendpin.trajectory.samples import joined, samples_of
 from pendpin.trajectory.trajectory import Trajectory
 
-__all__ = ["Energy", "Reactions", "Stats", "Trajectory", "joined", "read_array", "samples_of"]
+__all__ = ["Counts", "Energy", "Reactions", "Stats", "Trajectory", "joined", "read_array", "samples_of"]

@@ -49,29 +49,35 @@ class Energy(NamedTuple):
         return float(np.abs(self.total - self.total[0]).max() / self.moved)
 
 
-@dataclass(frozen=True)
-class Stats:
-    """Method, setting, counts, times and estimated error of a run."""
+@dataclass(frozen=True, kw_only=True)
+class Counts:
+    """What one run took, or many together: method, setting, counts and times."""
 
     method: str
     tolerance: float | None  # of a method without a fixed step
     step: float | None  # s, of a method with one
     steps: int
     evaluations: int
-    events: int  # impacts, and joints that stuck or came loose
     seconds: float  # of integration with its sampling
     compile_seconds: float
-    engine: str
     library: str
     version: str
+
+    @property
+    def setting(self) -> str:
+        """The tolerance or step, in words."""
+        return f"step {self.step:g} s" if self.tolerance is None else f"tolerance {self.tolerance:g}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stats(Counts):
+    """Method, setting, counts, times and estimated error of a run."""
+
+    events: int  # impacts, and joints that stuck or came loose
+    engine: str
     conservative: bool = False  # whether every effect has a potential, so that the energy should not change
     stopped: str | None = None  # why the run ended early
     accuracy: float | None = None  # the target: largest tip error divided by the chain's length
     error: float | None = None  # the estimated error
     all_seconds: float | None = None  # of every run that led to this one
     notes: tuple[str, ...] = ()  # remarks on the run
-
-    @property
-    def setting(self) -> str:
-        """The tolerance or step, in words."""
-        return f"step {self.step:g} s" if self.tolerance is None else f"tolerance {self.tolerance:g}"

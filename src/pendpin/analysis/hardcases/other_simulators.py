@@ -132,7 +132,19 @@ def _trajectory(given: Scene, peer: Peer, setting: float, run: PeerRun) -> Traje
     model, (n, nv) = build(given.model), run.q.shape
     unknown: Any = np.full((n, nv), np.nan)
     tolerance, step = (setting if peer.kind == kind else None for kind in ("tolerance", "step"))
-    stats = Stats(peer.name, tolerance, step, run.steps, run.evaluations, 0, run.seconds, 0.0, "", peer.library, "")
+    stats = Stats(
+        method=peer.name,
+        tolerance=tolerance,
+        step=step,
+        steps=run.steps,
+        evaluations=run.evaluations,
+        events=0,
+        seconds=run.seconds,
+        compile_seconds=0.0,
+        engine="",
+        library=peer.library,
+        version="",
+    )
     return Trajectory(
         joints=model.joints,
         t=run.t,

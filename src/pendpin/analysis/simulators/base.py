@@ -123,11 +123,6 @@ def _clock(end: float, limit: float) -> Look:
     return look
 
 
-def cut(interval: float, step: float) -> int:
-    """How many equal steps of at most `step` make the interval."""
-    return max(1, math.ceil(interval / step * (1 - 1e-9)))
-
-
 @contextmanager
 def loading(library: str) -> Iterator[None]:
     """What a library raises in the block is said as InputError."""

@@ -16,8 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.simulators.base import Kind, Look, Motion, Peer, Task, cut, loading, peer
+from pendpin.analysis.simulators.base import Kind, Look, Motion, Peer, Task, loading, peer
 from pendpin.arrays import Array
+from pendpin.integrators.fixed import steps_in
 
 FIRST_TURN = 1e-3  # rad or so, in the first step
 METHODS: dict[str, tuple[str, Kind]] = {
@@ -101,7 +102,9 @@ def _simulator(plant: Any, scheme: str, kind: Kind, setting: float, interval: fl
     if kind == "tolerance":
         config.accuracy = setting
     else:
-        config.max_step_size = interval / cut(interval, setting) * (1 + 1e-12)  # so that rounding leaves no last sliver
+        config.max_step_size = (
+            interval / steps_in(interval, setting) * (1 + 1e-12)
+        )  # so that rounding leaves no last sliver
     simulator = Simulator(plant)
     ApplySimulatorConfig(config, simulator)
     return simulator

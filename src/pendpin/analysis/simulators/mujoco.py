@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.simulators.base import Look, Motion, Peer, Task, cut, loading, peer
+from pendpin.analysis.simulators.base import Look, Motion, Peer, Task, loading, peer
 from pendpin.analysis.simulators.text import LEAST
 from pendpin.arrays import Array
 from pendpin.errors import RunError
+from pendpin.integrators.fixed import steps_in
 
 STAGES = {"rk4": 4, "euler": 1, "implicitfast": 1}  # evaluations a step
 STEPS_AT_ONCE = 1_000  # between two looks at the clock
@@ -62,7 +63,7 @@ def _motion(mujoco: Any, model: Any, name: str, task: Task) -> Callable[[float],
     at_q, at_v = _places(model, task)
 
     def prepare(step: float) -> Motion:
-        own, data, count, taken = copy(model), mujoco.MjData(model), cut(task.interval, step), 0
+        own, data, count, taken = copy(model), mujoco.MjData(model), steps_in(task.interval, step), 0
         own.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{name.upper()}")
         own.opt.timestep = task.interval / count
         qpos = data.qpos

@@ -160,11 +160,10 @@ def _report(
 
 def _bench(scene: Scene, accuracy: float, thorough: bool) -> _Bench:
     samples = scene.solver.samples or (SAMPLES if scene.duration else 1)
-    solver = scene.solver.replaced(method="auto", samples=samples if thorough else min(samples, SAMPLES))
-    scene = scene.model_copy(update={"solver": solver})
+    scene = scene.with_solver(method="auto", samples=samples if thorough else min(samples, SAMPLES))
     solutions, limit = (SOLUTIONS, np.inf) if thorough else (QUICK, OF_REFERENCE)
     known = reference(scene, KNOWN * accuracy, solutions, limit)
-    solver = solver.model_copy(update={"samples": len(known.t)})
+    solver = scene.solver.model_copy(update={"samples": len(known.t)})
     scene = scene.model_copy(update={"duration": known.horizon, "solver": solver})
     pilot = simulate(scene, method="dop853", tolerance=1e-3)
     if not thorough:
@@ -212,7 +211,7 @@ def _method(bench: _Bench, method: str) -> Series:
 def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Outcome]:
     name, scene = method.removesuffix(COMPILED), bench.scene
     if name != method:
-        scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": "compiled"})})
+        scene = scene.with_solver(engine="compiled")
 
     def run(setting: float, stop: float) -> Outcome:
         begin = time.perf_counter()

@@ -30,7 +30,6 @@ SAME = 1e-9  # of the largest rate: difference of two equations by rounding
 LARGE = 200  # joints: a Jacobian of more takes minutes, in which nothing stops it
 STATES = 8  # at which equations are compared
 CONTRADICTION = 100.0  # times the estimated errors of the two, and their rounding
-DOWN = np.array([0.0, 0.0, -1.0])
 
 Tips = Array  # (n, rods, 3) m, W
 
@@ -156,8 +155,7 @@ def by_series(scene: Scene, model: Model, length: float, limit: float) -> Soluti
     if len(model.joints) > (MAX_JOINTS if limit == np.inf else FEW_JOINTS):  # of more joints, it compiles long
         raise InputError("too many joints")
     name = "power series (taylor) of the recursion"
-    scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": "auto"})})
-    return _of_runs(name, scene, length, "taylor", 1e-18, 1e-16, limit)
+    return _of_runs(name, scene.with_solver(engine="auto"), length, "taylor", 1e-18, 1e-16, limit)
 
 
 def by_runge_kutta(scene: Scene, model: Model, length: float, limit: float) -> Solution:
@@ -205,8 +203,8 @@ def refuse_other_equations(scene: Scene, run: Trajectory) -> None:
 
 
 def _recursion(scene: Scene, model: Model) -> Scene:
-    engine = "compiled" if compilable(acting(model, scene.effects), len(model.joints)) else scene.solver.engine
-    return scene.model_copy(update={"solver": scene.solver.model_copy(update={"engine": engine})})
+    compiles = compilable(acting(model, scene.effects), len(model.joints))
+    return scene.with_solver(engine="compiled") if compiles else scene
 
 
 def _of_runs(name: str, scene: Scene, length: float, method: str, fine: float, coarse: float, limit: float) -> Solution:
