@@ -14,7 +14,8 @@ from pendpin.errors import MissingLibrary, find
 
 NEAR = 1e-9  # of the largest length of a model: a tip so near to its joint is none
 SMALL = 1e-10  # kg: below, another unit of mass is taken
-APART = 1e-150  # of the largest mass: lighter links are not looked at
+APART = 1e-150  # of the largest mass or inertia in kg, kg m²: lighter links are not looked at
+LEAST_UNIT = 1e-300  # kg
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +57,14 @@ def pinocchio() -> Any:
     return pinocchio
 
 
-def mass_unit(masses: Sequence[float]) -> float:
-    """A power of 2, in kg, in which no mass is small: Pinocchio adds up inertias wrongly below 2.2e-16 of its unit."""
+def mass_unit(masses: Sequence[float], inertias: Sequence[float]) -> float:
+    """A power of 2, in kg, in which no mass is small: Pinocchio adds up inertias wrongly below 2.2e-16 of its unit.
+
+    `inertias` are the moments of inertia in kg m². Numbers in that unit stay finite.
+    """
     least = min((mass for mass in masses if mass > 0), default=1.0)
-    return 1.0 if least > SMALL else 2.0 ** math.floor(math.log2(max(least, APART * max(masses))))
+    heaviest = max((*masses, *inertias), default=1.0)
+    return 1.0 if least > SMALL else 2.0 ** math.floor(math.log2(max(least, APART * heaviest, LEAST_UNIT)))
 
 
 def append_body(model: Any, joint: int, inertia: Any) -> None:
@@ -80,7 +85,8 @@ def with_masses(model: Any, factor: float) -> Any:
 
 def in_mass_unit(model: Any) -> tuple[Any, float]:
     """A pin.Model with its masses in a unit in which they add up, and that unit in kg."""
-    unit = mass_unit([body.mass for body in model.inertias])
+    moments = [float(np.abs(body.inertia).max()) for body in model.inertias]
+    unit = mass_unit([body.mass for body in model.inertias], moments)
     return (model if unit == 1.0 else with_masses(model, 1 / unit)), unit
 
 

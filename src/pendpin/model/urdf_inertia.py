@@ -52,7 +52,8 @@ def in_mass_unit(links: dict[str, Element]) -> float:
     """Write masses and inertias in a unit in which Pinocchio adds them up; returns the unit in kg."""
     inertials = [link.find("inertial") for link in links.values()]
     parts = [needed("", inertial, tag) for inertial in inertials if inertial is not None for tag in ("mass", "inertia")]
-    unit = mass_unit([float(mass.get("value", "")) for mass in parts[::2]])
+    moments = [abs(float(part.get(key, "0"))) for part in parts[1::2] for key in _MOMENTS]
+    unit = mass_unit([float(mass.get("value", "")) for mass in parts[::2]], moments)
     for part in parts if unit != 1.0 else ():
         for key in ("value", *_MOMENTS):
             if key in part.attrib:

@@ -17,7 +17,7 @@ from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, automatic, taylor_takes
 from pendpin.model.build import build, start_state
 from pendpin.scene import FIXED_METHODS, Scene
 from pendpin.simulation.accuracy import rounding
-from pendpin.simulation.accuracy.estimate import DISAGREEMENT, SMALL, Estimate, Gaps, estimate
+from pendpin.simulation.accuracy.estimate import DISAGREEMENT, NOISE, SMALL, Estimate, Gaps, estimate
 from pendpin.simulation.accuracy.refinement import LOOSEST, MOST_STEPS, Refinement, by_step, by_tolerance
 from pendpin.simulation.accuracy.runs import Attempt, Runs, alike, at_rest, extent, gap, length_of
 from pendpin.simulation.guards import Deadline
@@ -33,7 +33,7 @@ LAST_NEGLIGIBLE = 0.1  # the same, of runs that cannot be finer
 LEAST_OF_ANOTHER = 1e-13  # tolerance of another method
 HARMLESS = 0.1  # of the target: a bound on rounding that needs no measurement
 HOPELESS = 10.0  # times the target: rounding of a coarse run that no finer run needs to confirm
-UNSTABLE = 1e-9  # rounding error of a motion that magnifies errors a million times and more
+UNSTABLE = 1e-11  # rounding error of a motion that magnifies errors ten thousand times and more
 SAFETY = 6.0  # times the estimate there: its errors follow no law (measured near unstable rests, up to 5.1)
 STEADY = ("radau", "bdf", "lsoda", "taylor")  # methods that show by themselves what rounding does
 SURE = 1e-12  # tolerance of a run whose motion is as stable as the true one
@@ -98,6 +98,9 @@ class _Search:
         if verdict.error[-1] <= self.target or self.finest or (verdict.small and not verdict.regular):
             self._measure_rounding(self.attempts[-2 if verdict.small else -1])
             verdict = self._estimate()
+        if verdict.error[-1] <= self.target and self._hardly_moves():
+            error = np.maximum(verdict.error, self._against_another_method())
+            return self._met(error, "the run hardly moves, and another method moves it elsewhere")
         return self._met(verdict.error, self._reason(verdict))
 
     def _met(self, error: Array, reason: str) -> Trajectory | None:
@@ -107,6 +110,14 @@ class _Search:
         if self.finest or (self.rounding is not None and self.rounding[-1] > self.target):
             raise self._refused(error, reason)
         return None
+
+    def _hardly_moves(self) -> bool:
+        """Whether the last run moves less than rounding errors may do, or than the target.
+
+        Near an unstable rest a method may take long steps that see no growth; all its runs then stay there and agree.
+        """
+        assert self.rounding is not None
+        return extent(self.last.run, self.length) <= max(NOISE * float(self.rounding[-1]), self.target)
 
     def _same(self) -> bool:
         """Whether the last two runs are the same, or as close as if they had the same steps."""
@@ -143,7 +154,7 @@ class _Search:
 
     def _against_another_method(self) -> Array:
         """The error (n,) of a run that no finer setting changes, from its difference to a run of another method."""
-        method = "rk45" if self.refinement.method == "dop853" else "dop853"
+        method = next(method for method in _independent(self.scene) if method != self.refinement.method)
         other = self.runs.run(self.scene.by(method, max(self.last.setting, LEAST_OF_ANOTHER)))
         self._measure_rounding(self.last)
         assert self.rounding is not None
@@ -252,6 +263,14 @@ class _Search:
         setting = f"with {run.stats.method}, {run.stats.setting}"
         message = f"accuracy {self.target:g} is not met: {why}; {setting}, {about}; {up_to}"
         return RunError(message, self.result(float(last) if np.isfinite(last) else None))
+
+
+def _independent(scene: Scene) -> tuple[str, str]:
+    """Two methods that can run a scene and see different things: implicit ones for stiff equations, else explicit ones."""
+    free = scene.model_copy(update={"solver": scene.solver.replaced(method="auto")})
+    dynamics = bind(free)
+    method, _ = automatic(free, dynamics, *start_state(dynamics.model, scene.start))
+    return ("radau", "bdf") if method == "radau" else ("dop853", "rk45")
 
 
 def _duration(seconds: float) -> str:
