@@ -1,10 +1,13 @@
 """What each effect costs: an evaluation of y' with gravity and that effect, over one with gravity alone, as a run makes it.
 
-On the compiled engine, which `auto` takes for all but short runs: processor time of the integration over its evaluations,
-and of one call from Python on the engine without compiling. Run it on an idle machine: python benchmarks/effects.py
+Three tables: machine code before optimisation; after it, which comes with some 100,000 evaluations; and the
+engine without compiling, one call from Python. Processor time, of compiled runs that of the integration over its
+evaluations; bare and effect take turns, and the least of several counts. On an idle machine: python benchmarks/effects.py
 """
 
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from platform import machine, python_version
 
@@ -18,8 +21,10 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Compiled
 from pendpin.integrators.machine import AdaptiveInMachineCode
 
-REPETITIONS = 7
+REPETITIONS = 9
 RODS = (1, 3, 10, 30)
+BARE = "gravity alone"
+MANY = 10_000_000  # evaluations
 TRACK = Path(__file__).parents[1] / "examples" / "crane_trolley.csv"
 
 
@@ -28,7 +33,7 @@ def effects(rods: int) -> dict[str, tuple[fx.Effect, ...]]:
     first = "theta_1" if rods > 1 else "theta"
     link = "rod_1" if rods > 1 else "rod"
     return {
-        "gravity alone": (),
+        BARE: (),
         "gravity alone, again": (),
         "viscous": (fx.Viscous(coefficient=0.01),),
         "spring": (fx.Spring(stiffness=0.1),),
@@ -54,51 +59,74 @@ def scene(rods: int, others: tuple[fx.Effect, ...]) -> pp.Scene:
     )
 
 
-def in_a_run(given: pp.Scene) -> float:
-    """Seconds of an evaluation in a run of dop853 on the compiled engine; the least of some."""
+def in_a_run(optimised: bool, given: pp.Scene) -> Callable[[], float]:
+    """A function that returns the seconds of an evaluation in a run of dop853 on the compiled engine."""
     dynamics = Dynamics(pp.bind(given).model, given.effects, "compiled")
     assert isinstance(dynamics.engine, Compiled)
+    if optimised:
+        dynamics.engine.function.code(MANY)  # as after so many evaluations
     integrator = AdaptiveInMachineCode("dop853", 1e-9)
     derivative, count = integrator.equations(dynamics.engine, lambda t: None)
-    nv = len(dynamics.model.joints)
-    q = np.zeros(nv)
-    q[:2] = 0.5, 0.3
-    y, times, best = dynamics.engine.pack(q, np.zeros(nv)), np.array([0.0, given.duration]), np.inf
-    for _ in range(REPETITIONS):
+    y = dynamics.engine.pack(*start(given))
+    times = np.array([0.0, given.duration])
+
+    def seconds() -> float:
         before, begin = count(), time.process_time()
         integrator.integrate(derivative, y, times)
-        best = min(best, (time.process_time() - begin) / (count() - before))
-    return best
+        return (time.process_time() - begin) / (count() - before)
+
+    return seconds
 
 
-def called(given: pp.Scene) -> float:
-    """Seconds of an evaluation called from Python, not compiled; the least of some."""
+def called(given: pp.Scene) -> Callable[[], float]:
+    """A function that returns the seconds of an evaluation called from Python, not compiled."""
     engine = pp.bind(given).engine
     derivative, _ = engine.derivative(lambda t: None)
-    nv = len(engine.model.joints)
-    y = engine.pack(*np.random.default_rng(0).uniform(-1, 1, (2, nv)))
-    dy, calls, best = np.empty_like(y), 100, np.inf
-    for _ in range(REPETITIONS):
+    y = engine.pack(*start(given))
+    dy, calls = np.empty_like(y), 100
+
+    def seconds() -> float:
         begin = time.process_time()
         for _ in range(calls):
             derivative(dy, 0.3, y)
-        best = min(best, (time.process_time() - begin) / calls)
-    return best
+        return (time.process_time() - begin) / calls
+
+    return seconds
+
+
+def start(given: pp.Scene) -> np.ndarray:
+    """The angles and rates of the start, (2, nv)."""
+    state = np.zeros((2, 2 * len(given.model.rods) * given.model.copies))
+    state[0, :2] = list(given.start.positions.values())
+    return state
 
 
 def main() -> None:
-    """Print the two tables."""
+    """Print the tables."""
     console = Console(width=120)
-    for title, measure in (("compiled, in a run", in_a_run), ("not compiled, called from Python", called)):
+    kinds = {
+        "compiled, not optimised, in a run": partial(in_a_run, False),  # first: optimised code is kept
+        "compiled, optimised, in a run": partial(in_a_run, True),
+        "not compiled, called from Python": called,
+    }
+    for title, measure in kinds.items():
         table = Table(
             "effect", *(f"{rods} rods" for rods in RODS), title=f"{title}: us an evaluation, over gravity alone"
         )
-        bare = {rods: measure(scene(rods, ())) for rods in RODS}
+        columns = {
+            rods: least({name: measure(scene(rods, acts)) for name, acts in effects(rods).items()}) for rods in RODS
+        }
         for name in effects(1):
-            found = {rods: measure(scene(rods, effects(rods)[name])) for rods in RODS}
-            table.add_row(name, *(f"{found[rods] * 1e6:.3g}  {found[rods] / bare[rods]:.2f}" for rods in RODS))
+            found = ((column[name], column[BARE]) for column in columns.values())
+            table.add_row(name, *(f"{one * 1e6:.3g}  {one / bare:.2f}" for one, bare in found))
         console.print(table)
     console.print(f"pendpin {pp.__version__}, NumPy {np.__version__}, Python {python_version()}, {machine()}")
+
+
+def least(measures: dict[str, Callable[[], float]]) -> dict[str, float]:
+    """The least of several measurements of each, by turns."""
+    rounds = [{name: measure() for name, measure in measures.items()} for _ in range(REPETITIONS)]
+    return {name: min(found[name] for found in rounds) for name in measures}
 
 
 if __name__ == "__main__":

@@ -88,7 +88,12 @@ def _power(
         return lambda state: torque(state.t, state.q, state.v) @ state.v
     if isinstance(effect, FieldEffect):
         field = field_since(start, effect, "field", xp, numbers)
-        return lambda state: bodies.mass @ (state.motion.velocities(bodies.com) @ field(state.t))
+
+        def of_field(state: State) -> Any:
+            velocities = state.motion.velocities(bodies.com)
+            return bodies.mass @ (velocities * state.motion.fixed(field(state.t))).sum(-1)
+
+        return of_field
     if not isinstance(effect, BodyEffect):
         return None
     wrench = since(start, effect, body_wrench(model, effect, where, xp, numbers, bodies), numbers)

@@ -6,6 +6,7 @@ of any precision and on symbols.
 """
 
 from abc import abstractmethod
+from collections.abc import Callable
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -173,7 +174,11 @@ class Bodies(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Where the bodies are and how they move, in the world W, and where W is."""
+    """Where the bodies are and how they move, in the world W, and where W is.
+
+    Compiled equations take what belongs to a body in its own link frame instead: pendpin's own effects pass vectors
+    that they are given in W, and those of W, through `fixed`, and answer in the same frames.
+    """
 
     origin: Array  # (n, 3) m, the joint that moves the body
     rotation: Array  # (n, 3, 3), the link frame's axes as columns
@@ -182,13 +187,18 @@ class Motion(NamedTuple):
     gravity: Array = np.zeros(3)  # (3,) m/s², the fields that are no motion of W: air feels them too
     pivot: Array = np.zeros(3)  # (3,) m, the origin of W over the ground
     pivot_velocity: Array = np.zeros(3)  # (3,) m/s
+    into_links: Callable[[Array], Array] | None = None  # from W, (3,), into the link frames, (n, 3), if these are meant
+
+    def fixed(self, vector: Array) -> Array:
+        """A vector (3,) given in W, in the frames of the motion: (3,) or (n, 3)."""
+        return vector if self.into_links is None else self.into_links(vector)
 
     def of(self, chosen: Array) -> "Motion":
         """The motion of k of the bodies, by their indices (k,)."""
-        origin, rotation, velocity, spin, *shared = self
-        vectors = (part[..., chosen, :] for part in (origin, velocity, spin))
-        origin, velocity, spin = vectors
-        return Motion(origin, rotation[..., chosen, :, :], velocity, spin, *shared)
+        origin, velocity, spin = (part[..., chosen, :] for part in (self.origin, self.velocity, self.spin))
+        into = None if self.into_links is None else lambda vector: self.fixed(vector)[chosen]
+        rotation = self.rotation[..., chosen, :, :]
+        return self._replace(origin=origin, rotation=rotation, velocity=velocity, spin=spin, into_links=into)
 
     def levers(self, points: Array) -> Array:
         """Vectors (n, 3) given in the link frames, in W."""

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, Strict, model_validator
 
-from pendpin.arrays import Array, cross, dot
+from pendpin.arrays import Array, cross, dot, weighted_roots
 from pendpin.effects.base import Bodies, BodyEffect, Motion
 from pendpin.effects.pace import Pace
 from pendpin.records import NotNegative, Positive, Vector
@@ -22,7 +22,7 @@ def _graded() -> tuple[Array, Array]:
 
 
 _NODES, _WEIGHTS = _graded()
-_MOMENTS = _WEIGHTS[:, None] * _NODES[:, None] ** np.arange(3)
+_MOMENTS = _WEIGHTS * _NODES ** np.arange(3)[:, None]  # (3, POINTS), for the integrals of x^k f(x)
 
 
 class Drag(BodyEffect):
@@ -103,9 +103,10 @@ class Drag(BodyEffect):
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """Forces and moments (n, 3) of the air; along a rod the flow is u(s) = u0 + s u1, s from 0 to 1."""
-        rod, length = motion.levers(bodies.tip), xp.sqrt((bodies.tip**2).sum(-1, keepdims=True))
-        wind = motion.velocity + motion.pivot_velocity - self.air(t, xp)
-        u0, u1 = wind - rod * (dot(wind, rod) / (length**2 + _TINY)), cross(motion.spin, rod)
+        length = xp.sqrt((bodies.tip**2).sum(-1, keepdims=True))
+        rod = motion.levers(bodies.tip / (length + _TINY))  # of length 1
+        wind = motion.velocity + motion.fixed(motion.pivot_velocity - self.air(t, xp))
+        u0, u1 = cross(rod, cross(wind, rod)), length * cross(motion.spin, rod)
         width = 2 * bodies.radius[:, None] if self.diameter is None else self.diameter
         force, turn = -self.linear * length * (u0 + u1 / 2), -self.linear * length * (u0 / 2 + u1 / 3)
         if self.quadratic:
@@ -113,9 +114,9 @@ class Drag(BodyEffect):
             J0, J1, J2 = _speed_moments(u0, u1, xp)
             force, turn = force + factor * (J0 * u0 + J1 * u1), turn + factor * (J1 * u0 + J2 * u1)
         if self.buoyancy:
-            lift = -self.density * np.pi / 4 * width**2 * length * motion.gravity
-            force, turn = force + lift, turn + lift / 2
-        return force, cross(rod, turn) - cross(motion.levers(bodies.com), force)
+            lift = -self.density * np.pi / 4 * width**2 * length * motion.fixed(motion.gravity)
+            force, turn = force + lift, turn + 0.5 * lift
+        return force, length * cross(rod, turn) - cross(motion.levers(bodies.com), force)
 
 
 def _speed_moments(u0: Array, u1: Array, xp: Any) -> tuple[Array, Array, Array]:
@@ -128,13 +129,7 @@ def _speed_moments(u0: Array, u1: Array, xp: Any) -> tuple[Array, Array, Array]:
     cut = xp.minimum(xp.maximum(-dot(u0, u1) / (C + _TINY), 0.0), 1.0)
     rest, least = 1.0 - cut, u0 + cut * u1
     A, B = dot(least, least), dot(least, u1)  # B is 0 but for rounding, unless the least is at an end
-    l0, l1, l2 = _graded_moments(A, 2 * cut * xp.maximum(-B, 0.0), cut**2 * C, xp)
-    r0, r1, r2 = _graded_moments(A, 2 * rest * xp.maximum(B, 0.0), rest**2 * C, xp)
+    l0, l1, l2 = weighted_roots(A, 2 * cut * xp.maximum(-B, 0.0), cut**2 * C, _NODES, _MOMENTS, xp)
+    r0, r1, r2 = weighted_roots(A, 2 * rest * xp.maximum(B, 0.0), rest**2 * C, _NODES, _MOMENTS, xp)
     K0, K1, K2 = cut * l0 + rest * r0, rest**2 * r1 - cut**2 * l1, cut**3 * l2 + rest**3 * r2  # about the cut
     return K0, cut * K0 + K1, cut * (cut * K0 + 2 * K1) + K2
-
-
-def _graded_moments(A: Array, B: Array, C: Array, xp: Any) -> Array:
-    """The integrals of x^k sqrt(A + B x + C x²) over x from 0 to 1 for k = 0, 1, 2: (3, n, 1)."""
-    speed = xp.sqrt(A + _NODES * (B + _NODES * C))
-    return np.moveaxis(speed @ _MOMENTS, -1, 0)[..., None]

@@ -52,10 +52,10 @@ class Push(BodyEffect):
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """The force (1, 3) N and its moment (1, 3) N m about the centre of mass, W."""
-        force = np.array([self.force])
+        force = np.array(self.force)
         if self.frequency is not None and self.amplitude is not None:
-            force = force + np.array([self.amplitude]) * xp.sin(self.frequency * t)
-        moment = np.array([self.torque])
+            force = force + np.array(self.amplitude) * xp.sin(self.frequency * t)
+        force, moment = (np.atleast_2d(motion.fixed(x)) for x in (force, np.array(self.torque)))
         if self.point is not None:
             moment = moment + cross(motion.levers(self._point(bodies, xp) - bodies.com), force)
         return force, moment

@@ -56,9 +56,9 @@ class Rotation(BodyEffect):
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """Coriolis and centrifugal forces (n, 3) N and moments (n, 3) N m about the centres of mass, W."""
-        omega, lever = self.vector, motion.levers(bodies.com)
-        r = motion.origin + lever + motion.pivot
-        v = motion.velocity + cross(motion.spin, lever) + motion.pivot_velocity
+        omega, lever = motion.fixed(self.vector), motion.levers(bodies.com)
+        r = motion.origin + lever + motion.fixed(motion.pivot)
+        v = motion.velocity + cross(motion.spin, lever) + motion.fixed(motion.pivot_velocity)
         force = -bodies.mass[:, None] * cross(omega, 2 * v + cross(omega, r))
         return force, cross(omega + 2 * motion.spin, _spread(bodies, motion, omega))
 
@@ -72,8 +72,11 @@ class Rotation(BodyEffect):
 
 
 def _spread(bodies: Bodies, motion: Motion, omega: Array) -> Array:
-    """E Omega, (n, 3) in W: E is the integral of r r^T dm about the centre of mass, without a part across a thin rod."""
+    """E Omega, (n, 3), of omega (3,) or (n, 3): E is the integral of r r^T dm about the centre of mass.
+
+    It has no part across a thin rod.
+    """
     trace = np.trace(bodies.inertia, axis1=-2, axis2=-1)
     E = trace[:, None, None] / 2 * np.eye(3) - bodies.inertia
     R = motion.rotation
-    return applied(R, applied(E, applied(R.swapaxes(-1, -2), omega[None])))
+    return applied(R, applied(E, applied(R.swapaxes(-1, -2), np.atleast_2d(omega))))

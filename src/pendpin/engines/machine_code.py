@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.engines import machine_quadrature
 from pendpin.engines.machine_steps import Many, Steps, steps_code
 from pendpin.engines.tape import Recording
 
@@ -101,6 +102,7 @@ class Function:
         self._fixed = tape.fixed_operands([*self._places, *self._more])
         self._tables, self._inputs, self._directions = tables, recording.inputs, recording.directions
         self.size, self.more = len(self._places), len(self._more)
+        self._quadratures: dict[Any, str] = {}  # names of functions, by points and weights
         self.text = "\n".join(self._written())
         self._codes: dict[int, Code] = {}  # by level of optimisation
         self._calls, self.compile_seconds = 0, 0.0
@@ -136,6 +138,10 @@ class Function:
         yield from self._stored("more", self._more)
         yield "  br label %end\nend:\n  ret void\n}"
         yield steps_code(len(self._places), len(self._more), self._directions)
+        if self._quadratures:
+            yield machine_quadrature.DECLARED
+        for rule, name in self._quadratures.items():
+            yield machine_quadrature.quadrature_code(name, *rule)
 
     def _stored(self, array: str, places: list[int]) -> Iterator[str]:
         for i, place in enumerate(places):
@@ -152,6 +158,11 @@ class Function:
             yield from _load(f"v{place}", "block", _HEADER + _TABLE * self._tables + operands[0])
         elif name == "row":
             yield from _row(place, self._operand(operands[0]), *operands[1:])
+        elif name == "roots":
+            *terms, rule = *map(self._operand, operands[:3]), tuple(operands[3:])
+            quadrature = self._quadratures.setdefault(rule, f"quadrature{len(self._quadratures)}")
+            yield f"  %row{place} = alloca double, i64 {len(operands[4])}"
+            yield f"  call void @{quadrature}({', '.join(f'double {x}' for x in terms)}, ptr %row{place})"
         elif name == "entry":
             yield from _load(f"v{place}", f"row{operands[0]}", operands[1])
         else:

@@ -19,6 +19,7 @@ from pendpin.equations.numbers import FUNCTIONS
 
 _MOST_FACTORS = 8  # up to which a whole power is written out
 _COMMUTING = ("add", "mul", "min", "max")
+_OPERANDS = {"row": 2, "entry": 2, "roots": 4}  # where those of an operation end, if constants follow
 _ON_FLOATS: dict[str, Callable[..., Any]] = {
     "add": np.add,
     "sub": np.subtract,
@@ -58,8 +59,12 @@ class Tape:
 
     def row(self, table: int, width: int, t: Any) -> Array:
         """The row (width,) of a table that holds at the time t."""
-        row = self._at(("row", self.placed(t), table, width)).place
-        return np.array([self._at(("entry", row, i)) for i in range(width)], dtype=object)
+        return self._entries(("row", self.placed(t), table, width), width)
+
+    def weighted_roots(self, A: Any, B: Any, C: Any, points: Array, weights: Array) -> Array:
+        """The sums (k,) of weights (k, p) times sqrt(A + B x + C x²) over points x (p,): one operation."""
+        operands, constants = map(self.placed, (A, B, C)), (tuple(points), tuple(map(tuple, weights)))
+        return self._entries(("roots", *operands, *constants), len(weights))
 
     def record(self, name: str, *given: Any) -> "Term":
         """An operation on terms and numbers."""
@@ -100,6 +105,11 @@ class Tape:
         """The place of a term or number."""
         return x.place if isinstance(x, Term) else self._at(("number", float(x)), fixed=True).place
 
+    def _entries(self, operation: tuple[Any, ...], width: int) -> Array:
+        """The results (width,) of an operation that has several."""
+        first = self._at(operation).place
+        return np.array([self._at(("entry", first, i)) for i in range(width)], dtype=object)
+
     def _at(self, operation: tuple[Any, ...], fixed: bool = False) -> "Term":
         place = self._places.setdefault(operation, len(self.operations))
         if place == len(self.operations):
@@ -129,7 +139,7 @@ def operands_of(operation: tuple[Any, ...]) -> tuple[int, ...]:
     name = operation[0]
     if name in {"time", "state", "parameter", "input", "number"}:
         return ()
-    return operation[1:2] if name in {"row", "entry"} else operation[1:]
+    return operation[1 : _OPERANDS.get(name)]
 
 
 def _on_scalars(operator: Callable[["Term", Any], Any]) -> Callable[["Term", Any], Any]:
@@ -214,7 +224,7 @@ def recorded() -> Any:
     """The functions of the number type (as in pendpin.equations.numbers), over object arrays of terms and numbers."""
     functions = {name: np.frompyfunc(_recording(name), 1, 1) for name in FUNCTIONS}
     pairs = {name: np.frompyfunc(_recording(name[:3]), 2, 1) for name in ("minimum", "maximum")}
-    return SimpleNamespace(asarray=np.asarray, **functions, **pairs)
+    return SimpleNamespace(asarray=np.asarray, weighted_roots=_weighted_roots, **functions, **pairs)
 
 
 def _recording(name: str) -> Callable[..., Any]:
@@ -223,3 +233,12 @@ def _recording(name: str) -> Callable[..., Any]:
         return terms[0].tape.record(name, *given) if terms else float(_ON_FLOATS[name](*given))
 
     return function
+
+
+def _weighted_roots(A: Array, B: Array, C: Array, points: Array, weights: Array) -> Array:
+    """As `pendpin.arrays.weighted_roots`, with one operation for each of the terms."""
+    rows = []
+    for given in zip(A.flat, B.flat, C.flat, strict=True):
+        tape = next(x.tape for x in given if isinstance(x, Term))
+        rows.append(tape.weighted_roots(*given, points, weights))
+    return np.stack(rows, -1).reshape(len(weights), *A.shape)

@@ -11,7 +11,7 @@ Algorithms (2008), chapters 5 and 7, with three differences that save digits and
   digit at 60 rods; for joints of more degrees of freedom it would save all of them (docs/pinocchio_notes.md, section 2).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -163,6 +163,33 @@ def motions(tree: Tree, q: Array, v: Array, xp: Any = np) -> tuple[Array, Array,
         moving[i] = (origin + lever, R @ joint.R, *turned)
     origin, R, velocity, spin = (np.stack(part) for part in zip(*(moving[i] for i in range(len(q))), strict=True))
     return origin, R, velocity, spin
+
+
+def motions_in_links(
+    tree: Tree, q: Array, v: Array, xp: Any = np
+) -> tuple[Array, Array, Array, Callable[[Array], Array]]:
+    """As `motions`, in the frame of what each joint moves: origin (n, 3) m, its velocity and spin (n, 3).
+
+    And a function that turns a vector (3,) of the base frame into each of these frames, (n, 3): few operations for each.
+    """
+    tree, signs = _prepared(tree, xp)
+    joints, rates = _joints(tree, signs * q, xp), signs * v
+    moving: dict[int, tuple[Array, ...]] = {-1: (np.zeros(3),) * 3}
+    for i, joint in enumerate(joints):
+        origin, velocity, spin = moving[joint.parent]
+        at_joint = (origin + joint.r, velocity + np.cross(spin, joint.r), spin)
+        origin, velocity, spin = (applied(transposed(joint.R), x) for x in at_joint)
+        own = joint.axis * rates[i]
+        moving[i] = (origin, velocity, spin + own) if joint.turns else (origin, velocity + own, spin)
+
+    def into_links(vector: Array) -> Array:
+        turned = {-1: vector}
+        for i, joint in enumerate(joints):
+            turned[i] = applied(transposed(joint.R), turned[joint.parent])
+        return np.stack([turned[i] for i in range(len(joints))])
+
+    origin, velocity, spin = (np.stack(part) for part in zip(*(moving[i] for i in range(len(joints))), strict=True))
+    return origin, velocity, spin, into_links
 
 
 # --- Newton-Euler ---------------------------------------------------------------------------------------------------
