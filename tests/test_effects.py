@@ -215,7 +215,7 @@ def _values(effect: fx.Effect, xp, convert) -> list:
         k = 1 if effect.on else 4
         return [effect.torques(t, convert(np.linspace(-1, 1, k)), convert(np.linspace(3, -2, k)), xp)]
     bodies, motion = random_motion(1 if effect.on else 3)
-    return list(effect.wrench(t, bodies, fx.Motion(*(convert(x) for x in motion)), xp))
+    return list(effect.wrench(t, bodies, fx.Motion(*(convert(x) for x in motion[:-1])), xp))
 
 
 @pytest.mark.parametrize("name", EFFECTS)

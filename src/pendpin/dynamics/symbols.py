@@ -155,13 +155,12 @@ def _with_numbers(tree: Tree, numbers: Parameters) -> Tree:
 
 def _motion(model: Model, loads: Loads, tree: Tree, q: Array, v: Array, xp: Any) -> Motion:
     """The motion of the bodies: in their link frames, which takes fewer operations, unless a user's effects need W."""
-    joints = [body.joint for body in model.bodies]
+    joints = np.array([body.joint for body in model.bodies])
     if loads.wrench is not None and loads.together is None:
-        return Motion(*(part[joints] for part in recursion.motions(tree, q, v, xp)))
-    *parts, into_links = recursion.motions_in_links(tree, q, v, xp)
-    origin, velocity, spin = (part[joints] for part in parts)
-    unturned = np.broadcast_to(np.eye(3), (len(joints), 3, 3))
-    return Motion(origin, unturned, velocity, spin, into_links=lambda vector: into_links(vector)[joints])
+        return Motion(*recursion.motions(tree, q, v, xp)).of(joints)
+    origin, velocity, spin, into_links = recursion.motions_in_links(tree, q, v, xp)
+    unturned = np.broadcast_to(np.eye(3), (len(origin), 3, 3))
+    return Motion(origin, unturned, velocity, spin, into_links=into_links).of(joints)
 
 
 def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, xp: Any) -> Acceleration:

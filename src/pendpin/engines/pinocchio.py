@@ -79,7 +79,8 @@ class Revolute(AngleEngine):
             return [()] * len(q)
         bodies = self.model.bodies
         motions = [self.motion(y)[:4] for y in np.concatenate([q, v], 1)]
-        motion = Motion(*(np.array(part) for part in zip(*motions, strict=True)))
+        origin, rotation, velocity, spin = (np.array(part) for part in zip(*motions, strict=True))
+        motion = Motion(origin, rotation, velocity, spin)
         wrenches = in_joint_frames(centres_of(bodies), motion, *self.loads.wrenches(t, motion))
         return [(forces(rows, joints_of(bodies), self._pin.njoints),) for rows in wrenches]
 

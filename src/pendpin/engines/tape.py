@@ -237,8 +237,13 @@ def _recording(name: str) -> Callable[..., Any]:
 
 def _weighted_roots(A: Array, B: Array, C: Array, points: Array, weights: Array) -> Array:
     """As `pendpin.arrays.weighted_roots`, with one operation for each of the terms."""
-    rows = []
-    for given in zip(A.flat, B.flat, C.flat, strict=True):
-        tape = next(x.tape for x in given if isinstance(x, Term))
-        rows.append(tape.weighted_roots(*given, points, weights))
+    rows = [_sums(*given, points, weights) for given in zip(A.flat, B.flat, C.flat, strict=True)]
     return np.stack(rows, -1).reshape(len(weights), *A.shape)
+
+
+def _sums(A: Any, B: Any, C: Any, points: Array, weights: Array) -> Array:
+    """The sums (k,) for one A, B, C, terms or numbers."""
+    terms = [x for x in (A, B, C) if isinstance(x, Term)]
+    if terms:
+        return terms[0].tape.weighted_roots(A, B, C, points, weights)
+    return weights @ np.sqrt(A + points * (B + points * C))

@@ -23,7 +23,7 @@ IMPLICIT = 2_000.0  # evaluations of radau for each number of the state, about: 
 STAGES = 4  # evaluations in a step of rk4
 RUNS = 3  # for an accuracy
 
-OPERATIONS, OF_BODIES, OF_DRAG = 410, 190, 310  # of compiled equations for each rod: bare, with body effects, with drag
+OPERATIONS, OF_BODIES, OF_DRAG = 410, 80, 80  # of compiled equations for each rod: bare, with body effects, with drag
 COMPILE = (0.012, 1.3e-5)  # s, times 1 and operations; without optimisation
 LITTLE = 0.1  # s: a fifth of what the first run of a process takes for its imports
 COMPILED = (0.05e-6, 4.8e-10)  # s an evaluation, times 1 and operations; without optimisation

@@ -204,7 +204,7 @@ class _Symbolic:
         """Joint angles (n,) and tips (bodies, 3) in m."""
         _, q, v = self._states(joints)
         motions = recursion.motions(self.tree, q, v, symbols())
-        motion = Motion(*(part[[body.joint for body in self.model.bodies]] for part in motions))
+        motion = Motion(*motions).of(np.array([body.joint for body in self.model.bodies]))
         tips = motion.points(np.array([body.tip for body in self.model.bodies], dtype=object))
         return [*y[: len(joints)], *tips.reshape(-1)]
 
