@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from pendpin.analysis.crosscheck_report import Report, Row
+from pendpin.analysis.crosscheck_report import CheckReport, Row
 from pendpin.analysis.rounding_scale import rod_scale, tree_scale
 from pendpin.analysis.routes import (
     REFERENCE,
@@ -32,7 +32,7 @@ REFERENCE_JOINTS = 400  # states times joints that the reference_route is given:
 
 def crosscheck(
     scene: Scene, states: int = 1000, seed: int = 0, routes: Mapping[str, HandRoute] | None = None
-) -> Report:
+) -> CheckReport:
     """Compare the routes on random states: all angles, rates up to 100 rad/s; the worst are computed in 50 digits too.
 
     `routes` adds the user's own for a single rod: name -> f(rod, q, v, field) -> {quantity: values (states,)}, for any
@@ -47,7 +47,7 @@ def crosscheck(
     return _compare(dynamics, q, v, routes or {}, in_50_digits=max(2, REFERENCE_JOINTS // nv))
 
 
-def along(trajectory: Trajectory) -> Report | None:
+def along(trajectory: Trajectory) -> CheckReport | None:
     """The same comparison at some states of a run; None where fewer than two routes cover its model."""
     try:
         scene = Scene(**trajectory.scene)
@@ -62,7 +62,7 @@ def along(trajectory: Trajectory) -> Report | None:
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # numbers that overflow differ and are reported
-def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute], in_50_digits: int) -> Report:
+def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute], in_50_digits: int) -> CheckReport:
     """The report on states q, v (n, nv) by all routes, with some of them compared with 50 digits."""
     by_hand = _one_free_rod(dynamics)
     if own and not by_hand:
@@ -86,7 +86,7 @@ def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute
         sizes, in_50_digits = {k: x[chosen] for k, x in sizes.items()}, len(chosen)
         states = _States(chosen, q[chosen], v[chosen], sizes, states.places)
         rows += [row for name in routes for row in _rows((name, REFERENCE), answers, states)]
-    return Report(tuple(rows), len(q), in_50_digits, tuple(routes), states.bound)
+    return CheckReport(tuple(rows), len(q), in_50_digits, tuple(routes), states.bound)
 
 
 def _one_free_rod(dynamics: Dynamics) -> bool:

@@ -38,7 +38,7 @@ class Row:
 
 
 @dataclass(frozen=True, repr=False)
-class Report:
+class CheckReport:
     """A cross-check: one row for each quantity and pair of routes."""
 
     rows: tuple[Row, ...]
@@ -96,7 +96,7 @@ class Report:
         )
 
 
-def _matrix(report: Report, most: int | None) -> Iterator[str]:
+def _matrix(report: CheckReport, most: int | None) -> Iterator[str]:
     """A line for each route with its worst difference in each quantity, then one for any two routes."""
     quantities = list(dict.fromkeys(row.quantity for row in report.rows))
     pairs = {
@@ -127,7 +127,7 @@ def _cell(rows: list[Row]) -> str:
     return f"{'' if worst.ok else '!'}{worst.relative:.0e}"
 
 
-def _verdict(report: Report) -> Iterator[str]:
+def _verdict(report: CheckReport) -> Iterator[str]:
     """What the matrix shows and what follows from it, in sentences."""
     others = f"{report.against} ({report.in_50_digits} of {report.states} states)"
     yield (

@@ -99,13 +99,6 @@ def check_options(solver: "Solver", **options: Any) -> None:
         raise typer.BadParameter(reason, param_hint=f"--{name}") from None
 
 
-def refuse_targets(targets: list[Path | None], sources: list[Path | None]) -> None:
-    """Refuse files that cannot be written, or that are read by the same command, before the work begins."""
-    from pendpin.files import refuse_targets
-
-    refuse_targets(filter(None, targets), list(filter(None, sources)))
-
-
 def files_of(scene: "Scene") -> list[Path | None]:
     """The files that a scene names, None for each that it leaves out."""
     return [getattr(scene.model, "path", None), *(getattr(effect, "csv", None) for effect in scene.effects)]

@@ -12,9 +12,15 @@ UrdfFile = Annotated[
 ]
 Changes = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Another value in the scene: model.rods[0].mass=2."),
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as model.rods[0].mass=2."),
 ]
-Lock = Annotated[list[str] | None, typer.Option(help="NAME=POSITION freezes a joint of the URDF, in rad or m.")]
+Lock = Annotated[list[str] | None, typer.Option(help="Freeze a joint of the URDF: NAME=POSITION, in rad or m.")]
 Mimic = Annotated[str | None, typer.Option(help="Joints of the URDF with <mimic>: free or locked.")]
 Strict = Annotated[bool, typer.Option("--strict", help="Refuse a model with findings: inertia that no real body has.")]
+Method = Annotated[str | None, typer.Option(help="Integration method, such as dop853.")]
+Tolerance = Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")]
+Accuracy = Annotated[
+    float | None, typer.Option(help="Target accuracy: largest tip error divided by the chain's length.")
+]
+Plot = Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]

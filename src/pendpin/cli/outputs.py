@@ -1,10 +1,29 @@
 """What commands write: the files of a run, and the run in a browser."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pendpin.trajectory import Trajectory
+
+SUFFIXES = {"run": (".npz", ".csv"), "html": (".html",), "csv": (".csv",)}  # by what is written
+
+
+def refuse_outputs(read: Iterable[Path | None], **written: Path | None) -> None:
+    """Refuse, before the work begins, files that cannot be written, that are read too, or are named as another format.
+
+    What is written is a plot, html, csv or run; what has another name here may have any suffix.
+    """
+    from pendpin.files import refuse_other_format, refuse_targets
+    from pendpin.graphics.figure import picture_kind
+
+    refuse_targets(filter(None, written.values()), list(filter(None, read)))
+    for kind, path in written.items():
+        if path and kind == "plot":
+            picture_kind(path)
+        elif path and kind in SUFFIXES:
+            refuse_other_format(path, *SUFFIXES[kind])
 
 
 def write_run(trajectory: "Trajectory", out: Path, plot: Path | None, html: Path | None) -> list[Path]:

@@ -1,16 +1,13 @@
-"""What the commands show: tables, JSON, progress."""
+"""What the commands show: tables, or JSON."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pendpin.analysis.crosscheck_report import Report, Row
+    from pendpin.analysis.crosscheck_report import CheckReport, Row
     from pendpin.analysis.doctor.diagnosis import Diagnosis
     from pendpin.analysis.fit import Fit
-    from pendpin.analysis.hardcases import Case
-    from pendpin.analysis.hardcases import Report as HardReport
+    from pendpin.analysis.hardcases import Case, HardReport
     from pendpin.analysis.significance import EffectsReport
     from pendpin.analysis.work_precision.report import CostReport, CostRow, Curve
     from pendpin.trajectory import Trajectory
@@ -25,32 +22,7 @@ SHOWN = (
 LEAST_WIDTH = 60  # letters: on a narrower terminal the lines of a table go on below
 
 
-@contextmanager
-def waiting(what: str, hidden: bool) -> Iterator[Callable[[str], None]]:
-    """A spinner on stderr, only on a terminal; the function that it returns names what is being done."""
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if hidden or not console.is_terminal:
-        yield lambda what: None
-        return
-    with console.status(what) as status:
-        yield status.update
-
-
-@contextmanager
-def progress_bar(what: str, end: float, hidden: bool) -> Iterator[Callable[[float], None]]:
-    """A progress bar on stderr, only on a terminal."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=hidden or not console.is_terminal) as progress:
-        task = progress.add_task(what, total=end)
-        yield lambda t: progress.update(task, completed=t)
-
-
-def print_run(trajectory: "Trajectory", report: "Report | None", files: list[Path], as_json: bool) -> None:
+def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: list[Path], as_json: bool) -> None:
     """Counts and times of a run, its checks (energy, cross-check along the run), and the works."""
     from dataclasses import asdict
 
@@ -98,7 +70,7 @@ def _answers(trajectory: "Trajectory") -> dict[str, str]:
     return answers
 
 
-def _crosscheck(report: "Report") -> str:
+def _crosscheck(report: "CheckReport") -> str:
     return f"{report.worst.relative:.1e} at worst, {report.worst.quantity}, {_verdict(report.ok)},"
 
 
@@ -111,7 +83,7 @@ def _change(trajectory: "Trajectory") -> float:
     return float(total[-1] - total[0])
 
 
-def print_check(report: "Report", every_row: bool, as_json: bool) -> None:
+def print_check(report: "CheckReport", every_row: bool, as_json: bool) -> None:
     """The matrix of a cross-check with its verdict; before it, where asked for, every pair of routes in every quantity."""
     from dataclasses import asdict
 
@@ -279,9 +251,9 @@ def print_json(value: Any) -> None:
     print(dumps(value, indent=2, default=str))
 
 
-def print_files(files: list[Path]) -> None:
-    """The files written, a line each."""
-    for file in files:
+def print_files(files: list[Path], as_json: bool = False) -> None:
+    """The files written, a line each; none beside JSON."""
+    for file in () if as_json else files:
         print(f"wrote {file}")
 
 

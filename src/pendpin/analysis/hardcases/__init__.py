@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from pendpin.analysis.hardcases import chains, chaos, contacts, long_runs, poles, scales, starts, stiff
 from pendpin.analysis.hardcases.base import Case, Outcome
-from pendpin.analysis.hardcases.running import Progress, Report, chosen, run_cases
+from pendpin.analysis.hardcases.running import HardReport, Progress, chosen, run_cases
 
-__all__ = ["CASES", "Case", "Outcome", "Report", "hard"]
+__all__ = ["CASES", "Case", "HardReport", "Outcome", "hard"]
 
 _FAMILIES = (poles, starts, long_runs, chains, stiff, contacts, scales, chaos)
 CASES = {
@@ -20,7 +20,7 @@ def hard(
     full: bool = True,
     peers: bool = False,
     progress: Progress = lambda what: None,
-) -> Report:
+) -> HardReport:
     """Run the hard cases with these names, or all of them, on their methods, or only on those of `methods`.
 
     full=False runs the short forms. With `peers`, other simulators and "auto" run the short forms of the cases in which

@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.analysis.hardcases import chains, chaos, long_runs
 from pendpin.analysis.hardcases.base import Case, Outcome, Solve, on_method, scene
-from pendpin.analysis.hardcases.running import Progress, Report, measured
+from pendpin.analysis.hardcases.running import HardReport, Progress, measured
 from pendpin.analysis.simulators import Peer, PeerRun, require_libraries, task_of
 from pendpin.analysis.simulators.base import Kind
 from pendpin.analysis.simulators.drake import drake_peers
@@ -85,7 +85,7 @@ def _against_ours(case: Case, given: Callable[[], Scene]) -> Case:
     return replace(case, measure=measure, bound=CLOSE, beside=None, **words)
 
 
-def hard_peers(cases: Sequence[Case], progress: Progress) -> Report:
+def hard_peers(cases: Sequence[Case], progress: Progress) -> HardReport:
     """The cases on `auto` and on other simulators; after Ctrl-C the outcomes so far. Raises MissingLibrary."""
     require_libraries()
     chosen, outcomes = contests(cases), []
@@ -97,8 +97,8 @@ def hard_peers(cases: Sequence[Case], progress: Progress) -> Report:
                 progress(f"{case.name} on {name}")
                 outcomes.append(_best(case, name))
     except (KeyboardInterrupt, Interrupted):
-        return Report(tuple(outcomes), chosen, stopped=True)
-    return Report(tuple(outcomes), chosen)
+        return HardReport(tuple(outcomes), chosen, stopped=True)
+    return HardReport(tuple(outcomes), chosen)
 
 
 def _best(case: Case, name: str) -> Outcome:

@@ -13,7 +13,7 @@ Progress = Callable[[str], None]  # called with the name of the case and method
 
 
 @dataclass(frozen=True, repr=False)
-class Report:
+class HardReport:
     """The outcomes so far, and their cases."""
 
     outcomes: tuple[Outcome, ...]
@@ -54,15 +54,15 @@ def _line(outcome: Outcome) -> str:
 
 def run_cases(
     cases: Sequence[Case], methods: Sequence[str] | None, full: bool, progress: Progress = lambda what: None
-) -> Report:
+) -> HardReport:
     """Every case on its methods, or only on those in `methods`; after Ctrl-C the outcomes so far are returned."""
     outcomes: list[Outcome] = []
     try:
         for case in cases:
             outcomes.extend(_outcomes(case, methods, full, progress))
     except (KeyboardInterrupt, Interrupted):
-        return Report(tuple(outcomes), tuple(cases), stopped=True)
-    return Report(tuple(outcomes), tuple(cases))
+        return HardReport(tuple(outcomes), tuple(cases), stopped=True)
+    return HardReport(tuple(outcomes), tuple(cases))
 
 
 def _outcomes(case: Case, methods: Sequence[str] | None, full: bool, progress: Progress) -> Iterator[Outcome]:

@@ -1,13 +1,14 @@
 """What accuracy costs in time: pendpin cost."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import files_of, place_named, print_notes, read_scene, refuse_targets
-from pendpin.cli.options import Json, SceneFile
-from pendpin.cli.tables import print_cost, print_cost_row, print_files, waiting
+from pendpin.cli.inputs import files_of, place_named, print_notes, read_scene
+from pendpin.cli.options import Json, Plot, SceneFile
+from pendpin.cli.outputs import refuse_outputs
+from pendpin.cli.progress import waiting
+from pendpin.cli.tables import print_cost, print_cost_row, print_files
 from pendpin.errors import inside
 
 
@@ -21,9 +22,11 @@ def cost(
     thorough: Annotated[
         bool, typer.Option("--thorough", help="Measure all methods at all settings, on the whole scene.")
     ] = False,
-    budget: Annotated[float, typer.Option(min=0, help="The longest run of a method, in s.")] = 1.0,
-    plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
-    full: Annotated[bool, typer.Option("--full", help="In the figure, a colour for each method.")] = False,
+    budget: Annotated[
+        float, typer.Option(min=0, help="Stop measuring a method when one of its runs takes longer, in s.")
+    ] = 1.0,
+    plot: Plot = None,
+    full: Annotated[bool, typer.Option("--full", help="Draw every method in a colour of its own.")] = False,
     json: Json = False,
 ) -> None:
     """Say which method to take for an accuracy and what it costs, in about 20 s; with --thorough, error against time."""
@@ -31,12 +34,9 @@ def cost(
 
     from pendpin.analysis.work_precision.cost import cost as measure
     from pendpin.analysis.work_precision.figure import save_cost_plot
-    from pendpin.graphics.figure import picture_kind
 
     chosen = read_scene(scene)
-    if plot:
-        picture_kind(plot)
-        refuse_targets([plot], [scene, *files_of(chosen)])
+    refuse_outputs([scene, *files_of(chosen)], plot=plot)
     with inside(place_named(scene)), waiting("the reference", hidden=json) as progress:
         print_notes(chosen, strict=False)
         names = [name.strip() for name in methods.split(",")] if methods else None
@@ -45,6 +45,6 @@ def cost(
         report = measure(chosen, **options, progress=progress, answered=answered)
     print_cost(report, json)
     if plot:
-        print_files([save_cost_plot(report, plot, full)])
+        print_files([save_cost_plot(report, plot, full)], json)
     if report.interrupted:
         raise KeyboardInterrupt

@@ -6,7 +6,8 @@ import typer
 
 from pendpin.cli.inputs import print_notes, read_scene
 from pendpin.cli.options import Json, SceneFile
-from pendpin.cli.tables import print_effects, waiting
+from pendpin.cli.progress import waiting
+from pendpin.cli.tables import print_effects
 
 
 def effects(

@@ -5,14 +5,15 @@ from typing import Annotated
 import typer
 
 from pendpin.cli.options import Json
-from pendpin.cli.tables import print_cases, print_hard, waiting
+from pendpin.cli.progress import waiting
+from pendpin.cli.tables import print_cases, print_hard
 from pendpin.errors import PendpinError
 
 
 def hard(
     cases: Annotated[list[str] | None, typer.Argument(help="Names of cases; all if absent.")] = None,
-    listed: Annotated[bool, typer.Option("--list", help="Name the cases, and run none.")] = False,
-    short: Annotated[bool, typer.Option("--short", help="The short forms, as in the tests.")] = False,
+    listed: Annotated[bool, typer.Option("--list", help="List the cases and run none.")] = False,
+    short: Annotated[bool, typer.Option("--short", help="Run the short forms, as the tests do.")] = False,
     peers: Annotated[
         bool, typer.Option("--peers", help="Run the short forms in MuJoCo, Drake and plain SciPy.")
     ] = False,

@@ -7,9 +7,9 @@ import typer
 
 def new(
     example: Annotated[
-        str, typer.Argument(help="Its name, such as crane; `pendpin new --list` names all.")
+        str, typer.Argument(help="Name of an example, such as crane; `pendpin new --list` lists all.")
     ] = "single_rod",
-    listed: Annotated[bool, typer.Option("--list", help="Name the examples.")] = False,
+    listed: Annotated[bool, typer.Option("--list", help="List the examples.")] = False,
 ) -> None:
     """Print a commented example scene, to be changed: pendpin new crane > my.toml."""
     from pendpin.scene.examples import example_names, example_text

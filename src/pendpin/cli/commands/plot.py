@@ -5,22 +5,23 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import refuse_targets
-from pendpin.cli.outputs import save_plot
+from pendpin.cli.outputs import refuse_outputs, save_plot
 from pendpin.cli.tables import print_files
 
 
 def plot(
     run: Annotated[Path, typer.Argument(help="A saved run (.npz).")],
     names: Annotated[
-        list[str] | None, typer.Argument(help="Quantities such as theta_1 R3_2; else the whole figure.")
+        list[str] | None, typer.Argument(help="Quantities to draw, such as theta_1 R3_2; the whole figure if absent.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="The picture: .png, .pdf or .svg; RUN.png if absent.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Where to write the figure: .png, .pdf or .svg; RUN.png if absent.")
+    ] = None,
 ) -> None:
     """Draw a saved run: energy, angles, reactions and the path of the tip, or quantities by name."""
     from pendpin.trajectory import Trajectory
 
     trajectory = Trajectory.load(run)
     picture = out or run.with_suffix(".png")
-    refuse_targets([picture], [run])
+    refuse_outputs([run], plot=picture)
     print_files([save_plot(trajectory, picture, tuple(names or ()))])

@@ -13,12 +13,24 @@ from pendpin.cli.inputs import (
     place_named,
     print_binding,
     print_notes,
-    refuse_targets,
     scene_with,
 )
-from pendpin.cli.options import Changes, Json, Lock, Mimic, SceneFile, Strict, UrdfFile
-from pendpin.cli.outputs import show_run, write_run
-from pendpin.cli.tables import print_run, progress_bar
+from pendpin.cli.options import (
+    Accuracy,
+    Changes,
+    Json,
+    Lock,
+    Method,
+    Mimic,
+    Plot,
+    SceneFile,
+    Strict,
+    Tolerance,
+    UrdfFile,
+)
+from pendpin.cli.outputs import refuse_outputs, show_run, write_run
+from pendpin.cli.progress import progress_bar
+from pendpin.cli.tables import print_run
 from pendpin.errors import Halted, PendpinError, RunError, inside
 
 if TYPE_CHECKING:
@@ -37,19 +49,16 @@ def run(
     samples: Annotated[
         int | None, typer.Option(help="Output times from 0 to the end, in place of the scene's.")
     ] = None,
-    method: Annotated[str | None, typer.Option(help="Integration method, such as dop853.")] = None,
-    tolerance: Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")] = None,
+    method: Method = None,
+    tolerance: Tolerance = None,
     step: Annotated[float | None, typer.Option(help="Largest step in s, for fixed-step methods.")] = None,
-    accuracy: Annotated[
-        float | None,
-        typer.Option(help="Target accuracy: largest tip error divided by the chain's length."),
-    ] = None,
+    accuracy: Accuracy = None,
     limit: Annotated[float | None, typer.Option(min=0, help="Stop the run after this time, in s.")] = None,
     checkpoint: Annotated[Path | None, typer.Option(help="Save the state of the run here; continue from it.")] = None,
     every: Annotated[float, typer.Option(min=0, help="Time between two saves of that file, in s.")] = 5.0,
     out: Annotated[Path, typer.Option(help="Where the run is saved: .npz, or .csv for a table.")] = Path("run.npz"),
     html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
+    plot: Plot = None,
     energy_balance: Annotated[bool, typer.Option("--energy-balance", help="Compute the work of every effect.")] = False,
     explain: Annotated[bool, typer.Option("--explain", help="Print first what acts in this scene.")] = False,
     view: Annotated[bool, typer.Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
@@ -66,7 +75,7 @@ def run(
     chosen = lasting(scene_with(scene, urdf, lock or (), mimic, changes or ()), duration, samples)
     if scene is None and urdf is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")
-    _check_files(out, html, plot, checkpoint, [scene, *files_of(chosen)])
+    refuse_outputs([scene, *files_of(chosen)], plot=plot, html=html, run=out, checkpoint=checkpoint)
     settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
     check_options(chosen.solver, **settings)
     if explain:
@@ -86,21 +95,6 @@ def run(
         show_run(trajectory)
     if report and report.fault:
         raise PendpinError(f"the cross-check along the run failed: {report.fault}")
-
-
-def _check_files(
-    out: Path, html: Path | None, plot: Path | None, checkpoint: Path | None, read: list[Path | None]
-) -> None:
-    """Refuse, before the work begins, files to be written whose suffix says another format or that are read too."""
-    from pendpin.files import refuse_other_format
-    from pendpin.graphics.figure import picture_kind
-
-    if plot:
-        picture_kind(plot)
-    refuse_targets([out, html, plot, checkpoint], read)
-    if html:
-        refuse_other_format(html, ".html")
-    refuse_other_format(out, ".npz", ".csv")
 
 
 def _simulated(

@@ -5,8 +5,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pendpin.cli.inputs import refuse_targets
-from pendpin.cli.tables import print_files, print_json, print_table, progress_bar
+from pendpin.cli.options import Accuracy, Json, Method, Plot, Tolerance
+from pendpin.cli.outputs import refuse_outputs
+from pendpin.cli.progress import progress_bar
+from pendpin.cli.tables import print_files, print_json, print_table
 from pendpin.errors import InputError, inside
 
 if TYPE_CHECKING:
@@ -20,31 +22,37 @@ def sweep(
     scene: Annotated[Path, typer.Argument(help="Scene file (TOML).")],
     vary: Annotated[list[str] | None, typer.Option(help=VARY)] = None,
     measure: Annotated[list[str] | None, typer.Option(help=MEASURE)] = None,
-    out: Annotated[Path | None, typer.Option(help="Zarr store; a sweep goes on with one that is there.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Zarr store of the results. If it exists, the sweep continues it.")
+    ] = None,
     csv: Annotated[Path | None, typer.Option(help="Table of all cases, for small sweeps.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure of the first measure: .png, .pdf or .svg.")] = None,
-    cases: Annotated[Path | None, typer.Option(help="CSV of cases: a head line of keys, then rows.")] = None,
+    cases: Annotated[
+        Path | None, typer.Option(help="CSV of cases: keys in the first line, a case in each further line.")
+    ] = None,
     in_pairs: Annotated[
-        bool, typer.Option("--zip", help="The first values together, then the second ones, ...")
+        bool, typer.Option("--zip", help="Take the first values of all keys together, then the second ones, ...")
     ] = False,
-    sample: Annotated[int | None, typer.Option(min=1, help="So many random cases.")] = None,
+    sample: Annotated[int | None, typer.Option(min=1, help="Number of random cases.")] = None,
     sampling: Annotated[str, typer.Option(help="latin, sobol or random.")] = "latin",
-    sobol: Annotated[int | None, typer.Option(min=2, help="Sobol' indices from this power of 2 of base cases.")] = None,
+    sobol: Annotated[
+        int | None, typer.Option(min=2, help="Compute Sobol' indices from this number of base cases, a power of 2.")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of random cases.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes on this machine; threads if absent.")] = None,
     dask: Annotated[
-        str | None, typer.Option(help="Address of a Dask cluster that runs, such as tcp://host:8786.")
+        str | None, typer.Option(help="Address of a running Dask cluster, such as tcp://host:8786.")
     ] = None,
-    method: Annotated[str | None, typer.Option(help="Integration method, such as dop853.")] = None,
-    tolerance: Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")] = None,
-    accuracy: Annotated[float | None, typer.Option(help="Largest tip error over the chain's length.")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+    method: Method = None,
+    tolerance: Tolerance = None,
+    accuracy: Accuracy = None,
+    json: Json = False,
 ) -> None:
     """Run a scene with many sets of numbers and measure each run."""
     from pendpin.analysis.sweep.sweep import sweep as run
     from pendpin.scene import load_scene
 
-    _check_files(csv, plot)
+    refuse_outputs([], csv=csv, plot=plot)
     plan = _plan(vary or [], cases, in_pairs, sample, sampling, sobol, seed)
     with inside(str(scene)):
         chosen = load_scene(scene)
@@ -63,26 +71,14 @@ def map_(
     store: Annotated[Path, typer.Argument(help="Zarr store of a sweep, finished or not.")],
     measure: Annotated[str | None, typer.Option(help="The measure; the first if absent.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Table of all cases.")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+    plot: Plot = None,
+    json: Json = False,
 ) -> None:
     """Show what a sweep has found so far."""
     from pendpin.analysis.sweep.store import load
 
-    _check_files(csv, plot)
+    refuse_outputs([], csv=csv, plot=plot)
     _show(load(store), [], csv, plot, measure, json)
-
-
-def _check_files(csv: Path | None, plot: Path | None) -> None:
-    """Refuse, before the work begins, files that cannot be written or whose suffix says another format."""
-    from pendpin.files import refuse_other_format
-    from pendpin.graphics.figure import picture_kind
-
-    if plot:
-        picture_kind(plot)
-    if csv:
-        refuse_other_format(csv, ".csv")
-    refuse_targets([csv, plot], [])
 
 
 def _plan(

@@ -5,14 +5,15 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import read_scene, refuse_targets
+from pendpin.cli.inputs import read_scene
+from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.tables import print_files
 from pendpin.errors import PendpinError
 
 
 def urdf(
     scene: Annotated[Path, typer.Argument(help="Scene file (TOML) of a chain.")],
-    out: Annotated[Path | None, typer.Option(help="Where to write it; to the terminal if absent.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Where to write the URDF; on the terminal if absent.")] = None,
 ) -> None:
     """Write a chain as a URDF that Pinocchio, MuJoCo and Drake load to the same model."""
     from pendpin.files import write_whole
@@ -24,7 +25,7 @@ def urdf(
         raise PendpinError(
             f"{scene}: model.kind: the model is a URDF file already: {getattr(model, 'file', 'a pin.Model')}"
         )
-    refuse_targets([out], [scene])
+    refuse_outputs([scene], urdf=out)
     text = chain_urdf(model)
     if out is None:
         print(text, end="")

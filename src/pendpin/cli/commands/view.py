@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import refuse_targets
-from pendpin.cli.outputs import show_run, write_page
+from pendpin.cli.outputs import refuse_outputs, show_run, write_page
 from pendpin.cli.tables import print_files
 from pendpin.errors import inside
 
@@ -17,12 +16,12 @@ def view(
 ) -> None:
     """Show a saved run in a browser, on this machine only, until Ctrl-C; or write it as one HTML page.
 
-    The page's address may end in what it shall show: #t=1.5&view=above&speed=5&reactions=on.
+    An ending of the page's address sets what it shows: #t=1.5&view=above&speed=5&reactions=on.
     """
     from pendpin.trajectory import Trajectory
 
     trajectory = Trajectory.load(run)
-    refuse_targets([html], [run])
+    refuse_outputs([run], html=html)
     with inside(str(run)):
         if html is None:
             show_run(trajectory)

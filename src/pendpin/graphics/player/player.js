@@ -233,7 +233,7 @@ function listen() {
 }
 
 // A live page says when the program that served it has ended.
-async function watch() {
+async function lookForServer() {
   for (;;) {
     await new Promise((done) => setTimeout(done, 1500));
     try {
@@ -257,4 +257,4 @@ requestAnimationFrame(function tick(now, before = now) {
   if (playing) pass(((now - before) / 1000) * speed);
   requestAnimationFrame((next) => tick(next, now));
 });
-if (drawing.live) watch();
+if (drawing.live) lookForServer();
