@@ -102,11 +102,18 @@ def likely_rod(equations: list[Printed]) -> str:
     if any(_says_uniform(one) for one in equations):
         return uniform
     if "h" in names or (names & INERTIAS and "l" not in names):
-        return "general"
+        return "general" if any(_numbered(one) for one in equations) else "symmetric"
     if uniform == "thin" and names & {"I3", "J3"}:
         held = {rod: sum(_holds(one, rod, Convention()) is True for one in equations) for rod in ("uniform", "thin")}
         return "uniform" if held["thin"] < held["uniform"] + 2 else "thin"
     return uniform
+
+
+def _numbered(one: Printed) -> bool:
+    """Whether an equation tells the two transverse inertias apart: it has an index, or the tensor."""
+    parts = [part for sides, _ in one.ways[:1] for side in sides for part in walk(side)]
+    inertias = [part.written for part in parts if part.written and part.written.letter in "IJ"]
+    return any(written.index[:1] in (*"123xyz",) or written.styled for written in inertias)
 
 
 def _lone(one: Printed) -> tuple[set[str], set[str]]:

@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -176,7 +177,7 @@ def _failing(
         scaling=scaling(equation, rod, convention),
         dimensions=dimensions_of(equation),
         mends=tuple(mends(patient, printer, pairs)),
-        remark="; ".join(filter(None, (finding.remark, _thin_only(equation, rod, convention)))),
+        remark="; ".join(filter(None, (finding.remark, _special(equation, rod, convention)))),
     )
 
 
@@ -196,14 +197,15 @@ def _mismatched(
     return replace(verdict, kind=kind_of(found[0].equation), mends=tuple(found), text=one.text)
 
 
-def _thin_only(equation: Equation, rod: str, convention: Convention) -> str:
-    """Whether an equation that fails would hold for a thin rod."""
-    if rod == "thin":
-        return ""
-    try:
-        return "it holds for a thin rod only" if check(equation, "thin", convention).holds else ""
-    except Unread:
-        return ""
+def _special(equation: Equation, rod: str, convention: Convention) -> str:
+    """Whether an equation that fails would hold for a more special rod."""
+    cases = {"thin": "it holds for a thin rod only", "symmetric": "it holds where I1 = I2"}
+    for special, words in reversed(cases.items()):
+        if RODS.index(special) < RODS.index(rod):
+            with suppress(Unread):
+                if check(equation, special, convention).holds:
+                    return words
+    return ""
 
 
 def _styles(equations: list[Printed]) -> dict[str, str]:

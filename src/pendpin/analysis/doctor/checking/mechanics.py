@@ -16,11 +16,12 @@ from pendpin.equations.base import RodInertia
 
 Values = NDArray[Any]  # (n,), (3, n) or (3, 3, n): scalars, vectors in I, tensors in I
 
-RODS = ("thin", "uniform", "general")
+RODS = ("thin", "uniform", "symmetric", "general")
 COORDINATES = ("theta", "phi", "dtheta", "dphi")
 PARAMETERS = {
     "thin": ("m", "l", "g"),
     "uniform": ("m", "l", "g", "r"),
+    "symmetric": ("m", "l", "g", "h", "I1", "I3", "r"),
     "general": ("m", "l", "g", "h", "I1", "I2", "I3", "r"),
 }
 
@@ -226,7 +227,7 @@ FORMULAS: dict[str, Callable[[Quantities], Values]] = {
     **{f"C_{a}{b}": _cosines(a, b) for a in "IAB" for b in "IAB" if a != b},
     "h": lambda q: q["l"] / q.number(2),
     "I1": _inertia(1),
-    "I2": _inertia(2),
+    "I2": lambda q: q["I1"],
     "I3": _inertia(3),
     "J1": lambda q: q["I1"] + q["m"] * q["h"] ** 2,
     "J2": lambda q: q["I2"] + q["m"] * q["h"] ** 2,

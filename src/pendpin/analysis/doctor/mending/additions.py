@@ -20,6 +20,7 @@ from pendpin.analysis.doctor.mending.monomials import (
     reader_of,
     simple,
 )
+from pendpin.analysis.doctor.mending.moves import FAMILIES, number_cost
 from pendpin.analysis.doctor.mending.needs import Need
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
 from pendpin.analysis.doctor.reading.tree import key, walk
@@ -47,7 +48,8 @@ def possible(equation: Equation, rod: str) -> set[str]:
     """Quantities that a missing term or factor may hold: not what the equation is solved for."""
     lone = {str(side.value) for side in equation.sides if side.kind == "symbol"}
     inertias = () if rod == "thin" else INERTIAS
-    return (equation.names | {*UNKNOWNS, *inertias, "Mc"}) - lone
+    families = (set(family) for family in FAMILIES if len(equation.names.intersection(family)) > 1)
+    return equation.names.union({*UNKNOWNS, *inertias, "Mc"}, *families) - lone
 
 
 def _number(need: Need, found: list[Need], editor: Editor) -> Iterator[Edit]:
@@ -62,7 +64,7 @@ def _number(need: Need, found: list[Need], editor: Editor) -> Iterator[Edit]:
         text = f"({text})"
     splice = editor.put(need.node.span, text)
     old, new = editor.shown(need, (splice,))
-    cost = 1.0 + simple(size) + (0.1 if size.denominator > 1 else 0.0) + 0.5 * need.lone
+    cost = number_cost(need, size)
     if value > 0:
         yield Edit((splice,), cost, f"{old} should be {new}", old, new)
     elif owner := next((n for n in found if n.whole and n.node in need.parents and not n.flat), None):

@@ -9,6 +9,7 @@ from pendpin.analysis.doctor.mending.monomials import Printer
 from pendpin.analysis.doctor.mending.needs import Need
 from pendpin.analysis.doctor.reading.tree import Node, Span, walk
 
+_BARE = re.compile(r"\\[dtc]?frac\s*(?:\d|\{[^{}]*\})?\s*$")  # a number after it may have no braces
 Splice = tuple[int, int, str]  # these characters of the source become this text
 
 
@@ -49,6 +50,8 @@ class Editor:
     def put(self, span: Span, new: str) -> Splice:
         """Replace a span, with a space or sign where two names would run together."""
         before, after = self.text[: span[0]], self.text[span[1] :]
+        if self.printer.latex and _BARE.search(before) and len(new) > 1 and new.isdigit():
+            return (*span, f"{{{new}}}")
         joint = " " if self.printer.latex else "*"
         if new and after and re.match(r"\w", after) and self._runs_on(new, after):
             new += joint
@@ -58,8 +61,9 @@ class Editor:
 
     def _runs_on(self, left: str, right: str) -> bool:
         if self.printer.latex:
-            return bool(re.search(r"\\[A-Za-z]+$", left) and re.match(r"[A-Za-z]", right)) or bool(
-                re.search(r"\d$", left) and re.match(r"\d", right)
+            return bool(
+                (re.search(r"\\[A-Za-z]+$", left) and re.match(r"[A-Za-z]", right))
+                or (re.search(r"(?<!frac)\d$", left) and re.match(r"\d", right))
             )
         return bool(re.search(r"\w$", left) and re.match(r"\w", right))
 

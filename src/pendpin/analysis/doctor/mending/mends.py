@@ -93,6 +93,7 @@ def mends(patient: Patient, printer: Printer, pairs: bool = True, most: int = 4)
     effects = [changed(equation, quantities, edit.instead or {}) for edit in listed]
     size = float(np.abs(rows).max())
     singles = [edit for edit, after in zip(listed, effects, strict=True) if after is not None and _zero(after, size)]
+    singles += [edit for edit in listed if not edit.instead or edit.instead.keys() & _differentiated(equation)]
     singles += list(by_need(found, quantities, editor, possible(equation, patient.rod)))
     singles += equal_products(found, equation, quantities, editor)
     chosen = _verified(patient, singles, most)
@@ -101,6 +102,12 @@ def mends(patient: Patient, printer: Printer, pairs: bool = True, most: int = 4)
     if not chosen and pairs and nodes < MOST_NODES // 4:
         chosen = _verified(patient, list(_any_two(equation, quantities, listed, size)), most)
     return chosen
+
+
+def _differentiated(equation: Equation) -> set[int]:
+    """The parts under a derivative, by id: what changes there is tried on the text."""
+    parts = (part for side in equation.sides for part in walk(side) if part.kind == "derivative")
+    return {id(below) for part in parts for below in walk(part.children[0])}
 
 
 def _any_two(equation: Equation, quantities: Quantities, listed: list[Edit], size: float) -> Iterator[Edit]:

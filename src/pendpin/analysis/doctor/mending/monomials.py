@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.analysis.doctor.checking.mechanics import Quantities, Values
+from pendpin.analysis.doctor.checking.mechanics import PARAMETERS, Quantities, Values
 
 MOST = 60  # of the numerator and denominator of a fraction that counts as small
-PLAIN = {"thin": ("m", "l", "g"), "uniform": ("m", "l", "g", "r"), "general": ("m", "l", "g", "h", "I1", "I2", "I3")}
+PLAIN = {rod: tuple(n for n in names if n != "r" or "h" not in names) for rod, names in PARAMETERS.items()}
 MOVING = ("dtheta", "dphi", "sin theta", "cos theta", "sin phi", "cos phi")
 EXTRA = (
     "ddtheta",
@@ -35,6 +35,9 @@ EXTRA = (
     "vx",
     "vy",
     "vz",
+    "w1",
+    "w2",
+    "w3",
 )
 DIFFERENCES = ("I1 - I3", "I2 - I3", "J1 - I3", "J2 - I3", "I2 - I1", "J2 - J1")
 SUMS = {  # that are found often: terms with their signs
@@ -124,13 +127,13 @@ class Reader:
         return Monomial(factor, tuple((n, int(p)) for n, p in zip(self.names, whole, strict=True) if p))
 
     def all(self, values: Values, flat: bool = False) -> Iterator[Monomial]:
-        """Every monomial that fits: in plain atoms, or with one more quantity, in the numerator or denominator."""
+        """Every monomial that fits: in plain atoms, or with one more quantity, its square or inverse."""
         if not np.isfinite(values).all() or np.abs(values).min() == 0:
             return
         if found := self.plain(values, flat):
             yield found
         for name, extra in self.extra.items():
-            for power in (1, -1):
+            for power in (1, 2, -1):
                 if found := self.plain(values / extra**power, flat):
                     yield Monomial(found.factor, (*found.powers, (name, power)))
 

@@ -6,13 +6,14 @@ Each move says what value it gives to which part, so that all are tried on numbe
 from collections import defaultdict
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from pendpin.analysis.doctor.checking.dimensions import Disagreement, dimension
 from pendpin.analysis.doctor.checking.evaluation import Context, evaluate, power
-from pendpin.analysis.doctor.checking.mechanics import PARAMETERS, Quantities, Values
+from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Quantities, Values
 from pendpin.analysis.doctor.mending.edits import Edit, Editor
 from pendpin.analysis.doctor.mending.monomials import CLOSE, simple
 from pendpin.analysis.doctor.mending.needs import Need
@@ -20,7 +21,8 @@ from pendpin.analysis.doctor.reading.names import DIMENSION_OF, MATRICES, SHORT_
 from pendpin.analysis.doctor.reading.tree import Node, Unread, key
 
 COMMON = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "R1", "R2", "R3", "M3", "Mc", "Fg")
-RODS = {"thin": (), "uniform": ("r", "I1", "I2", "I3"), "general": ("h", "I1", "I2", "I3", "J1", "J2", "J3")}
+ANY = ("h", "I1", "I2", "I3", "J1", "J2", "J3")
+RODS = {"thin": (), "uniform": ("r", "I1", "I2", "I3"), "symmetric": ANY, "general": ANY}
 FAMILIES = [("x", "y", "z"), ("vx", "vy", "vz"), ("ax", "ay", "az"), ("w1", "w2", "w3"), ("wd1", "wd2", "wd3")]
 FAMILIES += [("ac1", "ac2", "ac3"), ("vc1", "vc2", "vc3"), ("I1", "I2", "I3", "J1", "J2", "J3"), ("T", "V", "L", "E")]
 FAMILIES += [
@@ -62,6 +64,9 @@ def _of_part(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
             new,
             {id(node): -need.value},
         )
+    if need.role == "side" and not need.lone:
+        words = f"{editor.of(node.outer)} should be 0"
+        yield Edit(((*node.outer, "0"),), 1.35, words, editor.of(node.outer), "0", {id(node): 0 * need.value})
     if need.role == "term" and len(need.parents[-1].children) > 1:
         words = f"the term {editor.of(node.outer)} is too many"
         yield Edit((editor.without_term(need),), 1.25, words, editor.of(node.outer), "", {id(node): 0 * need.value})
@@ -82,6 +87,11 @@ def _of_part(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
     yield from _powers(need, context, editor)
     yield from _multiples(need, context, editor)
     yield from _numbers(need, editor)
+    if node.kind == "derivative" and node.value != "t":
+        for other in COORDINATES:
+            splice = editor.put(node.marks[0], editor.printer.symbol(other))
+            old, new = editor.shown(need, (splice,))
+            yield Edit((splice,), 1.1, f"{old} should be {new}", old, new)
 
 
 def _term(need: Need, editor: Editor) -> tuple[str, str]:
@@ -186,6 +196,7 @@ def _powers(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
                     {id(node): power(base, Fraction(exponent), 0, context)},
                 )
     plain = node.kind in ("symbol", "function") and (need.parent is None or need.parent.kind != "power")
+    plain = plain and (need.role != "argument" or node.bracketed is not None)
     if plain and need.value.ndim == 1 and not need.lone and node.kind != "number":
         for exponent in (2, 3):
             splice = editor.exponent(node, exponent)
@@ -208,7 +219,7 @@ def _multiples(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
 
 def _numbers(need: Need, editor: Editor) -> Iterator[Edit]:
     """A usual multiple of a number."""
-    if need.node.kind != "number" or not need.node.value or need.needed is None:
+    if need.node.kind != "number" or not need.node.value:
         return
     for factor in FACTORS:
         value = Fraction(str(need.node.value)) * factor
@@ -218,7 +229,7 @@ def _numbers(need: Need, editor: Editor) -> Iterator[Edit]:
             old, new = editor.shown(need, (splice,))
             yield Edit(
                 (splice,),
-                1.05 + simple(value),
+                0.05 + number_cost(need, value),
                 f"{old} should be {new}",
                 old,
                 new,
@@ -226,21 +237,29 @@ def _numbers(need: Need, editor: Editor) -> Iterator[Edit]:
             )
 
 
+def number_cost(need: Need, value: Fraction) -> float:
+    """What another number costs: more for a 1 that might be left out, and for a fraction inside a printed one."""
+    printed = any(parent.fraction for parent in need.parents[-2:])
+    idle = value == 1 and need.role in ("factor", "divisor") and not need.parents[-1].fraction
+    broken = value.denominator > 1
+    return 1.0 + simple(value) + 0.5 * need.lone + 0.25 * idle + (0.6 if printed else 0.1) * broken
+
+
 def _of_equal_parts(found: list[Need], context: Context, editor: Editor) -> Iterator[Edit]:
     """The same replacement wherever a symbol or function stands, and two symbols exchanged."""
     groups: dict[tuple, dict[int, Need]] = defaultdict(dict)
     for need in found:
-        if need.node.kind in ("symbol", "function"):
+        if need.node.kind in ("symbol", "function", "number"):
             groups[key(need.node)][id(need.node)] = need
     several = {k: list(members.values()) for k, members in groups.items()}
     for members in several.values():
         if len(members) > 1:
             yield from _together(members, context, editor)
-    names = [members for members in several.values() if members[0].node.kind == "symbol"]
-    for i, first in enumerate(names):
-        for second in names[i + 1 :]:
-            if len(first) + len(second) > 2 and first[0].value.shape == second[0].value.shape:
-                yield _exchanged(first, second, editor)
+    for kind, least, cost in (("symbol", 3, 1.6), ("number", 2, 1.3)):
+        names = [members for members in several.values() if members[0].node.kind == kind]
+        for first, second in combinations(names, 2):
+            if len(first) + len(second) >= least and first[0].value.shape == second[0].value.shape:
+                yield _exchanged(first, second, editor, cost)
 
 
 def _together(members: list[Need], context: Context, editor: Editor) -> Iterator[Edit]:
@@ -251,11 +270,11 @@ def _together(members: list[Need], context: Context, editor: Editor) -> Iterator
         yield Edit(splices, cost + 0.35, words, old, new, {id(n.node): value for n in members})
 
 
-def _exchanged(first: list[Need], second: list[Need], editor: Editor) -> Edit:
+def _exchanged(first: list[Need], second: list[Need], editor: Editor, cost: float) -> Edit:
     a, b = editor.of(first[0].node.span), editor.of(second[0].node.span)
     splices = [editor.put(n.node.span, b) for n in first] + [editor.put(n.node.span, a) for n in second]
     instead = {id(n.node): second[0].value for n in first} | {id(n.node): first[0].value for n in second}
-    return Edit(tuple(splices), 1.6, f"{a} and {b} are exchanged", a, b, instead)
+    return Edit(tuple(splices), cost, f"{a} and {b} are exchanged", a, b, instead)
 
 
 def small(values: Values, size: float) -> bool:

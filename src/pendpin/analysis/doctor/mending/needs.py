@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from pendpin.analysis.doctor.checking.check import Equation
-from pendpin.analysis.doctor.checking.evaluation import Known, norm
+from pendpin.analysis.doctor.checking.evaluation import Context, Known, evaluate, norm
 from pendpin.analysis.doctor.checking.mechanics import AXES, Quantities, Values, dot
 from pendpin.analysis.doctor.reading.tree import Node
 
@@ -49,7 +49,7 @@ class Need:
 
 def needs(equation: Equation, quantities: Quantities, known: Known) -> Iterator[Need]:
     """Every part of an equation with the value that would heal it."""
-    frame = "tensor" if "inertia" in equation.names else equation.frame
+    context = equation.context(quantities)
     for i, side in enumerate(equation.sides):
         for target in _targets(equation, quantities, known, i):
             lone = side.kind in ("symbol", "number") and len(equation.sides) > 1
@@ -57,7 +57,7 @@ def needs(equation: Equation, quantities: Quantities, known: Known) -> Iterator[
             wanted = (
                 target if target.ndim == value.ndim else (target * np.ones_like(value) if not np.any(target) else None)
             )
-            yield from _down(Need(side, value, wanted, "side", (), i, lone=lone), quantities, known, frame)
+            yield from _down(Need(side, value, wanted, "side", (), i, lone=lone), context, known)
 
 
 def _targets(equation: Equation, quantities: Quantities, known: Known, i: int) -> Iterator[Values]:
@@ -78,38 +78,17 @@ def _close(a: Values, b: Values) -> bool:
     return bool(np.abs(a - b).max() <= 1e-9 * (np.abs(a).max() + np.abs(b).max() + 1e-300))
 
 
-def _down(need: Need, quantities: Quantities, known: Known, frame: str) -> Iterator[Need]:
+def _down(need: Need, context: Context, known: Known) -> Iterator[Need]:
     """A part and everything below it."""
-    yield (
-        replace(need, parts=tuple(known[id(child)] for child in need.node.children))
-        if need.node.kind == "sum"
-        else need
-    )
-    if need.node.kind == "derivative":
-        return
-    if need.node.kind == "function":
-        yield from _inside(need.node.children[0], (*need.parents, need.node), known)
-        return
-    for index, (child, wanted, role, flat) in enumerate(_children(need, quantities, known, frame)):
-        parents = (*need.parents, need.node)
-        lone = need.lone and need.node.kind == "matrix"
-        below = Need(child, known[id(child)], wanted, role, parents, index, flat, lone=lone)
-        yield from _down(below, quantities, known, frame)
+    node = need.node
+    yield replace(need, parts=tuple(known[id(child)] for child in node.children)) if node.kind == "sum" else need
+    for index, (child, wanted, role, flat) in enumerate(_children(need, context, known)):
+        lone = need.lone and node.kind == "matrix"
+        below = Need(child, known[id(child)], wanted, role, (*need.parents, node), index, flat, lone=lone)
+        yield from _down(below, context, known)
 
 
-def _inside(node: Node, parents: tuple[Node, ...], known: Known) -> Iterator[Need]:
-    """What is inside a function: the value that would heal is not known."""
-    yield Need(node, known[id(node)], None, "argument", parents)
-    for index, child in enumerate(node.children):
-        for below in _inside(child, (*parents, node), known):
-            yield Need(
-                below.node, below.value, None, below.role, below.parents, index if below.node is child else below.index
-            )
-
-
-def _children(
-    need: Need, quantities: Quantities, known: Known, frame: str
-) -> Iterator[tuple[Node, Values | None, Role, bool]]:
+def _children(need: Need, context: Context, known: Known) -> Iterator[tuple[Node, Values | None, Role, bool]]:
     """The children of a node with what they would have to be."""
     node, wanted = need.node, need.needed
     with np.errstate(all="ignore"):
@@ -139,13 +118,28 @@ def _children(
                 )
             case "matrix":
                 for i, child in enumerate(node.children):
-                    yield child, _entry(node, i, wanted, quantities, frame), "entry", False
-            case _:
-                return
+                    yield child, _entry(node, i, wanted, context), "entry", False
+            case "function":
+                yield node.children[0], None, "argument", False
+            case "derivative":
+                evaluate(node.children[0], context, known)
+                yield node.children[0], _integrated(need, known), "base", False
 
 
 def _list(value: Any) -> list[Any]:
     return list(value)
+
+
+def _integrated(need: Need, known: Known) -> Values | None:
+    """What is differentiated times a constant factor that is missing; None where that is no constant.
+
+    The states of the second half share the parameters of the first.
+    """
+    if need.needed is None or need.value.ndim != 1:
+        return None
+    first, second = np.split(need.needed / need.value, 2)
+    value = known[id(need.node.children[0])]
+    return value * np.tile(first, 2) if value.ndim == 1 and _close(first, second) else None
 
 
 def _even(exponent: Fraction) -> bool:
@@ -192,18 +186,18 @@ def _factor(node: Node, i: int, wanted: Values, known: Known) -> Values | None:
     return along if (off <= 1e-8 * (norm(wanted) + 1e-12)).all() else None
 
 
-def _entry(node: Node, i: int, wanted: Values | None, quantities: Quantities, frame: str) -> Values | None:
+def _entry(node: Node, i: int, wanted: Values | None, context: Context) -> Values | None:
     """What an entry of a matrix has to be."""
     if wanted is None:
         return None
     if wanted.shape[0] == 2:
         return wanted[i] if wanted.ndim == 2 else wanted[divmod(i, 2)]
     if node.value == (3, 1) and wanted.ndim == 2:
-        return dot(wanted, quantities[AXES[frame][i]])
+        return dot(wanted, context.quantities[AXES[context.frame][i]])
     if node.value == (3, 3) and wanted.ndim == 3:
         row, column = divmod(i, 3)
-        if frame != "tensor":
+        if not context.tensors:
             return wanted[row, column]
-        first, second = (quantities[AXES["B"][k]] for k in (row, column))
+        first, second = (context.quantities[AXES["B"][k]] for k in (row, column))
         return dot(first, np.stack([dot(part, second) for part in wanted]))
     return None

@@ -231,7 +231,7 @@ class PrintedNames:
         if variable == "t" and node.kind == "symbol":
             assert node.written is not None
             return named(replace(node.written, dots=node.written.dots + 1), span)
-        return Node("derivative", span, variable, (node,))
+        return Node("derivative", span, variable, (node,), () if by is None else (by.span,))
 
     def environment(self) -> str:
         """The name after \\begin or \\end."""

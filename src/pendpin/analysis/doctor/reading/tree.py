@@ -35,7 +35,7 @@ class Node:
     power     base                  Fraction                               the exponent with its ^
     function  argument              sin, cos, ..., sqrt, norm              the name
     matrix    entries row by row    (rows, columns)                        none
-    derivative expression           the variable: t, or a symbol's name    none
+    derivative expression           the variable: t, or a symbol's name    the variable, if it is printed
     """
 
     kind: Kind

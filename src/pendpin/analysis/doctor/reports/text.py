@@ -16,6 +16,7 @@ from pendpin.errors import one_line
 
 STYLES = {"holds": "green", "fails": "bold red", "unread": "yellow"}
 RODS = {"thin": "a uniform thin rod", "uniform": "a uniform rod of radius r", "general": "any rod"}
+RODS["symmetric"] = "any rod with I1 = I2"
 MOST_PRINTED = 20_000  # characters of an equation in a record
 Line = tuple[str, str]  # text and its style
 
