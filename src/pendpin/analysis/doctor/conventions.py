@@ -5,7 +5,8 @@ from itertools import product
 
 from pendpin.analysis.doctor.checking.check import TOLERANCE
 from pendpin.analysis.doctor.checking.mechanics import Convention
-from pendpin.analysis.doctor.patients import Printed, chosen
+from pendpin.analysis.doctor.patients import Printed, candidates
+from pendpin.analysis.doctor.reading.names import CONSTANTS
 from pendpin.analysis.doctor.reading.tree import Unread, symbols, walk
 from pendpin.errors import InputError, not_one_of
 
@@ -51,10 +52,14 @@ def _all_conventions() -> list[Convention]:
 def _holds(one: Printed, rod: str, convention: Convention) -> bool | None:
     """Whether an equation holds at random states; None for one that cannot be read or tells little of the convention."""
     parts = [part for sides, _ in one.ways[:1] for side in sides for part in walk(side)]
-    if one.defines or len(parts) > MOST_SEARCHED or any(part.kind == "derivative" for part in parts):
+    if (
+        one.defines
+        or len(parts) > MOST_SEARCHED
+        or any(part.kind == "derivative" or part.value in CONSTANTS for part in parts)
+    ):
         return None
     try:
-        return chosen(one, rod, convention)[2] < TOLERANCE
+        return candidates(one, rod, convention)[0][2] < TOLERANCE
     except Unread:
         return None
 
@@ -113,7 +118,7 @@ def _numbered(one: Printed) -> bool:
     """Whether an equation tells the two transverse inertias apart: it has an index, or the tensor."""
     parts = [part for sides, _ in one.ways[:1] for side in sides for part in walk(side)]
     inertias = [part.written for part in parts if part.written and part.written.letter in "IJ"]
-    return any(written.index[:1] in (*"123xyz",) or written.styled for written in inertias)
+    return any(written.index[:1] in (*"12xy",) or written.styled for written in inertias)
 
 
 def _lone(one: Printed) -> tuple[set[str], set[str]]:

@@ -13,7 +13,7 @@ from pendpin.analysis.doctor.checking.mechanics import RODS, Convention
 from pendpin.analysis.doctor.conventions import conventions_of, find_convention, likely_rod
 from pendpin.analysis.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, styles_of
 from pendpin.analysis.doctor.mending.monomials import Printer
-from pendpin.analysis.doctor.patients import Printed, chosen, kind_of, printed
+from pendpin.analysis.doctor.patients import Candidate, Printed, candidates, kind_of, printed
 from pendpin.analysis.doctor.reading.documents import Document
 from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.tokens import is_latex
@@ -21,6 +21,8 @@ from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, walk
 from pendpin.errors import InputError, brief, not_one_of, shown
 from pendpin.late import from_above
 
+MOST_READINGS = 3  # of an equation that fails, whose mends are compared
+FAR = 10.0  # the cost of no mend at all
 MOST_HOPELESS = 10  # equations without a mend, after which two changes are no longer tried
 
 
@@ -147,38 +149,64 @@ def find(one: Printed, rod: str, convention: Convention, styles: dict[str, str],
             unread, kind="definition", remark=f"defines {one.defines.lstrip('?')}, which is put in where it is used"
         )
     try:
-        equation, tight, _ = chosen(one, rod, convention)
-        verdict = check(equation, rod, convention)
+        readings = candidates(one, rod, convention)[:MOST_READINGS]
+        verdict = check(readings[0][0], rod, convention)
     except Mismatch as error:
         return _mismatched(unread, one, rod, convention, styles, error.reason)
     except Unread as error:
         return replace(unread, remark=error.reason)
+    if not verdict.holds:
+        return _failing(unread, one, readings, rod, convention, styles, pairs)
     remark = "; ".join(filter(None, (one.remark, verdict.remark)))
-    finding = Finding(
-        one.number, one.latex, place, kind_of(equation), "holds" if verdict.holds else "fails", verdict.proved,
-        verdict.error, remark, equation=equation, text=one.text,
-    )  # fmt: skip
-    return finding if verdict.holds else _failing(finding, one, tight, rod, convention, styles, pairs)
+    kind = kind_of(readings[0][0])
+    return replace(
+        unread,
+        verdict="holds",
+        kind=kind,
+        proved=verdict.proved,
+        error=verdict.error,
+        remark=remark,
+        equation=readings[0][0],
+    )
 
 
 def _failing(
-    finding: Finding, one: Printed, tight: bool, rod: str, convention: Convention, styles: dict[str, str], pairs: bool
+    unread: Finding,
+    one: Printed,
+    readings: list[Candidate],
+    rod: str,
+    convention: Convention,
+    styles: dict[str, str],
+    pairs: bool,
 ) -> Finding:
-    """The circumstances and mends of an equation that fails."""
-    equation = finding.equation
-    assert equation is not None
-    latex = is_latex(one.text)
-    own = styles_of(list(equation.sides), one.text)
-    printer = Printer(latex, {**styles, **own} if latex else own)
-    patient = Patient(equation, one.text, one.index, tight, rod, convention, one.alone)
+    """The circumstances and mends of an equation that fails, in the reading that the simplest mend heals."""
+    found = [_mends(one, equation, tight, rod, convention, styles, pairs) for equation, tight, _ in readings]
+    costs = [healed[0].cost + 0.1 * rank if healed else FAR + rank for rank, healed in enumerate(found)]
+    best = costs.index(min(costs))
+    equation, _, error = readings[best]
     return replace(
-        finding,
+        unread,
+        verdict="fails",
+        proved=True,
+        kind=kind_of(equation),
+        error=error,
         when=when(equation, rod, convention),
         scaling=scaling(equation, rod, convention),
         dimensions=dimensions_of(equation),
-        mends=tuple(mends(patient, printer, pairs)),
-        remark="; ".join(filter(None, (finding.remark, _special(equation, rod, convention)))),
+        mends=tuple(found[best]),
+        remark="; ".join(filter(None, (one.remark, _special(equation, rod, convention)))),
+        equation=equation,
     )
+
+
+def _mends(
+    one: Printed, equation: Equation, tight: bool, rod: str, convention: Convention, styles: dict[str, str], pairs: bool
+) -> list[Mend]:
+    """The mends of one reading of an equation."""
+    latex = is_latex(one.text)
+    own = styles_of(list(equation.sides), one.text)
+    patient = Patient(equation, one.text, one.index, tight, rod, convention, one.alone)
+    return mends(patient, Printer(latex, {**styles, **own} if latex else own), pairs)
 
 
 def _mismatched(

@@ -8,13 +8,16 @@ from pendpin.analysis.doctor.checking.circumstances import dimensions_of
 from pendpin.analysis.doctor.checking.mechanics import Convention
 from pendpin.analysis.doctor.reading.documents import Statement
 from pendpin.analysis.doctor.reading.grammar import parse
-from pendpin.analysis.doctor.reading.names import DIMENSION_OF, VECTORS
+from pendpin.analysis.doctor.reading.names import CONSTANTS, DIMENSION_OF, VECTORS
 from pendpin.analysis.doctor.reading.tokens import tokens
-from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
+from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, key, symbols, walk
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
 MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked
 COORDINATES = {"x", "y", "z"}
+
+
+Candidate = tuple[Equation, bool, float]  # whether 3g/2l is read as 3g/(2l), and the relative error
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,9 +50,9 @@ def printed(statements: tuple[Statement, ...], definitions: dict[str, Node]) -> 
     for statement in statements:
         for one in _of_statement(statement, len(found) + 1):
             one = replace(one, definitions=dict(known))
-            if name := _defined(one, known):
-                known[name] = one.ways[0][0][1]
-                one = replace(one, defines=name)
+            if definition := _defined(one, known):
+                known[definition[0]] = definition[1]
+                one = replace(one, defines=definition[0])
             found.append(one)
     return found
 
@@ -150,40 +153,46 @@ def _error_of(text: str) -> float | None:
     return min(errors, default=None)
 
 
-def _defined(one: Printed, known: dict[str, Node]) -> str:
-    """The symbol that an equation defines: an unknown one alone on the left."""
+def _defined(one: Printed, known: dict[str, Node]) -> tuple[str, Node] | None:
+    """The symbol that an equation defines, an unknown one alone on a side, and its meaning."""
     if not one.ways or len(one.ways[0][0]) != 2:
-        return ""
+        return None
     left, right = one.ways[0][0]
-    plain = left.written is not None and not left.written.dots
-    fresh = plain and str(left.value).startswith("?") and left.value not in known
-    return str(left.value) if fresh and left.value not in symbols(right) else ""
+    for symbol, meaning in ((left, right), (right, left)):
+        name, others = str(symbol.value), symbols(meaning)
+        fresh = symbol.kind == "symbol" and name.startswith("?")
+        fresh = fresh and (name not in known or key(known[name]) == key(meaning))
+        settled = name not in CONSTANTS and not any(other.startswith("?") for other in others)
+        if fresh and name not in others and (symbol is left or settled):
+            return name, meaning
+    return None
 
 
-def chosen(one: Printed, rod: str, convention: Convention) -> tuple[Equation, bool, float]:
-    """The reading that holds, or else the likeliest that has a meaning: equation, tightness, error. Raises Unread."""
-    best: tuple[tuple[bool, float], Equation, bool, float] | None = None
-    reason = Unread(one.reason or "it has no meaning")
+def candidates(one: Printed, rod: str, convention: Convention) -> list[Candidate]:
+    """The reading that holds, or else those that have a meaning, the likeliest first. Raises Unread."""
+    found: dict[float, tuple[tuple[bool, float], Candidate]] = {}  # by the error: equal ones come to the same
+    reasons: list[Unread] = []
     for rank, (equation, tight) in enumerate(one.readings()):
         try:
             error = relative_error(equation, random_states(rod, convention))
         except Unread as unread:
-            reason = (
-                unread if rank == 0 or (isinstance(unread, Mismatch) and not isinstance(reason, Mismatch)) else reason
-            )
+            reasons.append(unread)
             continue
         if error < TOLERANCE:
-            return equation, tight, error
+            return [(equation, tight, error)]
         order = (bool(dimensions_of(equation)), float(rank))
-        if best is None or order < best[0]:
-            best = (order, equation, tight, error)
-    if best is None:
-        raise reason
-    if _of_the_tip(best[1], rod, convention):
+        known = found.get(round(error, 9))
+        if known is None or order < known[0]:
+            found[round(error, 9)] = (order, (equation, tight, error))
+    if not found:
+        mixed = [reason for reason in reasons if isinstance(reason, Mismatch)]
+        raise (mixed or reasons or [Unread("it has no meaning")])[0]
+    listed = [candidate for _, candidate in sorted(found.values(), key=lambda pair: pair[0])]
+    if _of_the_tip(listed[0][0], rod, convention):
         raise Unread(
             "x, y, z may belong to the tip, for which it holds, or to the centre of mass, for which it fails: say which"
         )
-    return best[1], best[2], best[3]
+    return listed
 
 
 def _of_the_tip(equation: Equation, rod: str, convention: Convention) -> bool:

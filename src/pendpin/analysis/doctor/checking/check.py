@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.analysis.doctor.checking import exact
-from pendpin.analysis.doctor.checking.evaluation import Context, Known, evaluate, norm, scale
+from pendpin.analysis.doctor.checking.evaluation import Context, Instead, Known, evaluate, norm, scale
 from pendpin.analysis.doctor.checking.exact import printed_quantities
 from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Convention, Quantities, Values, solved
 from pendpin.analysis.doctor.reading.names import CONSTANTS, UNKNOWNS, meanings
@@ -120,7 +120,7 @@ def free_base(rod: str, count: int) -> dict[str, Values]:
 
 
 def residuals(
-    equation: Equation, quantities: Quantities, known: Known | None = None, instead: dict[int, Values] | None = None
+    equation: Equation, quantities: Quantities, known: Known | None = None, instead: Instead | None = None
 ) -> Iterator[tuple[Values, Values]]:
     """Of each pair of neighbouring sides: left minus right, rows of scalars (k, n), and the size of the terms (n,).
 
@@ -159,7 +159,7 @@ def _alike(left: Values, right: Values, sides: tuple[Node, ...], i: int) -> tupl
 
 
 def residuals_and_sizes(
-    equation: Equation, quantities: Quantities, known: Known | None = None, instead: dict[int, Values] | None = None
+    equation: Equation, quantities: Quantities, known: Known | None = None, instead: Instead | None = None
 ) -> Iterator[tuple[Values, Values]]:
     """The residuals, less what a constant in the energies may account for.
 
@@ -180,7 +180,7 @@ def residuals_and_sizes(
             yield (constant[:, :half] - constant[:, half : 2 * half]) * slope[:, :half], size
 
 
-def _slopes(equation: Equation, quantities: Quantities, instead: dict[int, Values] | None) -> list[Values]:
+def _slopes(equation: Equation, quantities: Quantities, instead: Instead | None) -> list[Values]:
     """How the residuals change as the zero of potential energy is moved by one unit, rows (k, n)."""
     moved = dict(instead or {})
     for node in (part for side in equation.sides for part in _undifferentiated(side)):
@@ -191,7 +191,7 @@ def _slopes(equation: Equation, quantities: Quantities, instead: dict[int, Value
     return [there - here for (there, _), (here, _) in zip(*both, strict=True)]
 
 
-def changed(equation: Equation, quantities: Quantities, instead: dict[int, Values]) -> Values | None:
+def changed(equation: Equation, quantities: Quantities, instead: Instead) -> Values | None:
     """The residual with other values for some parts, rows (k, n); None where they have no meaning there."""
     try:
         with np.errstate(all="ignore"):

@@ -1,5 +1,6 @@
 """Trees to numbers: scalars, vectors and tensors, for any type of number."""
 
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -13,6 +14,7 @@ from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread
 
 MOST_DERIVED = 500  # derivatives that are remembered
 Known = dict[int, Values]  # the value of every node, by id
+Instead = Mapping[int, Values | Callable[[Values], Values]]  # what nodes, by id, are changed to
 
 
 class Context:
@@ -66,20 +68,21 @@ class Context:
         return top if value.denominator == 1 else top / bottom
 
 
-def evaluate(
-    node: Node, context: Context, known: Known | None = None, instead: dict[int, Values] | None = None
-) -> Values:
+def evaluate(node: Node, context: Context, known: Known | None = None, instead: Instead | None = None) -> Values:
     """The value of a tree; those of its parts go to `known`. `instead` gives nodes, by id, another value.
 
-    Raises Unread where numbers and vectors are mixed.
+    Or it gives a function of the node's own value. Raises Unread where numbers and vectors are mixed.
     """
-    if instead is not None and id(node) in instead:
-        return instead[id(node)]
+    change = instead.get(id(node)) if instead else None
+    if isinstance(change, np.ndarray):
+        return change
     if node.kind == "derivative":
         value = derivative(node, context)
     else:
         parts = [evaluate(child, context, known, instead) for child in node.children]
         value = _value(node, parts, context)
+    if change is not None:
+        value = change(value)
     if known is not None:
         known[id(node)] = value
     return value

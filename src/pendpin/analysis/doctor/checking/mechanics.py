@@ -234,6 +234,8 @@ FORMULAS: dict[str, Callable[[Quantities], Values]] = {
     "J3": lambda q: q["I3"],
     "inertia": _inertia_tensor,
     "Fg": lambda q: q["m"] * q["g"],
+    "field": lambda q: q["g"] * q["z*"],
+    "weight": lambda q: q["m"] * q["field"],
     "rG": lambda q: q["h"] * q["b3*"],
     "rT": lambda q: q["l"] * q["b3*"],
     "vG": lambda q: q["h"] * combined(q, "b", q["dphi*"], q["dtheta*"] * q["c*"]),

@@ -203,7 +203,7 @@ def _read(values: Values, reader: Reader) -> Iterator[tuple[Monomial, str]]:
     """Scalars or vectors as monomials, with the direction of a vector."""
     if values.ndim == 1:
         yield from ((monomial, "") for monomial in reader.all(values))
-    elif values.ndim == 2:
+    elif values.shape[:-1] == (3,):
         for name in DIRECTIONS:
             unit = reader.quantities[name]
             along = dot(values, unit)

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from pendpin.analysis.doctor.checking.mechanics import Values
+from pendpin.analysis.doctor.checking.evaluation import Instead
 from pendpin.analysis.doctor.mending.monomials import Printer
 from pendpin.analysis.doctor.mending.needs import Need
 from pendpin.analysis.doctor.reading.tree import Node, Span, walk
@@ -15,14 +15,14 @@ Splice = tuple[int, int, str]  # these characters of the source become this text
 
 @dataclass(frozen=True, eq=False)
 class Edit:
-    """One change. `instead` gives nodes, by id, their new value where it is known; `old` and `new` are what is shown."""
+    """One change. `instead` gives nodes, by id, a new value or a function of it, where known; `old` and `new` are shown."""
 
     splices: tuple[Splice, ...]
     cost: float
     words: str
     old: str = ""
     new: str = ""
-    instead: dict[int, Values] | None = None
+    instead: Instead | None = None
 
 
 def apply(text: str, splices: tuple[Splice, ...]) -> str:
@@ -34,7 +34,7 @@ def apply(text: str, splices: tuple[Splice, ...]) -> str:
 
 def overlap(a: tuple[Splice, ...], b: tuple[Splice, ...]) -> bool:
     """Whether two changes touch the same characters."""
-    return any(x[0] <= y[1] and y[0] <= x[1] for x in a for y in b)
+    return any((x[0] < y[1] and y[0] < x[1]) or x[0] == y[0] for x in a for y in b)
 
 
 class Editor:

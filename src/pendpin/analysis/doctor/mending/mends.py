@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
+from typing import Any
 
 import numpy as np
 
@@ -31,8 +32,9 @@ from pendpin.analysis.doctor.reading.tree import Node, Unread, key, walk
 
 MOST_NODES = 400  # of an equation that is searched
 MOST_WORK = 400_000  # moves times parts of an equation that are tried
-MOST_TOGETHER = 110  # moves of which every pair is tried
+MOST_TOGETHER = 200  # moves of which every pair is tried
 MOST_PAIRED = 700  # single moves that are tried in pairs
+MOST_HIDDEN = 100  # moves under a derivative, whose texts are read again
 MOST_VERIFIED = 400  # candidates whose text is read again
 FARTHER = 0.75  # what a second mend may cost more than the first
 FARTHEST = 3.2  # the cost beyond which a mend is far-fetched
@@ -93,7 +95,8 @@ def mends(patient: Patient, printer: Printer, pairs: bool = True, most: int = 4)
     effects = [changed(equation, quantities, edit.instead or {}) for edit in listed]
     size = float(np.abs(rows).max())
     singles = [edit for edit, after in zip(listed, effects, strict=True) if after is not None and _zero(after, size)]
-    singles += [edit for edit in listed if not edit.instead or edit.instead.keys() & _differentiated(equation)]
+    hidden = _differentiated(equation)
+    singles += [edit for edit in listed if not edit.instead or edit.instead.keys() & hidden][:MOST_HIDDEN]
     singles += list(by_need(found, quantities, editor, possible(equation, patient.rod)))
     singles += equal_products(found, equation, quantities, editor)
     chosen = _verified(patient, singles, most)
@@ -111,15 +114,17 @@ def _differentiated(equation: Equation) -> set[int]:
 
 
 def _any_two(equation: Equation, quantities: Quantities, listed: list[Edit], size: float) -> Iterator[Edit]:
-    """Two of the likeliest moves, one inside the other's term or not, each pair tried on numbers."""
-    likely = sorted((edit for edit in listed if edit.instead), key=lambda e: e.cost)[:MOST_TOGETHER]
-    for i, a in enumerate(likely):
-        for b in likely[i + 1 :]:
-            if not overlap(a.splices, b.splices):
-                both = replace(_both(a, b), instead={**(a.instead or {}), **(b.instead or {})})
-                after = changed(equation, quantities, both.instead or {})
-                if after is not None and _zero(after, size):
-                    yield both
+    """Two of the likeliest moves in the same term, whose effects do not add up, each pair tried on numbers."""
+    tops = (term for side in equation.sides for term in (side.children if side.kind == "sum" else (side,)))
+    place = {id(part): i for i, term in enumerate(tops) for part in walk(term)}
+    terms = {id(edit): {place.get(part) for part in edit.instead or ()} for edit in listed}
+    likely = sorted((edit for edit in listed if edit.instead), key=_order)[:MOST_TOGETHER]
+    for a, b in combinations(likely, 2):
+        if terms[id(a)] & terms[id(b)] and not overlap(a.splices, b.splices):
+            both = _both(a, b)
+            after = changed(equation, quantities, both.instead or {})
+            if after is not None and _zero(after, size):
+                yield both
 
 
 def mends_of_mismatch(patient: Patient, printer: Printer, most: int = 4) -> list[Mend]:
@@ -164,9 +169,13 @@ def _pairs(listed: list[Edit], effects: list[Values | None], rows: Values) -> li
 
 
 def _both(a: Edit, b: Edit) -> Edit:
-    return Edit(
-        (*a.splices, *b.splices), a.cost + b.cost, f"{a.words}, and {b.words}", f"{a.old}; {b.old}", f"{a.new}; {b.new}"
-    )
+    """Two changes as one."""
+    instead: Any = dict(a.instead or {})
+    for node, change in (b.instead or {}).items():
+        first = instead.get(node)
+        instead[node] = (lambda x, f=first, g=change: g(f(x))) if callable(first) and callable(change) else change
+    words = f"{a.words}, and {b.words}"
+    return Edit((*a.splices, *b.splices), a.cost + b.cost, words, f"{a.old}; {b.old}", f"{a.new}; {b.new}", instead)
 
 
 def _verified(patient: Patient, edits: list[Edit], most: int) -> list[Mend]:

@@ -6,6 +6,7 @@ Each move says what value it gives to which part, so that all are tried on numbe
 from collections import defaultdict
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import partial
 from itertools import combinations
 from typing import Any
 
@@ -15,7 +16,7 @@ from pendpin.analysis.doctor.checking.dimensions import Disagreement, dimension
 from pendpin.analysis.doctor.checking.evaluation import Context, evaluate, power
 from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Quantities, Values
 from pendpin.analysis.doctor.mending.edits import Edit, Editor
-from pendpin.analysis.doctor.mending.monomials import CLOSE, simple
+from pendpin.analysis.doctor.mending.monomials import CLOSE, Monomial, atom, simple
 from pendpin.analysis.doctor.mending.needs import Need
 from pendpin.analysis.doctor.reading.names import DIMENSION_OF, MATRICES, SHORT_FUNCTIONS, UNIT_VECTORS, VECTORS
 from pendpin.analysis.doctor.reading.tree import Node, Unread, key
@@ -39,6 +40,9 @@ FACTORS = tuple(
     Fraction(a, b)
     for a, b in ((2, 1), (1, 2), (3, 1), (1, 3), (4, 1), (1, 4), (3, 2), (2, 3), (6, 1), (1, 6), (12, 1), (1, 12))
 )
+FORGOTTEN = [(factor, "", 1) for factor in FACTORS] + [(Fraction(1), name, 1) for name in ("m", "l", "g")]
+FORGOTTEN += [(Fraction(1), f"{f} {angle}", 1) for f in ("sin", "cos") for angle in ("theta", "phi")]
+FORGOTTEN += [(Fraction(1), name, -1) for name in ("m", "l", "cos phi")]
 
 
 def moves(found: list[Need], context: Context, editor: Editor) -> Iterator[Edit]:
@@ -62,7 +66,7 @@ def _of_part(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
             f"the sign of {_plain(need, editor)} is wrong",
             old,
             new,
-            {id(node): -need.value},
+            {id(node): np.negative},
         )
     if need.role == "side" and not need.lone:
         words = f"{editor.of(node.outer)} should be 0"
@@ -80,6 +84,8 @@ def _of_part(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
             "",
             one,
         )
+    if need.whole and node.kind != "number":
+        yield from _missing(need, context, editor)
     for value, text, cost in replacements(node, context, editor):
         splice = editor.put(node.span if node.kind == "symbol" else node.marks[0], text)
         old, new = editor.shown(need, (splice,))
@@ -92,6 +98,19 @@ def _of_part(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
             splice = editor.put(node.marks[0], editor.printer.symbol(other))
             old, new = editor.shown(need, (splice,))
             yield Edit((splice,), 1.1, f"{old} should be {new}", old, new)
+
+
+def _missing(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
+    """One of the factors that are forgotten most."""
+    for factor, name, exponent in FORGOTTEN:
+        if name in editor.printer.styles or " " in name or not name:
+            values = atom(name, context.quantities) ** exponent if name else np.ones(1)
+            text = editor.printer.monomial(Monomial(factor, ((name, exponent),) if name else ()))
+            splice = editor.before(need.node, text if editor.printer.latex or "/" not in text else f"({text})")
+            old, new = editor.shown(need, (splice,))
+            words = f"the factor {text} is missing in {old}"
+            change = {id(need.node): partial(np.multiply, float(factor) * values)}
+            yield Edit((splice,), 1.25 + simple(factor), words, old, new, change)
 
 
 def _term(need: Need, editor: Editor) -> tuple[str, str]:
@@ -240,7 +259,7 @@ def _numbers(need: Need, editor: Editor) -> Iterator[Edit]:
 def number_cost(need: Need, value: Fraction) -> float:
     """What another number costs: more for a 1 that might be left out, and for a fraction inside a printed one."""
     printed = any(parent.fraction for parent in need.parents[-2:])
-    idle = value == 1 and need.role in ("factor", "divisor") and not need.parents[-1].fraction
+    idle = value == 1 and (need.role == "divisor" or (need.role == "factor" and not need.parents[-1].fraction))
     broken = value.denominator > 1
     return 1.0 + simple(value) + 0.5 * need.lone + 0.25 * idle + (0.6 if printed else 0.1) * broken
 
@@ -255,7 +274,7 @@ def _of_equal_parts(found: list[Need], context: Context, editor: Editor) -> Iter
     for members in several.values():
         if len(members) > 1:
             yield from _together(members, context, editor)
-    for kind, least, cost in (("symbol", 3, 1.6), ("number", 2, 1.3)):
+    for kind, least, cost in (("symbol", 2, 1.6), ("number", 2, 1.3)):
         names = [members for members in several.values() if members[0].node.kind == kind]
         for first, second in combinations(names, 2):
             if len(first) + len(second) >= least and first[0].value.shape == second[0].value.shape:

@@ -24,6 +24,8 @@ class Brackets(PrintedNames, ABC):
         with self.deeper():
             opened = self.take()
             entries = [self.sum()]
+            if self.peek().text == "over":
+                entries = [self._over(entries[0])]
             while self.peek().kind in (",", ";"):
                 self.take()
                 entries.append(self.sum())
@@ -32,6 +34,13 @@ class Brackets(PrintedNames, ABC):
         if len(entries) > 1:
             return Node("matrix", span, (len(entries), 1), tuple(entries))
         return replace(entries[0], bracketed=span)
+
+    def _over(self, above: Node) -> Node:
+        r"""The fraction of {a \over b}."""
+        self.take()
+        below = self.sum()
+        start = above.outer[0]
+        return Node("product", (start, below.outer[1]), ("*", "/"), (above, below), ((start, start),) * 2)
 
     def length(self) -> Node:
         """What stands between two |: the length of a vector."""

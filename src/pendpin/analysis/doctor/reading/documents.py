@@ -18,6 +18,8 @@ _OPENERS = re.compile(rf"\$\$|\\\[|\\\(|(?<!\\)\$|\\begin\{{(?:{_LINES})\*?\}}|`
 _CLOSERS = {"$$": "$$", r"\[": r"\]", r"\(": r"\)", "$": "$", "```math": "```"}
 _WRAPPING = re.compile(rf"\\(?:begin|end)\{{(?:{_LINES})\*?\}}(?:\{{[^{{}}]{{0,20}}\}})?")
 
+_BOX = re.compile(r"\\f?boxe?d?\{(.*)\}", re.DOTALL)
+
 
 @dataclass(frozen=True)
 class Statement:
@@ -79,7 +81,9 @@ def _formulas(text: str) -> Iterator[Statement]:
 
 
 def unwrapped(text: str) -> str:
-    """A formula without the environments around its lines, every character in its place, and its blank ends cut."""
+    """A formula without the environments and boxes around its lines, its blank ends cut."""
+    if match := _BOX.fullmatch(text.strip()):
+        text = match[1]
     return _WRAPPING.sub(lambda match: " " * len(match[0]), text).strip()
 
 

@@ -7,7 +7,7 @@ from pendpin.analysis.doctor.reading.brackets import CLOSING, Brackets
 from pendpin.analysis.doctor.reading.tokens import Token, is_latex, joined, tokens
 from pendpin.analysis.doctor.reading.tree import Node, Span, Unread
 
-ENDS = {"close", "relation", "other relation", "condition", "&", "row", ",", ";", "end"}
+ENDS = {"close", "relation", "other relation", "condition", "&", "row", ",", ";", ".", "end"}
 MOST_POWER = 12
 MOST_DIGITS = 30
 SEPARATORS = (",", ";", "row", ".", "&")
@@ -115,7 +115,7 @@ class Parser(Brackets):
     def _ends(self, token: Token) -> bool:
         """Whether an expression ends before a token; | ends one that a | has opened."""
         closes = token.kind == "|" and self.bars > 0
-        return token.kind in ENDS or closes or (token.kind == "command" and token.text == "end")
+        return token.kind in ENDS or closes or (token.kind == "command" and token.text in ("end", "over"))
 
     def power(self) -> Node:
         """A factor with its exponents."""
@@ -235,7 +235,18 @@ class Parser(Brackets):
             return self._function()
         if token.text == "begin":
             return self.matrix()
+        if token.text in ("underbrace", "overbrace"):
+            return self._labelled()
         raise Unread(f"\\{token.text} stands where a quantity should", token.start)
+
+    def _labelled(self) -> Node:
+        """What stands over or under a brace, without the brace and its label."""
+        self.take()
+        node = self.atom()
+        if self.peek().kind in ("_", "^"):
+            self.take()
+            self.skip_group()
+        return node
 
     def _fraction(self) -> Node:
         start = self.take().start

@@ -53,7 +53,7 @@ class Written:
 
 
 UNIT_VECTORS = {f"{frame}{i}" for frame in "ab" for i in "123"} | {"xhat", "yhat", "zhat"}
-VECTORS = UNIT_VECTORS | {"rG", "vG", "aG", "omega", "alpha", "R", "rT", "M"}
+VECTORS = UNIT_VECTORS | {"field", "weight", "rG", "vG", "aG", "omega", "alpha", "R", "rT", "M"}
 MATRICES = {f"C_{a}{b}" for a in "IAB" for b in "IAB" if a != b} | {"inertia"}
 ANGLES = ("theta", "phi")
 SHORT_FUNCTIONS = ("s_theta", "c_theta", "s_phi", "c_phi")  # sines and cosines
@@ -122,6 +122,8 @@ def _base(written: Written) -> tuple[str, ...]:
         return _inertia(letter, index, styled)
     if letter in ("R", "M", "F", "W"):
         return _load(letter, index, styled)
+    if letter == "g" and styled:
+        return ("field",)
     if letter == "q":
         return {"1": ("theta",), "2": ("phi",), "i": ("q_i",)}.get(index, ())
     if letter in _ENERGIES:
@@ -189,7 +191,7 @@ def _inertia(letter: str, index: str, styled: bool) -> tuple[str, ...]:
 
 def _load(letter: str, index: str, styled: bool) -> tuple[str, ...]:
     if letter in ("F", "W"):
-        return ("Fg",) if not styled and (index in ("g", "G") or (letter == "W" and not index)) else ()
+        return ("weight" if styled else "Fg",) if (index in ("g", "G") or (letter == "W" and not index)) else ()
     if letter == "R":
         return ("R" + index,) if index in ("1", "2", "3") else ("R",) if not index else ()
     return {"1": ("M1",), "2": ("M2",), "3": ("M3",), "c": ("Mc",), "C": ("Mc",), "": ("M",) if styled else ()}.get(
@@ -260,9 +262,9 @@ DIMENSIONS = {  # powers of kg, m, s
     (1, 0, 0): ("m",),
     (0, 1, 0): ("l", "h", "r", "x", "y", "z", "xT", "yT", "zT", "rG", "rT"),
     (0, 1, -1): ("vG", "vx", "vy", "vz", "vc1", "vc2", "vc3", "speed"),
-    (0, 1, -2): ("g", "aG", "ax", "ay", "az", "ac1", "ac2", "ac3"),
+    (0, 1, -2): ("g", "field", "aG", "ax", "ay", "az", "ac1", "ac2", "ac3"),
     (1, 2, 0): ("I1", "I2", "I3", "J1", "J2", "J3", "inertia"),
-    (1, 1, -2): ("R", "R1", "R2", "R3", "Fg"),
+    (1, 1, -2): ("weight", "R", "R1", "R2", "R3", "Fg"),
     (1, 2, -2): ("M", "M1", "M2", "M3", "Mc", "T", "V", "L", "E"),
 }
 DIMENSION_OF = {name: dimension for dimension, names in DIMENSIONS.items() for name in names}

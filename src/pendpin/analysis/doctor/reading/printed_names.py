@@ -241,9 +241,12 @@ class PrintedNames:
         return self._plain(opened)
 
     def skip_group(self) -> None:
-        """Past a bracket and what is in it."""
-        opened = self.take()
-        self._plain(opened)
+        """Past a token, or a bracket and what is in it."""
+        depth = 0
+        while self.peek().kind != "end":
+            depth += {"open": 1, "close": -1}.get(self.take().kind, 0)
+            if depth == 0:
+                return
 
 
 def named(written: Written, span: Span) -> Node:

@@ -41,7 +41,7 @@ SPACES |= {"big", "Big", "bigg", "Bigg", "bigl", "bigr", "Bigl", "Bigr", "biggl"
 SPACES |= {"right", "middle", "hspace", "phantom", "allowbreak", "thinspace", "medspace", "enspace", "tfrac "}
 OPERATORS = {"cdot": "*", "times": "x", "ast": "*", "div": "/", "wedge": "x", "bullet": "."}
 FRACTIONS = {"frac", "tfrac", "dfrac", "cfrac"}
-OTHERS = {"sqrt", "partial", "begin", "end", "prime", "top", "intercal"}
+OTHERS = {"sqrt", "partial", "begin", "end", "prime", "top", "intercal", "over", "underbrace", "overbrace"}
 BRACKETS = {
     "{": "{",
     "}": "}",
@@ -52,6 +52,7 @@ BRACKETS = {
     "lparen": "(",
     "rparen": ")",
 }
+BARS = {"|", "vert", "Vert", "lvert", "rvert", "lVert", "rVert"}
 RELATIONS = {"equiv": "=", "triangleq": "=", "coloneqq": "=", "eqdef": "=", "doteq": "="}
 OTHER_RELATIONS = {
     "approx",
@@ -84,7 +85,10 @@ _PROSE = re.compile(
     r"\(?\s*\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{(?P<words>[^{}]*[^{}A-Za-z.][^{}]*|and|or|with|where|so|thus|hence|for|if|when)\}\s*\)?"
 )
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
-_DECORATION = re.compile(r"\\(?:label|tag|ref|eqref|hspace|vspace|mbox|nonumber)\*?\s*\{[^{}]*\}|(?<!\\)%[^\n]*")
+_DECORATION = re.compile(
+    r"\\(?:label|tag|ref|eqref|hspace|vspace|mbox|nonumber)\*?\s*\{[^{}]*\}|(?<!\\)%[^\n]*"
+    r"|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
+)
 
 
 def is_latex(text: str) -> bool:
@@ -123,7 +127,10 @@ def _merged(found: list[Token]) -> Iterator[Token]:
     while place < len(found):
         token = found[place]
         word = found[place + 1 : place + 4]
-        if token.kind == "plain" and word and word[0][:2] == ("letter", "d"):
+        if token.kind == "letter" and token.text in "sc" and word and word[0].text in ("theta", "phi"):
+            yield token._replace(kind="function", text="sin" if token.text == "s" else "cos")
+            place += 1
+        elif token.kind == "plain" and word and word[0][:2] == ("letter", "d"):
             place += 1
         elif (
             token.kind == "plain"
@@ -190,6 +197,8 @@ def _meaning(name: str) -> tuple[str, str]:
     for kind, table in tables:
         if name in table:
             return kind, table[name]
+    if name in BARS:
+        return "|", "|"
     if name == "\\":
         return "row", name
     if name in OTHER_RELATIONS:
