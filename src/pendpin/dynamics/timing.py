@@ -2,6 +2,8 @@
 
 import dis
 from collections.abc import Callable, Sequence
+from functools import cache
+from types import CodeType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -73,7 +75,13 @@ def _owner(effect: Effect, name: str) -> type:
 def _reads_time(effect: Effect, name: str) -> bool:
     """Whether the code of an effect's method reads its first argument, the time."""
     code = getattr(vars(_owner(effect, name))[name], "__code__", None)
-    return code is None or any(step.argval == code.co_varnames[1] for step in dis.get_instructions(code))
+    return code is None or _reads_first(code)
+
+
+@cache
+def _reads_first(code: CodeType) -> bool:
+    """Whether a method's code reads its first argument behind self."""
+    return any(step.argval == code.co_varnames[1] for step in dis.get_instructions(code))
 
 
 def _declared(effect: Effect, name: str, start: float, duration: float, negligible: float) -> Pace | None:

@@ -135,10 +135,14 @@ STATISTICS: dict[str, Callable[[Array, Array], Array]] = {  # of the times (n,) 
 
 def swing(run: Trajectory) -> float:
     """The largest angle of any rod from hanging straight down below its joint, rad."""
-    origins = np.concatenate([np.zeros_like(run.tip[:, :1]), run.tip[:, :-1]], 1)
-    along = run.tip - origins
+    return float(_swings(run.tip[None])[0])
+
+
+def _swings(tip: Array) -> Array:
+    """The largest angles (c,), in rad, from straight down, of rods with tips (c, n, rods, 3) m."""
+    along = np.diff(tip, axis=2, prepend=0.0)
     lengths = np.linalg.norm(along, axis=-1)
-    return float(np.arccos(np.clip(-along[..., 2] / np.where(lengths, lengths, 1.0), -1, 1)).max())
+    return np.arccos(np.clip(-along[..., 2] / np.where(lengths, lengths, 1.0), -1, 1)).max((1, 2))
 
 
 def period(run: Trajectory) -> float:
@@ -244,8 +248,12 @@ def divergence(run: Trajectory, looser: Trajectory) -> float:
 
 
 def _divergence_of_motions(motion: Motion, looser: Motion) -> Array:
-    ends = [of_each(lambda model, q: tips(model, poses(model, q)), m.models, m.q[:, -1:]) for m in (motion, looser)]
-    return _tips_apart(*(points[:, 0] for points in ends))
+    return _tips_apart(*(_tips_of(m, m.q[:, -1:])[:, 0] for m in (motion, looser)))
+
+
+def _tips_of(motion: Motion, q: Array) -> Array:
+    """The tips (c, n, rods, 3) m in W at positions q (c, n, nv) of its c runs."""
+    return of_each(lambda model, q: tips(model, poses(model, q)), motion.models, q)
 
 
 def _tips_apart(one: Array, other: Array) -> Array:
@@ -255,7 +263,7 @@ def _tips_apart(one: Array, other: Array) -> Array:
 
 
 MEASURES = {
-    "swing": Measure("swing", "rad", swing),
+    "swing": Measure("swing", "rad", swing, of_motion=lambda motion: _swings(_tips_of(motion, motion.q))),
     "period": Measure("period", "s", period),
     "energy_drift": Measure("energy_drift", "", energy_drift),
     "settling_time": Measure(

@@ -44,7 +44,7 @@ class Vectors:
             self.series = [made(tolerance) for tolerance in ([fine, min(0.1, LOOSER * fine)] if task.two else [fine])]
         self._joints = _start_joints(task, self.series[0].dynamics.model)
         self._start = start_state(self.series[0].dynamics.model, scene.start)
-        self._own_models = any(key.startswith("model") for key in task.plan.keys)
+        self._starts_alone = all(key.startswith("start") for key in task.plan.keys)
         self._clock = scene.clock
 
     def fill(self, rows: Array, block: Block) -> Mask:
@@ -86,9 +86,9 @@ class Vectors:
     def _fill_piece(self, rows: Array, places: Indices, cases: Cases, block: Block) -> Mask:
         """Put in the measures of c cases, which are at `places` (c,) of the numbers (k, keys); which went well (c,)."""
         found, good = self._runs(cases)
-        for one in found if self._own_models else found[1:]:
+        for one in found:
             good &= np.isfinite(one.q).all((1, 2)) & np.isfinite(one.v).all((1, 2))
-        if not self._own_models:
+        if self._starts_alone:  # else each case has energies of its own
             good &= ends_well(self.series[0].dynamics, found[0].q, found[0].v)
         motions = [Motion(cases.models, self._clock, one.q, one.v, one.flips) for one in found]
         known = [_of_motions(m, motions) for m in self.task.chosen]
