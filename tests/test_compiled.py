@@ -1,5 +1,7 @@
 """The compiled equations are those of the engine they stand in for: the same rates, orders and motions."""
 
+import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,8 +16,9 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.dynamics.contacts import Mode
 from pendpin.dynamics.dynamics import Dynamics
+from pendpin.dynamics.symbols import record
 from pendpin.engines import Compiled
-from pendpin.engines.machine_code import OPTIMISATION, Code
+from pendpin.engines.machine_code import OPTIMISATION, Code, Function
 from pendpin.model.build import build
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
@@ -44,6 +47,21 @@ def test_the_same_rates(model: str, effects: tuple) -> None:
         y = np.concatenate([random.uniform(-1.2, 1.2, n), random.uniform(-3, 3, n)])
         expected, found = rates(plain, t, y), rates(compiled, t, y)
         assert np.abs(found - expected).max() < 3e-12 * np.abs(expected).max()  # light rods on heavy: condition 1e3
+
+
+def test_two_threads_compile_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second code in the place of the first would free it while the first thread runs it."""
+
+    def slow(text: str, level: int) -> Code:
+        time.sleep(0.05)  # so that the other thread comes
+        return Code(text, level)
+
+    monkeypatch.setattr("pendpin.engines.machine_code.Code", slow)
+    engine = Dynamics(build(MODELS["one rod"]), (fx.Gravity(),), form="angles").engine
+    function = Function(record(engine, (fx.Gravity(),), 0.0))
+    with ThreadPoolExecutor(2) as pool:
+        one, other = pool.map(lambda _: function.code(0), range(2))
+    assert one is other
 
 
 def test_any_urdf_compiles() -> None:

@@ -226,6 +226,11 @@ def test_a_cluster_without_workers_ends_the_sweep(monkeypatch: pytest.MonkeyPatc
         (["--vary", f"{KEYS[0]}=0,1", "--plot", "map.bmp"], "png"),
         (["--vary", f"{KEYS[0]}=0,1", "--workers", "1000"], "for each processor"),
         (["--vary", f"{KEYS[0]}=0,1", "--dask", "x", "--workers", "2"], "give one of both"),
+        (["--vary", f"{KEYS[0]}=0:1:1000000000"], "with a count from 1 to 100000000"),
+        (["--vary", f"{KEYS[0]}=0,1", "--measure", "theta_1.maximum"], "did you mean 'max'?"),
+        (["--vary", f"{KEYS[0]}=0,1", "--out", "a/map.zarr"], "there is no folder 'a'"),
+        (["--vary", f"{KEYS[0]}=0,1", "--out", "m.png", "--plot", "m.png"], "every file needs its own"),
+        (["--cases", "good.csv", "--csv", "good.csv"], "every file needs its own"),
         (["--cases", "head.csv"], "no cases"),
         (["--cases", "word.csv"], "line 3: start.positions.theta_1: 'abc' is not a number"),
         (["--cases", "quote.csv"], "not a CSV file"),
@@ -258,6 +263,9 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeyp
     assert json.loads(capsys.readouterr().out)["cases"] == 6
     assert len(Path("map.csv").read_text().splitlines()) == 7
     assert run_main("map", "map.zarr", "--plot", "again.svg") == 0
+    assert run_main("map", "map.zarr", "--measure", "flip_tme") == 1
+    assert "did you mean 'flip_time'?" in capsys.readouterr().err
+    assert run_main("sweep", "two.toml", "--vary", "model.rods[0].mass=-1,-2") == 1
     shutil.rmtree("map.zarr")
     assert run_main("map", "map.zarr") == 1
     assert LOOSER == 100.0

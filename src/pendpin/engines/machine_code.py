@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -105,18 +106,19 @@ class Function:
         self._quadratures: dict[Any, str] = {}  # names of functions, by points and weights
         self.text = "\n".join(self._written())
         self._codes: dict[int, Code] = {}  # by level of optimisation
-        self._calls, self.compile_seconds = 0, 0.0
+        self._calls, self.compile_seconds, self._lock = 0, 0.0, Lock()
 
     def code(self, calls: int) -> Code:
         """The code after some further calls, compiled if it was not: optimised once there have been many."""
         first, each = MANY_CALLS
-        self._calls += calls
-        level = OPTIMISATION if self._calls > first + each * len(self._needed) else 0
-        if level not in self._codes:
-            begin = time.perf_counter()
-            self._codes[level] = Code(self.text, level)
-            self.compile_seconds += time.perf_counter() - begin
-        return self._codes[level]
+        with self._lock:  # a second code in the place of the first would free it while another thread runs it
+            self._calls += calls
+            level = OPTIMISATION if self._calls > first + each * len(self._needed) else 0
+            if level not in self._codes:
+                begin = time.perf_counter()
+                self._codes[level] = Code(self.text, level)
+                self.compile_seconds += time.perf_counter() - begin
+            return self._codes[level]
 
     def block(self, parameters: Sequence[float], tables: Sequence[Table], compiled: Callable[[float], None]) -> "Block":
         """A block for one set of parameters; `compiled` is called with the time in s that compiling takes."""

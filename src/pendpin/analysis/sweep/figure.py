@@ -22,9 +22,7 @@ def save_map(dataset: Any, path: str | Path, measure: str | None = None) -> Path
 
 def draw_map(dataset: Any, measure: str | None = None) -> Any:
     """The figure of one measure. Raises InputError for one that is not there, or more than three dimensions."""
-    name = measure or next(iter(names_of(dataset)))
-    if name not in names_of(dataset):
-        raise InputError(f"measure: {not_one_of(name, names_of(dataset))}")
+    name = chosen(dataset, measure)
     values, doubtful = dataset[name], doubtful_cells(dataset, name)
     dims = [str(dim) for dim in values.dims]
     if len(dims) == 1:
@@ -41,6 +39,14 @@ def draw_map(dataset: Any, measure: str | None = None) -> Any:
     raise InputError(
         f"a sweep of {shape} cases has no figure: up to three dimensions, the first of up to {MOST_PANELS}"
     )
+
+
+def chosen(dataset: Any, measure: str | None) -> str:
+    """The name of a measure, the first unless named. Raises InputError for one that is not there."""
+    names = names_of(dataset)
+    if measure is not None and measure not in names:
+        raise InputError(f"measure: {not_one_of(measure, names)}")
+    return names[0] if measure is None else measure
 
 
 def names_of(dataset: Any) -> list[str]:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of
+from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of, shown
 from pendpin.model.build import Model
 from pendpin.model.kinematics import of_each, poses, tip_distance, tips
 from pendpin.scene import Scene, Start
@@ -75,6 +75,8 @@ def measure(given: str | Function) -> Measure:
             series=series,
             ends=statistic == "final",
         )
+    if series:
+        raise InputError(f"measure: {given}: {not_one_of(statistic, (*STATISTICS, SPREAD[1:]))}")
     raise InputError(
         f"measure: {not_one_of(given, MEASURES)}; nor a series of a run with one of: "
         f"{choices(f'.{name}' for name in STATISTICS)}, such as theta_1.max"
@@ -84,7 +86,10 @@ def measure(given: str | Function) -> Measure:
 def measured(m: Measure, run: Trajectory, looser: Trajectory) -> float:
     """The measure of a run, or of a run and a looser one. Raises RunError for a function that fails."""
     try:
-        return float(m.pair(run, looser) if m.pair else m.function(run) if m.function else math.nan)
+        value = m.pair(run, looser) if m.pair else m.function(run) if m.function else math.nan
+        if isinstance(value, str):
+            raise TypeError(f"it returns the text {shown(value)}, not a number")
+        return float(value)
     except PendpinError:
         raise
     except Exception as error:  # of a function that the user gave

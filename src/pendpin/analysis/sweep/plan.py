@@ -166,7 +166,7 @@ def _axis(key: str, text: str) -> Array:
         return np.array([_number(f"--vary: {key}", part) for part in text.split(",")])
     parts = text.split(":")
     if len(parts) != 3 or not parts[2].strip().isdecimal() or not 1 <= int(parts[2]) <= MOST_CASES:
-        raise InputError(f"--vary: {key}: {shown(text)} is not FROM:TO:COUNT with a count of 1 or more")
+        raise InputError(f"--vary: {key}: {shown(text)} is not FROM:TO:COUNT with a count from 1 to {MOST_CASES}")
     with np.errstate(all="ignore"):  # what is not finite is refused with its key
         return np.linspace(_number(f"--vary: {key}", parts[0]), _number(f"--vary: {key}", parts[1]), int(parts[2]))
 

@@ -16,6 +16,7 @@ from pendpin.analysis.sweep.vectors import vectors_of
 from pendpin.analysis.sweep.workers import FOUND, in_threads, local_cluster, on_cluster, remote_cluster
 from pendpin.arrays import ArrayLike
 from pendpin.errors import InputError, Interrupted, MissingLibrary, RunError
+from pendpin.files import refuse_targets
 from pendpin.scene import Scene, load_scene
 from pendpin.simulation.batches import WIDTH
 from pendpin.simulation.processes import cores
@@ -67,7 +68,10 @@ def sweep(
         raise InputError(f"workers: {workers} is not a count from 1 to {most}, {WORKERS_EACH} for each processor")
     if workers is not None and dask is not None:
         raise InputError("workers: the cluster of `dask` has its own; give one of both")
-    size = _block_size(task, workers or cores()) if out is None or not Path(out).exists() else 1
+    new = out is None or not Path(out).exists()
+    if out is not None and new:
+        refuse_targets([Path(out)], [])
+    size = _block_size(task, workers or cores()) if new else 1
     results = Memory(task, Blocks(plan.shape, size)) if out is None else Store(task, Path(out), size)
     _run(task, results, workers, dask, progress)
     return results.dataset()

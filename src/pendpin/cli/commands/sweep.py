@@ -52,7 +52,7 @@ def sweep(
     from pendpin.analysis.sweep.sweep import sweep as run
     from pendpin.scene import load_scene
 
-    refuse_outputs([], csv=csv, plot=plot)
+    refuse_outputs([scene, cases], csv=csv, plot=plot, store=None if out is None or out.exists() else out)
     plan = _plan(vary or [], cases, in_pairs, sample, sampling, sobol, seed)
     with inside(str(scene)):
         chosen = load_scene(scene)
@@ -65,6 +65,8 @@ def sweep(
     _show(found, [out] if out else [], csv, plot, None, json)
     if sobol:
         _print_indices(found, vary or [], seed, json)
+    if (found["why"].values != "").all():
+        raise typer.Exit(1)
 
 
 def map_(
@@ -75,10 +77,12 @@ def map_(
     json: Json = False,
 ) -> None:
     """Show what a sweep has found so far."""
+    from pendpin.analysis.sweep.figure import chosen
     from pendpin.analysis.sweep.store import load
 
     refuse_outputs([], csv=csv, plot=plot)
-    _show(load(store), [], csv, plot, measure, json)
+    found = load(store)
+    _show(found, [], csv, plot, chosen(found, measure), json)
 
 
 def _plan(
