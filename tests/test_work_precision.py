@@ -44,7 +44,7 @@ def test_plain_methods_keep_the_engine_of_the_scene(monkeypatch: pytest.MonkeyPa
         engines.add((scene.solver.method, scene.solver.engine))
         return pp.simulate(scene, **given)
 
-    monkeypatch.setattr(work_precision, "simulate", simulate)
+    monkeypatch.setattr(work_precision, "run_to_setting", simulate)
     for engine in ("chain", "pinocchio"):
         given = scene(THICK, duration=0.2)
         given = given.model_copy(update={"solver": given.solver.replaced(engine=engine)})
@@ -142,7 +142,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Clock:
         )
 
     monkeypatch.setattr(processor_time, "time", clock)
-    monkeypatch.setattr(work_precision, "simulate", run)
+    monkeypatch.setattr(work_precision, "run_to_setting", run)
     monkeypatch.setattr(work_precision, "_compiled_in", lambda scene: 0.0)
     return clock
 
@@ -366,7 +366,7 @@ def test_witnesses_are_independent(monkeypatch: pytest.MonkeyPatch) -> None:
         used.setdefault(name, set()).add((run.stats.method, run.stats.engine))
         return run
 
-    monkeypatch.setattr(references, "simulate", recorded)
+    monkeypatch.setattr(references, "run_to_setting", recorded)
     model, found = build(scene(THIN).model), {}
     for maker in references.SOLUTIONS:
         name = maker.__name__

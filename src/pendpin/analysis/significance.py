@@ -13,7 +13,7 @@ from pendpin.errors import InputError, PendpinError, brief
 from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.scene import Chain, Rod, Scene
-from pendpin.simulation.simulate import run_to_setting, simulate
+from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory import Trajectory
 
 TOLERANCES = (1e-9, 1e-11)  # of the runs compared, and of the run that shows their error
@@ -62,7 +62,7 @@ def significance(scene: Scene, accuracy: float = 1e-3) -> EffectsReport:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
     samples = min(scene.solver.samples or SAMPLES, SAMPLES) if len(scene.times) > SAMPLES else None
     scene = scene.with_solver(samples=samples)
-    base, finer = (simulate(scene, method="auto", tolerance=tolerance) for tolerance in TOLERANCES)
+    base, finer = (run_to_setting(scene.by("auto", tolerance)) for tolerance in TOLERANCES)
     length = scale(build(scene.model))
     good = int(
         np.argmax(np.append(tip_distance(_marks(scene, base), _marks(scene, finer), length) > MARGIN * accuracy, True))

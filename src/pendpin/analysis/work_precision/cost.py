@@ -29,7 +29,7 @@ from pendpin.integrators import FEW_JOINTS, uncompiled
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import marks, poses, scale, tip_distance, tips
 from pendpin.scene import FIXED_METHODS, Scene, least_tolerance
-from pendpin.simulation.simulate import simulate
+from pendpin.simulation.simulate import run_to_setting
 from pendpin.versions import installed
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ def _bench(scene: Scene, accuracy: float, thorough: bool) -> _Bench:
     known = reference(scene, KNOWN * accuracy, solutions, limit)
     solver = scene.solver.model_copy(update={"samples": len(known.t)})
     scene = scene.model_copy(update={"duration": known.horizon, "solver": solver})
-    pilot = simulate(scene, method="dop853", tolerance=1e-3)
+    pilot = run_to_setting(scene.by("dop853", 1e-3))
     if not thorough:
         refuse_other_equations(scene, pilot)
     first_step = scene.duration / max(pilot.stats.steps, len(known.t) - 1, 1)
@@ -216,7 +216,7 @@ def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Outcome]:
     def run(setting: float, stop: float) -> Outcome:
         begin = time.perf_counter()
         try:
-            found = simulate(uncompiled(scene.by(name, setting)), progress=halting(stop))
+            found = run_to_setting(uncompiled(scene.by(name, setting)), progress=halting(stop))
         except Interrupted:
             raise
         except PendpinError as error:

@@ -22,7 +22,7 @@ from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, uncompiled
 from pendpin.model.build import Model, build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.scene import Scene
-from pendpin.simulation.simulate import simulate
+from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory import Trajectory
 
 EPS = float(np.finfo(float).eps)
@@ -217,7 +217,7 @@ def _of_runs(name: str, scene: Scene, length: float, method: str, fine: float, c
 def _far(scene: Scene, limit: float) -> Trajectory:
     """The run, as far as it comes within `limit` s of processor time."""
     try:
-        return simulate(scene, progress=halting(limit))
+        return run_to_setting(scene, progress=halting(limit))
     except Halted as error:
         return error.partial
 
