@@ -281,6 +281,30 @@ def test_black_boxes_are_compared_joint_by_joint():
     assert "0.5 times" in found.rows[3].words
 
 
-def test_black_boxes_of_the_wrong_shape_are_refused():
-    with pytest.raises(InputError, match="shape"):
-        pp.diagnose(CHAIN, accelerations=lambda q, v: q[:2])
+def test_joints_in_the_wrong_order_are_named():
+    truth = pp.bind(CHAIN)
+    found = pp.diagnose(CHAIN, accelerations=lambda q, v: truth.acceleration(0.0, q, v)[::-1])
+    assert "it is that of phi_2" in found.rows[0].words
+
+
+@pytest.mark.parametrize(
+    ("function", "reason"),
+    [
+        (lambda q, v: q[:2], r"shape \(2,\)"),
+        (lambda q, v: None, "None"),
+        (lambda q, v: 1 / 0, "raises ZeroDivisionError"),
+        (lambda q: q, "raises TypeError"),
+        (lambda q, v: q + 1j, "not an array of numbers"),
+        (3, "not a function"),
+    ],
+)
+def test_black_boxes_that_do_not_answer_are_refused_in_one_line(function, reason):
+    with pytest.raises(InputError, match=reason) as caught:
+        pp.diagnose(CHAIN, accelerations=function)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_black_box_that_gives_nan_fails():
+    truth = pp.bind(CHAIN)
+    found = pp.diagnose(CHAIN, reactions=lambda q, v: truth.wrenches(0.0, q, v) * np.nan)
+    assert not any(row.ok for row in found.rows)

@@ -9,7 +9,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.dynamics import reactions as reactions_of
-from pendpin.errors import InputError, brief, not_one_of, shown
+from pendpin.errors import InputError, brief, not_one_of, one_line, shown
 from pendpin.scene import Scene
 
 STATES = 60
@@ -56,10 +56,13 @@ class Comparison:
         return "\n".join(lines)
 
 
-Function = Callable[..., Any]
+Answer = dict[str, Array]  # quantities by name, one number a joint or rod (places,)
+Function = Callable[[Array, Array], Answer]
+WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+REACTIONS = ("R1", "R2", "R3", "M3", "Mc")
 
 
-def compare(scene: Scene, accelerations: Function | None, reactions: Function | None) -> Comparison:
+def compare(scene: Scene, accelerations: Callable[..., Any] | None, reactions: Callable[..., Any] | None) -> Comparison:
     """Compare functions of (q, v), each (nv,) in model order, with the scene at random states.
 
     `accelerations` returns (nv,). `reactions` returns a mapping with any of R1, R2, R3, M3, Mc to (rods,) of a chain, or
@@ -68,102 +71,124 @@ def compare(scene: Scene, accelerations: Function | None, reactions: Function | 
     if accelerations is None and reactions is None:
         raise InputError("diagnose: give accelerations, reactions or both, functions of (q, v)")
     dynamics = bind(scene)
+    q, v = _states(len(dynamics.model.joints))
     rows: list[Row] = []
-    if accelerations is not None:
-        truth = {"acceleration": lambda q, v: dynamics.acceleration(scene.start.time, q, v)}
-        rows += _rows(truth, {"acceleration": accelerations}, dynamics, dynamics.model.joints, "accelerations")
-    if reactions is not None:
-        rows += _reaction_rows(dynamics, reactions, scene)
+    for what, given in (("accelerations", accelerations), ("reactions", reactions)):
+        if given is not None:
+            ours = _sampled(lambda a, b, given=given, what=what: _answer(given, what, a, b), q, v)
+            true = _truth(dynamics, scene.start.time, tuple(ours))
+            rows += _rows(ours, _sampled(true, q, v), dynamics, what)
     return Comparison(tuple(rows))
 
 
-def _reaction_rows(dynamics: Dynamics, reactions: Function, scene: Scene) -> list[Row]:
-    nv = len(dynamics.model.joints)
-    sample = reactions(np.full(nv, 0.1), np.full(nv, 0.1))
-    wrenches = lambda q, v: dynamics.wrenches(scene.start.time, q, v)  # noqa: E731
-    if not isinstance(sample, Mapping):
-        names = dynamics.model.joints
-        parts = [f"{axis}" for axis in ("Fx", "Fy", "Fz", "Mx", "My", "Mz")]
-        truth = {part: (lambda q, v, i=i: np.asarray(wrenches(q, v))[..., i]) for i, part in enumerate(parts)}
-        given = {part: (lambda q, v, i=i: np.asarray(reactions(q, v), float)[..., i]) for i, part in enumerate(parts)}
-        return _rows(truth, given, dynamics, names, "reactions")
-    allowed = ("R1", "R2", "R3", "M3", "Mc")
-    if unknown := [name for name in sample if name not in allowed]:
-        raise InputError(f"reactions: {not_one_of(unknown[0], allowed)}")
-
-    def true(name: str) -> Function:
-        def value(q: Array, v: Array) -> Array:
-            found = reactions_of(dynamics.model, q[None], np.asarray(wrenches(q, v))[None])
-            if found is None:
-                raise InputError("reactions: the scene has no universal joints; return the wrenches (joints, 6)")
-            return getattr(found, name)[0]
-
-        return value
-
-    rods = tuple(f"rod_{i + 1}" for i in range(len(dynamics.model.bodies)))
-    given = {name: (lambda q, v, name=name: np.asarray(reactions(q, v)[name], float)) for name in sample}
-    return _rows({name: true(name) for name in sample}, given, dynamics, rods, "reactions")
+def _answer(function: Callable[..., Any], what: str, q: Array, v: Array) -> Answer:
+    """What a given function returns at angles q and rates v (nv,), by name. Raises InputError for what it raises."""
+    if not callable(function):
+        raise InputError(f"{what}: {shown(function)} is not a function of (q, v)")
+    try:
+        value = function(q.copy(), v.copy())
+    except Exception as error:
+        raised = f"{type(error).__name__}: {one_line(str(error))}"
+        raise InputError(
+            f"{what}: the function raises {raised}, at q = {shown(q.round(3).tolist())}, v = {shown(v.round(3).tolist())}"
+        ) from None
+    if what == "accelerations":
+        return {"acceleration": _array(value, what)}
+    if isinstance(value, Mapping):
+        if unknown := [name for name in value if name not in REACTIONS]:
+            raise InputError(f"{what}: {not_one_of(unknown[0], REACTIONS)}")
+        return {name: _array(entry, f"{what}: {name}") for name, entry in value.items()}
+    wrenches = _array(value, what)
+    if wrenches.shape != (len(q), 6):
+        raise InputError(
+            f"{what}: the function returns shape {wrenches.shape}, not ({len(q)}, 6) or a mapping of names"
+        )
+    return dict(zip(WRENCH, wrenches.T, strict=True))
 
 
-def _rows(
-    truth: Mapping[str, Function], given: Mapping[str, Function], dynamics: Dynamics, places: tuple[str, ...], what: str
-) -> list[Row]:
-    """A row for each quantity and place."""
-    q, v = _states(len(dynamics.model.joints))
+def _array(value: Any, what: str) -> Array:
+    """A returned value as real numbers. Raises InputError."""
+    try:
+        array = np.asarray(value)
+        if value is None or np.any(array.imag):
+            raise TypeError
+        return np.asarray(array.real, float)
+    except (TypeError, ValueError):
+        raise InputError(f"{what}: {shown(value)} is not an array of numbers") from None
+
+
+def _truth(dynamics: Dynamics, time: float, names: tuple[str, ...]) -> Function:
+    """The scene's own quantities of these names. Raises InputError for reactions where no joint is universal."""
+
+    def value(q: Array, v: Array) -> Answer:
+        if names == ("acceleration",):
+            return {"acceleration": dynamics.acceleration(time, q, v)}
+        wrenches = np.asarray(dynamics.wrenches(time, q, v))
+        if names == WRENCH:
+            return dict(zip(WRENCH, wrenches.T, strict=True))
+        found = reactions_of(dynamics.model, q[None], wrenches[None])
+        if found is None:
+            raise InputError("reactions: the scene has no universal joints; return the wrenches (joints, 6)")
+        return {name: getattr(found, name)[0] for name in names}
+
+    return value
+
+
+def _states(nv: int) -> tuple[Array, Array]:
+    """Random angles (n, nv) in rad, and rates (parts, n, nv) in rad/s: none, of one joint at a time, of all."""
+    random = np.random.default_rng(0)
+    q, v = random.uniform(-1.2, 1.2, (STATES, nv)), random.uniform(-LARGEST_RATE, LARGEST_RATE, (STATES, nv))
+    alone = np.where(np.arange(nv) == np.arange(STATES)[:, None] % nv, v, 0.0)
+    return q, np.array([np.zeros_like(v), alone, v])
+
+
+def _sampled(function: Function, q: Array, v: Array) -> dict[str, Array]:
+    """Each quantity (parts, n, places) at angles (n, nv) and rates (parts, n, nv). Raises InputError."""
+    answers = [[function(a, b) for a, b in zip(q, rates, strict=True)] for rates in v]
+    first = answers[0][0]
+    for one in (one for part in answers for one in part):
+        if {name: array.shape for name, array in one.items()} != {name: array.shape for name, array in first.items()}:
+            raise InputError("the function returns other names or shapes at other states")
+    if not first:
+        raise InputError("reactions: the function returns no quantity")
+    return {name: np.array([[one[name] for one in part] for part in answers]) for name in first}
+
+
+def _rows(ours: dict[str, Array], right: dict[str, Array], dynamics: Dynamics, what: str) -> list[Row]:
+    """A row for each quantity and place. Raises InputError where shapes differ."""
     rows = []
-    for name in truth:
-        right = {part: np.array([truth[name](a, b) for a, b in zip(q, v[part], strict=True)]) for part in PARTS}
-        ours = {
-            part: np.array([_checked(given[name](a, b), right[part][0], what) for a, b in zip(q, v[part], strict=True)])
-            for part in PARTS
-        }
-        for i, place in enumerate(places):
-            rows.append(
-                _row(
-                    name,
-                    place,
-                    *({part: np.atleast_2d(values[part])[:, i] for part in PARTS} for values in (ours, right)),
-                )
-            )
+    for name, true in right.items():
+        if ours[name].shape != true.shape:
+            raise InputError(f"{what}: the function returns shape {ours[name].shape[2:]}, not {true.shape[2:]}")
+        rods = tuple(f"rod_{i + 1}" for i in range(true.shape[2]))
+        places = rods if name in REACTIONS else dynamics.model.joints
+        rows += [_row(name, places, i, ours[name][..., i], true) for i in range(len(places))]
     return rows
 
 
-def _states(nv: int) -> tuple[Array, dict[str, Array]]:
-    """Random angles (n, nv), and rates: none, of one joint at a time, of all."""
-    random = np.random.default_rng(0)
-    q, v = random.uniform(-1.2, 1.2, (STATES, nv)), random.uniform(-LARGEST_RATE, LARGEST_RATE, (STATES, nv))
-    alone = np.zeros_like(v)
-    alone[np.arange(STATES), np.arange(STATES) % nv] = v[np.arange(STATES), np.arange(STATES) % nv]
-    return q, dict(zip(PARTS, (np.zeros_like(v), alone, v), strict=True))
-
-
-def _checked(value: Any, like: Array, what: str) -> Array:
-    """What a function returned as an array of the shape of `like` (nv,) or (rods,). Raises InputError."""
-    try:
-        array = np.asarray(value, float)
-    except (TypeError, ValueError):
-        raise InputError(f"{what}: {shown(value)} is not an array of numbers") from None
-    if array.shape != np.shape(like):
-        raise InputError(f"{what}: the function returns shape {array.shape}, not {np.shape(like)}")
-    return array
-
-
-def _row(quantity: str, place: str, ours: dict[str, Array], right: dict[str, Array]) -> Row:
-    """The error of one quantity, when it appears, and the factor that its parts are off by; arrays (n,) by part."""
-    size = max(float(np.abs(values).max()) for values in right.values()) or 1.0
-    errors = {part: float(np.abs(ours[part] - right[part]).max()) / size for part in PARTS}
-    worst = max(np.inf if np.isnan(error) else error for error in errors.values())
-    first = next((part for part in PARTS if not errors[part] <= BOUND), "")
-    words = [f"off by {worst:.2g} of its size, {'already ' if first == 'at rest' else 'only with '}{first}"]
+def _row(quantity: str, places: tuple[str, ...], i: int, ours: Array, right: Array) -> Row:
+    """How one quantity (parts, n) at place i differs from the true ones (parts, n, places)."""
+    true = right[..., i]
+    if not np.isfinite(ours).all():
+        count = int((~np.isfinite(ours)).any(0).sum())
+        return Row(quantity, places[i], np.inf, f"not a finite number at {count} of {STATES} states")
+    size = float(np.abs(true).max()) or 1.0
+    errors = np.abs(ours - true).max(1) / size
+    if errors.max() <= BOUND:
+        return Row(quantity, places[i], float(errors.max()), "")
+    first = int(np.argmax(errors > BOUND))
+    words = [f"off by {errors.max():.2g} of its size, {'already' if first == 0 else 'only with'} {PARTS[first]}"]
+    twins = (places[j] for j in range(len(places)) if np.abs(ours - right[..., j]).max() <= BOUND * size)
+    words += [f"it is that of {twin}" for twin in twins][:1]
     parts = {
-        "the part at rest": (ours["at rest"], right["at rest"]),
-        "the part that comes with the rates": (ours[PARTS[2]] - ours["at rest"], right[PARTS[2]] - right["at rest"]),
+        "the part at rest": (ours[0], true[0]),
+        "the part that comes with the rates": (ours[2] - ours[0], true[2] - true[0]),
     }
     for name, (a, b) in parts.items():
         factor = _factor(a, b)
         if factor is not None and abs(factor - 1) > BOUND:
             words.append(f"{name} is {factor:.6g} times what it should be")
-    return Row(quantity, place, worst, "; ".join(words))
+    return Row(quantity, places[i], float(errors.max()), "; ".join(words))
 
 
 def _factor(ours: Array, right: Array) -> float | None:
