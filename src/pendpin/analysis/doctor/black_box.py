@@ -110,9 +110,9 @@ def _array(value: Any, what: str) -> Array:
     """A returned value as real numbers. Raises InputError."""
     try:
         array = np.asarray(value)
-        if value is None or np.any(array.imag):
+        if value is None or np.any(np.imag(array)):
             raise TypeError
-        return np.asarray(array.real, float)
+        return np.asarray(np.real(array), float)
     except (TypeError, ValueError):
         raise InputError(f"{what}: {shown(value)} is not an array of numbers") from None
 
