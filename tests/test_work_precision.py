@@ -49,7 +49,7 @@ def test_plain_methods_keep_the_engine_of_the_scene(monkeypatch: pytest.MonkeyPa
         given = scene(THICK, duration=0.2)
         given = given.model_copy(update={"solver": given.solver.replaced(engine=engine)})
         cost(given, methods=["rk45", "radau", "rk4 compiled"], repetitions=1, budget=0.0)
-        assert engines == {("auto", engine), ("rk45", engine), ("radau", engine), ("rk4", "compiled")}
+        assert engines == {("dop853", engine), ("rk45", engine), ("radau", engine), ("rk4", "compiled")}
         engines.clear()
 
 
