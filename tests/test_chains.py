@@ -11,6 +11,7 @@ import pendpin as pp
 from pendpin.equations.exact import direction, direction_rate, planar
 from pendpin.model.build import build
 from pendpin.model.write_urdf import chain_urdf
+from scenes import scene_of
 
 GRAVITY = (pp.effects.Gravity(),)
 G = 9.81
@@ -36,11 +37,9 @@ def mixed_rods(count: int, seed: int) -> pp.Chain:
     )
 
 
-def scene_of(model: pp.Chain, q=(), v=(), duration=2.0, **solver) -> pp.Scene:
-    """A chain under gravity; q, v are padded with zeros."""
-    pad = [0.0] * (2 * model.count)
-    start = pp.Start(positions=[*q, *pad[len(q) :]], velocities=[*v, *pad[len(v) :]])
-    return pp.Scene(duration=duration, model=model, start=start, effects=GRAVITY, solver=pp.Solver(**solver))
+def hanging(model: pp.Chain, q=(), v=(), **given) -> pp.Scene:
+    """A chain under gravity."""
+    return scene_of(model, *GRAVITY, q=q, v=v, **given)
 
 
 # --- accelerations and reactions ------------------------------------------------------------------------------------
@@ -49,7 +48,7 @@ def scene_of(model: pp.Chain, q=(), v=(), duration=2.0, **solver) -> pp.Scene:
 @pytest.mark.parametrize(("count", "states"), [(2, 300), (3, 200), (10, 60), (50, 6)])
 def test_every_route_agrees_on_mixed_rods(count: int, states: int) -> None:
     """Pinocchio, the chain equations, the recursion and 50 digits, within the bounds that follow from condition."""
-    report = pp.crosscheck(scene_of(mixed_rods(count, seed=count)), states=states, seed=1)
+    report = pp.crosscheck(hanging(mixed_rods(count, seed=count)), states=states, seed=1)
     assert report.ok, report.fault
     assert set(report.routes) == {"pinocchio", "chain", "recursion"}
     assert report.worst_route is not None
@@ -59,7 +58,7 @@ def test_every_route_agrees_on_mixed_rods(count: int, states: int) -> None:
 def test_engines_give_the_same_motion(rod: pp.Rod) -> None:
     """Pinocchio and the chain equations, thick rods and thin: tips, rates and reactions."""
     q, v = [0.3, 0.4, 0.5, -0.6, 0.2, 0.1], [1.0, 2.0, -1.0, -2.0, 0.5, 0.7]
-    scenes = [scene_of(chain_of(rod, copies=3), q, v, tolerance=1e-12, engine=e) for e in ("pinocchio", "chain")]
+    scenes = [hanging(chain_of(rod, copies=3), q, v, tolerance=1e-12, engine=e) for e in ("pinocchio", "chain")]
     one, other = (pp.simulate(scene) for scene in scenes)
     assert np.abs(one.tips() - other.tips()).max() < 1e-9
     assert np.abs(one.v - other.v).max() < 1e-8
@@ -70,7 +69,7 @@ def test_engines_give_the_same_motion(rod: pp.Rod) -> None:
 def test_a_hanging_chain_carries_its_weight() -> None:
     """At rest the tension of each joint is the weight below it, exactly to rounding; R1, R2 and Mc are 0."""
     model = mixed_rods(20, seed=3)
-    run = pp.simulate(scene_of(model, duration=0.0))
+    run = pp.simulate(hanging(model, duration=0.0))
     weights = np.cumsum([rod.mass for rod in model.rods][::-1])[::-1] * G
     assert np.allclose(run.reactions().R3[0], weights, rtol=1e-14)
     assert np.abs(run.reactions().R1).max() == 0
@@ -78,7 +77,7 @@ def test_a_hanging_chain_carries_its_weight() -> None:
 
 def test_reactions_agree_with_wrenches_of_the_same_joint() -> None:
     """The cross carries the rod's wrench, seen in its own frame: same lengths."""
-    run = pp.simulate(scene_of(mixed_rods(3, seed=1), [0.1, 0.2, 0.3, 0.4, 0.5, 0.6], duration=0.1, engine="chain"))
+    run = pp.simulate(hanging(mixed_rods(3, seed=1), [0.1, 0.2, 0.3, 0.4, 0.5, 0.6], duration=0.1, engine="chain"))
     for part in (slice(0, 3), slice(3, 6)):
         lengths = np.linalg.norm(run.wrench[..., part], axis=-1)
         assert np.allclose(lengths[:, ::2], lengths[:, 1::2], rtol=1e-13)
@@ -94,7 +93,7 @@ def test_routes_agree_under_torques_and_wrenches(count: int) -> None:
         effects.Drag(wind=(3.0, 1.0, 0.0)),
         effects.Push(link="rod_1", force=(1.0, -2.0, 0.5), point=0.2),
     )
-    scene = scene_of(chain_of(pp.Rod(length=1.0, mass=1.0, radius=0.05), copies=count))
+    scene = hanging(chain_of(pp.Rod(length=1.0, mass=1.0, radius=0.05), copies=count))
     report = pp.crosscheck(scene.model_copy(update={"effects": (*GRAVITY, *loaded)}), states=60)
     assert report.ok, report.fault
     assert set(report.routes) == {"pinocchio", "chain", "recursion"}
@@ -122,7 +121,7 @@ def test_point_masses_swing_at_the_laguerre_frequencies() -> None:
 
 def long_frequencies(n: int, count: int) -> np.ndarray:
     """The lowest frequencies of n thin links of length 1/n, by the chain equations at small angles."""
-    dynamics = pp.bind(scene_of(chain_of(pp.Rod(length=1.0 / n, mass=1.0 / n), copies=n), engine="chain"))
+    dynamics = pp.bind(hanging(chain_of(pp.Rod(length=1.0 / n, mass=1.0 / n), copies=n), engine="chain"))
     small = 1e-5
     states = np.zeros((n, 2 * n))
     states[:, ::2] = small * np.eye(n)
@@ -147,7 +146,7 @@ def test_a_thin_rod_through_the_pole_is_the_exact_swing() -> None:
     """phi swings through pi/2 and on through full turns: 1e-9 after 20 s, no NaN, the steps of the turned swing."""
     rod = chain_of(pp.Rod(length=1.0, mass=1.0))
     through, turned = (
-        pp.simulate(scene_of(rod, *state, duration=20.0, tolerance=1e-13, samples=401))
+        pp.simulate(hanging(rod, *state, duration=20.0, tolerance=1e-13, samples=401))
         for state in (([0.0, 0.3], [0.0, 9.0]), ([0.3, 0.0], [9.0, 0.0]))
     )
     exact = planar(0.3, 9.0, 2 / 3, G, through.t)
@@ -166,13 +165,13 @@ def test_a_thin_chain_whose_middle_rod_goes_through_the_pole() -> None:
     rods = [pp.Rod(length=1.0, mass=100.0), pp.Rod(length=0.5, mass=0.1), pp.Rod(length=0.3, mass=0.02)]
     q, v = [0.0, 0.1, 0.0, 0.4, 0.0, 0.05], [0.0, 0.2, 0.0, 12.0, 0.0, 0.3]
     settings = {"duration": 10.0, "tolerance": 3e-14, "samples": 601}
-    run = pp.simulate(scene_of(chain_of(*rods), q, v, **settings))
+    run = pp.simulate(hanging(chain_of(*rods), q, v, **settings))
     assert np.abs(run.q[:, 3]).max() > 10 * np.pi  # through the pole and round, many times
     assert np.isfinite(run.a).all()
     ends = directions_chain(rods, run.q[0], run.v[0], run.t[::150])
     assert np.abs(run.tips()[::150] - ends).max() < 1e-9
     turned = pp.simulate(
-        scene_of(chain_of(*rods), *(np.reshape(x, (3, 2))[:, ::-1].ravel() for x in (q, v)), **settings)
+        hanging(chain_of(*rods), *(np.reshape(x, (3, 2))[:, ::-1].ravel() for x in (q, v)), **settings)
     )
     assert run.stats.steps < 3 * turned.stats.steps
 
@@ -236,11 +235,11 @@ def test_exact_directions_are_pendpins() -> None:
 def test_a_chain_too_long_for_pinocchio_runs_on_the_chain_equations() -> None:
     """300 rods: chosen by itself, energy kept; naming Pinocchio is refused with the reason."""
     model = chain_of(pp.Rod(length=1.0, mass=1.0, radius=0.01), copies=300)
-    run = pp.simulate(scene_of(model, duration=0.2, tolerance=1e-7))
+    run = pp.simulate(hanging(model, duration=0.2, tolerance=1e-7))
     assert run.stats.engine == "chain"
     assert run.energy().drift < 1e-5
     with pytest.raises(pp.InputError, match="too many for Pinocchio"):
-        pp.simulate(scene_of(model, duration=0.2, engine="pinocchio"))
+        pp.simulate(hanging(model, duration=0.2, engine="pinocchio"))
 
 
 # --- URDF trees -----------------------------------------------------------------------------------------------------
@@ -251,7 +250,7 @@ def test_a_chain_written_as_urdf_is_the_same_model(tmp_path: Path) -> None:
     model = chain_of(pp.Rod(length=1.0, mass=1.0, radius=0.1), pp.Rod(length=0.7, mass=2.0, radius=0.05, payload=0.5))
     path = tmp_path / "chain.urdf"
     path.write_text(chain_urdf(model))
-    scene = scene_of(model, [0.3, 0.1, -0.2, 0.4])
+    scene = hanging(model, [0.3, 0.1, -0.2, 0.4])
     one, other = pp.simulate(scene), pp.simulate(scene.model_copy(update={"model": pp.UrdfModel(path=path)}))
     assert one.joints == other.joints
     assert np.array_equal(one.q, other.q)
@@ -312,6 +311,6 @@ def test_several_rods_on_one_support(tmp_path: Path) -> None:
     run = pp.simulate(scene)
     assert [rod.link for rod in build(scene.model).rods] == ["rod", "rod_b"]
     assert pp.crosscheck(scene, states=100).ok
-    alone = pp.simulate(scene_of(chain_of(pp.Rod(length=1.0, mass=1.0, radius=0.05)), [0.5, 0.0], duration=1.0))
+    alone = pp.simulate(hanging(chain_of(pp.Rod(length=1.0, mass=1.0, radius=0.05)), [0.5, 0.0], duration=1.0))
     assert np.abs(run.q[:, :2] - alone.q).max() < 1e-8
     assert run.reactions().R3.shape == (61, 2)

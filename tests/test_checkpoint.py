@@ -23,6 +23,7 @@ from pendpin.simulation import checkpoint, smooth_motion
 from pendpin.simulation.loop import IntegrationLoop
 from pendpin.simulation.motion_with_events import LoopWithEvents
 from pendpin.simulation.smooth_motion import SmoothLoop
+from scenes import scene_of
 
 THICK = (pp.Rod(length=1.0, mass=1.0, radius=0.05), pp.Rod(length=0.7, mass=0.5, radius=0.03))
 THIN = (pp.Rod(length=1.0, mass=1.0), pp.Rod(length=0.7, mass=0.5))
@@ -35,10 +36,8 @@ METHODS: dict[str, tuple[pp.Scene, Setting]] = {}
 
 def scene(rods=THICK, *effects: fx.Effect, duration=4.0, samples=61, engine="auto") -> pp.Scene:
     """Two rods under gravity and these effects."""
-    start = pp.Start(positions=(0.7, 0.4, -0.3, 0.2), velocities=(1.3, -0.8, 0.2, 0.5))
-    solver = pp.Solver(samples=samples, engine=engine)
-    acting = (fx.Gravity(), *effects)
-    return pp.Scene(duration=duration, model=pp.Chain(rods=rods), start=start, effects=acting, solver=solver)
+    given = {"q": (0.7, 0.4, -0.3, 0.2), "v": (1.3, -0.8, 0.2, 0.5), "samples": samples, "engine": engine}
+    return scene_of(rods, fx.Gravity(), *effects, duration=duration, **given)
 
 
 METHODS |= {m: (scene(), {"method": m, "tolerance": 1e-9}) for m in ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")}

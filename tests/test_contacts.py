@@ -1,5 +1,6 @@
 """Dry friction and stops against exact answers: they stick exactly, slide by Coulomb, bounce in a geometric series."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from scipy.integrate import quad
 
 import pendpin as pp
+import scenes
 from pendpin.cli import main
 from pendpin.effects import DryFriction, Gravity, Stop
 
@@ -15,14 +17,7 @@ INERTIA = ROD.rods[0].properties.I1 + 0.25  # kg m² about the joint
 G = 9.81
 
 
-def run_of(
-    *effects, q=(), v=(), duration=5.0, model=ROD, samples=None, engine="auto", tolerance=1e-11
-) -> pp.Trajectory:
-    """A run of a model with these effects."""
-    pad = [0.0] * (2 * model.count)
-    start = pp.Start(positions=[*q, *pad[len(q) :]], velocities=[*v, *pad[len(v) :]])
-    solver = pp.Solver(samples=samples, engine=engine, tolerance=tolerance)
-    return pp.simulate(pp.Scene(duration=duration, model=model, start=start, effects=effects, solver=solver))
+run_of = partial(scenes.run_of, model=ROD, duration=5.0)
 
 
 def test_a_spinning_joint_comes_to_rest_in_the_exact_time() -> None:

@@ -8,6 +8,7 @@ from effect_cases import FIVE, POINT, ROD
 from inertial import point_mass, residual, rigid_rod, rotation, sinusoid
 from pendpin import effects as fx
 from pendpin.model.bodies import pinocchio
+from scenes import scene_of
 
 G = 9.81
 STILL, SHAKEN = ((0.0, 0.0, 0.0), 1.0, 0.0), ((0.05, -0.08, 0.1), 7.0, 0.4)
@@ -29,9 +30,7 @@ def scene(rods: tuple[pp.Rod, ...], Omega: tuple, support: tuple, q, v, duration
         effects.append(fx.Rotation(rate=Omega))
     if any(support[0]):
         effects.append(fx.Support(amplitude=support[0], frequency=support[1], phase=support[2]))
-    start = pp.Start(positions=tuple(np.ravel(q)), velocities=tuple(np.ravel(v)))
-    solver = pp.Solver(tolerance=1e-13, samples=31)
-    return pp.Scene(duration=duration, model=pp.Chain(rods=rods), start=start, effects=effects, solver=solver)
+    return scene_of(rods, *effects, q=np.ravel(q), v=np.ravel(v), duration=duration, tolerance=1e-13, samples=31)
 
 
 @PARAMETERS

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin.effects import Drag, DryFriction, Gravity, Motor, Push, Rotation, Spring, Stop, Support, Viscous
+from scenes import scene_of
 
 SMOOTH = {
     "gravity": Gravity(),
@@ -29,9 +30,8 @@ Q, V = (0.3, 0.4, -0.2, 0.5), (1.5, -1.0, 1.5, 2.0)
 def run_of(kinds, radius=0.03, duration=1.0, tolerance=1e-12) -> pp.Trajectory:
     """Two rods under these effects, with an energy balance."""
     effects = tuple((SMOOTH | CONTACT)[kind] for kind in kinds)
-    model = pp.Chain(rods=(pp.Rod(length=0.8, mass=1.0, radius=radius), pp.Rod(length=0.5, mass=0.4, radius=radius)))
-    start = pp.Start(positions=Q, velocities=V)
-    scene = pp.Scene(duration=duration, model=model, start=start, effects=effects, solver=pp.Solver(samples=21))
+    rods = (pp.Rod(length=0.8, mass=1.0, radius=radius), pp.Rod(length=0.5, mass=0.4, radius=radius))
+    scene = scene_of(rods, *effects, q=Q, v=V, duration=duration, samples=21)
     return pp.simulate(scene, tolerance=tolerance, energy_balance=True)
 
 

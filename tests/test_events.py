@@ -1,5 +1,7 @@
 """Events are found by turning points as well as by signs, at their times, in any unit: against exact solutions."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,6 +9,7 @@ from hypothesis import strategies as st
 from scipy import optimize
 
 import pendpin as pp
+import scenes
 from laws import law
 from pendpin.effects import DryFriction, Gravity, Motor, Spring, Stop
 from pendpin.integrators.crossings import first_crossing
@@ -16,11 +19,7 @@ INERTIA = ROD.rods[0].properties.I1 + 0.25  # kg m² about the joint
 METHODS = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
 
 
-def run_of(*effects, q=0.0, v=0.0, duration=5.0, method="dop853", tolerance=1e-11, samples=2) -> pp.Trajectory:
-    """A rod whose theta alone moves, from q, v."""
-    start = pp.Start(positions={"theta": q}, velocities={"theta": v})
-    solver = pp.Solver(samples=samples, method=method, tolerance=tolerance)
-    return pp.simulate(pp.Scene(duration=duration, model=ROD, start=start, effects=effects, solver=solver))
+run_of = partial(scenes.run_of, model=ROD, duration=5.0, method="dop853", samples=2)
 
 
 @given(
@@ -71,7 +70,7 @@ def test_grazing_an_elastic_stop(method, depth, rate, torque) -> None:
     hit, after = (rate - speed) / a, 0.2
     off = (1e-9 if method in ("bdf", "lsoda") else 16 * np.spacing(upper)) * a / speed  # rounding of the place
     effects = (Motor(joint="theta", torque=-torque), Stop(upper=upper, restitution=1.0, joints=["theta"]))
-    run = run_of(*effects, v=rate, duration=hit + after, method=method, tolerance=1e-10)
+    run = run_of(*effects, v=(rate,), duration=hit + after, method=method, tolerance=1e-10)
     assert run.stats.events == 1
     assert run.v[-1, 0] == pytest.approx(-speed - a * after, abs=1e-9 + off)
 
@@ -85,7 +84,7 @@ def test_a_spring_grazes_its_stop(depth, stiffness) -> None:
     hit = (np.pi - short) / omega
     later = hit + 0.5 * np.pi / omega
     effects = (Spring(stiffness=stiffness, joints=["theta"]), Stop(upper=1 - depth, restitution=1.0))
-    run = run_of(*effects, q=-1.0, duration=later, tolerance=1e-13)
+    run = run_of(*effects, q=(-1.0,), duration=later, tolerance=1e-13)
     assert run.q[-1, 0] == pytest.approx(-np.cos(omega * (2 * hit - later)), abs=1e-10 + 2e-11 / short)
 
 
@@ -105,7 +104,7 @@ def test_a_rate_that_touches_zero_sticks(method, dip, frequency, phase) -> None:
     run = run_of(
         motor,
         DryFriction(kinetic=0.2, static=5.0, joints=["theta"]),
-        v=start,
+        v=(start,),
         duration=touch + 1.0,
         method=method,
         tolerance=1e-10 if method != "rk23" else 1e-8,

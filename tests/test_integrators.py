@@ -20,6 +20,7 @@ from pendpin.model.build import build
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.guards import Deadline
 from pendpin.simulation.run import run_scene
+from scenes import scene_of
 
 GRAVITY = fx.Gravity()
 THICK = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.1),))
@@ -36,9 +37,8 @@ def scene(
 ) -> pp.Scene:
     """A chain from a start that takes its angles and rates in turn from those given."""
     nv = 2 * model.count
-    start = pp.Start(positions=np.resize(q, nv).tolist(), velocities=np.resize(v, nv).tolist())
-    chosen = pp.Solver(samples=samples, **solver)
-    return pp.Scene(duration=duration, model=model, start=start, effects=(GRAVITY, *effects), solver=chosen)
+    given = {"q": np.resize(q, nv), "v": np.resize(v, nv), "duration": duration, "samples": samples}
+    return scene_of(model, GRAVITY, *effects, **given, **solver)
 
 
 def apart(one: pp.Trajectory, other: pp.Trajectory) -> float:

@@ -2,6 +2,7 @@
 
 import math
 from decimal import Decimal
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -11,6 +12,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import pendpin as pp
+import scenes
 from laws import law
 from pendpin.effects import Gravity, JointEffect, Motor, Support
 from pendpin.effects.pace import Pace, intervals_for, measured, together
@@ -52,12 +54,7 @@ class PacedPulse(Pulse):
         return Pace(self.at + np.array([-7, 7]) * self.width, np.array([np.inf, self.width, np.inf]))
 
 
-def run_of(*effects, method, tolerance, duration, start=0.0, samples=2) -> pp.Trajectory:
-    """A free rod at rest under these effects."""
-    solver = pp.Solver(method=method, tolerance=tolerance, samples=samples)
-    return pp.simulate(
-        pp.Scene(duration=duration, model=ROD, start=pp.Start(time=start), effects=effects, solver=solver)
-    )
+run_of = partial(scenes.run_of, model=ROD, samples=2)
 
 
 @law(12)
@@ -72,7 +69,7 @@ def test_pulses_are_seen(method, width, place, duration, start) -> None:
     """A rod at rest without gravity ends at the rate that the pulse's whole impulse gives, whatever the method."""
     at, tolerance = start + place * duration, 1e-7
     pulse = PacedPulse(at=at, width=width, impulse=0.1)
-    run = run_of(pulse, method=method, tolerance=tolerance, duration=duration, start=start)
+    run = run_of(pulse, method=method, tolerance=tolerance, duration=duration, time=start)
     past = (math.erf((start + duration - at) / width) - math.erf((start - at) / width)) / 2
     assert run.v[-1, 0] == pytest.approx(0.1 * past / INERTIA, abs=1e3 * tolerance)
 
@@ -106,7 +103,7 @@ def test_time_may_be_counted_from_anywhere(method, tmp_path) -> None:
     for first in ("0", "1700000000", "-86400.5"):
         path = pulse_track(tmp_path / "track.csv", first, 10.0, 0.01, 4.0, 0.1)
         effects = (Gravity(), Support(csv=path))
-        runs.append(run_of(*effects, method=method, tolerance=1e-9, duration=10.0, start=float(first)))
+        runs.append(run_of(*effects, method=method, tolerance=1e-9, duration=10.0, time=float(first)))
     for run in runs[1:]:
         assert np.array_equal(run.q, runs[0].q)
         assert run.stats.steps == runs[0].stats.steps
@@ -119,7 +116,7 @@ def test_a_late_start_within_a_track(tmp_path) -> None:
     offset = float(Decimal(late) - Decimal("1700000000.123456789"))
     shifted = pulse_track(tmp_path / "shifted.csv", repr(-offset), 10.0, 0.01, 4.0, 0.1)
     runs = [
-        run_of(Gravity(), Support(csv=csv), method="dop853", tolerance=1e-10, duration=9.0, start=start)
+        run_of(Gravity(), Support(csv=csv), method="dop853", tolerance=1e-10, duration=9.0, time=start)
         for csv, start in ((path, late), (shifted, 0.0))
     ]
     assert np.abs(runs[0].q - runs[1].q).max() < 1e-12

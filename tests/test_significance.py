@@ -7,19 +7,19 @@ import pendpin as pp
 from pendpin.analysis.explain import explain
 from pendpin.analysis.significance import significance
 from pendpin.effects import Gravity, Rotation, Spring, Viscous
+from scenes import scene_of
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))
 
 
-def scene_of(*effects, model=ROD, duration=2.0, q=(0.5, 0.2)) -> pp.Scene:
+def swing(*effects, model=ROD, q=(0.5, 0.2), **given) -> pp.Scene:
     """A short run of one rod."""
-    pad = [0.0] * (2 * model.count - len(q))
-    return pp.Scene(duration=duration, model=model, start=pp.Start(positions=[*q, *pad]), effects=effects)
+    return scene_of(model, *effects, q=q, **given)
 
 
 def test_gravity_is_called_for_and_a_spring_of_no_stiffness_is_not() -> None:
     """What moves the tip by more than the accuracy is needed; what does nothing changes exactly nothing."""
-    rows = {row.effect: row for row in significance(scene_of(Gravity(), Spring(stiffness=0.0)), 1e-3).rows}
+    rows = {row.effect: row for row in significance(swing(Gravity(), Spring(stiffness=0.0)), 1e-3).rows}
     assert rows["gravity"].verdict == "needed"
     assert rows["spring"].change == 0.0
     assert rows["spring"].verdict == "not needed at this accuracy"
@@ -28,38 +28,38 @@ def test_gravity_is_called_for_and_a_spring_of_no_stiffness_is_not() -> None:
 
 def test_the_verdict_follows_the_accuracy() -> None:
     """Earth's rotation matters at 1e-6 and not at 1e-2; it is offered where the scene lacks it, and only there."""
-    scene = scene_of(Gravity())
+    scene = swing(Gravity())
     for accuracy, verdict in ((1e-2, "not needed at this accuracy"), (1e-6, "needed, but not listed")):
         (row,) = [row for row in significance(scene, accuracy).rows if "rotation" in row.effect]
         assert row.verdict == verdict
         assert not row.listed
-    listed = significance(scene_of(Gravity(), Rotation(latitude=45.0)), 1e-2).rows
+    listed = significance(swing(Gravity(), Rotation(latitude=45.0)), 1e-2).rows
     assert [row.listed for row in listed if "otation" in row.effect] == [True]
 
 
 def test_a_change_is_the_distance_of_the_tips() -> None:
     """Viscous damping's change is what two runs differ by."""
-    scene = scene_of(Gravity(), Viscous(coefficient=0.05))
+    scene = swing(Gravity(), Viscous(coefficient=0.05))
     (row,) = [row for row in significance(scene, 1e-3).rows if row.effect == "viscous"]
-    with_it, without = (pp.simulate(s, tolerance=1e-9) for s in (scene, scene_of(Gravity())))
+    with_it, without = (pp.simulate(s, tolerance=1e-9) for s in (scene, swing(Gravity())))
     assert row.change == pytest.approx(np.linalg.norm(with_it.tips() - without.tips(), axis=-1).max(), rel=1e-6)
 
 
 def test_chaos_ends_the_comparison() -> None:
     """A wild triple pendulum is compared only as far as its own run can be believed."""
     model = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.02),) * 2)
-    found = significance(scene_of(Gravity(), model=model, duration=30.0, q=(2.5, 0.3, 2.0, 0.5)), 1e-4)
+    found = significance(swing(Gravity(), model=model, duration=30.0, q=(2.5, 0.3, 2.0, 0.5)), 1e-4)
     assert 0 < found.horizon < 30.0
-    calm = significance(scene_of(Gravity()), 1e-4)
+    calm = significance(swing(Gravity()), 1e-4)
     assert calm.horizon == 2.0
 
 
 def test_explain_says_what_an_evaluation_calls() -> None:
     """Only the interfaces that the scene uses are named."""
-    bare = "\n".join(explain(pp.bind(scene_of(Gravity()))))
+    bare = "\n".join(explain(pp.bind(swing(Gravity()))))
     assert "an evaluation calls: one solve for the accelerations" in bare
     assert "torques" not in bare
     effects = (Gravity(), Viscous(coefficient=0.1, joints=["theta"]), Rotation(latitude=10.0))
-    full = "\n".join(explain(pp.bind(scene_of(*effects))))
+    full = "\n".join(explain(pp.bind(swing(*effects))))
     assert "joint torques: viscous on theta" in full
     assert "body wrenches, from the poses and velocities of all bodies: rotation" in full

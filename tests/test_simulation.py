@@ -9,6 +9,7 @@ import pendpin as pp
 from laws import law
 from pendpin.equations.exact import planar, spherical
 from pendpin.scene import builtin_scene
+from scenes import scene_of
 
 GRAVITY = (pp.effects.Gravity(),)
 THIN = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),))
@@ -19,9 +20,7 @@ METHODS = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
 
 def swing(model: pp.Chain, duration: float, q=(0.7, 0.4), v=(1.3, -0.8), samples: int | None = None) -> pp.Scene:
     """One rod under gravity."""
-    start = pp.Start(positions=q, velocities=v)
-    solver = pp.Solver(tolerance=1e-12, samples=samples)
-    return pp.Scene(duration=duration, model=model, start=start, effects=GRAVITY, solver=solver)
+    return scene_of(model, *GRAVITY, q=q, v=v, duration=duration, tolerance=1e-12, samples=samples)
 
 
 def test_energy_is_kept_over_100_s() -> None:

@@ -23,6 +23,7 @@ from pendpin.analysis.work_precision.report import CostReport, CostRow, Curve, P
 from pendpin.engines import Compiled
 from pendpin.model.build import build
 from pendpin.model.kinematics import tip_distance
+from scenes import scene_of
 
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="not installed: heyoka")
 THIN, THICK = pp.Rod(length=1.0, mass=1.0), pp.Rod(length=1.0, mass=1.0, radius=0.05)
@@ -30,9 +31,7 @@ START = pp.Start(positions={"theta_1": 0.7, "phi_1": 0.4}, velocities={"theta_1"
 
 
 def scene(*rods: pp.Rod, duration: float = 2.0, effects: tuple = (fx.Gravity(),), start: pp.Start = START) -> pp.Scene:
-    return pp.Scene(
-        duration=duration, model=pp.Chain(rods=rods), start=start, effects=effects, solver=pp.Solver(samples=41)
-    )
+    return scene_of(rods, *effects, duration=duration, samples=41).replace(start=start)
 
 
 def test_plain_methods_keep_the_engine_of_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
