@@ -45,7 +45,7 @@ class _Joint(NamedTuple):
     r: Array  # (..., 3) m, the joint's origin in the parent's frame
 
 
-class _Motion(NamedTuple):
+class _LinkMotion(NamedTuple):
     """How a link moves, in its joint's frame; accelerations are less the field."""
 
     omega: Array  # (..., 3) rad/s
@@ -228,7 +228,7 @@ def _joints(tree: Tree, q: Array, xp: Any) -> list[_Joint]:
 
 def _inertial(tree: Tree, joints: list[_Joint], v: Array, a: Array, field: Array, external: Any) -> list[_Wrench]:
     """The force and moment that each link needs for v, a (..., n), less the external ones (..., n, 6)."""
-    moving = {-1: _Motion(np.zeros(3), np.zeros(3), -field, np.zeros((3, 3)))}
+    moving = {-1: _LinkMotion(np.zeros(3), np.zeros(3), -field, np.zeros((3, 3)))}
     out = []
     for i, joint in enumerate(joints):
         moving[i] = _moved(joint, moving[joint.parent], v[..., i, None], a[..., i, None])
@@ -239,7 +239,7 @@ def _inertial(tree: Tree, joints: list[_Joint], v: Array, a: Array, field: Array
     return out
 
 
-def _moved(joint: _Joint, parent: _Motion, v: Array, qdd: Array) -> _Motion:
+def _moved(joint: _Joint, parent: _LinkMotion, v: Array, qdd: Array) -> _LinkMotion:
     """The motion of a link from that of its parent; v, qdd (..., 1) of its joint."""
     to_child = transposed(joint.R)
     omega, alpha = applied(to_child, parent.omega), applied(to_child, parent.alpha)
@@ -249,10 +249,10 @@ def _moved(joint: _Joint, parent: _Motion, v: Array, qdd: Array) -> _Motion:
         omega, alpha = omega + joint.axis * v, alpha + coriolis + joint.axis * qdd
     else:
         a = a + 2 * coriolis + joint.axis * qdd
-    return _Motion(omega, alpha, a, skew(alpha) + centripetal(omega))
+    return _LinkMotion(omega, alpha, a, skew(alpha) + centripetal(omega))
 
 
-def _newton_euler(m: Any, com: Array, inertia: Array, motion: _Motion) -> _Wrench:
+def _newton_euler(m: Any, com: Array, inertia: Array, motion: _LinkMotion) -> _Wrench:
     """force = m a_G; moment = J alpha + omega x (J omega) + m com x a, J (3, 3) about the joint's origin, com (3,)."""
     lever, J = m * com, _about_origin(m, com, inertia)
     force = m * motion.a + applied(motion.K, lever)

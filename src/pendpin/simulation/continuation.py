@@ -6,16 +6,13 @@ import numpy as np
 
 from pendpin.arrays import Array, ArrayLike
 from pendpin.dynamics.dynamics import bind
-from pendpin.dynamics.timing import timing
 from pendpin.errors import InputError, RunError, shown
-from pendpin.integrators import Run, integrator_for
+from pendpin.integrators import Run
 from pendpin.scene import Scene, scene_of
 from pendpin.simulation.checkpoint import Saver
-from pendpin.simulation.energy_balance import EnergyBalance
-from pendpin.simulation.loop import Task, integrate_to_end
-from pendpin.simulation.motion_with_events import LoopWithEvents
+from pendpin.simulation.loop import integrate_to_end, task_of
+from pendpin.simulation.motion_with_events import loop_of
 from pendpin.simulation.run import fill_in
-from pendpin.simulation.smooth_motion import SmoothLoop
 from pendpin.trajectory import Trajectory, joined, samples_of
 
 COUNTS = ("steps", "evaluations", "events", "seconds")  # of stats, that add up
@@ -28,13 +25,8 @@ class Continuation:
     def __init__(self, run: Trajectory, scene: Scene | None = None) -> None:
         self.run, self.scene = run, scene or scene_of(run)
         self.dynamics = bind(self.scene)
-        integrator = integrator_for(self.scene, self.dynamics)
-        self.balance = EnergyBalance(self.dynamics) if run.work else None
-        pace = timing(
-            self.dynamics, self.dynamics.effects, run.q[0], run.v[0], self.scene.duration, self.scene.solver.tolerance
-        ).pace
-        way = SmoothLoop if self.dynamics.contacts is None else LoopWithEvents
-        self._loop = way(Task(integrator, self.dynamics, self.balance, self.scene.times, lambda t: None, pace))
+        task, _ = task_of(self.scene, self.dynamics, run.q[0], run.v[0], bool(run.work), lambda t: None)
+        self._loop = loop_of(task)
         self._loop.begin(run.q[0], run.v[0])  # all pieces share the scales of the run
 
     def piece(self, sample: int, times: Array) -> Run:
@@ -73,7 +65,7 @@ class Continuation:
         torque = (
             None if pieces[0].torque is None else np.concatenate([p.torque for p in pieces if p.torque is not None])
         )
-        rows = fill_in(self.scene, self.dynamics, self.balance, replace(pieces[0], **arrays, torque=torque))
+        rows = fill_in(self.scene, self.dynamics, self._loop.balance, replace(pieces[0], **arrays, torque=torque))
         lengths = [len(piece.t) for piece in pieces]
         starts, places = np.repeat(np.cumsum([0, *lengths[:-1]]), lengths), np.repeat(samples, lengths)
         work = {kind: w - w[starts] + self.run.work[kind][places] for kind, w in rows.work.items()}

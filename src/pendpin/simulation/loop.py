@@ -10,10 +10,12 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import Dynamics
+from pendpin.dynamics.timing import Timing, timing
 from pendpin.effects.pace import Pace
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, Interrupted, RunError
-from pendpin.integrators import Integrator, Run
+from pendpin.integrators import Integrator, Run, integrator_for
+from pendpin.scene import Scene
 from pendpin.simulation.checkpoint import RunState, Saver
 from pendpin.simulation.energy_balance import EnergyBalance
 
@@ -28,6 +30,15 @@ class Task:
     times: Array  # (n,) s since the start
     progress: ProgressCallback
     pace: Pace
+
+
+def task_of(
+    scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool, progress: ProgressCallback
+) -> tuple[Task, Timing]:
+    """The task of a scene from q, v (nv,), and how fast its effects change. Raises InputError for an unfit method."""
+    found = timing(dynamics, dynamics.effects, q, v, scene.duration, scene.solver.tolerance)
+    balance = EnergyBalance(dynamics) if energy_balance else None
+    return Task(integrator_for(scene, dynamics), dynamics, balance, scene.times, progress, found.pace), found
 
 
 class IntegrationLoop(ABC):

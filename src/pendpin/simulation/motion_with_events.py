@@ -24,6 +24,7 @@ from pendpin.integrators.machine import AdaptiveInMachineCode
 from pendpin.model import kinematics
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.loop import IntegrationLoop, Task
+from pendpin.simulation.smooth_motion import SmoothLoop
 from pendpin.versions import version
 
 SAMPLES_A_SEGMENT = 64  # output times of a segment
@@ -160,6 +161,11 @@ class LoopWithEvents(IntegrationLoop):
         v[:, mode.held] = 0.0
         torques = self.contacts.friction(v, mode) + self.contacts.hold(times, q, v, mode)
         return np.concatenate([states, torques], 1)
+
+
+def loop_of(task: Task) -> IntegrationLoop:
+    """The loop that integrates a task: with events where the scene has contacts."""
+    return SmoothLoop(task) if task.dynamics.contacts is None else LoopWithEvents(task)
 
 
 def _carried(t: float, y: Array, mode: Mode, at_once: float, scales: Scales) -> dict[str, Array]:

@@ -9,10 +9,9 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.dynamics.contact_binding import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind, reactions
-from pendpin.dynamics.timing import timing
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
-from pendpin.integrators import Run, automatic, integrator_for
+from pendpin.integrators import Run, automatic
 from pendpin.integrators.taylor import Taylor
 from pendpin.model import kinematics
 from pendpin.model.build import start_state
@@ -21,9 +20,8 @@ from pendpin.scene import Scene
 from pendpin.simulation.checkpoint import Checkpoint, FileSaver, RunState, Saver, identity
 from pendpin.simulation.energy_balance import EnergyBalance
 from pendpin.simulation.guards import Deadline, Patience, balanced
-from pendpin.simulation.loop import Task, integrate_to_end
-from pendpin.simulation.motion_with_events import LoopWithEvents
-from pendpin.simulation.smooth_motion import SmoothLoop
+from pendpin.simulation.loop import integrate_to_end, task_of
+from pendpin.simulation.motion_with_events import loop_of
 from pendpin.trajectory import Stats, Trajectory
 
 NEAR_POLE = 0.3  # of cos(phi)
@@ -57,19 +55,15 @@ def run_scene(
         scene, dynamics = _with_method(scene, dynamics, q, v, energy_balance)
         if checkpoint:
             saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name))
-        integrator = integrator_for(scene, dynamics)
-        balance = EnergyBalance(dynamics) if energy_balance else None
-        way = SmoothLoop if dynamics.contacts is None else LoopWithEvents
         patience = Patience(scene.duration, deadline, _reserve(scene, dynamics, start, deadline), progress)
-        compiles = dynamics.engine.compiles or isinstance(integrator, Taylor)
-        found = timing(dynamics, dynamics.effects, q, v, scene.duration, scene.solver.tolerance)
-        task = Task(integrator, dynamics, balance, scene.times, patience, found.pace)
-        loop = deadline.waits_for(lambda: way(task), compiles)
+        task, found = task_of(scene, dynamics, q, v, energy_balance, patience)
+        compiles = dynamics.engine.compiles or isinstance(task.integrator, Taylor)
+        loop = deadline.waits_for(lambda: loop_of(task), compiles)
     except Halted as error:
         return _finished(scene, dynamics, None, replace(start, failure=error), saver.note)
     notes = found.notes(scene.duration, scene.solver.step)
     run = replace(integrate_to_end(loop, q, v, saver, between), notes=notes)
-    return _finished(scene, dynamics, balance, run, saver.note, alone=between is None)
+    return _finished(scene, dynamics, task.balance, run, saver.note, alone=between is None)
 
 
 def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool) -> tuple[Scene, Dynamics]:

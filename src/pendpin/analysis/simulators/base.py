@@ -85,14 +85,14 @@ class Task:
             raise InputError(f"model: {library} makes another model of it: accelerations differ by {off:.1e}")
 
 
-class Motion(NamedTuple):
+class Prepared(NamedTuple):
     """A run that is built and not begun."""
 
     rows: Callable[[Look], Iterator[Array]]  # q (nv,) at each output time after the first
     counts: Callable[[], tuple[int, int]]  # steps and evaluations so far
 
 
-def peer(task: Task, name: str, library: str, kind: Kind, prepare: Callable[[float], Motion]) -> Peer:
+def peer(task: Task, name: str, library: str, kind: Kind, prepare: Callable[[float], Prepared]) -> Peer:
     """A peer from what prepares its runs."""
 
     def run(setting: float, limit: float = LIMIT) -> PeerRun:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.simulators.base import Kind, Look, Motion, Peer, Task, loading, peer
+from pendpin.analysis.simulators.base import Kind, Look, Peer, Prepared, Task, loading, peer
 from pendpin.arrays import Array
 from pendpin.integrators.fixed import steps_in
 
@@ -72,10 +72,10 @@ def _acceleration(plant: Any, task: Task) -> Array:
     return plant.EvalTimeDerivatives(context).get_generalized_velocity().CopyToVector()[_places(plant, task)[1]]
 
 
-def _motion(plant: Any, scheme: str, kind: Kind, task: Task) -> Callable[[float], Motion]:
+def _motion(plant: Any, scheme: str, kind: Kind, task: Task) -> Callable[[float], Prepared]:
     at_q, _ = _places(plant, task)
 
-    def prepare(setting: float) -> Motion:
+    def prepare(setting: float) -> Prepared:
         simulator = _simulator(plant, scheme, kind, setting, task.interval)
         integrator, context = simulator.get_mutable_integrator(), simulator.get_mutable_context()
         _set(plant, context, task, task.q, task.v)
@@ -89,7 +89,7 @@ def _motion(plant: Any, scheme: str, kind: Kind, task: Task) -> Callable[[float]
                 simulator.AdvanceTo(t)
                 yield plant.GetPositions(context)[at_q]
 
-        return Motion(rows, lambda: (integrator.get_num_steps_taken(), integrator.get_num_derivative_evaluations()))
+        return Prepared(rows, lambda: (integrator.get_num_steps_taken(), integrator.get_num_derivative_evaluations()))
 
     return prepare
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.simulators.base import Look, Motion, Peer, Task, loading, peer
+from pendpin.analysis.simulators.base import Look, Peer, Prepared, Task, loading, peer
 from pendpin.analysis.simulators.text import LEAST
 from pendpin.arrays import Array
 from pendpin.errors import RunError
@@ -59,10 +59,10 @@ def _acceleration(mujoco: Any, model: Any, task: Task) -> Array:
     return data.qacc[at_v]
 
 
-def _motion(mujoco: Any, model: Any, name: str, task: Task) -> Callable[[float], Motion]:
+def _motion(mujoco: Any, model: Any, name: str, task: Task) -> Callable[[float], Prepared]:
     at_q, at_v = _places(model, task)
 
-    def prepare(step: float) -> Motion:
+    def prepare(step: float) -> Prepared:
         own, data, count, taken = copy(model), mujoco.MjData(model), steps_in(task.interval, step), 0
         own.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{name.upper()}")
         own.opt.timestep = task.interval / count
@@ -82,7 +82,7 @@ def _motion(mujoco: Any, model: Any, name: str, task: Task) -> Callable[[float],
                         look()
                     yield qpos[at_q]
 
-        return Motion(rows, lambda: (taken, STAGES[name] * taken))
+        return Prepared(rows, lambda: (taken, STAGES[name] * taken))
 
     return prepare
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.simulators.base import NOT_FINITE, Look, Motion, Peer, Task, loading, peer
+from pendpin.analysis.simulators.base import NOT_FINITE, Look, Peer, Prepared, Task, loading, peer
 from pendpin.arrays import Array, Indices
 from pendpin.errors import RunError
 from pendpin.model.bodies import pinocchio
@@ -49,11 +49,11 @@ def _state(places: Indices, q: Array, v: Array) -> Array:
 
 def _motion(
     right_hand_side: Callable[[Look], Derivative], places: Indices, method: str, task: Task
-) -> Callable[[float], Motion]:
+) -> Callable[[float], Prepared]:
     """A function that prepares a run at a tolerance; places (nv,) are those of the joints in the state."""
     from scipy.integrate import solve_ivp
 
-    def prepare(tolerance: float) -> Motion:
+    def prepare(tolerance: float) -> Prepared:
         start, span, evaluations = _state(places, task.q, task.v), task.times[[0, -1]], 0
         given: dict[str, Any] = {
             "method": method,
@@ -72,7 +72,7 @@ def _motion(
             if not found.success:
                 raise RunError(found.message)
 
-        return Motion(rows, lambda: (0, evaluations))
+        return Prepared(rows, lambda: (0, evaluations))
 
     return prepare
 

@@ -8,7 +8,7 @@ import numpy as np
 from pendpin.arrays import Array, Mask
 from pendpin.equations.chain.inertia import above, below
 from pendpin.equations.chain.kinematics import Joints
-from pendpin.equations.chain.system import Loads, System, empty_band
+from pendpin.equations.chain.system import RodLoads, System, empty_band
 
 
 class Axes(NamedTuple):
@@ -53,7 +53,7 @@ class Balances(System):
         nothing = np.zeros_like(self.centripetal)
         return replace(self, support=0 * self.support, centripetal=nothing, drift=nothing[0])
 
-    def loads(self, x: Array) -> Loads:
+    def loads(self, x: Array) -> RodLoads:
         """Force and moment about G of reactions x (4, K), in B."""
         rods, joints, (s_t, s, c_t, c), F, Mc = self.rods, self.joints, self.axes.trig, x[:3], x[3]
         up = np.empty(
@@ -67,7 +67,7 @@ class Balances(System):
         moment[0] = rods.h * F[1] + rods.k * up[1] - s * Mc
         moment[1] = -rods.h * F[0] - rods.k * up[0] - up[3]
         moment[2] = c * Mc - up[4]
-        return Loads(F - up[:3], moment)
+        return RodLoads(F - up[:3], moment)
 
     def band(self) -> Array:
         """The band (8, 4 K): reactions of each joint on its own gap and on the next joint's."""

@@ -25,8 +25,8 @@ class Positions(NamedTuple):
     tips: Array  # (..., n, 3) m
 
 
-class Motion(NamedTuple):
-    """Where the rods are and how they move, in I except for omega."""
+class ChainMotion(NamedTuple):
+    """Where the rods of a chain are and how they move, in I except for omega."""
 
     frames: Array  # (..., n, 3, 3), columns b1, b2, b3
     centres: Array  # (..., n, 3) m, centres of mass
@@ -131,7 +131,7 @@ def positions(chain: ChainInertia, q: Array) -> Positions:
     return Positions(*_in_chunks(lambda angles: _positions(chain, Joints.at(angles)), q))
 
 
-def motion(chain: ChainInertia, q: Array, v: Array) -> Motion:
+def motion(chain: ChainInertia, q: Array, v: Array) -> ChainMotion:
     """Positions and velocities for angles q and rates v (..., n, 2) in rad and rad/s."""
 
     def moving(angles: Array, rates: Array) -> tuple[Array, ...]:
@@ -143,7 +143,7 @@ def motion(chain: ChainInertia, q: Array, v: Array) -> Motion:
         direction_rates = np.moveaxis(B[:, 0] * w[1] - B[:, 1] * w[0], 0, -1)
         return *at, np.moveaxis(w, 0, -1), *along(chain, direction_rates)
 
-    return Motion(*_in_chunks(moving, q, v))
+    return ChainMotion(*_in_chunks(moving, q, v))
 
 
 def energy(chain: ChainInertia, q: Array, v: Array, field: Array) -> tuple[Array, Array]:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array, lapack
-from pendpin.equations.chain.system import Loads, System
+from pendpin.equations.chain.system import RodLoads, System
 
 PASSES = 15  # two are the rule, three to six with thin rods above thick ones; more mean a nearly singular state
 ROUNDING = 1e-15, 1e-10  # relative size of a correction: certainly rounding only; rounding if it shrinks no more
@@ -26,7 +26,7 @@ class Step(NamedTuple):
 
     x: Array  # (r, K)
     turn: Array  # (3, K)
-    loads: Loads
+    loads: RodLoads
 
 
 class Correction(ABC):

@@ -10,7 +10,7 @@ from pendpin.arrays import Array
 from pendpin.equations.chain.inertia import Rods
 
 
-class Loads(NamedTuple):
+class RodLoads(NamedTuple):
     """Force and turning moment of reactions on the rods: (3, K) each."""
 
     force: Array  # N
@@ -37,7 +37,7 @@ class System(ABC):
         """The residuals (K, r) at the joints, from accelerations linear of G (3, K), m/s², and turn (3, K), 1/s²."""
 
     @abstractmethod
-    def loads(self, x: Array) -> Loads:
+    def loads(self, x: Array) -> RodLoads:
         """Force and turning on every rod by the reactions x (r, K) of its own joint and of the next."""
 
     @abstractmethod

@@ -14,7 +14,7 @@ from pendpin.arrays import Array
 from pendpin.equations.chain.inertia import ChainInertia, above, below
 from pendpin.equations.chain.kinematics import Joints, along, rods_first, rods_last
 from pendpin.equations.chain.refinement import project
-from pendpin.equations.chain.system import Loads, System, empty_band
+from pendpin.equations.chain.system import RodLoads, System, empty_band
 from pendpin.errors import InputError
 
 
@@ -92,11 +92,13 @@ class _ThinBalances(System):
         tip[:, :: rods.n] = self.support
         return np.ascontiguousarray((tip - linear + rods.h * swing).T)
 
-    def loads(self, x: Array) -> Loads:
+    def loads(self, x: Array) -> RodLoads:
         """Force and turning part of the moment of reactions x (3, K): -(1 - d d^T)(h F + k F of the joint below)."""
         up = below(x, self.rods.n)
         lever = self.rods.h * x + self.rods.k * up
-        return Loads(x - up, -self._across(self._across(lever)))  # twice: what rounding leaves along a light rod counts
+        return RodLoads(
+            x - up, -self._across(self._across(lever))
+        )  # twice: what rounding leaves along a light rod counts
 
     def resistance(self, turn: Array) -> Array:
         """I d'' (3, K) across the rod; along it, where nothing turns, a term that keeps turn at 0."""
