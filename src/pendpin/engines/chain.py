@@ -12,7 +12,7 @@ from pendpin.equations.chain import solution
 from pendpin.equations.chain.kinematics import motion
 from pendpin.model.build import FLIP, SIGNS, Model
 
-BATCH = 1 << 15  # rods solved at once, which bounds the memory
+BATCH = 1 << 12  # rods solved at once: what they need stays in the fast memory of a processor
 
 
 class LongChain(AngleEngine):

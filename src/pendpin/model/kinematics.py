@@ -7,7 +7,7 @@ import numpy as np
 from pendpin.arrays import Array, across
 from pendpin.equations.chain import kinematics
 from pendpin.model.bodies import NEAR, pinocchio, tree_of
-from pendpin.model.build import FLIP, Model
+from pendpin.model.build import SIGNS, Model
 
 
 def poses(model: Model, q: Array) -> Array:
@@ -41,8 +41,8 @@ def _chain_poses(model: Model, q: Array) -> Array:
     at = kinematics.positions(model.chain, q.reshape(len(q), -1, 2))
     out = np.zeros((len(q), len(model.bodies), 4, 4))
     out[..., 3, 3] = 1
-    out[..., :3, :3] = FLIP @ at.frames @ FLIP
-    out[:, 1:, :3, 3] = at.tips[:, :-1] @ FLIP
+    out[..., :3, :3] = at.frames * np.outer(SIGNS, SIGNS)
+    out[:, 1:, :3, 3] = at.tips[:, :-1] * SIGNS
     return out
 
 

@@ -20,15 +20,14 @@ class Reading(NamedTuple):
     q: Array  # (k, n, 2) rad, theta, phi, continuous from sample to sample
     v: Array  # (k, n, 2) rad/s
     a: Array  # (k, n, 2) rad/s²; theta'' is 0 where |cos(phi)| < POLE, for it has no value there
-    frames: Array  # (k, n, 3, 3), columns b1, b2, b3 in I
 
 
 class _Turning(NamedTuple):
-    """A rod's frame, angular velocity and acceleration, the latter two in that frame; one entry per sample."""
+    """A rod's frame, angular velocity and acceleration, the latter two in that frame; samples last, for speed."""
 
-    frame: Array  # (k, 3, 3)
-    omega: Array  # (k, 3)
-    alpha: Array  # (k, 3)
+    frame: Array  # (3, 3, k), columns b1, b2, b3 in I
+    omega: Array  # (3, k)
+    alpha: Array  # (3, k)
 
 
 def read(d: Array, rate: Array, acceleration: Array, previous: Array | None = None) -> Reading:
@@ -39,14 +38,15 @@ def read(d: Array, rate: Array, acceleration: Array, previous: Array | None = No
     first sample, without previous, has |phi| <= pi/2.
     """
     k, n, _ = d.shape
-    q, v, a, frames = np.empty((k, n, 2)), np.empty((k, n, 2)), np.empty((k, n, 2)), np.empty((k, n, 3, 3))
-    above = _Turning(np.broadcast_to(np.eye(3), (k, 3, 3)), np.zeros((k, 3)), np.zeros((k, 3)))
+    q, v, a = np.empty((k, n, 2)), np.empty((k, n, 2)), np.empty((k, n, 2))
+    above = _Turning(np.broadcast_to(np.eye(3)[..., None], (3, 3, k)), np.zeros((3, k)), np.zeros((3, k)))
     for i in range(n):
         start = None if previous is None else previous[i]
-        q[:, i] = _angles(above, d[:, i], rate[:, i], start)
-        above, v[:, i], a[:, i] = _rates(above, q[:, i], rate[:, i], acceleration[:, i])
-        frames[:, i] = above.frame
-    return Reading(q, v, a, frames)
+        direction, speed, bend = (np.ascontiguousarray(x[:, i].T) for x in (d, rate, acceleration))
+        pair = _angles(above, direction, speed, start)
+        above, rates, accelerations = _rates(above, pair, speed, bend)
+        q[:, i], v[:, i], a[:, i] = pair.T, rates.T, accelerations.T
+    return Reading(q, v, a)
 
 
 def unresolved(t: Array, reading: Reading) -> Mask:
@@ -81,22 +81,22 @@ def refined(t: Array, d: Array, rate: Array, kept: Array, chosen: Mask) -> tuple
 
 
 def _into(frames: Array, x: Array) -> Array:
-    """Components of vectors (k, 3) in frames (k, 3, 3) whose columns are the axes."""
-    return (frames * x[:, :, None]).sum(1)
+    """Components of vectors (3, k) in frames (3, 3, k) whose columns are the axes."""
+    return np.add.reduce(frames * x[:, None], 0)
 
 
 def _angles(above: _Turning, d: Array, rate: Array, start: Array | None) -> Array:
-    """theta, phi (k, 2) of one rod over all samples."""
+    """theta, phi (2, k) of one rod over all samples, from d, d' (3, k)."""
     u = _into(above.frame, d)
-    across = np.hypot(u[:, 1], u[:, 2])  # |cos(phi)|
-    theta = np.arctan2(u[:, 1], u[:, 2])
+    across = np.hypot(u[1], u[2])  # |cos(phi)|
+    theta = np.arctan2(u[1], u[2])
     if (pole := across < POLE).any():
-        u_rate = _into(above.frame, rate) - np.cross(above.omega, u)
-        speed = np.hypot(u_rate[:, 1], u_rate[:, 2])
-        moving = speed > RESTING * (np.linalg.norm(rate, axis=1) + np.linalg.norm(above.omega, axis=1))
-        theta = np.where(pole & moving, np.arctan2(u_rate[:, 1], u_rate[:, 2]), theta)
+        u_rate = _into(above.frame, rate) - np.cross(above.omega, u, axis=0)
+        speed = np.hypot(u_rate[1], u_rate[2])
+        moving = speed > RESTING * (np.linalg.norm(rate, axis=0) + np.linalg.norm(above.omega, axis=0))
+        theta = np.where(pole & moving, np.arctan2(u_rate[1], u_rate[2]), theta)
         theta = _theta_at_rest(theta, pole & ~moving, start)
-    return _continuous(theta, np.arctan2(u[:, 0], across), start)
+    return _continuous(theta, np.arctan2(u[0], across), start)
 
 
 def _theta_at_rest(theta: Array, resting: Mask, start: Array | None) -> Array:
@@ -111,15 +111,14 @@ def _theta_at_rest(theta: Array, resting: Mask, start: Array | None) -> Array:
 
 
 def _continuous(theta: Array, phi: Array, start: Array | None) -> Array:
-    """The pairs (k, 2) that follow on each other, from pairs (k,) with |phi| <= pi/2."""
+    """The pairs (2, k) that follow on each other, from pairs (k,) with |phi| <= pi/2."""
     if start is not None:
         theta, phi = np.append(start[0], theta), np.append(start[1], phi)
     same = np.abs(_wrapped(np.diff(theta))) + np.abs(_wrapped(np.diff(phi)))
     other = np.abs(_wrapped(np.diff(theta) + np.pi)) + np.abs(_wrapped(np.pi - phi[1:] - phi[:-1]))
     turned = np.append(0, np.cumsum(other < same) % 2)
-    pairs = np.stack([theta + np.pi * turned, np.where(turned, np.pi - phi, phi)], -1)
-    pairs = np.unwrap(pairs, axis=0)
-    return pairs if start is None else pairs[1:]
+    pairs = np.unwrap(np.array([theta + np.pi * turned, np.where(turned, np.pi - phi, phi)]))
+    return pairs if start is None else pairs[:, 1:]
 
 
 def _wrapped(angle: Array) -> Array:
@@ -128,14 +127,13 @@ def _wrapped(angle: Array) -> Array:
 
 
 def _rates(above: _Turning, q: Array, rate: Array, acceleration: Array) -> tuple[_Turning, Array, Array]:
-    """How a rod turns, its angles' rates and accelerations (k, 2), from d' and d'' (k, 3) in I."""
-    (s_t, s), (c_t, c) = np.sin(q).T, np.cos(q).T
-    zero = np.zeros_like(s)
-    R = np.array([[c, zero, s], [-s_t * s, c_t, s_t * c], [-c_t * s, -s_t, c_t * c]]).transpose(2, 0, 1)
-    frame = above.frame @ R
-    d1, d2, _ = _into(frame, rate).T
-    e1, e2, _ = _into(frame, acceleration).T
-    p, pa = _into(R, above.omega).T, _into(R, above.alpha).T
+    """How a rod turns, and its angles' rates and accelerations (2, k), from d' and d'' (3, k) in I."""
+    (s_t, s), (c_t, c) = np.sin(q), np.cos(q)
+    R = np.array([[c, np.zeros_like(s), s], [-s_t * s, c_t, s_t * c], [-c_t * s, -s_t, c_t * c]])
+    frame = np.add.reduce(above.frame[:, :, None] * R, 1)
+    d1, d2, _ = _into(frame, rate)
+    e1, e2, _ = _into(frame, acceleration)
+    p, pa = _into(R, above.omega), _into(R, above.alpha)
     pole = np.abs(c) < POLE
     safe_c = np.where(pole, 1.0, c)
     o1, o2 = -d2, d1
@@ -150,8 +148,8 @@ def _rates(above: _Turning, q: Array, rate: Array, acceleration: Array) -> tuple
     theta_dd = np.where(pole, 0.0, (theta_d * phi_d * s - rho) / safe_c)
     phi_dd = a2 - pa[1] - o3 * w1 + o1 * w3
     a3 = pa[2] + o1 * phi_d - o2 * w1 - theta_dd * s - theta_d * phi_d * c
-    turning = _Turning(frame, np.stack([o1, o2, o3], -1), np.stack([a1, a2, a3], -1))
-    return turning, np.stack([theta_d, phi_d], -1), np.stack([theta_dd, phi_dd], -1)
+    turning = _Turning(frame, np.array([o1, o2, o3]), np.array([a1, a2, a3]))
+    return turning, np.array([theta_d, phi_d]), np.array([theta_dd, phi_dd])
 
 
 def _theta_rate_at_pole(s: Array, phi_d: Array, o2: Array, p3: Array, bend: Array, moving: Mask) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from pendpin.arrays import Array, lapack
 from pendpin.equations.chain.inertia import ChainInertia
 
-CHUNK = 1 << 15  # rods handled at once in a batch of states, which bounds the memory
+CHUNK = 1 << 12  # rods handled at once in a batch of states: what they need stays in the fast memory of a processor
 
 
 class Positions(NamedTuple):
@@ -81,6 +81,8 @@ class Joints(NamedTuple):
 
     def hand_down(self, own: Array) -> Array:
         """Solve x_i = R_i^T x_(i-1) + own_i from the support down, for r vectors at once: (r, 3, K)."""
+        if self.n == 1:
+            return own
         r, _, K = own.shape
         band = np.zeros((K, 3, 6))  # [i, column, diagonal]: LAPACK's lower band, a column after the other
         blocks = np.ndarray((K, 3, 6), buffer=band, strides=(18 * 8, 5 * 8, 8))  # the same as [i, column, row]
