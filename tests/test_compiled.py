@@ -19,7 +19,9 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.symbols import record
 from pendpin.engines import Compiled
 from pendpin.engines.machine_code import OPTIMISATION, Code, Function
+from pendpin.integrators import cyrk
 from pendpin.model.build import build
+from pendpin.versions import version
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 
@@ -292,6 +294,26 @@ def test_without_python_it_is_the_same_motion(method: str) -> None:
     assert abs(own.stats.steps - other.stats.steps) <= 0.02 * other.stats.steps
     assert abs(own.stats.evaluations - other.stats.evaluations) <= 0.05 * other.stats.evaluations
     np.testing.assert_allclose(own.q, other.q, atol=1e-6)
+
+
+def test_methods_have_cyrks_numbers() -> None:
+    """The installed CyRK is of the series whose numbers pendpin knows; of another, its loops are not taken."""
+    pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
+    from CyRK.cy.cysolver_api import ODEMethod
+
+    assert version("CyRK").startswith(cyrk.SERIES)
+    assert {name: int(ODEMethod[name.upper()]) for name in cyrk.METHODS} == cyrk.METHODS
+
+
+def test_another_cyrk_is_called_from_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
+    scene = pp.Scene(model=MODELS["one rod"], start=pp.Start(positions={"theta_1": 0.5}), effects=SEVERAL[:2])
+    scene = with_engine(scene, "compiled", samples=3)
+    own = pp.simulate(scene, duration=1.0, method="dop853", tolerance=1e-9)
+    monkeypatch.setattr(cyrk, "library", lambda: None)
+    other = pp.simulate(scene, duration=1.0, method="dop853", tolerance=1e-9)
+    assert own.stats.steps == other.stats.steps
+    np.testing.assert_allclose(other.q, own.q, atol=1e-12)
 
 
 def test_a_run_in_machine_code_can_be_stopped() -> None:

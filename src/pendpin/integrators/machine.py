@@ -1,13 +1,11 @@
 """The adaptive methods on compiled equations, without a call from Python: CyRK's loops call the machine code themselves.
 
-CyRK has this interface for Numba (CyRK.nb.numba_solver); no Numba function is compiled here.
+CyRK has this interface for Numba; no Numba function is compiled here.
 """
 
 import ctypes
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cache
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -15,12 +13,12 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine_code import Block
+from pendpin.integrators import cyrk
 from pendpin.integrators.adaptive import LEAST_RTOL, NAMES, finite_part
 from pendpin.integrators.base import FREE, Integrator, Segment, StepPlan
 from pendpin.integrators.events import Stepper, Steps
 from pendpin.versions import version
 
-_ARGUMENTS = 25  # of CyRK's solver in C, as of 0.20
 _MEGABYTES = 2000  # that its output may take
 WINDOW = 32.0  # first steps: how far the first of the steps up to an event go
 _NO_LIMIT = 1e300  # s, on the size of a step
@@ -32,10 +30,8 @@ class AdaptiveInMachineCode(Integrator):
     library = "CyRK"
 
     def __init__(self, method: str, tolerance: float) -> None:
-        from CyRK.cy.pyhelpers import find_ode_method_int
-
         self.method, self.tolerance = NAMES[method], tolerance
-        self._method, self._tolerance = int(find_ode_method_int(self.method)), np.array([tolerance])
+        self._method, self._tolerance = cyrk.METHODS[self.method], np.array([tolerance])
         self._error: BaseException | None = None
         self.version = version(self.library)
 
@@ -131,7 +127,7 @@ class Call:
         y = np.ascontiguousarray(y)
         first_step = min(self.first_step, (end - t) / 2, self.longest)  # CyRK refuses more than a half
         at = (None, 0) if times is None else (times.ctypes.data, len(times))
-        found = _api().c_numba_cysolve_ivp(
+        found = cyrk.library().solve(
             *(self.address, t, end, y.ctypes.data, len(y), self.method, 0, 0),
             *(self.block.address, ctypes.sizeof(ctypes.c_void_p), 0, _MEGABYTES, dense),
             *(*at, None, None, 0),
@@ -145,55 +141,39 @@ class Solution:
     """What CyRK returned; it lives as long as this object."""
 
     def __init__(self, address: int, size: int) -> None:
-        self._address, self._api, self._size = address, _api(), size
-        self.steps = self._api.c_get_steps(address)
-        self.failure = None if self._api.c_get_success(address) else _message(self._api, address)
+        self._address, self._api, self._size = address, cyrk.library(), size
+        self.steps = self._api.steps(address)
+        self.failure = None if self._api.success(address) else _message(self._api, address)
 
     def __del__(self) -> None:
-        self._api.c_free(self._address)
+        self._api.free(self._address)
 
     def times(self, start: float) -> Array:
         """The times (n,) in s of the states; of the start alone where there are none."""
-        return self._copied(self._api.c_get_t_ptr, (), np.array([start]))
+        return self._copied(self._api.times, (), np.array([start]))
 
     def states(self, y: Array) -> Array:
         """The states (n, size); the start y (size,) alone where there are none."""
-        return self._copied(self._api.c_get_y_ptr, (self._size,), y[None].copy())
+        return self._copied(self._api.states, (self._size,), y[None].copy())
 
     def inside(self, t: Array) -> Array:
         """The interpolation of the steps, (n, size) at times (n,)."""
         t, out = np.ascontiguousarray(t), np.empty((len(t), self._size))
         if len(t):
-            self._api.c_call_vec(self._address, t.ctypes.data, len(t), out.ctypes.data)
+            self._api.inside(self._address, t.ctypes.data, len(t), out.ctypes.data)
         return out
 
     def _copied(self, pointer: Callable[[int], Any], shape: tuple[int, ...], otherwise: Array) -> Array:
-        count = self._api.c_get_size(self._address)
+        count = self._api.size(self._address)
         return np.ctypeslib.as_array(pointer(self._address), (count, *shape)).copy() if count else otherwise
 
 
 def _message(api: Any, found: int) -> str:
     text = ctypes.create_string_buffer(256)
-    api.c_get_msg_buf(found, ctypes.addressof(text), len(text))
+    api.message(found, ctypes.addressof(text), len(text))
     return text.value.decode()
-
-
-@cache
-def _api() -> Any:
-    """CyRK's functions in C; None if their signature is another."""
-    try:
-        from CyRK.nb import numba_solver
-    except ImportError:
-        return None
-    known = len(getattr(getattr(numba_solver, "solve_func_sig", None), "_argtypes_", ())) == _ARGUMENTS
-    return numba_solver if known else None
-
-
-def installed() -> bool:
-    """Whether CyRK is there, without importing it."""
-    return find_spec("CyRK") is not None
 
 
 def available() -> bool:
     """Whether CyRK's loops accept the address of a compiled function."""
-    return _api() is not None
+    return cyrk.library() is not None

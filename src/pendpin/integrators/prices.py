@@ -12,7 +12,7 @@ from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import Dynamics, without_compiling
 from pendpin.effects import BodyEffect, Drag, Effect
 from pendpin.engines import AngleEngine, LongChain, Spherical
-from pendpin.integrators import machine
+from pendpin.integrators import cyrk
 from pendpin.scene import Scene
 
 EVALUATIONS = 90.0  # of dop853 at a tolerance of 1e-4 for each turn of the fastest motion; of few rods
@@ -37,7 +37,7 @@ WRENCHES = (60e-6, 4e-6)  # for each body effect, times 1 and rods
 def cheapest_engine(scene: Scene, dynamics: Dynamics, turns: float) -> str:
     """The cheaper of the dynamics' own engine and "compiled", for so many turns of the fastest motion."""
     joints, effects, plainly = len(dynamics.model.joints), dynamics.effects, without_compiling(dynamics.engine)
-    if not (compilable(effects, joints) and machine.installed()):
+    if not (compilable(effects, joints) and cyrk.installed()):
         return plainly
     compiling = compile_seconds(effects, joints / 2)
     if compiling < LITTLE:

@@ -1,0 +1,72 @@
+"""CyRK's solver in C++, without importing CyRK: that imports Numba, which takes longer than most runs.
+
+Its functions are found by their C++ names. These spell out the types of the arguments, so that a CyRK with another
+interface is as if it were not there; the numbers of the methods are those of the versions named in SERIES.
+"""
+
+import ctypes
+from ctypes import c_bool, c_double, c_int, c_size_t, c_void_p
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from pendpin.versions import version
+
+SERIES = "0.20."
+METHODS = {"RK23": 3, "RK45": 4, "DOP853": 5, "BDF": 6, "LSODA": 7, "Radau": 8}
+
+_RATE_TIMES_STATE = (c_void_p, c_double, c_double, c_void_p, c_size_t)
+_SIZES = (c_int, c_size_t, c_size_t, c_void_p, c_size_t, c_size_t, c_size_t, c_bool)
+_OUTPUT_EVENTS = (c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
+_TOLERANCES_STEPS = (c_void_p, c_size_t, c_void_p, c_size_t, c_double, c_double, c_bool)
+_NAMES: dict[str, tuple[str, Any, tuple[Any, ...]]] = {  # C++ name, type of the result, types of the arguments
+    "solve": (
+        "_Z17numba_cysolve_ivpPFvPddS_PcPFvS0_dS_S0_EEddS_m9ODEMethodmmS0_mmmbS_mS2_P5EventmS_mS_mddb",
+        c_void_p,
+        _RATE_TIMES_STATE + _SIZES + _OUTPUT_EVENTS + _TOLERANCES_STEPS,
+    ),
+    "free": ("_Z13cysolver_freePv", None, (c_void_p,)),
+    "success": ("_Z20cysolver_get_successPv", c_bool, (c_void_p,)),
+    "steps": ("_Z24cysolver_get_steps_takenPv", c_size_t, (c_void_p,)),
+    "size": ("_Z17cysolver_get_sizePv", c_size_t, (c_void_p,)),
+    "times": ("_Z18cysolver_get_t_ptrPv", ctypes.POINTER(c_double), (c_void_p,)),
+    "states": ("_Z18cysolver_get_y_ptrPv", ctypes.POINTER(c_double), (c_void_p,)),
+    "inside": ("_Z28cysolver_call_call_vectorizePvPKdmPd", c_int, (c_void_p, c_void_p, c_size_t, c_void_p)),
+    "message": ("_Z27cysolver_get_message_bufferPvPcm", None, (c_void_p, c_void_p, c_size_t)),
+}
+
+
+@cache
+def library() -> Any:
+    """The functions by the names above; None if this CyRK, or this processor, does not have them."""
+    if not installed() or not version("CyRK").startswith(SERIES) or not _processor_suits():
+        return None
+    spec = find_spec("CyRK")
+    assert spec is not None
+    assert spec.origin is not None
+    try:
+        (path,) = Path(spec.origin).parent.glob("nb/numba_c_api.*.so")
+        functions = ctypes.CDLL(str(path))
+        return SimpleNamespace(**{name: _function(functions, *given) for name, given in _NAMES.items()})
+    except (OSError, AttributeError, ValueError):
+        return None
+
+
+def installed() -> bool:
+    """Whether CyRK is there, without importing it."""
+    return find_spec("CyRK") is not None
+
+
+def _function(functions: ctypes.CDLL, name: str, result: Any, arguments: tuple[Any, ...]) -> Any:
+    function = functions[name]
+    function.restype, function.argtypes = result, arguments
+    return function
+
+
+def _processor_suits() -> bool:
+    """CyRK for x86 needs AVX2; other processors have no such feature to lack."""
+    import llvmlite.binding as llvm
+
+    return llvm.get_host_cpu_features().get("avx2", True)
