@@ -12,8 +12,10 @@ from pendpin.analysis.fit.data import read_swings
 from pendpin.analysis.fit.equations import compile_equations
 from pendpin.analysis.fit.motion import motions
 from pendpin.analysis.fit.parameters import checked, free_parameters, substituted
+from pendpin.analysis.fit.sensors import sensors_of
 from pendpin.cli import main
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
+from pendpin.model.build import build
 from pendpin.scene import Data
 
 ROD = {"length": 0.2, "mass": 0.1, "radius": 0.005}
@@ -167,6 +169,9 @@ GOOD = "t,segment,a1\n" + "\n".join(f"{0.1 * i},1,{np.cos(0.5 * i)}" for i in ra
 BAD = {
     "": "an empty file",
     "t;segment;a1\n0;1;0": "separated by semicolons",
+    "t\tsegment\ta1\n0\t1\t0": "separated by tabs",
+    "0,1,0\n": "line 1 holds numbers",
+    GOOD + GOOD[12:].replace(",1,", ",2,"): "segments 1 and 2 share 12 samples",
     "t,segment,b\n": "there is no column 'a1' among: t, segment, b",
     "t,segment,a1,a1\n": "column 'a1' is there twice",
     GOOD + "\n2,1": "line 14 has 2 cells",
@@ -205,6 +210,23 @@ def test_a_wrong_key_is_refused(free: str, said: str) -> None:
     """In one line that names the key."""
     with pytest.raises(pp.InputError) as found:
         free_parameters(scene_of(1, DryFriction(kinetic=1e-3)), free)
+    assert said in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({"columns": {"a": "theta"}}, "data.columns.a: 'theta' is no coordinate of a tip"),
+        ({"columns": {"a": ("theta", "theta")}}, "data.columns.a: it names a joint twice"),
+        ({"columns": {"a": ("theta_2",)}}, "data.columns.a: joint 'theta_2' is not one of"),
+        ({"columns": {"a": ("theta",)}, "offsets": "fre"}, "offsets: 'fre' is not one of: free, zero; did you mean"),
+        ({"columns": {"a": ("theta",)}, "unit": "degree"}, "unit: 'degree' is not one of"),
+    ],
+)
+def test_a_wrong_table_is_refused(table: dict, said: str) -> None:
+    """In one line that names the key."""
+    with pytest.raises(pp.InputError) as found:
+        sensors_of(Data(**table), build(scene_of(1).model))
     assert said in str(found.value)
 
 

@@ -2,9 +2,18 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from pendpin.records import Number, Positive, Record
+
+_Measured = Annotated[
+    Annotated[tuple[str, ...], Tag("~joints")] | Annotated[str, Tag("~tip")],
+    Discriminator(lambda given: "~tip" if isinstance(given, str) else "~joints"),
+]
+_Offsets = Annotated[
+    Annotated[Literal["free", "zero"], Tag("~word")] | Annotated[dict[str, Number], Tag("~table")],
+    Discriminator(lambda given: "~table" if isinstance(given, dict) else "~word"),
+]
 
 
 class Data(Record):
@@ -16,11 +25,11 @@ class Data(Record):
 
     time: str = Field("t", description="the column of times, s")
     segment: str | None = Field(None, description="the column that tells independent swings apart; one swing if absent")
-    columns: Annotated[dict[str, tuple[str, ...] | str], Field(min_length=1)] = Field(
+    columns: Annotated[dict[str, _Measured], Field(min_length=1)] = Field(
         description='by column: the joints whose angles add up to it, or the coordinate of a tip, as "rod_1.y"'
     )
     unit: Literal["radians", "degrees"] = Field("radians", description="of the angles")
-    offsets: Literal["free", "zero"] | dict[str, Number] = Field(
+    offsets: _Offsets = Field(
         "free", description="the zero of each column: free, zero, or by column in rad (m for tips)"
     )
     noise: Positive | None = Field(None, description="rad, standard deviation of the sensors; estimated if absent")

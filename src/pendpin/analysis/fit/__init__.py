@@ -17,7 +17,7 @@ from pendpin.analysis.fit.fitting import Setting, Solution, prepare, solution_of
 from pendpin.analysis.fit.honesty import whiteness
 from pendpin.analysis.fit.parameters import checked, substituted
 from pendpin.analysis.fit.parts import explain_residual
-from pendpin.analysis.fit.report import Fit, Prediction, fitted_prediction, predict
+from pendpin.analysis.fit.report import Fit, Prediction, fitted_prediction, judged_samples, predict
 from pendpin.arrays import Array
 from pendpin.scene import Data, Scene, load_scene
 
@@ -47,6 +47,7 @@ def fit(
     chosen = scene if isinstance(scene, Scene) else load_scene(scene)
     setting = prepare(chosen, data, free, robust)
     others = None if hold_out is None else read_swings(hold_out, setting.table)
+    judged_samples(others or (), hold_out_start)  # what is wrong with them is said before the search
     solution = solution_of(setting, progress)
     held = None if others is None else predict(setting, solution, others, hold_out_start)
     return _report(setting, solution, held, time.perf_counter() - begin)

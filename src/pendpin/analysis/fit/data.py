@@ -1,7 +1,6 @@
 """Measured swings: read from a CSV as the scene's [data] table says, in pieces that are integrated side by side."""
 
 import csv
-import io
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -17,6 +16,7 @@ from pendpin.scene import Data
 
 MOST_BYTES = 200_000_000
 FEWEST = 8  # samples of a segment
+ONE_PERCENT = 0.01  # of the spread of a column: samples that differ by less are at rest
 _JUMP = 0.9 * 2 * math.pi  # rad from one sample to the next: the angle was wrapped
 
 
@@ -53,7 +53,9 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
         with inside(str(data)):
             return _swings(_read_csv(Path(data), table), table)
     if isinstance(data, Sequence):
-        return tuple(swing for one in data for swing in read_swings(one, table))
+        swings = tuple(swing for one in data for swing in read_swings(one, table))
+        _refuse_twice(swings)
+        return swings
     if not isinstance(data, Mapping) and not hasattr(data, "keys"):
         raise InputError(f"data: {shown(data)} is not the path of a CSV file, nor a table of columns")
     with inside("data"):
@@ -103,14 +105,17 @@ def _read_csv(path: Path, table: Data) -> dict[str, Array]:
     except UnicodeDecodeError as error:
         raise InputError(f"not a CSV file: byte {error.start} is not UTF-8 text") from None
     try:
-        rows = [(i, row) for i, row in enumerate(csv.reader(io.StringIO(text)), start=1) if row]
+        rows = [(i, row) for i, row in enumerate(csv.reader(text.splitlines()), start=1) if row]
     except csv.Error as error:
         raise InputError(f"not a CSV file: {error}") from None
     if not rows:
         raise InputError("an empty file: a CSV starts with a line of column names")
     names = [name.strip() for name in rows[0][1]]
-    if len(names) == 1 and ";" in names[0]:
-        raise InputError("columns are separated by semicolons; separate them by commas, with decimal points")
+    for mark, name in ((";", "semicolons"), ("\t", "tabs")):
+        if len(names) == 1 and mark in names[0]:
+            raise InputError(f"columns are separated by {name}; separate them by commas, with decimal points")
+    if all(map(_is_number, names)):
+        raise InputError("line 1 holds numbers; a CSV starts with a line of column names")
     if twice := [name for name in names if names.count(name) > 1]:
         raise InputError(f"column {shown(twice[0])} is there twice")
     places = {name: names.index(_column(names, name)) for name in _wanted(table)}
@@ -121,6 +126,14 @@ def _read_csv(path: Path, table: Data) -> dict[str, Array]:
         name: np.array([_cell(row[place], name, line, table) for line, row in rows[1:]])
         for name, place in places.items()
     }
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _cell(text: str, name: str, line: int, table: Data) -> Any:
@@ -154,7 +167,21 @@ def _swings(columns: dict[str, Array], table: Data) -> tuple[Swing, ...]:
         _refuse_odd(swing, list(table.columns), angles)
     if not swings:
         raise InputError("no samples")
+    _refuse_twice(swings)
     return swings
+
+
+def _refuse_twice(swings: Sequence[Swing]) -> None:
+    """Refuse swings that share samples of a motion: these would count twice in the errors."""
+    rows = np.concatenate([np.column_stack([swing.y, swing.t]) for swing in swings])  # (N, columns + 1)
+    order = np.lexsort(rows.T)
+    same = np.flatnonzero((np.diff(rows[order], axis=0) == 0).all(1))
+    if len(same) < FEWEST or not (rows[order[same]].std(0) > ONE_PERCENT * np.nanstd(rows, axis=0))[:-1].any():
+        return  # few by chance, or many at rest
+    names = np.repeat([swing.name for swing in swings], [len(swing.t) for swing in swings])[
+        order[same[0] : same[0] + 2]
+    ]
+    raise InputError(f"segments {names[0]} and {names[1]} share {len(same)} samples; leave them out of one")
 
 
 def _swing(name: str, t: Array, y: Array) -> Swing:

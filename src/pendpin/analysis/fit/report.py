@@ -12,7 +12,7 @@ from pendpin.analysis.fit.fitting import Setting, Solution, start_states
 from pendpin.analysis.fit.guess import joint_angles
 from pendpin.analysis.fit.honesty import NOISY, WHITE
 from pendpin.analysis.fit.search import solve_starts
-from pendpin.arrays import Array
+from pendpin.arrays import Array, Mask
 from pendpin.errors import InputError, brief
 from pendpin.late import from_above
 from pendpin.scene import Scene
@@ -117,10 +117,15 @@ class Fit:
         times = f"residuals of {worst} are {rms[worst]:.3g}, {rms[worst] / self.noise[worst]:.3g} times the noise"
         if self.explained:
             return "The model explains the data: what is left over is white and no larger than the noise."
+        if part > POOR and rms[worst] <= NOISY * self.noise[worst]:
+            return f"These data tell little: {100 * part:.2g} % of the motion is noise of the sensors."
         if rms[worst] <= NOISY * self.noise[worst]:
             return f"The model cannot explain the data: residuals are small, but correlated (p = {self.white:.1g})."
-        cannot = "The model cannot explain the data at all" if part > POOR else "The model cannot explain the data"
-        return f"{cannot}: {times}, {100 * part:.2g} % of the motion, and correlated; something is missing."
+        what = f"{times}, {100 * part:.2g} % of the motion, and correlated"
+        if part > POOR:
+            check = "check the units of angles and times, and what the columns measure"
+            return f"The model cannot explain the data at all: {what}; {check}."
+        return f"The model cannot explain the data: {what}; something is missing."
 
     def __repr__(self) -> str:
         return brief(f"Fit of {len(self.values)} numbers; {'; '.join(self.lines())}")
@@ -183,8 +188,8 @@ def _lengths(swing: Swing, pieces: int) -> list[int]:
     return np.diff(np.round(np.linspace(0, len(swing.t), pieces + 1)).astype(int)).tolist()
 
 
-def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start: float) -> Prediction:
-    """As `Fit.predict`."""
+def judged_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
+    """Which samples (m,) of each swing are judged: those after its first part `start`. Raises InputError."""
     if not 0 < start < 1:
         raise InputError(f"hold_out_start: {start:g} is not between 0 and 1: it is the part that a start is fitted on")
     judged = [swing.t > swing.t[0] + start * (swing.t[-1] - swing.t[0]) for swing in swings]
@@ -192,6 +197,12 @@ def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start
         late[:FEWEST] = False
         if not late.any():
             raise InputError(f"segment {swing.name}: too few samples to fit a start and judge the rest")
+    return judged
+
+
+def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start: float) -> Prediction:
+    """As `Fit.predict`."""
+    judged = judged_samples(swings, start)
     heads = [swing.part(~late) for swing, late in zip(swings, judged, strict=True)]
     problem = replace(solution.problem, batch=batch(heads, np.inf), share=1.0)
     angles = joint_angles(setting.equations, setting.sensors, heads, solution.z)

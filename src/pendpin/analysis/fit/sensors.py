@@ -39,6 +39,8 @@ def sensors_of(table: Data, model: Model) -> Sensors:
             tips[row, _tip(measured, model, where)] = 1.0
         elif not measured:
             raise InputError(f"{where}: it names no joint")
+        elif len(set(measured)) < len(measured):
+            raise InputError(f"{where}: it names a joint twice")
         else:
             for joint in measured:
                 angles[row, model.index(joint, where)] += 1.0
@@ -58,7 +60,8 @@ def _tip(text: str, model: Model, where: str) -> int:
     link, dot, axis = text.rpartition(".")
     if not dot or axis not in _AXES:
         raise InputError(
-            f"{where}: {shown(text)} is no coordinate of a tip: write a link and {choices(_AXES)}: rod_1.y"
+            f"{where}: {shown(text)} is no coordinate of a tip: write a link and {choices(_AXES)}: rod_1.y; a joint "
+            f"goes in brackets: [{shown(text)}]"
         )
     links = tuple(body.link for body in model.bodies)
     alias = {"rod_1": "rod"} if links == ("rod",) else {}
