@@ -248,7 +248,7 @@ class TestTaylor:
         assert np.abs(ends[0] - ends[1]).max() < 1e-13
 
     def test_refuses_what_is_not_smooth(self):
-        with pytest.raises(pp.InputError, match=r"effects\[1\]: drag is not smooth, as solver.method: taylor needs it"):
+        with pytest.raises(pp.InputError, match=r"effects\[1\]: drag is not smooth, and solver.method: taylor needs"):
             pp.simulate(scene(THICK, fx.Drag()), method="taylor")
 
     def test_refuses_long_chains(self):

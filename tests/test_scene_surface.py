@@ -191,8 +191,8 @@ def test_replace_and_constructor_agree(
         ("model.rods[1].mass", r"model.rods\[1\]: model.rods is a list of 1"),
         ("model.rods.mass", "model.rods.mass: model.rods is a list of 1"),
         ("start.positions[0]", r"start.positions\[0\]: start.positions is a table of names"),
-        ("model.rods[0].inertia[1]", "nothing is given there; set the whole"),
-        ("duration.s", "duration: 10.0 has no parts; set the whole"),
+        ("model.rods[0].inertia[1]", "nothing is given there; set .* as a whole"),
+        ("duration.s", "duration: 10.0 has no parts; set duration as a whole"),
     ],
 )
 def test_key_paths_that_lead_nowhere(path: str, says: str) -> None:

@@ -52,7 +52,7 @@ def tips(model: pp.UrdfModel) -> list[list[float]]:
 
 
 @law(25)
-@given(st.lists(st.tuples(*[st.floats(-5, 5)] * 3), max_size=4), st.booleans())
+@given(st.lists(st.tuples(*[st.floats(-5, 5, allow_subnormal=False)] * 3), max_size=4), st.booleans())
 def test_frames_and_what_hangs_on_a_drawn_rod_do_not_move_its_tip(places: Any, hanging: bool) -> None:
     """Any number of fixed frames anywhere, and a second pendulum half way: the rod ends where it is drawn."""
     import tempfile
@@ -135,7 +135,7 @@ def test_drag_has_no_hold_on_a_body_without_length(flywheel: pp.UrdfModel) -> No
     scene = pp.Scene(duration=1.0, model=flywheel, start=start, effects=(fx.Gravity(), drag))
     assert pp.simulate(scene).q[-1, 0] == pytest.approx(3.0, rel=1e-12)
     pushed = scene.model_copy(update={"effects": (fx.Push(link="wheel", force=(1, 0, 0), point=0.9),)})
-    with pytest.raises(pp.InputError, match=r"effects\[0\]\.point: link 'wheel' has no tip to measure it to"):
+    with pytest.raises(pp.InputError, match=r"effects\[0\]\.point: link 'wheel' has no tip to measure it along"):
         pp.simulate(pushed)
 
 

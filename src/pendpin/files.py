@@ -81,7 +81,9 @@ FORMATS = {  # that a file's suffix says
 def refuse_other_format(path: Path, *own: str) -> None:
     """Raise InputError where a file's suffix says another format than those that it gets."""
     if path.suffix.lower() in FORMATS - set(own):
-        raise InputError(f"{path}: what is written there is {choices(own)}, and its name says {path.suffix}")
+        raise InputError(
+            f"{path}: its name ends in {path.suffix}, and what is written is {choices(own)}; give another name"
+        )
 
 
 def refuse_targets(targets: Iterable[Path], sources: Iterable[Path]) -> None:

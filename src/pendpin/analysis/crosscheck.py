@@ -66,7 +66,9 @@ def _compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute
     """The report on states q, v (n, nv) by all routes, with some of them compared with 50 digits."""
     by_hand = _one_free_rod(dynamics)
     if own and not by_hand:
-        raise InputError("own routes need a single rod on a universal joint, its centre of mass on its axis")
+        raise InputError(
+            "routes: your own routes need a single rod on a universal joint, its centre of mass on its axis"
+        )
     if dynamics.model.pin is None:
         raise InputError(f"{len(dynamics.model.joints)} joints are too many for Pinocchio: no second route to compare")
     routes = engine_routes(dynamics) | (hand_routes(dynamics, own) if by_hand else {})

@@ -102,8 +102,7 @@ def refuse_seconds(effects: Sequence[Effect]) -> None:
     for i, effect in enumerate(effects):
         if effect.sole is not None and (before := first.setdefault(effect.sole, i)) != i:
             raise InputError(
-                f"effects[{i}]: a second {effect.kind} beside effects[{before}], and {effect.sole}: "
-                "put both into one effect"
+                f"effects[{i}]: a second {effect.kind} beside effects[{before}]; {effect.sole}: put both into one"
             )
 
 
@@ -219,7 +218,7 @@ def _refuse_no_point(model: Model, effect: BodyEffect, where: str) -> None:
         body = model.bodies[chosen_bodies(model, effect.on, where)[0]]
         if not body.tip.any():
             raise InputError(
-                f"{where}.point: link {shown(body.link)} has no tip to measure it to; model.tips gives it one"
+                f"{where}.point: link {shown(body.link)} has no tip to measure it along; give it one in model.tips"
             )
 
 

@@ -171,9 +171,7 @@ def refuse_nonsmooth(effects: Sequence[Effect], what: str) -> None:
     """Raise InputError for an effect that cannot be run on symbols."""
     for i, effect in enumerate(effects):
         if not effect.smooth:
-            raise InputError(
-                f"effects[{i}]: {effect.kind} is not smooth, as {what} needs it; dop853 on Pinocchio takes it"
-            )
+            raise InputError(f"effects[{i}]: {effect.kind} is not smooth, and {what} needs smooth effects; take dop853")
 
 
 def choose_engine(model: Model, loads: Loads, name: str, form: Form = "any") -> Engine:

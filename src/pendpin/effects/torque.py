@@ -39,7 +39,9 @@ class Torque(OnJoints):
         try:
             torques = np.asarray(found, float)
         except (TypeError, ValueError):
-            raise InputError(f"effects: Torque: its function returned {shown(found)}, which are no torques") from None
+            raise InputError(
+                f"effects: Torque: its function returned {shown(found)}, which is no list of torques"
+            ) from None
         if torques.shape != q.shape and not (torques.ndim == 0 and len(q) == 1):
             raise InputError(f"effects: Torque: its function returned shape {torques.shape}, where {q.shape} is wanted")
         if not np.isfinite(torques).all():

@@ -75,7 +75,7 @@ class Engine(ABC):
 
     def canonical(self) -> "CanonicalForm":
         """The same equations in positions and momenta. Raises InputError for an engine without this form."""
-        raise InputError("solver.method: gauss2, gauss4 and gauss6 need Pinocchio's equations, in solver.engine too")
+        raise InputError("solver.method: gauss2, gauss4 and gauss6 need Pinocchio; leave solver.engine out")
 
     @abstractmethod
     def motion(self, y: Array) -> Motion:

@@ -23,7 +23,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
     scene, known = _scene(trajectory)
     model = build(scene.model)
     if model.joints != trajectory.joints or len(model.bodies) != trajectory.tip.shape[1]:
-        raise InputError("the run does not fit its model, which has changed since, or another has its name")
+        raise InputError("the run does not fit its model: its file has changed since, or is another of the same name")
     extent = float(np.linalg.norm(trajectory.tip, axis=-1).max()) or 1.0
     position, velocity = (_of_pivot(scene, name, trajectory.t) for name in ("position", "velocity"))
     joints, shapes = _shapes(scene, model, extent)

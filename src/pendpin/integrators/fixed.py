@@ -129,7 +129,7 @@ class SemiImplicitEuler(FixedStep):
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The derivative of an engine whose state is (q, v). Raises InputError for another engine."""
         if not engine.on_angles:
-            raise InputError("solver.method: euler needs angles as the state")
+            raise InputError("solver.method: euler needs angles as the state: leave solver.engine out")
         self._nv = len(engine.model.joints)
         return engine.derivative(progress)
 

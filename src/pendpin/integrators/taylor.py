@@ -89,11 +89,11 @@ class Taylor(Integrator):
     def compiled(self, engine: Engine) -> Any:
         """heyoka's integrator of the engine's state. Raises InputError for what it does not take."""
         joints = len(engine.model.joints)
-        if joints > MAX_JOINTS or not engine.symbolic:
-            raise InputError(
-                f"solver.method: taylor takes up to {MAX_JOINTS // 2} rods or {MAX_JOINTS} joints, as its series are "
-                f"compiled, and no solver.engine: this model has {joints} joints; dop853 takes it"
-            )
+        if not engine.symbolic:
+            raise InputError("solver.engine: taylor compiles series of its own; leave solver.engine out")
+        if joints > MAX_JOINTS:
+            most = f"{MAX_JOINTS // 2} rods, or {MAX_JOINTS} joints"
+            raise InputError(f"solver.method: taylor takes up to {most}; this model has {joints}: take dop853")
         equations, parameters = equations_of(engine, self._effects, self._start)
         recording = equations.recording
         if self.tolerance not in equations.series:

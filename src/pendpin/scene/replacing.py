@@ -32,7 +32,7 @@ def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:
     if value is None and isinstance(key, str):  # a table that was left out
         return {key: changed(None, rest, new, here)}
     given = "nothing is given there" if value is None else f"{value!r} has no parts"
-    raise InputError(f"{written(here)}: {written(place)}: {given}; set the whole")
+    raise InputError(f"{written(here)}: {written(place)}: {given}; set {written(place)} as a whole")
 
 
 def default_of(record: Record, name: Any) -> Any:

@@ -121,7 +121,9 @@ class Scene(Record):
         if self.duration and self.solver.samples == 1:
             raise ValueError("solver.samples: 1 is the start alone; a run has 2 or more, or a duration of 0")
         if (np.diff(self.clock) <= 0).any():
-            raise ValueError(f"start.time: samples so close together are the same double at {self.start.time:g} s")
+            raise ValueError(
+                f"start.time: two samples are the same double at {self.start.time:g} s; take fewer samples"
+            )
         return self
 
     def _refuse_times_outside(self) -> None:

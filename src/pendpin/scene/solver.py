@@ -109,4 +109,4 @@ def least_tolerance(method: str) -> float:
 
 def _none_beside_accuracy(value: float | None) -> None:
     if value is not None:
-        raise ValueError("accuracy is given, so that this is found; leave one of them out")
+        raise ValueError("an accuracy is given, from which pendpin finds this number; leave one of them out")

@@ -79,7 +79,7 @@ def at(run: Trajectory, times: ArrayLike) -> Trajectory:
     except (TypeError, ValueError):
         raise InputError(f"times: {shown(times)} are not numbers") from None
     if t.ndim != 1 or not len(t) or not np.isfinite(t).all() or (np.diff(t) <= 0).any():
-        raise InputError(f"times: {shown(times)} are not one or more finite times that rise")
+        raise InputError(f"times: {shown(times)} are not finite numbers in rising order, at least one")
     for moment in t[[0, -1]]:
         if not run.t[0] <= moment <= run.t[-1]:
             raise InputError(f"times: {moment:.15g} s is outside the run, {run.t[0]:.15g} to {run.t[-1]:.15g} s")

@@ -81,7 +81,9 @@ def reference(
         found += list(_attempt(maker, scene, model, length, limit))
         if len(found) == 2:
             return _agreed(scene, length, error, *found)
-    raise InputError(f"no reference: only {len(found)} of two families of methods can run this scene")
+    raise InputError(
+        f"no reference solution: it takes two families of methods, and only {len(found)} can run this scene"
+    )
 
 
 def _attempt(maker: Maker, scene: Scene, model: Model, length: float, limit: float) -> Iterator[Solution]:
@@ -107,7 +109,9 @@ def _agreed(scene: Scene, length: float, error: float, one: Solution, other: Sol
     halted = good == n and (one.halted or other.halted)
     if good < min(2, len(scene.times)):
         if halted:
-            raise InputError("no reference: the first output time takes too long; give more samples, or be thorough")
+            raise InputError(
+                "no reference: the first output time takes too long; give more samples, or take --thorough"
+            )
         raise InputError(f"no reference: two methods agree to {gap[:2].max():.1e} of the length at best, not {error:g}")
     known = float(max(gap[good - 1], EPS))
     return Reference(one.tips[:good], scene.times[:good], known, (one.name, other.name), scene.duration, halted)

@@ -79,7 +79,7 @@ class Joints(NamedTuple):
         """Components in the frame above of a vector (3, K) given in a rod's own frame."""
         return np.add.reduce(self.R * x, 1)
 
-    def hand_down(self, own: Array) -> Array:
+    def propagated(self, own: Array) -> Array:
         """Solve x_i = R_i^T x_(i-1) + own_i from the support down, for r vectors at once: (r, 3, K)."""
         if self.n == 1:
             return own
@@ -96,7 +96,7 @@ class Joints(NamedTuple):
         """Every rod's axes in I: (3, 3, K), columns b1, b2, b3."""
         own = np.zeros_like(self.R)
         own[..., :: self.n] = self.R[..., :: self.n]
-        return self.hand_down(own)
+        return self.propagated(own)
 
     def relative_omega(self, rate: Array) -> Array:
         """Angular velocity of each rod relative to the rod above it, in its own frame, (3, K); rate (2, K) in rad/s."""
@@ -108,7 +108,7 @@ class Joints(NamedTuple):
 
     def omega(self, rate: Array) -> Array:
         """Angular velocity of each rod, in its own frame, (3, K) rad/s; rate (2, K) in rad/s."""
-        return self.hand_down(self.relative_omega(rate)[None])[0]
+        return self.propagated(self.relative_omega(rate)[None])[0]
 
 
 def rods_last(x: Array) -> Array:
