@@ -32,6 +32,11 @@ NUMBERS = {
         '<mass value="1e400"/>',
         "mass value: '1e400' is too large to compute with; the most is 1e+100",
     ),
+    "denormal mass": (
+        MASS,
+        '<mass value="5e-324"/>',
+        "mass 4.94066e-324 kg is too small to compute with; the least is 1e-300",
+    ),
     "empty mass": (MASS, '<mass value=""/>', "link 'rod': mass value: '' is not a number"),
     "hexadecimal mass": (MASS, '<mass value="0x10"/>', "mass value: '0x10' is not a number"),
     "digits of another script": (MASS, '<mass value="١"/>', "mass value: '١' is not a number"),

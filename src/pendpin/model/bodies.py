@@ -15,7 +15,7 @@ from pendpin.errors import MissingLibrary, find
 NEAR = 1e-9  # of the largest length of a model: a tip so near to its joint is none
 SMALL = 1e-10  # kg: below, another unit of mass is taken
 APART = 1e-150  # of the largest mass or inertia in kg, kg m²: lighter links are not looked at
-LEAST_UNIT = 1e-300  # kg
+LEAST_MASS = 1e-300  # kg, of a link that has one: its inverse and that times an inertia are finite
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ def mass_unit(masses: Sequence[float], inertias: Sequence[float]) -> float:
     """
     least = min((mass for mass in masses if mass > 0), default=1.0)
     heaviest = max((*masses, *inertias), default=1.0)
-    return 1.0 if least > SMALL else 2.0 ** math.floor(math.log2(max(least, APART * heaviest, LEAST_UNIT)))
+    return 1.0 if least > SMALL else 2.0 ** math.floor(math.log2(max(least, APART * heaviest, LEAST_MASS)))
 
 
 def append_body(model: Any, joint: int, inertia: Any) -> None:

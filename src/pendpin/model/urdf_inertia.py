@@ -6,7 +6,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
-from pendpin.model.bodies import mass_unit
+from pendpin.model.bodies import LEAST_MASS, mass_unit
 from pendpin.model.urdf_xml import Element, needed, number
 
 _ROUNDING = 1e-3  # of the sum of all three: what numbers written with four digits may miss in the triangle inequality
@@ -20,6 +20,10 @@ def check_inertial(where: str, inertial: Element) -> None:
     mass = number(where, needed(where, inertial, "mass"), "value")
     if mass < 0:
         raise InputError(f"{where}: mass {mass:g} kg is negative")
+    if 0 < mass < LEAST_MASS:
+        raise InputError(
+            f"{where}: mass {mass:g} kg is too small to compute with; the least is {LEAST_MASS:g} kg, or 0"
+        )
     _tensor(inertial, where)
 
 

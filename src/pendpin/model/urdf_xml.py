@@ -117,8 +117,6 @@ def _read(where: str, element: Element, key: str, text: str) -> float:
     most = sys.float_info.max if element.tag in _ONLY_COMPARED else LARGEST_SIZE
     if abs(value) > most:
         raise InputError(f"{what} is too large to compute with; the most is {most:.2g}")
-    if 0 < abs(value) < sys.float_info.min and element.tag not in _ONLY_COMPARED:
-        raise InputError(f"{what} is too small to compute with; the least is {sys.float_info.min:.2g}, or 0")
     return value
 
 
