@@ -141,6 +141,19 @@ def test_a_fault_while_compiling_is_the_same_with_a_limit() -> None:
     assert says[0] == says[1]
 
 
+def test_a_run_that_waits_for_the_processor_goes_on(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hours of the wall in which others had the processor end nothing; processor time without progress does."""
+    used = 0.0
+    monkeypatch.setattr(clock, "process_time", lambda: used)
+    patience = guards.Patience(10.0, guards.Deadline(None), lambda t: 0.0, lambda t: None)
+    for t in np.linspace(0.0, 1e-9, 100):
+        clock.now += 3600.0
+        patience(float(t))
+    used = 2 * guards.WINDOW
+    with pytest.raises(Halted, match="the rest would take about"):
+        patience(1e-9)
+
+
 def test_an_ample_limit_changes_nothing() -> None:
     """The same numbers with and without, one rod and compiled equations."""
     for scene in (swing(duration=1.0), swing(duration=1.0, solver=pp.Solver(engine="compiled"))):
