@@ -102,7 +102,7 @@ class Compiled(Engine):
         return self.base.project(y)
 
     def normalise(self, y: Array) -> None:
-        """As the base engine; steps in machine code do it themselves."""
+        """As the base engine, a state (size,); steps in machine code do it themselves."""
         self.base.normalise(y)
 
     def motion(self, y: Array) -> Motion:

@@ -74,7 +74,7 @@ class Revolute(AngleEngine):
         return Sample(a, wrench)
 
     def _externals(self, t: Array, q: Array, v: Array) -> list[tuple[list, ...]]:
-        """Pinocchio's last argument for each of n states: the body effects of all states are evaluated together."""
+        """Pinocchio's last argument at t (n,) for each of the states q, v (n, nv), evaluated together."""
         if self.loads.wrench is None or not len(q):
             return [()] * len(q)
         bodies = self.model.bodies

@@ -120,7 +120,7 @@ class Directions(Thin):
         return _joined(*(part[0] for part in self.directions(y[None])))
 
     def normalise(self, y: Array) -> None:
-        """Unit directions."""
+        """Unit directions in a state (6 n,)."""
         _make_unit(y[: 3 * self.chain.n].reshape(-1, 3))
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
@@ -187,7 +187,7 @@ class Spherical(Thin):
         return np.concatenate([unit.reshape(-1), _relative(_rotations(unit), omega[0] * [1, 1, 0]).reshape(-1)])
 
     def normalise(self, y: Array) -> None:
-        """Unit quaternions."""
+        """Unit quaternions in a state (7 n,)."""
         _make_unit(y[: 4 * self.chain.n].reshape(-1, 4))
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:

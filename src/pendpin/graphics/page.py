@@ -126,7 +126,7 @@ def _lasting(drawing: Drawing) -> Drawing:
 
 
 def pick(t: Array, per_second: float, most: int) -> NDArray[np.intp]:
-    """Indices of samples to keep, evenly spread, first and last among them: at most `per_second`, at most `most`."""
+    """Indices (k,) of times t (n,) in s to keep, evenly spread, both ends among them: `per_second`, and `most`, at most."""
     wanted = int(min(len(t), (t[-1] - t[0]) * per_second + 2, max(2, most)))
     return np.unique(np.linspace(0, len(t) - 1, wanted).round().astype(np.intp))
 
@@ -162,18 +162,20 @@ def _products(R: Array, squares: Array) -> Array:
 
 
 def _floats(values: Array) -> str:
+    """Values (...) as numbers of 32 bits, in text."""
     _refuse_beyond_floats(values)
     return base64_of(values.astype("<f4").tobytes())
 
 
 def _integers(values: Array) -> dict[str, Any]:
-    """Values as whole numbers of 16 bits, and what one of them is worth."""
+    """Values (...) as whole numbers of 16 bits, in text, and what one of them is worth."""
     _refuse_beyond_floats(values)
     scale = float(np.abs(values).max(initial=0.0)) / 32767 or 1.0
     return {"scale": scale, "data": base64_of((values / scale).round().astype("<i2").tobytes())}
 
 
 def _refuse_beyond_floats(values: Array) -> None:
+    """Raise InputError where values (...) are too large for 32 bits."""
     if (np.abs(values) > np.finfo("f4").max).any():
         raise InputError(f"times or lengths beyond {np.finfo('f4').max:.2g} s or m cannot be drawn in a browser")
 

@@ -60,7 +60,7 @@ def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: i
 
 
 def automatic(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool = False) -> tuple[Method, str]:
-    """The method where none is named and the engine where none is: the cheapest (pendpin.integrators.prices).
+    """The cheapest method and engine (pendpin.integrators.prices) where none is named, for a run from q, v (nv,).
 
     radau where something decays too fast to be followed, by the eigenvalues of the equations' slopes at the start; the
     Taylor method over long horizons, where it takes the scene; else dop853; on compiled equations where these pay. The

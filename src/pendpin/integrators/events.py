@@ -63,7 +63,7 @@ class AtRest(Stepper):
     longest: float
 
     def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
-        """Steps of equal length."""
+        """Steps of equal length, at y (size,)."""
         bounds = np.linspace(t, end, max(1, int(np.ceil((end - t) / self.longest))) + 1)
         yield Steps(bounds, np.tile(y, (len(bounds), 1)), lambda s: np.tile(y, (len(s), 1)))
 
@@ -84,7 +84,7 @@ class OnSciPy(Stepper):
     derivative: Derivative
 
     def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
-        """The steps of SciPy's solver, one at a time."""
+        """The steps of SciPy's solver from y (size,), one at a time."""
         solver = self._solver(t, y, end)
         while solver.status == "running":
             begin, before = solver.t, solver.y.copy()

@@ -84,7 +84,7 @@ class InMachineCode(Stepper):
     raised: Callable[[], None]  # raises what the progress callback raised
 
     def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
-        """Some steps at a time, more and more: those behind an event are made in vain."""
+        """Steps from y (size,), some at a time, more and more: those behind an event are made in vain."""
         call, span = self.call, WINDOW * self.call.first_step
         while t < end:
             stop = end if end - t < 2 * span else t + span

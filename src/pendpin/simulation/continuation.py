@@ -57,7 +57,7 @@ class Continuation:
         return replace(samples_of(rows, wanted), t=t, stats=replace(self.run.stats, **counts))
 
     def filled(self, pieces: list[Run], samples: ArrayLike) -> Trajectory:
-        """All rows of some pieces, with accelerations, wrenches and energies; each piece begins at a sample of the run.
+        """All rows of k pieces, with accelerations, wrenches and energies; each begins at one of `samples` (k,) of the run.
 
         t is counted from the scene's start, the work on from those samples.
         """

@@ -98,7 +98,7 @@ def varied(
     times: ArrayLike | None,
     solver: dict[str, Any],
 ) -> Scene:
-    """A scene, or that of a file, with replaced settings. Raises InputError for settings that do not fit."""
+    """A scene, or that of a file, with other settings and times (n,) in s. Raises InputError where they do not fit."""
     chosen = load_scene(scene) if isinstance(scene, str | Path) else scene
     if not isinstance(chosen, Scene):
         raise InputError(f"scene: {shown(scene)} is not a Scene, nor the path of a scene file")
