@@ -9,19 +9,17 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel
 
-from pendpin.arrays import Array, Indices
+from pendpin.arrays import Array
+from pendpin.dynamics.acting import chosen_bodies, chosen_joints, in_order, plain_arithmetic, refuse_seconds
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import (
     Bodies,
     BodyEffect,
-    ContactEffect,
     Drag,
     Effect,
     FieldEffect,
     FrameEffect,
-    Idle,
     JointEffect,
     Motion,
     Motor,
@@ -29,7 +27,7 @@ from pendpin.effects import (
     Support,
 )
 from pendpin.engines import Loads
-from pendpin.errors import InputError, PendpinError, find, shown
+from pendpin.errors import InputError, PendpinError, shown
 from pendpin.model.build import Model
 
 LATEST = 340  # digits: more than a time times a frequency can have before its point
@@ -68,42 +66,6 @@ def bind_loads(
         *_in_place(_total_wrench(wrenches), complete, plain_arithmetic(effects)),
         axial=any(effect.axial for effect in effects if isinstance(effect, BodyEffect)),
     )
-
-
-def acting(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
-    """The effects of a scene, with `Idle` in place of each of strength 0: these change no bit of a run.
-
-    Raises InputError for a joint or link that the model lacks, whatever the strength.
-    """
-    return tuple(_named(model, effect, f"effects[{i}]") if effect.idle else effect for i, effect in enumerate(effects))
-
-
-def _named(model: Model, effect: Effect, where: str) -> Idle:
-    """In place of an effect of strength 0, whose joint and link names are right."""
-    if isinstance(effect, JointEffect | ContactEffect):
-        chosen_joints(model, effect.joints if isinstance(effect, ContactEffect) else effect.on, where)
-    elif isinstance(effect, BodyEffect):
-        chosen_bodies(model, effect.on, where)
-    return Idle(kind=effect.kind)
-
-
-def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:
-    """The effects that act, with their key paths, in an order that does not depend on that of the list.
-
-    Every sum over effects uses this order, so that the order of a scene's list changes no bit.
-    """
-    acts = ((effect, f"effects[{i}]") for i, effect in enumerate(effects) if not isinstance(effect, Idle))
-    return sorted(acts, key=lambda pair: BaseModel.__repr__(pair[0]))
-
-
-def refuse_seconds(effects: Sequence[Effect]) -> None:
-    """Raise InputError for a second effect of a kind that does not add up with another of its kind."""
-    first: dict[str, int] = {}
-    for i, effect in enumerate(effects):
-        if effect.sole is not None and (before := first.setdefault(effect.sole, i)) != i:
-            raise InputError(
-                f"effects[{i}]: a second {effect.kind} beside effects[{before}]; {effect.sole}: put both into one"
-            )
 
 
 def _readable(effect: Effect, where: str, xp: Any, function: Any) -> Any:
@@ -174,16 +136,6 @@ def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np, nu
     return torque
 
 
-def chosen_joints(model: Model, names: Sequence[str] | None, where: str) -> Indices:
-    """The indices (k,) of joints in model order, of all if None. Raises InputError for one unknown or given twice."""
-    if names is None:
-        return np.arange(len(model.joints))
-    chosen = [model.index(name, where) for name in names]
-    if len(set(chosen)) < len(chosen):
-        raise InputError(f"{where}: a joint is named twice: {', '.join(map(shown, names))}")
-    return np.array(chosen, dtype=np.intp)
-
-
 def body_wrench(
     model: Model,
     effect: BodyEffect,
@@ -222,15 +174,6 @@ def _refuse_no_point(model: Model, effect: BodyEffect, where: str) -> None:
             )
 
 
-def chosen_bodies(model: Model, names: Sequence[str] | None, where: str) -> Indices:
-    """The indices (k,) of links among the bodies, all if None; a single rod may be called rod_1. Raises InputError."""
-    if names is None:
-        return np.arange(len(model.bodies))
-    links = tuple(body.link for body in model.bodies)
-    alias = {"rod_1": "rod"} if links == ("rod",) else {}
-    return np.array([find(links, alias.get(name, name), f"{where}: link") for name in names], dtype=np.intp)
-
-
 def bodies_of(model: Model) -> Bodies:
     """The bodies of a model as arrays, one row each."""
     rows = [(body.mass, body.com, body.inertia, body.tip, body.radius) for body in model.bodies]
@@ -265,16 +208,6 @@ def surroundings(
 def _shared(vector: Array) -> Array:
     """A vector (3,) that all bodies share; (k, 1, 3) of such (k, 3)."""
     return vector[:, None] if vector.ndim > 1 else vector
-
-
-def plain_arithmetic(effects: Sequence[Effect]) -> bool:
-    """Whether the effects are pendpin's own and run on symbols: they then take many states at once too."""
-    return built_in(effects) and all(effect.symbolic for effect in effects)
-
-
-def built_in(effects: Sequence[Effect]) -> bool:
-    """Whether all effects are pendpin's own: whether others run on symbols, their authors may never have asked."""
-    return all(type(effect).__module__.startswith("pendpin.") for effect in effects)
 
 
 def _in_place(

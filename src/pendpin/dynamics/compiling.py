@@ -10,7 +10,7 @@ from functools import partial
 from importlib.util import find_spec
 from threading import Lock
 
-from pendpin.dynamics.binding import plain_arithmetic
+from pendpin.dynamics.acting import plain_arithmetic
 from pendpin.dynamics.parameters import Parameters
 from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record
 from pendpin.effects import Effect

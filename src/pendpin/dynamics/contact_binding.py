@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import chosen_joints, in_order
+from pendpin.dynamics.acting import chosen_joints, in_order
 from pendpin.dynamics.contacts import Contacts
 from pendpin.effects import ContactEffect, DryFriction, Effect
 from pendpin.engines import AngleEngine

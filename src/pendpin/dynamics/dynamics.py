@@ -7,16 +7,8 @@ from typing import Any, Literal
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import (
-    acting,
-    bind_loads,
-    bodies_of,
-    chosen_bodies,
-    chosen_joints,
-    in_order,
-    plain_arithmetic,
-    surroundings,
-)
+from pendpin.dynamics.acting import acting, chosen_bodies, chosen_joints, in_order, plain_arithmetic
+from pendpin.dynamics.binding import bind_loads, bodies_of, surroundings
 from pendpin.dynamics.compiling import compiled
 from pendpin.dynamics.contact_binding import bind_contacts
 from pendpin.dynamics.contacts import Contacts

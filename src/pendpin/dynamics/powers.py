@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import bodies_of, body_wrench, field_since, in_order, joint_torque, since, surroundings
+from pendpin.dynamics.acting import in_order
+from pendpin.dynamics.binding import bodies_of, body_wrench, field_since, joint_torque, since, surroundings
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.model.build import Model

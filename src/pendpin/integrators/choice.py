@@ -5,7 +5,7 @@ from importlib.util import find_spec
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import built_in
+from pendpin.dynamics.acting import built_in
 from pendpin.dynamics.dynamics import Dynamics, bind, without_compiling
 from pendpin.engines import Derivative
 from pendpin.errors import InputError, choices

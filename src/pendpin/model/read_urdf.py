@@ -28,13 +28,8 @@ SHOWN = 6  # joints in a note
 MAX_DEPTH = 1_000  # links in a row; Pinocchio's reader recurses and dies far below 5,000
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 _NO_LIMIT = {"lower": "-1e300", "upper": "1e300", "effort": "1e300", "velocity": "1e300"}
-_SIZES = {
-    "box": "size",
-    "cylinder": "radius length",
-    "sphere": "radius",
-    "mesh": "filename",
-    "capsule": "radius length",
-}
+_ROUND = "radius length"
+_SIZES = {"box": "size", "cylinder": _ROUND, "sphere": "radius", "mesh": "filename", "capsule": _ROUND}
 
 
 @dataclass(frozen=True)

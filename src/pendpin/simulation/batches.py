@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array, Indices, Mask, subdivided
-from pendpin.dynamics.binding import acting
+from pendpin.dynamics.acting import acting
 from pendpin.dynamics.compiling import equations_of
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.symbols import parameters_of, staying_zero

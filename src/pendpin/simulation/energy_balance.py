@@ -3,7 +3,7 @@
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import in_order
+from pendpin.dynamics.acting import in_order
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.powers import State, accounts_of, powers
 from pendpin.effects import Idle

@@ -11,7 +11,7 @@ import numpy as np
 
 from pendpin.analysis.work_precision.processor_time import halting
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import acting
+from pendpin.dynamics.acting import acting
 from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Effect, Gravity
