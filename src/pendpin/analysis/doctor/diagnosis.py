@@ -43,7 +43,6 @@ class Finding:
     dimensions: str = ""
     mends: tuple[Mend, ...] = ()
     equation: Equation | None = None
-    text: str = ""
 
     def __repr__(self) -> str:
         return brief(f"Finding: equation {self.number}, {self.place}, {self.kind}: {self.verdict}. {self.latex}")
@@ -134,7 +133,7 @@ def read_symbols(table: dict[str, str]) -> dict[str, Node]:
             raise InputError(f"symbols.{name}: {shown(name)} is not one symbol")
         if len(right) != 1 or len(right[0]) != 1:
             raise InputError(f"symbols.{name}: {shown(text)} is not one expression")
-        found[str(left[0][0].value)] = right[0][0]
+        found[left[0][0].value] = right[0][0]
     return found
 
 
@@ -222,7 +221,7 @@ def _mismatched(
     if not found:
         return replace(unread, remark=reason)
     verdict = replace(unread, verdict="fails", proved=True, error=1.0, when="in every motion", remark=reason)
-    return replace(verdict, kind=kind_of(found[0].equation), mends=tuple(found), text=one.text)
+    return replace(verdict, kind=kind_of(found[0].equation), mends=tuple(found))
 
 
 def _special(equation: Equation, rod: str, convention: Convention) -> str:
@@ -244,7 +243,7 @@ def _styles(equations: list[Printed]) -> dict[str, str]:
             for side in sides:
                 for part in walk(side):
                     if part.kind == "symbol" and part.span[1] > part.span[0] and is_latex(one.text):
-                        found.setdefault(str(part.value), one.text[slice(*part.span)].strip())
+                        found.setdefault(part.value, one.text[slice(*part.span)].strip())
     return found
 
 

@@ -117,7 +117,7 @@ def _name(name: str) -> list[Node]:
         len(found) == 1
         and len(found[0]) == 1
         and found[0][0].kind == "symbol"
-        and not str(found[0][0].value).startswith("?")
+        and not found[0][0].value.startswith("?")
     )
     return [replace(found[0][0], span=(0, 0))] if known else []
 
@@ -159,7 +159,7 @@ def _defined(one: Printed, known: dict[str, Node]) -> tuple[str, Node] | None:
         return None
     left, right = one.ways[0][0]
     for symbol, meaning in ((left, right), (right, left)):
-        name, others = str(symbol.value), symbols(meaning)
+        name, others = symbol.value, symbols(meaning)
         fresh = symbol.kind == "symbol" and name.startswith("?")
         fresh = fresh and (name not in known or key(known[name]) == key(meaning))
         settled = name not in CONSTANTS and not any(other.startswith("?") for other in others)
@@ -197,7 +197,7 @@ def candidates(one: Printed, rod: str, convention: Convention) -> list[Candidate
 
 def _of_the_tip(equation: Equation, rod: str, convention: Convention) -> bool:
     """Whether a condition on coordinates, none of them alone on a side, holds for the tip."""
-    lone = {str(side.value) for side in equation.sides}
+    lone = {side.value for side in equation.sides}
     if not equation.names & COORDINATES or lone & COORDINATES or equation.meanings.keys() - COORDINATES:
         return False
     tip = replace(equation, meanings={name: f"{name}T" for name in COORDINATES})
@@ -208,7 +208,7 @@ def kind_of(equation: Equation) -> str:
     """What an equation is about, in a word or two."""
     names = equation.names
     first = equation.sides[0]
-    lone = str(equation.meanings.get(str(first.value), first.value)) if first.kind == "symbol" else ""
+    lone = str(equation.meanings.get(first.value, first.value)) if first.kind == "symbol" else ""
     for kind, members in KINDS:
         if lone in members:
             return kind

@@ -50,7 +50,7 @@ class Equation:
     @cached_property
     def floats(self) -> bool:
         """Whether a constant may be added: an energy stands in it, and not only its derivatives."""
-        names = {str(part.value) for side in self.sides for part in _undifferentiated(side)}
+        names = {part.value for side in self.sides for part in _undifferentiated(side)}
         return bool({self.meanings.get(name, name) for name in names} & ENERGIES.keys())
 
     def context(self, quantities: Quantities) -> Context:
@@ -184,7 +184,7 @@ def _slopes(equation: Equation, quantities: Quantities, instead: Instead | None)
     """How the residuals change as the zero of potential energy is moved by one unit, rows (k, n)."""
     moved = dict(instead or {})
     for node in (part for side in equation.sides for part in _undifferentiated(side)):
-        name = equation.meanings.get(str(node.value), str(node.value))
+        name = equation.meanings.get(node.value, node.value)
         if name in ENERGIES and id(node) not in moved:
             moved[id(node)] = quantities[name] + quantities.number(ENERGIES[name])
     both = (residuals(equation, quantities, None, values) for values in (moved, instead or {}))

@@ -5,8 +5,10 @@ from fractions import Fraction
 from pendpin.analysis.doctor.reading.names import DIMENSION_OF
 from pendpin.analysis.doctor.reading.tree import Node
 
-Dimension = tuple[Fraction, Fraction, Fraction]
+Dimension = tuple[Fraction, ...]  # powers of kg, m, s
 NONE: Dimension = (Fraction(0), Fraction(0), Fraction(0))
+
+WHOLE = {"sqrt": Fraction(1, 2), "norm": Fraction(1), "transpose": Fraction(1)}  # functions of what is no pure number
 
 
 class Disagreement(Exception):
@@ -20,27 +22,32 @@ def dimension(node: Node, definitions: dict[str, Node], depth: int = 0) -> Dimen
         case "number":
             return NONE if node.value else None
         case "symbol":
-            name = str(node.value)
-            if name in definitions and depth < 20:
-                return dimension(definitions[name], definitions, depth + 1)
-            found = DIMENSION_OF.get(name)
-            return None if found is None else (Fraction(found[0]), Fraction(found[1]), Fraction(found[2]))
+            if node.value in definitions and depth < 20:
+                return dimension(definitions[node.value], definitions, depth + 1)
+            found = DIMENSION_OF.get(node.value)
+            return None if found is None else tuple(map(Fraction, found))
         case "sum" | "matrix":
             return common(parts)
         case "product":
-            if None in parts:
-                return None
-            signs = [-1 if operator == "/" else 1 for operator in node.value]  # type: ignore[attr-defined]
-            return tuple(sum((s * p[i] for s, p in zip(signs, parts, strict=True)), Fraction(0)) for i in range(3))  # type: ignore[index, return-value]
+            total = NONE
+            for operator, part in zip(node.value, parts, strict=True):
+                if part is None:
+                    return None
+                total = tuple(a - b if operator == "/" else a + b for a, b in zip(total, part, strict=True))
+            return total
         case "power":
-            return None if parts[0] is None else tuple(Fraction(str(node.value)) * p for p in parts[0])  # type: ignore[return-value]
-        case "function" if node.value != "sqrt":
+            return _times(parts[0], node.value)
+        case "function" if node.value in WHOLE:
+            return _times(parts[0], WHOLE[node.value])
+        case "function":
             common([parts[0], NONE])
             return NONE
-        case "function":
-            return None if parts[0] is None else tuple(p / 2 for p in parts[0])  # type: ignore[return-value]
         case _:
             return None
+
+
+def _times(of: Dimension | None, factor: Fraction) -> Dimension | None:
+    return None if of is None else tuple(factor * power for power in of)
 
 
 def common(parts: list[Dimension | None]) -> Dimension | None:

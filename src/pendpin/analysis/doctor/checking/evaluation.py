@@ -37,9 +37,13 @@ class Context:
         self.meanings, self.tensors, self.floats, self._open = meanings or {}, tensors, floats, set[str]()
         self._defined: dict[str, Values] = {}
 
+    def meaning(self, name: str) -> str:
+        """What a name stands for in this reading."""
+        return self.meanings.get(name, name)
+
     def symbol(self, name: str, place: int) -> Values:
         """The value of a symbol. Raises Unread for one without a meaning."""
-        name = self.meanings.get(name, name)
+        name = self.meaning(name)
         if name in self._defined:
             return self._defined[name]
         if name in self.definitions:
@@ -91,17 +95,17 @@ def evaluate(node: Node, context: Context, known: Known | None = None, instead: 
 def _value(node: Node, parts: list[Values], context: Context) -> Values:
     match node.kind:
         case "number":
-            return context.constant(Fraction(str(node.value)))
+            return context.constant(node.value)
         case "symbol":
-            return context.symbol(str(node.value), node.span[0])
+            return context.symbol(node.value, node.span[0])
         case "sum":
             return _sum(node, parts)
         case "product":
             return _product(node, parts)
         case "power":
-            return power(parts[0], Fraction(str(node.value)), node.span[0], context)
+            return power(parts[0], node.value, node.span[0], context)
         case "function":
-            return function(str(node.value), parts[0], node.span[0], context)
+            return function(node.value, parts[0], node.span[0], context)
         case _:
             return _matrix(node, parts, context)
 
@@ -130,7 +134,7 @@ def _derived(node: Node, context: Context) -> list[Node]:
 
     printed = printed_quantities(context.quantities.rod, context.quantities.convention)
     symbols = Context(printed, context.definitions, context.frame, context.meanings, context.tensors)
-    name = context.meanings.get(str(node.value), str(node.value))
+    name = context.meaning(node.value)
     value = evaluate(node.children[0], symbols)
     if value.ndim > 2 or name not in ("t", *COORDINATES):
         raise Unread("this derivative is not read", node.span[0])
@@ -146,13 +150,9 @@ def _derived(node: Node, context: Context) -> list[Node]:
     return parts
 
 
-def _list(value: Any) -> list[Any]:
-    return list(value)
-
-
 def _product(node: Node, parts: list[Values]) -> Values:
     """Factors from left to right, but a tensor and the vector behind it first, as in omega x I omega."""
-    factors = list(zip(_list(node.value), parts, node.children, strict=True))
+    factors = list(zip(node.value, parts, node.children, strict=True))
     for i in range(len(factors) - 2, -1, -1):
         (operator, first, child), (joint, second, _) = factors[i : i + 2]
         if first.ndim == 3 and second.ndim == 2 and joint in "*.":
@@ -166,7 +166,7 @@ def _product(node: Node, parts: list[Values]) -> Values:
 def _sum(node: Node, parts: list[Values]) -> Values:
     shape = max((part.shape[:-1] for part in parts), key=len)
     total: Any = 0
-    for sign, part, child in zip(_list(node.value), parts, node.children, strict=True):
+    for sign, part, child in zip(node.value, parts, node.children, strict=True):
         if part.shape[:-1] != shape and not (child.kind == "number" and child.value == 0):
             raise Mismatch("a number is added to a vector", child.span[0])
         total = total + part if sign > 0 else total - part
@@ -269,11 +269,11 @@ def scale(node: Node, context: Context, known: Known) -> Values:
         case "product":
             value: Any = 1.0
             with np.errstate(all="ignore"):
-                for operator, child in zip(_list(node.value), node.children, strict=True):
+                for operator, child in zip(node.value, node.children, strict=True):
                     value = value / norm(known[id(child)]) if operator == "/" else value * scale(child, context, known)
             return value
-        case "power" if Fraction(str(node.value)) > 0:
-            return scale(node.children[0], context, known) ** float(Fraction(str(node.value)))
+        case "power" if node.value > 0:
+            return scale(node.children[0], context, known) ** float(node.value)
         case "matrix":
             return sum((scale(child, context, known) for child in node.children), start=np.zeros(1))
         case "derivative":

@@ -185,6 +185,14 @@ def _alpha(q: Quantities) -> Values:
     return combined(q, "b", -q["ddtheta*"] * c + dt * dp * s, q["ddphi*"], -q["ddtheta*"] * s - dt * dp * c)
 
 
+def balances(q: Quantities) -> tuple[Values, Values, Values]:
+    """What the balances of forces, of moments about G and about the joint leave over, vectors (3, n) in I."""
+    force = q["m"] * q["aG"] - q["R"] - q["weight"]
+    spin, momentum = (np.stack([dot(row, q[name]) for row in q["inertia"]]) for name in ("alpha", "omega"))
+    about_g = spin + cross(q["omega"], momentum) + cross(q["rG"], q["R"]) - q["M"]
+    return force, about_g, about_g + cross(q["rG"], force)
+
+
 def _kinetic(q: Quantities) -> Values:
     turning = sum((q[f"I{i}"] * q[f"w{i}"] ** 2 for i in (1, 2, 3)), start=q.number(0))
     return (q["m"] * dot(q["vG"], q["vG"]) + turning) / q.number(2)

@@ -3,7 +3,6 @@
 from collections import defaultdict
 from collections.abc import Iterator
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
@@ -46,7 +45,7 @@ def by_need(found: list[Need], quantities: Quantities, editor: Editor, names: se
 
 def possible(equation: Equation, rod: str) -> set[str]:
     """Quantities that a missing term or factor may hold: not what the equation is solved for."""
-    lone = {str(side.value) for side in equation.sides if side.kind == "symbol"}
+    lone = {side.value for side in equation.sides if side.kind == "symbol"}
     inertias = () if rod == "thin" else INERTIAS
     families = (set(family) for family in FAMILIES if len(equation.names.intersection(family)) > 1)
     return equation.names.union({*UNKNOWNS, *inertias, "Mc"}, *families) - lone
@@ -107,7 +106,7 @@ def _factors(need: Need, reader: Reader, editor: Editor, names: set[str]) -> Ite
 
 def _factors_of_runs(need: Need, reader: Reader, editor: Editor, names: set[str]) -> Iterator[Edit]:
     """A factor that is missing before several neighbouring terms, which then stand in brackets."""
-    node, signs = need.node, _list(need.node.value)
+    node, signs = need.node, need.node.value
     if need.needed is None or need.needed.shape != need.value.shape or len(signs) > MOST_TERMS:
         return
     for first in range(len(signs) - 1):
@@ -129,7 +128,7 @@ def _before_run(need: Need, first: int, last: int, monomial: Monomial, editor: E
     text = text if editor.printer.latex or "/" not in text else f"({text})"
     start, end = node.children[first].outer[0], node.children[last].outer[1]
     mark = node.marks[first]
-    minus = _list(node.value)[first] < 0
+    minus = node.value[first] < 0
     opened = f"{text}{'' if editor.printer.latex else '*'}({'-' if minus else ''}"
     opening = (mark[0], start, ("+ " if first else "") + opened)
     old = editor.text[mark[0] : end].strip()
@@ -247,7 +246,7 @@ def _rescaled(members: list[Need], factor: Fraction, editor: Editor) -> Iterator
         id(p)
         for n in walk(first)
         if n.kind == "product"
-        for o, c in zip(_list(n.value), n.children, strict=True)
+        for o, c in zip(n.value, n.children, strict=True)
         if o == "/"
         for p in walk(c)
     }
@@ -255,7 +254,7 @@ def _rescaled(members: list[Need], factor: Fraction, editor: Editor) -> Iterator
     for number in numbers:
         if id(number) in raised:
             continue
-        old_value = Fraction(str(number.value))
+        old_value = number.value
         value = old_value / factor if id(number) in below else old_value * factor
         text = editor.printer.number(value)
         offset = [part.span for part in walk(first)].index(number.span)
@@ -266,10 +265,6 @@ def _rescaled(members: list[Need], factor: Fraction, editor: Editor) -> Iterator
         new = apply(editor.text[start:end], ((splices[0][0] - start, splices[0][1] - start, splices[0][2]),)).strip()
         cost = 1.1 + simple(value) + (0.1 if value.denominator > 1 else 0.0)
         yield Edit(splices, cost, f"{old} should be {new}, {_times(len(members))}", old, new)
-
-
-def _list(value: Any) -> list[Any]:
-    return list(value)
 
 
 def _times(count: int) -> str:

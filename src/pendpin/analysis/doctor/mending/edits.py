@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import dataclass
-from typing import Any
 
 from pendpin.analysis.doctor.checking.evaluation import Instead
 from pendpin.analysis.doctor.mending.monomials import Printer
@@ -77,17 +76,13 @@ class Editor:
         """The other sign for a term, side or entry."""
         node = need.node
         if need.role == "term":
-            signs: Any = need.parents[-1].value
+            signs = need.parents[-1].value
             mark = need.parents[-1].marks[need.index]
             if signs[need.index] < 0:
                 return (*mark, "+" if need.index else "")
             return (*mark, "-") if mark[1] > mark[0] else (mark[0], mark[0], "-")
         start = node.outer[0]
         return (start, start, "-")
-
-    def flipped(self, need: Need) -> Splice:
-        """The other sign where a node is not a sum's term."""
-        return self.sign(need)
 
     def without_term(self, need: Need) -> Splice:
         """A sum without one of its terms; the term that comes first then loses its plus."""
@@ -97,7 +92,7 @@ class Editor:
             return (mark[0], end, "0")
         if need.index == 0:
             following = total.marks[1]
-            signs: Any = total.value
+            signs = total.value
             return (mark[0], following[1] if signs[1] > 0 else following[0], "")
         return (mark[0], end, "")
 
@@ -107,7 +102,7 @@ class Editor:
         if product.fraction:
             return (*need.node.outer, "{1}" if self.text[need.node.outer[0]] == "{" else "1")
         if need.index == 0:
-            operators: Any = product.value
+            operators = product.value
             following = product.children[1]
             if operators[1] == "/":
                 return (*need.node.outer, "1")

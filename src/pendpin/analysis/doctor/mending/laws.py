@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.analysis.doctor.checking.check import STATES, Equation, free_base, residuals
 from pendpin.analysis.doctor.checking.dimensions import Disagreement, common, dimension
-from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values, cross, dot, solved
+from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values, balances, dot, solved
 from pendpin.analysis.doctor.mending.monomials import reader_of
 from pendpin.analysis.doctor.reading.names import DIMENSIONS, UNKNOWNS
 
@@ -28,16 +28,9 @@ def free_states(rod: str, convention: Convention) -> Quantities:
 def _laws(rod: str, convention: Convention) -> list[Values]:
     """What each balance leaves over, (n,): forces, moments about G and about the joint, along the axes of B and A."""
     q = free_states(rod, convention)
-    weight = q["Fg"] * q["z*"]
-    force = q["m"] * q["aG"] - q["R"] - weight
-    spin = np.stack([dot(row, q["alpha"]) for row in q["inertia"]])
-    momentum = np.stack([dot(row, q["omega"]) for row in q["inertia"]])
-    about_g = spin + cross(q["omega"], momentum) + cross(q["rG"], q["R"]) - q["M"]
-    about_joint = about_g + cross(q["rG"], force)
-    vectors = (force, about_g, about_joint)
     truth = solved(q.base, rod, convention, np)
     explicit = [q[name] - truth[name] for name in UNKNOWNS]
-    return explicit + [dot(vector, q[axis]) for vector in vectors for axis in ("b1", "b2", "b3", "a1")]
+    return explicit + [dot(vector, q[axis]) for vector in balances(q) for axis in ("b1", "b2", "b3", "a1")]
 
 
 def standing(equation: Equation, rod: str, convention: Convention) -> tuple[Values, float]:

@@ -219,7 +219,7 @@ def _order(edit: Edit) -> tuple[float, int, str]:
 def styles_of(sides: list[Node], text: str) -> dict[str, str]:
     """How a text prints each quantity."""
     return {
-        str(part.value): text[part.span[0] : part.span[1]].strip()
+        part.value: text[part.span[0] : part.span[1]].strip()
         for side in sides
         for part in walk(side)
         if part.kind == "symbol"

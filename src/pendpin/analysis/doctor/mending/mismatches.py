@@ -64,7 +64,7 @@ def _changes(need: Need, editor: Editor) -> Iterator[Edit]:
             "",
         )
     if node.kind == "symbol":
-        for name in SCALARS if str(node.value) in VECTORS else DIRECTIONS:
+        for name in SCALARS if node.value in VECTORS else DIRECTIONS:
             splice = editor.put(node.span, editor.printer.symbol(name))
             old, new = editor.shown(need, (splice,))
             yield Edit((splice,), 1.15, f"{old} should be {new}", old, new)

@@ -12,33 +12,8 @@ from pendpin.analysis.doctor.checking.mechanics import PARAMETERS, Quantities, V
 MOST = 60  # of the numerator and denominator of a fraction that counts as small
 PLAIN = {rod: tuple(n for n in names if n != "r" or "h" not in names) for rod, names in PARAMETERS.items()}
 MOVING = ("dtheta", "dphi", "sin theta", "cos theta", "sin phi", "cos phi")
-EXTRA = (
-    "ddtheta",
-    "ddphi",
-    "R1",
-    "R2",
-    "R3",
-    "M3",
-    "Mc",
-    "I1",
-    "I2",
-    "I3",
-    "J1",
-    "J2",
-    "J3",
-    "h",
-    "theta",
-    "phi",
-    "x",
-    "y",
-    "z",
-    "vx",
-    "vy",
-    "vz",
-    "w1",
-    "w2",
-    "w3",
-)
+_EXTRA = "ddtheta ddphi R1 R2 R3 M3 Mc I1 I2 I3 J1 J2 J3 h theta phi x y z vx vy vz w1 w2 w3"
+EXTRA = _EXTRA.split()
 DIFFERENCES = ("I1 - I3", "I2 - I3", "J1 - I3", "J2 - I3", "I2 - I1", "J2 - J1")
 SUMS = {  # that are found often: terms with their signs
     "speed squared": (("dphi", "dphi"), ("dtheta", "dtheta", "cos phi", "cos phi")),
@@ -144,24 +119,10 @@ def reader_of(quantities: Quantities) -> Reader:
     return Reader(quantities)
 
 
-LATEX = {"theta": r"\theta", "phi": r"\phi", "dtheta": r"\dot{\theta}", "dphi": r"\dot{\phi}"}
-LATEX |= {
-    "ddtheta": r"\ddot{\theta}",
-    "ddphi": r"\ddot{\phi}",
-    "Mc": "M_c",
-    "Fg": "F_g",
-    "omega": r"\omega",
-    "alpha": r"\dot{\omega}",
-}
-LATEX |= {
-    "xhat": r"\hat{x}",
-    "yhat": r"\hat{y}",
-    "zhat": r"\hat{z}",
-    "speed": "v",
-    "pi": r"\pi",
-    "inertia": r"\mathbf{I}",
-}
-LATEX |= {f"{f}{i}": rf"\hat{{{f}}}_{i}" for f in "ab" for i in "123"}
+LATEX = {"theta": r"\theta", "phi": r"\phi", "Mc": "M_c", "Fg": "F_g", "omega": r"\omega", "alpha": r"\dot{\omega}"}
+LATEX |= {f"{d * 'd'}{angle}": rf"\{d * 'd'}ot{{\{angle}}}" for angle in ("theta", "phi") for d in (1, 2)}
+LATEX |= {f"{c}hat": rf"\hat{{{c}}}" for c in "xyz"} | {f"{f}{i}": rf"\hat{{{f}}}_{i}" for f in "ab" for i in "123"}
+LATEX |= {"speed": "v", "pi": r"\pi", "inertia": r"\mathbf{I}", "field": r"\mathbf{g}", "weight": r"\mathbf{F}_g"}
 LATEX |= {f"{f}{i}": f"{f}_{i}" for f in "IJRM" for i in "123"} | {f"{f}{c}": f"{f}_{c}" for f in "va" for c in "xyz"}
 LATEX |= {f"w{i}": rf"\omega_{i}" for i in "123"} | {f"wd{i}": rf"\dot{{\omega}}_{i}" for i in "123"}
 LATEX |= {"rG": r"\mathbf{r}_G", "vG": r"\mathbf{v}_G", "aG": r"\mathbf{a}_G", "R": r"\mathbf{R}", "M": r"\mathbf{M}"}
@@ -249,10 +210,10 @@ def simple(factor: Fraction) -> float:
         6: 0.03,
         12: 0.03,
         8: 0.08,
-        5: 0.12,
-        7: 0.14,
         24: 0.08,
+        5: 0.12,
         9: 0.12,
         10: 0.12,
+        7: 0.14,
     }
     return sum(usual.get(abs(part), 0.2) for part in (factor.numerator, factor.denominator))

@@ -3,12 +3,12 @@
 Each move says what value it gives to which part, so that all are tried on numbers before any is written.
 """
 
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import partial
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from pendpin.analysis.doctor.checking.dimensions import Disagreement, dimension
 from pendpin.analysis.doctor.checking.evaluation import Context, evaluate, power
 from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Quantities, Values
 from pendpin.analysis.doctor.mending.edits import Edit, Editor
-from pendpin.analysis.doctor.mending.monomials import CLOSE, Monomial, atom, simple
+from pendpin.analysis.doctor.mending.monomials import Monomial, atom, simple
 from pendpin.analysis.doctor.mending.needs import Need
 from pendpin.analysis.doctor.reading.names import DIMENSION_OF, MATRICES, SHORT_FUNCTIONS, UNIT_VECTORS, VECTORS
 from pendpin.analysis.doctor.reading.tree import Node, Unread, key
@@ -24,22 +24,14 @@ from pendpin.analysis.doctor.reading.tree import Node, Unread, key
 COMMON = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "R1", "R2", "R3", "M3", "Mc", "Fg")
 ANY = ("h", "I1", "I2", "I3", "J1", "J2", "J3")
 RODS = {"thin": (), "uniform": ("r", "I1", "I2", "I3"), "symmetric": ANY, "general": ANY}
-FAMILIES = [("x", "y", "z"), ("vx", "vy", "vz"), ("ax", "ay", "az"), ("w1", "w2", "w3"), ("wd1", "wd2", "wd3")]
-FAMILIES += [("ac1", "ac2", "ac3"), ("vc1", "vc2", "vc3"), ("I1", "I2", "I3", "J1", "J2", "J3"), ("T", "V", "L", "E")]
-FAMILIES += [
-    ("wx", "wy", "wz"),
-    ("xT", "yT", "zT"),
-    ("M1", "M2", "M3", "Mc"),
-    ("rG", "vG", "aG", "rT"),
-    ("omega", "alpha"),
-]
-FAMILIES += [tuple(sorted(UNIT_VECTORS)), tuple(sorted(MATRICES)), SHORT_FUNCTIONS, ("h", "l", "r"), ("R", "M")]
+_FAMILIES = """x y z; vx vy vz; ax ay az; w1 w2 w3; wd1 wd2 wd3; ac1 ac2 ac3; vc1 vc2 vc3; I1 I2 I3 J1 J2 J3; T V L E
+wx wy wz; xT yT zT; M1 M2 M3 Mc; rG vG aG rT; omega alpha; h l r; R M"""
+FAMILIES = [tuple(names.split()) for names in re.split(r"[;\n]", _FAMILIES)]
+FAMILIES += [tuple(sorted(UNIT_VECTORS)), tuple(sorted(MATRICES)), SHORT_FUNCTIONS]
 FUNCTIONS = ("sin", "cos", "tan", "cot")
 CIRCULAR = {"sin", "cos", "tan", "cot", "sec", "csc"}
-FACTORS = tuple(
-    Fraction(a, b)
-    for a, b in ((2, 1), (1, 2), (3, 1), (1, 3), (4, 1), (1, 4), (3, 2), (2, 3), (6, 1), (1, 6), (12, 1), (1, 12))
-)
+_FACTORS = "2 1/2 3 1/3 4 1/4 3/2 2/3 6 1/6 12 1/12"
+FACTORS = [Fraction(factor) for factor in _FACTORS.split()]
 FORGOTTEN = [(factor, "", 1) for factor in FACTORS] + [(Fraction(1), name, 1) for name in ("m", "l", "g")]
 FORGOTTEN += [(Fraction(1), f"{f} {angle}", 1) for f in ("sin", "cos") for angle in ("theta", "phi")]
 FORGOTTEN += [(Fraction(1), name, -1) for name in ("m", "l", "cos phi")]
@@ -118,7 +110,7 @@ def _term(need: Need, editor: Editor) -> tuple[str, str]:
     text = editor.of(need.node.outer)
     if need.role != "term":
         return text, f"-{text}"
-    signs: Any = need.parents[-1].value
+    signs = need.parents[-1].value
     return ("-" + text, "+" + text) if signs[need.index] < 0 else ("+" + text, "-" + text)
 
 
@@ -130,7 +122,7 @@ def replacements(node: Node, context: Context, editor: Editor) -> Iterator[tuple
     """Other symbols for a symbol, other functions for a function: value, text and cost."""
     quantities = context.quantities
     if node.kind == "symbol":
-        name = context.meanings.get(str(node.value), str(node.value))
+        name = context.meaning(node.value)
         for other in own_names(name, context):
             yield context.symbol(other, 0), other.lstrip("?"), 1.05
         for other in alternatives(name, quantities):
@@ -241,7 +233,7 @@ def _numbers(need: Need, editor: Editor) -> Iterator[Edit]:
     if need.node.kind != "number" or not need.node.value:
         return
     for factor in FACTORS:
-        value = Fraction(str(need.node.value)) * factor
+        value = need.node.value * factor
         if value.denominator == 1 or need.node.value == 1:
             text = editor.printer.number(value)
             splice = editor.put(need.node.span, text if value.denominator == 1 or editor.printer.latex else f"({text})")
@@ -294,8 +286,3 @@ def _exchanged(first: list[Need], second: list[Need], editor: Editor, cost: floa
     splices = [editor.put(n.node.span, b) for n in first] + [editor.put(n.node.span, a) for n in second]
     instead = {id(n.node): second[0].value for n in first} | {id(n.node): first[0].value for n in second}
     return Edit(tuple(splices), cost, f"{a} and {b} are exchanged", a, b, instead)
-
-
-def small(values: Values, size: float) -> bool:
-    """Whether values are 0 but for rounding."""
-    return bool(np.abs(values).max() <= CLOSE * size)

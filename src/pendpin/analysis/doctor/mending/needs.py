@@ -7,7 +7,7 @@ root. One pass gives the needed value of every part, and what kind of change it 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -94,7 +94,7 @@ def _children(need: Need, context: Context, known: Known) -> Iterator[tuple[Node
     with np.errstate(all="ignore"):
         match node.kind:
             case "sum":
-                signs: Any = node.value
+                signs = node.value
                 for sign, child in zip(signs, node.children, strict=True):
                     value = known[id(child)]
                     fits = wanted is not None and wanted.ndim == value.ndim and not need.flat
@@ -106,10 +106,10 @@ def _children(need: Need, context: Context, known: Known) -> Iterator[tuple[Node
                     )
             case "product":
                 for i, child in enumerate(node.children):
-                    role: Role = "divisor" if _list(node.value)[i] == "/" else "factor"
+                    role: Role = "divisor" if node.value[i] == "/" else "factor"
                     yield child, None if wanted is None else _factor(node, i, wanted, known), role, need.flat
             case "power":
-                exponent = Fraction(str(node.value))
+                exponent = node.value
                 yield (
                     node.children[0],
                     None if wanted is None else _root(wanted, exponent, known[id(node.children[0])]),
@@ -124,10 +124,6 @@ def _children(need: Need, context: Context, known: Known) -> Iterator[tuple[Node
             case "derivative":
                 evaluate(node.children[0], context, known)
                 yield node.children[0], _integrated(need, known), "base", False
-
-
-def _list(value: Any) -> list[Any]:
-    return list(value)
 
 
 def _integrated(need: Need, known: Known) -> Values | None:
@@ -159,7 +155,7 @@ def _root(wanted: Values, exponent: Fraction, base: Values) -> Values | None:
 def _factor(node: Node, i: int, wanted: Values, known: Known) -> Values | None:
     """What factor i of a product has to be."""
     child, rest = known[id(node.children[i])], None
-    operators = _list(node.value)
+    operators = node.value
     for k, other in enumerate(node.children):
         if k == i:
             continue

@@ -23,15 +23,11 @@ _BOX = re.compile(r"\\f?boxe?d?\{(.*)\}", re.DOTALL)
 
 @dataclass(frozen=True)
 class Statement:
-    """The text of one formula, where it stands, and whether it stands in a line of prose.
-
-    `name` is the key in a TOML file or mapping.
-    """
+    """The text of one formula and where it stands; `name` is the key in a TOML file or mapping."""
 
     text: str
     place: str
     name: str = ""
-    inline: bool = False
 
 
 @dataclass(frozen=True)
@@ -70,14 +66,13 @@ def _formulas(text: str) -> Iterator[Statement]:
         if end < 0:
             missing.add(closer)
             continue
-        inline = opener in ("$", r"\(")
         body = text[place:end]
         if opener == "$" and "\n\n" in body:
             continue
         line, counted = line + text.count("\n", counted, match.start()), match.start()
         place = end + len(closer)
         if "=" in body:
-            yield Statement(unwrapped(body), f"line {line}", "", inline)
+            yield Statement(unwrapped(body), f"line {line}")
 
 
 def unwrapped(text: str) -> str:

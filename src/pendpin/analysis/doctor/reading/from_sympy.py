@@ -44,4 +44,4 @@ def _plain(name: str) -> str:
     except Unread:
         return name
     lone = len(found) == 1 and len(found[0]) == 1 and found[0][0].kind == "symbol"
-    return str(found[0][0].value) if lone and not str(found[0][0].value).startswith("?") else name
+    return found[0][0].value if lone and not found[0][0].value.startswith("?") else name

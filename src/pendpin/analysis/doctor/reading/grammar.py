@@ -276,12 +276,12 @@ class Parser(Brackets):
 def _constant(node: Node, place: int) -> Fraction:
     """The value of an exponent, made of numbers only."""
     if node.kind == "number":
-        return Fraction(str(node.value))
+        return node.value
     if node.kind == "sum":
-        return sum((s * _constant(c, place) for s, c in zip(node.value, node.children, strict=True)), Fraction(0))  # type: ignore[call-overload]
+        return sum((s * _constant(c, place) for s, c in zip(node.value, node.children, strict=True)), Fraction(0))
     if node.kind == "product" and all(child.kind in ("number", "sum") for child in node.children):
         value = Fraction(1)
-        for operator, child in zip(node.value, node.children, strict=True):  # type: ignore[call-overload]
+        for operator, child in zip(node.value, node.children, strict=True):
             other = _constant(child, place)
             if operator == "/" and not other:
                 break

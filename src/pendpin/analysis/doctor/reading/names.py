@@ -4,41 +4,20 @@ import re
 from dataclasses import dataclass, replace
 
 FUNCTIONS = {"sin", "cos", "tan", "sec", "csc", "cot", "sqrt"}
-GREEK_NAMES = ("theta", "phi", "omega", "alpha", "psi", "beta", "gamma", "tau", "pi", "mu", "lambda", "rho", "varphi")
-GREEK_NAMES += (
-    "vartheta",
-    "Omega",
-    "Delta",
-    "delta",
-    "epsilon",
-    "eta",
-    "xi",
-    "zeta",
-    "kappa",
-    "nu",
-    "sigma",
-    "chi",
-    "ell",
-)
-GREEK_NAMES += ("Phi", "Theta", "Psi", "Gamma", "Lambda", "imath", "jmath")
-GREEK = {name: name for name in GREEK_NAMES} | {
+_LETTERS = """theta phi omega alpha psi beta gamma tau pi mu lambda rho Omega Delta delta epsilon eta xi zeta kappa nu sigma
+chi Phi Theta Psi Gamma Lambda"""
+GREEK = {name: name for name in _LETTERS.split()}
+GREEK |= {
     "varphi": "phi",
     "vartheta": "theta",
     "ell": "l",
     "imath": "i",
     "jmath": "j",
-}
-GREEK |= {
-    "θ": "theta",
-    "φ": "phi",
+    "ℓ": "l",
     "ϕ": "phi",
     "ϑ": "theta",
-    "ω": "omega",
-    "α": "alpha",
-    "π": "pi",
-    "ψ": "psi",
-    "ℓ": "l",
 }
+GREEK |= dict(zip("θφωαπψ", ("theta", "phi", "omega", "alpha", "pi", "psi"), strict=True))
 
 
 @dataclass(frozen=True)
@@ -60,34 +39,12 @@ SHORT_FUNCTIONS = ("s_theta", "c_theta", "s_phi", "c_phi")  # sines and cosines
 CONSTANTS = {"?const", "?constant", "?C", *(f"?{letter}_{i}" for letter in "CVULEHT" for i in "01")}  # not known
 UNKNOWNS = ("ddtheta", "ddphi", "R1", "R2", "R3", "M3")  # what the balances are solved for
 
-_RATES = {
-    "q_i": "dq_i",
-    "theta": "dtheta",
-    "phi": "dphi",
-    "dtheta": "ddtheta",
-    "dphi": "ddphi",
-    "rG": "vG",
-    "vG": "aG",
-    "omega": "alpha",
-}
-_RATES |= {a + c: b + c for c in "xyz" for a, b in (("v", "a"),)} | {c: "v" + c for c in "xyz"}
-_RATES |= {"w1": "wd1", "w2": "wd2", "w3": "wd3", "wx": "wdx", "wy": "wdy", "wz": "wdz"}
+_RATES = {"q_i": "dq_i", "rG": "vG", "vG": "aG", "omega": "alpha"}
+_RATES |= {f"{d}{angle}": f"d{d}{angle}" for angle in ANGLES for d in ("", "d")}
+_RATES |= {f"v{c}": f"a{c}" for c in "xyz"} | {c: f"v{c}" for c in "xyz"} | {f"w{c}": f"wd{c}" for c in "123xyz"}
 _CENTRE = {"", "G", "G/O", "C", "cm", "CM", "com", "c", "OG", "g", "G,O", "GO", "CG"}
 _TIP = {"T", "tip", "P", "t"}
-_AXES = {
-    "1": "1",
-    "2": "2",
-    "3": "3",
-    "xx": "1",
-    "yy": "2",
-    "zz": "3",
-    "x": "1",
-    "y": "2",
-    "z": "3",
-    "11": "1",
-    "22": "2",
-    "33": "3",
-}
+_AXES = {name: i for i, letter in zip("123", "xyz", strict=True) for name in (i, letter, 2 * i, 2 * letter)}
 _ENERGIES = {"T": "T", "K": "T", "V": "V", "U": "V", "L": "L", "E": "E", "H": "E"}
 _SIMPLE = {"m", "l", "g", "h", "r", "pi", "t"}
 
@@ -155,15 +112,9 @@ def _vector(letter: str, index: str, styled: bool) -> tuple[str, ...]:
             return (letter + "hat",) if not index or index == "I" else ()
         return (letter, letter + "hat") if index in _CENTRE else (letter + "T",) if index in _TIP else ()
     if letter == "r":
-        return (
-            ()
-            if index not in _CENTRE | _TIP
-            else ("rT",)
-            if index in _TIP
-            else ("rG", "r")
-            if index or styled
-            else ("r", "rG")
-        )
+        if index in _TIP:
+            return ("rT",)
+        return () if index not in _CENTRE else ("rG", "r") if index or styled else ("r", "rG")
     return _components(letter, index, styled)
 
 
@@ -184,9 +135,7 @@ def _inertia(letter: str, index: str, styled: bool) -> tuple[str, ...]:
         return (letter + _AXES[index],)
     if styled or (letter == "I" and not index):
         return ("inertia", "I1")
-    return {"G": ("I1",), "C": ("I1",), "cm": ("I1",), "O": ("J1",), "": ("J1",), "A": ("J1",), "P": ("J1",)}.get(
-        index, ()
-    )
+    return ("I1",) if index in ("G", "C", "cm") else ("J1",) if index in ("", "O", "A", "P") else ()
 
 
 def _load(letter: str, index: str, styled: bool) -> tuple[str, ...]:
@@ -194,24 +143,16 @@ def _load(letter: str, index: str, styled: bool) -> tuple[str, ...]:
         return ("weight" if styled else "Fg",) if (index in ("g", "G") or (letter == "W" and not index)) else ()
     if letter == "R":
         return ("R" + index,) if index in ("1", "2", "3") else ("R",) if not index else ()
-    return {"1": ("M1",), "2": ("M2",), "3": ("M3",), "c": ("Mc",), "C": ("Mc",), "": ("M",) if styled else ()}.get(
-        index, ()
-    )
+    return ("M" + index.lower(),) if index in (*"123cC",) else ("M",) if styled and not index else ()
 
 
 _PREFIX = re.compile(r"(d{1,2})_?(theta|phi|omega|x|y|z)_?([123])?")
 _SUFFIX = re.compile(r"(theta|phi|omega|x|y|z|th|ph)_?([123]?)_?(d{1,2}|d?dot|t{1,2}|p{1,2})(?:_([123]))?")
-_SPLIT = re.compile(r"([A-Za-z]+?)_?([0-9]|[xyz]|hat|G|c|g|k|p|tip|kin|pot|hat_?[123]|[123]_?hat|_.*)?")
-_SHORT = {
-    "th": "theta",
-    "ph": "phi",
-    "thetadot": "theta",
-    "KE": "T",
-    "PE": "V",
-    "ell": "l",
-    "varphi": "phi",
-    "vartheta": "theta",
-}
+_SHORT = {"th": "theta", "ph": "phi", "thetadot": "theta", "KE": "T", "PE": "V"}
+_SHORT |= {name: GREEK[name] for name in ("ell", "varphi", "vartheta")}
+_RUN_ON = re.compile(
+    r"([A-Za-z]+?)(\d+|hat|G|hat\d|(?<=v)[xyz]|(?<=a)[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=w)[xyz])"
+)
 _ORDERS = {"d": 1, "dd": 2, "dot": 1, "ddot": 2, "t": 1, "tt": 2, "p": 1, "pp": 2}
 
 
@@ -224,11 +165,7 @@ def of_word(word: str) -> Written | None:
     if match := _SUFFIX.fullmatch(word):
         return Written(_SHORT.get(match[1], match[1]), _ORDERS[match[3]], match[2] or match[4] or "")
     letter, _, index = word.partition("_")
-    if not index and (
-        match := re.fullmatch(
-            r"([A-Za-z]+?)(\d+|hat|G|hat\d|(?<=v)[xyz]|(?<=a)[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=w)[xyz])", word
-        )
-    ):
+    if not index and (match := _RUN_ON.fullmatch(word)):
         letter, index = match[1], match[2]
     styled = "hat" in index or "vec" in index
     index = index.replace("hat", "").replace("vec", "").strip("_").replace("_", ",")
@@ -255,16 +192,17 @@ def letters_of(word: str, latex: bool) -> list[str]:
     return pattern.findall(word)
 
 
-DIMENSIONS = {  # powers of kg, m, s
-    (0, 0, 0): ("theta", "phi", "pi", *SHORT_FUNCTIONS, *UNIT_VECTORS, *sorted(MATRICES - {"inertia"})),
-    (0, 0, -1): ("dtheta", "dphi", "omega", "w1", "w2", "w3", "wx", "wy", "wz"),
-    (0, 0, -2): ("ddtheta", "ddphi", "alpha", "wd1", "wd2", "wd3", "wdx", "wdy", "wdz"),
-    (1, 0, 0): ("m",),
-    (0, 1, 0): ("l", "h", "r", "x", "y", "z", "xT", "yT", "zT", "rG", "rT"),
-    (0, 1, -1): ("vG", "vx", "vy", "vz", "vc1", "vc2", "vc3", "speed"),
-    (0, 1, -2): ("g", "field", "aG", "ax", "ay", "az", "ac1", "ac2", "ac3"),
-    (1, 2, 0): ("I1", "I2", "I3", "J1", "J2", "J3", "inertia"),
-    (1, 1, -2): ("weight", "R", "R1", "R2", "R3", "Fg"),
-    (1, 2, -2): ("M", "M1", "M2", "M3", "Mc", "T", "V", "L", "E"),
+_DIMENSIONS = {  # powers of kg, m, s
+    (0, 0, -1): "dtheta dphi omega w1 w2 w3 wx wy wz",
+    (0, 0, -2): "ddtheta ddphi alpha wd1 wd2 wd3 wdx wdy wdz",
+    (1, 0, 0): "m",
+    (0, 1, 0): "l h r x y z xT yT zT rG rT",
+    (0, 1, -1): "vG vx vy vz vc1 vc2 vc3 speed",
+    (0, 1, -2): "g field aG ax ay az ac1 ac2 ac3",
+    (1, 2, 0): "I1 I2 I3 J1 J2 J3 inertia",
+    (1, 1, -2): "weight R R1 R2 R3 Fg",
+    (1, 2, -2): "M M1 M2 M3 Mc T V L E",
 }
+DIMENSIONS = {powers: names.split() for powers, names in _DIMENSIONS.items()}
+DIMENSIONS[0, 0, 0] = ["theta", "phi", "pi", *SHORT_FUNCTIONS, *UNIT_VECTORS, *sorted(MATRICES - {"inertia"})]
 DIMENSION_OF = {name: dimension for dimension, names in DIMENSIONS.items() for name in names}

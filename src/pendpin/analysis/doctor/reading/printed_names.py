@@ -227,7 +227,7 @@ class PrintedNames:
 
     def differentiated(self, node: Node, by: Node | None, span: Span) -> Node:
         """The derivative of a node; a symbol's rate is a symbol."""
-        variable = str(by.value) if by is not None else "t"
+        variable = by.value if by is not None else "t"
         if variable == "t" and node.kind == "symbol":
             assert node.written is not None
             return named(replace(node.written, dots=node.written.dots + 1), span)

@@ -21,61 +21,44 @@ class Token(NamedTuple):
 
 
 ACCENTS = {"dot": 1, "ddot": 2}
-STYLES = {
-    "hat",
-    "widehat",
-    "vec",
-    "mathbf",
-    "boldsymbol",
-    "bm",
-    "bold",
-    "mathbb",
-    "overline",
-    "bar",
-    "underline",
-    "symbf",
+_NAMED = {  # LaTeX's commands that stand for themselves, by the kind of their token
+    "style": "hat widehat vec mathbf boldsymbol bm bold mathbb overline bar underline symbf",
+    "plain": "mathrm mathit mathsf mathcal mathscr text textrm textit operatorname rm it",
+    "space": """, ; : ! quad qquad displaystyle textstyle limits nonumber notag hfill left right middle hspace phantom
+        allowbreak thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr""",
+    "other relation": "approx neq ne leq geq le ge ll gg sim simeq propto to rightarrow Rightarrow",
+    "command": "sqrt frac partial begin end prime top intercal over underbrace overbrace",
 }
-PLAIN = {"mathrm", "mathit", "mathsf", "mathcal", "mathscr", "text", "textrm", "textit", "operatorname", "rm", "it"}
-SPACES = {",", ";", ":", "!", " ", "quad", "qquad", "displaystyle", "textstyle", "limits", "nonumber", "notag", "hfill"}
-SPACES |= {"big", "Big", "bigg", "Bigg", "bigl", "bigr", "Bigl", "Bigr", "biggl", "biggr", "Biggl", "Biggr", "left"}
-SPACES |= {"right", "middle", "hspace", "phantom", "allowbreak", "thinspace", "medspace", "enspace", "tfrac "}
-OPERATORS = {"cdot": "*", "times": "x", "ast": "*", "div": "/", "wedge": "x", "bullet": "."}
-FRACTIONS = {"frac", "tfrac", "dfrac", "cfrac"}
-OTHERS = {"sqrt", "partial", "begin", "end", "prime", "top", "intercal", "over", "underbrace", "overbrace"}
-BRACKETS = {
-    "{": "{",
-    "}": "}",
-    "lbrace": "{",
-    "rbrace": "}",
-    "lbrack": "[",
-    "rbrack": "]",
-    "lparen": "(",
-    "rparen": ")",
+_WRITTEN = {  # commands that stand for another text
+    "operator": {"cdot": "*", "times": "x", "ast": "*", "div": "/", "wedge": "x", "bullet": "."},
+    "relation": dict.fromkeys(("equiv", "triangleq", "coloneqq", "eqdef", "doteq"), "="),
+    "command": dict.fromkeys(("tfrac", "dfrac", "cfrac"), "frac"),
+    "|": dict.fromkeys(("|", "vert", "Vert", "lvert", "rvert", "lVert", "rVert"), "|"),
+    "open": {"{": r"\{", "lbrace": r"\{", "lbrack": r"\[", "lparen": r"\("},
+    "close": {"}": r"\}", "rbrace": r"\}", "rbrack": r"\]", "rparen": r"\)"},
+    "row": {"\\": "\\"},
+    "space": {" ": " "},
+    "letter": GREEK,
+    "function": {name: name for name in FUNCTIONS - {"sqrt"}},
+    "accent": {name: name for name in ACCENTS},
 }
-BARS = {"|", "vert", "Vert", "lvert", "rvert", "lVert", "rVert"}
-RELATIONS = {"equiv": "=", "triangleq": "=", "coloneqq": "=", "eqdef": "=", "doteq": "="}
-OTHER_RELATIONS = {
-    "approx",
-    "neq",
-    "ne",
-    "leq",
-    "geq",
-    "le",
-    "ge",
-    "ll",
-    "gg",
-    "sim",
-    "simeq",
-    "propto",
-    "to",
-    "rightarrow",
-    "Rightarrow",
+COMMANDS = {name: (kind, name) for kind, names in _NAMED.items() for name in names.split()}
+COMMANDS |= {name: (kind, text) for kind, table in _WRITTEN.items() for name, text in table.items()}
+_CHARACTERS = {
+    "operator": dict(zip("+-−–*/·⋅×∙÷", "+---*/**x*/", strict=True)),
+    "superscript": dict(zip("⁰¹²³⁴⁵⁶", "0123456", strict=True)),
+    "half": {"½": "1/2", "⅓": "1/3", "¼": "1/4", "¾": "3/4", "⅔": "2/3", "⅙": "1/6", "⅛": "1/8"},
+    "dots": {"\u0307": "dot", "\u0308": "ddot"},
+    "index": dict(zip("₀₁₂₃", "0123", strict=True)),
+    "letter": GREEK,
+    "open": {letter: letter for letter in "([{"},
+    "close": {letter: letter for letter in ")]}"},
+    "prime": {"'": "'", "′": "'", "’": "'", "″": "''"},
+    "relation": {"=": "="},
+    "other relation": {letter: letter for letter in "<>≈≠≤≥∼≪≫"},
+    **{letter: {letter: letter} for letter in "^_,.;|"},
 }
-SIGNS = {"+": "+", "-": "-", "−": "-", "–": "-", "*": "*", "/": "/", "·": "*", "⋅": "*", "×": "x", "∙": "*", "÷": "/"}
-POWERS = {"⁰": "0", "¹": "1", "²": "2", "³": "3", "⁴": "4", "⁵": "5", "⁶": "6"}
-HALVES = {"½": "1/2", "⅓": "1/3", "¼": "1/4", "¾": "3/4", "⅔": "2/3", "⅙": "1/6", "⅛": "1/8"}
-DOTS = {"\u0307": "dot", "\u0308": "ddot"}
-INDICES = {"₀": "0", "₁": "1", "₂": "2", "₃": "3"}
+CHARACTERS = {name: (kind, text) for kind, table in _CHARACTERS.items() for name, text in table.items()}
 
 _NUMBER = re.compile(r"\d+(?:\.\d+)?|\.\d+")
 _LATIN = re.compile(r"[A-Za-z]+")
@@ -177,66 +160,21 @@ def _command(text: str, place: int) -> Token:
     if match is None:
         raise Unread("a lone backslash at the end", place)
     name, end = match[1].rstrip("*"), match.end()
-    kind, value = _meaning(name)
-    if not kind:
+    if name not in COMMANDS:
         raise Unread(f"\\{name} has no meaning in an equation here", place)
-    return Token(kind, value, place, end)
-
-
-def _meaning(name: str) -> tuple[str, str]:
-    """Kind and text of the token that a LaTeX command makes; an empty kind for one that is not known."""
-    if name in FUNCTIONS:
-        return "function", name
-    if name in GREEK:
-        return "letter", GREEK[name]
-    if name in ACCENTS or name in STYLES or name in PLAIN:
-        return ("accent" if name in ACCENTS else "style" if name in STYLES else "plain"), name
-    if name in BRACKETS:
-        return ("open" if BRACKETS[name] in "{[(" else "close"), "\\" + BRACKETS[name]
-    tables = (("operator", OPERATORS), ("relation", RELATIONS))
-    for kind, table in tables:
-        if name in table:
-            return kind, table[name]
-    if name in BARS:
-        return "|", "|"
-    if name == "\\":
-        return "row", name
-    if name in OTHER_RELATIONS:
-        return "other relation", name
-    if name in SPACES:
-        return "space", name
-    return ("command", "frac" if name in FRACTIONS else name) if name in FRACTIONS | OTHERS else ("", name)
+    return Token(*COMMANDS[name], place, end)
 
 
 def _sign(text: str, place: int) -> Token:
-    letter = text[place]
+    """The token of a character that is neither a digit nor a Latin letter."""
     if text.startswith("**", place):
         return Token("^", "^", place, place + 2)
     if text.startswith(("==", ":="), place):
         return Token("relation", "=", place, place + 2)
-    tables = (("operator", SIGNS), ("superscript", POWERS), ("half", HALVES), ("dots", DOTS), ("index", INDICES))
-    for kind, table in tables:
-        if letter in table:
-            return Token(kind, table[letter], place, place + 1)
-    if letter in GREEK:
-        return Token("letter", GREEK[letter], place, place + 1)
-    if letter in "([{":
-        return Token("open", letter, place, place + 1)
-    if letter in ")]}":
-        return Token("close", letter, place, place + 1)
-    if letter in "'′’″":
-        return Token("prime", "''" if letter == "″" else "'", place, place + 1)
-    if letter in "^_,.;|":
-        return Token(letter, letter, place, place + 1)
-    if letter == "=":
-        return Token("relation", "=", place, place + 1)
-    if letter in "<>≈≠≤≥∼≪≫":
-        return Token("other relation", letter, place, place + 1)
-    raise Unread(f"the character {letter!r} ({_code(letter)}) has no meaning in an equation here", place)
-
-
-def _code(letter: str) -> str:
-    return f"U+{ord(letter):04X}"
+    letter = text[place]
+    if letter not in CHARACTERS:
+        raise Unread(f"the character {letter!r} (U+{ord(letter):04X}) has no meaning in an equation here", place)
+    return Token(*CHARACTERS[letter], place, place + 1)
 
 
 def joined(found: list[Token]) -> list[Token]:

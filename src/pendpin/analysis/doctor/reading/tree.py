@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal
+from typing import Any, Literal
 
 from pendpin.analysis.doctor.reading.names import Written
 
@@ -40,7 +40,7 @@ class Node:
 
     kind: Kind
     span: Span
-    value: object = None
+    value: Any = None
     children: tuple["Node", ...] = ()
     marks: tuple[Span, ...] = ()
     bracketed: Span | None = None  # the brackets around it, where there are some
@@ -67,7 +67,7 @@ def key(node: Node) -> tuple:
 
 def symbols(node: Node) -> set[str]:
     """The names of the quantities in an expression."""
-    return {str(part.value) for part in walk(node) if part.kind in ("symbol", "derivative")} - {"t"}
+    return {part.value for part in walk(node) if part.kind in ("symbol", "derivative")} - {"t"}
 
 
 def number(value: int | Fraction, span: Span = (0, 0)) -> Node:

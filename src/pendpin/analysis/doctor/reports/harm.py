@@ -13,7 +13,7 @@ from pendpin.analysis.doctor.checking.mechanics import (
     Convention,
     Quantities,
     Values,
-    cross,
+    balances,
     dot,
     solved,
 )
@@ -73,13 +73,10 @@ class System:
 
     def _laws(self, q: Quantities) -> list[Values]:
         """The true equations: solved for the accelerations, or the six balances where reactions are printed."""
-        force = q["m"] * q["aG"] - q["R"] - q["Fg"] * q["z*"]
         if self.moving:
             truth = solved(q.base, self.rod, self.convention, np)
             return [q[name] - truth[name] for name in UNKNOWNS]
-        spin, momentum = (np.stack([dot(row, q[name]) for row in q["inertia"]]) for name in ("alpha", "omega"))
-        moment = spin + cross(q["omega"], momentum) + cross(q["rG"], q["R"]) - q["M"]
-        return [dot(vector, q[axis]) for vector in (force, moment) for axis in ("b1", "b2", "b3")]
+        return [dot(vector, q[axis]) for vector in balances(q)[:2] for axis in ("b1", "b2", "b3")]
 
     @staticmethod
     def _nearest(row: Values, rows: list[Values]) -> int:

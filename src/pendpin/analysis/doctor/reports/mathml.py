@@ -1,7 +1,6 @@
 """Trees as MathML, which browsers typeset without fonts or network; changed parts are marked."""
 
 import html
-from typing import Any
 
 from pendpin.analysis.doctor.reading.names import Written
 from pendpin.analysis.doctor.reading.tree import Node, Span
@@ -32,7 +31,7 @@ def part(node: Node, changed: tuple[Span, ...]) -> str:
 
 
 def _inside(node: Node, changed: tuple[Span, ...]) -> str:
-    values: Any = node.value
+    values = node.value
     match node.kind:
         case "number":
             return (
@@ -77,7 +76,6 @@ def _mark(text: str, span: Span, changed: tuple[Span, ...]) -> str:
 
 def _sum(node: Node, changed: tuple[Span, ...]) -> str:
     parts, signs = [], node.value
-    assert isinstance(signs, tuple)
     for i, (sign, child) in enumerate(zip(signs, node.children, strict=True)):
         if sign < 0 or i:
             parts.append(_mark(f"<mo>{'−' if sign < 0 else '+'}</mo>", node.marks[i], changed))
@@ -89,7 +87,6 @@ def _sum(node: Node, changed: tuple[Span, ...]) -> str:
 def _product(node: Node, changed: tuple[Span, ...]) -> str:
     """Factors side by side; what is divided by stands below a line."""
     text, operators = "", node.value
-    assert isinstance(operators, tuple)
     for operator, child in zip(operators, node.children, strict=True):
         inner = part(child, changed)
         if node.fraction:
