@@ -57,21 +57,13 @@ def _number(need: Need, found: list[Need], editor: Editor) -> Iterator[Edit]:
     value = fraction_of(np.abs(need.needed) if need.flat else need.needed) if need.needed.ndim == 1 else None
     if not value or value == need.node.value:
         return
-    size = abs(value)
-    text = editor.printer.number(size)
-    if size.denominator > 1 and not editor.printer.latex:
-        text = f"({text})"
-    splice = editor.put(need.node.span, text)
-    old, new = editor.shown(need, (splice,))
-    cost = number_cost(need, size)
+    edit = editor.number(need, abs(value), number_cost(need, abs(value)))
     if value > 0:
-        yield Edit((splice,), cost, f"{old} should be {new}", old, new)
+        yield edit
     elif owner := next((n for n in found if n.whole and n.node in need.parents and not n.flat), None):
-        sign = editor.sign(owner)
-        words = f"{old} should be {new}, and the sign of {editor.of(owner.node.outer)} is wrong"
-        if size == need.node.value:
-            return
-        yield Edit((splice, sign), cost + 1.0, words, old, new)
+        words = f"{edit.words}, and the sign of {editor.of(owner.node.outer)} is wrong"
+        if abs(value) != need.node.value:
+            yield Edit((*edit.splices, editor.sign(owner)), edit.cost + 1.0, words, edit.old, edit.new)
 
 
 def _factors(need: Need, reader: Reader, editor: Editor, names: set[str]) -> Iterator[Edit]:
@@ -80,28 +72,16 @@ def _factors(need: Need, reader: Reader, editor: Editor, names: set[str]) -> Ite
     if ratio is None:
         return
     for monomial in reader.all(ratio):
-        if (
-            monomial.factor < 0
-            or (not monomial.powers and monomial.factor == 1)
-            or odd_extra(monomial, reader, names, 2)
-        ):
+        plain = not monomial.powers
+        if monomial.factor < 0 or (plain and monomial.factor == 1) or odd_extra(monomial, reader, names, 2):
             continue
-        if not monomial.powers and monomial.factor.numerator == 1:
+        if plain and monomial.factor.numerator == 1:
             below = editor.below(need.node, monomial.factor.denominator)
             if below is not None:
-                old, new = editor.shown(need, (below,))
-                yield Edit((below,), 1.2 + simple(monomial.factor), f"{old} should be {new}", old, new)
-        text = editor.printer.monomial(monomial)
-        splice = editor.before(need.node, text if editor.printer.latex or "/" not in text else f"({text})")
-        odd = 0.0 if monomial.factor == 1 else 0.4
-        cost = (
-            1.22
-            + 0.01 * len(need.parents)
-            + simple(monomial.factor)
-            + (0.3 * (monomial.size - 1) + odd if monomial.powers else 0.0)
-        )
-        old, new = editor.shown(need, (splice,))
-        yield Edit((splice,), cost + 0.5 * need.lone, f"the factor {text} is missing in {old}", old, new)
+                yield editor.replaced(need, below, 1.2 + simple(monomial.factor))
+        cost = 1.22 + 0.01 * len(need.parents) + simple(monomial.factor) + 0.5 * need.lone
+        cost += 0.0 if plain else 0.3 * (monomial.size - 1) + 0.4 * (monomial.factor != 1)
+        yield editor.missing(need, monomial, cost)
 
 
 def _factors_of_runs(need: Need, reader: Reader, editor: Editor, names: set[str]) -> Iterator[Edit]:
@@ -124,8 +104,7 @@ def _factors_of_runs(need: Need, reader: Reader, editor: Editor, names: set[str]
 
 def _before_run(need: Need, first: int, last: int, monomial: Monomial, editor: Editor) -> Edit:
     """The edit that puts a factor and brackets around some terms of a sum."""
-    node, text = need.node, editor.printer.monomial(monomial)
-    text = text if editor.printer.latex or "/" not in text else f"({text})"
+    node, text = need.node, editor.bracketed(editor.printer.monomial(monomial))
     start, end = node.children[first].outer[0], node.children[last].outer[1]
     mark = node.marks[first]
     minus = node.value[first] < 0

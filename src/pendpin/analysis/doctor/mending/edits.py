@@ -1,14 +1,18 @@
 """Changes of a printed equation: where characters are replaced, by what, in which words, and how far-fetched it is."""
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 
 from pendpin.analysis.doctor.checking.evaluation import Instead
-from pendpin.analysis.doctor.mending.monomials import Printer
+from pendpin.analysis.doctor.checking.mechanics import Values
+from pendpin.analysis.doctor.mending.monomials import Monomial, Printer
 from pendpin.analysis.doctor.mending.needs import Need
 from pendpin.analysis.doctor.reading.tree import Node, Span, walk
 
 _BARE = re.compile(r"\\[dtc]?frac\s*(?:\d|\{[^{}]*\})?\s*$")  # a number after it may have no braces
+Change = Values | Callable[[Values], Values]
 Splice = tuple[int, int, str]  # these characters of the source become this text
 
 
@@ -66,9 +70,36 @@ class Editor:
             )
         return bool(re.search(r"\w$", left) and re.match(r"\w", right))
 
-    def before(self, node: Node, factor: str) -> Splice:
-        """Multiply a node by a factor that is written in front of it."""
-        start = node.outer[0]
+    def replaced(self, need: Need, splice: Splice, cost: float, change: Change | None = None) -> Edit:
+        """Something else in a part; `change` is its new value, or what becomes of its value."""
+        old, new = self.shown(need, (splice,))
+        return Edit((splice,), cost, f"{old} should be {new}", old, new, _changed(need, change))
+
+    def removed(self, need: Need, what: str, cost: float, change: Change | None = None) -> Edit:
+        """A product without one of its factors, a sum without one of its terms."""
+        splice = self.without_factor(need) if what == "factor" else self.without_term(need)
+        old = self.of(need.node.outer)
+        return Edit((splice,), cost, f"the {what} {old} is too many", old, "", _changed(need, change))
+
+    def number(self, need: Need, value: Fraction, cost: float, change: Change | None = None) -> Edit:
+        """Another positive number in place of one; a factor 1 is left out."""
+        if value == 1 and need.role in ("factor", "divisor") and not need.parents[-1].fraction:
+            return self.removed(need, "factor", cost, change)
+        return self.replaced(need, self.put(need.node.span, self.bracketed(self.printer.number(value))), cost, change)
+
+    def missing(self, need: Need, factor: Monomial, cost: float, change: Change | None = None) -> Edit:
+        """A part with one more factor in front of it."""
+        text = self.bracketed(self.printer.monomial(factor))
+        splice = self.before(need.node.outer[0], text)
+        old, new = self.shown(need, (splice,))
+        return Edit((splice,), cost, f"the factor {text} is missing in {old}", old, new, _changed(need, change))
+
+    def bracketed(self, text: str) -> str:
+        """A fraction of plain text in brackets."""
+        return text if self.printer.latex or "/" not in text else f"({text})"
+
+    def before(self, start: int, factor: str) -> Splice:
+        """A factor in front of what starts at a place."""
         joint = "*" if not self.printer.latex else r" \cdot " if re.match(r"\d", self.text[start:]) else " "
         return (start, start, factor + joint)
 
@@ -110,24 +141,16 @@ class Editor:
         return (product.marks[need.index][0], need.node.outer[1], "")
 
     def exponent(self, node: Node, power: int) -> Splice:
-        """Raise a node that has no exponent yet."""
+        """Another exponent for a power, none for 1; or one for a node that has none. `power` is from 1 to 4."""
         mark = "^" if self.printer.latex else "**"
-        text = f"{mark}{power}" if 0 <= power <= 9 or not self.printer.latex else f"^{{{power}}}"
+        if node.kind == "power":
+            start, end = node.marks[0]
+            mark = "^" if "^" in self.text[start:end] else mark
+            name_follows = self.text[end : end + 1].isalpha() if power == 1 else self.text[end : end + 1].isdigit()
+            return (start, end, ("" if power == 1 else f"{mark}{power}") + " " * name_follows)
         if node.kind == "function" and self.printer.latex and node.bracketed is None:
-            return (node.marks[0][1], node.marks[0][1], text + " ")
-        return (node.outer[1], node.outer[1], text)
-
-    def other_exponent(self, node: Node, power: int) -> Splice:
-        """Another exponent for a power; none for 1."""
-        if power == 1:
-            after = " " if self.text[node.marks[0][1] : node.marks[0][1] + 1].isalpha() else ""
-            return (*node.marks[0], after)
-        mark = "^" if self.printer.latex else "**" if "*" in self.of(node.marks[0]) else "^"
-        text = (
-            f"{mark}{power}" if 0 <= power <= 9 else f"{mark}{{{power}}}" if self.printer.latex else f"{mark}({power})"
-        )
-        following = self.text[node.marks[0][1] : node.marks[0][1] + 1]
-        return (*node.marks[0], text + (" " if following.isdigit() else ""))
+            return (node.marks[0][1], node.marks[0][1], f"{mark}{power} ")
+        return (node.outer[1], node.outer[1], f"{mark}{power}")
 
     def added(self, node: Node, sign: int, term: str) -> Splice:
         """One more term after a sum, side or entry."""
@@ -155,6 +178,10 @@ class Editor:
             return None
         start = node.children[1].span[0]
         return self.put((start, start), f"{factor} " if not re.match(r"\d", self.text[start:]) else rf"{factor} \cdot ")
+
+
+def _changed(need: Need, change: Change | None) -> Instead | None:
+    return None if change is None else {id(need.node): change}
 
 
 def _bare(text: str) -> str:

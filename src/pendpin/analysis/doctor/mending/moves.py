@@ -13,13 +13,13 @@ from itertools import combinations
 import numpy as np
 
 from pendpin.analysis.doctor.checking.dimensions import Disagreement, dimension
-from pendpin.analysis.doctor.checking.evaluation import Context, evaluate, power
+from pendpin.analysis.doctor.checking.evaluation import Context, evaluate, function, power
 from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Quantities, Values
 from pendpin.analysis.doctor.mending.edits import Edit, Editor
 from pendpin.analysis.doctor.mending.monomials import Monomial, atom, simple
 from pendpin.analysis.doctor.mending.needs import Need
 from pendpin.analysis.doctor.reading.names import DIMENSION_OF, MATRICES, SHORT_FUNCTIONS, UNIT_VECTORS, VECTORS
-from pendpin.analysis.doctor.reading.tree import Node, Unread, key
+from pendpin.analysis.doctor.reading.tree import Node, Span, Unread, key
 
 COMMON = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "R1", "R2", "R3", "M3", "Mc", "Fg")
 ANY = ("h", "I1", "I2", "I3", "J1", "J2", "J3")
@@ -28,7 +28,7 @@ _FAMILIES = """x y z; vx vy vz; ax ay az; w1 w2 w3; wd1 wd2 wd3; ac1 ac2 ac3; vc
 wx wy wz; xT yT zT; M1 M2 M3 Mc; rG vG aG rT; omega alpha; h l r; R M"""
 FAMILIES = [tuple(names.split()) for names in re.split(r"[;\n]", _FAMILIES)]
 FAMILIES += [tuple(sorted(UNIT_VECTORS)), tuple(sorted(MATRICES)), SHORT_FUNCTIONS]
-FUNCTIONS = ("sin", "cos", "tan", "cot")
+FUNCTIONS = {"sin": 1.0, "cos": 1.0, "tan": 1.1, "cot": 1.2}  # and the cost of writing one for another
 CIRCULAR = {"sin", "cos", "tan", "cot", "sec", "csc"}
 _FACTORS = "2 1/2 3 1/3 4 1/4 3/2 2/3 6 1/6 12 1/12"
 FACTORS = [Fraction(factor) for factor in _FACTORS.split()]
@@ -48,61 +48,32 @@ def moves(found: list[Need], context: Context, editor: Editor) -> Iterator[Edit]
 
 
 def _of_part(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
-    node = need.node
-    if need.whole and need.value.ndim and node.kind != "number":
-        splices = (editor.sign(need),)
-        old, new = _term(need, editor)
-        yield Edit(
-            splices,
-            1.0 + 0.5 * need.lone,
-            f"the sign of {_plain(need, editor)} is wrong",
-            old,
-            new,
-            {id(node): np.negative},
-        )
-    if need.role == "side" and not need.lone:
-        words = f"{editor.of(node.outer)} should be 0"
-        yield Edit(((*node.outer, "0"),), 1.35, words, editor.of(node.outer), "0", {id(node): 0 * need.value})
-    if need.role == "term" and len(need.parents[-1].children) > 1:
-        words = f"the term {editor.of(node.outer)} is too many"
-        yield Edit((editor.without_term(need),), 1.25, words, editor.of(node.outer), "", {id(node): 0 * need.value})
-    if need.role in ("factor", "divisor") and need.value.ndim == 1:
-        one = {id(node): np.ones_like(need.value)}
-        yield Edit(
-            (editor.without_factor(need),),
-            1.2,
-            f"the factor {editor.of(node.outer)} is too many",
-            editor.of(node.outer),
-            "",
-            one,
-        )
+    node, alone = need.node, 0.5 * need.lone
     if need.whole and node.kind != "number":
-        yield from _missing(need, context, editor)
+        old, new = _term(need, editor)
+        words = f"the sign of {editor.of(node.outer)} is wrong"
+        yield Edit((editor.sign(need),), 1.0 + alone, words, old, new, {id(node): np.negative})
+        yield from _forgotten(need, context, editor)
+    if need.role == "side" and not need.lone:
+        yield editor.replaced(need, (*node.outer, "0"), 1.35, 0 * need.value)
+    if need.role == "term" and len(need.parents[-1].children) > 1:
+        yield editor.removed(need, "term", 1.25, 0 * need.value)
+    if need.role in ("factor", "divisor") and need.value.ndim == 1:
+        yield editor.removed(need, "factor", 1.2, np.ones_like(need.value))
     for value, text, cost in replacements(node, context, editor):
-        splice = editor.put(node.span if node.kind == "symbol" else node.marks[0], text)
-        old, new = editor.shown(need, (splice,))
-        yield Edit((splice,), cost + 0.5 * need.lone, f"{old} should be {new}", old, new, {id(node): value})
+        yield editor.replaced(need, editor.put(own_span(node), text), cost + alone, value)
+    if node.kind == "number" and node.value:
+        yield from _numbers(need, editor)
     yield from _powers(need, context, editor)
-    yield from _multiples(need, context, editor)
-    yield from _numbers(need, editor)
+    yield from _multiples(need, editor)
     if node.kind == "derivative" and node.value != "t":
         for other in COORDINATES:
-            splice = editor.put(node.marks[0], editor.printer.symbol(other))
-            old, new = editor.shown(need, (splice,))
-            yield Edit((splice,), 1.1, f"{old} should be {new}", old, new)
+            yield editor.replaced(need, editor.put(node.marks[0], editor.printer.symbol(other)), 1.1)
 
 
-def _missing(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
-    """One of the factors that are forgotten most."""
-    for factor, name, exponent in FORGOTTEN:
-        if name in editor.printer.styles or " " in name or not name:
-            values = atom(name, context.quantities) ** exponent if name else np.ones(1)
-            text = editor.printer.monomial(Monomial(factor, ((name, exponent),) if name else ()))
-            splice = editor.before(need.node, text if editor.printer.latex or "/" not in text else f"({text})")
-            old, new = editor.shown(need, (splice,))
-            words = f"the factor {text} is missing in {old}"
-            change = {id(need.node): partial(np.multiply, float(factor) * values)}
-            yield Edit((splice,), 1.25 + simple(factor), words, old, new, change)
+def own_span(node: Node) -> Span:
+    """Where the name of a symbol or function stands."""
+    return node.span if node.kind == "symbol" else node.marks[0]
 
 
 def _term(need: Need, editor: Editor) -> tuple[str, str]:
@@ -110,12 +81,17 @@ def _term(need: Need, editor: Editor) -> tuple[str, str]:
     text = editor.of(need.node.outer)
     if need.role != "term":
         return text, f"-{text}"
-    signs = need.parents[-1].value
-    return ("-" + text, "+" + text) if signs[need.index] < 0 else ("+" + text, "-" + text)
+    minus = need.parents[-1].value[need.index] < 0
+    return ("-" + text, "+" + text) if minus else ("+" + text, "-" + text)
 
 
-def _plain(need: Need, editor: Editor) -> str:
-    return editor.of(need.node.outer)
+def _forgotten(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
+    """One of the factors that are forgotten most."""
+    for factor, name, exponent in FORGOTTEN:
+        if name in editor.printer.styles or " " in name or not name:
+            values = float(factor) * (atom(name, context.quantities) ** exponent if name else np.ones(1))
+            monomial = Monomial(factor, ((name, exponent),) if name else ())
+            yield editor.missing(need, monomial, 1.25 + simple(factor), partial(np.multiply, values))
 
 
 def replacements(node: Node, context: Context, editor: Editor) -> Iterator[tuple[Values, str, float]]:
@@ -125,23 +101,16 @@ def replacements(node: Node, context: Context, editor: Editor) -> Iterator[tuple
         name = context.meaning(node.value)
         for other in own_names(name, context):
             yield context.symbol(other, 0), other.lstrip("?"), 1.05
-        for other in alternatives(name, quantities):
-            same = DIMENSION_OF.get(other) == DIMENSION_OF.get(name)
-            if not _in_use(other, context, editor):
-                continue
+        for other in filter(lambda other: _in_use(other, context, editor), alternatives(name, quantities)):
+            cost = 1.05 if DIMENSION_OF.get(other) == DIMENSION_OF.get(name) else 1.3
             used = other in editor.printer.styles or not editor.printer.styles
-            yield quantities[other], editor.printer.symbol(other), (1.05 if same else 1.3) + (0.0 if used else 0.1)
+            yield quantities[other], editor.printer.symbol(other), cost if used else cost + 0.1
     if node.kind == "function" and node.value in CIRCULAR:
-        inner = _argument(node, context)
-        for other in FUNCTIONS:
-            if inner is not None and other != node.value:
-                slash = "\\" if editor.of(node.marks[0]).startswith("\\") else ""
-                with np.errstate(all="ignore"):
-                    yield (
-                        _functions(other, inner, quantities),
-                        slash + other,
-                        1.0 + 0.1 * FUNCTIONS.index(other) ** 2 / 4,
-                    )
+        inner = evaluate(node.children[0], context)
+        slash = "\\" if editor.of(node.marks[0]).startswith("\\") else ""
+        for other, cost in FUNCTIONS.items():
+            if other != node.value:
+                yield function(other, inner, 0, context), slash + other, cost
 
 
 def own_names(name: str, context: Context) -> Iterator[str]:
@@ -156,17 +125,6 @@ def own_names(name: str, context: Context) -> Iterator[str]:
                 continue
             if fits:
                 yield other
-
-
-def _argument(node: Node, context: Context) -> Values | None:
-    return evaluate(node.children[0], context)
-
-
-def _functions(name: str, x: Values, quantities: Quantities) -> Values:
-    xp = quantities.xp
-    if name in ("sin", "cos"):
-        return getattr(xp, name)(x)
-    return xp.sin(x) / xp.cos(x) if name == "tan" else xp.cos(x) / xp.sin(x)
 
 
 def alternatives(name: str, quantities: Quantities) -> list[str]:
@@ -192,68 +150,39 @@ def _in_use(name: str, context: Context, editor: Editor) -> bool:
 def _powers(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
     """Another exponent, or one where there is none."""
     node = need.node
-    if node.kind == "power" and isinstance(node.value, Fraction):
-        base = _argument(node, context)
+    if node.kind == "power":
+        base = evaluate(node.children[0], context)
         for exponent in (1, 2, 3, 4):
-            if base is not None and base.ndim == 1 and exponent != node.value:
-                splice = editor.other_exponent(node, exponent)
-                old, new = editor.shown(need, (splice,))
-                yield Edit(
-                    (splice,),
-                    1.1,
-                    f"{old} should be {new}",
-                    old,
-                    new,
-                    {id(node): power(base, Fraction(exponent), 0, context)},
-                )
+            if base.ndim == 1 and exponent != node.value:
+                value = power(base, Fraction(exponent), 0, context)
+                yield editor.replaced(need, editor.exponent(node, exponent), 1.1, value)
     plain = node.kind in ("symbol", "function") and (need.parent is None or need.parent.kind != "power")
-    plain = plain and (need.role != "argument" or node.bracketed is not None)
-    if plain and need.value.ndim == 1 and not need.lone and node.kind != "number":
+    if plain and (need.role != "argument" or node.bracketed) and need.value.ndim == 1 and not need.lone:
         for exponent in (2, 3):
-            splice = editor.exponent(node, exponent)
-            old, new = editor.shown(need, (splice,))
-            yield Edit((splice,), 1.15, f"{old} should be {new}", old, new, {id(node): need.value**exponent})
+            yield editor.replaced(need, editor.exponent(node, exponent), 1.15, need.value**exponent)
 
 
-def _multiples(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
-    """The argument of a function doubled or halved, and the factor of an argument left out."""
-    node = need.node
-    if need.role == "argument" and need.parents[-1].kind == "function" and need.value.ndim == 1:
+def _multiples(need: Need, editor: Editor) -> Iterator[Edit]:
+    """The argument of a function, in brackets, doubled or halved."""
+    inside = need.role == "argument" and need.node.bracketed and need.parents[-1].value in CIRCULAR
+    if inside and need.value.ndim == 1:
         for factor in (Fraction(2), Fraction(1, 2)):
-            number = editor.printer.number(factor)
-            splice = editor.before(node, number if editor.printer.latex else f"({number})")
-            if need.parents[-1].value != "sqrt" and node.bracketed is not None:
-                splice = (node.span[0], node.span[0], splice[2])
-                old, new = editor.shown(need, (splice,))
-                yield Edit((splice,), 1.2, f"{old} should be {new}", old, new, {id(node): need.value * float(factor)})
+            text = editor.bracketed(editor.printer.number(factor))
+            yield editor.replaced(need, editor.before(need.node.span[0], text), 1.2, need.value * float(factor))
 
 
 def _numbers(need: Need, editor: Editor) -> Iterator[Edit]:
     """A usual multiple of a number."""
-    if need.node.kind != "number" or not need.node.value:
-        return
     for factor in FACTORS:
         value = need.node.value * factor
         if value.denominator == 1 or need.node.value == 1:
-            text = editor.printer.number(value)
-            splice = editor.put(need.node.span, text if value.denominator == 1 or editor.printer.latex else f"({text})")
-            old, new = editor.shown(need, (splice,))
-            yield Edit(
-                (splice,),
-                0.05 + number_cost(need, value),
-                f"{old} should be {new}",
-                old,
-                new,
-                {id(need.node): need.value * float(factor)},
-            )
+            yield editor.number(need, value, 0.05 + number_cost(need, value), need.value * float(factor))
 
 
 def number_cost(need: Need, value: Fraction) -> float:
-    """What another number costs: more for a 1 that might be left out, and for a fraction inside a printed one."""
+    """What another number costs: more for a fraction inside a printed one."""
     printed = any(parent.fraction for parent in need.parents[-2:])
-    idle = value == 1 and (need.role == "divisor" or (need.role == "factor" and not need.parents[-1].fraction))
-    broken = value.denominator > 1
-    return 1.0 + simple(value) + 0.5 * need.lone + 0.25 * idle + (0.6 if printed else 0.1) * broken
+    return 1.0 + simple(value) + 0.5 * need.lone + (0.0 if value.denominator == 1 else 0.6 if printed else 0.1)
 
 
 def _of_equal_parts(found: list[Need], context: Context, editor: Editor) -> Iterator[Edit]:
@@ -275,7 +204,7 @@ def _of_equal_parts(found: list[Need], context: Context, editor: Editor) -> Iter
 
 def _together(members: list[Need], context: Context, editor: Editor) -> Iterator[Edit]:
     for value, text, cost in replacements(members[0].node, context, editor):
-        splices = tuple(editor.put(n.node.span if n.node.kind == "symbol" else n.node.marks[0], text) for n in members)
+        splices = tuple(editor.put(own_span(n.node), text) for n in members)
         old, new = editor.shown(members[0], splices[:1])
         words = f"{old} should be {new}, wherever it stands"
         yield Edit(splices, cost + 0.35, words, old, new, {id(n.node): value for n in members})
