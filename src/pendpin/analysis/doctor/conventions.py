@@ -1,7 +1,7 @@
 """The convention and the kind of rod that a text is about: given in words, or what explains most of its equations."""
 
-from dataclasses import replace
 from itertools import product
+from typing import Any
 
 from pendpin.analysis.doctor.checking.check import TOLERANCE
 from pendpin.analysis.doctor.checking.mechanics import Convention
@@ -10,37 +10,32 @@ from pendpin.analysis.doctor.reading.names import CONSTANTS
 from pendpin.analysis.doctor.reading.tree import Unread, symbols, walk
 from pendpin.errors import InputError, not_one_of
 
-WORDS = ("theta-ccw", "phi-reversed", "z-up", "swapped", "b3-up", "transposed", "standard")
 MOST_SEARCHED = 300  # parts of an equation whose convention is searched
 
-CONVENTIONS = {
-    "theta": {"ccw", "counterclockwise", "reversed"},
-    "phi": {"cw", "clockwise", "reversed"},
-    "z": {"up"},
+CONVENTIONS: dict[str, dict[str, Any]] = {
+    "standard": {},
+    "theta-ccw": {"theta": -1},
+    "phi-reversed": {"phi": -1},
+    "z-up": {"z": "up"},
+    "z-mirrored": {"z": "mirrored"},
+    "swapped": {"swapped": True},
+    "b3-up": {"along": -1},
+    "transposed": {"transposed": True},
 }
+OTHER_WORDS = {"theta-counterclockwise": "theta-ccw", "theta-reversed": "theta-ccw", "phi-cw": "phi-reversed"}
+OTHER_WORDS |= {"phi-clockwise": "phi-reversed", "mirrored": "z-mirrored", "b3-joint": "b3-up"}
 
 
 def conventions_of(text: str) -> Convention:
     """A convention in words: theta-ccw, phi-reversed, z-up, swapped, b3-up, with commas; or standard. Raises InputError."""
-    found = Convention()
+    changes: dict[str, Any] = {}
     for part in filter(None, (p.strip().lower().replace("=", "-").replace(" ", "-") for p in text.split(","))):
-        name, _, value = part.partition("-")
-        value = value.replace("-", "")
-        if part == "standard":
-            continue
-        if name == "swapped":
-            found = replace(found, swapped=True)
-        elif name == "transposed":
-            found = replace(found, transposed=True)
-        elif part in ("b3-up", "b3-joint"):
-            found = replace(found, along=-1)
-        elif name == "mirrored" or part == "z-mirrored":
-            found = replace(found, z="mirrored")
-        elif value in CONVENTIONS.get(name, ()):
-            found = replace(found, **{name: "up" if name == "z" else -1})
-        else:
-            raise InputError(f"convention: {not_one_of(part, WORDS)}")
-    return found
+        name = part.replace("counter-clockwise", "counterclockwise")
+        name = OTHER_WORDS.get(name, name)
+        if name not in CONVENTIONS:
+            raise InputError(f"convention: {not_one_of(part, tuple(CONVENTIONS))}")
+        changes |= CONVENTIONS[name]
+    return Convention(**changes)
 
 
 def _all_conventions() -> list[Convention]:

@@ -17,7 +17,7 @@ from pendpin.analysis.doctor.patients import Candidate, Printed, candidates, kin
 from pendpin.analysis.doctor.reading.documents import Document
 from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.tokens import is_latex
-from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, walk
+from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread
 from pendpin.errors import InputError, brief, not_one_of, shown
 from pendpin.late import from_above
 
@@ -202,26 +202,27 @@ def _mends(
     one: Printed, equation: Equation, tight: bool, rod: str, convention: Convention, styles: dict[str, str], pairs: bool
 ) -> list[Mend]:
     """The mends of one reading of an equation."""
+    patient = Patient(equation, one.text, one.index, tight, rod, convention, one.alone)
+    return mends(patient, _printer(one, equation, styles), pairs)
+
+
+def _printer(one: Printed, equation: Equation, styles: dict[str, str]) -> Printer:
+    """What prints as an equation does, and else as its document."""
     latex = is_latex(one.text)
     own = styles_of(list(equation.sides), one.text)
-    patient = Patient(equation, one.text, one.index, tight, rod, convention, one.alone)
-    return mends(patient, Printer(latex, {**styles, **own} if latex else own), pairs)
+    return Printer(latex, {**styles, **own} if latex else own)
 
 
 def _mismatched(
     unread: Finding, one: Printed, rod: str, convention: Convention, styles: dict[str, str], reason: str
 ) -> Finding:
     """An equation that mixes numbers and vectors: wrong if a small change makes it hold, else not read."""
-    found: list[Mend] = []
     for equation, tight in list(one.readings())[:2]:
         patient = Patient(equation, one.text, one.index, tight, rod, convention, one.alone)
-        latex = is_latex(one.text)
-        own = styles_of(list(equation.sides), one.text)
-        found = found or mends_of_mismatch(patient, Printer(latex, {**styles, **own} if latex else own))
-    if not found:
-        return replace(unread, remark=reason)
-    verdict = replace(unread, verdict="fails", proved=True, error=1.0, when="in every motion", remark=reason)
-    return replace(verdict, kind=kind_of(found[0].equation), mends=tuple(found))
+        if found := mends_of_mismatch(patient, _printer(one, equation, styles)):
+            verdict = replace(unread, verdict="fails", proved=True, error=1.0, when="in every motion", remark=reason)
+            return replace(verdict, kind=kind_of(found[0].equation), mends=tuple(found))
+    return replace(unread, remark=reason)
 
 
 def _special(equation: Equation, rod: str, convention: Convention) -> str:
@@ -238,12 +239,8 @@ def _special(equation: Equation, rod: str, convention: Convention) -> str:
 def _styles(equations: list[Printed]) -> dict[str, str]:
     """How a document prints its quantities: as where each is seen first."""
     found: dict[str, str] = {}
-    for one in equations:
-        for sides, _ in one.ways[:1]:
-            for side in sides:
-                for part in walk(side):
-                    if part.kind == "symbol" and part.span[1] > part.span[0] and is_latex(one.text):
-                        found.setdefault(part.value, one.text[slice(*part.span)].strip())
+    for one in reversed([one for one in equations if one.ways and is_latex(one.text)]):
+        found |= styles_of(list(one.ways[0][0]), one.text)
     return found
 
 

@@ -103,23 +103,17 @@ class Quotient:
         """Without the monomial that numerator and denominator share."""
         if not self.num:
             return Quotient(self.num, self.den.ring.one)
-        above, below = (np.array(list(p.keys())).min(0) for p in (self.num, self.den))
-        shared = tuple(int(k) for k in np.minimum(above, below))
+        above, below = self.num.tail_degrees(), self.den.tail_degrees()
+        shared = tuple(map(min, above, below))
         if not any(shared):
             return self
-        return Quotient(_divided(self.num, shared), _divided(self.den, shared))
+        monomial = self.den.ring({shared: 1})
+        return Quotient(self.num.exquo(monomial), self.den.exquo(monomial))
 
     @property
     def zero(self) -> bool:
         """Whether it is identically 0."""
         return not _reduced(self.num)
-
-
-def _divided(polynomial: Any, monomial: tuple[int, ...]) -> Any:
-    new = polynomial.ring.zero
-    for powers, coefficient in polynomial.items():
-        new[tuple(a - b for a, b in zip(powers, monomial, strict=True))] = coefficient
-    return new
 
 
 def _times(a: Any, b: Any) -> Any:
@@ -235,14 +229,6 @@ def fifty_digits() -> Any:
     from pendpin.equations.numbers import exact
 
     numbers = exact(50)
-    return SimpleNamespace(**vars(numbers), pi=numbers.asarray(4) * _arctangent(numbers))
-
-
-def _arctangent(numbers: Any) -> Any:
-    """A quarter of pi to 50 digits, by Machin's formula."""
-    one = numbers.asarray(1)
-
-    def inverse(k: int) -> Any:
-        return sum(((-1) ** n) * one / ((2 * n + 1) * numbers.asarray(k) ** (2 * n + 1)) for n in range(45))
-
-    return 4 * inverse(5) - inverse(239)
+    return SimpleNamespace(
+        **vars(numbers), pi=numbers.asarray("3.14159265358979323846264338327950288419716939937510582097")
+    )

@@ -217,10 +217,6 @@ def _order(edit: Edit) -> tuple[float, int, str]:
 
 
 def styles_of(sides: list[Node], text: str) -> dict[str, str]:
-    """How a text prints each quantity."""
-    return {
-        part.value: text[part.span[0] : part.span[1]].strip()
-        for side in sides
-        for part in walk(side)
-        if part.kind == "symbol"
-    }
+    """How a text prints each quantity, where it is seen first."""
+    parts = [part for side in sides for part in walk(side) if part.kind == "symbol" and part.span[1] > part.span[0]]
+    return {part.value: text[slice(*part.span)].strip() for part in reversed(parts)}

@@ -32,42 +32,20 @@ def _parts(node: Node, role: Role, parents: tuple[Node, ...], index: int) -> Ite
 
 
 def _changes(need: Need, editor: Editor) -> Iterator[Edit]:
-    node = need.node
+    node, joint = need.node, " " if editor.printer.latex else "*"
     if need.whole and node.kind != "sum":
         for name in DIRECTIONS:
-            text = editor.printer.symbol(name)
-            end = node.outer[1]
-            splice = (end, end, (" " if editor.printer.latex else "*") + text)
-            yield Edit(
-                (splice,),
-                1.2,
-                f"{text} is missing after {editor.of(node.outer)}",
-                editor.of(node.outer),
-                f"{editor.of(node.outer)} {text}",
-            )
+            text, old, end = editor.printer.symbol(name), editor.of(node.outer), node.outer[1]
+            yield Edit(((end, end, joint + text),), 1.2, f"{text} is missing after {old}", old, f"{old} {text}")
     if node.kind == "sum":
         yield from _directions_of_runs(node, editor)
     if need.role == "factor" and node.kind == "symbol":
-        yield Edit(
-            (editor.without_factor(need),),
-            1.25,
-            f"the factor {editor.of(node.outer)} is too many",
-            editor.of(node.outer),
-            "",
-        )
+        yield editor.removed(need, "factor", 1.25)
     if need.role == "term" and len(need.parents[-1].children) > 1:
-        yield Edit(
-            (editor.without_term(need),),
-            1.3,
-            f"the term {editor.of(node.outer)} is too many",
-            editor.of(node.outer),
-            "",
-        )
+        yield editor.removed(need, "term", 1.3)
     if node.kind == "symbol":
         for name in SCALARS if node.value in VECTORS else DIRECTIONS:
-            splice = editor.put(node.span, editor.printer.symbol(name))
-            old, new = editor.shown(need, (splice,))
-            yield Edit((splice,), 1.15, f"{old} should be {new}", old, new)
+            yield editor.replaced(need, editor.put(node.span, editor.printer.symbol(name)), 1.15)
 
 
 def _directions_of_runs(node: Node, editor: Editor) -> Iterator[Edit]:
