@@ -161,25 +161,31 @@ class Series:
 
     def _attempt(self, cases: Cases, times: Array, parts: int) -> tuple[Motions, Array]:
         """The motions, and by how much finer (c,) each interval of the times has to be cut than into `parts`."""
-        order, fine = self._by_energy(cases), subdivided(times, parts)
-        which = np.resize(order, -(-len(order) // WIDTH) * WIDTH)  # whole vectors, with copies
-        y, numbers, longest = self._packed(cases)[which], cases.parameters[which], cases.longest[which]
-        states, steps, flips = np.full((len(y), len(fine), y.shape[1]), np.nan), *np.full((2, len(y)), np.nan)
+        order, fine, y = self._by_energy(cases), subdivided(times, parts), self._packed(cases)
+        rows = np.full((len(y), len(fine), self._recording.size), np.nan)
+        steps, flips = np.full((2, len(y)), np.nan)
         series = self._take()
         try:
-            for begin in range(0, len(which), WIDTH):
+            for places in np.resize(order, (-(-len(order) // WIDTH), WIDTH)):  # whole vectors, with copies
                 if self.stopped.is_set():
                     break
-                part = slice(begin, begin + WIDTH)
-                series.pars[:] = numbers[part].T
-                states[part], steps[part] = _along(series, y[part], fine, longest[part], self.stopped)
-                flips[part] = np.fmin.reduce([passage.first for passage in _passages(series)], initial=np.nan)
+                series.pars[:] = cases.parameters[places].T
+                states, steps[places] = _along(series, y[places], fine, cases.longest[places], self.stopped)
+                rows[places] = self._with_zeros(states)
+                flips[places] = np.fmin.reduce([passage.first for passage in _passages(series)], initial=np.nan)
         finally:
             with self._lock:
                 self._spare.append(series)
-        back = np.argsort(order)
-        q, v, needed = self._read(states[back], steps[back], cases, fine, parts)
-        return Motions(q, v, flips[back], steps[back]), needed
+        q, v, needed = self._read(rows, steps, cases, fine, parts)
+        return Motions(q, v, flips, steps), needed
+
+    def _with_zeros(self, states: Array) -> Array:
+        """The whole states (..., size) from what moves of them (..., moving)."""
+        if states.shape[-1] == self._recording.size:
+            return states
+        rows = np.zeros((*states.shape[:-1], self._recording.size))
+        rows[..., self._moving] = states
+        return rows
 
     def _by_energy(self, cases: Cases) -> Indices:
         """The places of the cases in the order of their energies: alike, they take like numbers of steps.
@@ -196,11 +202,9 @@ class Series:
             return np.concatenate([cases.q, cases.v], 1)[:, self._moving]
         return np.array([self.engine.pack(*start) for start in zip(cases.q, cases.v, strict=True)])[:, self._moving]
 
-    def _read(self, states: Array, steps: Array, cases: Cases, fine: Array, parts: int) -> tuple[Array, Array, Array]:
-        """Positions and rates (c, n, nv) from states (c, n, moving), and how much closer they have to be (c,)."""
-        c, nv = cases.q.shape
-        rows, needed = np.zeros((c, len(fine), self._recording.size)), np.zeros(c)
-        rows[..., self._moving] = states
+    def _read(self, rows: Array, steps: Array, cases: Cases, fine: Array, parts: int) -> tuple[Array, Array, Array]:
+        """Positions and rates (c, n, nv) from states (c, n, size), and how much closer they have to be (c,)."""
+        (c, nv), needed = cases.q.shape, np.zeros(len(rows))
         if self.engine.on_angles:
             return rows[..., :nv], rows[..., nv:], needed
         q, v = np.full((2, c, (len(fine) - 1) // parts + 1, nv), np.nan)
