@@ -1,6 +1,7 @@
 """Sweeps: every case is what a single run gives, whoever runs it and however the sweep is cut or broken off."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -170,9 +171,16 @@ def test_a_case_that_cannot_run_is_nan_with_its_reason() -> None:
         ({KEYS[0]: [math.nan]}, "swing", "finite"),
         ({KEYS[0]: []}, "swing", "one or more"),
         ({}, "swing", "nothing is varied"),
+        ({KEYS[0]: ["1"]}, "swing", "are not numbers"),
+        ({KEYS[0]: [True]}, "swing", "are not numbers"),
+        ([KEYS[0]], "swing", "no mapping"),
+        ({3: [1.0]}, "swing", "no key path"),
+        ({KEYS[0]: [1.0]}, [], "nothing is measured"),
+        ({KEYS[0]: [1.0]}, 3, "neither a name nor a function"),
+        ({KEYS[0]: [1.0]}, type("a/b", (), {}), "cannot name a variable"),
     ],
 )
-def test_what_is_refused(vary: dict, measure: str, says: str) -> None:
+def test_what_is_refused(vary: Any, measure: Any, says: str) -> None:
     """In one line, before anything is run."""
     with pytest.raises(pp.InputError, match=says):
         pp.sweep(scene(), vary, measure)

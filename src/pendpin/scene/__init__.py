@@ -6,7 +6,7 @@ integration: a field in solver.py.
 """
 
 from pendpin.scene.data import Data
-from pendpin.scene.files import load_scene, scene_of
+from pendpin.scene.files import chosen_scene, load_scene, scene_of
 from pendpin.scene.models import AnyModel, Chain, PinModel, Rod, UrdfModel
 from pendpin.scene.scene import Scene, builtin_scene, urdf_folder
 from pendpin.scene.solver import (
@@ -35,6 +35,7 @@ __all__ = [
     "UrdfModel",
     "Values",
     "builtin_scene",
+    "chosen_scene",
     "least_tolerance",
     "load_scene",
     "scene_of",

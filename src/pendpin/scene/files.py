@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from pendpin.errors import InputError, inside
+from pendpin.errors import InputError, inside, shown
 from pendpin.scene.scene import Scene
 from pendpin.scene.toml import read_toml
 
@@ -17,6 +17,14 @@ def load_scene(path: str | Path) -> Scene:
             return Scene(**raw)
         except InputError as error:  # the file's name says enough
             raise InputError(str(error).removeprefix("Scene: ")) from None
+
+
+def chosen_scene(given: Scene | str | Path) -> Scene:
+    """A scene as it is, or that of a file. Raises InputError for anything else."""
+    scene = load_scene(given) if isinstance(given, str | Path) else given
+    if not isinstance(scene, Scene):
+        raise InputError(f"scene: {shown(given)} is not a Scene, nor the path of a scene file")
+    return scene
 
 
 def scene_of(run: Any) -> Scene:

@@ -11,7 +11,7 @@ from pendpin.engines import ProgressCallback
 from pendpin.errors import InputError, Note, RunError, shown
 from pendpin.model.build import build
 from pendpin.model.notes import notes
-from pendpin.scene import Scene, load_scene
+from pendpin.scene import Scene, chosen_scene
 from pendpin.simulation.accuracy.target import run_to_accuracy
 from pendpin.simulation.checkpoint import EVERY, Checkpoint
 from pendpin.simulation.guards import Deadline
@@ -99,9 +99,7 @@ def varied(
     solver: dict[str, Any],
 ) -> Scene:
     """A scene, or that of a file, with other settings and times (n,) in s. Raises InputError where they do not fit."""
-    chosen = load_scene(scene) if isinstance(scene, str | Path) else scene
-    if not isinstance(chosen, Scene):
-        raise InputError(f"scene: {shown(scene)} is not a Scene, nor the path of a scene file")
+    chosen = chosen_scene(scene)
     rising = None if times is None else _times(times)
     if rising is not None and duration is None:
         duration = max(rising[-1] - chosen.start.time, 0.0)

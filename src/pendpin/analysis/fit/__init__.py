@@ -19,7 +19,7 @@ from pendpin.analysis.fit.parameters import checked, substituted
 from pendpin.analysis.fit.parts import explain_residual
 from pendpin.analysis.fit.report import Fit, Prediction, fitted_prediction, judged_samples, predict
 from pendpin.arrays import Array
-from pendpin.scene import Data, Scene, load_scene
+from pendpin.scene import Data, Scene, chosen_scene
 
 __all__ = ["Fit", "Prediction", "explain_residual", "fit"]
 
@@ -44,7 +44,7 @@ def fit(
     Raises InputError for what is wrong with scene, data or keys; MissingLibrary without heyoka.
     """
     begin = time.perf_counter()
-    chosen = scene if isinstance(scene, Scene) else load_scene(scene)
+    chosen = chosen_scene(scene)
     setting = prepare(chosen, data, free, robust)
     others = None if hold_out is None else read_swings(hold_out, setting.table)
     judged_samples(others or (), hold_out_start)  # what is wrong with them is said before the search

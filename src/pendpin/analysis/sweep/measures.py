@@ -61,6 +61,8 @@ def measure(given: str | Function) -> Measure:
     """A measure by its name, or a function of a run. Raises InputError for an unknown name."""
     if callable(given):
         return Measure(getattr(given, "__name__", "function"), "", given)
+    if not isinstance(given, str):
+        raise InputError(f"measure: {shown(given)} is neither a name nor a function of a run")
     if given.endswith(SPREAD):
         return _spread(measure(given.removesuffix(SPREAD)))
     if given in MEASURES:

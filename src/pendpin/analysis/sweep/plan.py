@@ -72,12 +72,13 @@ class Plan:
 
 def grid(values: Mapping[str, ArrayLike]) -> Plan:
     """Every combination of the values (k,) of each key. Raises InputError for values that are no finite numbers."""
-    return _checked(Plan(tuple(values), {key: _numbers(key, given) for key, given in values.items()}, True))
+    columns = _columns(values)
+    return _checked(Plan(tuple(columns), columns, True))
 
 
 def pairs(values: Mapping[str, ArrayLike]) -> Plan:
     """The first values of all keys, then the second ones, ... Raises InputError where keys differ in length."""
-    columns = {key: _numbers(key, given) for key, given in values.items()}
+    columns = _columns(values)
     lengths = {key: len(column) for key, column in columns.items()}
     if len(set(lengths.values())) > 1:
         words = ", ".join(f"{key} has {length}" for key, length in lengths.items())
@@ -190,16 +191,27 @@ def _number(where: str, text: str) -> float:
 # --- what is refused ------------------------------------------------------------------------------------------------
 
 
+def _columns(values: Mapping[str, ArrayLike]) -> dict[str, Array]:
+    """The numbers (k,) of each key. Raises InputError for anything else."""
+    if not isinstance(values, Mapping):
+        raise InputError(f"vary: {shown(values)} is no mapping of key paths to numbers")
+    return {key: _numbers(key, given) for key, given in values.items()}
+
+
 def _numbers(key: str, given: ArrayLike) -> Array:
+    if not isinstance(key, str):
+        raise InputError(f"vary: {shown(key)} is no key path, such as model.rods[0].mass")
     try:
-        values = np.array(given, dtype=float)
-    except (ValueError, TypeError):
+        values = np.array(given)
+    except ValueError:
         raise InputError(f"vary: {key}: {shown(given)} are not numbers") from None
     if values.ndim != 1 or not len(values):
         raise InputError(f"vary: {key}: a list of one or more numbers is wanted, not shape {values.shape}")
+    if values.dtype.kind not in "iuf":
+        raise InputError(f"vary: {key}: {shown(given)} are not numbers")
     if not np.isfinite(values).all():
         raise InputError(f"vary: {key}: value {int(np.argmin(np.isfinite(values)))} is not a finite number")
-    return values
+    return values.astype(float)
 
 
 def check_spreads(spreads: Mapping[str, Spread]) -> None:

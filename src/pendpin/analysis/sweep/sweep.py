@@ -15,9 +15,9 @@ from pendpin.analysis.sweep.task import Task, checked
 from pendpin.analysis.sweep.vectors import vectors_of
 from pendpin.analysis.sweep.workers import FOUND, in_threads, local_cluster, on_cluster, remote_cluster
 from pendpin.arrays import ArrayLike
-from pendpin.errors import InputError, Interrupted, MissingLibrary, RunError
+from pendpin.errors import InputError, Interrupted, MissingLibrary, RunError, shown
 from pendpin.files import refuse_targets
-from pendpin.scene import Scene, load_scene
+from pendpin.scene import Scene, chosen_scene
 from pendpin.simulation.batches import WIDTH
 from pendpin.simulation.processes import cores
 
@@ -57,17 +57,13 @@ def sweep(
     `partial`; MissingLibrary without the extra `sweep`.
     """
     _require()
-    scene = scene if isinstance(scene, Scene) else load_scene(scene)
     given = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
-    solver = scene.solver.replaced(**{name: value for name, value in given.items() if value is not None})
+    setting = {name: value for name, value in given.items() if value is not None}
     plan = vary if isinstance(vary, Plan) else plans.grid(vary)
-    wanted = (measure,) if isinstance(measure, str) or callable(measure) else tuple(measure)
-    task = checked(Task(scene.model_copy(update={"solver": solver}), plan, wanted))
-    most = WORKERS_EACH * cores()
-    if workers is not None and not 1 <= workers <= most:
-        raise InputError(f"workers: {workers} is not a count from 1 to {most}, {WORKERS_EACH} for each processor")
-    if workers is not None and dask is not None:
-        raise InputError("workers: the cluster of `dask` has its own; give one of both")
+    task = checked(Task(chosen_scene(scene).with_solver(**setting), plan, _measures(measure)))
+    _check_place(workers, dask)
+    if not isinstance(out, str | Path | None):
+        raise InputError(f"out: {shown(out)} is not the path of a store")
     new = out is None or not Path(out).exists()
     if out is not None and new:
         refuse_targets([Path(out)], [])
@@ -75,6 +71,26 @@ def sweep(
     results = Memory(task, Blocks(plan.shape, size)) if out is None else Store(task, Path(out), size)
     _run(task, results, workers, dask, progress)
     return results.dataset()
+
+
+def _measures(given: Any) -> tuple[str | Function, ...]:
+    """One measure or several. Raises InputError for none."""
+    wanted = (given,) if isinstance(given, str) or not isinstance(given, Sequence) else tuple(given)
+    if not wanted:
+        raise InputError("measure: nothing is measured; name a number of a run, such as swing")
+    return wanted
+
+
+def _check_place(workers: int | None, dask: str | None) -> None:
+    """Raises InputError for a number of workers or an address that cannot be."""
+    most = WORKERS_EACH * cores()
+    if workers is not None and (type(workers) is not int or not 1 <= workers <= most):
+        wanted = f"a count from 1 to {most}, {WORKERS_EACH} for each processor"
+        raise InputError(f"workers: {shown(workers)} is not {wanted}")
+    if dask is not None and not isinstance(dask, str):
+        raise InputError(f"dask: {shown(dask)} is no address, such as tcp://host:8786")
+    if workers is not None and dask is not None:
+        raise InputError("workers: the cluster of `dask` has its own; give one of both")
 
 
 def _run(task: Task, results: Memory | Store, workers: int | None, dask: str | None, progress: Progress) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from pendpin.analysis.sweep.measures import Function, Measure, measure
 from pendpin.analysis.sweep.plan import CASE, Plan
 from pendpin.arrays import Array
-from pendpin.errors import InputError, RunError, inside
+from pendpin.errors import InputError, RunError, inside, shown
 from pendpin.scene import Scene
 from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory.columns import unit_of
@@ -89,6 +89,8 @@ def checked(task: Task) -> Task:
             raise InputError(
                 f"measure: {name} is {'given twice' if name in names[:i] else 'a name of the result itself'}"
             )
+        if not name or name.startswith((".", "__")) or "/" in name:
+            raise InputError(f"measure: {shown(name)} cannot name a variable: give the function another __name__")
     if series := {m.name: m.series for m in task.chosen if m.series}:
         at_start = {"duration": 0.0, "solver": scene.solver.model_copy(update={"samples": None, "times": None})}
         try:
