@@ -156,8 +156,28 @@ def test_a_store_of_another_sweep_is_refused(tmp_path: Path) -> None:
         )  # fmt: skip
     assert_same(load(store), first)
     (tmp_path / "other").mkdir()
-    with pytest.raises(pp.InputError, match="no store of a sweep"):
+    with pytest.raises(pp.InputError, match="no sound store of a sweep"):
         small(tmp_path / "other")
+
+
+def test_a_damaged_store_is_mended_or_refused(tmp_path: Path) -> None:
+    """Values that are gone are run again; of arrays that are gone, or hold something else, a line speaks."""
+    store = tmp_path / "map.zarr"
+    whole = small(store).load()
+    shutil.rmtree(store / "swing" / "c")
+    assert (load(store).why.values == "not run").all()
+    assert_same(small(store), whole)
+    shutil.copytree(store, kept := tmp_path / "kept.zarr")
+    next(path for path in (store / "flip_time" / "c").rglob("*") if path.is_file()).write_bytes(b"something else")
+    for gone in (None, "why", KEYS[0], "zarr.json"):
+        if gone:
+            shutil.rmtree(store)
+            shutil.copytree(kept, store)
+            (store / gone).unlink() if gone == "zarr.json" else shutil.rmtree(store / gone)
+        for use in (load, small):
+            with pytest.raises(pp.InputError, match="delete it or name another") as caught:
+                use(store)
+            assert len(str(caught.value).splitlines()) == 1
 
 
 def test_a_block_that_was_half_written_is_run_again(tmp_path: Path) -> None:

@@ -1,24 +1,27 @@
 """The results of a sweep, in memory or in a Zarr store that is written block by block, each whole or not at all.
 
-A store holds a variable for each measure over the dimensions of the plan, `why`, the coordinates, and `done`, one number for
-each block, which is set when the block's values are there. A sweep goes on from the blocks that are done.
+A store holds a variable for each measure over the dimensions of the plan, `why`, the coordinates, and `done`: for each block
+0, or a checksum of its values, which is written behind them. A block whose values have another checksum is run again.
 """
 
 import json
 import os
 import shutil
 import warnings
-from collections.abc import Iterator
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from pendpin.analysis.sweep.plan import CASE, Plan
 from pendpin.analysis.sweep.task import Block, Task, versions
+from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
 
-FORMAT = 1
+FORMAT = 2
 NOT_RUN = "not run"  # why a case of a block that is not done has no measures
 REMEDY = "delete it or name another store"
 
@@ -94,20 +97,20 @@ class Store:
     def __init__(self, task: Task, path: Path, wanted: int) -> None:
         self.task, self.path = task, path
         with _one_line(path):
-            if path.exists():
-                self._check()
-            else:
+            if new := not path.exists():
                 _create(task, Blocks(task.plan.shape, wanted), path)
             import zarr
 
             self._group: Any = zarr.open_group(str(path), mode="r+")
-        self.blocks = Blocks.of(task.plan.shape, tuple(self._group[task.chosen[0].name].chunks))
+            _refuse_another(self._group.attrs, task)
+            if not new:
+                load(path)  # sound, before the work begins
+            self.blocks = Blocks.of(task.plan.shape, tuple(self._group["why"].chunks))
 
     def left(self) -> list[int]:
         """The blocks that are not done."""
         with _one_line(self.path):
-            done = np.asarray(self._group["done"][:])
-        return np.flatnonzero(done == 0).tolist()
+            return _left({name: self._group[name][...] for name in _stored(self._group.attrs)}, self.blocks)
 
     def put(self, block: int, found: Block) -> None:
         """Write the results of a block, then that it is done."""
@@ -119,45 +122,73 @@ class Store:
                 group[m.name][region] = column.reshape(shape)
             if any(found.why):
                 group["why"][region] = found.why.reshape(shape)
-            group["done"][block] = 1
+            group["done"][block] = _checksum(found.values.T, found.why)
 
     def dataset(self) -> Any:
         """The xarray.Dataset of the store, read when it is asked for."""
         return load(self.path)
 
-    def _check(self) -> None:
-        with _quiet():
-            import zarr
-
-            try:
-                attributes = dict(zarr.open_group(str(self.path), mode="r").attrs)
-            except (OSError, ValueError, KeyError) as error:
-                raise InputError(f"it is no store of a sweep ({error}); {REMEDY}") from None
-        if attributes.get("pendpin_sweep") != FORMAT:
-            raise InputError(f"it is no store of a sweep; {REMEDY}")
-        for name, value in _identity(self.task).items():
-            if attributes.get(name) != value:
-                raise InputError(f"it holds another sweep: {_change(name, attributes.get(name), value)}; {REMEDY}")
-
 
 def load(path: Path) -> Any:
     """The xarray.Dataset of a store, finished or not. Raises InputError for anything else."""
-    with _one_line(path), _quiet():
+    with _one_line(path, "read"), _quiet():
         import xarray
 
         if not path.is_dir():
             raise InputError("there is no store of a sweep")
-        try:
-            found = xarray.open_zarr(str(path), consolidated=False, chunks=None)
-        except (OSError, ValueError, KeyError) as error:
-            raise InputError(f"it is no store of a sweep: {error}") from None
-        if found.attrs.get("pendpin_sweep") != FORMAT:
-            raise InputError("it is no store of a sweep")
-        why = found["why"].values.astype(object)
-        blocks = Blocks.of(why.shape, found["why"].encoding["chunks"])
-        for block in np.flatnonzero(found["done"].values == 0).tolist():
-            why[blocks.region(block)] = NOT_RUN
-        return found[[*found.attrs["measures"], "why"]].assign(why=(found["why"].dims, why))
+        found = xarray.open_zarr(str(path), consolidated=False, chunks=None)
+        _refuse_foreign(found.attrs)
+        keys = tuple(found.attrs["keys"])
+        plan = Plan(keys, {key: found[key].values for key in keys}, CASE not in found.dims)
+        if plan.identity != found.attrs["cases"]:
+            raise InputError(f"the numbers that are varied are damaged; {REMEDY}")
+        blocks, dims = Blocks.of(plan.shape, found["why"].encoding["chunks"]), found["why"].dims
+        arrays = {name: found[name].values for name in _stored(found.attrs)}
+        arrays["why"] = arrays["why"].astype(object)
+        for block in _left(arrays, blocks):
+            for name in found.attrs["measures"]:
+                arrays[name][blocks.region(block)] = np.nan
+            arrays["why"][blocks.region(block)] = NOT_RUN
+        names = [*found.attrs["measures"], "why"]
+        return found[names].assign({name: (dims, arrays[name], found[name].attrs) for name in names})
+
+
+def _stored(attributes: Any) -> list[str]:
+    """The arrays of a store that hold results."""
+    return [*attributes["measures"], "why", "done"]
+
+
+def _left(arrays: Mapping[str, Array], blocks: Blocks) -> list[int]:
+    """The blocks that are not done, or have not the checksum of their values, from the arrays of a store."""
+    *measures, why, done = arrays.values()
+
+    def sound(block: int) -> bool:
+        region = blocks.region(block)
+        return _checksum([values[region].ravel() for values in measures], why[region].ravel()) == done[block]
+
+    return [block for block in range(blocks.blocks) if not done[block] or not sound(block)]
+
+
+def _checksum(measures: Iterable[Array], why: Array) -> int:
+    """A number above 0 of the values of a block's measures (cases,) and its reasons (cases,)."""
+    found = zlib.crc32("\n".join(why.tolist()).encode())
+    for values in measures:
+        found = zlib.crc32(np.where(np.isnan(values), np.nan, values).tobytes(), found)  # one NaN, whatever its bits
+    return found + 1
+
+
+def _refuse_foreign(attributes: Any) -> None:
+    """Raises InputError for the attributes of what is no store of a sweep."""
+    if attributes.get("pendpin_sweep") != FORMAT:
+        raise InputError(f"it is no store of a sweep, or of another version; {REMEDY}")
+
+
+def _refuse_another(attributes: Any, task: Task) -> None:
+    """Raises InputError for the attributes of a store of another sweep."""
+    _refuse_foreign(attributes)
+    for name, value in _identity(task).items():
+        if attributes.get(name) != value:
+            raise InputError(f"it holds another sweep: {_change(name, attributes.get(name), value)}; {REMEDY}")
 
 
 def coordinates(task: Task) -> dict[str, Any]:
@@ -224,13 +255,17 @@ def _create(task: Task, blocks: Blocks, path: Path) -> None:
             for m in task.chosen:
                 _array(group, m.name, blocks.shape, blocks.chunks, "f8", np.nan, names)
             _array(group, "why", blocks.shape, blocks.chunks, str, "", names)
-            _array(group, "done", (blocks.blocks,), (1,), "i1", 0, ["block"])
+            _array(group, "done", (blocks.blocks,), (1,), "i8", 0, ["block"])
             for name, value in coordinates(task).items():
                 dimension, values = value if isinstance(value, tuple) else (name, value)
                 _array(group, name, values.shape, values.shape, values.dtype.str, 0, [dimension])[:] = values
             for name, unit in task.units.items():
                 group[name].attrs["units"] = unit
-        draft.rename(path)
+        try:
+            draft.rename(path)
+        except OSError:
+            if not path.exists():  # else another command was faster
+                raise
     finally:
         shutil.rmtree(draft, ignore_errors=True)
 
@@ -242,14 +277,17 @@ def _array(
 
 
 @contextmanager
-def _one_line(path: Path) -> Iterator[None]:
-    """What goes wrong with the store, a full disk too, is an InputError that names it."""
+def _one_line(path: Path, done: str = "written") -> Iterator[None]:
+    """What goes wrong with the store, a full disk or a file that is gone, is an InputError that names it."""
     try:
         yield
     except InputError as error:
         raise InputError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+    except Exception as error:  # Zarr and its codecs raise many kinds
+        if isinstance(error, OSError) and error.strerror:
+            raise InputError(f"{path}: cannot be {done}: {error.strerror}") from None
+        reason = str(error).partition("\n")[0]
+        raise InputError(f"{path}: it is no sound store of a sweep ({reason}); {REMEDY}") from None
 
 
 @contextmanager
