@@ -171,6 +171,18 @@ def test_the_mend_holds_and_is_the_simplest(wrong, right):
     assert verdicts(pp.diagnose([mended], convention="standard", rod="thin")) == ["holds"]
 
 
+def test_a_missing_term_is_none_that_makes_the_equation_say_nothing():
+    """A balance put in for the acceleration that it is solved for would give ddphi = ddphi."""
+    wrong = "ddphi = -dtheta**2*sin(phi)*cos(phi)"
+    assert first_mend(wrong) == f"{wrong} - 3*g*cos(theta)*sin(phi)/(2*l)"
+
+
+def test_in_which_motions_an_equation_fails():
+    words = {"omega_3 = dtheta*sin(phi)": "as soon as theta turns", "V = m*g*z": "already at rest"}
+    words["ddtheta = dtheta*dphi*tan(phi) - 3*g*sin(theta)/(2*l*cos(phi))"] = "only when theta and phi both turn"
+    assert [pp.diagnose([text]).findings[0].when for text in words] == list(words.values())
+
+
 def test_far_fetched_mends_are_not_named():
     (finding,) = pp.diagnose(["ddphi = g*m*sin(theta)**3 + l*dtheta"]).findings
     assert (finding.verdict, finding.mends) == ("fails", ())

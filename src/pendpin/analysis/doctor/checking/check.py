@@ -200,17 +200,19 @@ def changed(equation: Equation, quantities: Quantities, instead: Instead) -> Val
         return None
 
 
-def relative_error(equation: Equation, quantities: Quantities) -> float:
-    """The residual over the terms, root mean square over random states. Raises Unread, also for infinite values."""
-    worst = 0.0
+def relative_error(equation: Equation, quantities: Quantities, full: Quantities | None = None) -> float:
+    """The residual over the terms, root mean square over random states. Raises Unread, also for infinite values.
+
+    `full` gives other states whose terms the residual is compared with: where nothing turns, terms may be rounding alone.
+    """
     with np.errstate(all="ignore"):
-        for rows, size in residuals_and_sizes(equation, quantities):
-            top = np.sqrt(np.mean(np.sum(rows**2, 0)))
-            bottom = np.sqrt(np.mean(size**2)) or 1.0
-            if not np.isfinite(top) or not np.isfinite(bottom):
-                raise Unread("it divides by 0, takes the root of a negative number or grows beyond bounds")
-            worst = max(worst, float(top / bottom))
-    return worst
+        here = list(residuals_and_sizes(equation, quantities))
+        there = here if full is None else residuals_and_sizes(equation, full)
+        tops = np.array([np.sqrt(np.mean(np.sum(rows**2, 0))) for rows, _ in here])
+        bottoms = np.array([np.sqrt(np.mean(size**2)) for _, size in there])
+    if not (np.isfinite(tops).all() and np.isfinite(bottoms).all()):
+        raise Unread("it divides by 0, takes the root of a negative number or grows beyond bounds")
+    return float((tops / np.where(bottoms, bottoms, 1.0)).max())
 
 
 def check(equation: Equation, rod: str, convention: Convention) -> Verdict:

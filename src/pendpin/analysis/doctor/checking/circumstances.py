@@ -32,14 +32,12 @@ def when(equation: Equation, rod: str, convention: Convention) -> str:
         "as soon as theta turns": ("dphi",),
         "as soon as phi turns": ("dtheta",),
     }
-    wrong = [text for text, still in cases.items() if _fails(equation, random_states(rod, convention, still))]
-    if wrong and wrong[0] == "already at rest":
+    full = random_states(rod, convention)
+    states = {text: random_states(rod, convention, still) for text, still in cases.items()}
+    wrong = [text for text, there in states.items() if not relative_error(equation, there, full) < TOLERANCE]
+    if wrong[:1] == ["already at rest"]:
         return wrong[0]
     return " and ".join(wrong) or "only when theta and phi both turn"
-
-
-def _fails(equation: Equation, quantities: Quantities) -> bool:
-    return not relative_error(equation, quantities) < TOLERANCE
 
 
 def scaling(equation: Equation, rod: str, convention: Convention) -> str:

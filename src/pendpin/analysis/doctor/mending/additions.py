@@ -162,7 +162,8 @@ def odd_extra(monomial: Monomial, reader: Reader, names: set[str], most: int) ->
         return False
     name, power = extra[0]
     steep = any(p < 0 and n in MOVING for n, p in monomial.powers) and name != "M3"
-    return power < 0 or steep or monomial.size > most or not (name in SUMS or set(name.split(" - ")) <= names)
+    parts = {part for term in SUMS[name] for part in term} & set(UNKNOWNS) if name in SUMS else set(name.split(" - "))
+    return power < 0 or steep or monomial.size > most or not parts <= names
 
 
 def unused(monomial: Monomial, editor: Editor) -> float:

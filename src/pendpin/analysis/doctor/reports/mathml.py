@@ -96,7 +96,8 @@ def _product(node: Node, changed: tuple[Span, ...]) -> str:
         else:
             number = child.kind == "number" and text.endswith("</mn>")
             sign = "·" if number else SIGNS[operator] if operator != "*" else ""
-            text += (f"<mo>{sign}</mo>" if sign else "") + inner
+            space = '<mspace width="0.17em"/>' if text and child.kind in ("function", "power") else ""
+            text += (f"<mo>{sign}</mo>" if sign else space) + inner
     return f"<mrow>{text}</mrow>"
 
 
@@ -116,6 +117,8 @@ def _function(node: Node, changed: tuple[Span, ...], exponent: str = "") -> str:
     inner = part(node.children[0], changed)
     if node.value == "sqrt":
         return f"<msqrt>{inner}</msqrt>"
+    if node.value == "transpose":
+        return f"<msup>{inner}<mi>T</mi></msup>"
     if node.value == "norm":
         return f"<mrow><mo>|</mo>{inner}<mo>|</mo></mrow>"
     name = _mark(f"<mi>{node.value}</mi>", node.marks[0], changed)
@@ -135,7 +138,7 @@ def symbol(written: Written) -> str:
     elif written.styled:
         text = f'<mi style="font-weight: bold">{letter}</mi>'
     if written.dots:
-        text = f'<mover accent="true">{text}<mo>{"˙" if written.dots == 1 else "¨"}</mo></mover>'
+        text = f'<mover>{text}<mo stretchy="false">{"." * written.dots}</mo></mover>'
     if written.index:
         text = f"<msub>{text}<mi>{html.escape(written.index)}</mi></msub>"
     if len(written.frames) == 2:
