@@ -28,8 +28,7 @@ from pendpin.analysis.doctor.mending.monomials import (
 from pendpin.analysis.doctor.mending.moves import moves
 from pendpin.analysis.doctor.mending.needs import needs
 from pendpin.analysis.doctor.reading.grammar import parse
-from pendpin.analysis.doctor.reading.names import UNKNOWNS
-from pendpin.analysis.doctor.reading.tree import Node, Unread, key, walk
+from pendpin.analysis.doctor.reading.tree import Node, Unread, key, symbols, walk
 
 MOST_NODES = 400  # of an equation that is searched
 MOST_WORK = 400_000  # moves times parts of an equation that are tried
@@ -180,21 +179,15 @@ def _both(a: Edit, b: Edit) -> Edit:
 
 
 def _verified(patient: Patient, edits: list[Edit], most: int) -> list[Mend]:
-    """The simplest edits whose text, read again, holds; of those that come to the same the simplest.
-
-    What is solved for an acceleration or reaction may not hold for every value of it: it would say nothing.
-    """
+    """The simplest edits whose text, read again, holds; of those that come to the same the simplest."""
     held: list[tuple[float, Edit, str, Equation, Values]] = []
     truth = random_states(patient.rod, patient.convention)
-    solves = any(side.value in UNKNOWNS for side in patient.equation.sides if side.kind == "symbol")
     for edit in sorted((e for e in edits if e.cost <= FARTHEST), key=_order)[:MOST_VERIFIED]:
         text = apply(patient.text, edit.splices)
         try:
             equation = patient.read(text)
             if not _empty(equation) and relative_error(equation, truth) < TOLERANCE:
                 shape, odd = standing(equation, patient.rod, patient.convention)
-                if solves and np.abs(shape).max() < 1e-9:
-                    continue
                 held.append((edit.cost + odd, edit, text, equation, shape))
         except Unread:
             continue
@@ -215,8 +208,10 @@ def _verified(patient: Patient, edits: list[Edit], most: int) -> list[Mend]:
 
 
 def _empty(equation: Equation) -> bool:
-    """Whether two neighbouring sides are printed alike, which says nothing."""
-    return any(key(left) == key(right) for left, right in pairwise(equation.sides))
+    """Whether an equation says little: two sides are printed alike, or what one side names stands in another too."""
+    lone = {side.value: side for side in equation.sides if side.kind == "symbol"}
+    again = any(lone.keys() & symbols(side) for side in equation.sides if side not in lone.values())
+    return again or any(key(left) == key(right) for left, right in pairwise(equation.sides))
 
 
 def _order(edit: Edit) -> tuple[float, int, str]:
