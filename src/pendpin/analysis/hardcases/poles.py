@@ -1,6 +1,7 @@
 """Rods through the pole phi = pi/2, where the rod lies along the first axis of the universal joint."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -116,6 +117,12 @@ def _passing(radius: float, aim: float) -> Case:
 
 REGULAR = "at most {} steps, each with an error of 1e-12 (the tolerance); errors grow by a factor 1 + omega T = {}"
 
+TURNING: dict[str, Any] = {
+    "bound": 1e-12 * 1000 * 180,
+    "derivation": REGULAR.format("1,000", 180),
+    "methods": {"auto": {"tolerance": 1e-12}, "rk45": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}},
+}
+
 CASES = (
     Case(
         name="thin-pole",
@@ -124,9 +131,7 @@ CASES = (
         physics="A thin rod turns in the plane theta = 0. It passes exactly through phi = 90 and 270 degrees in every turn.",
         why="At these angles the inertia about theta is 0: the equations in angles divide 0 by 0.",
         figure="distance of the tip to the exact solution (elliptic functions), m",
-        bound=1e-12 * 1000 * 180,
-        derivation=REGULAR.format("1,000", 180),
-        methods={"auto": {"tolerance": 1e-12}, "rk45": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}},
+        **TURNING,
         measure=_straight_through,
     ),
     Case(
@@ -136,9 +141,7 @@ CASES = (
         physics="The same rod with a sideways motion of 1e-9 rad. At each pole theta turns by 180 degrees within 1e-10 s.",
         why="theta' reaches 1e10 rad/s. A method in angles needs extremely small steps, or it steps over the turn.",
         figure="distance of the tip to the exact spherical pendulum, m",
-        bound=1e-12 * 1000 * 180,
-        derivation=REGULAR.format("1,000", 180),
-        methods={"auto": {"tolerance": 1e-12}, "rk45": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}},
+        **TURNING,
         measure=_close_by,
     ),
     Case(

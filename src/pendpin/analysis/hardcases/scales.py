@@ -1,6 +1,7 @@
 """The same motion in other units, under other gravities, at other times."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -22,13 +23,13 @@ def _off(found: Array, wanted: Array) -> float:
 # --- units ----------------------------------------------------------------------------------------------------------
 
 
-def _sized(length: float, mass: float, duration: float, samples: int | None = 21, time: float = 0.0) -> Scene:
+def _sized(length: float, mass: float, duration: float, time: float = 0.0) -> Scene:
     """Two rods in units of this length and mass; gravity stays the same, so the unit of time is sqrt(length)."""
     unit = np.sqrt(length)
     upper = Rod(length=length, mass=mass, radius=0.05 * length)
     lower = Rod(length=0.7 * length, mass=2 * mass, radius=0.05 * length)
     v = np.array([1.3, -0.8, 0.2, 0.5]) / unit
-    given = {"q": (0.7, 0.4, -0.3, 0.2), "v": v, "duration": float(duration * unit), "samples": samples, "time": time}
+    given = {"q": (0.7, 0.4, -0.3, 0.2), "v": v, "duration": float(duration * unit), "samples": 21, "time": time}
     return scene(chain_of(upper, lower), **given)
 
 
@@ -90,13 +91,8 @@ def _driven_late(solve: Solve, full: bool) -> float:
     return float(np.abs(here.q - there.q).max())
 
 
-def _no_duration(solve: Solve, full: bool) -> float:
-    run = solve(scene(THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=0.0))
-    return float(np.abs(run.q[0] - (0.7, 0.4)).max()) + abs(len(run.t) - 1)
-
-
-def _one_sample(solve: Solve, full: bool) -> float:
-    run = solve(scene(THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=0.0, samples=1))
+def _start_alone(solve: Solve, full: bool, samples: int | None) -> float:
+    run = solve(scene(THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=0.0, samples=samples))
     return float(np.abs(run.q[0] - (0.7, 0.4)).max()) + abs(len(run.t) - 1)
 
 
@@ -110,6 +106,13 @@ def _fine_samples(solve: Solve, full: bool) -> float:
 FINE = {"auto": {"tolerance": 1e-14}, "taylor": {"tolerance": 1e-18}}
 TIGHT = {"auto": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}}
 GRAVITIES = ((1e-12, 1e4, 2), (1e6, 0.2, 250))  # m/s², s, 1 + omega T
+
+AT_ONCE: dict[str, Any] = {
+    "figure": "difference to the start, rad, plus the number of samples less 1",
+    "bound": 0.0,
+    "derivation": "the start is given",
+    "methods": {"auto": {}, "radau": {}, "taylor": {}, "gauss6": {"step": 0.01}, "rk4": {"step": 0.01}},
+}
 
 CASES = (
     *(
@@ -187,11 +190,8 @@ CASES = (
         title="a duration of 0",
         physics="The run consists of the start with its accelerations and reactions.",
         why="No step can be taken.",
-        figure="difference to the start, rad, plus the number of samples less 1",
-        bound=0.0,
-        derivation="the start is given",
-        methods={"auto": {}, "radau": {}, "taylor": {}, "gauss6": {"step": 0.01}, "rk4": {"step": 0.01}},
-        measure=_no_duration,
+        **AT_ONCE,
+        measure=partial(_start_alone, samples=None),
     ),
     Case(
         name="one-sample",
@@ -199,11 +199,8 @@ CASES = (
         title="one requested sample",
         physics="A duration of 0 with samples = 1. A longer run needs at least two samples; pendpin refuses one.",
         why="There is no interval between samples.",
-        figure="difference to the start, rad, plus the number of samples less 1",
-        bound=0.0,
-        derivation="the start is given",
-        methods={"auto": {}, "radau": {}, "taylor": {}, "gauss6": {"step": 0.01}, "rk4": {"step": 0.01}},
-        measure=_one_sample,
+        **AT_ONCE,
+        measure=partial(_start_alone, samples=1),
     ),
     Case(
         name="fine-samples",

@@ -1,6 +1,7 @@
 """Starts on the pole and upright, where rounding determines when the motion begins."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -82,7 +83,12 @@ def _upside_down(solve: Solve, full: bool) -> float:
     return abs(departure(run, run.q[:, 0] - np.pi, 1e-2) - float(np.arccosh(1e-2 / (2 * OFF_POLE))) / SWING)
 
 
-FALLING = "at most 1,000 steps, each with an error of 1e-12 (the tolerance); errors grow by a factor 1 + omega T = 80"
+FALLING: dict[str, Any] = {
+    "figure": "distance of the tip to the exact solution (elliptic functions), m",
+    "bound": 1e-12 * 1000 * 80,
+    "derivation": "at most 1,000 steps, each with an error of 1e-12 (the tolerance); errors grow by a factor "
+    "1 + omega T = 80",
+}
 TIGHT = {"auto": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}}
 FINE = {"auto": {"tolerance": FINEST}, "taylor": {"tolerance": 1e-16}}
 LATE = (
@@ -97,9 +103,7 @@ CASES = (
         title="thin rod released on the pole",
         physics="A thin rod, level and along the x axis, falls from rest.",
         why="The angles are singular at the start.",
-        figure="distance of the tip to the exact solution (elliptic functions), m",
-        bound=1e-12 * 1000 * 80,
-        derivation=FALLING,
+        **FALLING,
         methods=TIGHT,
         measure=_fall(THIN, REDUCED, (0.0, POLE), (0.0, 0.0)),
     ),
@@ -109,9 +113,7 @@ CASES = (
         title="thin rod on the pole with theta' = 5 rad/s",
         physics="At the pole theta turns a rod about itself. For a thin rod that is no motion: it falls as from rest.",
         why="The inertia about theta is 0. A method in angles turns the 5 rad/s into a sideways motion.",
-        figure="distance of the tip to the exact solution (elliptic functions), m",
-        bound=1e-12 * 1000 * 80,
-        derivation=FALLING,
+        **FALLING,
         methods=TIGHT,
         measure=_fall(THIN, REDUCED, (0.0, POLE), (SPIN, 0.0)),
     ),
@@ -121,9 +123,7 @@ CASES = (
         title="thick rod released on the pole",
         physics="A rod of radius 5 cm, level and along the x axis, falls from rest in the plane theta = 0.",
         why="The rounding errors of theta'' are multiplied by J/I3. They must not change the motion in the plane.",
-        figure="distance of the tip to the exact solution (elliptic functions), m",
-        bound=1e-12 * 1000 * 80,
-        derivation=FALLING,
+        **FALLING,
         methods=TIGHT | {"gauss6": {"step": 0.002}},
         measure=_fall(THICK, J / (ROD.mass * ROD.properties.h), (0.0, POLE), (0.0, 0.0)),
     ),
