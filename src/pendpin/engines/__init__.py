@@ -1,4 +1,8 @@
-"""The engines: each computes a model's motion by its own equations, in its own coordinates."""
+"""The engines: each computes a model's motion by its own equations, in its own coordinates.
+
+May import: model, effects, equations and what is below them.
+To add an engine: a class in a file here, and when it is taken in dynamics/dynamics.py (`choose_engine`).
+"""
 
 from pendpin.engines.base import CALLBACK_EVERY_SLOW, AngleEngine, Derivative, Engine, ProgressCallback, Sample
 from pendpin.engines.chain import LongChain

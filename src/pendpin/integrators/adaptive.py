@@ -1,20 +1,17 @@
 """The adaptive integrator: embedded Runge-Kutta and multistep methods, on CyRK where installed, else on SciPy."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.engines import Derivative
-from pendpin.integrators.base import FREE, Integrator, Segment, StepPlan
+from pendpin.integrators.base import FREE, LEAST_RTOL, NOT_FINITE, Segment, StepPlan, finite_part, returning
+from pendpin.integrators.events import EventIntegrator
 from pendpin.versions import version
 
 NAMES = {"dop853": "DOP853", "rk45": "RK45", "rk23": "RK23", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
-LEAST_RTOL = 2.3e-14  # SciPy raises smaller ones to 100 times the rounding, with a warning
-NOT_FINITE = "the acceleration is not a finite number"
 
 
-class Adaptive(Integrator):
+class Adaptive(EventIntegrator):
     """A method of `NAMES` with one tolerance, relative and absolute (rad, rad/s) alike."""
 
     def __init__(self, method: str, tolerance: float) -> None:
@@ -79,24 +76,3 @@ class Adaptive(Integrator):
         except FloatingPointError:
             failure = NOT_FINITE
         return Segment(*finite_part(np.array(states), steps, failure))
-
-
-def returning(derivative: Derivative) -> Callable[[float, Array], Array]:
-    """A derivative that returns dy (size,), for SciPy. Raises FloatingPointError on NaN and inf."""
-
-    def function(t: float, y: Array) -> Array:
-        dy = np.empty_like(y)
-        derivative(dy, t, y)
-        if not np.isfinite(dy).all():
-            raise FloatingPointError
-        return dy
-
-    return function
-
-
-def finite_part(states: Array, steps: int, failure: str | None) -> tuple[Array, int, str | None]:
-    """The states (n, size) before the first that is not finite, the steps, and the failure."""
-    good = np.isfinite(states).all(1)
-    if good.all():
-        return states, steps, failure
-    return states[: max(1, int(np.argmin(good)))], steps, NOT_FINITE  # the first is what was given

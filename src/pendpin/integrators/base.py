@@ -5,9 +5,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from pendpin.arrays import Array
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import RunError
+
+LEAST_RTOL = 2.3e-14  # SciPy raises smaller ones to 100 times the rounding, with a warning
+NOT_FINITE = "the acceleration is not a finite number"
 
 Memory = Mapping[str, Array]  # arrays that a method keeps from segment to segment
 
@@ -82,3 +87,24 @@ class Integrator(ABC):
     @abstractmethod
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) at `times` (n,) in s, from y (size,) at times[0]."""
+
+
+def returning(derivative: Derivative) -> Callable[[float, Array], Array]:
+    """A derivative that returns dy (size,), for SciPy. Raises FloatingPointError on NaN and inf."""
+
+    def function(t: float, y: Array) -> Array:
+        dy = np.empty_like(y)
+        derivative(dy, t, y)
+        if not np.isfinite(dy).all():
+            raise FloatingPointError
+        return dy
+
+    return function
+
+
+def finite_part(states: Array, steps: int, failure: str | None) -> tuple[Array, int, str | None]:
+    """The states (n, size) before the first that is not finite, the steps, and the failure."""
+    good = np.isfinite(states).all(1)
+    if good.all():
+        return states, steps, failure
+    return states[: max(1, int(np.argmin(good)))], steps, NOT_FINITE  # the first is what was given

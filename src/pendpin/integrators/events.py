@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array, Mask
-from pendpin.engines import Derivative
-from pendpin.integrators.adaptive import LEAST_RTOL, NOT_FINITE, returning
+from pendpin.engines import Derivative, Engine, ProgressCallback
+from pendpin.engines.machine_code import Block
+from pendpin.integrators.base import LEAST_RTOL, NOT_FINITE, Integrator, returning
 from pendpin.integrators.crossings import Crossing, first_crossing_of
 
 _ORDERS = {"DOP853": 8, "RK45": 5, "RK23": 3, "Radau": 5, "BDF": 1, "LSODA": 1}  # of a method's first step
@@ -125,13 +126,28 @@ class OnSciPy(Stepper):
         )
 
 
+class EventIntegrator(Integrator):
+    """A method with a tolerance whose steps can be searched for events."""
+
+    method: str  # SciPy's name of it
+    tolerance: float
+    event_library = "scipy"  # that makes the steps up to events
+
+    def compiled_for_events(self, engine: Engine, progress: ProgressCallback) -> Block | None:
+        """The equations with contacts in machine code; None if the method calls them from Python."""
+        return None
+
+    def stepper(self, scales: Array, first_step: float, longest: float, derivative: Derivative) -> Stepper:
+        """The steps with tolerances relative to scales (size,)."""
+        return OnSciPy(self.method, self.tolerance, scales, first_step, longest, derivative)
+
+    def first_step(self, rate: float) -> float:
+        """The first step in s for a motion with this rate in 1/s."""
+        return self.tolerance ** (1 / (_ORDERS[self.method] + 1)) / rate
+
+
 def _transposed(dense: Callable[[Array], Array]) -> Callable[[Array], Array]:
     return lambda t: dense(t).T
-
-
-def first_step_of(method: str, tolerance: float, rate: float) -> float:
-    """The first step in s of a method for a motion with this rate in 1/s."""
-    return tolerance ** (1 / (_ORDERS[method] + 1)) / rate
 
 
 def integrate_to_event(

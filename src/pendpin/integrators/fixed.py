@@ -10,8 +10,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import InputError, shown
-from pendpin.integrators.adaptive import NOT_FINITE, finite_part
-from pendpin.integrators.base import FREE, Integrator, Segment, StepPlan
+from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Segment, StepPlan, finite_part
 
 MAX_STEPS = 1e9
 LOOK_EVERY = 1024  # steps between two checks that the numbers are finite

@@ -14,9 +14,9 @@ from pendpin.arrays import Array
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine_code import Block
 from pendpin.integrators import cyrk
-from pendpin.integrators.adaptive import LEAST_RTOL, NAMES, finite_part
-from pendpin.integrators.base import FREE, Integrator, Segment, StepPlan
-from pendpin.integrators.events import Stepper, Steps
+from pendpin.integrators.adaptive import NAMES
+from pendpin.integrators.base import FREE, LEAST_RTOL, Segment, StepPlan, finite_part
+from pendpin.integrators.events import ONE_STEP, EventIntegrator, Stepper, Steps
 from pendpin.versions import version
 
 _MEGABYTES = 2000  # that its output may take
@@ -24,7 +24,7 @@ WINDOW = 32.0  # first steps: how far the first of the steps up to an event go
 _NO_LIMIT = 1e300  # s, on the size of a step
 
 
-class AdaptiveInMachineCode(Integrator):
+class AdaptiveInMachineCode(EventIntegrator):
     """As `Adaptive`, on equations in machine code; only if `available` is true."""
 
     library = "CyRK"
@@ -34,6 +34,7 @@ class AdaptiveInMachineCode(Integrator):
         self._method, self._tolerance = cyrk.METHODS[self.method], np.array([tolerance])
         self._error: BaseException | None = None
         self.version = version(self.library)
+        self.event_library = self.library if self.method in ONE_STEP else "scipy"
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The equations of a compiled engine, which the loops call directly."""
@@ -48,8 +49,15 @@ class AdaptiveInMachineCode(Integrator):
         self._raised()
         return Segment(*finite_part(states, steps, failure))
 
-    def stepper(self, scales: Array, first_step: float, longest: float) -> Stepper:
-        """The steps with tolerances relative to scales (size,), for integration up to events."""
+    def compiled_for_events(self, engine: Engine, progress: ProgressCallback) -> Block:
+        """The equations of a compiled engine."""
+        self.equations(engine, progress)
+        return self.block
+
+    def stepper(self, scales: Array, first_step: float, longest: float, derivative: Derivative) -> Stepper:
+        """The steps with tolerances relative to scales (size,): of methods of one step by CyRK."""
+        if self.method not in ONE_STEP:
+            return super().stepper(scales, first_step, longest, derivative)
         self._error = None
         atol, rtol = np.ascontiguousarray(self.tolerance * scales), np.maximum(self._tolerance, LEAST_RTOL)
         call = Call(self._method, self.block.code().address, self.block, rtol, atol, first_step, longest)

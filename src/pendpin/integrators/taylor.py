@@ -15,8 +15,8 @@ from pendpin.effects import Effect
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.tape import Recording
 from pendpin.errors import InputError, MissingLibrary
-from pendpin.integrators.adaptive import NAMES, NOT_FINITE
-from pendpin.integrators.base import FREE, Integrator, Memory, Segment, StepPlan
+from pendpin.integrators.adaptive import NAMES
+from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Memory, Segment, StepPlan
 from pendpin.versions import version
 
 MAX_JOINTS = 20  # ten rods compile in about half a minute

@@ -9,18 +9,7 @@ from pendpin.dynamics.contact_guards import Guards, guards_of
 from pendpin.dynamics.contacts import Contacts, Mode, Scales
 from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative
 from pendpin.errors import InputError, RunError
-from pendpin.integrators import Adaptive
-from pendpin.integrators.events import (
-    ONE_STEP,
-    AtRest,
-    OnSciPy,
-    SegmentToEvent,
-    Stepper,
-    first_step_of,
-    instant,
-    integrate_to_event,
-)
-from pendpin.integrators.machine import AdaptiveInMachineCode
+from pendpin.integrators.events import AtRest, EventIntegrator, SegmentToEvent, Stepper, instant, integrate_to_event
 from pendpin.model import kinematics
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.loop import IntegrationLoop, Task
@@ -38,15 +27,10 @@ class LoopWithEvents(IntegrationLoop):
         super().__init__(task)
         integrator, contacts, self._calls = task.integrator, task.dynamics.contacts, 0
         assert contacts is not None
-        assert isinstance(integrator, Adaptive | AdaptiveInMachineCode)
-        self.method, self.tolerance = integrator.method, integrator.tolerance
-        self.contacts: Contacts = contacts
-        self.library, self.version, self._machine = "scipy", version("scipy"), None
-        if isinstance(integrator, AdaptiveInMachineCode):
-            integrator.equations(self.engine, self.progress)
-            self.contacts, self._machine = replace(self.contacts, block=integrator.block), integrator
-            if self.method in ONE_STEP:
-                self.library, self.version = integrator.library, integrator.version
+        assert isinstance(integrator, EventIntegrator)  # others are refused where they are chosen
+        self._block, self._method = integrator.compiled_for_events(self.engine, self.progress), integrator
+        self.contacts: Contacts = replace(contacts, block=self._block)
+        self.library, self.version = integrator.event_library, version(integrator.event_library)
         self._scales: Scales | None = None  # of the whole run: a later beginning keeps them
 
     def begin(self, q: Array, v: Array) -> RunState:
@@ -75,7 +59,7 @@ class LoopWithEvents(IntegrationLoop):
         found = integrate_to_event(
             self._stepper(t, mode, scales),
             lambda t, y: guards.values(t, y[:, : self.nv], y[:, self.nv : 2 * self.nv]),
-            *(guards.floor(scales, self.tolerance), t, y, end, times),
+            *(guards.floor(scales, self._method.tolerance), t, y, end, times),
         )
         rows, failure = self._rows(found.samples, times[: len(found.samples)], mode), found.failure
         at_once, events = at_once + 1 if found.t <= t else 0.0, int(found.fired is not None)
@@ -91,7 +75,7 @@ class LoopWithEvents(IntegrationLoop):
 
     def _evaluations(self) -> int:
         """The evaluations of the equations so far."""
-        return self._machine.block.calls if self._machine else self._calls
+        return self._block.calls if self._block else self._calls
 
     def _stepper(self, t: float, mode: Mode, scales: Scales) -> Stepper:
         """The method with its scales from t on."""
@@ -100,11 +84,10 @@ class LoopWithEvents(IntegrationLoop):
             return AtRest(longest)
         work = np.full(self.accounts, (scales.torque * scales.position).max())
         sizes = np.concatenate([scales.position, scales.rate, work])
-        first_step = first_step_of(self.method, self.tolerance, float((scales.rate / scales.position).max()))
-        if self._machine and self.method in ONE_STEP:
+        first_step = self._method.first_step(float((scales.rate / scales.position).max()))
+        if self._block:
             self.contacts.enter(mode)
-            return self._machine.stepper(sizes, first_step, longest)
-        return OnSciPy(self.method, self.tolerance, sizes, first_step, longest, self._derivative(mode))
+        return self._method.stepper(sizes, first_step, longest, self._derivative(mode))
 
     def _after(self, found: SegmentToEvent, guards: Guards, scales: Scales) -> tuple[Array, Mode]:
         """The state (size,) and the mode at the start of the next segment."""

@@ -1,6 +1,7 @@
 """What comes out: the record of a run, its parts, and the file that holds it.
 
 May import: the ground.
+To add a result: a field in trajectory.py, its shape in reading.py, its name and unit in columns.py.
 """
 
 from pendpin.trajectory.parts import Counts, Energy, Reactions, Stats

@@ -168,24 +168,21 @@ def by_runge_kutta(scene: Scene, model: Model, length: float, limit: float) -> S
     return _of_runs(f"Runge-Kutta (dop853) on {bind(scene).engine.name}", scene, length, "dop853", 1e-14, 1e-13, limit)
 
 
-def by_multistep(scene: Scene, model: Model, length: float, limit: float) -> Solution:
-    """LSODA's multistep methods, on the recursion in machine code where it can be compiled."""
-    if len(model.joints) > LARGE:
-        raise InputError("too many joints")
-    scene = _recursion(scene, model)
-    return _of_runs(f"multistep (lsoda) on {bind(scene).engine.name}", scene, length, "lsoda", 1e-13, 1e-12, limit)
+def _on_recursion(family: str, method: str, fine: float, coarse: float, most: float = np.inf) -> Maker:
+    """A method at two tolerances, on the recursion in machine code where it can be compiled, for up to `most` joints."""
+
+    def solve(scene: Scene, model: Model, length: float, limit: float) -> Solution:
+        if len(model.joints) > most:
+            raise InputError("too many joints")
+        scene = _recursion(scene, model)
+        return _of_runs(f"{family} ({method}) on {bind(scene).engine.name}", scene, length, method, fine, coarse, limit)
+
+    return solve
 
 
-def by_low_order(scene: Scene, model: Model, length: float, limit: float) -> Solution:
-    """A Runge-Kutta method of order 5, for scenes that are too large for all but explicit methods."""
-    scene = _recursion(scene, model)
-    return _of_runs(f"order 5 (rk45) on {bind(scene).engine.name}", scene, length, "rk45", 1e-12, 1e-11, limit)
-
-
-def by_collocation(scene: Scene, model: Model, length: float, limit: float) -> Solution:
-    """Radau's method of order 5, on the recursion in machine code where it can be compiled."""
-    scene = _recursion(scene, model)
-    return _of_runs(f"collocation (radau) on {bind(scene).engine.name}", scene, length, "radau", 1e-11, 1e-10, limit)
+by_multistep = _on_recursion("multistep", "lsoda", 1e-13, 1e-12, LARGE)
+by_low_order = _on_recursion("order 5", "rk45", 1e-12, 1e-11)  # for scenes that are too large for other families
+by_collocation = _on_recursion("collocation", "radau", 1e-11, 1e-10)
 
 
 def refuse_other_equations(scene: Scene, run: Trajectory) -> None:
