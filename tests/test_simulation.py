@@ -69,7 +69,7 @@ def test_every_method_arrives_at_the_same_place(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_scipy_carries_the_lane_where_cyrk_is_missing(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_scipy_runs_the_methods_where_cyrk_is_missing(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without CyRK the same methods run on SciPy and give the same motion."""
     with_cyrk = pp.simulate(swing(THICK, 2.0), method=method, tolerance=1e-9)
     monkeypatch.setitem(__import__("sys").modules, "CyRK", None)
@@ -78,8 +78,13 @@ def test_scipy_carries_the_lane_where_cyrk_is_missing(method: str, monkeypatch: 
     assert np.abs(with_cyrk.tips() - without.tips()).max() < 2e-6
 
 
+def numbers(most: float) -> st.SearchStrategy[float]:
+    """Numbers of a start: below 1e-140 the norm of dop853's error underflows, and a run may end in one line."""
+    return st.floats(-most, most).map(lambda x: x if abs(x) > 1e-140 else 0.0)
+
+
 @law(15)
-@given(st.floats(-1.4, 1.4), st.floats(-1.4, 1.4), st.floats(-5, 5), st.floats(-5, 5))
+@given(numbers(1.4), numbers(1.4), numbers(5), numbers(5))
 def test_running_back_returns_to_the_start(theta: float, phi: float, dtheta: float, dphi: float) -> None:
     """Reversibility: forward 1 s, the rates reversed, forward 1 s again."""
     there = pp.simulate(swing(THICK, 1.0, (theta, phi), (dtheta, dphi)))
