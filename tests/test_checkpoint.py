@@ -126,7 +126,7 @@ def test_a_broken_run_is_the_unbroken_one(given: pp.Scene, setting: Setting, tmp
 
 
 @pytest.mark.parametrize("library", ["CyRK", "scipy"])
-def test_a_stretch_may_be_shorter_than_a_step(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_segment_may_be_shorter_than_a_step(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The step that is proposed for it fits into it, which both libraries insist on."""
     if library == "scipy":
         monkeypatch.setitem(sys.modules, "CyRK", None)
@@ -155,7 +155,7 @@ def test_an_interrupt_says_how_to_go_on(tmp_path: Path) -> None:
     assert run.stats.seconds > partial.stats.seconds
 
 
-def test_a_finished_run_is_told_again(tmp_path: Path) -> None:
+def test_a_finished_run_is_read_again(tmp_path: Path) -> None:
     """The file stays: the same call gives the same result without integrating."""
     path, seen = tmp_path / "run.ckpt", []
     run = pp.simulate(scene(), checkpoint=path)

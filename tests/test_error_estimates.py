@@ -101,7 +101,7 @@ def test_three_tolerances_differ(method: str, accuracy: float, factor: float) ->
     assert refinement.least <= third <= second / 3 <= refinement.first / 9
 
 
-def test_a_low_order_is_told_beforehand() -> None:
+def test_a_low_order_is_refused_beforehand() -> None:
     """Steps by the thousand million are foreseen, with the reason, from runs of some ten thousand."""
     with pytest.raises(
         pp.RunError, match=r"euler is of order 1 and would take about \de\+\d+ steps, about .*; take"

@@ -17,7 +17,7 @@ def swing(*effects, model=ROD, q=(0.5, 0.2), **given) -> pp.Scene:
     return scene_of(model, *effects, q=q, **given)
 
 
-def test_gravity_is_called_for_and_a_spring_of_no_stiffness_is_not() -> None:
+def test_gravity_is_needed_and_a_spring_of_no_stiffness_is_not() -> None:
     """What moves the tip by more than the accuracy is needed; what does nothing changes exactly nothing."""
     rows = {row.effect: row for row in significance(swing(Gravity(), Spring(stiffness=0.0)), 1e-3).rows}
     assert rows["gravity"].verdict == "needed"

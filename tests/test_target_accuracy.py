@@ -63,7 +63,7 @@ def test_every_method_can_be_held_to_it(method: str) -> None:
     assert error(run, asked) <= accuracy
 
 
-def test_kinks_and_contacts() -> None:
+def test_nonsmooth_effects_and_contacts() -> None:
     """Scenes that are off the Taylor integrator: against the same at a tolerance of 1e-13."""
     for effects in ((fx.Drag(),), (fx.DryFriction(kinetic=0.1),), (fx.Stop(upper=0.9, joints=("theta_1",)),)):
         asked = scene(*effects)

@@ -175,7 +175,7 @@ def curve_of(report: CostReport, name: str) -> Curve:
     return next(curve for curve in report.curves if curve.name == name)
 
 
-def test_a_lane_that_fails_says_why(counted: Clock) -> None:
+def test_a_method_that_fails_says_why(counted: Clock) -> None:
     report = cost(
         scene(THICK, effects=(fx.Gravity(), fx.Drag())),
         methods=["taylor", "dop853"],
@@ -356,7 +356,7 @@ def test_the_figure_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 @needs_heyoka
-def test_witnesses_are_independent(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reference_solutions_are_independent(monkeypatch: pytest.MonkeyPatch) -> None:
     """On a rod that all of them take, no two integrate by the same method, nor on the same equations, and all agree."""
     used: dict[str, set[tuple[str, str]]] = {}
 
