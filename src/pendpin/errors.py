@@ -112,8 +112,17 @@ def inside(place: str) -> Iterator[None]:
 def not_one_of(value: Any, names: Iterable[str]) -> str:
     """What a message says of a value that none of the names is: the names, or the first of many, and the nearest."""
     known = tuple(names)
-    more = ", ..." if len(known) > MOST_NAMES else ""
-    return f"{shown(value)} is not one of: {choices(known[:MOST_NAMES])}{more}{did_you_mean(value, known)}"
+    return f"{shown(value)} is not one of: {_first_of(known)}{did_you_mean(value, known)}"
+
+
+def is_no(what: str, value: Any, names: Iterable[str]) -> str:
+    """What a message says of a value that none of many names is: the nearest, or the first of them."""
+    known = tuple(names)
+    return f"{shown(value)} is no {what}{did_you_mean(value, known) or f'; there are: {_first_of(known)}'}"
+
+
+def _first_of(names: tuple[str, ...]) -> str:
+    return f"{choices(names[:MOST_NAMES])}{', ...' if len(names) > MOST_NAMES else ''}"
 
 
 def find(names: tuple[str, ...], name: str, what: str) -> int:

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from pendpin.errors import InputError, choices, did_you_mean, shown
+from pendpin.errors import InputError, is_no
 from pendpin.files import folder_of
 
 
@@ -16,8 +16,7 @@ def example_text(name: str) -> str:
     """An example scene as text, with its comments; the files that it names by their whole paths. Raises InputError."""
     names = example_names()
     if name not in names:
-        meant = did_you_mean(name, names) or f"; it is one of: {choices(names)}"
-        raise InputError(f"{shown(name)} is no example{meant}")
+        raise InputError(is_no("example", name, names))
     text = (examples_folder() / f"{name}.toml").read_text(encoding="utf-8")
     return re.sub(r'(?m)^(csv|path) = "([^"]+)"', lambda m: f'{m[1]} = "{(examples_folder() / m[2]).as_posix()}"', text)
 

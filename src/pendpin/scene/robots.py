@@ -5,7 +5,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
-from pendpin.errors import InputError, MissingLibrary, choices, did_you_mean, shown
+from pendpin.errors import InputError, MissingLibrary, is_no
 
 FOLDER = "share/example-robot-data/robots"
 
@@ -14,8 +14,7 @@ def robot_file(name: str) -> Path:
     """The URDF of a robot by its name. Raises InputError that says which name was probably meant."""
     files = robot_files()
     if name not in files:
-        known = did_you_mean(name, files) or f"; it has {choices(files)}"
-        raise InputError(f"model.name: {shown(name)} is no robot of example-robot-data{known}")
+        raise InputError(f"model.name: {is_no('robot of example-robot-data', name, files)}")
     return files[name]
 
 

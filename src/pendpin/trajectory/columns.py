@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.errors import InputError, choices, did_you_mean, shown
+from pendpin.errors import InputError, is_no
 from pendpin.trajectory.parts import Reactions
 
 Place = tuple[str, Any]  # the array of a run, and the index of the column in it
@@ -60,8 +60,7 @@ def place_of(run: Any, name: str) -> Place:
     if single != name and name not in places and single in places:
         name = single
     if name not in places:
-        known = did_you_mean(name, places) or f"; it has {choices(list(places)[:12])}, ..."
-        raise InputError(f"{shown(name)} is no quantity of this run{known}")
+        raise InputError(is_no("quantity of this run", name, places))
     return places[name]
 
 
