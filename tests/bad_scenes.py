@@ -120,7 +120,7 @@ REST = {
     "angles lost in rounding": (
         "theta_1 = 0.7",
         "theta_1 = 9007199254740993",
-        "start.positions.theta: 9.0072e+15: doubles",
+        "start.positions.theta: 9.0072e+15 is beyond 1e+09: doubles",
     ),
     "huge angle": ("theta_1 = 0.7", "theta_1 = 1e300", "scene.toml: start.positions.theta_1: 1e+300 is above 1e+150"),
     "huge rate": ("positions = {", "velocities = { phi_1 = 1e90 }\npositions = {", "too large to compute with"),

@@ -40,8 +40,8 @@ def test_set_duration_samples_and_a_table(folder: Path, capfd: pytest.CaptureFix
         (("--set", "duratoin=1"), "duratoin: unknown key; did you mean 'duration'"),
         (("--duration=-1",), "--duration: duration: -1.0 is below 0"),
         (("--samples", "0"), "--samples: solver.samples: 0 is below 1"),
-        (("--out", "run.json"), "its name says .json"),
-        (("--html", "page.png"), "its name says .png"),
+        (("--out", "run.json"), "its name ends in .json"),
+        (("--html", "page.png"), "its name ends in .png"),
         (("--urdf", "ur55"), "did you mean 'ur5'"),
     ],
 )

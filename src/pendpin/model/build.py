@@ -87,7 +87,7 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
     for joint in np.flatnonzero(np.abs(q) > FARTHEST):
         name, apart = model.joints[joint], np.spacing(abs(q[joint]))
         raise InputError(
-            f"start.positions.{name}: {q[joint]:g} is above {FARTHEST:g}: doubles are {apart:.1g} apart there"
+            f"start.positions.{name}: {q[joint]:g} is beyond {FARTHEST:g}: doubles are {apart:.1g} apart there"
         )
     if model.chain is None and model.pin is not None:
         _refuse_singular(mass_matrix(model.pin, q), model.joints, "start.positions", "; begin elsewhere, or lock it")
