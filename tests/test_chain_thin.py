@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from fifty_digits import TILTED, G, alike, error, fifty_digits, mixed, point_masses, state
 from laws import law
+from pendpin.equations import thin_recursion
 from pendpin.equations.chain import angles, kinematics, refinement, solution, thin
 from pendpin.errors import InputError
 
@@ -63,6 +64,17 @@ def test_thin_solution_ignores_what_leads_off_the_sphere():
     straight, off = thin.solve(some, d, rate, G), thin.solve(some, 1.01 * d, rate + 0.1 * d, G)
     np.testing.assert_allclose(off.acceleration, straight.acceleration, atol=1e-12)
     np.testing.assert_allclose((straight.acceleration * d).sum(-1), -(rate**2).sum(-1), atol=1e-13)
+
+
+@pytest.mark.parametrize("n", [10, 50, 200])
+def test_the_recursion_keeps_the_digits_of_long_straight_chains(n):
+    """Where rods hang in one line, an antisymmetric part of the articulated inertias would grow threefold a rod."""
+    some, q = alike(n, 0.0), np.zeros((n, 2))
+    q[0] = 0.8, 0.3
+    d, rate = thin.directions(q, np.zeros_like(q))
+    expected = np.cross(d, thin.solve(some, d, rate, G).acceleration)
+    found = thin_recursion.turning(some, d, rate, G)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 * np.sqrt(n) * 10 * np.abs(expected).max())
 
 
 def path(n, rng, times):

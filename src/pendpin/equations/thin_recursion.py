@@ -6,14 +6,15 @@ acceleration of the tip, the balances of moments about the joint and of forces a
     J u = P (m h (field - a) + h f - l F') + M x d,    F = m (a + h (u - |d'|² d)) + F' - m field - f,
 P = 1 - d d^T, J = I1 + m h²; f and M are external. Solved for u and F they give A and b (docs/derivation_chain.md,
 section 8, has the same balances with all reactions as unknowns). K = J + l² P A' P is inverted: positive definite
-at every position, so nothing is singular at phi = ±pi/2.
+at every position, so nothing is singular at phi = ±pi/2. A is made symmetric after each rod: what rounding leaves of an
+antisymmetric part would grow threefold from rod to rod.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, applied, dot, outer
+from pendpin.arrays import Array, applied, dot, outer, symmetric
 from pendpin.equations.chain.inertia import ChainInertia
 
 _UNIT = np.eye(3)
@@ -64,7 +65,7 @@ def turning(
             c = c + np.cross(moment[i], d[i])
         answers.append(_Answer(P, Y, c, B, inward))
         through = B @ P @ Y
-        A, b = m * _UNIT + A - through @ B, applied(through, c) - applied(B, inward) + b - f
+        A, b = symmetric(m * _UNIT + A - through @ B), applied(through, c) - applied(B, inward) + b - f
     return _outward(chain, d, answers[::-1])
 
 
