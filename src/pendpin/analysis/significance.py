@@ -6,21 +6,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pendpin.analysis.work_precision.processor_time import halting
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Drag, Effect, Rotation, Viscous
-from pendpin.errors import InputError, PendpinError, brief
+from pendpin.engines import Compiled
+from pendpin.errors import Halted, InputError, Interrupted, PendpinError, brief
 from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.scene import Chain, Rod, Scene
 from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory import Trajectory
 
+CHAOTIC = "later the motion is not known to this accuracy"
+LARGE = "more would take long, as --thorough does"
 TOLERANCES = (1e-9, 1e-11)  # of the runs compared, and of the run that shows their error
 MARGIN = 0.1  # of the accuracy: where two runs of the same scene differ by more, the comparison ends
 SMALL_DAMPING = 1e-4  # N m s/rad per N m of the heaviest rod's weight times its lever: a good bearing
 LATITUDE = 45.0  # degrees
-CALLS, REPETITIONS = 40, 5
+CALLS, MANY, REPETITIONS = 40, 400, 5  # of an evaluation from Python, in machine code
+BUDGET = 0.5  # s of processor time for each of the runs compared, beside compiling
 SAMPLES = 201  # output times at most, at which tips are compared
 
 
@@ -42,37 +47,59 @@ class EffectsReport:
     rows: tuple[Row, ...]
     accuracy: float
     duration: float  # s, of the scene
-    horizon: float  # s, end of the comparison; shorter than `duration` in chaotic motion
+    horizon: float  # s, end of the comparison; shorter than `duration` in chaotic motion and in large models
+    why: str = ""  # it ends before the scene does
 
     def __repr__(self) -> str:
         rows = "; ".join(f"{row.effect}: {row.verdict}, changes {row.change:.1e}" for row in self.rows)
         return brief(f"Effects at an accuracy of {self.accuracy:g}: {rows}")
 
 
-def significance(scene: Scene, accuracy: float = 1e-3) -> EffectsReport:
+def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -> EffectsReport:
     """How much every effect of a scene changes the motion, and how much some effects that it lacks would change it:
     drag, Earth's rotation, viscous joints, the thickness of its rods.
 
     The change is the largest distance between the tips with and without the effect during the run, divided by the
     chain's length. The comparison ends where two runs of the same scene, at two tolerances, differ by more than a tenth
-    of the accuracy, as in chaotic motion. Raises InputError for an accuracy that is not between 0 and 1, and what
-    `simulate` raises.
+    of the accuracy, as in chaotic motion, and, unless `thorough`, where a run has taken half a second of processor time.
+    Raises InputError for an accuracy that is not between 0 and 1, and what `simulate` raises.
     """
     if not 0 < accuracy < 1:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
     samples = min(scene.solver.samples or SAMPLES, SAMPLES) if len(scene.times) > SAMPLES else None
     scene = scene.with_solver(samples=samples)
-    base, finer = (run_to_setting(scene.by("auto", tolerance)) for tolerance in TOLERANCES)
+    budget = np.inf if thorough else BUDGET
+    base = _run(scene, TOLERANCES[0], budget)
+    affordable = _cut(scene, len(base.t))
+    finer = _run(affordable, TOLERANCES[1], 2 * budget)
     length = scale(build(scene.model))
-    good = int(
-        np.argmax(np.append(tip_distance(_marks(scene, base), _marks(scene, finer), length) > MARGIN * accuracy, True))
+    off = tip_distance(_marks(scene, base)[: len(finer.t)], _marks(scene, finer), length) > MARGIN * accuracy
+    compared = _cut(affordable, int(np.argmax(np.append(off, True))))
+    whole = compared.duration == scene.duration
+    why = "" if whole else CHAOTIC if off.any() else LARGE
+    cost, rows = _evaluation(base), []
+    for name, listed, other in _variants(compared):
+        change, share, problem = _change(listed, other, compared, base, cost, 2 * budget)
+        verdict = problem or _verdict(listed, change, accuracy) + ("" if whole else f" up to {compared.duration:.2g} s")
+        rows.append(Row(name, listed, change, share, verdict))
+    return EffectsReport(tuple(rows), accuracy, scene.duration, compared.duration, why)
+
+
+def _run(scene: Scene, tolerance: float, budget: float) -> Trajectory:
+    """The run of a scene, or the part of it that takes so many s of processor time."""
+    try:
+        return run_to_setting(scene.by("auto", tolerance), progress=halting(budget))
+    except Interrupted:
+        raise
+    except Halted as error:
+        return error.partial
+
+
+def _cut(scene: Scene, count: int) -> Scene:
+    """The scene up to the last of so many of its output times, of the first at least."""
+    return scene.with_solver(samples=max(count, 1)).model_copy(
+        update={"duration": float(scene.times[max(count - 1, 0)])}
     )
-    horizon = float(scene.times[max(good - 1, 0)])
-    solver = scene.solver.model_copy(update={"samples": max(good, 1)})
-    compared = scene.model_copy(update={"duration": horizon, "solver": solver})
-    cost = _evaluation(scene)
-    rows = [_row(name, listed, other, compared, base, accuracy, cost) for name, listed, other in _variants(compared)]
-    return EffectsReport(tuple(rows), accuracy, scene.duration, horizon)
 
 
 def _variants(scene: Scene) -> Iterator[tuple[str, bool, Scene]]:
@@ -103,19 +130,25 @@ def _with(scene: Scene, *effects: Effect) -> Scene:
     return scene.model_copy(update={"effects": effects})
 
 
-def _row(name: str, listed: bool, other: Scene, scene: Scene, base: Trajectory, accuracy: float, cost: float) -> Row:
-    """What another scene changes against the base run; `cost` is that of an evaluation of the scene, s."""
+def _change(
+    listed: bool, other: Scene, scene: Scene, base: Trajectory, cost: float, budget: float
+) -> tuple[float, float | None, str]:
+    """What another scene changes against the base run, its share of an evaluation, and why it is not compared if it is not.
+
+    `cost` is that of an evaluation of the scene, s.
+    """
     try:
-        run = run_to_setting(other.by("auto", TOLERANCES[0]))  # what it leaves out is no slip: no notes
+        run = _run(other, TOLERANCES[0], budget)  # what it leaves out is no slip: no notes
     except PendpinError as error:
-        return Row(name, listed, float("nan"), None, f"not compared: {error}")
-    length = scale(build(scene.model))
-    change = float(tip_distance(_marks(scene, base)[: len(run.t)], _marks(scene, run), length).max())
-    share = None
-    if other.effects != scene.effects:
-        more, less = (cost, _evaluation(other)) if listed else (_evaluation(other), cost)
-        share = max(1 - less / more, 0.0)
-    return Row(name, listed, change, share, _verdict(listed, change, accuracy))
+        return float("nan"), None, f"not compared: {error}"
+    count = min(len(run.t), len(scene.times))
+    change = float(
+        tip_distance(_marks(scene, base)[:count], _marks(scene, run)[:count], scale(build(scene.model))).max()
+    )
+    if other.effects == scene.effects:
+        return change, None, ""
+    more, less = (cost, _evaluation(run)) if listed else (_evaluation(run), cost)
+    return change, max(1 - less / more, 0.0), ""
 
 
 def _marks(scene: Scene, run: Trajectory) -> Array:
@@ -129,16 +162,23 @@ def _verdict(listed: bool, change: float, accuracy: float) -> str:
     return "not needed at this accuracy"
 
 
-def _evaluation(scene: Scene) -> float:
-    """Seconds of one evaluation of the scene's right-hand side, the least of some repetitions."""
-    dynamics = bind(scene)
-    y = dynamics.engine.pack(*start_state(dynamics.model, scene.start))
+def _evaluation(run: Trajectory) -> float:
+    """Seconds of one evaluation of the right-hand side of a run, on its engine: the least of some repetitions."""
+    dynamics = bind(run.source)
+    y = dynamics.engine.pack(*start_state(dynamics.model, run.source.start))
+    if isinstance(dynamics.engine, Compiled):
+        block, many = dynamics.engine.block(), (np.zeros(MANY), np.tile(y, (MANY, 1)))
+        return min(_seconds(lambda: block.evaluated(*many)) for _ in range(REPETITIONS)) / MANY
     derivative, _ = dynamics.engine.derivative(lambda t: None)
-    return min(_seconds(lambda: derivative(np.empty_like(y), 0.0, y)) for _ in range(REPETITIONS))
+
+    def calls() -> None:
+        for _ in range(CALLS):
+            derivative(np.empty_like(y), 0.0, y)
+
+    return min(_seconds(calls) for _ in range(REPETITIONS)) / CALLS
 
 
-def _seconds(call: Callable[[], None]) -> float:
-    begin = time.perf_counter()
-    for _ in range(CALLS):
-        call()
-    return (time.perf_counter() - begin) / CALLS
+def _seconds(call: Callable[[], object]) -> float:
+    begin = time.process_time()
+    call()
+    return time.process_time() - begin

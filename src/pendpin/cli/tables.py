@@ -118,9 +118,7 @@ def print_effects(found: "EffectsReport", as_json: bool) -> None:
     ]
     print_table(["effect", "in the scene", "change", "share of time", "verdict"], rows)
     if found.horizon < found.duration:
-        print(
-            f"compared up to {found.horizon:.3g} s of {found.duration:g} s: later the motion is not known to this accuracy"
-        )
+        print(f"compared up to {found.horizon:.3g} s of {found.duration:g} s: {found.why}")
 
 
 COST_WIDTHS = (8, 34, 9, 16, 0)

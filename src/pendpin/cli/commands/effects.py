@@ -15,6 +15,7 @@ def effects(
     accuracy: Annotated[
         float, typer.Option(help="Smallest change that matters: tip distance over the chain's length.")
     ] = 1e-3,
+    thorough: Annotated[bool, typer.Option("--thorough", help="The whole scene, as long as that takes.")] = False,
     json: Json = False,
 ) -> None:
     """Show what each effect changes and costs, and which effects the scene needs at an accuracy."""
@@ -23,5 +24,5 @@ def effects(
     chosen = read_scene(scene)
     with waiting("comparing runs with and without each effect", hidden=json):
         print_notes(chosen, strict=False)
-        found = significance(chosen, accuracy)
+        found = significance(chosen, accuracy, thorough)
     print_effects(found, json)
