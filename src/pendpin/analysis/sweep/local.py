@@ -4,6 +4,14 @@ distributed is imported here: import this module late.
 """
 
 import logging
+import signal
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from multiprocessing import active_children
+from multiprocessing.resource_tracker import ensure_running
+from threading import Event
+from typing import Any
 
 from distributed import Nanny, Scheduler, SpecCluster, Worker
 
@@ -28,23 +36,61 @@ class LocalWorker(_WithoutPages, Worker):
     """Runs blocks in a process of its own, which its Nanny starts again should it die."""
 
 
-def cluster_of(workers: int) -> SpecCluster:
-    """A cluster of so many processes; it ends with its context, and with this process. Raises RunError."""
-    for _ in range(STARTS):
+@contextmanager
+def cluster_of(workers: int) -> Iterator[Any]:
+    """A cluster of so many processes; it ends with its context, and with this process. Raises RunError.
+
+    Ctrl-C ends the start at once, and only this process sees it: signals that a thread blocks are blocked in the threads
+    and processes that it starts.
+    """
+    stopped = Event()
+    with _silent("asyncio"), ThreadPoolExecutor(1, initializer=_block_interrupts) as pool:
+        starting = pool.submit(_started, workers, stopped)
         try:
-            return _started(workers)
-        except RuntimeError:  # a process was killed before it was ready
-            continue
-    raise RunError(f"workers: {workers} processes could not be started")
+            with starting.result() as cluster:
+                yield cluster
+        except KeyboardInterrupt:
+            if not starting.done():
+                stopped.set()
+                for child in active_children():
+                    child.kill()
+                with suppress(RunError):
+                    starting.result().close()
+            raise
 
 
-def _started(workers: int) -> SpecCluster:
+def _started(workers: int, stopped: Event) -> Any:
     nanny = {
         "cls": Nanny,
         "options": HOST | {"nthreads": 1, "worker_class": LocalWorker, "silence_logs": logging.CRITICAL},
     }
-    return SpecCluster(
-        workers=dict.fromkeys(range(workers), nanny),
-        scheduler={"cls": LocalScheduler, "options": HOST | {"dashboard": False}},
-        silence_logs=logging.CRITICAL,  # type: ignore[arg-type]
-    )
+    for _ in range(STARTS):
+        if stopped.is_set():
+            break
+        with suppress(RuntimeError):  # a process was killed before it was ready
+            return SpecCluster(
+                workers=dict.fromkeys(range(workers), nanny),
+                scheduler={"cls": LocalScheduler, "options": HOST | {"dashboard": False}},
+                silence_logs=logging.CRITICAL,  # type: ignore[arg-type]
+                shutdown_on_close=False,  # at the end of the process: the context does it
+            )
+    raise RunError(f"workers: {workers} processes could not be started")
+
+
+def _block_interrupts() -> None:
+    """Block Ctrl-C in this thread; multiprocessing's tracker of resources, once it runs, does not unblock it."""
+    ensure_running()
+    if hasattr(signal, "pthread_sigmask"):  # not on Windows
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+
+
+@contextmanager
+def _silent(name: str) -> Iterator[None]:
+    """Nothing but what is critical from a logger: of processes that were killed, others speak."""
+    logger = logging.getLogger(name)
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
