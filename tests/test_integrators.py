@@ -317,7 +317,7 @@ def test_contacts_are_left_to_the_adaptive_lane(method: str) -> None:
 
 
 def test_gauss_needs_pinocchio() -> None:
-    with pytest.raises(pp.InputError, match="need Pinocchio's equations"):
+    with pytest.raises(pp.InputError, match="need Pinocchio"):
         pp.simulate(scene(THICK, method="gauss4", step=0.01, engine="chain"))
 
 

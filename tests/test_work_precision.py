@@ -14,6 +14,7 @@ import pytest
 import pendpin as pp
 from bad_input import contents, run_main
 from pendpin import effects as fx
+from pendpin.analysis import simulators
 from pendpin.analysis.work_precision import cost as work_precision
 from pendpin.analysis.work_precision import processor_time, references
 from pendpin.analysis.work_precision.cost import cost
@@ -356,6 +357,15 @@ def test_the_figure_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 @needs_heyoka
+def test_a_simulator_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The others are compared all the same; SciPy is always there."""
+    monkeypatch.setattr(simulators, "MODULES", {"mujoco": "no_such_module", "drake": "nor_this"})
+    found = simulators.peers(scene(THICK))
+    assert {peer.name.split()[0] for peer in found} == {"scipy"}
+    words = " ".join(replace(REPORT, missing=simulators.missing()).words)
+    assert "Not among the others: mujoco, drake, not installed" in words
+
+
 def test_reference_solutions_are_independent(monkeypatch: pytest.MonkeyPatch) -> None:
     """On a rod that all of them take, no two integrate by the same method, nor on the same equations, and all agree."""
     used: dict[str, set[tuple[str, str]]] = {}
@@ -365,7 +375,7 @@ def test_reference_solutions_are_independent(monkeypatch: pytest.MonkeyPatch) ->
         used.setdefault(name, set()).add((run.stats.method, run.stats.engine))
         return run
 
-    monkeypatch.setattr(references, "run_to_setting", recorded)
+    monkeypatch.setattr(processor_time, "run_to_setting", recorded)
     model, found = build(scene(THIN).model), {}
     for maker in references.SOLUTIONS:
         name = maker.__name__

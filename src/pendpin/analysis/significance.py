@@ -6,16 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.analysis.work_precision.processor_time import halting
+from pendpin.analysis.work_precision.processor_time import run_within
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Drag, Effect, Rotation, Viscous
 from pendpin.engines import Compiled
-from pendpin.errors import Halted, InputError, Interrupted, PendpinError, brief
+from pendpin.errors import InputError, PendpinError, brief
 from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.scene import Chain, Rod, Scene
-from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory import Trajectory
 
 CHAOTIC = "later the motion is not known to this accuracy"
@@ -69,9 +68,9 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
     samples = min(scene.solver.samples or SAMPLES, SAMPLES) if len(scene.times) > SAMPLES else None
     scene = scene.with_solver(samples=samples)
     budget = np.inf if thorough else BUDGET
-    base = _run(scene, TOLERANCES[0], budget)
+    base = run_within(budget, scene.by("auto", TOLERANCES[0]))
     affordable = _cut(scene, len(base.t))
-    finer = _run(affordable, TOLERANCES[1], 2 * budget)
+    finer = run_within(2 * budget, affordable.by("auto", TOLERANCES[1]))
     length = scale(build(scene.model))
     off = tip_distance(_marks(scene, base)[: len(finer.t)], _marks(scene, finer), length) > MARGIN * accuracy
     compared = _cut(affordable, int(np.argmax(np.append(off, True))))
@@ -83,16 +82,6 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
         verdict = problem or _verdict(listed, change, accuracy) + ("" if whole else f" up to {compared.duration:.2g} s")
         rows.append(Row(name, listed, change, share, verdict))
     return EffectsReport(tuple(rows), accuracy, scene.duration, compared.duration, why)
-
-
-def _run(scene: Scene, tolerance: float, budget: float) -> Trajectory:
-    """The run of a scene, or the part of it that takes so many s of processor time."""
-    try:
-        return run_to_setting(scene.by("auto", tolerance), progress=halting(budget))
-    except Interrupted:
-        raise
-    except Halted as error:
-        return error.partial
 
 
 def _cut(scene: Scene, count: int) -> Scene:
@@ -138,7 +127,7 @@ def _change(
     `cost` is that of an evaluation of the scene, s.
     """
     try:
-        run = _run(other, TOLERANCES[0], budget)  # what it leaves out is no slip: no notes
+        run = run_within(budget, other.by("auto", TOLERANCES[0]))  # what it leaves out is no slip: no notes
     except PendpinError as error:
         return float("nan"), None, f"not compared: {error}"
     count = min(len(run.t), len(scene.times))

@@ -17,27 +17,31 @@ from pendpin.model.bodies import pinocchio
 from pendpin.model.build import build, start_state
 from pendpin.scene import Scene
 
-__all__ = ["Peer", "PeerRun", "peers", "require_libraries", "task_of"]
+__all__ = ["Peer", "PeerRun", "missing", "peers", "require_libraries", "task_of"]
 
 MODULES = {"mujoco": "mujoco", "drake": "pydrake"}  # by the names of their packages
 
 
 def peers(scene: Scene) -> tuple[Peer, ...]:
-    """The peers, each with its model of the scene. Gravity is the one effect that they take.
+    """The peers that are installed, each with its model of the scene. Gravity is the one effect that they take.
 
-    Raises InputError for a scene with others, or that one of them does not take; MissingLibrary without MuJoCo or Drake.
+    Raises InputError for a scene with others, or that one of them does not take.
     """
-    require_libraries()
-    task = task_of(scene)
-    return *mujoco_peers(task), *drake_peers(task), *scipy_peers(task)
+    task, absent = task_of(scene), missing()
+    made = {"mujoco": mujoco_peers, "drake": drake_peers, "scipy": scipy_peers}
+    return tuple(peer for name, make in made.items() if name not in absent for peer in make(task))
+
+
+def missing() -> tuple[str, ...]:
+    """The other simulators that are not installed, by the names of their packages."""
+    return tuple(name for name, module in MODULES.items() if find_spec(module) is None)
 
 
 def require_libraries() -> None:
     """Raises MissingLibrary without MuJoCo or Drake."""
-    missing = [name for name, module in MODULES.items() if find_spec(module) is None]
-    if missing:
-        are = "is" if len(missing) == 1 else "are"
-        raise MissingLibrary(f"peers: {' and '.join(missing)} {are} not installed: pip install 'pendpin[peers]'")
+    if names := missing():
+        are = "is" if len(names) == 1 else "are"
+        raise MissingLibrary(f"peers: {' and '.join(names)} {are} not installed: pip install 'pendpin[peers]'")
 
 
 def task_of(scene: Scene) -> Task:

@@ -109,8 +109,8 @@ def cost(
         for one in own + others if thorough else ():
             climb.up_to(one, bench.known.error, budget, limit)
     except (KeyboardInterrupt, Interrupted):
-        return _report(bench, own + others, rows, accuracy, repetitions, interrupted=True)
-    return _report(bench, own + others, rows, accuracy, repetitions, interrupted=False)
+        return _report(bench, own + others, rows, accuracy, repetitions, _missing(peers), interrupted=True)
+    return _report(bench, own + others, rows, accuracy, repetitions, _missing(peers), interrupted=False)
 
 
 def _check(scene: Scene, methods: Sequence[str] | None, accuracy: float, peers: bool) -> None:
@@ -137,7 +137,13 @@ def _answers(
 
 
 def _report(
-    bench: _Bench, series: list[Series], rows: list[CostRow], accuracy: float, repetitions: int, interrupted: bool
+    bench: _Bench,
+    series: list[Series],
+    rows: list[CostRow],
+    accuracy: float,
+    repetitions: int,
+    missing: tuple[str, ...],
+    interrupted: bool,
 ) -> CostReport:
     known = bench.known
     return CostReport(
@@ -154,6 +160,7 @@ def _report(
         repetitions=repetitions,
         thorough=bench.thorough,
         interrupted=interrupted,
+        missing=missing,
         rows=tuple(rows),
     )
 
@@ -244,6 +251,13 @@ def _peers(scene: Scene) -> "tuple[Peer, ...]":
     from pendpin.analysis.simulators import peers
 
     return peers(scene)
+
+
+def _missing(peers: bool) -> tuple[str, ...]:
+    """The other simulators that were asked for and are not installed."""
+    from pendpin.analysis.simulators import missing
+
+    return missing() if peers else ()
 
 
 def _peer(bench: _Bench, peer: "Peer") -> Series:

@@ -3,7 +3,10 @@
 import time
 
 from pendpin.engines import ProgressCallback
-from pendpin.errors import Halted
+from pendpin.errors import Halted, Interrupted
+from pendpin.scene import Scene
+from pendpin.simulation.simulate import run_to_setting
+from pendpin.trajectory import Trajectory
 
 
 class Budget:
@@ -29,3 +32,13 @@ def halting(seconds: float) -> ProgressCallback:
             raise Halted(f"it takes over {seconds:.3g} s")
 
     return look
+
+
+def run_within(seconds: float, scene: Scene) -> Trajectory:
+    """The run of a scene, or the part of it that takes so many s of processor time beside compiling."""
+    try:
+        return run_to_setting(scene, progress=halting(seconds))
+    except Interrupted:
+        raise
+    except Halted as error:
+        return error.partial

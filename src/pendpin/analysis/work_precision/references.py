@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.analysis.work_precision.processor_time import halting
+from pendpin.analysis.work_precision.processor_time import run_within
 from pendpin.arrays import Array
 from pendpin.dynamics.acting import acting
 from pendpin.dynamics.compiling import compilable
@@ -17,12 +17,11 @@ from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Effect, Gravity
 from pendpin.engines import Compiled
 from pendpin.equations import exact
-from pendpin.errors import Halted, InputError, Interrupted, PendpinError
+from pendpin.errors import InputError, Interrupted, PendpinError
 from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, uncompiled
 from pendpin.model.build import Model, build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.scene import Scene
-from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory import Trajectory
 
 EPS = float(np.finfo(float).eps)
@@ -209,18 +208,10 @@ def _recursion(scene: Scene, model: Model) -> Scene:
 
 
 def _of_runs(name: str, scene: Scene, length: float, method: str, fine: float, coarse: float, limit: float) -> Solution:
-    runs = [_far(scene.by(method, setting), limit) for setting in (fine, coarse)]
+    runs = [run_within(limit, scene.by(method, setting)) for setting in (fine, coarse)]
     n = min(len(run.t) for run in runs)
     one, other = (marks(build(scene.model), run.tips()[:n], run.q[:n]) for run in runs)
     return Solution(name, one, tip_distance(one, other, length), EPS * runs[0].stats.steps, n < len(scene.times))
-
-
-def _far(scene: Scene, limit: float) -> Trajectory:
-    """The run, as far as it comes within `limit` s of processor time."""
-    try:
-        return run_to_setting(scene, progress=halting(limit))
-    except Halted as error:
-        return error.partial
 
 
 SOLUTIONS: tuple[Maker, ...] = (by_elliptic_functions, by_series, by_runge_kutta, by_collocation)

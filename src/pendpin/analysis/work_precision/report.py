@@ -149,6 +149,7 @@ class CostReport:
     thorough: bool = True  # whether all methods were measured at all settings
     halted: bool = False  # whether the comparison ends because more of the scene would take too long
     interrupted: bool = False
+    missing: tuple[str, ...] = ()  # other simulators that were asked for and are not installed
     rows: tuple[CostRow, ...] = ()  # the answers, from coarse to fine
 
     def best(self, error: float, peers: bool | None = False) -> tuple[str, float] | None:
@@ -177,6 +178,8 @@ def _words(report: CostReport) -> Iterator[str]:
         why = "more takes long, and is for --thorough" if report.halted else differ
         yield f"Compared up to {report.horizon:.3g} s of {report.duration:g} s: {why}."
     yield f"Error of the reference: {report.error:.0e}, the difference of {report.solutions[0]} and {report.solutions[1]}."
+    if report.missing:
+        yield f"Not among the others: {', '.join(report.missing)}, not installed; pip install 'pendpin[peers]'."
     single = [f"{row.accuracy:g} {row.once} ({time_text(row.once_seconds)})" for row in report.rows if row.once_seconds]
     if single:
         yield f"For a single run take: {'; '.join(single)}."
