@@ -18,7 +18,7 @@ from pendpin.equations import exact
 from pendpin.simulation.accuracy.estimate import SMALL, Gaps, estimate
 from pendpin.simulation.accuracy.refinement import by_step, by_tolerance
 from pendpin.simulation.accuracy.runs import Runs, alike
-from pendpin.simulation.guards import Deadline
+from pendpin.simulation.limits import Deadline
 
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.02)
 REDUCED = (ROD.properties.I1 + ROD.properties.h**2) / ROD.properties.h  # m, of the simple pendulum that swings alike

@@ -18,7 +18,7 @@ from pendpin.equations.exact import direction, direction_rate, planar, spherical
 from pendpin.integrators.gauss import Gauss, rule
 from pendpin.model.build import build
 from pendpin.simulation.checkpoint import RunState
-from pendpin.simulation.guards import Deadline
+from pendpin.simulation.limits import Deadline
 from pendpin.simulation.run import run_scene
 from scenes import scene_of
 

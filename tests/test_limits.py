@@ -14,7 +14,7 @@ import pendpin as pp
 from laws import HANG
 from pendpin.dynamics import compiling
 from pendpin.errors import Halted
-from pendpin.simulation import guards, run
+from pendpin.simulation import limits, run
 
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
 
@@ -36,7 +36,7 @@ class Clock:
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     """A clock in place of the real one, where limits are kept."""
     found = Clock()
-    monkeypatch.setattr(guards, "time", found)
+    monkeypatch.setattr(limits, "time", found)
     monkeypatch.setattr(run, "time", found)
     return found
 
@@ -72,24 +72,24 @@ def test_what_is_integrated_can_be_completed_in_time(
 def test_compiling_is_in_the_limit(monkeypatch: pytest.MonkeyPatch, options: dict[str, Any]) -> None:
     """Equations that are not compiled at the limit are not waited for; the start is what there is."""
     pytest.importorskip("heyoka")
-    late, work = Event(), guards.Thread.run
-    monkeypatch.setattr(guards.Thread, "run", lambda thread: late.wait() and work(thread))
+    late, work = Event(), limits.Thread.run
+    monkeypatch.setattr(limits.Thread, "run", lambda thread: late.wait() and work(thread))
     effects = (pp.effects.Gravity(), pp.effects.Spring(stiffness=1.5))  # not compiled by another test
     scene = swing(effects=effects, **{key: value for key, value in options.items() if key == "solver"})
     with pytest.raises(Halted, match="with its equations not yet compiled") as caught:
         pp.simulate(scene, limit=1e-9, **{key: value for key, value in options.items() if key == "method"})
     assert caught.value.partial.q.tolist() == [[0.7, 0.4]]
     late.set()
-    for thread in guards.abandoned:
+    for thread in limits.abandoned:
         thread.join()
 
 
 LEFT = """
 import atexit, sys, threading
-from pendpin.simulation import guards
+from pendpin.simulation import limits
 thread = threading.Thread(target=threading.Event().wait, daemon=True)  # compiles for ever
 thread.start()
-guards.abandoned.append(thread)
+limits.abandoned.append(thread)
 atexit.register(thread.join)
 sys.argv = ["pendpin", *sys.argv[1:]]
 from pendpin.cli import main
@@ -119,7 +119,7 @@ def test_recording_is_in_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     def record(*given: Any) -> None:
         raise AssertionError
 
-    monkeypatch.setattr(guards.Deadline, "waits_for", waits_for)
+    monkeypatch.setattr(limits.Deadline, "waits_for", waits_for)
     monkeypatch.setattr(compiling, "record", record)
     monkeypatch.setattr(compiling, "_known", OrderedDict())
     monkeypatch.setattr(run, "automatic", lambda *given: ("dop853", "compiled"))
@@ -145,11 +145,11 @@ def test_a_run_that_waits_for_the_processor_goes_on(clock: Clock, monkeypatch: p
     """Hours of the wall in which others had the processor end nothing; processor time without progress does."""
     used = 0.0
     monkeypatch.setattr(clock, "process_time", lambda: used)
-    patience = guards.Patience(10.0, guards.Deadline(None), lambda t: 0.0, lambda t: None)
+    patience = limits.Patience(10.0, limits.Deadline(None), lambda t: 0.0, lambda t: None)
     for t in np.linspace(0.0, 1e-9, 100):
         clock.now += 3600.0
         patience(float(t))
-    used = 2 * guards.WINDOW
+    used = 2 * limits.WINDOW
     with pytest.raises(Halted, match="the rest would take about"):
         patience(1e-9)
 

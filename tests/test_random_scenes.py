@@ -15,7 +15,7 @@ import random_scenes
 from laws import HANG
 from pendpin.effects import JointEffect
 from pendpin.engines import Revolute
-from pendpin.simulation import guards, run
+from pendpin.simulation import limits, run
 from random_scenes import FAULT, keep, outcome, outcomes
 from scene_effects import KINDS
 from scene_generator import ENGINES, METHODS, RODS, Case, case_of
@@ -72,7 +72,7 @@ class Looks:
 def test_no_fault_in_a_slice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every scene ends in a run whose energy balances or in one line; most in a run. What takes long is stopped."""
     clock = Looks()
-    monkeypatch.setattr(guards, "time", clock)
+    monkeypatch.setattr(limits, "time", clock)
     monkeypatch.setattr(run, "time", clock)
     found = [outcome(case_of(SEED, number, tmp_path)._replace(limit=LIMIT)) for number in range(COUNT)]
     assert [result for result in found if result.kind == FAULT] == []

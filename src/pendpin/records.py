@@ -38,7 +38,7 @@ class RecordType(type(BaseModel)):
         try:
             return super().__call__(**plain(cls.from_one(*args) | data if args else data))
         except ValidationError as error:
-            raise InputError(explain(error.errors(include_url=False), cls)) from None
+            raise InputError(fault_text(error.errors(include_url=False), cls)) from None
 
     def from_one(cls, *values: Any) -> dict[str, Any]:
         """The fields that unnamed values stand for; a class that takes one says so."""
@@ -122,7 +122,7 @@ def plain(value: Any, depth: int = 8) -> Any:
 # --- what is said about a bad value ---------------------------------------------------------------------------------
 
 
-def explain(faults: list[Any], record: type) -> str:
+def fault_text(faults: list[Any], record: type) -> str:
     """The first of pydantic's faults with data of a class, as `key path: what is wrong`, or its name without a path."""
     fault = min(faults, key=lambda f: f["type"] in {"missing", "too_short"})  # often the echo of another fault
     if fault["type"] == "extra_forbidden":  # whatever order they were given in

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from pendpin.analysis.crosscheck_report import CheckReport, Row
+from pendpin.analysis.crosscheck_report import CheckReport, CheckRow
 from pendpin.analysis.rounding_scale import rod_scale, tree_scale
 from pendpin.analysis.routes import (
     REFERENCE,
@@ -159,16 +159,16 @@ def _worst_states(answers: Mapping[str, Answer], sizes: dict[str, Array], count:
     return np.unique([*np.argsort(worst)[-max(1, count // 2) :], *range(min(n, count - count // 2))])
 
 
-def _rows(pair: tuple[str, str], answers: Mapping[str, Answer], states: _States) -> list[Row]:
+def _rows(pair: tuple[str, str], answers: Mapping[str, Answer], states: _States) -> list[CheckRow]:
     one, other = (answers[name] for name in pair)
     return [_row(quantity, pair, one[quantity], other[quantity], states) for quantity in one if quantity in other]
 
 
-def _row(quantity: str, pair: tuple[str, str], first: Array, second: Array, states: _States) -> Row:
+def _row(quantity: str, pair: tuple[str, str], first: Array, second: Array, states: _States) -> CheckRow:
     """The largest difference of two routes in one quantity, from their answers (n, k)."""
     size = states.sizes[quantity]
     relative = _relative(first, second, size)
     i, j = np.unravel_index(int(np.argmax(np.where(np.isnan(relative), np.inf, relative))), relative.shape)
     ulps = float(relative[i, j] * size[i, j] / np.spacing(max(size[i, j], np.finfo(float).tiny)))
     state = (int(states.index[i]), tuple(states.q[i].tolist()), tuple(states.v[i].tolist()))
-    return Row(quantity, states.places[quantity][j], *pair, float(relative[i, j]), ulps, *state, states.bound)
+    return CheckRow(quantity, states.places[quantity][j], *pair, float(relative[i, j]), ulps, *state, states.bound)

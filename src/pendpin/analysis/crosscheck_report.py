@@ -17,7 +17,7 @@ MOST_ROUTES = 6  # that a repr shows: the users' own may be many
 
 
 @dataclass(frozen=True)
-class Row:
+class CheckRow:
     """The worst difference between two routes in one quantity."""
 
     quantity: str
@@ -41,7 +41,7 @@ class Row:
 class CheckReport:
     """A cross-check: one row for each quantity and pair of routes."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[CheckRow, ...]
     states: int
     in_50_digits: int  # how many of the states the reference_route in 50 digits was given
     routes: tuple[str, ...]
@@ -61,12 +61,12 @@ class CheckReport:
         return all(row.ok for row in self.rows)
 
     @property
-    def worst(self) -> Row:
+    def worst(self) -> CheckRow:
         """The row with the largest relative difference, NaN above all."""
         return max(self.rows, key=_badness)
 
     @property
-    def worst_route(self) -> tuple[str, Row] | None:
+    def worst_route(self) -> tuple[str, CheckRow] | None:
         """The route farthest from the reference_route, and the row that says so; None without a reference_route."""
         in_50_digits = [row for row in self.rows if REFERENCE in (row.first, row.second)]
         if not in_50_digits:
@@ -119,7 +119,7 @@ def _line(name: str, quantities: list[str], cells: list[str]) -> str:
     return name[:ROUTE].ljust(ROUTE) + "".join(f" {cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
 
 
-def _cell(rows: list[Row]) -> str:
+def _cell(rows: list[CheckRow]) -> str:
     """The worst figure of some rows, marked where it is beyond the bound; a dash where a route gives no such quantity."""
     if not rows:
         return "-"
@@ -144,7 +144,7 @@ def _verdict(report: CheckReport) -> Iterator[str]:
         yield f"BROKEN: the routes do not agree; ! marks differences above the bound {report.bound:g}."
 
 
-def _badness(row: Row) -> float:
+def _badness(row: CheckRow) -> float:
     return np.inf if np.isnan(row.relative) else row.relative
 
 

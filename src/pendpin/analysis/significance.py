@@ -29,7 +29,7 @@ SAMPLES = 201  # output times at most, at which tips are compared
 
 
 @dataclass(frozen=True)
-class Row:
+class EffectRow:
     """What one effect changes and costs."""
 
     effect: str
@@ -43,7 +43,7 @@ class Row:
 class EffectsReport:
     """The effects of a scene at an accuracy, compared from the start to `horizon`."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[EffectRow, ...]
     accuracy: float
     duration: float  # s, of the scene
     horizon: float  # s, end of the comparison; shorter than `duration` in chaotic motion and in large models
@@ -80,7 +80,7 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
     for name, listed, other in _variants(compared):
         change, share, problem = _change(listed, other, compared, base, cost, 2 * budget)
         verdict = problem or _verdict(listed, change, accuracy) + ("" if whole else f" up to {compared.duration:.2g} s")
-        rows.append(Row(name, listed, change, share, verdict))
+        rows.append(EffectRow(name, listed, change, share, verdict))
     return EffectsReport(tuple(rows), accuracy, scene.duration, compared.duration, why)
 
 

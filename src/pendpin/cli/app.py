@@ -75,8 +75,8 @@ def _fail(message: str, status: int = 1) -> None:
 
 def _leave(status: int) -> NoReturn:
     """End with a status; a process whose limit has left a thread compiling does not wait for it."""
-    guards = sys.modules.get("pendpin.simulation.guards")
-    if guards and any(thread.is_alive() for thread in guards.abandoned):
+    limits = sys.modules.get("pendpin.simulation.limits")
+    if limits and any(thread.is_alive() for thread in limits.abandoned):
         atexit.register(os._exit, status)  # called before what would wait; all output is written
     sys.exit(status)
 

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pendpin.analysis.crosscheck_report import CheckReport, Row
+    from pendpin.analysis.crosscheck_report import CheckReport, CheckRow
     from pendpin.analysis.doctor.diagnosis import Diagnosis
     from pendpin.analysis.fit import Fit
     from pendpin.analysis.hardcases import Case, HardReport
@@ -96,7 +96,7 @@ def print_check(report: "CheckReport", every_row: bool, as_json: bool) -> None:
     print(report.text())
 
 
-def _check_row(row: "Row") -> list[str]:
+def _check_row(row: "CheckRow") -> list[str]:
     routes, figures = f"{row.first} / {row.second}", [f"{row.relative:.1e}", f"{row.ulps:.1f}", str(row.state)]
     return [row.quantity, row.place, routes, *figures, _verdict(row.ok)]
 

@@ -19,7 +19,7 @@ SHORTEST = 2.0**-44  # of the interval searched: a function that is not resolved
 MOST = 2000  # intervals examined; for a function that needs more, only the signs of its samples are used
 TOGETHER = 1e-12  # of the interval searched: crossings no farther apart happen at once
 
-Sample = Callable[[Array], Array]  # times (n,) -> values (n, m)
+Functions = Callable[[Array], Array]  # times (n,) -> values (n, m)
 
 _NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # rising, -1 to 1
 _STEEPEST = np.arange(DEGREE + 1) ** 2  # the largest slopes of Chebyshev's polynomials on -1 to 1
@@ -36,7 +36,7 @@ class Crossing:
     slope: float  # of the first, per s
 
 
-def first_crossing_of(sample: Sample, bounds: Array, floor: Array) -> tuple[Crossing, int] | None:
+def first_crossing_of(sample: Functions, bounds: Array, floor: Array) -> tuple[Crossing, int] | None:
     """As `first_crossing` in the intervals between bounds (k + 1,), one after another; also returns which it is in.
 
     All intervals are sampled at once; those that may hold a crossing are searched.
@@ -49,7 +49,7 @@ def first_crossing_of(sample: Sample, bounds: Array, floor: Array) -> tuple[Cros
     return None
 
 
-def first_crossing(sample: Sample, begin: float, end: float, floor: Array) -> Crossing | None:
+def first_crossing(sample: Functions, begin: float, end: float, floor: Array) -> Crossing | None:
     """The earliest time at which one of m functions falls to 0 and then below -floor (m,).
 
     None if there is no such time between begin and end: then no function was below -floor, but for what its interpolant
@@ -134,7 +134,7 @@ def _drop(values: Array, floor: float) -> float | None:
     return float(_NODES[np.argmax(below)]) if below.any() else None
 
 
-def _crossing(sample: Sample, t: float, which: int, together: float, end: float) -> Crossing:
+def _crossing(sample: Functions, t: float, which: int, together: float, end: float) -> Crossing:
     """The crossing of one function at t, and the others that cross with it."""
     around = np.array([t - together, min(t + together, end)])
     before, after = sample(around)

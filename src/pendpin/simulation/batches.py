@@ -26,7 +26,7 @@ from pendpin.integrators.taylor import HIGH, SERIES, SMALL, expressions, run_tim
 from pendpin.model.build import Model, build, start_state
 from pendpin.records import LARGEST
 from pendpin.scene import Scene
-from pendpin.simulation.guards import OFF, ROUNDING
+from pendpin.simulation.limits import OFF, ROUNDING
 
 WIDTH = 8  # cases side by side, the same on every machine: one vector of AVX-512, two of AVX2
 AT_ONCE = 128  # cases that are sorted into vectors

@@ -90,10 +90,10 @@ class Saver:
         """The saved state, or `first` if there is none. Raises InputError for a state of another run."""
         return first
 
-    def offer(self, progress: RunState) -> None:
+    def offer(self, state: RunState) -> None:
         """Save if the interval has passed. Raises Halted if saving fails."""
 
-    def save(self, progress: RunState) -> None:
+    def save(self, state: RunState) -> None:
         """Save now. Raises Halted if saving fails."""
 
 
@@ -107,15 +107,15 @@ class FileSaver(Saver):
         """The state in the file, or `first` where there is none."""
         return load(self._path, self._run, first) if os.path.exists(self._path) else first
 
-    def offer(self, progress: RunState) -> None:
+    def offer(self, state: RunState) -> None:
         """Save if the last save is long enough ago; the first call saves at once."""
         if time.perf_counter() - self._saved >= self._every:
-            self.save(progress)
+            self.save(state)
 
-    def save(self, progress: RunState) -> None:
+    def save(self, state: RunState) -> None:
         """Write the file."""
         try:
-            save(self._path, self._run, progress)
+            save(self._path, self._run, state)
         except InputError as error:
             raise Halted(str(error)) from None
         self._saved = time.perf_counter()
@@ -154,12 +154,12 @@ def identity(scene: Scene, energy_balance: bool, engine: str) -> dict[str, Any]:
     )
 
 
-def save(path: Path, run: dict[str, Any], progress: RunState) -> None:
+def save(path: Path, run: dict[str, Any], state: RunState) -> None:
     """Write the state of a run, whole or not at all. Raises InputError if that fails."""
-    counts = np.array([progress.steps, progress.evaluations, progress.events, progress.seconds])
+    counts = np.array([state.steps, state.evaluations, state.events, state.seconds])
     meta = np.array(json.dumps({"checkpoint": FORMAT, "run": run}))
-    arrays: dict[str, Any] = {"samples": progress.samples, "counts": counts, "meta": meta}
-    arrays |= {f"carried_{name}": array for name, array in progress.carried.items()}
+    arrays: dict[str, Any] = {"samples": state.samples, "counts": counts, "meta": meta}
+    arrays |= {f"carried_{name}": array for name, array in state.carried.items()}
     write_whole(path, lambda file: np.savez(file, **arrays))
 
 
@@ -173,10 +173,10 @@ def load(path: Path, run: dict[str, Any], first: RunState) -> RunState:
         if not isinstance(meta, dict) or meta.get("checkpoint") != FORMAT:
             raise ValueError("it is something else, or of another version of pendpin")
         difference = _difference(meta.get("run"), run)
-        progress = first if difference else _read(file, first)
+        state = first if difference else _read(file, first)
     if difference:
         raise InputError(f"{path}: the checkpoint of another run: {difference}; {REMEDY}")
-    return progress
+    return state
 
 
 def _read(file: ArrayFile, first: RunState) -> RunState:

@@ -30,8 +30,6 @@ from pendpin.trajectory import Counts, Stats
 MAX_BYTES = 4e9  # of the result
 MOST_JOINTS = 10  # up to which series are chosen: five rods compile in 2 s and run ten times as fast as one by one
 
-ProgressCallback = Callable[[int], None]
-
 
 @dataclass(frozen=True, kw_only=True)
 class EnsembleStats(Counts):
@@ -77,7 +75,7 @@ def simulate_many(
     method: str | None = None,
     tolerance: float | None = None,
     workers: int | None = None,
-    progress: ProgressCallback = lambda done: None,
+    progress: Callable[[int], None] = lambda done: None,
 ) -> Ensemble:
     """The motions of a scene from many starts, positions and velocities (k, nv) in model order, rad and rad/s.
 
@@ -185,7 +183,7 @@ class _Took(NamedTuple):
 class _Table:
     """The starts, and the rows that there are."""
 
-    def __init__(self, q: Array, v: Array, samples: int, progress: ProgressCallback) -> None:
+    def __init__(self, q: Array, v: Array, samples: int, progress: Callable[[int], None]) -> None:
         shape = (len(q), samples, q.shape[1])
         self.starts, self.q, self.v = (q, v), np.full(shape, np.nan), np.full(shape, np.nan)
         self.done, self._progress = np.zeros(len(q), dtype=bool), progress

@@ -89,13 +89,13 @@ def integrate_to_end(
 
     before, begin = done.seconds, clock()
 
-    def timed(progress: RunState) -> RunState:
-        return replace(progress, seconds=before + clock() - begin)
+    def timed(state: RunState) -> RunState:
+        return replace(state, seconds=before + clock() - begin)
 
     while error is None and not done.complete:
         try:
-            progress, failure = loop.go_on(between(done) if between else done)
-            done, error = timed(progress), RunError(failure) if failure else None
+            state, failure = loop.go_on(between(done) if between else done)
+            done, error = timed(state), RunError(failure) if failure else None
             if error is None:
                 saver.offer(done)
         except KeyboardInterrupt:

@@ -19,7 +19,7 @@ from pendpin.records import LARGEST
 from pendpin.scene import Scene
 from pendpin.simulation.checkpoint import Checkpoint, FileSaver, RunState, Saver, identity
 from pendpin.simulation.energy_balance import EnergyBalance
-from pendpin.simulation.guards import Deadline, Patience, balanced
+from pendpin.simulation.limits import Deadline, Patience, balanced
 from pendpin.simulation.loop import integrate_to_end, task_of
 from pendpin.simulation.motion_with_events import loop_of
 from pendpin.trajectory import Stats, Trajectory

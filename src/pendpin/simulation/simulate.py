@@ -14,7 +14,7 @@ from pendpin.model.notes import notes
 from pendpin.scene import Scene, chosen_scene
 from pendpin.simulation.accuracy.target import run_to_accuracy
 from pendpin.simulation.checkpoint import EVERY, Checkpoint
-from pendpin.simulation.guards import Deadline
+from pendpin.simulation.limits import Deadline
 from pendpin.simulation.run import run_scene
 from pendpin.trajectory import Trajectory, samples_of
 

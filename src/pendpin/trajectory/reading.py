@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from pendpin.files import ArrayFile
-from pendpin.records import LARGEST, explain
+from pendpin.records import LARGEST, fault_text
 from pendpin.trajectory.parts import Reactions, Stats
 
 FORMAT = 1
@@ -74,4 +74,4 @@ def _read_meta(file: ArrayFile) -> tuple[dict[str, Any], Stats]:
         known = {f.name: meta[f.name] for f in fields(Stats) if f.name in meta}
         return scene, TypeAdapter(Stats).validate_python(known)
     except ValidationError as error:
-        raise ValueError(f"meta: {explain(error.errors(include_url=False), Stats)}") from None
+        raise ValueError(f"meta: {fault_text(error.errors(include_url=False), Stats)}") from None

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.simulators.base import Peer, PeerRun, Probe, Task
+from pendpin.analysis.simulators.base import Peer, PeerRun, PeerTask, Probe
 from pendpin.analysis.simulators.drake import drake_peers
 from pendpin.analysis.simulators.mujoco import mujoco_peers
 from pendpin.analysis.simulators.scipy import scipy_peers
@@ -44,7 +44,7 @@ def require_libraries() -> None:
         raise MissingLibrary(f"peers: {' and '.join(names)} {are} not installed: pip install 'pendpin[peers]'")
 
 
-def task_of(scene: Scene) -> Task:
+def task_of(scene: Scene) -> PeerTask:
     """A scene as the peers get it; raises InputError for effects other than gravity."""
     fields = [np.zeros(3)]
     for i, effect in enumerate(scene.effects):
@@ -56,7 +56,7 @@ def task_of(scene: Scene) -> Task:
         raise InputError(f"model: {len(model.rods)} rods are more than other simulators are compared on")
     q, v = start_state(model, scene.start)
     probe = _probe(model.pin.copy(), gravity)
-    return Task(*same_for_all(scene.model), model.joints, q, v, gravity, scene.times, probe)
+    return PeerTask(*same_for_all(scene.model), model.joints, q, v, gravity, scene.times, probe)
 
 
 def _probe(model: Any, gravity: Array) -> Probe:

@@ -61,7 +61,7 @@ class Probe(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class PeerTask:
     """A scene as the peers get it."""
 
     text: str  # URDF
@@ -92,7 +92,7 @@ class Prepared(NamedTuple):
     counts: Callable[[], tuple[int, int]]  # steps and evaluations so far
 
 
-def peer(task: Task, name: str, library: str, kind: Kind, prepare: Callable[[float], Prepared]) -> Peer:
+def peer(task: PeerTask, name: str, library: str, kind: Kind, prepare: Callable[[float], Prepared]) -> Peer:
     """A peer from what prepares its runs."""
 
     def run(setting: float, limit: float = LIMIT) -> PeerRun:

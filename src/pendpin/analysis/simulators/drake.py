@@ -11,14 +11,14 @@ are far off. Two faults of Drake 1.51 are met here:
 
 import math
 from collections.abc import Callable, Iterator
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.simulators.base import Kind, Look, Peer, Prepared, Task, loading, peer
+from pendpin.analysis.simulators.base import Kind, Look, Peer, PeerTask, Prepared, loading, peer
 from pendpin.arrays import Array
 from pendpin.integrators.fixed import steps_in
+from pendpin.versions import version
 
 FIRST_TURN = 1e-3  # rad or so, in the first step
 METHODS: dict[str, tuple[str, Kind]] = {
@@ -28,7 +28,7 @@ METHODS: dict[str, tuple[str, Kind]] = {
 }
 
 
-def drake_peers(task: Task) -> Iterator[Peer]:
+def drake_peers(task: PeerTask) -> Iterator[Peer]:
     """Drake's integrators. Raises InputError for a model that it does not take."""
     library = f"drake {version('drake')}"
     with loading("drake"):
@@ -38,7 +38,7 @@ def drake_peers(task: Task) -> Iterator[Peer]:
         yield peer(task, f"drake {name}", library, kind, _motion(plant, scheme, kind, task))
 
 
-def _plant(task: Task) -> Any:
+def _plant(task: PeerTask) -> Any:
     from pydrake.multibody.parsing import Parser  # pyright: ignore[reportMissingImports]
     from pydrake.multibody.plant import MultibodyPlant  # pyright: ignore[reportMissingImports]
 
@@ -51,13 +51,13 @@ def _plant(task: Task) -> Any:
     return plant
 
 
-def _places(plant: Any, task: Task) -> tuple[Any, Any]:
+def _places(plant: Any, task: PeerTask) -> tuple[Any, Any]:
     """Where the joints are in positions and velocities."""
     joints = [plant.GetJointByName(name) for name in task.joints]
     return np.array([j.position_start() for j in joints]), np.array([j.velocity_start() for j in joints])
 
 
-def _set(plant: Any, context: Any, task: Task, q: Array, v: Array) -> None:
+def _set(plant: Any, context: Any, task: PeerTask, q: Array, v: Array) -> None:
     """Put positions and velocities (nv,) of the scene into Drake's context."""
     at_q, at_v = _places(plant, task)
     positions, velocities = np.empty((2, len(q)))
@@ -66,13 +66,13 @@ def _set(plant: Any, context: Any, task: Task, q: Array, v: Array) -> None:
     plant.SetVelocities(context, velocities)
 
 
-def _acceleration(plant: Any, task: Task) -> Array:
+def _acceleration(plant: Any, task: PeerTask) -> Array:
     context = plant.CreateDefaultContext()
     _set(plant, context, task, task.probe.q, task.probe.v)
     return plant.EvalTimeDerivatives(context).get_generalized_velocity().CopyToVector()[_places(plant, task)[1]]
 
 
-def _motion(plant: Any, scheme: str, kind: Kind, task: Task) -> Callable[[float], Prepared]:
+def _motion(plant: Any, scheme: str, kind: Kind, task: PeerTask) -> Callable[[float], Prepared]:
     at_q, _ = _places(plant, task)
 
     def prepare(setting: float) -> Prepared:

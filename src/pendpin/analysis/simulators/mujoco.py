@@ -8,22 +8,22 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from copy import copy
 from importlib import import_module
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.simulators.base import Look, Peer, Prepared, Task, loading, peer
+from pendpin.analysis.simulators.base import Look, Peer, PeerTask, Prepared, loading, peer
 from pendpin.analysis.simulators.text import LEAST
 from pendpin.arrays import Array
 from pendpin.errors import RunError
 from pendpin.integrators.fixed import steps_in
+from pendpin.versions import version
 
 STAGES = {"rk4": 4, "euler": 1, "implicitfast": 1}  # evaluations a step
 STEPS_AT_ONCE = 1_000  # between two looks at the clock
 
 
-def mujoco_peers(task: Task) -> Iterator[Peer]:
+def mujoco_peers(task: PeerTask) -> Iterator[Peer]:
     """MuJoCo's integrators. Raises InputError for a model that it does not take."""
     mujoco = import_module("mujoco")
     library = f"mujoco {version('mujoco')}"
@@ -34,7 +34,7 @@ def mujoco_peers(task: Task) -> Iterator[Peer]:
         yield peer(task, f"mujoco {name}", library, "step", _motion(mujoco, model, name, task))
 
 
-def _model(mujoco: Any, task: Task) -> Any:
+def _model(mujoco: Any, task: PeerTask) -> Any:
     """The model without what MuJoCo adds to massless bodies, and without its tests that reset a state."""
     model = mujoco.MjModel.from_xml_string(task.text)
     for sizes in (model.body_mass, model.body_inertia):
@@ -45,13 +45,13 @@ def _model(mujoco: Any, task: Task) -> Any:
     return model
 
 
-def _places(model: Any, task: Task) -> tuple[Any, Any]:
+def _places(model: Any, task: PeerTask) -> tuple[Any, Any]:
     """Where the joints are in qpos and qvel."""
     joints = [model.joint(name) for name in task.joints]
     return np.array([joint.qposadr[0] for joint in joints]), np.array([joint.dofadr[0] for joint in joints])
 
 
-def _acceleration(mujoco: Any, model: Any, task: Task) -> Array:
+def _acceleration(mujoco: Any, model: Any, task: PeerTask) -> Array:
     data, (at_q, at_v) = mujoco.MjData(model), _places(model, task)
     data.qpos[at_q], data.qvel[at_v] = task.probe.q, task.probe.v
     with _heard(mujoco):  # what is wrong shows in the numbers
@@ -59,7 +59,7 @@ def _acceleration(mujoco: Any, model: Any, task: Task) -> Array:
     return data.qacc[at_v]
 
 
-def _motion(mujoco: Any, model: Any, name: str, task: Task) -> Callable[[float], Prepared]:
+def _motion(mujoco: Any, model: Any, name: str, task: PeerTask) -> Callable[[float], Prepared]:
     at_q, at_v = _places(model, task)
 
     def prepare(step: float) -> Prepared:

@@ -7,15 +7,15 @@ rods; neither uses them.
 import math
 import warnings
 from collections.abc import Callable, Iterator
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.simulators.base import NOT_FINITE, Look, Peer, Prepared, Task, loading, peer
+from pendpin.analysis.simulators.base import NOT_FINITE, Look, Peer, PeerTask, Prepared, loading, peer
 from pendpin.arrays import Array, Indices
 from pendpin.errors import RunError
 from pendpin.model.bodies import pinocchio
+from pendpin.versions import version
 
 METHODS = ("DOP853", "RK45", "LSODA", "Radau")
 LEAST_RELATIVE = 100 * np.finfo(float).eps  # that SciPy takes
@@ -23,7 +23,7 @@ LEAST_RELATIVE = 100 * np.finfo(float).eps  # that SciPy takes
 Derivative = Callable[[float, Array], Array]
 
 
-def scipy_peers(task: Task) -> Iterator[Peer]:
+def scipy_peers(task: PeerTask) -> Iterator[Peer]:
     """SciPy's methods. Raises InputError for a model that Pinocchio does not load."""
     library = f"scipy {version('scipy')}, pin {version('pin')}"
     with loading("pinocchio"):
@@ -48,7 +48,7 @@ def _state(places: Indices, q: Array, v: Array) -> Array:
 
 
 def _motion(
-    right_hand_side: Callable[[Look], Derivative], places: Indices, method: str, task: Task
+    right_hand_side: Callable[[Look], Derivative], places: Indices, method: str, task: PeerTask
 ) -> Callable[[float], Prepared]:
     """A function that prepares a run at a tolerance; places (nv,) are those of the joints in the state."""
     from scipy.integrate import solve_ivp

@@ -20,7 +20,7 @@ from pendpin.analysis.work_precision.references import (
     refuse_other_equations,
 )
 from pendpin.analysis.work_precision.report import ACCURACIES, COMPILED, CostReport, CostRow, row
-from pendpin.analysis.work_precision.series import Climb, Outcome, Series, steps, tolerances
+from pendpin.analysis.work_precision.series import Climb, Series, Trial, steps, tolerances
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import bind
 from pendpin.engines import Compiled
@@ -215,12 +215,12 @@ def _method(bench: _Bench, method: str) -> Series:
     return Series(method, "", "step" if fixed else "tolerance", settings, _run_of(bench, method))
 
 
-def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Outcome]:
+def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Trial]:
     name, scene = method.removesuffix(COMPILED), bench.scene
     if name != method:
         scene = scene.with_solver(engine="compiled")
 
-    def run(setting: float, stop: float) -> Outcome:
+    def run(setting: float, stop: float) -> Trial:
         begin = time.perf_counter()
         try:
             found = run_to_setting(uncompiled(scene.by(name, setting)), progress=halting(stop))
@@ -229,9 +229,9 @@ def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Outcome]:
         except PendpinError as error:
             hopeless = not isinstance(error, RunError)
             seconds = stop if isinstance(error, Halted) else time.perf_counter() - begin
-            return Outcome(None, seconds, failure=one_line(str(error)), hopeless=hopeless)
+            return Trial(None, seconds, failure=one_line(str(error)), hopeless=hopeless)
         stats = found.stats
-        return Outcome(
+        return Trial(
             marks(bench.model, found.tips(), found.q),
             *(stats.seconds, stats.steps, stats.evaluations),
             max(stats.compile_seconds, _compiled_in(scene)),
@@ -261,12 +261,12 @@ def _missing(peers: bool) -> tuple[str, ...]:
 
 
 def _peer(bench: _Bench, peer: "Peer") -> Series:
-    def run(setting: float, stop: float) -> Outcome:
+    def run(setting: float, stop: float) -> Trial:
         found = peer.run(setting, stop)
         if found.failure is not None:
-            return Outcome(None, found.seconds, failure=found.failure)
+            return Trial(None, found.seconds, failure=found.failure)
         positions = marks(bench.model, tips(bench.model, poses(bench.model, found.q)), found.q)
-        return Outcome(positions, found.seconds, found.steps, found.evaluations)
+        return Trial(positions, found.seconds, found.steps, found.evaluations)
 
     settings = steps(bench.first_step) if peer.kind == "step" else tolerances(1e-14)
     return Series(peer.name, peer.library, peer.kind, settings, run, peer=True)

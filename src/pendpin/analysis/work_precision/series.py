@@ -13,7 +13,7 @@ PATIENCE = 5.0  # times the time that a run is worth: one that takes longer is s
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Trial:
     """One run: its tips, or why there are none."""
 
     tips: Array | None  # (n, rods, 3) m, W
@@ -34,7 +34,7 @@ class Series:
     library: str
     kind: str  # of its settings: "tolerance" or "step"
     settings: Iterator[float]  # from coarse to fine
-    run: Callable[[float, float], Outcome]  # with a setting and the s after which it is stopped
+    run: Callable[[float, float], Trial]  # with a setting and the s after which it is stopped
     peer: bool = False
     points: list[Point] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
@@ -91,7 +91,7 @@ class Climb:
             skipped = setting
         return skipped
 
-    def _point(self, series: Series, setting: float, found: Outcome, worth: float) -> Point:
+    def _point(self, series: Series, setting: float, found: Trial, worth: float) -> Point:
         """A point with the least time of some repetitions, as many as are worth it; that of the first run if none."""
         spent, times = found.seconds, []
         while len(times) < self.repetitions and spent < worth:

@@ -12,7 +12,7 @@ from pendpin.model.build import Model, build
 from pendpin.model.kinematics import chain_length, marks, tip_distance
 from pendpin.scene import FIXED_METHODS, Scene, UrdfModel
 from pendpin.simulation.checkpoint import RunState
-from pendpin.simulation.guards import Deadline
+from pendpin.simulation.limits import Deadline
 from pendpin.simulation.run import ENERGY_ERROR, run_scene
 from pendpin.trajectory import Trajectory, samples_of
 

@@ -18,7 +18,7 @@ from pendpin.simulation.accuracy.rounding import EPS, START
 from pendpin.simulation.accuracy.runs import Runs
 from pendpin.simulation.accuracy.target import NEGLIGIBLE
 from pendpin.simulation.batches import Cases, Motions, Series
-from pendpin.simulation.guards import Deadline
+from pendpin.simulation.limits import Deadline
 
 FINEST = 1e-9  # finer targets are near to rounding, which target.py measures
 COARSER = 10.0  # times the target: the first tolerance

@@ -20,7 +20,7 @@ from pendpin.simulation.accuracy import rounding
 from pendpin.simulation.accuracy.estimate import DISAGREEMENT, NOISE, SMALL, Estimate, Gaps, estimate
 from pendpin.simulation.accuracy.refinement import LOOSEST, MOST_STEPS, Refinement, by_step, by_tolerance
 from pendpin.simulation.accuracy.runs import Attempt, Runs, alike, at_rest, extent, gap, length_of
-from pendpin.simulation.guards import Deadline
+from pendpin.simulation.limits import Deadline
 from pendpin.trajectory import Trajectory
 
 FINE = 1e-12  # accuracies below are for the Taylor integrator wherever it can
