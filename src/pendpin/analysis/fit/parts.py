@@ -74,21 +74,24 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
     """The fit with what each part of its model is worth, and what parts that it lacks would be.
 
     Of the parts that it lacks, the best one that is called for is taken in before the others are judged again, so that
-    none is called for only because it resembles another.
+    none is called for only because it resembles another. The parts that it has are judged beside those taken in: a
+    friction that stood in for drag, or was hidden by it, is seen only then.
     """
-    keys = list(fit.setting.free.keys)
+    keys, taken = list(fit.setting.free.keys), []
+    own = {other[0] for other in _without(fit.scene, keys)}
     progress("the fit as it is")
     now = _refitted(fit, fit.solution, fit.scene, keys)
-    parts = [part for part, _ in _judged(fit, now, _without(fit.scene, keys), progress)]
     while True:
         others = sorted(_judged(fit, now, _with(now.scene, keys), progress), key=lambda other: other[0].criterion)
         best = next((other for other in others if other[0].called_for), None)
         if best is None:
-            parts += [part for part, _ in others]
-            return replace(fit, parts=tuple(sorted(parts, key=lambda part: part.criterion)))
-        parts.append(best[0])
+            break
+        taken.append(best[0])
         keys = list(best[1].setting.free.keys)
         now = _refitted(fit, best[1].solution, best[1].scene, keys)
+    present = (other for other in _without(now.scene, keys) if other[0] in own)
+    parts = [*taken, *(part for part, _ in [*others, *_judged(fit, now, present, progress)])]
+    return replace(fit, parts=tuple(sorted(parts, key=lambda part: part.criterion)))
 
 
 def _judged(fit: Fit, now: _Model, others: Iterator[_Other], progress: Callable[[str], None]) -> list[Any]:
