@@ -134,7 +134,11 @@ def test_what_is_missing_is_called_for(single) -> None:
     truth, table = single
     without = pp.Scene(**truth.given() | {"effects": truth.effects[:-1]})
     parts = explain_residual(pp.fit(without, table, "physics")).parts
-    assert {part.name for part in parts if part.called_for} == {"drag", "effects[1], viscous", "effects[2], dry_friction"}
+    assert {part.name for part in parts if part.called_for} == {
+        "drag",
+        "effects[1], viscous",
+        "effects[2], dry_friction",
+    }
     assert not any(
         part.called_for for part in explain_residual(pp.fit(truth, table, "physics")).parts if not part.present
     )

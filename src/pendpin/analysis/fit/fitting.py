@@ -30,7 +30,8 @@ from pendpin.scene import Data, Scene
 STEP = 0.3  # of the time scale: the longest step of a search; a quarter of that for what is reported
 SMOOTHING = 0.7  # of the time scale, to either side: local polynomials
 SHORT = 12.6  # time scales: about one period, the length of the first pieces
-POLISHING = 20  # steps at most
+FAR, LAST = 20, 3  # steps at most, of the search and over all samples
+COARSE = 1e-3  # of the sum of squares: what a step gains that still pays before the last search
 HOLD = 1e-3  # weight of the guess, in units of the noise, for what the data do not determine
 MOST_CHANGE = 0.3  # of the logarithm of a positive number: its natural scale is not above this
 OFFSET = 0.01  # rad or m: natural scale of a zero
@@ -134,13 +135,13 @@ def solution_of(setting: Setting, progress: Progress) -> Solution:
     if not _followed(setting, problem, x):
         progress("short pieces")
         problem = _rescaled(setting, problem, x)
-        x, _ = Search(problem, Starts(x, _states(setting, problem, x))).run(20, 1e-3)
+        x, _, _ = Search(problem, Starts(x, _states(setting, problem, x))).run(FAR, COARSE)
     progress("whole swings")
     problem = _rescaled(setting, _whole(setting, problem, x), x)
-    x, solved = Search(problem, Starts(x, _states(setting, problem, x))).run(15, 1e-3)
+    x, solved, _ = Search(problem, Starts(x, _states(setting, problem, x))).run(FAR, COARSE)
     problem = replace(_rescaled(setting, problem, x), still=np.zeros(len(x), bool))
     problem = _weighted(setting, problem, solved)
-    x, solved, _ = Search(problem, Starts(x, solved.starts)).polished(POLISHING)
+    x, solved, _ = Search(problem, Starts(x, solved.starts)).run(FAR)
     progress("error bars")
     return _finished(setting, problem, x, solved)
 
@@ -260,7 +261,7 @@ def _finished(setting: Setting, problem: Problem, x: Array, solved: Solved) -> S
     full = replace(problem, batch=pieces, share=1.0, largest_step=STEP / 4 * setting.pace)
     solved = solve_starts(full, x, solved.starts)
     full = _weighted(setting, full, solved)
-    x, solved, J = Search(full, Starts(x, solved.starts)).polished(2, central=True)
+    x, solved, J = Search(full, Starts(x, solved.starts)).run(LAST, central=True)
     shape = (len(J), -1, len(setting.columns))
     rest = solved.rest(solved.r[..., None]).reshape(shape)
     known = certainty(rest, J.reshape(*shape, len(x)), full.scale, full.batch.swing, solved.starts.size)

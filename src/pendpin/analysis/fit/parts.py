@@ -16,7 +16,7 @@ from pendpin.effects import Drag, DryFriction, Gravity, Viscous
 from pendpin.errors import InputError
 from pendpin.scene import Chain, Scene
 
-MOST = 12  # evaluations of a search, from the fitted numbers
+MOST = 24  # steps of a search, from the fitted numbers
 CALLED_FOR = (
     6.0  # of the information criterion: strong evidence (R. Kass, A. Raftery, J. Am. Stat. Assoc. 90 (1995), 773)
 )
@@ -114,9 +114,7 @@ def _refitted(fit: Fit, near: Solution, scene: Scene, keys: list[str]) -> _Model
     share = p.share[:1] if isinstance(p.share, np.ndarray) else p.share
     problem = begun_at(setting, replace(p, batch=pieces, share=share))
     x = np.concatenate([setting.free.start, near.offsets[: len(problem.prior) - len(setting.free.start)]])
-    search = Search(problem, Starts(x, near.solved.starts))
-    x, solved = search.run(MOST, 1e-3)
-    x, solved, _ = Search(problem, Starts(x, solved.starts)).polished(MOST)
+    x, solved, _ = Search(problem, Starts(x, near.solved.starts)).run(MOST)
     return _Model(setting, Solution(problem, x, solved, fit.solution.certainty))
 
 

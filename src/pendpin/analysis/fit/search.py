@@ -5,10 +5,10 @@ Separable least squares (G. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973), 4
 outer problem has a dozen unknowns whatever the number of pieces. Derivatives are differences of exact motions.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares, lsq_linear
+from scipy.optimize import lsq_linear
 
 from pendpin.analysis.fit.data import Batch
 from pendpin.analysis.fit.equations import Equations
@@ -18,12 +18,13 @@ from pendpin.arrays import Array, Mask
 
 MOST_START_STEPS = 6
 STARTS_DONE = 1e-4  # of the sum of squares: what another step of the starts would gain
-DIFFERENCE = 1e-6  # of a natural scale: step of the derivatives by search coordinates; motions may magnify it a thousandfold
+DIFFERENCE = (
+    1e-6  # of a natural scale: step of the derivatives by search coordinates; motions may magnify it a thousandfold
+)
 CENTRAL = 3e-5  # the same, of the central differences that tell what is determined
 START_DIFFERENCE = 1e-6  # rad, rad/s
-BOUND = 0.02  # of a natural scale: how soft a lower bound is
 POLISHED = 0.01  # of the noise of one residual: what another step would gain of the sum of squares
-LONGEST = 3.0  # natural scales: a step of the last search, within which residuals are nearly linear
+LONGEST = 3.0  # natural scales: the first step, within which residuals are nearly linear
 LOST = 1e6  # a residual that is no number, in units of the weights
 
 
@@ -167,86 +168,51 @@ def _basis(J: Array) -> tuple[Array, Array]:
 
 @dataclass
 class Search:
-    """One least-squares search: the functions that `scipy.optimize.least_squares` calls, and what they share.
-
-    It moves w, free of bounds and in natural scales: x = w scale, or above a lower bound
-    x = lower + scale (w + sqrt(w² + 4 s²)) / 2 with a small s.
-    """
+    """One least-squares search by Gauss-Newton steps, within the bounds and within a box that grows where they succeed."""
 
     problem: Problem
     best: Starts
-    last: tuple[Array, Solved] | None = field(default=None)
 
-    def run(self, most: int, tolerance: float) -> tuple[Array, Solved]:
-        """The best unknowns (nx,), beginning at those of `best`, and the starts there; at most so many evaluations."""
-        found = least_squares(
-            lambda w: self.residuals(self._bounded(w)),
-            self._unbounded(self.best.x),
-            lambda w: self.jacobian(self._bounded(w)) * self._slope(w),  # pyright: ignore[reportArgumentType]
-            ftol=tolerance,
-            xtol=1e-9,
-            gtol=1e-15,
-            max_nfev=most,
-        )
-        x = self._bounded(found.x)
-        return x, self.solved(x)
+    def run(self, most: int, tolerance: float = 0.0, central: bool = False) -> tuple[Array, Solved, Array]:
+        """The best unknowns (nx,) from those of `best` in so many steps, the starts there, and the last derivatives.
 
-    def polished(self, most: int, central: bool = False) -> tuple[Array, Solved, Array]:
-        """At most so many steps of Gauss-Newton from `best` within the bounds, and the last derivatives.
-
-        The derivatives are (P, M columns, nx), less what the starts explain. Steps are damped where they fail.
+        It ends where a step would gain less than `tolerance` of the sum of squares. The derivatives are
+        (P, M columns, nx), less what the starts explain.
         """
-        x, p, damping = self.best.x, self.problem, 0.0
-        at = self.solved(x)
+        x, p, reach = self.best.x, self.problem, LONGEST
+        at = solve_starts(p, x, self.best.near(x))
         cost, J = self._cost(x, at), self._slopes(x, at, central)
         for step in range(most):
-            dx, gain = self._step(x, at, J, damping)
-            if gain < POLISHED and not damping:
+            dx, gain = self._step(x, at, J, reach)
+            if gain < max(POLISHED, tolerance * cost):
                 break
             tried = x + dx
             new = solve_starts(p, tried, self.best.near(tried))
             if (cost_new := self._cost(tried, new)) < cost:
-                x, at, cost, damping = tried, new, cost_new, damping / 10 if damping > 1e-3 else 0.0
+                x, at, cost, reach = tried, new, cost_new, 2 * reach
                 if step + 1 < most:
                     J = self._slopes(x, at, central)
             else:
-                damping = max(10 * damping, 1e-3)
+                reach = np.abs(dx / p.scale).max() / 4
         return x, at, J
 
     def _cost(self, x: Array, at: Solved) -> float:
         return float((at.rest(at.r[..., None]) ** 2).sum() + (self._pull(x) ** 2).sum())
 
-    def _step(self, x: Array, at: Solved, J: Array, damping: float) -> tuple[Array, float]:
-        """The best step (nx,) within the bounds for linear residuals, and what it would gain of the sum of squares."""
+    def _step(self, x: Array, at: Solved, J: Array, reach: float) -> tuple[Array, float]:
+        """The best step (nx,) for linear residuals within the bounds and within `reach` natural scales, and its gain."""
         p = self.problem
         rows = np.concatenate([J.reshape(-1, len(x)) * p.scale, p.hold * np.eye(len(x))])
         r = np.concatenate([at.rest(at.r[..., None]).reshape(-1), self._pull(x)])
         Q, R = np.linalg.qr(rows)
         seen = Q.T @ r
-        sizes = np.linalg.norm(R, axis=0)
-        damped = np.concatenate([R, np.diag(np.sqrt(damping) * sizes + RANK * sizes.max())])
+        damped = np.concatenate([R, RANK * np.linalg.norm(R, axis=0).max() * np.eye(len(x))])
         aim = np.concatenate([-seen, np.zeros(len(x))])
         below, above = (p.lower - x) / p.scale, (p.upper - x) / p.scale
-        bounds = (np.clip(below, -LONGEST, -1e-12), np.clip(above, 1e-12, LONGEST))
+        bounds = (np.clip(below, -reach, -1e-12), np.clip(above, 1e-12, reach))
         step = lsq_linear(damped, aim, bounds, method="bvls").x
         gain = float((seen**2).sum() - ((seen + R @ step) ** 2).sum())
         return np.clip(x + p.scale * step, p.lower, p.upper) - x, gain
-
-    def solved(self, x: Array) -> Solved:
-        """The starts at unknowns x."""
-        if self.last is None or not np.array_equal(self.last[0], x):
-            self.last = x.copy(), solve_starts(self.problem, x, self.best.near(x))
-        return self.last[1]
-
-    def residuals(self, x: Array) -> Array:
-        """Residuals that no start can explain, then the pull of the guess."""
-        at = self.solved(x)
-        return np.concatenate([at.rest(at.r[..., None]).reshape(-1), self._pull(x)])
-
-    def jacobian(self, x: Array) -> Array:
-        """Their derivatives by the unknowns."""
-        J = self._slopes(x, self.solved(x))
-        return np.concatenate([J.reshape(-1, len(x)), np.diag(self.problem.hold / self.problem.scale)])
 
     def _slopes(self, x: Array, at: Solved, central: bool = False) -> Array:
         """The derivatives (P, M columns, nx) of the residuals, less what the starts explain; `best` follows them."""
@@ -257,18 +223,3 @@ class Search:
 
     def _pull(self, x: Array) -> Array:
         return self.problem.hold * (x - self.problem.prior) / self.problem.scale
-
-    def _bounded(self, w: Array) -> Array:
-        p = self.problem
-        above = p.lower + p.scale * (w + np.sqrt(w**2 + 4 * BOUND**2)) / 2
-        return np.where(np.isfinite(p.lower), np.minimum(above, p.upper), p.scale * w)
-
-    def _unbounded(self, x: Array) -> Array:
-        p = self.problem
-        above = np.maximum((x - p.lower) / p.scale, 0.1 * BOUND)
-        return np.where(np.isfinite(p.lower), above - BOUND**2 / above, x / p.scale)
-
-    def _slope(self, w: Array) -> Array:
-        """dx / dw (nx,)."""
-        p = self.problem
-        return p.scale * np.where(np.isfinite(p.lower), (1 + w / np.sqrt(w**2 + 4 * BOUND**2)) / 2, 1.0)
