@@ -25,7 +25,7 @@ class Combination(NamedTuple):
 
 
 def combinations(scene: Scene, free: Free, z: Array, known: Certainty, unsure: set[str]) -> tuple[Combination, ...]:
-    """The ratios of a chain that the data determine, of those that hold an undetermined number."""
+    """The ratios of a chain that the data determine, of those that hold an undetermined number; z (nz,)."""
     if not isinstance(scene.model, Chain) or not unsure:
         return ()
     found = []
@@ -39,6 +39,7 @@ def combinations(scene: Scene, free: Free, z: Array, known: Certainty, unsure: s
 
 
 def _ratios(scene: Scene, free: Free, unsure: set[str]) -> list[tuple[str, str, Callable[[Array], float]]]:
+    """Name, unit and function of the K free numbers (K,), of each ratio that holds an undetermined number."""
     moments = lambda values: _moments(substituted(scene, free.keys, list(values), unchecked))  # noqa: E731
     assert isinstance(scene.model, Chain)
     last = scene.model.count - 1

@@ -100,6 +100,7 @@ def _column(names: list[str], name: str) -> str:
 
 
 def _read_csv(path: Path, table: Data) -> dict[str, Array]:
+    """The columns (N,) that the table wants: numbers, or text for segments."""
     try:
         text = read_whole(path, MOST_BYTES, "measured data").decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -148,6 +149,7 @@ def _cell(text: str, name: str, line: int, table: Data) -> Any:
 
 
 def _swings(columns: dict[str, Array], table: Data) -> tuple[Swing, ...]:
+    """The swings of columns (N,), angles turned to rad; tips stay in m."""
     try:
         t = np.asarray(columns[table.time], float)
         y = np.array([np.asarray(columns[name], float) for name in table.columns]).T
@@ -185,12 +187,13 @@ def _refuse_twice(swings: Sequence[Swing]) -> None:
 
 
 def _swing(name: str, t: Array, y: Array) -> Swing:
-    """A swing without the samples at which no sensor gave anything."""
+    """A swing of t (m,) s and y (m, columns), without the samples at which no sensor gave anything."""
     some = ~np.isnan(y).all(1)
     return Swing(name, t[some], y[some])
 
 
 def _refuse_odd(swing: Swing, names: list[str], angles: Array) -> None:
+    """Refuse a swing too short, with times that fall, or with wrapped angles; `angles` (columns,) are no tips."""
     where = f"segment {swing.name}"
     if len(swing.t) < FEWEST:
         raise InputError(f"{where} has {len(swing.t)} samples; a segment needs {FEWEST} at least")

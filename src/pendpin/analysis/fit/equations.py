@@ -192,7 +192,7 @@ class _Symbolic:
         return y, recursion.accelerations(self.tree, q, v, field, torque, external, xp)
 
     def _columns(self, joints: tuple[int, ...], rubbing: tuple[int, ...], y: Array) -> list[Any]:
-        """The inverse mass matrix, rows of the moving joints, columns of those with friction."""
+        """The inverse mass matrix, 1/(kg m²): rows of the n moving joints, columns of the f with friction; y (2n + 1,)."""
         q = np.zeros(len(self.model.joints), dtype=object)
         q[list(joints)] = y[: len(joints)]
         units = np.eye(len(q))[[joints[place] for place in rubbing]]

@@ -178,6 +178,7 @@ def _problem(setting: Setting) -> Problem:
 
 
 def _states(setting: Setting, problem: Problem, x: Array) -> Array:
+    """First guesses of the starts (2n, P) at unknowns x (nx,): rad, rad/s."""
     return start_states(setting, problem.split(x)[1], setting.angles, problem.batch.longest)
 
 
@@ -199,13 +200,14 @@ def _regression(setting: Setting) -> Regression:
 
 
 def _by_equation_error(setting: Setting, problem: Problem) -> Array:
+    """The unknowns (nx,) that explain the accelerations best, from the guesses."""
     found = _regression(setting)
     p = _rescaled(setting, problem, problem.prior)
     return regressed(found, p.prior, p.scale, p.lower, p.upper, p.still)
 
 
 def _rescaled(setting: Setting, problem: Problem, x: Array) -> Problem:
-    """The problem with natural scales at unknowns x; those that change nothing keep the one they have."""
+    """The problem with natural scales at unknowns x (nx,); those that change nothing keep the one they have."""
     z, offsets = problem.split(x)
     found = natural_scale(_regression(setting), z, offsets)
     scale = problem.scale.copy()
@@ -216,7 +218,7 @@ def _rescaled(setting: Setting, problem: Problem, x: Array) -> Problem:
 
 
 def _followed(setting: Setting, problem: Problem, x: Array) -> bool:
-    """Whether the motions at unknowns x follow whole swings well enough for a search to begin there."""
+    """Whether the motions at unknowns x (nx,) follow whole swings well enough for a search to begin there."""
     whole = replace(_whole(setting, problem, x), weights=1 / _spread(setting))
     r = solve_starts(whole, x, _states(setting, whole, x)).r
     return bool(np.sqrt((r**2).sum() / (~np.isnan(whole.batch.y)).sum()) < NEAR)
@@ -228,7 +230,7 @@ def _spread(setting: Setting) -> Array:
 
 
 def _whole(setting: Setting, problem: Problem, x: Array) -> Problem:
-    """The problem with whole swings, cut where a motion has forgotten its start."""
+    """The problem with whole swings, cut where a motion has forgotten its start at unknowns x (nx,)."""
     longest = max(swing.t[-1] - swing.t[0] for swing in setting.swings)
     while True:
         whole = replace(problem, batch=batch(setting.swings, longest, search_thin(setting)))
@@ -256,7 +258,7 @@ def _weighted(setting: Setting, problem: Problem, solved: Solved) -> Problem:
 
 
 def _finished(setting: Setting, problem: Problem, x: Array, solved: Solved) -> Solution:
-    """The solution over all samples, in finer steps, and what is known of it."""
+    """The solution over all samples, in finer steps, from unknowns x (nx,), and what is known of it."""
     pieces = batch(setting.swings, problem.batch.longest)
     full = replace(problem, batch=pieces, share=1.0, largest_step=STEP / 4 * setting.pace)
     solved = solve_starts(full, x, solved.starts)

@@ -30,6 +30,7 @@ def time_scale(swings: Sequence[Swing]) -> float:
 
 
 def _moves(t: Array, y: Array) -> float:
+    """The time in s in which a column y (m,) at t (m,) s moves by half its standard deviation."""
     seen = ~np.isnan(y)
     t, y = t[seen], y[seen]
     if len(t) < 4 or np.ptp(y) == 0:
@@ -94,7 +95,7 @@ class Regression(NamedTuple):
 
 
 def regression(equations: Equations, shift: Array, swings: Sequence[Swing], width: float) -> Regression:
-    """Smoothed states of swings of joint angles."""
+    """Smoothed states of swings of joint angles; shift (n, columns), width in s."""
     each = max(8, MOST_POINTS // len(swings))
     parts = zip(*(smoothed(swing, width, each) for swing in swings), strict=True)
     points = Smoothed(*(np.concatenate(part) for part in parts))
@@ -118,6 +119,7 @@ def _angles_from_tips(equations: Equations, sensors: Array, swing: Swing, z: Arr
     pars = np.repeat(z[:, None], q.shape[1], 1)
 
     def off(q: Array) -> Array:
+        """Columns at joint angles (n, m STARTS) less the measured ones (columns, m STARTS), m."""
         states = np.vstack([q, np.zeros_like(q), np.repeat(swing.t, STARTS)[None]])
         return sensors @ equations.outputs(states, pars) - y
 
@@ -154,6 +156,7 @@ def regressed(found: Regression, prior: Array, scale: Array, lower: Array, upper
     nz, columns = found.equations.nz, found.shift.shape[1]
 
     def residuals(x: Array) -> Array:
+        """At unknowns (nx,): accelerations less the measured ones (n N,), over their size, then the pull of the guess."""
         x = np.where(still, prior, x)
         offsets = x[nz:] if len(x) > nz else np.zeros(columns)
         with np.errstate(all="ignore"):

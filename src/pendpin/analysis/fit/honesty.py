@@ -37,7 +37,7 @@ class Certainty:
         return bool(size > 0 and seen and self.error(gradient) <= TOO_WIDE * size)
 
     def error(self, gradient: Array) -> float:
-        """Its standard error."""
+        """Its standard error, in its unit; gradient (nx,)."""
         return float(np.sqrt(max(gradient @ self.covariance @ gradient, 0.0)))
 
 

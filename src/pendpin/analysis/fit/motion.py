@@ -28,7 +28,7 @@ class _Columns:
     held: Mask
 
     def some(self, chosen: Array) -> "_Columns":
-        """Some of them."""
+        """Those of the C motions that are chosen."""
         return _Columns(self.y[:, chosen], self.pars[:, chosen], self.held[:, chosen])
 
     def put(self, chosen: Array, other: "_Columns") -> None:
@@ -73,7 +73,7 @@ def _advance(equations: Equations, now: _Columns, h: Array) -> None:
 
 
 def _through_events(equations: Equations, now: _Columns, h: Array) -> None:
-    """One step of motions in which something happens, from event to event."""
+    """One step of C motions in which something happens, from event to event; h (C,) in s."""
     left, going = h.copy(), np.arange(len(h))
     for _ in range(_MOST_EVENTS):
         part, spent = now.some(going), left[going]
@@ -111,7 +111,7 @@ def _step(equations: Equations, now: _Columns, h: Array) -> tuple[Array, Array]:
 
 
 def _step_held(equations: Equations, now: _Columns, h: Array) -> tuple[Array, Array]:
-    """As `_step`, of motions in which a joint is held."""
+    """As `_step`, of motions in which a joint is held; h (C,) in s."""
     n = len(equations.joints)
     stages = np.ones((6, *now.y.shape))
     for i, row in enumerate(STAGES):
@@ -183,6 +183,7 @@ def _to_event(equations: Equations, part: _Columns, after: Array, h: Array) -> A
     meets = _margins(equations, part, after) < 0
 
     def least(y: Array) -> Array:
+        """The least margin (C,) of the joints that meet the event, in states (2n + 1, C)."""
         return np.where(meets, _margins(equations, part, y), np.inf).min(0)
 
     y, tau, f_high = after, h, least(after)
@@ -218,7 +219,7 @@ def _before_event(
 
 
 def _turn(equations: Equations, part: _Columns, y: Array, first: Mask) -> None:
-    """Put joints that turn round exactly at rest, and choose how they and those that came loose go on."""
+    """Put joints that turn round (f, C) exactly at rest in states y (2n + 1, C), and choose how they go on."""
     y[equations.rates] = np.where(first | part.held, 0.0, y[equations.rates])
     part.y = y
     part.pars[equations.nz :] = np.where(first, 0.0, part.pars[equations.nz :])
@@ -227,7 +228,7 @@ def _turn(equations: Equations, part: _Columns, y: Array, first: Mask) -> None:
 
 
 def _set_out(equations: Equations, now: _Columns, some: Array, which: Mask | None = None) -> None:
-    """Joints at rest: hold those that static friction can hold, and let the others slide as they are pushed.
+    """Joints at rest (f, C) of some motions: hold those that static friction can hold, let the others slide.
 
     One joint is changed at a time, by Murty's least-index rule, as in dynamics/contacts.py.
     """

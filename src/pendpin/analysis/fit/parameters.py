@@ -244,6 +244,7 @@ def _groups(scene: Scene, keys: list[str], guess: Array):
 
 
 def _second_moments(inertia: Array) -> tuple[Array, Array, Array, Array]:
+    """The matrix from second moments of mass to inertias (3,), kg m², these moments, and their bounds."""
     moments = np.linalg.solve(_MOMENTS, inertia)
     moments = np.where(moments > _NEGLIGIBLE * moments.max(), moments, 0.0)
     some = moments > 0

@@ -123,7 +123,7 @@ class Starts:
     follow: Array | None = None  # (2n, P, nx), their derivatives by the unknowns
 
     def near(self, x: Array) -> Array:
-        """The starts to begin with at other unknowns."""
+        """The starts (2n, P) to begin with at other unknowns (nx,)."""
         return self.starts if self.follow is None else self.starts + self.follow @ (x - self.x)
 
 
@@ -162,6 +162,7 @@ def solve_starts(problem: Problem, x: Array, starts: Array, steps: int = MOST_ST
 
 
 def _basis(J: Array) -> tuple[Array, Array]:
+    """Q (P, R, 2n) and the inverse of U (P, 2n, 2n) of derivatives by the starts J = Q U (P, R, 2n), Q orthonormal."""
     Q, R = np.linalg.qr(np.nan_to_num(J))
     return Q, np.linalg.pinv(R, rcond=1e-12)
 
@@ -197,6 +198,7 @@ class Search:
         return x, at, J
 
     def _cost(self, x: Array, at: Solved) -> float:
+        """The sum of squares at unknowns x (nx,) that no start explains, with the pull of the guess."""
         return float((at.rest(at.r[..., None]) ** 2).sum() + (self._pull(x) ** 2).sum())
 
     def _step(self, x: Array, at: Solved, J: Array, reach: float) -> tuple[Array, float]:
@@ -222,4 +224,5 @@ class Search:
         return at.rest(J)
 
     def _pull(self, x: Array) -> Array:
+        """The pull (nx,) of the guess on unknowns x (nx,)."""
         return self.problem.hold * (x - self.problem.prior) / self.problem.scale
