@@ -24,11 +24,7 @@ def read_scene(path: Path | None) -> "Scene":
 
 
 def scene_with(
-    path: Path | None,
-    urdf: str | None,
-    lock: Sequence[str] = (),
-    mimic: str | None = None,
-    changes: Sequence[str] = (),
+    path: Path | None, urdf: str | None, lock: Sequence[str] = (), mimic: str | None = None, changes: Sequence[str] = ()
 ) -> "Scene":
     """A scene, or a URDF in place of one, with the joints of its URDF locked and values changed as the options say."""
     from pendpin.effects import Gravity

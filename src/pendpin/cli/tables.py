@@ -13,12 +13,7 @@ if TYPE_CHECKING:
     from pendpin.trajectory import Trajectory
 
 
-SHOWN = (
-    "at rest from",
-    "largest swing",
-    "farthest sideways",
-    "R3 largest",
-)
+SHOWN = ("at rest from", "largest swing", "farthest sideways", "R3 largest")
 LEAST_WIDTH = 60  # letters: on a narrower terminal the lines of a table go on below
 
 

@@ -137,12 +137,7 @@ def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np, nu
 
 
 def body_wrench(
-    model: Model,
-    effect: BodyEffect,
-    where: str,
-    xp: Any = np,
-    numbers: Numbers = GIVEN,
-    bodies: Bodies | None = None,
+    model: Model, effect: BodyEffect, where: str, xp: Any = np, numbers: Numbers = GIVEN, bodies: Bodies | None = None
 ) -> Wrench:
     """Force (n, 3) in N and moment (n, 3) in N m of one effect on all n bodies, in W, as a function of t and motion."""
     _refuse_no_point(model, effect, where)

@@ -15,16 +15,7 @@ from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.powers import Accounts
 from pendpin.dynamics.symbols import Asked
 from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
-from pendpin.engines import (
-    MAX_SPHERICAL,
-    AngleEngine,
-    Directions,
-    Engine,
-    Loads,
-    LongChain,
-    Revolute,
-    Spherical,
-)
+from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
 from pendpin.errors import InputError
 from pendpin.model import kinematics
 from pendpin.model.bodies import with_gravity

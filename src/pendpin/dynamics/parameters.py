@@ -79,10 +79,8 @@ class Parameters(Numbers):
         if id(effect) not in self._effects:
             others = effect.model_copy(update=dict.fromkeys(effect.parameters))
             self.constant((type(effect), repr(others)))
-            self._effects[id(effect)] = (
-                effect,
-                effect.with_numbers(self),
-            )  # both: an id is good as long as its effect lives
+            # both are kept: an id is good as long as its effect lives
+            self._effects[id(effect)] = effect, effect.with_numbers(self)
         return self._effects[id(effect)][1]
 
     def table(self, times: Array, rows: Array) -> Callable[[Any], Array]:

@@ -49,12 +49,7 @@ Powered = Callable[[State], list[Any]]  # the same for each account
 
 
 def powers(
-    model: Model,
-    effects: Sequence[Effect],
-    accounts: Accounts,
-    start: float,
-    xp: Any = np,
-    numbers: Numbers = GIVEN,
+    model: Model, effects: Sequence[Effect], accounts: Accounts, start: float, xp: Any = np, numbers: Numbers = GIVEN
 ) -> Powered:
     """The power in W for each account, as a function of the state. Contacts have none here."""
     ordered, complete = in_order(effects), surroundings(effects, xp, start, numbers)

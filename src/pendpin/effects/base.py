@@ -23,9 +23,7 @@ class Effect(Record):
 
     kind: Any = Field(description="which effect it is")  # Literal["its name"] in each effect
     sole: ClassVar[str | None] = None  # why a scene takes one effect of this kind at most; None where they add up
-    parameters: ClassVar[
-        tuple[str, ...]
-    ] = ()  # its numbers; compiled equations take them at run time, others as they are
+    parameters: ClassVar[tuple[str, ...]] = ()  # its numbers, which compiled equations take at run time
     strengths: ClassVar[tuple[str, ...]] = ()  # if all of these are 0 or absent, it adds nothing
 
     @property

@@ -108,9 +108,7 @@ class Track:
 class LookedUp:
     """A track whose time and numbers may be symbols."""
 
-    row: Callable[
-        [Any], Array
-    ]  # of a time since the first row: when its piece begins, and its coefficients, highest first
+    row: Callable[[Any], Array]  # time since the first row -> when its piece begins, and coefficients, highest first
     start: Any  # s, of the first row
     rest: Any  # s, what that number leaves out
 

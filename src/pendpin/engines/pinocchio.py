@@ -7,14 +7,7 @@ import numpy as np
 
 from pendpin.arrays import Array, Indices
 from pendpin.effects import Motion
-from pendpin.engines.base import (
-    CALLBACK_EVERY,
-    CALLBACK_EVERY_SLOW,
-    AngleEngine,
-    Derivative,
-    ProgressCallback,
-    Sample,
-)
+from pendpin.engines.base import CALLBACK_EVERY, CALLBACK_EVERY_SLOW, AngleEngine, Derivative, ProgressCallback, Sample
 from pendpin.engines.external_forces import centres_of, external_forces, forces, in_joint_frames, joints_of, motion_of
 from pendpin.engines.hamilton import CanonicalForm
 from pendpin.engines.loads import Loads

@@ -103,13 +103,7 @@ def wrenches(
 
 
 def accelerations(
-    tree: Tree,
-    q: Array,
-    v: Array,
-    field: Array,
-    tau: Array | None = None,
-    external: Array | None = None,
-    xp: Any = np,
+    tree: Tree, q: Array, v: Array, field: Array, tau: Array | None = None, external: Array | None = None, xp: Any = np
 ) -> Array:
     """Joint accelerations (..., n) in rad/s² (m/s² for slides) under joint torques tau (..., n) in N m (N for slides).
 

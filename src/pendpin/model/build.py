@@ -41,9 +41,8 @@ class Model:
     """The computed model with the names of its joints. One angle (or slide) per joint, in model order."""
 
     joints: tuple[str, ...]
-    pin: (
-        Any | None
-    )  # pinocchio.Model with zero gravity, in a Dynamics with the constant fields; None for a chain too long for its memory
+    # pinocchio.Model with zero gravity, in a Dynamics with the constant fields; None for a chain too long for its memory
+    pin: Any | None
     chain: ChainInertia | None  # for a chain of rods from a scene
     rods: tuple[RodJoint, ...]
     bodies: tuple[Body, ...]

@@ -9,14 +9,7 @@ from pendpin.scene.data import Data
 from pendpin.scene.files import chosen_scene, load_scene, scene_of
 from pendpin.scene.models import AnyModel, Chain, PinModel, Rod, UrdfModel
 from pendpin.scene.scene import Scene, builtin_scene, urdf_folder
-from pendpin.scene.solver import (
-    FIXED_METHODS,
-    AdaptiveMethod,
-    FixedMethod,
-    Method,
-    Solver,
-    least_tolerance,
-)
+from pendpin.scene.solver import FIXED_METHODS, AdaptiveMethod, FixedMethod, Method, Solver, least_tolerance
 from pendpin.scene.start import Start, Values
 
 __all__ = [

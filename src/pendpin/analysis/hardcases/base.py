@@ -110,9 +110,7 @@ def scene(
     """A chain under gravity and other effects; angles and rates that are left out are 0."""
     pad = np.zeros(2 * model.count)
     start = Start(
-        time=time,
-        positions=tuple(map(float, [*q, *pad[len(q) :]])),
-        velocities=tuple(map(float, [*v, *pad[len(v) :]])),
+        time=time, positions=tuple(map(float, [*q, *pad[len(q) :]])), velocities=tuple(map(float, [*v, *pad[len(v) :]]))
     )
     acting = effects if gravity is None else (gravity, *effects)
     return Scene(duration=duration, model=model, start=start, effects=acting, solver=Solver(samples=samples))

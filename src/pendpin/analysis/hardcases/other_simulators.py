@@ -22,10 +22,7 @@ from pendpin.scene import Scene
 from pendpin.simulation.simulate import simulate
 from pendpin.trajectory import Stats, Trajectory
 
-SETTINGS = {
-    "tolerance": (1e-9, 1e-12),
-    "step": (1e-3, 1e-4, 1e-5),
-}  # steps as fractions of the duration
+SETTINGS = {"tolerance": (1e-9, 1e-12), "step": (1e-3, 1e-4, 1e-5)}  # steps as fractions of the duration
 LIMIT = 20.0  # s that a run may take
 CLOSE = 1e-6  # of the chain's length: the bound where tips are compared with pendpin's at a tight tolerance
 SIMULATORS: Mapping[str, tuple[Callable[..., Iterator[Peer]], str, Kind]] = {
@@ -33,18 +30,8 @@ SIMULATORS: Mapping[str, tuple[Callable[..., Iterator[Peer]], str, Kind]] = {
     "Drake RK5": (drake_peers, "drake rk5", "tolerance"),
     "SciPy DOP853": (scipy_peers, "scipy dop853", "tolerance"),
 }
-GRAVITY_ALONE = (
-    1,
-    2,
-    3,
-    5,
-    6,
-    7,
-    12,
-    13,
-    14,
-    15,
-)  # the groups whose figures come from angles alone, but for some cases
+# the groups whose figures come from angles alone, but for some cases
+GRAVITY_ALONE = (1, 2, 3, 5, 6, 7, 12, 13, 14, 15)
 NOT_FOR_PEERS = (  # other effects than gravity; figures that need rates or pendpin's settings; starts at other times
     *("pole-torque-thick", "pole-phi-torque-thin", "pole-torque-thin", "swings-in-space", "triple-1e4"),
     *("late", "late-driven", "chaos-methods", "chaos-back", "reversed"),

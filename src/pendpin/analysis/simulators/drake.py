@@ -102,9 +102,8 @@ def _simulator(plant: Any, scheme: str, kind: Kind, setting: float, interval: fl
     if kind == "tolerance":
         config.accuracy = setting
     else:
-        config.max_step_size = (
-            interval / steps_in(interval, setting) * (1 + 1e-12)
-        )  # so that rounding leaves no last sliver
+        count = steps_in(interval, setting)
+        config.max_step_size = interval / count * (1 + 1e-12)  # so that rounding leaves no last sliver
     simulator = Simulator(plant)
     ApplySimulatorConfig(config, simulator)
     return simulator

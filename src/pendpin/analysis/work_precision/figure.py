@@ -8,12 +8,7 @@ import numpy as np
 from pendpin.analysis.work_precision.report import CostReport, Curve
 from pendpin.graphics.figure import write_figure
 
-TOOLS = {
-    "pendpin": "#D55E00",
-    "mujoco": "#0072B2",
-    "drake": "#009E73",
-    "scipy": "#7A3E9D",
-}  # fixed from figure to figure
+TOOLS = {"pendpin": "#D55E00", "mujoco": "#0072B2", "drake": "#009E73", "scipy": "#7A3E9D"}  # in every figure
 NAMES = {"mujoco": "MuJoCo", "drake": "Drake", "scipy": "SciPy"}
 PALE = "#cbd5e0"
 DIGITS = (1e-3, 1e-9)  # errors between which the price of a digit is the mean

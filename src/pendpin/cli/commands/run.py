@@ -6,15 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pendpin.cli.inputs import (
-    check_options,
-    files_of,
-    lasting,
-    place_named,
-    print_binding,
-    print_notes,
-    scene_with,
-)
+from pendpin.cli.inputs import check_options, files_of, lasting, place_named, print_binding, print_notes, scene_with
 from pendpin.cli.options import (
     Accuracy,
     Changes,

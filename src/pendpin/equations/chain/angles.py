@@ -7,9 +7,7 @@ import numpy as np
 from pendpin.arrays import Array, Mask
 
 POLE = 1e-8  # |cos(phi)| below which theta, theta' follow from d', d''; above it from d, d'; the errors are equal there
-RESTING = (
-    1e-12  # of the rates of the rod and of the one above: one that passes a pole no faster rests there, to rounding
-)
+RESTING = 1e-12  # of the rates of the rod and of the one above: a rod that passes a pole no faster rests there
 PASS = 1e-6  # rad: a rod that comes so close to a pole passes through it
 PARTS, REFINEMENTS = 8, 8  # of an interval that is too long, how often
 

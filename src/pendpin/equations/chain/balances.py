@@ -56,9 +56,7 @@ class Balances(System):
     def loads(self, x: Array) -> RodLoads:
         """Force and moment about G of reactions x (4, K), in B."""
         rods, joints, (s_t, s, c_t, c), F, Mc = self.rods, self.joints, self.axes.trig, x[:3], x[3]
-        up = np.empty(
-            (5, Mc.size)
-        )  # what the joint below does: force in this rod's frame, the parts of Mc on b2 and b3
+        up = np.empty((5, Mc.size))  # of the joint below: force in this rod's frame, the parts of Mc on b2 and b3
         up[:3] = joints.out_of(F)
         np.multiply(s_t, Mc, out=up[3])
         np.multiply(c_t, Mc, out=up[4])

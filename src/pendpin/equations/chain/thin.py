@@ -48,13 +48,7 @@ def on_sphere(d: Array, rate: Array) -> tuple[Array, Array]:
 
 
 def solve(
-    chain: ChainInertia,
-    d: Array,
-    rate: Array,
-    field: Array,
-    *,
-    force: Array | None = None,
-    moment: Array | None = None,
+    chain: ChainInertia, d: Array, rate: Array, field: Array, *, force: Array | None = None, moment: Array | None = None
 ) -> ThinSolution:
     """d'' and reactions of a chain of thin rods (I3 = 0), or of a batch of its states.
 
@@ -96,9 +90,8 @@ class _ThinBalances(System):
         """Force and turning part of the moment of reactions x (3, K): -(1 - d d^T)(h F + k F of the joint below)."""
         up = below(x, self.rods.n)
         lever = self.rods.h * x + self.rods.k * up
-        return RodLoads(
-            x - up, -self._across(self._across(lever))
-        )  # twice: what rounding leaves along a light rod counts
+        across = self._across(self._across(lever))  # twice: what rounding leaves along a light rod counts
+        return RodLoads(x - up, -across)
 
     def resistance(self, turn: Array) -> Array:
         """I d'' (3, K) across the rod; along it, where nothing turns, a term that keeps turn at 0."""
