@@ -22,7 +22,7 @@ from pendpin.analysis.doctor.mending.monomials import (
 from pendpin.analysis.doctor.mending.moves import FAMILIES, number_cost
 from pendpin.analysis.doctor.mending.needs import Need
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
-from pendpin.analysis.doctor.reading.tree import key, walk
+from pendpin.analysis.doctor.reading.tree import Node, key, symbols, walk
 
 MOST_TERMS = 8  # of a sum whose neighbouring terms are tried together
 INERTIAS = ("I1", "I2", "I3", "J1", "J2", "J3", "h")
@@ -36,10 +36,13 @@ def by_need(found: list[Need], quantities: Quantities, editor: Editor, names: se
             continue
         if need.node.kind == "number":
             yield from _number(need, found, editor)
-        if need.whole and not need.flat:
+        if need.flat:
+            continue
+        if need.whole:
             yield from _factors(need, reader, editor, names)
+        if need.whole or need.node.kind == "sum" or need.node.bracketed:
             yield from _terms(need, reader, editor, names)
-        if need.node.kind == "sum" and not need.flat:
+        if need.node.kind == "sum":
             yield from _factors_of_runs(need, reader, editor, names)
 
 
@@ -48,7 +51,20 @@ def possible(equation: Equation, rod: str) -> set[str]:
     lone = {side.value for side in equation.sides if side.kind == "symbol"}
     inertias = () if rod == "thin" else INERTIAS
     families = (set(family) for family in FAMILIES if len(equation.names.intersection(family)) > 1)
-    return equation.names.union({*UNKNOWNS, *inertias, "Mc"}, *families) - lone
+    divisors = {f"1/{name}" for side in equation.sides for name in _below(side)}
+    return equation.names.union({*UNKNOWNS, *inertias, "Mc"}, divisors, *families) - lone
+
+
+def _below(node: Node) -> set[str]:
+    """The quantities that an expression is divided by."""
+    parts = (part for part in walk(node) if part.kind == "product")
+    return {
+        name
+        for part in parts
+        for operator, child in zip(part.value, part.children, strict=True)
+        if operator == "/"
+        for name in symbols(child)
+    }
 
 
 def _number(need: Need, found: list[Need], editor: Editor) -> Iterator[Edit]:
@@ -142,12 +158,19 @@ def _terms(need: Need, reader: Reader, editor: Editor, names: set[str]) -> Itera
         return
     missing = need.needed - need.value
     for monomial, direction in _read(missing, reader):
-        if odd_extra(monomial, reader, names, 5):
+        if odd_extra(monomial, reader, names, 6):
             continue
         vector = editor.printer.symbol(direction) if direction else ""
         text = editor.printer.monomial(monomial, vector)
         splice = editor.added(need.node, 1 if monomial.factor > 0 else -1, text)
-        cost = 1.55 + unused(monomial, editor) + 0.05 * monomial.size + simple(monomial.factor) + 0.5 * need.lone
+        cost = (
+            1.55
+            + unused(monomial, editor)
+            + 0.5 * steep(monomial, names)
+            + 0.05 * monomial.size
+            + simple(monomial.factor)
+            + 0.5 * need.lone
+        )
         sign = "+" if monomial.factor > 0 else "-"
         yield Edit((splice,), cost, f"the term {sign} {text} is missing", "", f"{sign} {text}")
 
@@ -161,9 +184,17 @@ def odd_extra(monomial: Monomial, reader: Reader, names: set[str], most: int) ->
     if not extra:
         return False
     name, power = extra[0]
-    steep = any(p < 0 and n in MOVING for n, p in monomial.powers) and name != "M3"
     parts = {part for term in SUMS[name] for part in term} & set(UNKNOWNS) if name in SUMS else set(name.split(" - "))
-    return power < 0 or steep or monomial.size > most or not parts <= names
+    if power < 0:
+        return f"1/{name}" not in names or monomial.size > most
+    falls = any(p < 0 and n in MOVING for n, p in monomial.powers) and name != "M3"
+    return falls or monomial.size > most or not parts <= names
+
+
+def steep(monomial: Monomial, names: set[str]) -> int:
+    """How many angles and rates a monomial is divided by that the equation is not."""
+    below = [name.rpartition(" ")[2] for name, power in monomial.powers if power < 0 and name in MOVING]
+    return sum(f"1/{name}" not in names for name in below)
 
 
 def unused(monomial: Monomial, editor: Editor) -> float:

@@ -154,7 +154,7 @@ class Editor:
 
     def added(self, node: Node, sign: int, term: str) -> Splice:
         """One more term after a sum, side or entry."""
-        end = node.span[1] if node.kind == "sum" else node.outer[1]
+        end = node.span[1] if node.kind == "sum" or node.bracketed else node.outer[1]
         return (end, end, f" {'+' if sign > 0 else '-'} {term}")
 
     def shown(self, need: Need, splices: tuple[Splice, ...]) -> tuple[str, str]:
