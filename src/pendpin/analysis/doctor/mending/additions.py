@@ -40,7 +40,7 @@ def by_need(found: list[Need], quantities: Quantities, editor: Editor, names: se
             continue
         if need.whole:
             yield from _factors(need, reader, editor, names)
-        if need.whole or need.node.kind == "sum" or need.node.bracketed:
+        if need.whole or need.node.kind == "sum" or (need.node.bracketed and need.node.kind != "number"):
             yield from _terms(need, reader, editor, names)
         if need.node.kind == "sum":
             yield from _factors_of_runs(need, reader, editor, names)
