@@ -171,8 +171,9 @@ class Trajectory:
         """The number of samples before the first with a number that is not finite or beyond LARGEST."""
         n = len(self.t)
         arrays = [getattr(self, name).reshape(n, -1) for name in ARRAYS] + list(self.rods or ())
-        good = np.all([(np.abs(array) <= LARGEST).all(1) for array in arrays], 0)
-        return n if good.all() else int(np.argmin(good))
+        if all(np.abs(array).max(initial=0.0) <= LARGEST for array in arrays):  # False for NaN
+            return n
+        return int(np.argmin(np.all([(np.abs(array) <= LARGEST).all(1) for array in arrays], 0)))
 
     def save(self, path: str | Path) -> Path:
         """Write everything to an .npz file, whole or not at all. Raises InputError where that cannot be."""
