@@ -24,7 +24,8 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
     stats = trajectory.stats
     if as_json:
         found = {"energy_drift": trajectory.energy().drift, "crosscheck": report and report.worst.relative}
-        found |= {"crosscheck_ok": report and report.ok, "summary": _summary(trajectory)}
+        figures = {name: figure._asdict() for name, figure in trajectory.summary().items()}
+        found |= {"crosscheck_ok": report and report.ok, "summary": figures}
         print_json(asdict(stats) | found | {"files": [str(file) for file in files]})
         return
     rows = {
@@ -47,10 +48,6 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
         rows["kinetic energy"] = f"{trajectory.kinetic[-1] - trajectory.kinetic[0]:+.6g} J"
         rows["energy balance is off by"] = f"{trajectory.imbalance:.1e} of the energy moved"
     print_table(["run", ""], [[name, text] for name, text in rows.items() if text])
-
-
-def _summary(trajectory: "Trajectory") -> dict[str, dict[str, Any]]:
-    return {name: figure._asdict() for name, figure in trajectory.summary().items()}
 
 
 def _answers(trajectory: "Trajectory") -> dict[str, str]:
@@ -148,9 +145,8 @@ def print_cost(report: "CostReport", as_json: bool) -> None:
         _print_methods(report)
     for sentence in report.words:
         print(sentence)
-    versions = ", ".join(f"{name} {number}" for name, number in report.versions.items())
     least = f"Times of {report.horizon:g} s of the scene: the least of {report.repetitions} after a first"
-    print(f"{report.machine}; {versions}. {least}; a first run counts its compiling, but no imports.")
+    print(f"{report.machine}; {report.versions_text}. {least}; a first run counts its compiling, but no imports.")
 
 
 def _print_methods(report: "CostReport") -> None:

@@ -143,13 +143,14 @@ def _largest_length(model: Any) -> float:
 
 def _rods_drawn(model: Any, joint: int, drawn: Mapping[str, tuple[Array, float]]) -> list[tuple[Array, float]]:
     """The ends (2, 3) m, in the frame of what a joint moves, and the radii of the rods that this is drawn with."""
-    body = pinocchio().FrameType.BODY
-    placed = ((f.placement, *drawn[f.name]) for f in model.frames if _moves(f, joint, body) and f.name in drawn)
+    placed = ((f.placement, *drawn[f.name]) for f in _links_on(model, joint) if f.name in drawn)
     return [(place.translation + ends @ place.rotation.T, radius) for place, ends, radius in placed]
 
 
-def _moves(frame: Any, joint: int, kind: Any) -> bool:
-    return frame.parentJoint == joint and frame.type == kind
+def _links_on(model: Any, joint: int) -> list[Any]:
+    """The frames of the links that a joint moves."""
+    body = pinocchio().FrameType.BODY
+    return [frame for frame in model.frames if frame.parentJoint == joint and frame.type == body]
 
 
 def _body(model: Any, joint: int, ends: list[Array], rods: list[tuple[Array, float]], near: float) -> Body:
@@ -169,9 +170,7 @@ def _body(model: Any, joint: int, ends: list[Array], rods: list[tuple[Array, flo
 
 
 def _link(model: Any, joint: int) -> str:
-    body = pinocchio().FrameType.BODY
-    names = [frame.name for frame in model.frames if frame.parentJoint == joint and frame.type == body]
-    return names[0] if names else model.names[joint]
+    return next((frame.name for frame in _links_on(model, joint)), model.names[joint])
 
 
 def find_rods(model: Any) -> tuple[RodJoint, ...]:

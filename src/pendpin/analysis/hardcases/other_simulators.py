@@ -45,12 +45,8 @@ def contests(cases: Sequence[Case]) -> tuple[Case, ...]:
     return tuple(sorted([*direct, *compared], key=lambda case: case.group))
 
 
-def _cone(rate: float) -> Scene:
-    return long_runs.cone(rate, 50)
-
-
 COMPARED: Mapping[str, Callable[[], Scene]] = {
-    **{f"cone-{rate:g}": partial(_cone, rate) for rate in (1e2, 1e3, 1e4)},
+    **{f"cone-{rate:g}": partial(long_runs.cone, rate, 50) for rate in (1e2, 1e3, 1e4)},
     "swings-in-space": lambda: scene(long_runs.THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=40.0, samples=41),
     "triple-1e4": lambda: long_runs.triple(3.0),
     "chain-100": lambda: chains.tumbling(chains.HUNDRED, 0.1),

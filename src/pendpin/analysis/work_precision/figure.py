@@ -76,7 +76,7 @@ def draw_all(report: CostReport) -> Any:
 def _write_about(figure: Any, ax: Any, report: CostReport) -> None:
     title = f"What accuracy costs: {report.subject}, {report.horizon:.3g} s"
     ax.set_title(title, loc="left", fontsize=13, fontweight="bold")
-    figure.supxlabel(f"{report.machine}; {_versions(report)}", fontsize=7, color="#4a5568")
+    figure.supxlabel(f"{report.machine}; {report.versions_text}", fontsize=7, color="#4a5568")
 
 
 # --- the cheapest of each tool ------------------------------------------------------------------------------------
@@ -201,7 +201,3 @@ def _frame(ax: Any, report: CostReport) -> None:
     ax.set_ylabel("time of the run, s  (compiling apart)")
     ax.grid(alpha=0.25, linewidth=0.6)
     ax.spines[["top", "right"]].set_visible(False)
-
-
-def _versions(report: CostReport) -> str:
-    return ", ".join(f"{name} {number}" for name, number in report.versions.items())

@@ -167,6 +167,11 @@ class CostReport:
         return brief("\n".join([f"What accuracy costs: {self.subject}, {self.horizon:.3g} s", *lines]))
 
     @property
+    def versions_text(self) -> str:
+        """The libraries and their versions."""
+        return ", ".join(f"{name} {number}" for name, number in self.versions.items())
+
+    @property
     def words(self) -> tuple[str, ...]:
         """The results in sentences."""
         return tuple(_words(self))
