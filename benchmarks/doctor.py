@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 import sympy as sp
 
-from pendpin.analysis.doctor.checking.check import TOLERANCE, Equation, random_states, relative_error
 from pendpin.analysis.doctor.checking.evaluation import Context, evaluate
 from pendpin.analysis.doctor.checking.mechanics import RODS, Convention, Quantities
+from pendpin.analysis.doctor.checking.residuals import TOLERANCE, Equation, random_states, relative_error
 from pendpin.analysis.doctor.diagnose import diagnose
 from pendpin.analysis.doctor.mending.laws import free_states, standing
 from pendpin.analysis.doctor.reading.documents import unwrapped

@@ -10,8 +10,8 @@ import pytest
 import sympy as sp
 
 import pendpin as pp
-from pendpin.analysis.doctor.checking.check import free_base
 from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, solved
+from pendpin.analysis.doctor.checking.residuals import free_base
 from pendpin.errors import InputError
 
 PRINTED = Path(__file__).with_name("printed_derivation.md")

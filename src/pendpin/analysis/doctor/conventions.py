@@ -3,8 +3,8 @@
 from itertools import product
 from typing import Any
 
-from pendpin.analysis.doctor.checking.check import TOLERANCE
 from pendpin.analysis.doctor.checking.mechanics import Convention
+from pendpin.analysis.doctor.checking.residuals import TOLERANCE
 from pendpin.analysis.doctor.patients import Printed, candidates
 from pendpin.analysis.doctor.reading.names import CONSTANTS
 from pendpin.analysis.doctor.reading.tree import Unread, symbols, walk

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from pendpin.analysis.doctor.checking.check import Equation, check
+from pendpin.analysis.doctor.checking.check import check
 from pendpin.analysis.doctor.checking.circumstances import dimensions_of, scaling, when
 from pendpin.analysis.doctor.checking.mechanics import RODS, Convention
+from pendpin.analysis.doctor.checking.residuals import Equation
 from pendpin.analysis.doctor.conventions import conventions_of, find_convention, likely_rod
 from pendpin.analysis.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, styles_of
 from pendpin.analysis.doctor.mending.monomials import Printer

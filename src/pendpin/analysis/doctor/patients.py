@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from pendpin.analysis.doctor.checking.check import TOLERANCE, Equation, random_states, relative_error
 from pendpin.analysis.doctor.checking.circumstances import dimensions_of
 from pendpin.analysis.doctor.checking.mechanics import Convention
+from pendpin.analysis.doctor.checking.residuals import TOLERANCE, Equation, random_states, relative_error
 from pendpin.analysis.doctor.reading.documents import Statement
 from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.names import CONSTANTS, DIMENSION_OF, VECTORS
@@ -58,42 +58,45 @@ def printed(statements: tuple[Statement, ...], definitions: dict[str, Node]) -> 
 
 
 def _of_statement(statement: Statement, number: int) -> list[Printed]:
-    text, remark = statement.text, ""
+    """Its equations, or one that tells why it cannot be read."""
     try:
-        equations = parse(text)
+        text, remark, equations = _parsed(statement.text)
     except Unread as error:
-        mended = _with_bracket(text, error)
-        if mended is None:
-            return [Printed(statement, number, text, text, 0, reason=f"{error.reason} (character {error.place + 1})")]
-        text, remark = mended
-        equations = parse(text)
-    except RecursionError:
-        return [Printed(statement, number, text, text, 0, reason="nested too deeply")]
-    if sum(1 for sides in equations for side in sides for _ in walk(side)) > MOST_NODES or any(
-        len(sides) > MOST_SIDES for sides in equations
-    ):
-        return [
-            Printed(statement, number, text, text, 0, reason="too long to be checked: write it as several equations")
-        ]
+        return [Printed(statement, number, statement.text, statement.text, 0, reason=error.reason)]
+    several = len(equations) > 1
     return [
         Printed(
             statement,
             number + i,
-            _own(statement, text, sides, len(equations)),
+            text[sides[0].outer[0] : sides[-1].outer[1]].strip() if several else statement.text,
             text,
             i,
             _ways(statement, text, i, sides),
             remark=remark,
-            alone=len(equations) == 1,
+            alone=not several,
         )
         for i, sides in enumerate(equations)
         if len(sides) > 1 or statement.name or not statement.place.startswith("line")
     ] or [Printed(statement, number, text, text, 0, reason="no equation: it has one side only")]
 
 
-def _own(statement: Statement, text: str, sides: list[Node], count: int) -> str:
-    """The part of a statement that is one of several equations."""
-    return statement.text if count == 1 else text[sides[0].outer[0] : sides[-1].outer[1]].strip()
+def _parsed(text: str) -> tuple[str, str, list[list[Node]]]:
+    """A text, with the bracket that is missing, a remark on that, and its equations. Raises Unread."""
+    remark = ""
+    try:
+        equations = parse(text)
+    except RecursionError:
+        raise Unread("nested too deeply") from None
+    except Unread as error:
+        mended = _with_bracket(text, error)
+        if mended is None:
+            raise Unread(f"{error.reason} (character {error.place + 1})") from None
+        text, remark = mended
+        equations = parse(text)
+    nodes = sum(1 for sides in equations for side in sides for _ in walk(side))
+    if nodes > MOST_NODES or max(map(len, equations), default=0) > MOST_SIDES:
+        raise Unread("too long to be checked: write it as several equations")
+    return text, remark, equations
 
 
 def _ways(statement: Statement, text: str, index: int, sides: list[Node]) -> tuple[tuple[tuple[Node, ...], bool], ...]:
@@ -113,13 +116,9 @@ def _name(name: str) -> list[Node]:
         found = parse(name)
     except Unread:
         return []
-    known = (
-        len(found) == 1
-        and len(found[0]) == 1
-        and found[0][0].kind == "symbol"
-        and not found[0][0].value.startswith("?")
-    )
-    return [replace(found[0][0], span=(0, 0))] if known else []
+    lone = found[0][0] if [len(sides) for sides in found] == [1] else None
+    known = lone is not None and lone.kind == "symbol" and not lone.value.startswith("?")
+    return [replace(lone, span=(0, 0))] if lone is not None and known else []
 
 
 def _with_bracket(text: str, error: Unread) -> tuple[str, str] | None:

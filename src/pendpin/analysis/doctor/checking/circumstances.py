@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from pendpin.analysis.doctor.checking.check import (
+from pendpin.analysis.doctor.checking.dimensions import Disagreement, common, dimension
+from pendpin.analysis.doctor.checking.evaluation import norm
+from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values
+from pendpin.analysis.doctor.checking.residuals import (
     TOLERANCE,
     Equation,
     random_states,
     relative_error,
     residuals_and_sizes,
 )
-from pendpin.analysis.doctor.checking.dimensions import Disagreement, common, dimension
-from pendpin.analysis.doctor.checking.evaluation import norm
-from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values
 from pendpin.analysis.doctor.reading.tree import Node
 
 

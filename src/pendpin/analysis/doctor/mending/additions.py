@@ -6,8 +6,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from pendpin.analysis.doctor.checking.check import Equation, changed
 from pendpin.analysis.doctor.checking.mechanics import Quantities, Values, dot
+from pendpin.analysis.doctor.checking.residuals import Equation, changed
 from pendpin.analysis.doctor.mending.edits import Edit, Editor, apply
 from pendpin.analysis.doctor.mending.monomials import (
     DIRECTIONS,

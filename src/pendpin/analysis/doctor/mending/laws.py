@@ -7,9 +7,9 @@ from functools import cache
 
 import numpy as np
 
-from pendpin.analysis.doctor.checking.check import STATES, Equation, free_base, residuals
 from pendpin.analysis.doctor.checking.dimensions import Disagreement, common, dimension
 from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values, balances, dot, solved
+from pendpin.analysis.doctor.checking.residuals import STATES, Equation, free_base, residuals
 from pendpin.analysis.doctor.mending.monomials import reader_of
 from pendpin.analysis.doctor.reading.names import DIMENSIONS, UNKNOWNS
 

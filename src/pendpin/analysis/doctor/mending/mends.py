@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor.checking.check import (
+from pendpin.analysis.doctor.checking.check import check
+from pendpin.analysis.doctor.checking.evaluation import Known
+from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values
+from pendpin.analysis.doctor.checking.residuals import (
     TOLERANCE,
     Equation,
     changed,
-    check,
     random_states,
     relative_error,
     residuals_and_sizes,
 )
-from pendpin.analysis.doctor.checking.evaluation import Known
-from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values
 from pendpin.analysis.doctor.mending.additions import by_need, equal_products, possible
 from pendpin.analysis.doctor.mending.edits import Edit, Editor, apply, overlap
 from pendpin.analysis.doctor.mending.laws import standing

@@ -11,9 +11,9 @@ from typing import Literal
 
 import numpy as np
 
-from pendpin.analysis.doctor.checking.check import Equation
 from pendpin.analysis.doctor.checking.evaluation import Context, Known, evaluate, norm
 from pendpin.analysis.doctor.checking.mechanics import AXES, Quantities, Values, dot
+from pendpin.analysis.doctor.checking.residuals import Equation
 from pendpin.analysis.doctor.reading.tree import Node
 
 Role = Literal["side", "term", "entry", "factor", "divisor", "base", "argument"]

@@ -28,13 +28,7 @@ class Parser(Brackets):
         while (token := self.peek()).kind != "end":
             if token.kind in SEPARATORS:
                 self.take()
-                if token.kind not in ("&", ".") and before == "=":
-                    raise Unread("nothing stands after =", token.start)
-                if (
-                    token.kind not in ("&", ".")
-                    and found[-1]
-                    and self.peek().kind not in ("end", "&", "relation", *SEPARATORS)
-                ):
+                if self._separates(token, before) and found[-1]:
                     found.append([])
                     before = ""
             elif token.kind == "relation":
@@ -42,21 +36,34 @@ class Parser(Brackets):
                     raise Unread("nothing stands before =", token.start)
                 self.take()
                 before = "="
-            elif token.kind == "condition":
-                self.take()
-                if self.peek().kind not in ("end", *SEPARATORS):
-                    raise Unread(f"what holds only {token.text} is not checked", token.start)
-            elif token.kind == "other relation":
-                raise Unread(f"not an equation: it holds the relation {token.text}", token.start)
-            elif before == "side" or token.kind == "close":
-                opening = {closed: opened for opened, closed in CLOSING.items()}.get(token.text, "")
-                raise Unread(f"the bracket {token.text} closes nothing", token.start, opening)
+            elif before == "side" or token.kind in ("close", "condition", "other relation"):
+                self._misplaced(token)
             else:
                 found[-1].append(self.sum())
                 before = "side"
         if before == "=":
             raise Unread("nothing stands after =", token.start)
         return [sides for sides in found if sides]
+
+    def _separates(self, token: Token, before: str) -> bool:
+        """Whether a separator, which is taken, ends an equation. Raises Unread where that has no right side."""
+        if token.kind in ("&", "."):
+            return False
+        if before == "=":
+            raise Unread("nothing stands after =", token.start)
+        return self.peek().kind not in ("end", "&", "relation", *SEPARATORS)
+
+    def _misplaced(self, token: Token) -> None:
+        """Past a condition after which nothing follows. Raises Unread for all else that begins no side."""
+        if token.kind == "condition":
+            self.take()
+            if self.peek().kind in ("end", *SEPARATORS):
+                return
+            raise Unread(f"what holds only {token.text} is not checked", token.start)
+        if token.kind == "other relation":
+            raise Unread(f"not an equation: it holds the relation {token.text}", token.start)
+        opening = {closed: opened for opened, closed in CLOSING.items()}.get(token.text, "")
+        raise Unread(f"the bracket {token.text} closes nothing", token.start, opening)
 
     def sum(self) -> Node:
         """Terms with their signs."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import DOP853
 
-from pendpin.analysis.doctor.checking.check import ENERGIES, Equation, euler_lagrange, residuals
+from pendpin.analysis.doctor.checking.check import euler_lagrange
 from pendpin.analysis.doctor.checking.mechanics import (
     COORDINATES,
     PARAMETERS,
@@ -17,6 +17,7 @@ from pendpin.analysis.doctor.checking.mechanics import (
     dot,
     solved,
 )
+from pendpin.analysis.doctor.checking.residuals import ENERGIES, Equation, residuals
 from pendpin.analysis.doctor.diagnosis import Diagnosis, Finding
 from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
@@ -106,7 +107,7 @@ def _dynamic(finding: Finding, diagnosis: Diagnosis) -> list[Equation]:
         return []
     if equation.names & ENERGIES.keys():
         return _from_lagrangian(equation, diagnosis)
-    from pendpin.analysis.doctor.checking.check import random_states
+    from pendpin.analysis.doctor.checking.residuals import random_states
 
     rows = next(residuals(equation, random_states(diagnosis.rod, diagnosis.convention)))[0]
     lone = [side for side in equation.sides if side.kind == "symbol" and side.value in (*UNKNOWNS, "Mc")]

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from pendpin.analysis.doctor.checking import exact
-from pendpin.analysis.doctor.checking.check import Equation, residuals
 from pendpin.analysis.doctor.checking.mechanics import AXES, COORDINATES, PARAMETERS, Convention, Quantities, dot
+from pendpin.analysis.doctor.checking.residuals import Equation, residuals
 from pendpin.analysis.doctor.diagnosis import Diagnosis, Finding
 from pendpin.analysis.doctor.mending.mends import Mend
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
