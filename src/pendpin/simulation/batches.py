@@ -51,7 +51,7 @@ class Cases(NamedTuple):
         return Cases([self.models[i] for i in places], *(rows[places] for rows in self[1:]))
 
     def pieces(self, samples: int, workers: int = 1) -> list[Indices]:
-        """The places of cases that one worker runs at once: their samples fit into the memory, and no worker is idle."""
+        """Places (k,) of cases that one worker runs at once: their samples fit into the memory, and no worker is idle."""
         size = min(AT_ONCE, MOST_STATES // samples, len(self.q) // (2 * workers))
         size = max(WIDTH, size // WIDTH * WIDTH)
         return [np.arange(begin, min(begin + size, len(self.q))) for begin in range(0, len(self.q), size)]
@@ -188,7 +188,7 @@ class Series:
         return rows
 
     def _by_energy(self, cases: Cases) -> Indices:
-        """The places of the cases in the order of their energies: alike, they take like numbers of steps.
+        """The places (c,) of the cases in the order of their energies: alike, they take like numbers of steps.
 
         As they come where each has a model of its own.
         """

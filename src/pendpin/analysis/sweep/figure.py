@@ -55,7 +55,7 @@ def names_of(dataset: Any) -> list[str]:
 
 
 def doubtful_cells(dataset: Any, name: str) -> Mask:
-    """The cases that were run, and in which the measure is not to be believed: two tolerances disagree."""
+    """The cases (dims) that were run, and in which the measure is not to be believed: two tolerances disagree."""
     values, run = dataset[name].values, dataset["why"].values == ""
     finite = values[np.isfinite(values)]
     limit = DOUBTFUL * (np.ptp(finite) if finite.size else 0.0)
@@ -99,7 +99,7 @@ def _line(dataset: Any, name: str, dim: str) -> Any:
 
 
 def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Mask, str]]) -> Any:
-    """Maps with one scale of colours; the first dimension goes to the right, the second up."""
+    """Maps of panels (values (m, n), doubtful (m, n), title), one scale of colours; m goes to the right, n up."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
@@ -130,7 +130,7 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
 
 
 def _colours(arrays: list[Array]) -> dict[str, Any]:
-    """Perceptual colours over the range of all: symmetric where the measure has both signs, logarithmic over decades."""
+    """Perceptual colours over the range of all (m, n): symmetric where they have both signs, logarithmic over decades."""
     from matplotlib.colors import LogNorm
 
     found = np.concatenate([array[np.isfinite(array)].ravel() for array in arrays])
@@ -144,6 +144,7 @@ def _colours(arrays: list[Array]) -> dict[str, Any]:
 
 
 def _legend(panels: list[tuple[Array, Mask, str]], patch: Any, none: str) -> list[Any]:
+    """What the hatches and the empty cells of panels (values (m, n), doubtful (m, n), title) mean."""
     found = []
     if any(doubtful.any() for _, doubtful, _ in panels):
         found.append(patch(facecolor="#e2e8f0", hatch="////", edgecolor="#4a5568", label="two tolerances disagree"))

@@ -99,7 +99,7 @@ def measured(m: Measure, run: Trajectory, looser: Trajectory) -> float:
 
 
 def _of_angle(series: str, statistic: Callable[[Array, Array], Array]) -> Callable[[Motion], Array]:
-    """A statistic of a joint's angle. Raises LookupError for any other series, which needs the whole run."""
+    """A statistic (c,) of a joint's angle. Raises LookupError for any other series, which needs the whole run."""
     return lambda motion: statistic(
         motion.t, motion.q[..., {name: i for i, name in enumerate(motion.models[0].joints)}[series]]
     )
@@ -118,12 +118,13 @@ def _spread(of: Measure) -> Measure:
 
 
 def _difference(one: Array, other: Array) -> Array:
-    """|one - other|; 0 where neither exists, inf where one does."""
+    """|one - other| (c,); 0 where neither exists, inf where one does."""
     gap = np.abs(one - other)
     return np.where(np.isnan(one) & np.isnan(other), 0.0, np.where(np.isnan(gap), math.inf, gap))
 
 
 def _mean(t: Array, x: Array) -> Array:
+    """The mean over the times (n,) s of series x (..., n)."""
     return np.trapezoid(x, t, axis=-1) / (t[-1] - t[0]) if len(t) > 1 else x[..., 0]
 
 
@@ -255,6 +256,7 @@ def divergence(run: Trajectory, looser: Trajectory) -> float:
 
 
 def _divergence_of_motions(motion: Motion, looser: Motion) -> Array:
+    """`divergence` of each of the c runs, (c,)."""
     return _tips_apart(*(_tips_of(m, m.q[:, -1:])[:, 0] for m in (motion, looser)))
 
 

@@ -140,7 +140,7 @@ def cases_of(path: Path) -> Plan:
 
 
 def read_axes(texts: Sequence[str]) -> dict[str, Array]:
-    """Values by key from texts like KEY=FROM:TO:COUNT or KEY=1,2,5. Raises InputError."""
+    """Values (k,) by key from texts like KEY=FROM:TO:COUNT or KEY=1,2,5. Raises InputError."""
     return _each(texts, _axis)
 
 
@@ -163,6 +163,7 @@ def _each(texts: Sequence[str], read: Any) -> dict[str, Any]:
 
 
 def _axis(key: str, text: str) -> Array:
+    """The values (k,) of FROM:TO:COUNT or of numbers with commas. Raises InputError."""
     if ":" not in text:
         return np.array([_number(f"--vary: {key}", part) for part in text.split(",")])
     parts = text.split(":")
@@ -199,6 +200,7 @@ def _columns(values: Mapping[str, ArrayLike]) -> dict[str, Array]:
 
 
 def _numbers(key: str, given: ArrayLike) -> Array:
+    """The finite numbers (k,) of a key. Raises InputError for anything else."""
     if not isinstance(key, str):
         raise InputError(f"vary: {shown(key)} is no key path, such as model.rods[0].mass")
     try:

@@ -159,7 +159,7 @@ def _stored(attributes: Any) -> list[str]:
 
 
 def _left(arrays: Mapping[str, Array], blocks: Blocks) -> list[int]:
-    """The blocks that are not done, or have not the checksum of their values, from the arrays of a store."""
+    """The blocks that are not done, or have not the checksum of their values, from arrays (dims), and done (blocks,)."""
     *measures, why, done = arrays.values()
 
     def sound(block: int) -> bool:

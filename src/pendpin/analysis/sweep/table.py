@@ -2,7 +2,6 @@
 
 import csv
 import io
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ def write_table(found: Any, path: Path) -> Path:
     """Write every case as a row of a CSV file, whole or not at all: its numbers, its measures, why it has none."""
     keys = [str(key) for key in found.attrs["keys"]]
     names = [str(name) for name in found.data_vars]
-    grids = [np.broadcast_to(column, found[names[0]].shape) for column in _columns(found, keys)]
+    grids = [found[key].broadcast_like(found["why"]).transpose(*found["why"].dims).values for key in keys]
     rows = zip(*(grid.ravel() for grid in grids), *(found[name].values.ravel() for name in names), strict=True)
 
     def write(file: Any) -> None:
@@ -38,13 +37,3 @@ def write_table(found: Any, path: Path) -> Path:
 
 def _cell(x: Any) -> str:
     return x if isinstance(x, str) else repr(float(x))
-
-
-def _columns(found: Any, keys: list[str]) -> Iterator[Array]:
-    """The values of each key, to be broadcast over the cases."""
-    for key in keys:
-        values = found[key].values
-        if key in found.dims:
-            axis = list(found[next(iter(found.data_vars))].dims).index(key)
-            values = values.reshape([-1 if i == axis else 1 for i in range(len(found.dims))])
-        yield values

@@ -112,7 +112,7 @@ class Vectors:
             block.values[place], block.why[place] = np.nan, str(error)
 
     def _whole(self, row: Array, found: Motions, place: int) -> Trajectory:
-        """The trajectory of a case, with forces and energies."""
+        """The trajectory of case `place` of `found`, with forces and energies; its numbers are row (keys,)."""
         scene = with_numbers(self.scene, self.task.plan.keys, row).by("taylor", self.series[0].tolerance)
         dynamics = self.series[0].bound(scene)
         version = installed("heyoka")["heyoka"] or ""

@@ -59,7 +59,7 @@ class Ladder:
 
     @np.errstate(invalid="ignore")  # a case that cannot be integrated to its end does not meet the target
     def _met(self, cases: Cases, found: Sequence[Motions], coarsest: float) -> Mask:
-        """Whether the error of the last of three runs of each case, with rounding, is within the target."""
+        """Whether the error of the last of three runs of each case (c,), with rounding, is within the target."""
         points = [of_each(_points, cases.models, one.q) for one in found]
         met = np.zeros(len(cases.q), bool)
         for i, model in enumerate(cases.models):
@@ -82,4 +82,5 @@ def _points(model: Model, q: Array) -> Array:
 
 
 def _some(one: Motions, places: Indices) -> Motions:
+    """The motions at these places (k,)."""
     return Motions(*(rows[places] for rows in one))
