@@ -21,12 +21,13 @@ from pendpin.analysis.sweep.store import load
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "double_pendulum.toml"
 STORE, WHOLE = Path("map.zarr"), Path("whole.zarr")
-SIDE = 80  # starts each way
+SIDE = 200  # starts each way
 AXES = [f"--vary=start.positions.theta_{i}=-3:3:{SIDE}" for i in (1, 2)]
 COMMAND = [sys.executable, "-c", "from pendpin.cli import main; main()", "sweep", str(EXAMPLE), "--tolerance", "1e-9"]
 SWEEP = [*COMMAND, *AXES, "--measure=flip_time", "--measure=flip_time.spread", "--out"]
 WORKERS = ["--workers", "2"]
-PAUSE = (0.5, 4.0)  # s between the deaths of two workers
+PAUSE = (2.0, 6.0)  # s between two deaths of workers
+BOTH = 0.25  # of these, in which all workers die
 FEWEST = 16  # blocks of a sweep
 GONE = 60.0  # s, in which the workers of a killed command end
 
@@ -77,7 +78,8 @@ def workers_killed(random: np.random.Generator, kills: int) -> int:
         while command.poll() is None:
             time.sleep(random.uniform(*PAUSE))
             if count < kills and (workers := workers_of(psutil.Process(command.pid))):
-                workers[random.integers(len(workers))].kill()
+                for worker in workers if random.random() < BOTH else [random.choice(workers)]:
+                    worker.kill()
                 count += 1
     assert command.returncode == 0, command.returncode
     return count

@@ -5,6 +5,7 @@ distributed is imported here: import this module late.
 
 import logging
 import signal
+from asyncio import ensure_future
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -14,10 +15,12 @@ from threading import Event
 from typing import Any
 
 from distributed import Nanny, Scheduler, SpecCluster, Worker
+from tornado.ioloop import PeriodicCallback
 
 from pendpin.errors import RunError
 
 STARTS = 5  # tries
+RENEWED = 3  # s between two looks at the processes
 HOST = {"host": "127.0.0.1"}
 
 
@@ -36,6 +39,24 @@ class LocalWorker(_WithoutPages, Worker):
     """Runs blocks in a process of its own, which its Nanny starts again should it die."""
 
 
+class LocalCluster(SpecCluster):
+    """A scheduler in this process with workers beside it; one that is lost for good has another in its place."""
+
+    async def _start(self) -> None:
+        await super()._start()
+        self._without = set[Any]()  # names of the workers that had no process at the last look
+        self.periodic_callbacks["renew"] = callback = PeriodicCallback(self._renew, 1000 * RENEWED)
+        callback.start()
+
+    def _renew(self) -> None:
+        """Replace the workers that twice have no process: a Nanny gives up if one is killed while it starts."""
+        without = {name for name, nanny in self.workers.items() if not nanny.is_alive()}
+        for name in without & self._without:
+            self._futures.add(ensure_future(self.workers.pop(name).close()))
+        self._without = without
+        self.scale(len(self.worker_spec))
+
+
 @contextmanager
 def cluster_of(workers: int) -> Iterator[Any]:
     """A cluster of so many processes; it ends with its context, and with this process. Raises RunError.
@@ -44,7 +65,11 @@ def cluster_of(workers: int) -> Iterator[Any]:
     and processes that it starts.
     """
     stopped = Event()
-    with _silent("asyncio"), ThreadPoolExecutor(1, initializer=_block_interrupts) as pool:
+    with (
+        _silent("asyncio"),
+        _silent("tornado.application"),
+        ThreadPoolExecutor(1, initializer=_block_interrupts) as pool,
+    ):
         starting = pool.submit(_started, workers, stopped)
         try:
             with starting.result() as cluster:
@@ -68,7 +93,7 @@ def _started(workers: int, stopped: Event) -> Any:
         if stopped.is_set():
             break
         with suppress(RuntimeError):  # a process was killed before it was ready
-            return SpecCluster(
+            return LocalCluster(
                 workers=dict.fromkeys(range(workers), nanny),
                 scheduler={"cls": LocalScheduler, "options": HOST | {"dashboard": False}},
                 silence_logs=logging.CRITICAL,  # type: ignore[arg-type]

@@ -13,7 +13,7 @@ from pendpin.errors import InputError, MissingLibrary, RunError
 AHEAD = 3  # blocks given out for each worker, which bounds the memory
 DEATHS = 100  # of workers, until a block is given up
 CONNECTING = 10  # s
-PATIENCE = 30  # s without a block, until it is asked whether workers are left
+PATIENCE = 60  # s without a block, until it is asked whether workers are left
 FOUND = Generator[tuple[int, Block], None, None]  # blocks, as they come
 
 Span = Callable[[int], tuple[int, int]]  # the cases of a block
