@@ -180,6 +180,7 @@ def test_a_missing_term_is_none_that_makes_the_equation_say_nothing():
 def test_in_which_motions_an_equation_fails():
     words = {"omega_3 = dtheta*sin(phi)": "as soon as theta turns", "V = m*g*z": "already at rest"}
     words["ddtheta = dtheta*dphi*tan(phi) - 3*g*sin(theta)/(2*l*cos(phi))"] = "only when theta and phi both turn"
+    words["ddphi/dphi = dtheta"] = "as soon as phi turns"  # at rest it has no value
     assert [pp.diagnose([text]).findings[0].when for text in words] == list(words.values())
 
 

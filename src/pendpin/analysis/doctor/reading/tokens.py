@@ -64,9 +64,8 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?|\.\d+")
 _LATIN = re.compile(r"[A-Za-z]+")
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9]*(?:_(?:[A-Za-z0-9]+))*")
 _COMMAND = re.compile(r"\\([A-Za-z]+\*?|.)", re.DOTALL)
-_PROSE = re.compile(
-    r"\(?\s*\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{(?P<words>[^{}]*[^{}A-Za-z.][^{}]*|and|or|with|where|so|thus|hence|for|if|when)\}\s*\)?"
-)
+_PROSE = re.compile(r"\(?\s*\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{([^{}]*)\}\s*\)?")
+_PROSE_WORDS = {"and", "or", "with", "where", "so", "thus", "hence", "for", "if", "when"}
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
 _DECORATION = re.compile(
     r"\\(?:label|tag|ref|eqref|hspace|vspace|mbox|nonumber)\*?\s*\{[^{}]*\}|(?<!\\)%[^\n]*"
@@ -87,10 +86,9 @@ def tokens(text: str) -> list[Token]:
     while place < len(text):
         if match := _DECORATION.match(text, place):
             place = match.end()
-        elif match := _PROSE.match(text, place):
-            kind = "condition" if _CONDITION.search(match["words"]) else ","
-            found.append(Token(kind, match["words"].strip(), place, match.end()))
-            place = match.end()
+        elif text[place] in "(\\" and (prose := _prose(text, place)):
+            found.append(prose)
+            place = prose.end
         elif text[place].isspace() or text[place] in "~&\u2009\u202f":
             if text[place] == "&":
                 found.append(Token("&", "&", place, place + 1))
@@ -102,6 +100,15 @@ def tokens(text: str) -> list[Token]:
         if len(found) > MOST_TOKENS:
             raise Unread(f"longer than {MOST_TOKENS:,} symbols")
     return list(_merged(found))
+
+
+def _prose(text: str, place: int) -> Token | None:
+    """Words beside an equation, which end it, or a condition; None for a name, such as const."""
+    match = _PROSE.match(text, place)
+    words = match[1].strip() if match else ""
+    if match is None or (words not in _PROSE_WORDS and re.fullmatch(r"[A-Za-z.]*", match[1])):
+        return None
+    return Token("condition" if _CONDITION.search(words) else ",", words, place, match.end())
 
 
 def _merged(found: list[Token]) -> Iterator[Token]:
