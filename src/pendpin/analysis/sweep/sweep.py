@@ -60,7 +60,10 @@ def sweep(
     given = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
     setting = {name: value for name, value in given.items() if value is not None}
     plan = vary if isinstance(vary, Plan) else plans.grid(vary)
-    task = checked(Task(chosen_scene(scene).with_solver(**setting), plan, _measures(measure)))
+    chosen = chosen_scene(scene)
+    if setting or "solver.accuracy" not in plan.keys:  # beside an accuracy a scene has no tolerance
+        chosen = chosen.with_solver(**setting)
+    task = checked(Task(chosen, plan, _measures(measure)))
     _check_place(workers, dask)
     if not isinstance(out, str | Path | None):
         raise InputError(f"out: {shown(out)} is not the path of a store")

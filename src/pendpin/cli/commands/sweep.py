@@ -1,5 +1,7 @@
 """The commands of sweeps: `pendpin sweep` runs one, `pendpin map` shows what a store holds."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -62,9 +64,8 @@ def sweep(
         found = run(
             chosen, plan, measures, out=out, workers=workers, dask=dask, progress=lambda done, _: bar(done), **given
         )
-    _show(found, [out] if out else [], csv, plot, None, json)
-    if sobol:
-        _print_indices(found, vary or [], seed, json)
+    shares = partial(_shares, found, vary or [], seed) if sobol else dict
+    _show(found, [out] if out else [], csv, plot, None, json, shares)
     if (found["why"].values != "").all():
         raise typer.Exit(1)
 
@@ -82,7 +83,7 @@ def map_(
 
     refuse_outputs([], csv=csv, plot=plot)
     found = load(store)
-    _show(found, [], csv, plot, chosen(found, measure), json)
+    _show(found, [], csv, plot, chosen(found, measure), json, dict)
 
 
 def _plan(
@@ -105,7 +106,16 @@ def _plan(
     return plans.pairs(axes) if in_pairs else plans.grid(axes)
 
 
-def _show(found: Any, files: list[Path], csv: Path | None, plot: Path | None, measure: str | None, json: bool) -> None:
+def _show(
+    found: Any,
+    files: list[Path],
+    csv: Path | None,
+    plot: Path | None,
+    measure: str | None,
+    json: bool,
+    shares: Callable[[], dict[str, Any]],
+) -> None:
+    """Write the files, then print what was found; `shares` may raise InputError, when the rest is there."""
     from pendpin.analysis.sweep.figure import names_of, save_map
     from pendpin.analysis.sweep.table import summary, write_table
 
@@ -117,7 +127,8 @@ def _show(found: Any, files: list[Path], csv: Path | None, plot: Path | None, me
             name: dict(zip(("least", "median", "most", "none"), row, strict=True)) for name, row in rows.items()
         }
         counts = {"cases": count, "not_run": waiting, "failed": failed}
-        print_json(counts | {"measures": measures, "files": [str(file) for file in files]})
+        sobol = {"sobol": found_shares} if (found_shares := shares()) else {}
+        print_json(counts | {"measures": measures, "files": [str(file) for file in files]} | sobol)
         return
     print_table(
         ["measure", "least", "median", "most", "no value"],
@@ -127,6 +138,7 @@ def _show(found: Any, files: list[Path], csv: Path | None, plot: Path | None, me
     for reason, times in _reasons(found)[:5]:
         print(f"  {times} x {reason}")
     print_files(files)
+    _print_shares(shares())
 
 
 def _range(values: Any) -> tuple[float, float, float, int]:
@@ -146,17 +158,18 @@ def _reasons(found: Any) -> list[tuple[str, int]]:
     return Counter(str(why) for why in found["why"].values.flat if why and why != "not run").most_common()
 
 
-def _print_indices(found: Any, vary: list[str], seed: int, json: bool) -> None:
+def _shares(found: Any, vary: list[str], seed: int) -> dict[str, Any]:
+    """Sobol' indices of each measure, by key."""
     from pendpin.analysis.sweep.figure import names_of
     from pendpin.analysis.sweep.plan import read_spreads
     from pendpin.analysis.sweep.sensitivity import indices
 
     spreads = read_spreads(vary)
-    table = {name: indices(spreads, found[name].values, seed) for name in names_of(found)}
-    if json:
-        print_json({"sobol": table})
-        return
-    for name, rows in table.items():
+    return {name: indices(spreads, found[name].values, seed) for name in names_of(found)}
+
+
+def _print_shares(shares: dict[str, Any]) -> None:
+    for name, rows in shares.items():
         print(f"Shares of the variance of {name} (95 % intervals):")
         head = ["varied", "alone", "+-", "with all others", "+-"]
         print_table(head, [[key, *(f"{x:.3f}" for x in row.values())] for key, row in rows.items()])
