@@ -68,10 +68,10 @@ class Tape:
 
     def record(self, name: str, *given: Any) -> "Term":
         """An operation on terms and numbers."""
-        operands = [self.placed(x) for x in given]
+        operands = [x.place if type(x) is Term else self.placed(x) for x in given]  # one or two
         if name in _COMMUTING:
             operands.sort()
-        return self._at((name, *operands), all(self.fixed[x] for x in operands))
+        return self._at((name, *operands), self.fixed[operands[0]] and self.fixed[operands[-1]])
 
     def fixed_operands(self, results: Sequence[int]) -> list[int]:
         """The fixed operations, but for plain numbers, that others or the results themselves take directly."""
@@ -82,13 +82,14 @@ class Tape:
 
     def needed(self, results: Sequence[int]) -> list[int]:
         """The operations that some results take, in order."""
-        found, open_ = set(), list(results)
-        while open_:
-            place = open_.pop()
-            if place not in found:
-                found.add(place)
-                open_ += operands_of(self.operations[place])
-        return sorted(found)
+        wanted = [False] * len(self.operations)
+        for place in results:
+            wanted[place] = True
+        for place in reversed(range(len(wanted))):  # operands come before what is computed from them
+            if wanted[place]:
+                for operand in operands_of(self.operations[place]):
+                    wanted[operand] = True
+        return [place for place, is_wanted in enumerate(wanted) if is_wanted]
 
     def values(self, places: Sequence[int], parameters: Sequence[float]) -> dict[int, float]:
         """What fixed operations come to."""
@@ -176,11 +177,12 @@ class Term:
 
     @_on_scalars
     def __mul__(self, other: Any) -> Any:
-        if _is(other, 0):
-            return 0.0
-        if _is(other, -1):
-            return -self
-        return self if _is(other, 1) else self.tape.record("mul", self, other)
+        if type(other) is not Term:
+            if other == 0:
+                return 0.0
+            if abs(other) == 1:
+                return self if other == 1 else -self
+        return self.tape.record("mul", self, other)
 
     @_on_scalars
     def __truediv__(self, other: Any) -> Any:
@@ -216,7 +218,7 @@ class Term:
 
 
 def _is(x: Any, number: int) -> bool:
-    return not isinstance(x, Term) and x == number
+    return type(x) is not Term and x == number
 
 
 @cache
