@@ -1,6 +1,6 @@
 """What each part of a model is worth: fits without each friction and drag, and with parts that the scene lacks."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -21,7 +21,7 @@ CALLED_FOR = (
     6.0  # of the information criterion: strong evidence (R. Kass, A. Raftery, J. Am. Stat. Assoc. 90 (1995), 773)
 )
 AGAINST = 1.01  # times the held-out error without a part: it does not help
-SMALL = 1e-3  # of the largest torque of gravity: first guess of a friction
+SMALL = 1e-5  # of the largest torque of gravity: first guess of a friction, so that a search begins near the fit
 SLOW = 5.0  # rad/s: first guess of a Stribeck speed
 SLENDER = 20.0  # length over diameter: first guess of a rod in the air
 
@@ -82,7 +82,8 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
     progress("the fit as it is")
     now = _refitted(fit, fit.solution, fit.scene, keys)
     while True:
-        others = sorted(_judged(fit, now, _with(now.scene, keys), progress), key=lambda other: other[0].criterion)
+        lacking = (*_with(now.scene, keys), *_for_each_joint(now, keys))
+        others = sorted(_judged(fit, now, lacking, progress), key=lambda other: other[0].criterion)
         best = next((other for other in others if other[0].called_for), None)
         if best is None:
             break
@@ -94,7 +95,7 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
     return replace(fit, parts=tuple(sorted(parts, key=lambda part: part.criterion)))
 
 
-def _judged(fit: Fit, now: _Model, others: Iterator[_Other], progress: Callable[[str], None]) -> list[Any]:
+def _judged(fit: Fit, now: _Model, others: Iterable[_Other], progress: Callable[[str], None]) -> list[Any]:
     """Parts with their models, each fitted from the model that there is."""
     found = []
     for name, present, scene, keys in others:
@@ -165,7 +166,7 @@ def _with(scene: Scene, keys: list[str]) -> Iterator[_Other]:
     added: dict[str, tuple[Any, list[str]]] = {
         "viscous": (Viscous(coefficient=size / SLOW), ["coefficient"]),
         "dry_friction": (DryFriction(kinetic=size), ["kinetic"]),
-        "drag": (Drag(diameter=_length(scene) / SLENDER), ["coefficient"]),
+        "drag": (Drag(diameter=_length(scene) / SLENDER, coefficient=0.01), ["coefficient"]),
     }
     for kind, (effect, names) in added.items():
         if kind not in kinds:
@@ -173,7 +174,7 @@ def _with(scene: Scene, keys: list[str]) -> Iterator[_Other]:
             yield kind, False, checked(scene, {"effects": (*scene.effects, effect)}), [*keys, *more]
     for i, effect in enumerate(scene.effects):
         if isinstance(effect, DryFriction) and effect.stribeck is None:
-            low, high = 0.8 * effect.kinetic + size / 10, 1.2 * effect.kinetic + size
+            low, high = 0.98 * effect.kinetic, 1.02 * effect.kinetic + size
             falling = DryFriction(kinetic=low, static=high, stribeck=SLOW, joints=effect.joints)
             more = [f"effects[{i}].{name}" for name in ("kinetic", "static", "stribeck")]
             rest = [key for key in keys if key not in more]
@@ -185,6 +186,24 @@ def _with(scene: Scene, keys: list[str]) -> Iterator[_Other]:
     )
     if missing := [key for key in lengths if key not in keys]:
         yield "other lengths of rods", False, scene, [*keys, *missing]
+
+
+def _for_each_joint(now: _Model, keys: list[str]) -> Iterator[_Other]:
+    """With a friction for each of the joints that move, in place of one for several."""
+    scene, equations = now.scene, now.setting.equations
+    moving = [equations.model.joints[place] for place in equations.joints]
+    for i, effect in enumerate(scene.effects):
+        if not isinstance(effect, Viscous | DryFriction):
+            continue
+        first, *rest = [name for name in moving if effect.joints is None or name in effect.joints] or [None]
+        names = [key.rpartition(".")[2] for key in keys if key.startswith(f"effects[{i}].")]
+        if rest and names:
+            many = len(scene.effects)
+            more = [f"effects[{many + k}].{name}" for k in range(len(rest)) for name in names]
+            apart = _changed(scene, i, checked(effect, {"joints": (first,)}))
+            copies = (checked(effect, {"joints": (name,)}) for name in rest)
+            wider = checked(apart, {"effects": (*apart.effects, *copies)})
+            yield f"effects[{i}], {effect.kind}: one for each joint", False, wider, [*keys, *more]
 
 
 def _changed(scene: Scene, place: int, effect: Any) -> Scene:
