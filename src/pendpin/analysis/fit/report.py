@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.analysis.fit.combinations import Combination
-from pendpin.analysis.fit.data import FEWEST, Swing, batch, read_swings
+from pendpin.analysis.fit.data import FEWEST, Swing, batch, in_pieces, read_swings
 from pendpin.analysis.fit.fitting import Setting, Solution, start_states
 from pendpin.analysis.fit.guess import joint_angles
 from pendpin.analysis.fit.honesty import NOISY, WHITE
@@ -172,20 +172,13 @@ def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
     found = (
         p.predicted(np.repeat(solution.z[:, None], starts.shape[1], 1), starts, p.batch.t) + solution.offsets[:, None]
     )
-    swings, predicted = setting.swings, []
-    for k, swing in enumerate(swings):
-        rows = []
-        for piece in np.flatnonzero(p.batch.swing == k):
-            rows.append(found[:, :, piece])
-        lengths = _lengths(swing, len(rows))
-        predicted.append(np.concatenate([row[:m] for row, m in zip(rows, lengths, strict=True)]))
-    judged = tuple(np.ones(len(swing.t), bool) for swing in swings)
-    return Prediction(swings, tuple(predicted), judged, setting.columns)
-
-
-def _lengths(swing: Swing, pieces: int) -> list[int]:
-    """How many samples each of the pieces of a swing has."""
-    return np.diff(np.round(np.linspace(0, len(swing.t), pieces + 1)).astype(int)).tolist()
+    predicted = []
+    for k, swing in enumerate(setting.swings):
+        own = np.flatnonzero(p.batch.swing == k)
+        pieces = zip(own, in_pieces([swing], p.batch.longest), strict=True)
+        predicted.append(np.concatenate([found[: len(piece.t), :, place] for place, piece in pieces]))
+    judged = tuple(np.ones(len(swing.t), bool) for swing in setting.swings)
+    return Prediction(setting.swings, tuple(predicted), judged, setting.columns)
 
 
 def judged_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
