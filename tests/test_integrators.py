@@ -102,11 +102,24 @@ def test_error_falls_with_tolerance(method: str) -> None:
 
 
 def test_samples_fall_on_steps() -> None:
-    """`step` is the largest step: it is shortened where samples come between, and lengthened never."""
+    """`step` is the largest step: it is shortened where samples come between, lengthened never, and said."""
     runs = [pp.simulate(scene(THICK, samples=4), method="rk4", step=step) for step in (0.1, 1 / 12, 5.0)]
     assert [run.stats.steps for run in runs] == [12, 12, 3]
     assert apart(runs[0], runs[1]) < 1e-15
-    assert (runs[0].stats.step, runs[0].stats.tolerance) == (0.1, None)
+    end = runs[0].t[-1]
+    assert [run.stats.step for run in runs] == pytest.approx([end / 12, end / 12, end / 3], rel=1e-14)
+    assert runs[0].stats.tolerance is None
+
+
+def test_a_run_that_ends_early_counts_its_steps_up_to_there() -> None:
+    """Three steps a sample, too coarse for a rod of 1 m: the run is cut where its energy no longer adds up."""
+    start = pp.Start(positions={"theta": 0.5}, velocities={"theta": 3.0})
+    rod = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1, mass=1)]), start=start, effects=[pp.effects.Gravity()])
+    with pytest.raises(pp.RunError) as error:
+        pp.simulate(rod.replace(duration=6.0), method="euler", step=0.04, samples=61)
+    run = error.value.partial
+    assert run.stats.steps == 3 * (len(run.t) - 1) > 0
+    assert run.stats.step == pytest.approx(0.1 / 3)
 
 
 # --- Gauss methods --------------------------------------------------------------------------------------------------

@@ -143,6 +143,17 @@ def test_a_function_of_the_run_is_a_measure() -> None:
 # --- what cannot be run ---------------------------------------------------------------------------------------------
 
 
+def test_what_does_not_settle_has_no_settling_time() -> None:
+    """A rod without damping; one whose small swings fall by exp(-c t / 2 J), to 2 % at 2.6 s."""
+    free = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1, mass=1)]), start=pp.Start(positions={"theta": 0.1}))
+    free = free.replace(effects=[fx.Gravity()])
+    damped = free.replace(effects=[fx.Gravity(), fx.Viscous(coefficient=1.0)])
+    durations = {"duration": [5.0, 10.0, 20.0]}
+    assert np.isnan(pp.sweep(free, durations, "settling_time").settling_time.values).all()
+    times = pp.sweep(damped, durations, "settling_time").settling_time.values
+    assert times[1:] == pytest.approx(np.log(50) * 2 / 3, abs=0.9)
+
+
 def test_a_case_that_cannot_run_is_nan_with_its_reason() -> None:
     """And the others are as they were, the first one or not."""
     found = pp.sweep(scene(), {"model.rods[0].mass": [-2.0, 1.0, -1.0, 2.0]}, "theta_1.final")

@@ -35,7 +35,8 @@ def joint(
     """A joint."""
     place = " ".join(map(str, at))
     ends = f'<parent link="{parent}"/><child link="{child}"/><origin xyz="{place}"/>'
-    return f'<joint name="{name}" type="{kind}">{ends}<axis xyz="{axis}"/></joint>'
+    limit = '<limit lower="-9" upper="9" effort="9" velocity="9"/>' if kind == "prismatic" else ""
+    return f'<joint name="{name}" type="{kind}">{ends}<axis xyz="{axis}"/>{limit}</joint>'
 
 
 def drawn(shape: str, z: float, turned: str = "0 0 0") -> str:
@@ -156,3 +157,53 @@ def test_limits_that_are_not_applied_are_noted(tmp_path: Path) -> None:
     assert [note for note in build(robot(tmp_path, *parts, close, far)).notes if "limit" in note] == [
         "<limit> is not applied (a stop holds a joint): 'a'"
     ]
+
+
+# --- the largest swing ----------------------------------------------------------------------------------------------
+
+ROPE = "0 0 0.3"  # m, where the two hinges of the gantry are on its trolley
+
+
+def gantry(folder: Path, slide: str = "1 0 0", at: Any = (0, 0, 0)) -> pp.Scene:
+    """A trolley that slides along an axis, and a rope with a load on two hinges of it; it rolls and swings."""
+    parts = [link("trolley", 0.1, 5.0), '<link name="cross"/>', link("rope", -2.0)]
+    parts += [joint("slide", "base", "trolley", at, "prismatic", slide), joint("x", "trolley", "cross", ROPE.split())]
+    parts += [joint("y", "cross", "rope", axis="0 1 0")]
+    start = pp.Start(positions={"x": 0.1, "y": 0.3}, velocities={"slide": 3.0})
+    return pp.Scene(model=robot(folder, *parts), start=start, duration=2.0, effects=[fx.Gravity()])
+
+
+@pytest.mark.parametrize(("slide", "at"), [("1 0 0", (0, 0, 0)), ("1 0 0", (7, -3, 20)), ("0 1 0", (0, 0, -5))])
+def test_a_gantry_has_the_swing_of_its_rope(tmp_path: Path, slide: str, at: Any) -> None:
+    """cos(swing) = cos(x) cos(y), wherever the trolley is: in the summary, and in a sweep that integrates in vectors."""
+    scene = gantry(tmp_path, slide, at)
+    run = pp.simulate(scene)
+    rope = np.arccos(np.cos(run["x"]) * np.cos(run["y"])).max()
+    assert np.radians(run.summary()["largest swing"].value) == pytest.approx(rope, abs=1e-7)
+    swept = pp.sweep(scene, {"start.positions.y": [0.3, 0.3]}, "swing").swing.values
+    assert swept == pytest.approx([rope, rope], abs=1e-7)
+
+
+def test_what_no_joint_tilts_has_no_swing(tmp_path: Path) -> None:
+    """A turntable with an arm that lies flat, on a trolley."""
+    parts = [link("trolley", 0.1), joint("slide", "base", "trolley", kind="prismatic"), '<link name="hand"/>']
+    parts += [link("arm", 0.2), joint("turn", "trolley", "arm", axis="0 0 1"), joint("end", "arm", "hand", (1, 0, 0))]
+    parts += [link("rod", -0.5), joint("hinge", "arm", "rod", (1, 0, 0))]
+    model = robot(tmp_path, *parts)
+    run = pp.simulate(pp.Scene(model=model, start=pp.Start(positions={"hinge": 0.2}), duration=0.5), samples=3)
+    assert run.summary()["largest swing"].value == pytest.approx(np.degrees(0.2))
+    still = robot(tmp_path, *parts[:2])
+    assert "largest swing" not in pp.simulate(pp.Scene(model=still, duration=0.5), samples=3).summary()
+
+
+def test_slides_are_in_metres(tmp_path: Path) -> None:
+    """In figures, and beside each joint where both kinds are drawn; not known once the URDF is gone."""
+    run = pp.simulate(gantry(tmp_path), samples=5)
+    position, speed, both = run.plot("slide"), run.plot("slide_rate"), run.plot()
+    assert [figure.axes[0].get_ylabel() for figure in (position, speed, run.plot("x"))] == ["m", "m/s", "rad"]
+    panel = next(ax for ax in both.axes if ax.get_ylabel() == "position, rad or m")
+    assert [text.get_text() for text in panel.get_legend().get_texts()] == ["slide (m)", "x (rad)", "y (rad)"]
+    loaded = pp.Trajectory.load(run.save(tmp_path / "run.npz"))
+    (tmp_path / "robot.urdf").unlink()
+    assert loaded.plot("slide").axes[0].get_ylabel() == "rad or m"
+    assert "largest swing" not in loaded.summary()

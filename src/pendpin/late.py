@@ -24,6 +24,8 @@ HOMES = {
     "Trajectory.page": "graphics.animation:frame_of",
     "Trajectory.plot": "graphics.figure:plot",
     "Trajectory.show": "graphics.viewers:show",
+    "Trajectory.slides": "model.of_run:slides_of",
+    "Trajectory.swings": "model.of_run:swings_of",
 }
 
 

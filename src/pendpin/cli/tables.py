@@ -53,8 +53,6 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
 def _answers(trajectory: "Trajectory") -> dict[str, str]:
     """How far a pendulum swings, in the second half of the run too, what it pulls, and when it comes to rest."""
     found = trajectory.summary()
-    if trajectory.rods is None:
-        return {}
     answers = {name: str(found[name]) for name in SHOWN if name in found}
     for name in answers:
         if later := found.get(f"{name}, second half"):

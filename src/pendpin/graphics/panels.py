@@ -9,7 +9,7 @@ import numpy as np
 from pendpin.errors import one_line
 from pendpin.graphics.path import smooth
 from pendpin.trajectory import Trajectory
-from pendpin.trajectory.columns import unit_of
+from pendpin.trajectory.columns import named_with_units, unit_of
 
 # Colours that colour-blind people tell apart (Okabe and Ito, Color Universal Design, 2008).
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -63,9 +63,11 @@ def draw_positions(ax: Any, run: Trajectory) -> None:
                 ax.plot(run.t, run.q[:, joint], label=plain_name(run.joints[joint]), **look)
         ax.set_ylabel("position, rad")
         return
-    for color, joint in zip(COLORS, joints_shown(run), strict=False):
-        ax.plot(run.t, run.q[:, joint], label=plain_name(run.joints[joint]), color=color, linewidth=1.2)
-    ax.set_ylabel("position, rad or m")
+    joints = joints_shown(run)
+    names, unit = named_with_units(run, joints)
+    for color, joint, name in zip(COLORS, joints, names, strict=False):
+        ax.plot(run.t, run.q[:, joint], label=plain_name(name), color=color, linewidth=1.2)
+    ax.set_ylabel(f"position, {unit}")
 
 
 def draw_forces(ax: Any, run: Trajectory) -> None:

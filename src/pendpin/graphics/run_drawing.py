@@ -9,10 +9,11 @@ from pendpin.graphics.drawing import Drawing, Plot, Shape
 from pendpin.graphics.panels import BLACK, COLORS, joints_shown
 from pendpin.graphics.shapes import rod_shapes, urdf_shapes
 from pendpin.model import kinematics
-from pendpin.model.build import Model, build
+from pendpin.model.build import Model
+from pendpin.model.of_run import model_of
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import Trajectory
-from pendpin.trajectory.columns import unit_of
+from pendpin.trajectory.columns import named_with_units
 
 
 def drawing_of(trajectory: Trajectory) -> Drawing:
@@ -21,9 +22,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
     Raises InputError where the run's model cannot be built again, as when its URDF is gone.
     """
     scene, known = _scene(trajectory)
-    model = build(scene.model)
-    if model.joints != trajectory.joints or len(model.bodies) != trajectory.tip.shape[1]:
-        raise InputError("the run does not fit its model: its file has changed since, or is another of the same name")
+    model = model_of(trajectory)
     extent = float(np.linalg.norm(trajectory.tip, axis=-1).max()) or 1.0
     position, velocity = (_of_pivot(scene, name, trajectory.t) for name in ("position", "velocity"))
     joints, shapes = _shapes(scene, model, extent)
@@ -51,7 +50,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
 def ends_of(run: Trajectory) -> Array:
     """Both ends of every body over the ground, (n, bodies, 2, 3) m. Raises InputError as `drawing_of`."""
     scene, _ = _scene(run)
-    joints = kinematics.poses(build(scene.model), run.q)[..., :3, 3]
+    joints = kinematics.poses(model_of(run), run.q)[..., :3, 3]
     return np.stack([joints, run.tip], 2) + _of_pivot(scene, "position", run.t)[:, None, None]
 
 
@@ -103,7 +102,7 @@ def _plots(run: Trajectory) -> tuple[Plot, ...]:
     """Energies, the potential counted from its least so that both fill the plot, and the joints' positions."""
     potential, joints = run.potential - run.potential.min(), joints_shown(run)
     energies = np.stack([run.kinetic, potential, run.kinetic + potential], -1)
-    names, unit = tuple(run.joints[j] for j in joints), unit_of(run, run.joints[joints[0]])
+    names, unit = named_with_units(run, joints)
     return (
         Plot(
             "Energy, potential above its least", "J", ("kinetic", "potential", "sum"), energies, (*COLORS[1::-1], BLACK)

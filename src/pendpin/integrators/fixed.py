@@ -34,6 +34,13 @@ def intervals(times: Array, step: float) -> Iterator[tuple[float, int, float]]:
         yield start, count, (end - start) / count
 
 
+def steps_of(times: Array, step: float) -> tuple[int, float]:
+    """How many steps cut the intervals of output times (n,), and the largest of them, s."""
+    spans = np.diff(times)
+    counts = np.maximum(1, np.ceil(spans / step * (1 - 1e-9)))
+    return int(counts.sum()), float((spans / counts).max(initial=0.0)) or step
+
+
 def refuse_steps(times: Array, step: float) -> None:
     """Raise InputError if times (n,) need more than MAX_STEPS steps."""
     if times[-1] - times[0] > MAX_STEPS * step:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pendpin.arrays import Array, across
+from pendpin.arrays import Array, Mask, across
 from pendpin.equations.chain import kinematics
 from pendpin.model.bodies import NEAR, pinocchio, tree_of
 from pendpin.model.build import SIGNS, Model
@@ -54,6 +54,31 @@ def tips(model: Model, link_poses: Array) -> Array:
 def _turned(link_poses: Array, vectors: Array) -> Array:
     """Vectors (bodies, 3), given in the frames of the links, in W: (n, bodies, 3)."""
     return np.einsum("nrij,rj->nri", link_poses[..., :3, :3], vectors)
+
+
+def swings(model: Model, link_poses: Array) -> Array:
+    """The largest angle of any rod from hanging straight down, (n,) rad, from the poses of the bodies' links.
+
+    A rod points from its joint to its tip, wherever these are. A body that no joint tilts, as a trolley or a turntable,
+    does not count, nor one without a tip. NaN where no body is left.
+    """
+    angles = _from_down(model, link_poses)[:, _tilting(model)]
+    return angles.max(1) if angles.shape[1] else np.full(len(angles), np.nan)
+
+
+def _from_down(model: Model, link_poses: Array) -> Array:
+    """The angles of the bodies, joint to tip, from straight down, (n, bodies) rad."""
+    x, y, z = np.moveaxis(_turned(link_poses, np.array([body.tip for body in model.bodies])), -1, 0)
+    return np.arctan2(np.hypot(x, y), -z)
+
+
+def _tilting(model: Model) -> Mask:
+    """The bodies (bodies,) with a tip whose angle from straight down changes with the positions of the joints."""
+    tips_there = np.array([body.tip.any() for body in model.bodies])
+    if model.chain is not None:
+        return tips_there
+    some = np.sin(np.outer(np.arange(4), np.arange(1, len(model.joints) + 1)))  # (4, nv) rad or m, the first all 0
+    return tips_there & (np.ptp(_from_down(model, poses(model, some)), 0) > NEAR)
 
 
 def chain_length(model: Model) -> float:

@@ -17,6 +17,7 @@ from pendpin.arrays import Array, ArrayLike, Indices
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.integrators import automatic, integrator_for, taylor_takes
+from pendpin.integrators.fixed import steps_of
 from pendpin.integrators.taylor import Taylor
 from pendpin.model import kinematics
 from pendpin.model.build import FARTHEST, Model, build
@@ -204,7 +205,7 @@ class _Table:
         stats = EnsembleStats(
             method=", ".join(sorted(self.methods)) or solver.method,
             tolerance=solver.tolerance,
-            step=solver.step,
+            step=None if solver.step is None else steps_of(scene.times, solver.step)[1],
             steps=took.steps,
             evaluations=took.evaluations,
             seconds=took.seconds,

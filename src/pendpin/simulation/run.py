@@ -12,6 +12,7 @@ from pendpin.dynamics.dynamics import Dynamics, bind, reactions
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
 from pendpin.integrators import Run, automatic
+from pendpin.integrators.fixed import steps_of
 from pendpin.integrators.taylor import Taylor
 from pendpin.model import kinematics
 from pendpin.model.build import start_state
@@ -93,7 +94,7 @@ def _finished(
     checks = ((trajectory.sound, TOO_LARGE), (balanced(trajectory), ENERGY_ERROR))
     for count, why in checks if alone else checks[:1]:
         if count < len(run.t):
-            run = run.cut(count, why)
+            run = _cut(scene, run, count, why)
             trajectory = fill_in(scene, dynamics, balance, run)
     if run.failure is None:
         return trajectory
@@ -101,6 +102,12 @@ def _finished(
     reason = f"the run ended at t = {trajectory.t[-1]:.10g} s of {end:.10g} s: {run.failure}"
     more = _remedy(dynamics, run) + (note if isinstance(run.failure, Halted) else "")
     raise run.failure.said(reason + more, trajectory)
+
+
+def _cut(scene: Scene, run: Run, count: int, why: str) -> Run:
+    """The run up to so many samples, with the fixed steps up to there; others are not counted by samples."""
+    step, short = scene.solver.step, run.cut(count, why)
+    return short if step is None else replace(short, steps=min(run.steps, steps_of(scene.times[:count], step)[0]))
 
 
 def _solvable(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, why: str) -> Run:
@@ -116,7 +123,7 @@ def _solvable(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, r
             good = middle
     if good == 0:
         raise InputError(f"start: {why}")
-    return run.cut(good, why)
+    return _cut(scene, run, good, why)
 
 
 def _remedy(dynamics: Dynamics, run: Run) -> str:
@@ -182,7 +189,7 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
         stats=Stats(
             method=solver.method,
             tolerance=solver.tolerance,
-            step=solver.step,
+            step=None if solver.step is None else steps_of(scene.times, solver.step)[1],
             steps=run.steps,
             evaluations=run.evaluations,
             events=run.events,

@@ -45,12 +45,24 @@ def columns(run: Any) -> dict[str, Place]:
 
 
 def unit_of(run: Any, name: str) -> str:
-    """The unit of a quantity; joints of a URDF may turn or slide."""
+    """The unit of a quantity; that of a joint is not known where the run's URDF is gone."""
     part, index = place_of(run, name)
     if part == "wrench":
         return "N" if index[-1] < 3 else "N m"
     unit = UNITS.get(part, "J")  # of works
-    return f"{unit} or {unit.replace('rad', 'm')}" if part in "qva" and run.rods is None else unit
+    if part not in "qva":
+        return unit
+    slide = unit.replace("rad", "m")
+    return f"{unit} or {slide}" if run.slides is None else slide if run.joints[index[-1]] in run.slides else unit
+
+
+def named_with_units(run: Any, joints: list[int]) -> tuple[tuple[str, ...], str]:
+    """The names of some joints as labels, and the unit of their positions; each with its own where both kinds are there."""
+    names = tuple(run.joints[j] for j in joints)
+    units = [unit_of(run, name) for name in names]
+    if len(set(units)) == 1:
+        return names, units[0]
+    return tuple(f"{name} ({unit})" for name, unit in zip(names, units, strict=True)), "rad or m"
 
 
 def place_of(run: Any, name: str) -> Place:

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.errors import one_line
+from pendpin.errors import PendpinError, one_line
+from pendpin.late import from_above
 
 MOST_PERIODS = 4  # joints
 MOST_LETTERS = 90  # of a title
@@ -47,8 +48,9 @@ def summary(run: Any) -> Summary:
     if not len(run.t):
         return Summary()
     found, half = {}, np.searchsorted(run.t, (run.t[0] + run.t[-1]) / 2)
+    swings = swing(run)
     for name, values, unit in (
-        ("largest swing", np.degrees(swing(run)), "degrees"),
+        *([] if np.isnan(swings).any() else [("largest swing", np.degrees(swings), "degrees")]),
         ("farthest sideways", np.hypot(*run.tip[:, -1, :2].T), "m"),
     ):
         found[name] = _extreme(values[:, None], run.t, np.max, unit, [""])
@@ -69,9 +71,11 @@ def summary(run: Any) -> Summary:
 
 
 def swing(run: Any) -> Array:
-    """The angle between the line from the pivot to the last tip and the downward vertical, (n,) rad."""
-    x, y, z = run.tip[:, -1].T
-    return np.arctan2(np.hypot(x, y), -z)
+    """The largest angle of any rod from hanging straight down, (n,) rad; NaN where none can swing or the model is gone."""
+    try:
+        return from_above("Trajectory.swings")(run)
+    except PendpinError:
+        return np.full(len(run.t), np.nan)
 
 
 def _rest(run: Any) -> dict[str, Figure]:
@@ -145,7 +149,7 @@ def _trust(run: Any) -> str:
 def _extremes(run: Any) -> str:
     found = summary(run)
     parts = [f"at rest from {found['at rest from']}"] if "at rest from" in found else []
-    parts.append(f"largest swing {found['largest swing']}")
+    parts += [f"largest swing {found['largest swing']}"] * ("largest swing" in found)
     if "R3 largest" in found:
         parts.append(f"tension R3 from {found['R3 least'].value:.4g} to {found['R3 largest']}")
     parts += [f"{name} {figure}" for name, figure in found.items() if name.startswith("period")][:1]

@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from pendpin.arrays import Array, ArrayLike
-from pendpin.errors import InputError
+from pendpin.errors import InputError, PendpinError
 from pendpin.files import open_arrays, refuse_other_format, write_whole
 from pendpin.late import from_above
 from pendpin.records import LARGEST
@@ -63,6 +63,14 @@ class Trajectory:
     def places(self) -> dict[str, Place]:
         """Where each quantity is, by its name."""
         return columns(self)
+
+    @cached_property
+    def slides(self) -> frozenset[str] | None:
+        """The names of the prismatic joints; None where the model cannot be built again, as when its URDF is gone."""
+        try:
+            return from_above("Trajectory.slides")(self)
+        except PendpinError:
+            return None
 
     def __eq__(self, other: object) -> bool:
         """Whether another run is of the same scene and holds the same numbers."""
@@ -127,7 +135,7 @@ class Trajectory:
         return from_above("Trajectory.extend")(self, duration)
 
     def summary(self) -> Summary:
-        """The tip's largest swing from the vertical and way sideways, and when it comes to rest; extremes of R1, R2, R3, M3.
+        """The largest angle of any rod from straight down, the tip's way sideways, rest; extremes of R1, R2, R3, M3.
 
         With their times; periods and energy too. Extremes are those of the samples.
         """

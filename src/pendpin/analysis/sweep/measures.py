@@ -15,12 +15,14 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of, shown
 from pendpin.model.build import Model
-from pendpin.model.kinematics import of_each, poses, tip_distance, tips
+from pendpin.model.kinematics import of_each, poses, swings, tip_distance, tips
+from pendpin.model.of_run import swings_of
 from pendpin.scene import Scene, Start
 from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory import Trajectory
 
 SETTLED = 0.02  # of the largest distance from the final state: the usual two per cent
+UNSETTLED = 0.9  # of the run: what settles later may not have settled
 PERIOD_LEVEL = 0.0  # rad: a period ends where the first joint's angle rises through it
 SPREAD = ".spread"
 PIECES = 50  # of a run, for a Lyapunov exponent
@@ -142,15 +144,13 @@ STATISTICS: dict[str, Callable[[Array, Array], Array]] = {  # of the times (n,) 
 
 
 def swing(run: Trajectory) -> float:
-    """The largest angle of any rod from hanging straight down below its joint, rad."""
-    return float(_swings(run.tip[None])[0])
+    """The largest angle of any rod, joint to tip, from hanging straight down, rad; NaN where none can swing."""
+    return float(swings_of(run).max())
 
 
-def _swings(tip: Array) -> Array:
-    """The largest angles (c,), in rad, from straight down, of rods with tips (c, n, rods, 3) m."""
-    along = np.diff(tip, axis=2, prepend=0.0)
-    lengths = np.linalg.norm(along, axis=-1)
-    return np.arccos(np.clip(-along[..., 2] / np.where(lengths, lengths, 1.0), -1, 1)).max((1, 2))
+def _swings(motion: Motion) -> Array:
+    """`swing` of each of the c runs, (c,) rad."""
+    return of_each(lambda model, q: swings(model, poses(model, q)), motion.models, motion.q).max(-1)
 
 
 def period(run: Trajectory) -> float:
@@ -165,16 +165,20 @@ def energy_drift(run: Trajectory) -> float:
 
 
 def settling_time(run: Trajectory) -> float:
-    """The time from which all angles stay within 2 % of their largest distance from where they end, s."""
+    """The time from which all angles stay within 2 % of their largest distance from where they end, s.
+
+    NaN for a motion that gets there only in the last tenth of the run: it may not settle.
+    """
     return float(_settled(run.t, run.q[None])[0])
 
 
 def _settled(t: Array, q: Array) -> Array:
-    """Settling times (c,) of angles q (c, n, nv)."""
+    """Settling times (c,) of angles q (c, n, nv), s; NaN where they lie in the last tenth of the run."""
     away = np.abs(q - q[:, -1:]).max(-1)
     late = away > SETTLED * away.max(-1, keepdims=True)
     after = late.shape[1] - np.argmax(late[:, ::-1], -1)  # behind the last that is too far away
-    return np.where(late.any(-1), t[np.minimum(after, len(t) - 1)] - t[0], 0.0)
+    times = np.where(late.any(-1), t[np.minimum(after, len(t) - 1)] - t[0], 0.0)
+    return np.where(times > UNSETTLED * (t[-1] - t[0]), math.nan, times)
 
 
 def flip_time(run: Trajectory) -> float:
@@ -272,7 +276,7 @@ def _tips_apart(one: Array, other: Array) -> Array:
 
 
 MEASURES = {
-    "swing": Measure("swing", "rad", swing, of_motion=lambda motion: _swings(_tips_of(motion, motion.q))),
+    "swing": Measure("swing", "rad", swing, of_motion=_swings),
     "period": Measure("period", "s", period),
     "energy_drift": Measure("energy_drift", "", energy_drift),
     "settling_time": Measure(
