@@ -8,7 +8,8 @@ from functools import cached_property
 from typing import Any
 
 from pendpin.analysis.doctor.checking.check import check
-from pendpin.analysis.doctor.checking.circumstances import dimensions_of, scaling, when
+from pendpin.analysis.doctor.checking.circumstances import scaling, when
+from pendpin.analysis.doctor.checking.dimensions import of_equation
 from pendpin.analysis.doctor.checking.mechanics import RODS, Convention
 from pendpin.analysis.doctor.checking.residuals import Equation
 from pendpin.analysis.doctor.conventions import conventions_of, find_convention, likely_rod
@@ -192,7 +193,7 @@ def _failing(
         error=error,
         when=when(equation, rod, convention),
         scaling=scaling(equation, rod, convention),
-        dimensions=dimensions_of(equation),
+        dimensions=of_equation(equation)[1],
         mends=tuple(found[best]),
         remark="; ".join(filter(None, (one.remark, _special(equation, rod, convention)))),
         equation=equation,

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from pendpin.analysis.doctor.checking.circumstances import dimensions_of
+from pendpin.analysis.doctor.checking.dimensions import of_equation
 from pendpin.analysis.doctor.checking.mechanics import Convention
 from pendpin.analysis.doctor.checking.residuals import TOLERANCE, Equation, random_states, relative_error
 from pendpin.analysis.doctor.reading.documents import Statement
@@ -145,7 +145,7 @@ def _error_of(text: str) -> float | None:
     errors = []
     for equation in Equation(tuple(sides)).readings():
         try:
-            if not dimensions_of(equation):
+            if not of_equation(equation)[1]:
                 errors.append(relative_error(equation, random_states("thin", Convention())))
         except Unread:
             continue
@@ -179,7 +179,7 @@ def candidates(one: Printed, rod: str, convention: Convention) -> list[Candidate
             continue
         if error < TOLERANCE:
             return [(equation, tight, error)]
-        order = (bool(dimensions_of(equation)), float(rank))
+        order = (bool(of_equation(equation)[1]), float(rank))
         known = found.get(round(error, 9))
         if known is None or order < known[0]:
             found[round(error, 9)] = (order, (equation, tight, error))
@@ -225,11 +225,8 @@ def kind_of(equation: Equation) -> str:
 
 
 def _is_moment(equation: Equation) -> bool:
-    from pendpin.analysis.doctor.checking.dimensions import Disagreement, common, dimension
-
-    try:
-        found = common([dimension(side, equation.definitions) for side in equation.sides])
-    except Disagreement:
+    found, disagreement = of_equation(equation)
+    if disagreement:
         return bool(equation.names & {"I1", "I2", "I3"})
     return found == (1, 2, -2) and bool(equation.names & {"R1", "R2", "R3", "R", "ddtheta", "ddphi", "alpha"})
 

@@ -1,8 +1,7 @@
-"""In which motions a wrong equation fails, how its error grows with the parameters, which dimensions do not agree."""
+"""In which motions a wrong equation fails, and how its error grows with the parameters."""
 
 import numpy as np
 
-from pendpin.analysis.doctor.checking.dimensions import Disagreement, common, dimension
 from pendpin.analysis.doctor.checking.evaluation import norm
 from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values
 from pendpin.analysis.doctor.checking.residuals import (
@@ -12,17 +11,7 @@ from pendpin.analysis.doctor.checking.residuals import (
     relative_error,
     residuals_and_sizes,
 )
-from pendpin.analysis.doctor.reading.tree import Node, Unread
-
-
-def dimensions_of(equation: Equation) -> str:
-    """Which dimensions do not agree, in words; empty where all do."""
-    try:
-        chosen = {name: Node("symbol", (0, 0), other) for name, other in equation.meanings.items() if name != other}
-        common([dimension(side, equation.definitions | chosen) for side in equation.sides])
-    except Disagreement as found:
-        return str(found)
-    return ""
+from pendpin.analysis.doctor.reading.tree import Unread
 
 
 def when(equation: Equation, rod: str, convention: Convention) -> str:

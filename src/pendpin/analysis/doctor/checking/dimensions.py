@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 
+from pendpin.analysis.doctor.checking.residuals import Equation
 from pendpin.analysis.doctor.reading.names import DIMENSION_OF
 from pendpin.analysis.doctor.reading.tree import Node
 
@@ -72,3 +73,12 @@ def unit(dimension: Dimension) -> str:
 def _raised(power: Fraction) -> str:
     digits = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
     return "" if power == 1 else str(power).translate(digits) if power.denominator == 1 else f"^({power})"
+
+
+def of_equation(equation: Equation) -> tuple[Dimension | None, str]:
+    """The dimension that all sides have, and in words which do not agree, empty where all do."""
+    chosen = {name: Node("symbol", (0, 0), other) for name, other in equation.meanings.items() if name != other}
+    try:
+        return common([dimension(side, equation.definitions | chosen) for side in equation.sides]), ""
+    except Disagreement as found:
+        return None, str(found)

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from pendpin.analysis.doctor.checking.dimensions import Disagreement, common, dimension
+from pendpin.analysis.doctor.checking.dimensions import of_equation
 from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values, balances, dot, solved
 from pendpin.analysis.doctor.checking.residuals import STATES, Equation, free_base, residuals
 from pendpin.analysis.doctor.mending.monomials import reader_of
@@ -45,9 +45,8 @@ def standing(equation: Equation, rod: str, convention: Convention) -> tuple[Valu
 
 def _unusual(equation: Equation) -> float:
     """What an equation costs whose sides are no quantity of mechanics, such as a mass over a time squared."""
-    try:
-        found = common([dimension(side, equation.definitions) for side in equation.sides])
-    except Disagreement:
+    found, disagreement = of_equation(equation)
+    if disagreement:
         return UNUSUAL
     return 0.0 if found is None or tuple(map(int, found)) in DIMENSIONS or found == (0, 2, -2) else UNUSUAL
 

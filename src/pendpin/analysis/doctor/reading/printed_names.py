@@ -100,30 +100,8 @@ class PrintedNames:
 
     def _primes(self) -> int:
         count = 0
-        while True:
-            token = self.peek()
-            if token.kind == "prime":
-                count += len(self.take().text)
-            elif token.kind == "^" and self._prime_at(1):
-                self.take()
-                count += self._raised_primes()
-            else:
-                return count
-
-    def _prime_at(self, ahead: int) -> bool:
-        token = self.peek(ahead)
-        if token.kind == "open":
-            return self._prime_at(ahead + 1) if ahead < 2 else False
-        return (token.kind == "command" and token.text == "prime") or token.kind == "prime"
-
-    def _raised_primes(self) -> int:
-        count, bracketed = 0, self.peek().kind == "open"
-        if bracketed:
-            self.take()
-        while self.peek().text == "prime" or self.peek().kind == "prime":
-            count += len(self.take().text) if self.peek().kind == "prime" else bool(self.take())
-        if bracketed and self.peek().kind == "close":
-            self.take()
+        while self.peek().kind == "prime":
+            count += len(self.take().text)
         return count
 
     def _written(self) -> tuple[Written, int]:

@@ -27,7 +27,7 @@ _NAMED = {  # LaTeX's commands that stand for themselves, by the kind of their t
     "space": """, ; : ! quad qquad displaystyle textstyle limits nonumber notag hfill left right middle hspace phantom
         allowbreak thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr""",
     "other relation": "approx neq ne leq geq le ge ll gg sim simeq propto to rightarrow Rightarrow",
-    "command": "sqrt frac partial begin end prime top intercal over underbrace overbrace",
+    "command": "sqrt frac partial begin end top intercal over underbrace overbrace",
 }
 _WRITTEN = {  # commands that stand for another text
     "operator": {"cdot": "*", "times": "x", "ast": "*", "div": "/", "wedge": "x", "bullet": "."},
@@ -64,6 +64,7 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?|\.\d+")
 _LATIN = re.compile(r"[A-Za-z]+")
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9]*(?:_(?:[A-Za-z0-9]+))*")
 _COMMAND = re.compile(r"\\([A-Za-z]+\*?|.)", re.DOTALL)
+_PRIMES = re.compile(r"\^\s*(?:\{\s*(?:(?:\\prime\b|['′])\s*)+\}|\\prime\b|['′])")
 _PROSE = re.compile(r"\(?\s*\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{([^{}]*)\}\s*\)?")
 _PROSE_WORDS = {"and", "or", "with", "where", "so", "thus", "hence", "for", "if", "when"}
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
@@ -85,6 +86,9 @@ def tokens(text: str) -> list[Token]:
     latex, found, place = is_latex(text), [], 0
     while place < len(text):
         if match := _DECORATION.match(text, place):
+            place = match.end()
+        elif match := _PRIMES.match(text, place):
+            found.append(Token("prime", "'" * len(re.findall("prime|['′]", match[0])), place, match.end()))
             place = match.end()
         elif text[place] in "(\\" and (prose := _prose(text, place)):
             found.append(prose)
