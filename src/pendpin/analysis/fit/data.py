@@ -16,6 +16,7 @@ from pendpin.scene import Data
 
 MOST_BYTES = 200_000_000
 FEWEST = 8  # samples of a segment
+MOST_SAMPLES = 20_000  # of a segment that says no more with more of them
 ONE_PERCENT = 0.01  # of the spread of a column: samples that differ by less are at rest
 _JUMP = 0.9 * 2 * math.pi  # rad from one sample to the next: the angle was wrapped
 
@@ -62,6 +63,16 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
         names = list(data.keys())
         columns = {name: np.asarray(data[_column(names, name)]) for name in _wanted(table)}
         return _swings(columns, table)
+
+
+def spared(swings: Sequence[Swing], spacing: float) -> tuple[Swing, ...]:
+    """Swings of more than `MOST_SAMPLES` with every so many of their samples, these being up to `spacing` in s apart."""
+    found = []
+    for swing in swings:
+        closest = float(np.median(np.diff(swing.t)))
+        thin = min(math.ceil(len(swing.t) / MOST_SAMPLES), int(spacing / closest))
+        found.append(swing.part(slice(None, None, max(1, thin))))
+    return tuple(found)
 
 
 def in_pieces(swings: Sequence[Swing], longest: float) -> tuple[Swing, ...]:

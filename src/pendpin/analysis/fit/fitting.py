@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.fit.data import Swing, batch, in_pieces, read_swings
+from pendpin.analysis.fit.data import Swing, batch, in_pieces, read_swings, spared
 from pendpin.analysis.fit.equations import Equations, compile_equations
 from pendpin.analysis.fit.guess import (
     Regression,
@@ -106,7 +106,7 @@ def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = F
     if not np.isfinite(pace):
         raise InputError("data: nothing moves in the columns that are measured")
     names = tuple(scene.data.columns)
-    outputs = sensors.of(equations.joints)
+    outputs, swings = sensors.of(equations.joints), spared(swings, STEP / 4 * pace)
     return Setting(scene, scene.data, parameters, equations, outputs, swings, pace, noise, names, robust)
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.analysis.fit.combinations import Combination
-from pendpin.analysis.fit.data import FEWEST, Swing, batch, in_pieces, read_swings
+from pendpin.analysis.fit.data import FEWEST, Swing, batch, in_pieces, read_swings, spared
 from pendpin.analysis.fit.fitting import Setting, Solution, start_states
 from pendpin.analysis.fit.guess import joint_angles
 from pendpin.analysis.fit.honesty import NOISY, WHITE
@@ -195,6 +195,7 @@ def judged_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
 
 def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start: float) -> Prediction:
     """As `Fit.predict`."""
+    swings = spared(swings, solution.problem.largest_step)
     judged = judged_samples(swings, start)
     heads = [swing.part(~late) for swing, late in zip(swings, judged, strict=True)]
     problem = replace(solution.problem, batch=batch(heads, np.inf), share=1.0)
