@@ -115,8 +115,8 @@ def test_rest_is_exact() -> None:
     [
         ({"accuracy": 0.0}, "accuracy: 0.0 is not above 0"),
         ({"accuracy": 0.2}, "accuracy: 0.2 is above 0.1"),
-        ({"accuracy": 1e-6, "tolerance": 1e-6}, "tolerance: accuracy is given"),
-        ({"accuracy": 1e-6, "method": "rk4", "step": 0.1}, "step: accuracy is given"),
+        ({"accuracy": 1e-6, "tolerance": 1e-6}, "tolerance: an accuracy is given"),
+        ({"accuracy": 1e-6, "method": "rk4", "step": 0.1}, "step: an accuracy is given"),
     ],
 )
 def test_options_that_do_not_fit(options: dict, message: str) -> None:
