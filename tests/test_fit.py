@@ -128,32 +128,32 @@ def test_a_thin_rod_does_not_explain_a_thick_one() -> None:
     assert pp.fit(thick, table, "physics").explained
 
 
-def called_for(scene: pp.Scene, table: dict[str, np.ndarray]) -> set[str]:
-    """The parts that the data call for; a model with one part more never explains less."""
+def needed(scene: pp.Scene, table: dict[str, np.ndarray]) -> set[str]:
+    """The parts that the data need; a model with one part more never explains less."""
     parts = explain_residual(pp.fit(scene, table, "physics")).parts
     assert all(part.rms < 1.01 for part in parts if not part.present), parts
-    return {part.name for part in parts if part.called_for}
+    return {part.name for part in parts if part.needed}
 
 
 @pytest.mark.slow
-def test_what_is_missing_is_called_for(single) -> None:
+def test_what_is_missing_is_needed(single) -> None:
     """Of a model without its drag: drag, and what the scene rightly has; of the right model, what it has."""
     truth, table = single
     without = pp.Scene(**truth.given() | {"effects": truth.effects[:-1]})
     rightly = {"effects[1], viscous", "effects[2], dry_friction"}
-    assert called_for(without, table) == rightly | {"drag"}
-    assert called_for(truth, table) == rightly | {"effects[3], drag"}
+    assert needed(without, table) == rightly | {"drag"}
+    assert needed(truth, table) == rightly | {"effects[3], drag"}
 
 
 @pytest.mark.slow
-def test_a_friction_for_each_joint_is_called_for() -> None:
+def test_a_friction_for_each_joint_is_needed() -> None:
     """Of a model with one viscous friction for two joints that have their own."""
     own = [Viscous(coefficient=c, joints=(joint,)) for c, joint in ((5e-5, "theta_1"), (1e-5, "theta_2"))]
     truth = scene_of(2, *own, DryFriction(kinetic=1e-4), data=ANGLES, duration=3.0)
     table = swings_of(truth, [1.0, 0.5], [0.6, -0.2], [0.5, 0.5])
     one = pp.Scene(**truth.given() | {"effects": [Gravity(), Viscous(coefficient=3e-5), truth.effects[-1]]})
     found = {"effects[1], viscous", "effects[2], dry_friction", "effects[1], viscous: one for each joint"}
-    assert called_for(one, table) == found
+    assert needed(one, table) == found
 
 
 def test_a_double_pendulum_by_its_tips(tmp_path: Path, capfd, monkeypatch) -> None:

@@ -17,7 +17,7 @@ from pendpin.analysis.fit.fitting import Setting, Solution, prepare, solution_of
 from pendpin.analysis.fit.honesty import whiteness
 from pendpin.analysis.fit.parameters import checked, substituted
 from pendpin.analysis.fit.parts import explain_residual
-from pendpin.analysis.fit.report import Fit, Prediction, fitted_prediction, judged_samples, predict
+from pendpin.analysis.fit.report import Fit, Prediction, compared_samples, fitted_prediction, predict
 from pendpin.arrays import Array
 from pendpin.scene import Data, Scene, chosen_scene
 
@@ -47,7 +47,7 @@ def fit(
     chosen = chosen_scene(scene)
     setting = prepare(chosen, data, free, robust)
     others = None if hold_out is None else read_swings(hold_out, setting.table)
-    judged_samples(others or (), hold_out_start)  # what is wrong with them is said before the search
+    compared_samples(others or (), hold_out_start)  # what is wrong with them is said before the search
     solution = solution_of(setting, progress)
     held = None if others is None else predict(setting, solution, others, hold_out_start)
     return _report(setting, solution, held, time.perf_counter() - begin)

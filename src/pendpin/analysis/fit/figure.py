@@ -52,13 +52,13 @@ def draw_fit(fit: Fit) -> Any:
 
 def _swings(top: Any, middle: Any, shown: Prediction, begin: float, held: bool) -> float:
     """Draw swings from a time on; the time at which the last ends."""
-    for swing, found, judged in zip(shown.swings, shown.predicted, shown.judged, strict=True):
+    for swing, found, compared in zip(shown.swings, shown.predicted, shown.compared, strict=True):
         t = swing.t - swing.t[0] + begin
         for k in range(found.shape[1]):
             color = COLORS[k % len(COLORS)]
             top.plot(t, swing.y[:, k], "k.", markersize=1)
             top.plot(t, found[:, k], color=color, linewidth=0.8)
-            rest = np.where(judged, found[:, k] - swing.y[:, k], np.nan)
+            rest = np.where(compared, found[:, k] - swing.y[:, k], np.nan)
             middle.plot(t, 1e3 * rest, color=color, linewidth=0.7)
         begin = t[-1] + 0.02 * (t[-1] - t[0])
     return begin

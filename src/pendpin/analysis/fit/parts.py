@@ -42,8 +42,8 @@ class Part:
     hold_out: float | None  # change of the held-out rms, over that of the fit
 
     @property
-    def called_for(self) -> bool:
-        """Whether the data call for it, and held-out swings, if there are any, do not speak against it."""
+    def needed(self) -> bool:
+        """Whether the data need it, and held-out swings, if there are any, do not speak against it."""
         held = self.hold_out or 1.0
         worse = 1 / held if self.present else held
         return self.criterion < -CALLED_FOR and worse < AGAINST
@@ -51,7 +51,7 @@ class Part:
     def __str__(self) -> str:
         what = "without" if self.present else "with"
         held = "" if self.hold_out is None else f", held out {self.hold_out:.3f}"
-        verdict = "called for" if self.called_for else "not called for"
+        verdict = "needed" if self.needed else "not needed"
         return (
             f"{self.name}: {verdict} (residuals {what} it: {self.rms:.3f} times{held}; criterion {self.criterion:+.0f})"
         )
@@ -73,8 +73,8 @@ class _Model(NamedTuple):
 def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: None) -> Fit:
     """The fit with what each part of its model is worth, and what parts that it lacks would be.
 
-    Of the parts that it lacks, the best one that is called for is taken in before the others are judged again, so that
-    none is called for only because it resembles another. The parts that it has are judged beside those taken in: a
+    Of the parts that it lacks, the best one that is needed is taken in before the others are compared again, so that
+    none is needed only because it resembles another. The parts that it has are compared beside those taken in: a
     friction that stood in for drag, or was hidden by it, is seen only then.
     """
     keys, taken = list(fit.setting.free.keys), []
@@ -83,19 +83,19 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
     now = _refitted(fit, fit.solution, fit.scene, keys)
     while True:
         lacking = (*_with(now.scene, keys), *_for_each_joint(now, keys))
-        others = sorted(_judged(fit, now, lacking, progress), key=lambda other: other[0].criterion)
-        best = next((other for other in others if other[0].called_for), None)
+        others = sorted(_all_compared(fit, now, lacking, progress), key=lambda other: other[0].criterion)
+        best = next((other for other in others if other[0].needed), None)
         if best is None:
             break
         taken.append(best[0])
         keys = list(best[1].setting.free.keys)
         now = _refitted(fit, best[1].solution, best[1].scene, keys)
     present = (other for other in _without(now.scene, keys) if other[0] in own)
-    parts = [*taken, *(part for part, _ in [*others, *_judged(fit, now, present, progress)])]
+    parts = [*taken, *(part for part, _ in [*others, *_all_compared(fit, now, present, progress)])]
     return replace(fit, parts=tuple(sorted(parts, key=lambda part: part.criterion)))
 
 
-def _judged(fit: Fit, now: _Model, others: Iterable[_Other], progress: Callable[[str], None]) -> list[Any]:
+def _all_compared(fit: Fit, now: _Model, others: Iterable[_Other], progress: Callable[[str], None]) -> list[Any]:
     """Parts with their models, each fitted from the model that there is."""
     found = []
     for name, present, scene, keys in others:
@@ -130,7 +130,7 @@ def _compared(name: str, present: bool, fit: Fit, now: _Model, other: _Model) ->
     change = samples * np.log(other_rss / rss) + more * np.log(samples)
     held = None
     if fit.hold_out:
-        part = float(np.mean(~np.concatenate(fit.hold_out.judged)))
+        part = float(np.mean(~np.concatenate(fit.hold_out.compared)))
         errors = [predict(*model, fit.hold_out.swings, part).errors() for model in (now, other)]
         held = float(np.sqrt(np.nanmean(errors[1] ** 2) / np.nanmean(errors[0] ** 2)))
     return Part(name, present, float(np.sqrt(other_rss / rss)), float(-change if present else change), held)

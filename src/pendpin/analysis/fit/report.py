@@ -26,7 +26,7 @@ class Prediction(NamedTuple):
 
     swings: tuple[Swing, ...]  # measured
     predicted: tuple[Array, ...]  # (m, columns) rad or m, of each swing
-    judged: tuple[Array, ...]  # (m,) whether a sample counts: those after the part that the start was fitted on
+    compared: tuple[Array, ...]  # (m,) whether a sample counts: those after the part that the start was fitted on
     columns: tuple[str, ...]
 
     def __repr__(self) -> str:
@@ -34,8 +34,8 @@ class Prediction(NamedTuple):
 
     def errors(self) -> Array:
         """Predicted less measured, over the samples that count, (N, columns)."""
-        parts = zip(self.swings, self.predicted, self.judged, strict=True)
-        return np.concatenate([(found - swing.y)[judged] for swing, found, judged in parts])
+        parts = zip(self.swings, self.predicted, self.compared, strict=True)
+        return np.concatenate([(found - swing.y)[compared] for swing, found, compared in parts])
 
     @property
     def rms(self) -> dict[str, float]:
@@ -105,7 +105,7 @@ class Fit:
             "hold_out": held,
             "explained": self.explained,
             "verdict": self.verdict,
-            "parts": [asdict(part) | {"called_for": part.called_for} for part in self.parts],
+            "parts": [asdict(part) | {"needed": part.needed} for part in self.parts],
         }
 
     @property
@@ -177,27 +177,27 @@ def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
         own = np.flatnonzero(p.batch.swing == k)
         pieces = zip(own, in_pieces([swing], p.batch.longest), strict=True)
         predicted.append(np.concatenate([found[: len(piece.t), :, place] for place, piece in pieces]))
-    judged = tuple(np.ones(len(swing.t), bool) for swing in setting.swings)
-    return Prediction(setting.swings, tuple(predicted), judged, setting.columns)
+    compared = tuple(np.ones(len(swing.t), bool) for swing in setting.swings)
+    return Prediction(setting.swings, tuple(predicted), compared, setting.columns)
 
 
-def judged_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
-    """Which samples (m,) of each swing are judged: those after its first part `start`. Raises InputError."""
+def compared_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
+    """Which samples (m,) of each swing are compared: those after its first part `start`. Raises InputError."""
     if not 0 < start < 1:
         raise InputError(f"hold_out_start: {start:g} is not between 0 and 1: it is the part that a start is fitted on")
-    judged = [swing.t > swing.t[0] + start * (swing.t[-1] - swing.t[0]) for swing in swings]
-    for late, swing in zip(judged, swings, strict=True):
+    compared = [swing.t > swing.t[0] + start * (swing.t[-1] - swing.t[0]) for swing in swings]
+    for late, swing in zip(compared, swings, strict=True):
         late[:FEWEST] = False
         if not late.any():
-            raise InputError(f"segment {swing.name}: too few samples to fit a start and judge the rest")
-    return judged
+            raise InputError(f"segment {swing.name}: too few samples to fit a start and compare the rest")
+    return compared
 
 
 def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start: float) -> Prediction:
     """As `Fit.predict`."""
     swings = spared(swings, solution.problem.largest_step)
-    judged = judged_samples(swings, start)
-    heads = [swing.part(~late) for swing, late in zip(swings, judged, strict=True)]
+    compared = compared_samples(swings, start)
+    heads = [swing.part(~late) for swing, late in zip(swings, compared, strict=True)]
     problem = replace(solution.problem, batch=batch(heads, np.inf), share=1.0)
     angles = joint_angles(setting.equations, setting.sensors, heads, solution.z)
     solved = solve_starts(problem, solution.x, start_states(setting, solution.offsets, angles, np.inf), 20)
@@ -205,4 +205,4 @@ def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start
     z = np.repeat(solution.z[:, None], len(swings), 1)
     found = problem.predicted(z, solved.starts, full.t) + solution.offsets[:, None]
     predicted = tuple(found[: len(swing.t), :, k] for k, swing in enumerate(swings))
-    return Prediction(tuple(swings), predicted, tuple(judged), setting.columns)
+    return Prediction(tuple(swings), predicted, tuple(compared), setting.columns)

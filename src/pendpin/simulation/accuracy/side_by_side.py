@@ -1,4 +1,4 @@
-"""Accuracy as the target for cases side by side: Taylor series at ever finer tolerances, each case judged on its own.
+"""Accuracy as the target for cases side by side: Taylor series at ever finer tolerances, each case checked on its own.
 
 A case is done when the estimate from its last three runs (estimate.py) meets the target. What a case gives does not depend
 on its neighbours. The rest is left to the search of target.py, which runs one case and says why the target cannot be met.
