@@ -18,6 +18,7 @@ from pendpin.late import from_above
 from pendpin.scene import Scene
 
 WIDER = 1.2  # times: said from there on
+MOSTLY = 0.5  # of the spread of a column: noise in which there is little motion
 POOR = 0.05  # of the spread of a column: residuals of a model that misses something large
 
 
@@ -115,10 +116,10 @@ class Fit:
         worst = max(rms, key=lambda name: rms[name] / self.noise[name])
         part = max(r / s for r, s in zip(rms.values(), spread, strict=True))
         times = f"residuals of {worst} are {rms[worst]:.3g}, {rms[worst] / self.noise[worst]:.3g} times the noise"
+        if part > MOSTLY and rms[worst] <= NOISY * self.noise[worst]:
+            return f"These data tell little: {100 * part:.2g} % of what moves in them is noise of the sensors."
         if self.explained:
             return "The model explains the data: what is left over is white and no larger than the noise."
-        if part > POOR and rms[worst] <= NOISY * self.noise[worst]:
-            return f"These data tell little: {100 * part:.2g} % of the motion is noise of the sensors."
         if rms[worst] <= NOISY * self.noise[worst]:
             return f"The model cannot explain the data: residuals are small, but correlated (p = {self.white:.1g})."
         what = f"{times}, {100 * part:.2g} % of the motion, and correlated"
