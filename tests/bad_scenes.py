@@ -36,7 +36,7 @@ TOP = {
 }
 
 MODELS = {
-    "no model": ('[model]\nkind = "chain"\nrods =', "rods =", "scene.toml: rods: unknown key (and 1 more)"),
+    "no model": ('[model]\nkind = "chain"\nrods =', "rods =", "scene.toml: rods: unknown key; there are: title"),
     "unknown model": (MODEL, 'kind = "robot"', "model.kind: 'robot' is not one of: chain, urdf"),
     "model without kind": (MODEL, "", "model.kind: missing; it is one of: chain, urdf"),
     "kind as number": (MODEL, "kind = 3", "model.kind: '3' is not one of: chain, urdf"),
@@ -138,7 +138,14 @@ REST = {
     "samples of no time": (SCENE, SCENE.replace("0.1", "0", 1) + "samples = 3", "a duration of 0 has 1 sample"),
     "unknown solver key": (TOLERANCE, "tol = 1e-8", "solver.tol: unknown key"),
     "solver as text": ("[solver]\n" + TOLERANCE, 'x = "y"', "effects[0].x: unknown key"),
-    "three faults": (f"{DURATION}\n", "a = 1\nb = 2\nc = 3\n", "scene.toml: a: unknown key (and 2 more)"),
+    "three faults": (f"{DURATION}\n", "a = 1\nb = 2\nc = 3\n", "start, effects, solver, data (and 2 more)"),
+    "effects as table": (
+        "[[effects]]",
+        "[effects]",
+        "effects: {'kind': 'gravity'} is a table, not a list; a list of tables begins with [[effects]]",
+    ),
+    "damping": (KIND, 'kind = "damping"', "dry_friction, stop; did you mean 'viscous'?"),
+    "key that is like no other": (TOLERANCE, "zzz = 1", "solver.zzz: unknown key; there are: method, engine"),
 }
 
 WHOLE: dict[str, tuple[Content, str]] = {
@@ -162,7 +169,10 @@ WHOLE: dict[str, tuple[Content, str]] = {
     "tables 10,000 deep": (f"{'.'.join('a' * 100_000)} = 1", "scene.toml: not a scene: keys are nested too deep"),
     "tables 10,000 deep, quoted": ('"a b".' * 10_000 + "c = 1", "keys are nested too deep"),
     "nested 400 deep": (f"{SCENE}x = {'[' * 400}{']' * 400}", "scene.toml: solver.x: unknown key"),
-    "40,000 unknown keys": ("".join(f"k{i} = 1\n" for i in range(40_000)), "k0: unknown key (and 40000 more)"),
+    "40,000 unknown keys": (
+        "".join(f"k{i} = 1\n" for i in range(40_000)),
+        "start, effects, solver, data (and 40000 more)",
+    ),
     "a pipe": (os.mkfifo, "scene.toml: cannot be read: it is a pipe, not a file"),
     "a device": (lambda path: path.symlink_to("/dev/zero"), "scene.toml: cannot be read: it is a device, not a file"),
     "a folder": (Path.mkdir, "scene.toml: cannot be read: it is a folder, not a file"),

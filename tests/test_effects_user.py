@@ -114,6 +114,15 @@ def test_parameters_of_ones_own_are_checked(example: dict[str, Any]) -> None:
             example["Magnet"](**({"link": "rod", "at": (0, 0, 0), "strength": 1.0} | wrong))
 
 
+def test_smooth_is_a_property() -> None:
+    """A plain value, with or without a type, is refused in one line."""
+    says = "Rough.smooth: write smooth as a property that returns False"
+    with pytest.raises(pp.InputError, match=says):
+        type("Rough", (pp.effects.JointEffect,), {"smooth": False, "__module__": __name__})
+    with pytest.raises(pp.InputError, match=says):
+        type("Rough", (pp.effects.JointEffect,), {"smooth": False, "__annotations__": {"smooth": bool}})
+
+
 def test_an_effect_of_ones_own_may_turn_thin_rods() -> None:
     """Unless it says that it does not, they stay on their joints."""
 

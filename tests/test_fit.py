@@ -192,11 +192,11 @@ BAD = {
     "t,segment,a1,a1\n": "column 'a1' is there twice",
     GOOD + "\n2,1": "line 14 has 2 cells",
     GOOD + "\n2,1,high": "line 14, column a1: 'high' is not a number",
-    GOOD + "\n0.3,1,0": "segment 1: time does not rise from 1.1 to 0.3 s",
-    GOOD + "\nnan,1,0": "sample 13 has no time",
+    GOOD + "\n0.3,1,0": "line 14, column t: 0.3 s does not come after 1.1 s",
+    GOOD + "\nnan,1,0": "line 14, column t: no time",
     GOOD + "\n2,2,0": "segment 2 has 1 samples",
-    GOOD + "\n2,1,inf": "an infinite number",
-    GOOD + "\n1.2,1,7": "jumps by a turn before 1.2 s",
+    GOOD + "\n2,1,inf": "line 14, column a1: an infinite number",
+    GOOD + "\n1.2,1,7": "line 14, column a1: it jumps by a turn before 1.2 s",
 }
 
 

@@ -128,3 +128,11 @@ def test_the_proof_finds_what_it_can() -> None:
         body = model.inertias[2]
         body.inertia = np.diag([0.1, -less, 0.1])
         assert always_positive(model) == known
+
+
+@pytest.mark.parametrize(("com", "beyond"), [(-0.01, True), (0.0, False), (2.0, False), (2.01, True), (None, False)])
+def test_a_centre_of_mass_beyond_the_rod_is_a_finding(com: float | None, beyond: bool) -> None:
+    """The equations hold for it; a slip is said."""
+    rod = pp.Rod(length=2.0, mass=1.0, com=com, inertia=(1.0, 1.0, 0.1))
+    findings = build(pp.Chain(rods=[rod])).findings
+    assert [text.split(" is ")[0] for text in findings] == [f"model.rods[0].com: {com} m"] * beyond

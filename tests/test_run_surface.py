@@ -350,3 +350,11 @@ def test_representations_of_all_else_are_short() -> None:
     for thing in things:
         assert len(repr(thing)) < 1000
         assert len(str(thing)) < 1000
+
+
+def test_a_figure_says_that_rods_are_left_out() -> None:
+    """Of five rods it draws three."""
+    chain = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)], copies=5)
+    figure = pp.simulate(pp.Scene(model=chain, duration=0.1), samples=3).plot()
+    legends = [[text.get_text() for text in ax.get_legend().get_texts()] for ax in figure.axes if ax.get_legend()]
+    assert sum("3 of 5 rods" in legend for legend in legends) == 2  # positions, tensions

@@ -11,6 +11,7 @@ MOST_NAMES = 16  # in a list of them
 MOST_REPR = 900  # of a representation
 
 MOST_COMPARED = 2_000  # names, with one that is unknown
+OTHER_WORDS = {"damping": "viscous", "damper": "viscous", "friction": "dry_friction", "limit": "stop", "air": "drag"}
 
 
 class PendpinError(Exception):
@@ -93,7 +94,8 @@ def did_you_mean(name: Any, names: Iterable[str]) -> str:
     from difflib import get_close_matches
 
     by_lower = {known.lower(): known for known, _ in zip(names, range(MOST_COMPARED), strict=False)}
-    close = get_close_matches(str(name)[:100].lower(), by_lower, n=1)
+    word = str(name)[:100].lower()
+    close = [other for other in (OTHER_WORDS.get(word),) if other in by_lower] or get_close_matches(word, by_lower, n=1)
     return f"; did you mean {shown(by_lower[close[0]])}?" if close else ""
 
 
@@ -114,8 +116,12 @@ def not_one_of(value: Any, names: Iterable[str]) -> str:
 
 def is_no(what: str, value: Any, names: Iterable[str]) -> str:
     """What a message says of a value that none of many names is: the nearest, or the first of them."""
-    known = tuple(names)
-    return f"{shown(value)} is no {what}{did_you_mean(value, known) or f'; there are: {_first_of(known)}'}"
+    return f"{shown(value)} is no {what}{nearest_or_all(value, tuple(names))}"
+
+
+def nearest_or_all(value: Any, known: tuple[str, ...]) -> str:
+    """What a message adds for an unknown name: the nearest, or the first of those that there are."""
+    return did_you_mean(value, known) or (f"; there are: {_first_of(known)}" if known else "")
 
 
 def _first_of(names: tuple[str, ...]) -> str:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, get_args
 import numpy as np
 from pydantic import AfterValidator, AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
 
-from pendpin.errors import InputError, brief, choices, did_you_mean, not_one_of, shown
+from pendpin.errors import InputError, brief, choices, nearest_or_all, not_one_of, shown
 from pendpin.keypaths import written
 
 MOST_ITEMS = 6  # of a list in one
@@ -34,6 +34,16 @@ FilePath = Annotated[Path, AfterValidator(_absolute)]  # stays the same file whe
 
 class RecordType(type(BaseModel)):
     """Calling the class raises InputError; inside another record pydantic keeps its own error, for the full path."""
+
+    def __new__(mcs, name: str, bases: tuple[type, ...], body: dict[str, Any], **options: Any) -> Any:
+        """The class. Raises InputError where a value stands in place of a property of its base, as smooth = False."""
+        for key, value in body.items():
+            inherited = next(
+                (vars(base)[key] for parent in bases for base in parent.__mro__ if key in vars(base)), None
+            )
+            if isinstance(inherited, property) and not isinstance(value, property):
+                raise InputError(f"{name}.{key}: write {key} as a property that returns {shown(value)}")
+        return super().__new__(mcs, name, bases, body, **options)
 
     def __call__(cls, *args: Any, **data: Any) -> Any:
         try:
@@ -154,7 +164,9 @@ def _reason(fault: Any, record: type) -> str:
         case "literal_error":
             return not_one_of(fault["input"], context["expected"].replace("'", "").replace(" or ", ", ").split(", "))
         case "extra_forbidden":
-            return f"unknown key{did_you_mean(fault['loc'][-1], _fields_at(record, fault['loc'][:-1]))}"
+            return f"unknown key{nearest_or_all(fault['loc'][-1], tuple(_fields_at(record, fault['loc'][:-1])))}"
+        case "tuple_type" if isinstance(fault["input"], dict):
+            return f"{value} is a table, not a list; a list of tables begins with [[{_path(fault)}]]"
         case "value_error":
             return str(context["error"])
         case "float_type" if type(fault["input"]) is int:

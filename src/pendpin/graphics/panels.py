@@ -61,12 +61,14 @@ def draw_positions(ax: Any, run: Trajectory) -> None:
             for i, joint in enumerate((2 * rod, 2 * rod + 1)):
                 look = {"color": COLORS[i] if len(rods) == 1 else color, "linestyle": STYLES[i], "linewidth": 1.2}
                 ax.plot(run.t, run.q[:, joint], label=plain_name(run.joints[joint]), **look)
+        _say_left_out(ax, len(rods), _count(run), "rods")
         ax.set_ylabel("position, rad")
         return
     joints = joints_shown(run)
     names, unit = named_with_units(run, joints)
     for color, joint, name in zip(COLORS, joints, names, strict=False):
         ax.plot(run.t, run.q[:, joint], label=plain_name(name), color=color, linewidth=1.2)
+    _say_left_out(ax, len(joints), len(run.joints), "joints")
     ax.set_ylabel(f"position, {unit}")
 
 
@@ -98,6 +100,13 @@ def _draw_rods(ax: Any, run: Trajectory, name: str) -> None:
     for color, style, rod in zip(COLORS, STYLES, rods_shown(run), strict=False):
         label = f"rod {rod + 1}" if _count(run) > 1 else name
         ax.plot(run.t, values[:, rod], style, label=label, color=color, linewidth=1.2)
+    _say_left_out(ax, len(rods_shown(run)), _count(run), "rods")
+
+
+def _say_left_out(ax: Any, drawn: int, count: int, what: str) -> None:
+    """In the legend, that not all are drawn."""
+    if drawn < count:
+        ax.plot([], [], " ", label=f"{drawn} of {count} {what}")
 
 
 def draw_path_from_above(ax: Any, run: Trajectory) -> None:

@@ -103,9 +103,10 @@ def _plots(run: Trajectory) -> tuple[Plot, ...]:
     potential, joints = run.potential - run.potential.min(), joints_shown(run)
     energies = np.stack([run.kinetic, potential, run.kinetic + potential], -1)
     names, unit = named_with_units(run, joints)
+    left_out = f", {len(joints)} of {len(run.joints)} joints" * (len(joints) < len(run.joints))
     return (
         Plot(
             "Energy, potential above its least", "J", ("kinetic", "potential", "sum"), energies, (*COLORS[1::-1], BLACK)
         ),
-        Plot("Position", unit, names, run.q[:, joints], COLORS[: len(joints)]),
+        Plot(f"Position{left_out}", unit, names, run.q[:, joints], COLORS[: len(joints)]),
     )

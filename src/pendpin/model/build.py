@@ -128,7 +128,12 @@ def _from_chain(chain: Chain) -> Model:
     joints = tuple(name for theta, phi, _ in names for name in (theta, phi))
     arrays = np.array([(*rod.properties, rod.length) for rod in rods]).T
     m, h, I1, I2, I3, length = arrays
-    findings = tuple(f"model.rods[{i}].inertia: {rod.impossible}" for i, rod in enumerate(chain.rods) if rod.impossible)
+    findings = [f"model.rods[{i}].inertia: {rod.impossible}" for i, rod in enumerate(chain.rods) if rod.impossible]
+    findings += [
+        f"model.rods[{i}].com: {rod.com:g} m is beyond the ends of the rod, 0 to {rod.length:g} m; computed as written"
+        for i, rod in enumerate(chain.rods)
+        if rod.com is not None and not 0 <= rod.com <= rod.length
+    ]
     return Model(
         joints,
         _pin_chain(rods, names) if _data_bytes(len(joints)) <= MAX_DATA_BYTES else None,
@@ -138,7 +143,7 @@ def _from_chain(chain: Chain) -> Model:
             for i, (rod, (_, _, link)) in enumerate(zip(rods, names, strict=True))
         ),
         tuple(_chain_body(rod, link, 2 * i + 1) for i, (rod, (_, _, link)) in enumerate(zip(rods, names, strict=True))),
-        findings=findings,
+        findings=tuple(findings),
     )
 
 

@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -52,7 +52,8 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
     """
     if isinstance(data, str | Path):
         with inside(str(data)):
-            return _swings(_read_csv(Path(data), table), table)
+            columns, lines = _read_csv(Path(data), table)
+            return _swings(columns, table, lambda sample: f"line {lines[sample]}")
     if isinstance(data, Sequence):
         swings = tuple(swing for one in data for swing in read_swings(one, table))
         _refuse_twice(swings)
@@ -62,7 +63,7 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
     with inside("data"):
         names = list(data.keys())
         columns = {name: np.asarray(data[_column(names, name)]) for name in _wanted(table)}
-        return _swings(columns, table)
+        return _swings(columns, table, lambda sample: f"sample {sample + 1}")
 
 
 def spared(swings: Sequence[Swing], spacing: float) -> tuple[Swing, ...]:
@@ -110,8 +111,8 @@ def _column(names: list[str], name: str) -> str:
     raise InputError(f"there is no column {shown(name)} among: {choices(names[:20])}{did_you_mean(name, names)}")
 
 
-def _read_csv(path: Path, table: Data) -> dict[str, Array]:
-    """The columns (N,) that the table wants: numbers, or text for segments."""
+def _read_csv(path: Path, table: Data) -> tuple[dict[str, Array], list[int]]:
+    """The columns (N,) that the table wants, numbers, or text for segments; and the line of each sample."""
     try:
         text = read_whole(path, MOST_BYTES, "measured data").decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -134,10 +135,11 @@ def _read_csv(path: Path, table: Data) -> dict[str, Array]:
     for line, row in rows[1:]:
         if len(row) != len(names):
             raise InputError(f"line {line} has {len(row)} cells, where the first line names {len(names)} columns")
-    return {
+    columns = {
         name: np.array([_cell(row[place], name, line, table) for line, row in rows[1:]])
         for name, place in places.items()
     }
+    return columns, [line for line, _ in rows[1:]]
 
 
 def _is_number(text: str) -> bool:
@@ -159,25 +161,27 @@ def _cell(text: str, name: str, line: int, table: Data) -> Any:
         raise InputError(f"line {line}, column {name}: {shown(text)} is not a number") from None
 
 
-def _swings(columns: dict[str, Array], table: Data) -> tuple[Swing, ...]:
-    """The swings of columns (N,), angles turned to rad; tips stay in m."""
+def _swings(columns: dict[str, Array], table: Data, place_of: Callable[[int], str]) -> tuple[Swing, ...]:
+    """The swings of columns (N,), angles turned to rad; tips stay in m. `place_of` says where a sample is."""
     try:
         t = np.asarray(columns[table.time], float)
         y = np.array([np.asarray(columns[name], float) for name in table.columns]).T
     except (TypeError, ValueError):
         raise InputError("a column holds what are no numbers, or columns differ in length") from None
     if not np.isfinite(t).all():
-        raise InputError(f"column {table.time}: sample {int(np.argmin(np.isfinite(t))) + 1} has no time")
+        raise InputError(f"{place_of(int(np.argmin(np.isfinite(t))))}, column {table.time}: no time")
     if np.isinf(y).any():
-        raise InputError("a column holds an infinite number")
+        row, column = np.argwhere(np.isinf(y))[0]
+        raise InputError(f"{place_of(int(row))}, column {list(table.columns)[column]}: an infinite number")
     angles = np.array([not isinstance(measured, str) for measured in table.columns.values()])
     if table.unit == "degrees":
         y = np.where(angles, np.radians(y), y)
     labels = np.asarray(columns[table.segment]).astype(str) if table.segment else np.full(len(t), "1")
     names = list(dict.fromkeys(labels.tolist()))
-    swings = tuple(_swing(name, t[labels == name], y[labels == name]) for name in names)
-    for swing in swings:
-        _refuse_odd(swing, list(table.columns), angles)
+    rows = [np.flatnonzero((labels == name) & ~np.isnan(y).all(1)) for name in names]  # where a sensor gave something
+    swings = tuple(Swing(name, t[row], y[row]) for name, row in zip(names, rows, strict=True))
+    for swing, row in zip(swings, rows, strict=True):
+        _refuse_odd(swing, table, angles, lambda i, row=row: place_of(int(row[i])))
     if not swings:
         raise InputError("no samples")
     _refuse_twice(swings)
@@ -197,25 +201,23 @@ def _refuse_twice(swings: Sequence[Swing]) -> None:
     raise InputError(f"segments {names[0]} and {names[1]} share {len(same)} samples; leave them out of one")
 
 
-def _swing(name: str, t: Array, y: Array) -> Swing:
-    """A swing of t (m,) s and y (m, columns), without the samples at which no sensor gave anything."""
-    some = ~np.isnan(y).all(1)
-    return Swing(name, t[some], y[some])
-
-
-def _refuse_odd(swing: Swing, names: list[str], angles: Array) -> None:
+def _refuse_odd(swing: Swing, table: Data, angles: Array, place_of: Callable[[int], str]) -> None:
     """Refuse a swing too short, with times that fall, or with wrapped angles; `angles` (columns,) are no tips."""
     where = f"segment {swing.name}"
     if len(swing.t) < FEWEST:
         raise InputError(f"{where} has {len(swing.t)} samples; a segment needs {FEWEST} at least")
     if (late := np.diff(swing.t) <= 0).any():
         i = int(np.argmax(late))
-        raise InputError(f"{where}: time does not rise from {swing.t[i]:g} to {swing.t[i + 1]:g} s; name its segments")
-    for k, name in enumerate(names):
+        other = "" if table.segment else "; where another swing begins there, name a column of segments in [data]"
+        raise InputError(
+            f"{place_of(i + 1)}, column {table.time}: {swing.t[i + 1]:.10g} s does not come after {swing.t[i]:.10g} s{other}"
+        )
+    for k, name in enumerate(table.columns):
         seen = ~np.isnan(swing.y[:, k])
         jumps = np.abs(np.diff(swing.y[seen, k])) > _JUMP
         if angles[k] and jumps.any():
-            at = swing.t[seen][1:][int(np.argmax(jumps))]
+            at = int(np.flatnonzero(seen)[1:][int(np.argmax(jumps))])
             raise InputError(
-                f"{where}, column {name}: it jumps by a turn before {at:g} s; unwrap the angle, or check data.unit"
+                f"{place_of(at)}, column {name}: it jumps by a turn before {swing.t[at]:g} s; "
+                "unwrap the angle, or check data.unit"
             )

@@ -15,7 +15,7 @@ from pendpin.analysis.fit.search import solve_starts
 from pendpin.arrays import Array, Mask
 from pendpin.errors import InputError, brief
 from pendpin.late import from_above
-from pendpin.scene import Scene
+from pendpin.scene import Chain, Scene
 
 WIDER = 1.2  # times: said from there on
 MOSTLY = 0.5  # of the spread of a column: noise in which there is little motion
@@ -142,6 +142,8 @@ class Fit:
     def words(self) -> list[str]:
         """What the numbers are worth, as lines of text."""
         rows = [self.verdict]
+        if not isinstance(self.scene.model, Chain):
+            rows.append('Masses and inertias are those of the URDF: a fit frees those of rods (kind = "chain") only.')
         if self.undetermined:
             rows.append(
                 f"Not determined by these data, held near the guess: {', '.join(self.undetermined)}. Free fewer of them, "

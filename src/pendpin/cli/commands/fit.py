@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import files_of, read_scene
+from pendpin.cli.inputs import files_of, print_notes, read_scene
 from pendpin.cli.options import Json, Plot
 from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.progress import waiting
@@ -42,6 +42,8 @@ def fit(
 
     chosen = read_scene(scene)
     refuse_outputs([scene, *data, *(hold_out or []), *files_of(chosen)], plot=plot, scene=out)
+    with inside(str(scene)):
+        print_notes(chosen, strict=False)
     with inside(str(scene)), waiting("fitting", hidden=json) as progress:
         found = fitted(chosen, data, free, hold_out, hold_out_start, robust=robust, progress=progress)
         if explain_residual:
