@@ -10,6 +10,9 @@ MOST_CHARACTERS = 1_000  # of a message
 MOST_NAMES = 16  # in a list of them
 MOST_REPR = 900  # of a representation
 
+KeyPath = tuple[str | int, ...]  # names of fields or joints, and places in lists; a name first
+
+_PLAIN = re.compile(r"[\w-]+")
 MOST_COMPARED = 2_000  # names, with one that is unknown
 OTHER_WORDS = {"damping": "viscous", "damper": "viscous", "friction": "dry_friction", "limit": "stop", "air": "drag"}
 
@@ -133,3 +136,15 @@ def find(names: tuple[str, ...], name: str, what: str) -> int:
     if name in names:
         return names.index(name)
     raise InputError(f"{what} {not_one_of(name, names)}")
+
+
+def written(path: KeyPath) -> str:
+    """A key path as text."""
+    text = ""
+    for part in path:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            name = part if _PLAIN.fullmatch(part) else repr(part)
+            text += f".{name}" if text else name
+    return text

@@ -7,24 +7,9 @@ stands in quotes: `start.positions.'left hip'`.
 import ast
 import re
 
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError, KeyPath, shown
 
-KeyPath = tuple[str | int, ...]  # names of fields or joints, and places in lists; a name first
-
-_PLAIN = re.compile(r"[\w-]+")
 _PART = re.compile(r"""\[(\d{1,9})\]|\.?(?:([\w-]+)|('(?:[^'\\\n]|\\.)*'|"(?:[^"\\\n]|\\.)*"))""")
-
-
-def written(path: KeyPath) -> str:
-    """A key path as text."""
-    text = ""
-    for part in path:
-        if isinstance(part, int):
-            text += f"[{part}]"
-        else:
-            name = part if _PLAIN.fullmatch(part) else repr(part)
-            text += f".{name}" if text else name
-    return text
 
 
 def parsed(text: str) -> KeyPath:

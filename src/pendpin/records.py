@@ -7,8 +7,7 @@ from typing import Annotated, Any, ClassVar, get_args
 import numpy as np
 from pydantic import AfterValidator, AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
 
-from pendpin.errors import InputError, brief, choices, nearest_or_all, not_one_of, shown
-from pendpin.keypaths import written
+from pendpin.errors import InputError, brief, choices, nearest_or_all, not_one_of, shown, written
 
 MOST_ITEMS = 6  # of a list in one
 MOST_SHOWN = 60  # letters of a name in a message

@@ -3,8 +3,7 @@
 from typing import Any
 
 from pendpin.effects import Effect, has_kind
-from pendpin.errors import InputError, inside
-from pendpin.keypaths import KeyPath, written
+from pendpin.errors import InputError, KeyPath, inside, written
 from pendpin.records import Record
 
 
