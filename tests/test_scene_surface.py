@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin.effects import Effect
-from pendpin.errors import Note
-from pendpin.keypaths import parsed, written
+from pendpin.errors import Note, written
+from pendpin.keypaths import parsed
 from pendpin.records import Record
 from pendpin.scene import builtin_scene
 from pendpin.scene.robots import robot_files
