@@ -162,7 +162,10 @@ WHOLE: dict[str, tuple[Content, str]] = {
     "not UTF-8": (SCENE.encode() + b"# \xff\xfe", "is not UTF-8 text"),
     "UTF-16": (SCENE.encode("utf-16"), "scene.toml: not a TOML file: byte 0 is not UTF-8 text"),
     "truncated": (SCENE[:70], "scene.toml: not a TOML file: "),
-    "a URDF": ("<?xml version='1.0'?><robot/>", "not a TOML scene but XML; a scene names a URDF"),
+    "a URDF": (
+        "<?xml version='1.0'?><robot/>",
+        "this is XML, not a scene; if it is a URDF: pendpin run --urdf scene.toml",
+    ),
     "JSON": ('{"duration": 1}', "scene.toml: not a TOML file: Invalid statement (at line 1, column 1)"),
     "10 MB": ("#" * 10_000_000, "scene.toml: larger than the 0.5 MB that a scene may have"),
     "nested 10,000 deep": (f"x = {'[' * 10_000}{']' * 10_000}", "scene.toml: not a scene: values are nested too deep"),

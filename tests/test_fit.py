@@ -10,6 +10,7 @@ import pendpin as pp
 from pendpin.analysis.fit import explain_residual
 from pendpin.analysis.fit.data import read_swings
 from pendpin.analysis.fit.equations import compile_equations
+from pendpin.analysis.fit.fitting import given_offsets, prepare
 from pendpin.analysis.fit.motion import motions
 from pendpin.analysis.fit.parameters import checked, free_parameters, substituted
 from pendpin.analysis.fit.sensors import sensors_of
@@ -93,6 +94,27 @@ def test_the_truth_is_within_its_errors(single) -> None:
     assert fit.train.rms["a1"] == pytest.approx(NOISE, rel=0.1)
     assert fit.hold_out.rms["a1"] < 3 * NOISE
     assert "The model explains the data" in str(fit)
+
+
+def test_zeros_are_in_the_unit_of_the_data(single, tmp_path: Path) -> None:
+    """Of data in degrees in degrees, 2 of them here; the fitted scene, read from its file, has the same model and zeros."""
+    truth, table = single
+    table = table | {"a1": table["a1"] + np.radians(2.0)}
+    turned = truth.replace({"data.unit": "degrees"})
+    fits = [
+        pp.fit(scene, table | {"a1": table["a1"] * factor}, "effects[1].coefficient")
+        for scene, factor in ((truth, 1.0), (turned, 180 / np.pi))
+    ]
+    key, zeros = "data.offsets.a1", [given_offsets(prepare(fit.scene, table, "friction", False)) for fit in fits]
+    assert fits[1].values[key] == pytest.approx(2.0, abs=4 * fits[1].errors[key])
+    assert [fit.values[key] for fit in fits] == pytest.approx(np.array([1, 180 / np.pi]) * zeros[0], rel=1e-6)
+    assert [fit.errors[key] for fit in fits] == pytest.approx(
+        np.array([1, 180 / np.pi]) * fits[0].errors[key], rel=1e-4
+    )
+    assert zeros[1] == pytest.approx(zeros[0], rel=1e-6)
+    assert pp.load_scene(fits[1].scene.save(tmp_path / "fitted.toml")) == fits[1].scene
+    assert f"{fits[1].errors[key]:.2g} degrees" in str(fits[1])
+    assert f"rms a1 {fits[1].train.rms['a1']:.3g} rad" in str(fits[1])
 
 
 def test_a_free_swing_shows_no_scale_of_mass(single) -> None:

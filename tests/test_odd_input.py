@@ -156,7 +156,9 @@ def test_damping_is_noted(folder: Path, capfd: pytest.CaptureFixture) -> None:
     (folder / "scene.toml").write_text(URDF_SCENE)
     (folder / "rod.urdf").write_text(edited(ROD, ("</joint>", '<dynamics damping="0.5" friction="0"/></joint>')))
     assert run_main("run", "scene.toml") == 0
-    assert capfd.readouterr().err == "pendpin: note: joint 'theta': <dynamics damping=0.5> is not applied\n"
+    add = '[[effects]] kind = "viscous", coefficient = 0.5, joints = ["theta"]'
+    said = f"pendpin: note: joint 'theta': <dynamics damping=0.5> is ignored; add {add}\n"
+    assert capfd.readouterr().err == said
 
 
 def test_default_axis_is_x(folder: Path) -> None:

@@ -178,7 +178,7 @@ def print_fit(found: "Fit", as_json: bool) -> None:
     if as_json:
         print_json(found.as_dict())
         return
-    rows = [[key, f"{value:.6g}", _error_of(found, key)] for key, value in found.values.items()]
+    rows = [[key, f"{value:.6g}{found.unit(key)}", _error_of(found, key)] for key, value in found.values.items()]
     print_table(["", "value", "standard error"], rows)
     for line in found.words():
         print(line)

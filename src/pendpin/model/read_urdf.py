@@ -228,10 +228,13 @@ def _not_applied(joints: dict[str, Element]) -> tuple[str, ...]:
         for key in ("damping", "friction"):
             value = float(dynamics.get(key, "0"))
             if value:
-                notes.append(f"joint {shown(name)}: <dynamics {key}={value:g}> is not applied")
+                kind, number = ("viscous", "coefficient") if key == "damping" else ("dry_friction", "kinetic")
+                add = f'[[effects]] kind = "{kind}", {number} = {value:g}, joints = ["{name}"]'
+                notes.append(f"joint {shown(name)}: <dynamics {key}={value:g}> is ignored; add {add}")
     if limited := [name for name, joint in joints.items() if joint.get("type") != "fixed" and _limited(joint)]:
         more = f", ... ({len(limited)} joints)" if len(limited) > SHOWN else ""
-        notes.append(f"<limit> is not applied (a stop holds a joint): {choices(map(shown, limited[:SHOWN]))}{more}")
+        names = choices(map(shown, limited[:SHOWN]))
+        notes.append(f'<limit> is ignored; to hold a joint, add [[effects]] kind = "stop": {names}{more}')
     return tuple(notes)
 
 

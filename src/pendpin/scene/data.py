@@ -1,5 +1,6 @@
 """How measured swings are read from a CSV file."""
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
@@ -30,6 +31,12 @@ class Data(Record):
     )
     unit: Literal["radians", "degrees"] = Field("radians", description="of the angles")
     offsets: _Offsets = Field(
-        "free", description="the zero of each column: free, zero, or by column in rad (m for tips)"
+        "free", description="the zero of each column: free, zero, or by column in `unit` (m for tips)"
     )
     noise: Positive | None = Field(None, description="rad, standard deviation of the sensors; estimated if absent")
+
+    def in_si(self, column: str) -> tuple[float, str]:
+        """What one of the column's unit is in rad or m, and the name of its unit."""
+        if isinstance(self.columns[column], str):
+            return 1.0, "m"
+        return (math.pi / 180, "degrees") if self.unit == "degrees" else (1.0, "rad")

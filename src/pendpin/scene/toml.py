@@ -34,7 +34,7 @@ def _placed(table: Any, key: str, folder: Path) -> Any:
 def _parsed(path: Path) -> dict[str, Any]:
     data = read_whole(path, MAX_SCENE_BYTES, "a scene")
     if data.lstrip().startswith(b"<"):
-        raise InputError("not a TOML scene but XML; a scene names a URDF as [model] kind and path")
+        raise InputError(f"this is XML, not a scene; if it is a URDF: pendpin run --urdf {path.name}")
     if _DEEP_KEY.search(data):  # Python's TOML reader would take minutes
         raise InputError("not a scene: keys are nested too deep")
     try:

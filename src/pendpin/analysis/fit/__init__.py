@@ -81,7 +81,7 @@ def _report(setting: Setting, solution: Solution, held: Prediction | None, secon
 
 
 def _numbers(setting: Setting, solution: Solution) -> tuple[dict[str, float], dict[str, Array]]:
-    """The fitted numbers and zeros by key path, and their gradients by the unknowns (nx,)."""
+    """The fitted numbers, and the zeros in the unit of [data], by key path; their gradients by the unknowns (nx,)."""
     free, nx = setting.free, len(solution.x)
     values = dict(zip(free.keys, map(float, free.values(solution.z)), strict=True))
     gradients = {
@@ -90,14 +90,16 @@ def _numbers(setting: Setting, solution: Solution) -> tuple[dict[str, float], di
     for row, name in enumerate(setting.columns):
         if nx > len(solution.z):
             key = f"data.offsets.{name}"
-            values[key], gradients[key] = float(solution.offsets[row]), np.eye(nx)[len(solution.z) + row]
+            one, _ = setting.table.in_si(name)
+            values[key], gradients[key] = float(solution.offsets[row]) / one, np.eye(nx)[len(solution.z) + row] / one
     return values, gradients
 
 
 def _fitted(setting: Setting, solution: Solution) -> Scene:
     """The scene with the fitted numbers and zeros."""
     values = [float(value) for value in setting.free.values(solution.z)]
-    offsets = dict(zip(setting.columns, map(float, solution.offsets), strict=True))
+    pairs = zip(setting.columns, solution.offsets, strict=True)
+    offsets = {name: float(offset) / setting.table.in_si(name)[0] for name, offset in pairs}
     scene = substituted(setting.scene, setting.free.keys, values, checked)
     table: Data = checked(setting.table, {"offsets": offsets})
     return checked(scene, {"data": table})

@@ -124,7 +124,7 @@ def given_offsets(setting: Setting) -> Array:
         return np.zeros(len(setting.columns))
     if unknown := [name for name in offsets if name not in setting.columns]:
         raise InputError(f"data.offsets.{unknown[0]}: there is no such column among: {', '.join(setting.columns)}")
-    return np.array([offsets.get(name, 0.0) for name in setting.columns])
+    return np.array([offsets.get(name, 0.0) * setting.table.in_si(name)[0] for name in setting.columns])
 
 
 def solution_of(setting: Setting, progress: Progress) -> Solution:

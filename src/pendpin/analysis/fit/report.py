@@ -29,9 +29,16 @@ class Prediction(NamedTuple):
     predicted: tuple[Array, ...]  # (m, columns) rad or m, of each swing
     compared: tuple[Array, ...]  # (m,) whether a sample counts: those after the part that the start was fitted on
     columns: tuple[str, ...]
+    units: tuple[str, ...]  # rad or m, of each column
 
     def __repr__(self) -> str:
-        return f"Prediction of {len(self.swings)} swings: rms {_listed(self.rms)}, largest {_listed(self.max)}"
+        return f"Prediction of {len(self.swings)} swings: rms {self.listed(self.rms)}, largest {self.listed(self.max)}"
+
+    def listed(self, values: dict[str, float]) -> str:
+        """A number of each column with its unit, in a line."""
+        return ", ".join(
+            f"{name} {values[name]:.3g} {unit}" for name, unit in zip(self.columns, self.units, strict=True)
+        )
 
     def errors(self) -> Array:
         """Predicted less measured, over the samples that count, (N, columns)."""
@@ -54,7 +61,7 @@ class Fit:
     """A fitted scene and what is known of its numbers.
 
     values and errors (standard errors) are by key path; what the data do not determine is in `undetermined`, has no
-    error and stays near its guess. Angles are in rad, tips in m.
+    error and stays near its guess. Zeros of columns are in the unit of [data]; residuals and noise in rad, or m for tips.
     """
 
     scene: Scene  # with the fitted numbers
@@ -115,7 +122,10 @@ class Fit:
         rms, spread = self.train.rms, np.nanstd(np.concatenate([s.y for s in self.train.swings]), 0)
         worst = max(rms, key=lambda name: rms[name] / self.noise[name])
         part = max(r / s for r, s in zip(rms.values(), spread, strict=True))
-        times = f"residuals of {worst} are {rms[worst]:.3g}, {rms[worst] / self.noise[worst]:.3g} times the noise"
+        unit = dict(zip(self.train.columns, self.train.units, strict=True))[worst]
+        times = (
+            f"residuals of {worst} are {rms[worst]:.3g} {unit}, {rms[worst] / self.noise[worst]:.3g} times the noise"
+        )
         if part > MOSTLY and rms[worst] <= NOISY * self.noise[worst]:
             return f"These data tell little: {100 * part:.2g} % of what moves in them is noise of the sensors."
         if self.explained:
@@ -137,7 +147,13 @@ class Fit:
     def lines(self) -> list[str]:
         """The report as lines of text."""
         width = max(map(len, self.values))
-        return [f"{key:{width}}  {value: .6g}{self._error(key)}" for key, value in self.values.items()] + self.words()
+        rows = [f"{key:{width}}  {value: .6g}{self._error(key)}{self.unit(key)}" for key, value in self.values.items()]
+        return rows + self.words()
+
+    def unit(self, key: str) -> str:
+        """Behind the zero of a column, the unit of [data]; other numbers are in those of the scene."""
+        column = key.removeprefix("data.offsets.")
+        return f" {self.setting.table.in_si(column)[1]}" if column != key else ""
 
     def words(self) -> list[str]:
         """What the numbers are worth, as lines of text."""
@@ -146,27 +162,29 @@ class Fit:
             rows.append('Masses and inertias are those of the URDF: a fit frees those of rods (kind = "chain") only.')
         if self.undetermined:
             rows.append(
-                f"Not determined by these data, held near the guess: {', '.join(self.undetermined)}. Free fewer of them, "
+                f"Not determined by these data; these kept your guess: {', '.join(self.undetermined)}. Free fewer of them, "
                 "keeping those that you can weigh or measure."
             )
         if self.combinations:
-            rows.append("Determined of them:")
+            rows.append("Only these combinations of them are known:")
             rows += [f"  {c.name} = {c.value:.6g} +- {c.error:.2g} {c.unit}".rstrip() for c in self.combinations]
         if self.inflation > WIDER:
             rows.append(
-                f"Standard errors count the correlation of the residuals: up to {self.inflation:.3g} times wider."
+                f"Standard errors are up to {self.inflation:.3g} times wider because the residuals are correlated."
             )
-        rows.append("Fitted: rms " + _listed(self.train.rms))
+        rows.append("Fitted: rms " + self.train.listed(self.train.rms))
         if self.hold_out:
-            rows.append(f"Held out: rms {_listed(self.hold_out.rms)}; largest {_listed(self.hold_out.max)}")
+            held = self.hold_out
+            rows.append(f"Held out: rms {held.listed(held.rms)}; largest {held.listed(held.max)}")
         return [*rows, *(str(part) for part in self.parts), f"{self.seconds:.1f} s"]
 
     def _error(self, key: str) -> str:
         return f" +- {self.errors[key]:.2g}" if key in self.errors else "  (not determined)"
 
 
-def _listed(values: dict[str, float]) -> str:
-    return ", ".join(f"{name} {value:.3g}" for name, value in values.items())
+def _units(setting: Setting) -> tuple[str, ...]:
+    """Of each column: m for a tip, else rad."""
+    return tuple("m" if isinstance(setting.table.columns[name], str) else "rad" for name in setting.columns)
 
 
 def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
@@ -181,7 +199,7 @@ def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
         pieces = zip(own, in_pieces([swing], p.batch.longest), strict=True)
         predicted.append(np.concatenate([found[: len(piece.t), :, place] for place, piece in pieces]))
     compared = tuple(np.ones(len(swing.t), bool) for swing in setting.swings)
-    return Prediction(setting.swings, tuple(predicted), compared, setting.columns)
+    return Prediction(setting.swings, tuple(predicted), compared, setting.columns, _units(setting))
 
 
 def compared_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
@@ -208,4 +226,4 @@ def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start
     z = np.repeat(solution.z[:, None], len(swings), 1)
     found = problem.predicted(z, solved.starts, full.t) + solution.offsets[:, None]
     predicted = tuple(found[: len(swing.t), :, k] for k, swing in enumerate(swings))
-    return Prediction(tuple(swings), predicted, tuple(compared), setting.columns)
+    return Prediction(tuple(swings), predicted, tuple(compared), setting.columns, _units(setting))
