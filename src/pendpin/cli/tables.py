@@ -37,7 +37,7 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
         "seconds": f"{stats.seconds:.4f}"
         + (f", {stats.all_seconds:.4f} with the runs before it" if stats.all_seconds else ""),
         "compiling": stats.compile_seconds and f"{stats.compile_seconds:.4f} s",
-        "energy drift": f"{trajectory.energy().drift:.1e} of the energy moved" if stats.conservative else "",
+        "energy drift": f"{trajectory.energy().drift:.1e} of the energy exchanged" if stats.conservative else "",
         "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
         "cross-check": report and f"{_crosscheck(report)} along the run",
         "note": "; ".join(stats.notes),
@@ -46,7 +46,7 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
     rows |= {f"work of {kind}": f"{work[-1]:+.6g} J" for kind, work in trajectory.work.items()}
     if trajectory.work:
         rows["kinetic energy"] = f"{trajectory.kinetic[-1] - trajectory.kinetic[0]:+.6g} J"
-        rows["energy balance is off by"] = f"{trajectory.imbalance:.1e} of the energy moved"
+        rows["energy balance is off by"] = f"{trajectory.imbalance:.1e} of the energy exchanged"
     print_table(["run", ""], [[name, text] for name, text in rows.items() if text])
 
 
@@ -61,7 +61,8 @@ def _answers(trajectory: "Trajectory") -> dict[str, str]:
 
 
 def _crosscheck(report: "CheckReport") -> str:
-    return f"{report.worst.relative:.1e} at worst, {report.worst.quantity}, {_verdict(report.ok)},"
+    worst = report.worst
+    return f"two methods agree to {worst.relative:.1e} (worst: {worst.quantity}), {_verdict(report.ok)},"
 
 
 def _estimated(error: float | None) -> str:

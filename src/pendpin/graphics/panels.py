@@ -50,7 +50,7 @@ def draw_drift(ax: Any, run: Trajectory) -> None:
     """The change of the energy, which should be none, as a part of the energy that moves."""
     energy = run.energy()
     ax.plot(run.t, (energy.total - energy.total[0]) / energy.moved, color=BLACK, linewidth=0.9)
-    ax.set_ylabel("energy drift,\nof the energy moved")
+    ax.set_ylabel("energy drift,\nof the energy exchanged")
 
 
 def draw_positions(ax: Any, run: Trajectory) -> None:

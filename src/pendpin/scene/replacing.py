@@ -25,9 +25,8 @@ def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:
         return value | {_name(key, place): changed(value.get(key), rest, new, here)}
     if isinstance(value, tuple | list):
         if not isinstance(key, int) or key >= len(value):
-            raise InputError(
-                f"{written(here)}: {written(place)} is a list of {len(value)}, from [0] to [{len(value) - 1}]"
-            )
+            there = f"from [0] to [{len(value) - 1}]" if len(value) > 1 else "[0] alone" if value else "empty"
+            raise InputError(f"{written(here)}: {written(place)} is a list of {len(value)}: {there}")
         return [*value[:key], changed(value[key], rest, new, here), *value[key + 1 :]]
     if value is None and isinstance(key, str):  # a table that was left out
         return {key: changed(None, rest, new, here)}

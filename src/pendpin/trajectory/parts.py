@@ -31,7 +31,7 @@ class Energy(NamedTuple):
     potential: Array
 
     def __repr__(self) -> str:
-        return f"Energy of {len(self.kinetic)} samples: drift {self.drift:.1e} of the energy moved"
+        return f"Energy of {len(self.kinetic)} samples: drift {self.drift:.1e} of the energy exchanged"
 
     @property
     def total(self) -> Array:

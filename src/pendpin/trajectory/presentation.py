@@ -139,9 +139,9 @@ def _trust(run: Any) -> str:
     if stats.error is not None:
         parts.append(f"tip error {stats.error:.1e} of the length estimated, {stats.accuracy:g} asked")
     if stats.conservative:
-        parts.append(f"energy drift {run.energy().drift:.1e} of the energy moved")
+        parts.append(f"energy drift {run.energy().drift:.1e} of the energy exchanged")
     if run.work:
-        parts.append(f"works and energy differ by {run.imbalance:.1e} of the energy moved")
+        parts.append(f"works and energy differ by {run.imbalance:.1e} of the energy exchanged")
     parts += [f"note: {note[:120]}" for note in stats.notes[:1]]
     return "; ".join(parts) or "an effect has no potential: energy_balance=True computes its work"
 

@@ -212,7 +212,8 @@ def _next_digit(report: CostReport) -> Iterator[str]:
     best = report.best(report.accuracy)
     finer = best and report.best(report.accuracy / 10)
     if best and finer:
-        yield f"One more digit than {report.accuracy:g} costs {finer[1] / best[1]:.2f} times as much."
+        more = f"from {report.accuracy:g} to {report.accuracy / 10:g} takes {finer[1] / best[1]:.2f} times the time"
+        yield f"One more digit, {more}, each by its fastest method."
 
 
 def _spans(report: CostReport) -> Iterator[tuple[float, float, str]]:
