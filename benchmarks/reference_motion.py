@@ -104,7 +104,8 @@ class Numbers:
         return x if isinstance(x, hy.expression) else hy.expression(self._number(float(x)))
 
     def __getattr__(self, name: str) -> Any:
-        return np.frompyfunc(lambda x: getattr(hy, name)(self.exactly(x)), 1, 1)
+        function = getattr(hy, name)
+        return np.frompyfunc(lambda x: function(self.exactly(x)), 1, 1)
 
 
 def _tree(model: pp.Chain, xp: Numbers) -> recursion.Tree:
