@@ -243,6 +243,29 @@ def test_double_pendulums_from_unstable_rests(away, lower, duration, accuracy, m
     assert far - doubt <= run.stats.error <= accuracy
 
 
+@law(8)
+@given(
+    theta=st.floats(0.4, 1.2),
+    friction=st.floats(0.02, 0.15),
+    accuracy=st.sampled_from([1e-2, 1e-3, 1e-5]),
+    method=st.sampled_from(["auto", "radau", "bdf", "lsoda", "dop853", "rk45", "gauss4", "rk4"]),
+)
+@example(theta=0.7, friction=0.1, accuracy=1e-3, method="auto")  # 49 times low once: the start is on the jump
+@example(theta=0.7, friction=0.1, accuracy=1e-3, method="bdf")
+def test_functions_that_jump(theta: float, friction: float, accuracy: float, method: str) -> None:
+    """A user's torque that jumps with the rate, let go at rest, is dry friction that never sticks: claims hold."""
+    scene = swing(theta, 1.5, 31)
+    slides = [*scene.effects, fx.DryFriction(kinetic=friction, joints=["theta"])]
+    jumps = [*scene.effects, fx.Torque(lambda t, q, v: -friction * np.sign(v), joints=["theta"])]
+    true = pp.simulate(scene.replace(effects=slides), tolerance=1e-12).tips()
+    try:
+        run = pp.simulate(scene.replace(effects=jumps), method=method, accuracy=accuracy)
+    except pp.RunError:
+        assert method in {"radau", "bdf", "lsoda", "gauss4"}  # these may not get across
+        return
+    assert np.linalg.norm(run.tips() - true, axis=-1).max() <= run.stats.error <= accuracy
+
+
 @pytest.mark.parametrize(("method", "theta", "duration"), [("dop853", 2.8, 3e3), ("lsoda", 3.0, 2e3)])
 def test_coarse_runs_that_turn_over_are_no_chaos(method: str, theta: float, duration: float) -> None:
     """Coarse runs gain energy until the rod turns over the top, and are then unstable; the true motion is not."""
@@ -251,7 +274,7 @@ def test_coarse_runs_that_turn_over_are_no_chaos(method: str, theta: float, dura
 
 def test_an_unstable_rest_is_refused_when_rounding_decides() -> None:
     """From pi, as well as doubles can say it: 15 s is beyond what anyone can tell, 4 s is not."""
-    with pytest.raises(pp.RunError, match="magnifies the rounding of its start") as caught:
+    with pytest.raises(pp.RunError, match="rounding errors of the start and of the steps grow") as caught:
         pp.simulate(swing(math.pi, 15.0, 61), accuracy=1e-6)
     assert caught.value.partial.stats.error > 1e-6
     assert claim_holds(swing(math.pi, 4.0, 61), "auto", 1e-6)

@@ -75,6 +75,16 @@ def test_the_state_at_an_impact_is_the_one_after_it() -> None:
     np.testing.assert_allclose(struck["theta_rate"][on_stop], -0.6 * before["theta_rate"], rtol=1e-6)
 
 
+@pytest.mark.parametrize("samples", [2, 6, 12, 13, 21])
+def test_crossings_do_not_depend_on_the_samples(samples: int) -> None:
+    """Twenty seconds with several swings between two samples, or none at all to speak of."""
+    many, few = (pp.simulate(SCENES["smooth"], duration=20.0, samples=n, tolerance=1e-11) for n in (1201, samples))
+    found, right = (run.crossings("theta", 0.0, direction=1) for run in (few, many))
+    assert len(right.t) > 5  # noqa: PLR2004
+    np.testing.assert_allclose(found.t, right.t, rtol=0, atol=1e-8)
+    assert not [name for name in few.summary() if name.startswith("period")]
+
+
 def test_crossings_that_no_two_samples_enclose() -> None:
     """A level just inside a turning point is crossed twice between two samples."""
     run = pp.simulate(SCENES["smooth"], samples=25)

@@ -57,7 +57,7 @@ def _answers(trajectory: "Trajectory") -> dict[str, str]:
     for name in answers:
         if later := found.get(f"{name}, second half"):
             answers[name] += f"; {later.value:.6g} in the second half"
-    return answers
+    return answers | {"extremes": f"those of the {len(trajectory.t)} samples"}
 
 
 def _crosscheck(report: "CheckReport") -> str:

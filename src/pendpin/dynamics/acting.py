@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from pendpin.arrays import Indices
-from pendpin.effects import BodyEffect, ContactEffect, Effect, Idle, JointEffect
+from pendpin.effects import BodyEffect, ContactEffect, Effect, Idle, JointEffect, Torque
 from pendpin.errors import InputError, find, shown
 from pendpin.model.build import Model
 
@@ -72,5 +72,5 @@ def plain_arithmetic(effects: Sequence[Effect]) -> bool:
 
 
 def built_in(effects: Sequence[Effect]) -> bool:
-    """Whether all effects are pendpin's own: whether others run on symbols, their authors may never have asked."""
-    return all(type(effect).__module__.startswith("pendpin.") for effect in effects)
+    """Whether all laws are pendpin's own: whether others run on symbols, or jump, their authors may never have asked."""
+    return all(type(effect).__module__.startswith("pendpin.") and not isinstance(effect, Torque) for effect in effects)

@@ -23,6 +23,7 @@ STIFF = 3e5  # decay rate times duration, above which explicit steps are too man
 LONG = 1e5  # rad that the fastest motion goes through: beyond, the Taylor method keeps more digits
 FEW_JOINTS = 4  # up to which it does so at no more cost
 STEP = float(np.sqrt(np.finfo(float).eps))  # of differences
+WIDER = 16.0  # times those steps, to tell a slope from a jump
 POWERS = 8
 ON_COMPILED = ("rk4", *NAMES)  # methods whose loops run in machine code
 OVERDAMPED = 0.5  # decay over the fastest rate: what swings as fast as it decays has to be followed anyway
@@ -69,8 +70,9 @@ def automatic(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balan
     solver, duration, method = scene.solver, scene.duration, scene.solver.method
     if method not in {"auto", *ON_COMPILED} or (method != "auto" and solver.engine != "auto"):
         return method, solver.engine
-    decay, fastest = _rates(dynamics, dynamics.engine.pack(q, v))
-    stiff = decay * duration > STIFF and decay > OVERDAMPED * fastest
+    y = dynamics.engine.pack(q, v)
+    decay, fastest = _rates(dynamics, y, STEP)
+    stiff = decay * duration > STIFF and decay > OVERDAMPED * fastest and not _jumps(dynamics, y, decay)
     turns = (decay if stiff else fastest) * duration / (2 * np.pi)
     if method == "auto":
         if not stiff and fastest * duration > LONG and taylor_takes(scene, dynamics, energy_balance):
@@ -90,12 +92,20 @@ def uncompiled(scene: Scene) -> Scene:
     return scene.with_solver(engine=without_compiling(bind(scene).engine))
 
 
-def _rates(dynamics: Dynamics, y: Array) -> tuple[float, float]:
-    """The fastest decay and the fastest rate in 1/s at the start y (size,); of a large state the latter only."""
+def _jumps(dynamics: Dynamics, y: Array, decay: float) -> bool:
+    """Whether a decay in 1/s at the start y (size,) is that of a jump: wider differences make it slower."""
+    return _rates(dynamics, y, WIDER * STEP)[0] < decay / 2
+
+
+def _rates(dynamics: Dynamics, y: Array, step: float) -> tuple[float, float]:
+    """The fastest decay and the fastest rate in 1/s at the start y (size,); of a large state the latter only.
+
+    `step` is that of the differences, relative to the state.
+    """
     derivative, _ = dynamics.engine.derivative(lambda t: None)
     if len(y) > LARGE:
         return 0.0, _fastest(derivative, y)
-    slopes = _slopes(derivative, y)
+    slopes = _slopes(derivative, y, step)
     if not np.isfinite(slopes).all():
         return 0.0, 0.0
     rates = np.linalg.eigvals(slopes)
@@ -116,9 +126,9 @@ def _fastest(derivative: Derivative, y: Array) -> float:
     return float(np.sqrt(growth[-1] * growth[-2]))  # positions and rates take turns
 
 
-def _slopes(derivative: Derivative, y: Array) -> Array:
-    """d y'/d y at the start, (n, n), by forward differences."""
-    steps = STEP * np.maximum(np.abs(y), 1.0)
+def _slopes(derivative: Derivative, y: Array, step: float) -> Array:
+    """d y'/d y at the start, (n, n), by forward differences with a step relative to y (n,)."""
+    steps = step * np.maximum(np.abs(y), 1.0)
 
     def rate(y: Array) -> Array:
         dy = np.empty_like(y)

@@ -14,6 +14,11 @@ JUMP = 1e-3  # of the offsets around it: what is still on the other side has not
 AFTER = 1e-13  # of the times: how far behind a jump the state is taken
 SHARES = np.arange(1, 8) / 8  # of an interval: where the quantity is looked at
 LEVELS = 5  # of looks, each 8 times as close as the last
+OFF = 0.1  # of the largest rate: samples that explain each other so well are dense
+EPS = float(np.finfo(float).eps)
+STEPS = 2.0  # looks to a step of a run whose samples are not
+FEWEST = 2  # looks between two samples that are worth it
+MOST = 200_000  # looks at a run with few samples
 
 
 def crossings(run: Trajectory, name: str, level: float, direction: int) -> Trajectory:
@@ -22,9 +27,8 @@ def crossings(run: Trajectory, name: str, level: float, direction: int) -> Traje
         raise InputError(f"level: {shown(level)} is not a finite number")
     if direction not in {-1, 0, 1}:
         raise InputError(f"direction: {shown(direction)} is not 1 (upwards), -1 (downwards) or 0 (both)")
-    offset = run[name] - level
-    more = Continuation(run)
-    times, offset = _looked_at(more, name, level, offset)
+    more = Continuation(_with_more_samples(run))
+    times, offset = _looked_at(more, name, level, more.run[name] - level)
     signs = _signs(offset)
     changed = np.flatnonzero(signs[1:] * signs[:-1] < 0)
     chosen = [i for i in changed if direction in {0, int(signs[i + 1])}]
@@ -32,6 +36,35 @@ def crossings(run: Trajectory, name: str, level: float, direction: int) -> Traje
     if not len(instants):
         return replace(samples_of(run, slice(0, 0)), stats=replace(run.stats, steps=0, evaluations=0, events=0))
     return more.at(instants)
+
+
+def _with_more_samples(run: Trajectory) -> Trajectory:
+    """The run; if its samples do not tell where it went between them, with samples at half its steps.
+
+    Raises InputError if these would be too many.
+    """
+    intervals = len(run.t) - 1
+    looks = int(np.ceil(STEPS * run.stats.steps / max(intervals, 1)))
+    if looks < FEWEST or _dense(run):
+        return run
+    if looks * intervals > MOST:
+        raise InputError(
+            f"crossings: {len(run.t)} samples are too few for a run of {run.stats.steps} steps; "
+            f"run it with samples = {run.stats.steps}"
+        )
+    shares = np.arange(looks) / looks
+    between = (run.t[:-1, None] + shares * np.diff(run.t)[:, None]).reshape(-1)
+    return Continuation(run).at(np.unique(np.append(between, run.t[-1])))
+
+
+def _dense(run: Trajectory) -> bool:
+    """Whether positions follow from the rates at the samples, and rates from accelerations, within a tenth."""
+    dt = np.diff(run.t)[:, None]
+    off = [
+        np.abs(np.diff(x, axis=0) - dt * (rate[1:] + rate[:-1]) / 2) / np.maximum(dt * np.abs(rate).max(0), EPS)
+        for x, rate in ((run.q, run.v), (run.v, run.a))
+    ]
+    return max(part.max(initial=0.0) for part in off) <= OFF
 
 
 def _looked_at(more: Continuation, name: str, level: float, offset: Array) -> tuple[Array, Array]:

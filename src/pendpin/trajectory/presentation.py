@@ -92,11 +92,12 @@ def _extreme(values: Array, t: Array, of: Any, unit: str, places: list[str]) -> 
 
 
 def _periods(run: Any) -> Iterator[tuple[str, float]]:
-    """Mean times between the crossings of each joint's middle, upwards, as the samples show them."""
-    for joint, q in list(zip(run.joints, run.q.T, strict=True))[:MOST_PERIODS]:
+    """Mean times between the crossings of each joint's middle, upwards, as the samples show them; none of few samples."""
+    apart = np.diff(run.t).max(initial=0.0)
+    for joint, q, v in list(zip(run.joints, run.q.T, run.v.T, strict=True))[:MOST_PERIODS]:
         x = q - (q.min() + q.max()) / 2
         up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
-        if len(up) >= LEAST_TURNS:
+        if len(up) >= LEAST_TURNS and np.abs(v).max() * apart < x.max():  # from six samples in a swing on
             times = run.t[up] - x[up] * (run.t[up + 1] - run.t[up]) / (x[up + 1] - x[up])
             yield joint, float((times[-1] - times[0]) / (len(times) - 1))
 
