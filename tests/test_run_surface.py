@@ -80,7 +80,7 @@ def test_crossings_do_not_depend_on_the_samples(samples: int) -> None:
     """Twenty seconds with several swings between two samples, or none at all to speak of."""
     many, few = (pp.simulate(SCENES["smooth"], duration=20.0, samples=n, tolerance=1e-11) for n in (1201, samples))
     found, right = (run.crossings("theta", 0.0, direction=1) for run in (few, many))
-    assert len(right.t) > 5  # noqa: PLR2004
+    assert len(right.t) > 5
     np.testing.assert_allclose(found.t, right.t, rtol=0, atol=1e-8)
     assert not [name for name in few.summary() if name.startswith("period")]
 
