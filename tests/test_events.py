@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import optimize
 
@@ -42,7 +42,7 @@ def test_pairs_of_crossings_are_seen(place, depth, bend, ripple) -> None:
     assert found.which == 1
     assert found.fired.tolist() == [False, True, False]
     exact = optimize.brentq(lambda t: guards(np.array([t]))[0, 1], 0.0, place, xtol=1e-16)
-    assert abs((found.t - exact) * found.slope) < 1e-14
+    assert abs((found.t - exact) * found.slope) < 1e-14 * max(1.0, bend)  # values up to `bend` are rounded
 
 
 def test_a_jump_is_found_where_it_is() -> None:
@@ -131,6 +131,9 @@ def test_beating_motors_loosen_a_joint_when_they_can(method, frequency, beat, sh
 
     t = np.arange(0.0, 2 * np.pi / beat, 0.002 / frequency * np.pi)
     first = int(np.argmax(np.abs(torque(t)) > static))
+    before = np.abs(torque(t[:first]))
+    tops = before[1:-1][(before[1:-1] >= before[:-2]) & (before[1:-1] >= before[2:])]
+    assume((tops < (1 - 1e-5) * static).all())  # else it may come loose between two of these times
     loose = optimize.brentq(lambda t: abs(torque(t)) - static, t[first - 1], t[first], xtol=1e-15)
     way, after = np.sign(torque(loose)), 0.1 / frequency
 
