@@ -247,8 +247,8 @@ def test_double_pendulums_from_unstable_rests(away, lower, duration, accuracy, m
 @given(
     theta=st.floats(0.4, 1.2),
     friction=st.floats(0.02, 0.15),
-    accuracy=st.sampled_from([1e-2, 1e-3, 1e-5]),
-    method=st.sampled_from(["auto", "radau", "bdf", "lsoda", "dop853", "rk45", "gauss4", "rk4"]),
+    accuracy=st.sampled_from([1e-2, 1e-3]),
+    method=st.sampled_from(["auto", "radau", "bdf", "lsoda", "dop853", "rk45", "rk4"]),
 )
 @example(theta=0.7, friction=0.1, accuracy=1e-3, method="auto")  # 49 times low once: the start is on the jump
 @example(theta=0.7, friction=0.1, accuracy=1e-3, method="bdf")
@@ -261,7 +261,7 @@ def test_functions_that_jump(theta: float, friction: float, accuracy: float, met
     try:
         run = pp.simulate(scene.replace(effects=jumps), method=method, accuracy=accuracy)
     except pp.RunError:
-        assert method in {"radau", "bdf", "lsoda", "gauss4"}  # these may not get across
+        assert method in {"radau", "bdf", "lsoda"}  # these may not get across
         return
     assert np.linalg.norm(run.tips() - true, axis=-1).max() <= run.stats.error <= accuracy
 
