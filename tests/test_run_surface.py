@@ -233,7 +233,7 @@ def test_the_figure_of_a_run() -> None:
     assert not any(ax.get_ylabel().startswith("energy drift") for ax in figure.axes)
     positions = next(ax for ax in figure.axes if ax.get_ylabel() == "position, rad")
     shown = [line.get_label() for line in positions.get_lines()]
-    assert shown == ["theta_1", "phi_1", "theta_4", "phi_4", "theta_8", "phi_8"]
+    assert shown == ["theta_1", "phi_1", "theta_4", "phi_4", "theta_8", "phi_8", "3 of 8 rods"]
 
 
 def test_the_figure_of_chosen_quantities() -> None:
