@@ -268,7 +268,7 @@ def example_urdf(name: str) -> Path:
     "name", ["double_pendulum.urdf", "double_pendulum_continuous.urdf", "double_pendulum_simple.urdf"]
 )
 def test_example_robot_datas_double_pendulums(name: str) -> None:
-    """They load, check, keep their energy, and say that their damping is not applied."""
+    """They load, check, keep their energy, and say that their damping is ignored."""
     scene = pp.Scene(
         duration=5.0,
         model=pp.UrdfModel(path=example_urdf(name)),
@@ -278,7 +278,7 @@ def test_example_robot_datas_double_pendulums(name: str) -> None:
     assert pp.crosscheck(scene, states=100).ok
     assert pp.simulate(scene, tolerance=1e-12).energy().drift < 1e-10
     damped = "damping" in example_urdf(name).read_text()
-    assert any("damping" in note and "not applied" in note for note in build(scene.model).notes) == damped
+    assert any("damping" in note and "ignored" in note for note in build(scene.model).notes) == damped
 
 
 def test_revolute_and_continuous_double_pendulum_move_alike() -> None:
