@@ -332,10 +332,10 @@ def test_contact_effects_of_ones_own_have_their_work(others: tuple[Any, ...]) ->
 @pytest.mark.parametrize(
     ("effects", "says"),
     [
-        ((fx.Rotation(rate=(0, 0, 1)), fx.Rotation(latitude=45.0)), "a second rotation beside effects[1], and W turns"),
+        ((fx.Rotation(rate=(0, 0, 1)), fx.Rotation(latitude=45.0)), "a second rotation beside effects[1]; W turns"),
         (
             (fx.Drag(wind=(3, 0, 0)), fx.Drag(wind=(0, 2, 0))),
-            "a second drag beside effects[1], and a scene has one air",
+            "a second drag beside effects[1]; a scene has one air",
         ),
     ],
 )

@@ -10,7 +10,7 @@ import pytest
 
 import pendpin as pp
 import pendpin.analysis.simulators
-from pendpin.analysis.simulators import peers
+from pendpin.analysis.simulators import peers, require_libraries
 from pendpin.scene import Solver, builtin_scene
 
 missing = [name for name in ("mujoco", "pydrake") if find_spec(name) is None]
@@ -182,11 +182,13 @@ def test_refused_settings(setting):
 
 
 def test_missing_libraries_are_named(monkeypatch):
+    """What is installed is compared; what is missing is named with the command that brings it."""
     monkeypatch.setattr(
         pendpin.analysis.simulators, "find_spec", lambda module: None if module == "pydrake" else module
     )
+    assert {peer.name.split()[0] for peer in peers(chain(1))} == {"mujoco", "scipy"}
     with pytest.raises(pp.MissingLibrary, match=r"drake is not installed: pip install 'pendpin\[peers\]'"):
-        peers(chain(1))
+        require_libraries()
 
 
 # --- what analysis/simulators/drake.py says of Drake ------------------------------------------------------------------

@@ -127,7 +127,7 @@ def _lasting(drawing: Drawing) -> Drawing:
 
 def pick(t: Array, per_second: float, most: int) -> NDArray[np.intp]:
     """Indices (k,) of times t (n,) in s to keep, evenly spread, both ends among them: `per_second`, and `most`, at most."""
-    wanted = int(min(len(t), (t[-1] - t[0]) * per_second + 2, max(2, most)))
+    wanted = int(min(len(t), max(2, (t[-1] - t[0]) * per_second + 1), max(2, most)))
     return np.unique(np.linspace(0, len(t) - 1, wanted).round().astype(np.intp))
 
 

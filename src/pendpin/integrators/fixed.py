@@ -35,7 +35,8 @@ def intervals(times: Array, step: float) -> Iterator[tuple[float, int, float]]:
 
 
 def steps_of(times: Array, step: float) -> tuple[int, float]:
-    """How many steps cut the intervals of output times (n,), and the largest of them, s."""
+    """How many steps cut the intervals of output times (n,), and the largest of them, s. Raises InputError for too many."""
+    refuse_steps(times, step)
     spans = np.diff(times)
     counts = np.maximum(1, np.ceil(spans / step * (1 - 1e-9)))
     return int(counts.sum()), float((spans / counts).max(initial=0.0)) or step
