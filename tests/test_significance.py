@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
+from pendpin.analysis import significance as significance_module
 from pendpin.analysis.explain import explain
 from pendpin.analysis.significance import significance
 from pendpin.effects import Gravity, Rotation, Spring, Viscous
@@ -63,3 +64,9 @@ def test_explain_says_what_an_evaluation_calls() -> None:
     full = "\n".join(explain(pp.bind(swing(*effects))))
     assert "joint torques: viscous on theta" in full
     assert "body wrenches, from the poses and velocities of all bodies: rotation" in full
+
+
+def test_a_clock_that_stands_still_gives_no_share(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Evaluations too short for the clock."""
+    monkeypatch.setattr(significance_module, "_evaluation", lambda run: 0.0)
+    assert {row.share for row in significance(swing(Gravity(), Viscous(coefficient=0.1)), 1e-3).rows} <= {0.0, None}

@@ -137,7 +137,7 @@ def _change(
     if other.effects == scene.effects:
         return change, None, ""
     more, less = (cost, _evaluation(run)) if listed else (_evaluation(run), cost)
-    return change, max(1 - less / more, 0.0), ""
+    return change, max(1 - less / more, 0.0) if more else 0.0, ""  # a clock may not have moved
 
 
 def _marks(scene: Scene, run: Trajectory) -> Array:
