@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import pendpin as pp
 import scenes
 from laws import law
-from pendpin.effects import Gravity, JointEffect, Motor, Support
+from pendpin.effects import Gravity, JointEffect, Motor, Support, Torque
 from pendpin.effects.pace import Pace, intervals_for, measured, together
 
 METHODS = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
@@ -163,6 +163,15 @@ def test_small_fast_changes_are_found_among_large_slow_ones(at, width, size, slo
     assert len(pace.corners) < 40
     lengths = np.diff(np.concatenate([[0.0], pace.corners, [10.0]]))
     assert (lengths / np.minimum(lengths, pace.shortest)).sum() < 200 + 40 * slow
+
+
+@pytest.mark.parametrize("method", ["radau", "bdf", "dop853", "lsoda"])
+def test_methods_that_may_step_over_a_jump_say_so(method: str) -> None:
+    """radau and bdf damp a jump of a user's function as a fast decay: from rest they are wrong by percents."""
+    jumps = Torque(lambda t, q, v: -0.1 * np.sign(v), joints=["theta"])
+    noted = [note for note in run_of(Gravity(), jumps, method=method, duration=0.5).stats.notes if "jumps" in note]
+    assert len(noted) == (method in {"radau", "bdf"})
+    assert not any("jumps" in note for note in run_of(Gravity(), method=method, duration=0.5).stats.notes)
 
 
 def test_paces_join() -> None:

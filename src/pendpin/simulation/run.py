@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.dynamics.acting import built_in
 from pendpin.dynamics.contact_binding import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind, reactions
 from pendpin.engines import ProgressCallback
@@ -27,6 +28,7 @@ from pendpin.trajectory import Stats, Trajectory
 
 NEAR_POLE = 0.3  # of cos(phi)
 LONG_ENOUGH = 5e-3  # s, of a measurement of the time to complete samples
+JUMPS_MISSED = ("radau", "bdf")
 SLACK = 1.2  # margin on that time
 START_OVERFLOWS = f"start: positions, rates, forces or energies beyond {LARGEST:g}, too large to compute with"
 TOO_LARGE = f"its numbers grow beyond {LARGEST:g}"
@@ -62,9 +64,17 @@ def run_scene(
         loop = deadline.waits_for(lambda: loop_of(task), compiles)
     except Halted as error:
         return _finished(scene, dynamics, None, replace(start, failure=error), saver.note)
-    notes = found.notes(scene.duration, scene.solver.step)
+    notes = (*_of_jumps(scene), *found.notes(scene.duration, scene.solver.step))
     run = replace(integrate_to_end(loop, q, v, saver, between), notes=notes)
     return _finished(scene, dynamics, task.balance, run, saver.note, alone=between is None)
+
+
+def _of_jumps(scene: Scene) -> tuple[str, ...]:
+    """A note on methods that may step over a jump: a difference across it looks like a fast decay, which they damp."""
+    method = scene.solver.method
+    if method not in JUMPS_MISSED or built_in(scene.effects):
+        return ()
+    return (f"{method} may be wrong where a function of your own jumps, as sign(v) does: compare with dop853",)
 
 
 def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool) -> tuple[Scene, Dynamics]:
