@@ -18,10 +18,10 @@ import numpy as np
 import sympy as sp
 
 from pendpin.analysis.doctor.checking.evaluation import Context, evaluate
-from pendpin.analysis.doctor.checking.mechanics import RODS, Convention, Quantities
-from pendpin.analysis.doctor.checking.residuals import TOLERANCE, Equation, random_states, relative_error
+from pendpin.analysis.doctor.checking.mechanics import RODS, Pendulum, Quantities
+from pendpin.analysis.doctor.checking.residuals import TOLERANCE, Equation, free_states, random_states, relative_error
 from pendpin.analysis.doctor.diagnose import diagnose
-from pendpin.analysis.doctor.mending.laws import free_states, standing
+from pendpin.analysis.doctor.mending.laws import standing
 from pendpin.analysis.doctor.reading.documents import unwrapped
 from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.names import MATRICES, VECTORS
@@ -89,7 +89,7 @@ def same(first: str, second: str, rod: str = "") -> bool:
     found = _proportional(left_over(first), left_over(second))
     if found or not rod:
         return found
-    world = free_states(rod, Convention())
+    world = free_states(Pendulum(rod))
     pairs = [[evaluate(side, Context(world, {})).ravel() for side in parse(text)[0]] for text in (first, second)]
     return all(a.shape == b.shape and np.allclose(a, b, rtol=1e-9) for a, b in zip(*pairs, strict=True))
 
@@ -140,7 +140,7 @@ def fails(text: str, rod: str) -> bool:
     errors = []
     for equation in Equation(tuple(parse(text)[0])).readings():
         try:
-            errors.append(relative_error(equation, random_states(rod, Convention())))
+            errors.append(relative_error(equation, random_states(Pendulum(rod))))
         except Unread:
             continue
     return min(errors, default=1.0) > TOLERANCE
@@ -201,7 +201,7 @@ def _healed(text: str, good: str) -> bool:
     if mend is None:
         return False
     meant = Equation(tuple(parse(unwrapped(good))[0]), meanings=mend.equation.meanings, frame=mend.equation.frame)
-    a, b = (standing(equation, found.rod, found.convention)[0] for equation in (meant, mend.equation))
+    a, b = (standing(equation, found.pendulum)[0] for equation in (meant, mend.equation))
     return a.shape == b.shape and bool(np.abs(a - b).max() < 1e-7)
 
 

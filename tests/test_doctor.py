@@ -10,8 +10,8 @@ import pytest
 import sympy as sp
 
 import pendpin as pp
-from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, solved
-from pendpin.analysis.doctor.checking.residuals import free_base
+from pendpin.analysis.doctor.checking.mechanics import Convention, Pendulum, Quantities, solved
+from pendpin.analysis.doctor.checking.residuals import free_states
 from pendpin.errors import InputError
 
 PRINTED = Path(__file__).with_name("printed_derivation.md")
@@ -40,7 +40,7 @@ def test_velocities_and_accelerations_are_the_rates_of_positions(convention):
 
     The step of 1e-5 leaves an error of about 1e-10 times third derivatives, some tens in these units.
     """
-    base = free_base("general", 8)
+    base = free_states(Pendulum("general", convention)).base
     pairs = [("rG", "vG"), ("vG", "aG"), ("omega", "alpha"), ("b3", None), ("x", "vx"), ("vy", "ay")]
     step = 1e-5
 
@@ -49,7 +49,7 @@ def test_velocities_and_accelerations_are_the_rates_of_positions(convention):
         for angle in ("theta", "phi"):
             moved[angle] = base[angle] + base[f"d{angle}"] * t + base[f"dd{angle}"] * t**2 / 2
             moved[f"d{angle}"] = base[f"d{angle}"] + base[f"dd{angle}"] * t
-        return Quantities(moved, "general", convention, np)
+        return Quantities(moved, Pendulum("general", convention), np)
 
     here = at(0.0)
     for position, rate in pairs:
@@ -62,8 +62,7 @@ def test_velocities_and_accelerations_are_the_rates_of_positions(convention):
 
 def test_energy_is_conserved_on_the_true_motion():
     """dE/dt by differences at the solved accelerations: 0 to the error of the difference."""
-    base = free_base("general", 8)
-    base = solved(base, "general", Convention(), np)
+    base = solved(free_states(Pendulum("general"))).base
     step = 1e-5
 
     def energy(t):
@@ -71,7 +70,7 @@ def test_energy_is_conserved_on_the_true_motion():
         for angle in ("theta", "phi"):
             moved[angle] = base[angle] + base[f"d{angle}"] * t + base[f"dd{angle}"] * t**2 / 2
             moved[f"d{angle}"] = base[f"d{angle}"] + base[f"dd{angle}"] * t
-        return Quantities(moved, "general", Convention(), np)["E"]
+        return Quantities(moved, Pendulum("general"), np)["E"]
 
     np.testing.assert_allclose((energy(step) - energy(-step)) / (2 * step), 0, atol=1e-6)
 

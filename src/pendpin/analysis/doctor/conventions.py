@@ -3,7 +3,7 @@
 from itertools import product
 from typing import Any
 
-from pendpin.analysis.doctor.checking.mechanics import Convention
+from pendpin.analysis.doctor.checking.mechanics import Convention, Pendulum
 from pendpin.analysis.doctor.checking.residuals import TOLERANCE
 from pendpin.analysis.doctor.patients import Printed, candidates
 from pendpin.analysis.doctor.reading.names import CONSTANTS
@@ -44,17 +44,14 @@ def _all_conventions() -> list[Convention]:
     return sorted(every, key=lambda c: len([w for w in c.words.split(", ") if w]) + 0.1 * (c.z == "mirrored"))
 
 
-def _holds(one: Printed, rod: str, convention: Convention) -> bool | None:
+def _holds(one: Printed, pendulum: Pendulum) -> bool | None:
     """Whether an equation holds at random states; None for one that cannot be read or tells little of the convention."""
     parts = [part for sides, _ in one.ways[:1] for side in sides for part in walk(side)]
-    if (
-        one.defines
-        or len(parts) > MOST_SEARCHED
-        or any(part.kind == "derivative" or part.value in CONSTANTS for part in parts)
-    ):
+    silent = any(part.kind == "derivative" or part.value in CONSTANTS for part in parts)
+    if one.defines or len(parts) > MOST_SEARCHED or silent:
         return None
     try:
-        return candidates(one, rod, convention)[0][2] < TOLERANCE
+        return candidates(one, pendulum)[0][2] < TOLERANCE
     except Unread:
         return None
 
@@ -65,15 +62,14 @@ def find_convention(equations: list[Printed], rod: str) -> tuple[Convention, lis
     It is the usual one, unless another explains two equations more: what explains all but no two more is a remark.
     """
     usual = Convention()
-    verdicts = [(one, _holds(one, rod, usual)) for one in equations]
+    verdicts = [(one, _holds(one, Pendulum(rod))) for one in equations]
     right = [one for one, holds in verdicts if holds]
     wrong = [one for one, holds in verdicts if holds is False]
     if not wrong:
         return usual, []
-    healed = {c: sum(_holds(one, rod, c) is True for one in wrong) for c in _all_conventions()}
-    held = {
-        c: n + sum(_holds(one, rod, c) is True for one in right) for c, n in healed.items() if n > 1 or n == len(wrong)
-    }
+    healed = {c: sum(_holds(one, Pendulum(rod, c)) is True for one in wrong) for c in _all_conventions()}
+    some = {c: n for c, n in healed.items() if n > 1 or n == len(wrong)}
+    held = {c: n + sum(_holds(one, Pendulum(rod, c)) is True for one in right) for c, n in some.items()}
     best = max(held, key=lambda convention: held[convention], default=usual)
     read = len(right) + len(wrong)
     if held.get(best, 0) >= max(len(right) + 2, 0.6 * read):
@@ -104,7 +100,7 @@ def likely_rod(equations: list[Printed]) -> str:
     if "h" in names or (names & INERTIAS and "l" not in names):
         return "general" if any(_numbered(one) for one in equations) else "symmetric"
     if uniform == "thin" and names & {"I3", "J3"}:
-        held = {rod: sum(_holds(one, rod, Convention()) is True for one in equations) for rod in ("uniform", "thin")}
+        held = {rod: sum(_holds(one, Pendulum(rod)) is True for one in equations) for rod in ("uniform", "thin")}
         return "uniform" if held["thin"] < held["uniform"] + 2 else "thin"
     return uniform
 

@@ -10,14 +10,14 @@ from typing import Any
 from pendpin.analysis.doctor.checking.check import check
 from pendpin.analysis.doctor.checking.circumstances import scaling, when
 from pendpin.analysis.doctor.checking.dimensions import of_equation
-from pendpin.analysis.doctor.checking.mechanics import RODS, Convention
+from pendpin.analysis.doctor.checking.mechanics import RODS, Pendulum
 from pendpin.analysis.doctor.checking.residuals import Equation
 from pendpin.analysis.doctor.conventions import conventions_of, find_convention, likely_rod
 from pendpin.analysis.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, styles_of
 from pendpin.analysis.doctor.mending.monomials import Printer
 from pendpin.analysis.doctor.patients import Candidate, Printed, candidates, kind_of, printed
 from pendpin.analysis.doctor.reading.documents import Document
-from pendpin.analysis.doctor.reading.grammar import parse
+from pendpin.analysis.doctor.reading.grammar import lone
 from pendpin.analysis.doctor.reading.tokens import is_latex
 from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread
 from pendpin.errors import InputError, brief, not_one_of, shown
@@ -61,11 +61,10 @@ class Shared:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
-    """Every equation with its verdict, for the rod and convention that they were checked in."""
+    """Every equation with its verdict, for the pendulum that they were checked for."""
 
     findings: tuple[Finding, ...]
-    rod: str
-    convention: Convention
+    pendulum: Pendulum
     remarks: tuple[str, ...] = ()
     shared: tuple[Shared, ...] = ()
     symbols: dict[str, Node] = field(default_factory=dict)
@@ -113,14 +112,15 @@ def examine(
     kind = rod or likely_rod(equations)
 
     base, remarks = (conventions_of(convention), []) if convention is not None else find_convention(equations, kind)
+    doctor = _Doctor(Pendulum(kind, base), _styles(equations))
     findings = []
     for one in equations:
         progress(f"equation {one.number}")
         hopeless = sum(finding.verdict == "fails" and not finding.mends for finding in findings)
-        findings.append(find(one, kind, base, _styles(equations), pairs=hopeless < MOST_HOPELESS))
+        findings.append(doctor.find(one, pairs=hopeless < MOST_HOPELESS))
     if base.words:
         remarks.insert(0, f"The text has its own convention: {base.words}.")
-    return Diagnosis(tuple(findings), kind, base, tuple(remarks), _shared(findings), symbols)
+    return Diagnosis(tuple(findings), doctor.pendulum, tuple(remarks), _shared(findings), symbols)
 
 
 def read_symbols(table: dict[str, str]) -> dict[str, Node]:
@@ -128,114 +128,92 @@ def read_symbols(table: dict[str, str]) -> dict[str, Node]:
     found = {}
     for name, text in table.items():
         try:
-            left, right = parse(name), parse(str(text))
+            left, right = lone(name), lone(str(text))
         except Unread as error:
             raise InputError(f"symbols.{name}: {error.reason}") from None
-        if len(left) != 1 or len(left[0]) != 1 or left[0][0].kind != "symbol":
+        if left is None or left.kind != "symbol":
             raise InputError(f"symbols.{name}: {shown(name)} is not one symbol")
-        if len(right) != 1 or len(right[0]) != 1:
+        if right is None:
             raise InputError(f"symbols.{name}: {shown(text)} is not one expression")
-        found[left[0][0].value] = right[0][0]
+        found[left.value] = right
     return found
 
 
-def find(one: Printed, rod: str, convention: Convention, styles: dict[str, str], pairs: bool = True) -> Finding:
-    """The verdict on one equation, and its mends; `pairs` also looks for two changes."""
-    place = one.statement.place
-    unread = Finding(one.number, one.latex, place, "unread", "unread", remark=one.reason)
-    if one.reason:
-        return unread
-    if one.defines:
+@dataclass(frozen=True)
+class _Doctor:
+    """Who examines the equations of a document: about which pendulum they are, and how the document prints quantities."""
+
+    pendulum: Pendulum
+    styles: dict[str, str]
+
+    def find(self, one: Printed, pairs: bool) -> Finding:
+        """The verdict on one equation, and its mends; `pairs` also looks for two changes."""
+        found = Finding(one.number, one.latex, one.statement.place, "unread", "unread", remark=one.reason)
+        if one.reason:
+            return found
+        if one.defines:
+            words = f"defines {one.defines.lstrip('?')}, which is put in where it is used"
+            return replace(found, kind="definition", remark=words)
+        try:
+            readings = candidates(one, self.pendulum)[:MOST_READINGS]
+            verdict = check(readings[0][0], self.pendulum)
+        except Mismatch as error:
+            return self._mismatched(found, one, error.reason)
+        except Unread as error:
+            return replace(found, remark=error.reason)
+        if not verdict.holds:
+            return self._failing(found, one, readings, pairs)
+        equation, remark = readings[0][0], _joined(one.remark, verdict.remark)
+        found = replace(found, verdict="holds", kind=kind_of(equation), equation=equation, remark=remark)
+        return replace(found, proved=verdict.proved, error=verdict.error)
+
+    def _failing(self, found: Finding, one: Printed, readings: list[Candidate], pairs: bool) -> Finding:
+        """The circumstances and mends of an equation that fails, in the reading that the simplest mend heals."""
+        healed = [mends(*self._patient(one, equation, tight), pairs) for equation, tight, _ in readings]
+        costs = [some[0].cost + 0.1 * rank if some else FAR + rank for rank, some in enumerate(healed)]
+        best = costs.index(min(costs))
+        equation, _, error = readings[best]
         return replace(
-            unread, kind="definition", remark=f"defines {one.defines.lstrip('?')}, which is put in where it is used"
+            found,
+            verdict="fails",
+            proved=True,
+            kind=kind_of(equation),
+            error=error,
+            when=when(equation, self.pendulum),
+            scaling=scaling(equation, self.pendulum),
+            dimensions=of_equation(equation)[1],
+            mends=tuple(healed[best]),
+            remark=_joined(one.remark, self._special(equation)),
+            equation=equation,
         )
-    try:
-        readings = candidates(one, rod, convention)[:MOST_READINGS]
-        verdict = check(readings[0][0], rod, convention)
-    except Mismatch as error:
-        return _mismatched(unread, one, rod, convention, styles, error.reason)
-    except Unread as error:
-        return replace(unread, remark=error.reason)
-    if not verdict.holds:
-        return _failing(unread, one, readings, rod, convention, styles, pairs)
-    remark = "; ".join(filter(None, (one.remark, verdict.remark)))
-    kind = kind_of(readings[0][0])
-    return replace(
-        unread,
-        verdict="holds",
-        kind=kind,
-        proved=verdict.proved,
-        error=verdict.error,
-        remark=remark,
-        equation=readings[0][0],
-    )
+
+    def _mismatched(self, found: Finding, one: Printed, reason: str) -> Finding:
+        """An equation that mixes numbers and vectors: wrong if a small change makes it hold, else not read."""
+        for equation, tight in list(one.readings())[:2]:
+            if healed := mends_of_mismatch(*self._patient(one, equation, tight)):
+                found = replace(found, verdict="fails", proved=True, error=1.0, when="in every motion")
+                return replace(found, kind=kind_of(healed[0].equation), mends=tuple(healed), remark=reason)
+        return replace(found, remark=reason)
+
+    def _patient(self, one: Printed, equation: Equation, tight: bool) -> tuple[Patient, Printer]:
+        """One reading of an equation, and what prints as the equation does, and else as its document."""
+        latex, own = is_latex(one.text), styles_of(list(equation.sides), one.text)
+        patient = Patient(equation, one.text, one.index, tight, self.pendulum, one.alone)
+        return patient, Printer(latex, {**self.styles, **own} if latex else own)
+
+    def _special(self, equation: Equation) -> str:
+        """Whether an equation that fails would hold for a more special rod."""
+        cases = {"symmetric": "it holds where I1 = I2", "thin": "it holds for a thin rod only"}
+        for special, words in cases.items():
+            if RODS.index(special) < RODS.index(self.pendulum.rod):
+                with suppress(Unread):
+                    if check(equation, replace(self.pendulum, rod=special)).holds:
+                        return words
+        return ""
 
 
-def _failing(
-    unread: Finding,
-    one: Printed,
-    readings: list[Candidate],
-    rod: str,
-    convention: Convention,
-    styles: dict[str, str],
-    pairs: bool,
-) -> Finding:
-    """The circumstances and mends of an equation that fails, in the reading that the simplest mend heals."""
-    found = [_mends(one, equation, tight, rod, convention, styles, pairs) for equation, tight, _ in readings]
-    costs = [healed[0].cost + 0.1 * rank if healed else FAR + rank for rank, healed in enumerate(found)]
-    best = costs.index(min(costs))
-    equation, _, error = readings[best]
-    return replace(
-        unread,
-        verdict="fails",
-        proved=True,
-        kind=kind_of(equation),
-        error=error,
-        when=when(equation, rod, convention),
-        scaling=scaling(equation, rod, convention),
-        dimensions=of_equation(equation)[1],
-        mends=tuple(found[best]),
-        remark="; ".join(filter(None, (one.remark, _special(equation, rod, convention)))),
-        equation=equation,
-    )
-
-
-def _mends(
-    one: Printed, equation: Equation, tight: bool, rod: str, convention: Convention, styles: dict[str, str], pairs: bool
-) -> list[Mend]:
-    """The mends of one reading of an equation."""
-    patient = Patient(equation, one.text, one.index, tight, rod, convention, one.alone)
-    return mends(patient, _printer(one, equation, styles), pairs)
-
-
-def _printer(one: Printed, equation: Equation, styles: dict[str, str]) -> Printer:
-    """What prints as an equation does, and else as its document."""
-    latex = is_latex(one.text)
-    own = styles_of(list(equation.sides), one.text)
-    return Printer(latex, {**styles, **own} if latex else own)
-
-
-def _mismatched(
-    unread: Finding, one: Printed, rod: str, convention: Convention, styles: dict[str, str], reason: str
-) -> Finding:
-    """An equation that mixes numbers and vectors: wrong if a small change makes it hold, else not read."""
-    for equation, tight in list(one.readings())[:2]:
-        patient = Patient(equation, one.text, one.index, tight, rod, convention, one.alone)
-        if found := mends_of_mismatch(patient, _printer(one, equation, styles)):
-            verdict = replace(unread, verdict="fails", proved=True, error=1.0, when="in every motion", remark=reason)
-            return replace(verdict, kind=kind_of(found[0].equation), mends=tuple(found))
-    return replace(unread, remark=reason)
-
-
-def _special(equation: Equation, rod: str, convention: Convention) -> str:
-    """Whether an equation that fails would hold for a more special rod."""
-    cases = {"thin": "it holds for a thin rod only", "symmetric": "it holds where I1 = I2"}
-    for special, words in reversed(cases.items()):
-        if RODS.index(special) < RODS.index(rod):
-            with suppress(Unread):
-                if check(equation, special, convention).holds:
-                    return words
-    return ""
+def _joined(*remarks: str) -> str:
+    return "; ".join(filter(None, remarks))
 
 
 def _styles(equations: list[Printed]) -> dict[str, str]:

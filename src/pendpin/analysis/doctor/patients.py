@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from pendpin.analysis.doctor.checking.dimensions import of_equation
-from pendpin.analysis.doctor.checking.mechanics import Convention
+from pendpin.analysis.doctor.checking.mechanics import Pendulum
 from pendpin.analysis.doctor.checking.residuals import TOLERANCE, Equation, random_states, relative_error
 from pendpin.analysis.doctor.reading.documents import Statement
-from pendpin.analysis.doctor.reading.grammar import parse
+from pendpin.analysis.doctor.reading.grammar import lone, parse
 from pendpin.analysis.doctor.reading.names import CONSTANTS, DIMENSION_OF, VECTORS
 from pendpin.analysis.doctor.reading.tokens import tokens
 from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, key, symbols, walk
@@ -113,12 +113,11 @@ def _ways(statement: Statement, text: str, index: int, sides: list[Node]) -> tup
 def _name(name: str) -> list[Node]:
     """A key as the left side of an equation, if it is the name of a quantity."""
     try:
-        found = parse(name)
+        found = lone(name)
     except Unread:
         return []
-    lone = found[0][0] if [len(sides) for sides in found] == [1] else None
-    known = lone is not None and lone.kind == "symbol" and not lone.value.startswith("?")
-    return [replace(lone, span=(0, 0))] if lone is not None and known else []
+    known = found and found.kind == "symbol" and not found.value.startswith("?")
+    return [replace(found, span=(0, 0))] if found and known else []
 
 
 def _with_bracket(text: str, error: Unread) -> tuple[str, str] | None:
@@ -146,7 +145,7 @@ def _error_of(text: str) -> float | None:
     for equation in Equation(tuple(sides)).readings():
         try:
             if not of_equation(equation)[1]:
-                errors.append(relative_error(equation, random_states("thin", Convention())))
+                errors.append(relative_error(equation, random_states(Pendulum("thin"))))
         except Unread:
             continue
     return min(errors, default=None)
@@ -167,13 +166,13 @@ def _defined(one: Printed, known: dict[str, Node]) -> tuple[str, Node] | None:
     return None
 
 
-def candidates(one: Printed, rod: str, convention: Convention) -> list[Candidate]:
+def candidates(one: Printed, pendulum: Pendulum) -> list[Candidate]:
     """The reading that holds, or else those that have a meaning, the likeliest first. Raises Unread."""
     found: dict[float, tuple[tuple[bool, float], Candidate]] = {}  # by the error: equal ones come to the same
     reasons: list[Unread] = []
     for rank, (equation, tight) in enumerate(one.readings()):
         try:
-            error = relative_error(equation, random_states(rod, convention))
+            error = relative_error(equation, random_states(pendulum))
         except Unread as unread:
             reasons.append(unread)
             continue
@@ -187,20 +186,20 @@ def candidates(one: Printed, rod: str, convention: Convention) -> list[Candidate
         mixed = [reason for reason in reasons if isinstance(reason, Mismatch)]
         raise (mixed or reasons or [Unread("it has no meaning")])[0]
     listed = [candidate for _, candidate in sorted(found.values(), key=lambda pair: pair[0])]
-    if _of_the_tip(listed[0][0], rod, convention):
+    if _of_the_tip(listed[0][0], pendulum):
         raise Unread(
             "x, y, z may belong to the tip, for which it holds, or to the centre of mass, for which it fails: say which"
         )
     return listed
 
 
-def _of_the_tip(equation: Equation, rod: str, convention: Convention) -> bool:
+def _of_the_tip(equation: Equation, pendulum: Pendulum) -> bool:
     """Whether a condition on coordinates, none of them alone on a side, holds for the tip."""
     lone = {side.value for side in equation.sides}
     if not equation.names & COORDINATES or lone & COORDINATES or equation.meanings.keys() - COORDINATES:
         return False
     tip = replace(equation, meanings={name: f"{name}T" for name in COORDINATES})
-    return relative_error(tip, random_states(rod, convention)) < TOLERANCE
+    return relative_error(tip, random_states(pendulum)) < TOLERANCE
 
 
 def kind_of(equation: Equation) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from pendpin.analysis.doctor.checking import exact
 from pendpin.analysis.doctor.checking.evaluation import Context, evaluate
 from pendpin.analysis.doctor.checking.exact import printed_quantities
-from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Convention, Quantities, solved
+from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Pendulum, Quantities, solved
 from pendpin.analysis.doctor.checking.residuals import (
     TOLERANCE,
     Equation,
@@ -36,64 +36,51 @@ class Verdict:
     remark: str = ""
 
 
-def check(equation: Equation, rod: str, convention: Convention) -> Verdict:
+def check(equation: Equation, pendulum: Pendulum) -> Verdict:
     """Whether an equation holds on every true motion: at random states first, then by proof. Raises Unread."""
-    error = relative_error(equation, random_states(rod, convention))
+    error = relative_error(equation, random_states(pendulum))
     if error > TOLERANCE:
-        difference = harmless(equation, rod, convention)
+        difference = harmless(equation, pendulum)
         return Verdict(True, True, 0.0, difference) if difference else Verdict(False, True, error)
     try:
-        proved = proves(equation, rod, convention)
+        proved = proves(equation, pendulum)
     except exact.Unprovable:
-        return Verdict(_holds_in_50_digits(equation, rod, convention), False, error)
+        return Verdict(_holds_in_50_digits(equation, pendulum), False, error)
     return Verdict(proved, True, error)
 
 
-def proves(equation: Equation, rod: str, convention: Convention) -> bool:
+def proves(equation: Equation, pendulum: Pendulum) -> bool:
     """Whether sympy's polynomials reduce every residual to 0. Raises Unprovable where they cannot tell."""
-    quantities = _polynomial_truth(rod, convention)
+    quantities = _polynomial_truth(pendulum)
     values = [row[0] for rows, _ in residuals(equation, quantities) for row in rows]
     if not equation.floats:
         return all(value.zero for value in values)
     moved = [row[0] for rows in slopes(equation, quantities, None) for row in rows]
     pairs = zip(values, moved, strict=True)
-    return all(value.zero if slope.zero else _constant(value / slope) for value, slope in pairs)
-
-
-def _constant(value: Any) -> bool:
-    """Whether a fraction is free of angles and rates."""
-    if value.zero:
-        return True
-    g = exact._ring()[1]
-    moving = [g[name] for name in ("st", "ct", "sp", "cp", "theta", "phi", "dtheta", "dphi")]
-    numerator = exact._reduced(value.num)
-    if any(value.den.degree(x) > 0 for x in moving):
-        quotient, rest = divmod(numerator, value.den)
-        return not rest and all(quotient.degree(x) <= 0 for x in moving)
-    return all(numerator.degree(x) <= 0 for x in moving)
+    return all(value.zero if slope.zero else exact.constant(value / slope) for value, slope in pairs)
 
 
 @cache
-def _polynomial_truth(rod: str, convention: Convention) -> Quantities:
+def _polynomial_truth(pendulum: Pendulum) -> Quantities:
     xp = exact.polynomials()
-    base = exact.polynomial_base((*COORDINATES, *PARAMETERS[rod]))
-    return Quantities(solved(base, rod, convention, xp), rod, convention, xp)
+    base = exact.polynomial_base((*COORDINATES, *PARAMETERS[pendulum.rod]))
+    return solved(Quantities(base, pendulum, xp))
 
 
-def _holds_in_50_digits(equation: Equation, rod: str, convention: Convention) -> bool:
+def _holds_in_50_digits(equation: Equation, pendulum: Pendulum) -> bool:
     xp = exact.fifty_digits()
-    base = {name: xp.asarray(values) for name, values in random_base(rod, EXACT_STATES, seed=1).items()}
-    quantities = Quantities(solved(base, rod, convention, xp), rod, convention, xp)
+    base = {name: xp.asarray(values) for name, values in random_base(pendulum.rod, EXACT_STATES, seed=1).items()}
+    quantities = solved(Quantities(base, pendulum, xp))
     return all(abs(x) < 1e-35 for rows, _ in residuals_and_sizes(equation, quantities) for x in np.asarray(rows).flat)
 
 
-def harmless(equation: Equation, rod: str, convention: Convention) -> str:
+def harmless(equation: Equation, pendulum: Pendulum) -> str:
     """How a Lagrangian differs from T - V, in words, where that changes no equation of motion; else empty."""
     lone = [side for side in equation.sides if side.kind == "symbol" and equation.meanings.get("L", "L") == side.value]
     others = [side for side in equation.sides if side not in lone]
     if not lone or not others or lone[0].value != "L" or equation.names & set(UNKNOWNS):
         return ""
-    quantities = printed_quantities(rod, convention)
+    quantities = printed_quantities(pendulum)
     context = equation.context(quantities)
     values = [evaluate(side, context) for side in others]
     factors = {_factor(value[0], quantities["L"][0]) if value.ndim == 1 else None for value in values}
@@ -135,7 +122,7 @@ def _identically_zero(expression: Any) -> bool:
 
     names = (*COORDINATES, *UNKNOWNS, "m", "l", "g", "h", "r", "I1", "I2", "I3")
     try:
-        quantities = Quantities(exact.polynomial_base(names), "general", Convention(), exact.polynomials())
+        quantities = Quantities(exact.polynomial_base(names), Pendulum("general"), exact.polynomials())
         value = evaluate(parse(str(expression))[0][0], Context(quantities, {}))
         return bool(value[0].zero)
     except (exact.Unprovable, Unread):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pendpin.analysis.doctor.checking.evaluation import norm
-from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values
+from pendpin.analysis.doctor.checking.mechanics import Pendulum, Quantities, Values
 from pendpin.analysis.doctor.checking.residuals import (
     TOLERANCE,
     Equation,
@@ -14,15 +14,15 @@ from pendpin.analysis.doctor.checking.residuals import (
 from pendpin.analysis.doctor.reading.tree import Unread
 
 
-def when(equation: Equation, rod: str, convention: Convention) -> str:
+def when(equation: Equation, pendulum: Pendulum) -> str:
     """In which motions a wrong equation fails, in words."""
     cases = {
         "already at rest": ("dtheta", "dphi"),
         "as soon as theta turns": ("dphi",),
         "as soon as phi turns": ("dtheta",),
     }
-    full = random_states(rod, convention)
-    states = {text: random_states(rod, convention, still) for text, still in cases.items()}
+    full = random_states(pendulum)
+    states = {text: random_states(pendulum, still) for text, still in cases.items()}
     wrong = [text for text, there in states.items() if _fails(equation, there, full)]
     if wrong[:1] == ["already at rest"]:
         return wrong[0]
@@ -37,12 +37,12 @@ def _fails(equation: Equation, quantities: Quantities, full: Quantities) -> bool
         return False
 
 
-def scaling(equation: Equation, rod: str, convention: Convention) -> str:
+def scaling(equation: Equation, pendulum: Pendulum) -> str:
     """How the residual grows with m, l and g, as a product of powers; empty where it is none."""
-    here = _size(equation, random_states(rod, convention))
+    here = _size(equation, random_states(pendulum))
     words = []
     for name in ("m", "l", "g"):
-        there = _size(equation, random_states(rod, convention, (), (name, 2.0)))
+        there = _size(equation, random_states(pendulum, doubled=name))
         with np.errstate(all="ignore"):
             power = np.log2(there / here)
         if not np.isfinite(power).all() or np.ptp(power) > 1e-6 or abs(power[0] - round(power[0])) > 1e-6:

@@ -121,7 +121,7 @@ _DERIVED: dict[tuple[Node, Any], list[Node]] = {}
 
 def derived(node: Node, context: Context) -> list[Node]:
     """The derivative as trees, one of a scalar, three of a vector's components in I. Raises Unread."""
-    chosen = (context.quantities.rod, context.quantities.convention, tuple(context.meanings.items()))
+    chosen = (context.quantities.pendulum, tuple(context.meanings.items()))
     if (node, chosen) not in _DERIVED:
         while len(_DERIVED) > MOST_DERIVED:
             _DERIVED.pop(next(iter(_DERIVED)))
@@ -132,7 +132,7 @@ def derived(node: Node, context: Context) -> list[Node]:
 def _derived(node: Node, context: Context) -> list[Node]:
     from sympy import Symbol, diff
 
-    printed = printed_quantities(context.quantities.rod, context.quantities.convention)
+    printed = printed_quantities(context.quantities.pendulum)
     symbols = Context(printed, context.definitions, context.frame, context.meanings, context.tensors)
     name = context.meaning(node.value)
     value = evaluate(node.children[0], symbols)
@@ -221,25 +221,21 @@ def function(name: str, x: Values, place: int, context: Context) -> Values:
         x, name = dot(x, x), "sqrt"
     if x.ndim != 1:
         raise Mismatch(f"{name} of a vector", place)
-    xp, one = context.quantities.xp, context.quantities.number(1)
     with np.errstate(all="ignore"):
-        match name:
-            case "sin":
-                return xp.sin(x)
-            case "cos":
-                return xp.cos(x)
-            case "tan":
-                return xp.sin(x) / xp.cos(x)
-            case "sec":
-                return one / xp.cos(x)
-            case "csc":
-                return one / xp.sin(x)
-            case "cot":
-                return xp.cos(x) / xp.sin(x)
-            case "norm":
-                return xp.sqrt(x * x)
-            case _:
-                return xp.sqrt(x)
+        return _FUNCTIONS[name](x, context.quantities.xp, context.quantities.number(1))
+
+
+_FUNCTIONS: dict[str, Callable[[Values, Any, Values], Values]] = {
+    "sin": lambda x, xp, one: xp.sin(x),
+    "cos": lambda x, xp, one: xp.cos(x),
+    "tan": lambda x, xp, one: xp.sin(x) / xp.cos(x),
+    "sec": lambda x, xp, one: one / xp.cos(x),
+    "csc": lambda x, xp, one: one / xp.sin(x),
+    "cot": lambda x, xp, one: xp.cos(x) / xp.sin(x),
+    "norm": lambda x, xp, one: xp.sqrt(x * x),
+    "sqrt": lambda x, xp, one: xp.sqrt(x),
+    "transpose": lambda x, xp, one: x,
+}
 
 
 def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
@@ -248,7 +244,7 @@ def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
         if any(part.ndim != 1 for part in parts):
             raise Unread("a matrix of vectors", node.span[0])
         rows = np.stack([np.stack(parts[i : i + 3]) for i in (0, 3, 6)])
-        return turned(quantities, rows, "B") if context.tensors else rows
+        return turned(quantities, rows) if context.tensors else rows
     if node.value == (3, 1) and all(part.ndim == 1 for part in parts):
         axes = AXES[context.frame]
         return sum(

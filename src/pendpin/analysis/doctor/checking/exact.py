@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Convention, Quantities
+from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Pendulum, Quantities
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
 from pendpin.errors import MissingLibrary
 
@@ -122,6 +122,16 @@ def _times(a: Any, b: Any) -> Any:
     return a * b
 
 
+def constant(value: Quotient) -> bool:
+    """Whether a fraction is free of angles and rates."""
+    g = _ring()[1]
+    moving = [g[name] for name in ("st", "ct", "sp", "cp", *COORDINATES)]
+    quotient, rest = _reduced(value.num), 0
+    if any(value.den.degree(x) > 0 for x in moving):
+        quotient, rest = divmod(quotient, value.den)
+    return value.zero or (not rest and all(quotient.degree(x) <= 0 for x in moving))
+
+
 def _reduced(polynomial: Any) -> Any:
     """The normal form: no square of a sine."""
     _, g = _ring()
@@ -211,10 +221,10 @@ def symbolic_base(names: tuple[str, ...]) -> dict[str, Any]:
 
 
 @cache
-def printed_quantities(rod: str, convention: Convention) -> Quantities:
+def printed_quantities(pendulum: Pendulum) -> Quantities:
     """Quantities in sympy's symbols, the accelerations and reactions as they are printed, not solved for."""
-    base = symbolic_base((*COORDINATES, *PARAMETERS[rod], *UNKNOWNS))
-    return Quantities(base, rod, convention, symbolic())
+    base = symbolic_base((*COORDINATES, *PARAMETERS[pendulum.rod], *UNKNOWNS))
+    return Quantities(base, pendulum, symbolic())
 
 
 def _single(value: Any) -> Any:

@@ -51,6 +51,14 @@ class Convention:
         return ", ".join(text for text, differs in found.items() if differs)
 
 
+@dataclass(frozen=True)
+class Pendulum:
+    """What equations are about: the kind of rod, one of RODS, and the convention of the text."""
+
+    rod: str
+    convention: Convention = Convention()
+
+
 class Quantities:
     """Every quantity by its name, computed once and when it is asked for.
 
@@ -58,8 +66,9 @@ class Quantities:
     text; `xp` the functions of their number type.
     """
 
-    def __init__(self, base: Mapping[str, Values], rod: str, convention: Convention, xp: Any) -> None:
-        self.rod, self.convention, self.xp, self.base = rod, convention, xp, base
+    def __init__(self, base: Mapping[str, Values], pendulum: Pendulum, xp: Any) -> None:
+        self.pendulum, self.xp, self.base = pendulum, xp, base
+        self.rod, self.convention = pendulum.rod, pendulum.convention
         self._known: dict[str, Values] = dict(base)
 
     def __getitem__(self, name: str) -> Values:
@@ -77,19 +86,19 @@ class Quantities:
         return self.xp.asarray(np.full(self.base["theta"].shape, value, dtype=object if self.xp is not np else float))
 
 
-def solved(base: Mapping[str, Values], rod: str, convention: Convention, xp: Any) -> dict[str, Values]:
-    """The base with the accelerations and reactions that the true motion has."""
-    known = Quantities(base, rod, convention, xp)
-    zero = known.number(0)
+def solved(known: Quantities) -> Quantities:
+    """The same states with the accelerations and reactions that the true motion has."""
+    zero, convention = known.number(0), known.convention
     field = np.stack([zero, zero, known["g"] + zero], -1)
     q, v = (np.stack([known[f"{d}theta*"], known[f"{d}phi*"]], -1) for d in ("", "d"))
     inertia: Any = [known[name] for name in ("m", "h", "I1", "I2", "I3")]
-    answer = newton_euler.solve(RodInertia(*inertia), q, v, field, xp)
+    answer = newton_euler.solve(RodInertia(*inertia), q, v, field, known.xp)
     sign = convention.along
     unknowns = {"R1": answer.R1, "R2": sign * answer.R2, "R3": answer.R3, "M3": sign * answer.M3}
     angles = {"theta": convention.theta * answer.theta_dd, "phi": convention.phi * answer.phi_dd}
     names = ("ddphi", "ddtheta") if convention.swapped else ("ddtheta", "ddphi")
-    return {**base, **unknowns, names[0]: angles["theta"], names[1]: angles["phi"]}
+    rates = {names[0]: angles["theta"], names[1]: angles["phi"]}
+    return Quantities({**known.base, **unknowns, **rates}, known.pendulum, known.xp)
 
 
 def dot(a: Values, b: Values) -> Values:
@@ -102,9 +111,9 @@ def cross(a: Values, b: Values) -> Values:
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-def combined(q: Quantities, frame: str, *components: Values) -> Values:
-    """The vector with these components in the frame a or b of docs/derivation.md, marked by a star."""
-    return sum((c * q[f"{frame}{i}*"] for i, c in enumerate(components, start=1)), start=q.number(0))
+def combined(q: Quantities, *components: Values) -> Values:
+    """The vector with these components (n,) in the frame B of docs/derivation.md, marked by a star."""
+    return sum((c * q[f"b{i}*"] for i, c in enumerate(components, start=1)), start=q.number(0))
 
 
 def _angle(name: str, other: str) -> Callable[[Quantities], Values]:
@@ -160,29 +169,28 @@ def _cosines(source: str, target: str) -> Callable[[Quantities], Values]:
 AXES = {"I": ("xhat", "yhat", "zhat"), "A": ("a1", "a2", "a3"), "B": ("b1", "b2", "b3")}
 
 
-def turned(q: Quantities, rows: Values, frame: str) -> Values:
-    """A tensor given by its components (3, 3, n) in a frame, in I."""
-    axes = [q[axis] for axis in AXES[frame]]
+def turned(q: Quantities, rows: Values) -> Values:
+    """A tensor given by its components (3, 3, n) in B, in I."""
+    axes = [q[axis] for axis in AXES["B"]]
     parts = (rows[i, j] * axes[i][:, None] * axes[j][None] for i in range(3) for j in range(3))
     return sum(parts, start=q.number(0))
 
 
 def _inertia_tensor(q: Quantities) -> Values:
-    zero = q.number(0)
-    rows = [[q[f"I{i + 1}"] if i == j else zero for j in range(3)] for i in range(3)]
-    return turned(q, np.array(rows), "B")
+    rows = [[q[f"I{i + 1}"] if i == j else q.number(0) for j in range(3)] for i in range(3)]
+    return turned(q, np.array(rows))
 
 
 def _acceleration(q: Quantities) -> Values:
     """h b3'' of docs/derivation.md, section 2."""
     s, c, dt, dp, two = q["s*"], q["c*"], q["dtheta*"], q["dphi*"], q.number(2)
     transverse = q["ddtheta*"] * c - two * dt * dp * s
-    return q["h"] * combined(q, "b", q["ddphi*"] + dt * dt * s * c, transverse, -(dp * dp + dt * dt * c * c))
+    return q["h"] * combined(q, q["ddphi*"] + dt * dt * s * c, transverse, -(dp * dp + dt * dt * c * c))
 
 
 def _alpha(q: Quantities) -> Values:
     s, c, dt, dp = q["s*"], q["c*"], q["dtheta*"], q["dphi*"]
-    return combined(q, "b", -q["ddtheta*"] * c + dt * dp * s, q["ddphi*"], -q["ddtheta*"] * s - dt * dp * c)
+    return combined(q, -q["ddtheta*"] * c + dt * dp * s, q["ddphi*"], -q["ddtheta*"] * s - dt * dp * c)
 
 
 def balances(q: Quantities) -> tuple[Values, Values, Values]:
@@ -198,8 +206,8 @@ def _kinetic(q: Quantities) -> Values:
     return (q["m"] * dot(q["vG"], q["vG"]) + turning) / q.number(2)
 
 
-def _along(sign: str, name: str) -> Callable[[Quantities], Values]:
-    return lambda q: (q.convention.along if sign == "along" else 1) * q[name]
+def _along(name: str) -> Callable[[Quantities], Values]:
+    return lambda q: q.convention.along * q[name]
 
 
 def _function(name: str, angle: str) -> Callable[[Quantities], Values]:
@@ -228,7 +236,7 @@ FORMULAS: dict[str, Callable[[Quantities], Values]] = {
     "b3*": _stacked("s*", "st* c*", "ct* c*"),
     "a1": lambda q: q["x*"],
     "b1": lambda q: q["b1*"],
-    **{name: _along("along", f"{name}*") for name in ("a2", "a3", "b2", "b3")},
+    **{name: _along(f"{name}*") for name in ("a2", "a3", "b2", "b3")},
     "xhat": _axis("x", ()),
     "yhat": _axis("y", ("up",)),
     "zhat": _axis("z", ("up", "mirrored")),
@@ -246,9 +254,9 @@ FORMULAS: dict[str, Callable[[Quantities], Values]] = {
     "weight": lambda q: q["m"] * q["field"],
     "rG": lambda q: q["h"] * q["b3*"],
     "rT": lambda q: q["l"] * q["b3*"],
-    "vG": lambda q: q["h"] * combined(q, "b", q["dphi*"], q["dtheta*"] * q["c*"]),
+    "vG": lambda q: q["h"] * combined(q, q["dphi*"], q["dtheta*"] * q["c*"]),
     "aG": _acceleration,
-    "omega": lambda q: combined(q, "b", -q["dtheta*"] * q["c*"], q["dphi*"], -q["dtheta*"] * q["s*"]),
+    "omega": lambda q: combined(q, -q["dtheta*"] * q["c*"], q["dphi*"], -q["dtheta*"] * q["s*"]),
     "alpha": _alpha,
     "speed": lambda q: q.xp.sqrt(dot(q["vG"], q["vG"])),
     **{c: _component("rG", f"{c}hat") for c in "xyz"},
@@ -261,7 +269,7 @@ FORMULAS: dict[str, Callable[[Quantities], Values]] = {
     **{f"ac{i}": _component("aG", f"b{i}") for i in "123"},
     **{f"w{i}": _component("omega", f"b{i}") for i in "123"},
     **{f"wd{i}": _component("alpha", f"b{i}") for i in "123"},
-    "R": lambda q: combined(q, "b", q["R1"], q.convention.along * q["R2"], -q["R3"]),
+    "R": lambda q: combined(q, q["R1"], q.convention.along * q["R2"], -q["R3"]),
     "Mc": lambda q: q["M3"] / q["c*"],
     "M": lambda q: q.convention.along * q["Mc"] * q["a3*"],
     "M1": _component("M", "b1"),
@@ -271,4 +279,3 @@ FORMULAS: dict[str, Callable[[Quantities], Values]] = {
     "L": lambda q: q["T"] - q["V"],
     "E": lambda q: q["T"] + q["V"],
 }
-FORMULAS["a1*"] = FORMULAS["a1"]

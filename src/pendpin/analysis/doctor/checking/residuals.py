@@ -9,7 +9,7 @@ from itertools import pairwise, product
 import numpy as np
 
 from pendpin.analysis.doctor.checking.evaluation import Context, Instead, Known, evaluate, norm, scale
-from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Convention, Quantities, Values, solved
+from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Pendulum, Quantities, Values, solved
 from pendpin.analysis.doctor.reading.names import CONSTANTS, UNKNOWNS, meanings
 from pendpin.analysis.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
 
@@ -77,16 +77,13 @@ def _undifferentiated(node: Node) -> Iterator[Node]:
 
 
 @cache
-def random_states(
-    rod: str, convention: Convention, still: tuple[str, ...] = (), scaled: tuple[str, float] = ("", 1.0)
-) -> Quantities:
-    """Quantities at random states of the true motion. `still` are rates that are 0; `scaled` a parameter and its factor."""
-    base = random_base(rod, STATES)
-    for name in still:
-        base[name] = 0 * base[name]
-    if scaled[0]:
-        base[scaled[0]] = base[scaled[0]] * scaled[1]
-    return Quantities(solved(base, rod, convention, np), rod, convention, np)
+def random_states(pendulum: Pendulum, still: tuple[str, ...] = (), doubled: str = "") -> Quantities:
+    """Quantities at random states of the true motion. `still` are rates that are 0; `doubled` is a parameter."""
+    base = random_base(pendulum.rod, STATES)
+    base |= {name: 0 * base[name] for name in still}
+    if doubled:
+        base[doubled] = 2 * base[doubled]
+    return solved(Quantities(base, pendulum, np))
 
 
 def random_base(rod: str, count: int, seed: int = 0) -> dict[str, Values]:
@@ -99,10 +96,12 @@ def random_base(rod: str, count: int, seed: int = 0) -> dict[str, Values]:
     return base
 
 
-def free_base(rod: str, count: int) -> dict[str, Values]:
-    """Random states (count,) in which accelerations and reactions are random too, off the true motion."""
+@cache
+def free_states(pendulum: Pendulum) -> Quantities:
+    """Quantities at random states in which accelerations and reactions are random too, off the true motion."""
     random = np.random.default_rng(3)
-    return random_base(rod, count, seed=2) | {name: random.uniform(0.5, 2, count) for name in UNKNOWNS}
+    free = {name: random.uniform(0.5, 2, STATES) for name in UNKNOWNS}
+    return Quantities(random_base(pendulum.rod, STATES, seed=2) | free, pendulum, np)
 
 
 def residuals(

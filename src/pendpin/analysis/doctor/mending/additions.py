@@ -22,7 +22,7 @@ from pendpin.analysis.doctor.mending.monomials import (
 from pendpin.analysis.doctor.mending.moves import FAMILIES, number_cost
 from pendpin.analysis.doctor.mending.needs import Need
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
-from pendpin.analysis.doctor.reading.tree import Node, key, symbols, walk
+from pendpin.analysis.doctor.reading.tree import divisors, key, symbols, walk
 
 MOST_TERMS = 8  # of a sum whose neighbouring terms are tried together
 INERTIAS = ("I1", "I2", "I3", "J1", "J2", "J3", "h")
@@ -51,20 +51,8 @@ def possible(equation: Equation, rod: str) -> set[str]:
     lone = {side.value for side in equation.sides if side.kind == "symbol"}
     inertias = () if rod == "thin" else INERTIAS
     families = (set(family) for family in FAMILIES if len(equation.names.intersection(family)) > 1)
-    divisors = {f"1/{name}" for side in equation.sides for name in _below(side)}
-    return equation.names.union({*UNKNOWNS, *inertias, "Mc"}, divisors, *families) - lone
-
-
-def _below(node: Node) -> set[str]:
-    """The quantities that an expression is divided by."""
-    parts = (part for part in walk(node) if part.kind == "product")
-    return {
-        name
-        for part in parts
-        for operator, child in zip(part.value, part.children, strict=True)
-        if operator == "/"
-        for name in symbols(child)
-    }
+    below = {f"1/{name}" for side in equation.sides for part in divisors(side) for name in symbols(part)}
+    return equation.names.union({*UNKNOWNS, *inertias, "Mc"}, below, *families) - lone
 
 
 def _number(need: Need, found: list[Need], editor: Editor) -> Iterator[Edit]:
@@ -127,13 +115,8 @@ def _before_run(need: Need, first: int, last: int, monomial: Monomial, editor: E
     opened = f"{text}{'' if editor.printer.latex else '*'}({'-' if minus else ''}"
     opening = (mark[0], start, ("+ " if first else "") + opened)
     old = editor.text[mark[0] : end].strip()
-    cost = (
-        1.3
-        + unused(monomial, editor)
-        + 0.3 * (monomial.size - 1)
-        + simple(monomial.factor)
-        + 0.3 * (monomial.factor != 1)
-    )
+    cost = 1.3 + unused(monomial, editor) + simple(monomial.factor)
+    cost += 0.3 * (monomial.size - 1) + 0.3 * (monomial.factor != 1)
     words = f"the factor {text} is missing in {old}"
     return Edit((opening, (end, end, ")")), cost, words, old, f"{opened}{editor.text[start:end].strip()})")
 
@@ -163,14 +146,8 @@ def _terms(need: Need, reader: Reader, editor: Editor, names: set[str]) -> Itera
         vector = editor.printer.symbol(direction) if direction else ""
         text = editor.printer.monomial(monomial, vector)
         splice = editor.added(need.node, 1 if monomial.factor > 0 else -1, text)
-        cost = (
-            1.55
-            + unused(monomial, editor)
-            + 0.5 * steep(monomial, names)
-            + 0.05 * monomial.size
-            + simple(monomial.factor)
-            + 0.5 * need.lone
-        )
+        cost = 1.55 + unused(monomial, editor) + simple(monomial.factor) + 0.05 * monomial.size
+        cost += 0.5 * steep(monomial, names) + 0.5 * need.lone
         sign = "+" if monomial.factor > 0 else "-"
         yield Edit((splice,), cost, f"the term {sign} {text} is missing", "", f"{sign} {text}")
 
@@ -199,14 +176,8 @@ def steep(monomial: Monomial, names: set[str]) -> int:
 
 def unused(monomial: Monomial, editor: Editor) -> float:
     """What names cost that the text does not use."""
-    names = {
-        part
-        for name, _ in monomial.powers
-        if name not in SUMS
-        for part in name.replace("- ", "").split()
-        if part not in ("sin", "cos")
-    }
-    return 0.03 * len(names - editor.printer.styles.keys())
+    words = " ".join(name.replace("- ", "") for name, _ in monomial.powers if name not in SUMS)
+    return 0.03 * len(set(words.split()) - {"sin", "cos"} - editor.printer.styles.keys())
 
 
 def _read(values: Values, reader: Reader) -> Iterator[tuple[Monomial, str]]:
@@ -252,31 +223,18 @@ def _common_factor(members: list[Need], equation: Equation, quantities: Quantiti
 def _rescaled(members: list[Need], factor: Fraction, editor: Editor) -> Iterator[Edit]:
     """Each number of the products replaced, so that the product is multiplied by a factor."""
     first = members[0].node
-    numbers = [part for part in walk(first) if part.kind == "number"]
-    below = {
-        id(p)
-        for n in walk(first)
-        if n.kind == "product"
-        for o, c in zip(n.value, n.children, strict=True)
-        if o == "/"
-        for p in walk(c)
-    }
+    below = {id(p) for divisor in divisors(first) for p in walk(divisor)}
     raised = {id(p) for n in walk(first) if n.kind in ("power", "function") for p in walk(n)}
-    for number in numbers:
-        if id(number) in raised:
+    for alike in zip(*(walk(member.node) for member in members), strict=True):
+        number = alike[0]
+        if number.kind != "number" or id(number) in raised:
             continue
-        old_value = number.value
-        value = old_value / factor if id(number) in below else old_value * factor
+        value = number.value / factor if id(number) in below else number.value * factor
         text = editor.printer.number(value)
-        offset = [part.span for part in walk(first)].index(number.span)
-        spans = [list(walk(member.node))[offset].span for member in members]
-        splices = tuple(editor.put(span, text) for span in spans)
+        splices = tuple(editor.put(part.span, text) for part in alike)
         start, end = first.outer
         old = editor.of(first.outer)
         new = apply(editor.text[start:end], ((splices[0][0] - start, splices[0][1] - start, splices[0][2]),)).strip()
         cost = 1.1 + simple(value) + (0.1 if value.denominator > 1 else 0.0)
-        yield Edit(splices, cost, f"{old} should be {new}, {_times(len(members))}", old, new)
-
-
-def _times(count: int) -> str:
-    return {2: "in both places"}.get(count, f"in all {count} places")
+        where = "in both places" if len(members) == 2 else f"in all {len(members)} places"
+        yield Edit(splices, cost, f"{old} should be {new}, {where}", old, new)

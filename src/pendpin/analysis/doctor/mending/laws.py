@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 
 from pendpin.analysis.doctor.checking.dimensions import of_equation
-from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values, balances, dot, solved
-from pendpin.analysis.doctor.checking.residuals import STATES, Equation, free_base, residuals
+from pendpin.analysis.doctor.checking.mechanics import Pendulum, Values, balances, dot, solved
+from pendpin.analysis.doctor.checking.residuals import Equation, free_states, residuals
 from pendpin.analysis.doctor.mending.monomials import reader_of
 from pendpin.analysis.doctor.reading.names import DIMENSIONS, UNKNOWNS
 
@@ -19,25 +19,19 @@ UNUSUAL = 0.06  # what sides of an unusual dimension add
 
 
 @cache
-def free_states(rod: str, convention: Convention) -> Quantities:
-    """Random states in which accelerations and reactions are random too."""
-    return Quantities(free_base(rod, STATES), rod, convention, np)
-
-
-@cache
-def _laws(rod: str, convention: Convention) -> list[Values]:
+def _laws(pendulum: Pendulum) -> list[Values]:
     """What each balance leaves over, (n,): forces, moments about G and about the joint, along the axes of B and A."""
-    q = free_states(rod, convention)
-    truth = solved(q.base, rod, convention, np)
+    q = free_states(pendulum)
+    truth = solved(q)
     explicit = [q[name] - truth[name] for name in UNKNOWNS]
     return explicit + [dot(vector, q[axis]) for vector in balances(q) for axis in ("b1", "b2", "b3", "a1")]
 
 
-def standing(equation: Equation, rod: str, convention: Convention) -> tuple[Values, float]:
+def standing(equation: Equation, pendulum: Pendulum) -> tuple[Values, float]:
     """An equation's residual off the true motion up to a factor, and what its form adds to the cost of a mend."""
-    quantities = free_states(rod, convention)
+    quantities = free_states(pendulum)
     values = np.concatenate([rows for rows, _ in residuals(equation, quantities)])
-    odd = _unusual(equation) + (_oddness(values[0], rod, convention) if len(values) == 1 else 0.0)
+    odd = _unusual(equation) + (_oddness(values[0], pendulum) if len(values) == 1 else 0.0)
     flat = values.ravel()
     largest = flat[np.argmax(np.abs(flat))]
     return (flat / largest if abs(largest) > 1e-12 else flat), odd
@@ -46,14 +40,13 @@ def standing(equation: Equation, rod: str, convention: Convention) -> tuple[Valu
 def _unusual(equation: Equation) -> float:
     """What an equation costs whose sides are no quantity of mechanics, such as a mass over a time squared."""
     found, disagreement = of_equation(equation)
-    if disagreement:
-        return UNUSUAL
-    return 0.0 if found is None or tuple(map(int, found)) in DIMENSIONS or found == (0, 2, -2) else UNUSUAL
+    usual = found is None or tuple(map(int, found)) in DIMENSIONS or found == (0, 2, -2)
+    return 0.0 if usual and not disagreement else UNUSUAL
 
 
-def _oddness(values: Values, rod: str, convention: Convention) -> float:
-    reader = reader_of(free_states(rod, convention))
-    for law in _laws(rod, convention):
+def _oddness(values: Values, pendulum: Pendulum) -> float:
+    reader = reader_of(free_states(pendulum))
+    for law in _laws(pendulum):
         with np.errstate(all="ignore"):
             ratio = values / law
         if np.isfinite(ratio).all() and (found := reader.plain(ratio)) is not None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.analysis.doctor.checking.check import check
 from pendpin.analysis.doctor.checking.evaluation import Known
-from pendpin.analysis.doctor.checking.mechanics import Convention, Quantities, Values
+from pendpin.analysis.doctor.checking.mechanics import Pendulum, Quantities, Values
 from pendpin.analysis.doctor.checking.residuals import (
     TOLERANCE,
     Equation,
@@ -22,9 +22,7 @@ from pendpin.analysis.doctor.mending.additions import by_need, equal_products, p
 from pendpin.analysis.doctor.mending.edits import Edit, Editor, apply, overlap
 from pendpin.analysis.doctor.mending.laws import standing
 from pendpin.analysis.doctor.mending.mismatches import changes_of_kind
-from pendpin.analysis.doctor.mending.monomials import (
-    Printer,
-)
+from pendpin.analysis.doctor.mending.monomials import Printer
 from pendpin.analysis.doctor.mending.moves import moves
 from pendpin.analysis.doctor.mending.needs import needs
 from pendpin.analysis.doctor.reading.grammar import parse
@@ -35,6 +33,7 @@ MOST_WORK = 400_000  # moves times parts of an equation that are tried
 MOST_TOGETHER = 200  # moves of which every pair is tried
 MOST_PAIRED = 700  # single moves that are tried in pairs
 MOST_HIDDEN = 100  # moves under a derivative, whose texts are read again
+MOST_MENDS = 4  # of an equation
 MOST_VERIFIED = 400  # candidates whose text is read again
 FARTHER = 0.75  # what a second mend may cost more than the first
 FARTHEST = 3.2  # the cost beyond which a mend is far-fetched
@@ -69,8 +68,7 @@ class Patient:
     text: str
     index: int  # which of the equations in the text
     tight: bool
-    rod: str
-    convention: Convention
+    pendulum: Pendulum
     alone: bool = True  # the text holds no other equation
 
     def read(self, text: str) -> Equation:
@@ -81,9 +79,9 @@ class Patient:
         return replace(self.equation, sides=tuple(found[self.index]))
 
 
-def mends(patient: Patient, printer: Printer, pairs: bool = True, most: int = 4) -> list[Mend]:
+def mends(patient: Patient, printer: Printer, pairs: bool) -> list[Mend]:
     """Verified mends, the simplest first; none where only far-fetched ones would do. `pairs` also tries two changes."""
-    equation, quantities = patient.equation, random_states(patient.rod, patient.convention)
+    equation, quantities = patient.equation, random_states(patient.pendulum)
     nodes = sum(1 for side in equation.sides for _ in walk(side))
     if nodes > MOST_NODES:
         return []
@@ -97,13 +95,13 @@ def mends(patient: Patient, printer: Printer, pairs: bool = True, most: int = 4)
     singles = [edit for edit, after in zip(listed, effects, strict=True) if after is not None and _zero(after, size)]
     hidden = _differentiated(equation)
     singles += [edit for edit in listed if not edit.instead or edit.instead.keys() & hidden][:MOST_HIDDEN]
-    singles += list(by_need(found, quantities, editor, possible(equation, patient.rod)))
+    singles += list(by_need(found, quantities, editor, possible(equation, patient.pendulum.rod)))
     singles += equal_products(found, equation, quantities, editor)
-    chosen = _verified(patient, singles, most)
+    chosen = _verified(patient, singles)
     if not chosen and pairs:
-        chosen = _verified(patient, _pairs(listed, effects, rows), most)
+        chosen = _verified(patient, _pairs(listed, effects, rows))
     if not chosen and pairs and nodes < MOST_NODES // 4:
-        chosen = _verified(patient, list(_any_two(equation, quantities, listed, size)), most)
+        chosen = _verified(patient, list(_any_two(equation, quantities, listed, size)))
     return chosen
 
 
@@ -127,12 +125,12 @@ def _any_two(equation: Equation, quantities: Quantities, listed: list[Edit], siz
                 yield both
 
 
-def mends_of_mismatch(patient: Patient, printer: Printer, most: int = 4) -> list[Mend]:
+def mends_of_mismatch(patient: Patient, printer: Printer) -> list[Mend]:
     """Mends of an equation that mixes numbers and vectors, so that no part has a value: tried on the text."""
     sides = patient.equation.sides
     if sum(1 for side in sides for _ in walk(side)) > MOST_NODES // 2:
         return []
-    return _verified(patient, list(changes_of_kind(list(sides), Editor(patient.text, printer))), most)
+    return _verified(patient, list(changes_of_kind(list(sides), Editor(patient.text, printer))))
 
 
 def _zero(rows: Values, size: float) -> bool:
@@ -159,12 +157,10 @@ def _pairs(listed: list[Edit], effects: list[Values | None], rows: Values) -> li
         wanted = target - change
         low, high = np.searchsorted(ranked, [wanted[first] - 1e-8 * size, wanted[first] + 1e-8 * size])
         for j in order[low:high]:
-            if (
-                j > i
-                and np.abs(changes[j] - wanted).max() <= 1e-8 * size
-                and not overlap(usable[i][0].splices, usable[j][0].splices)
-            ):
-                pairs.append(_both(usable[i][0], usable[j][0]))
+            one, other = usable[i][0], usable[j][0]
+            close = j > i and np.abs(changes[j] - wanted).max() <= 1e-8 * size
+            if close and not overlap(one.splices, other.splices):
+                pairs.append(_both(one, other))
     return pairs
 
 
@@ -178,32 +174,31 @@ def _both(a: Edit, b: Edit) -> Edit:
     return Edit((*a.splices, *b.splices), a.cost + b.cost, words, f"{a.old}; {b.old}", f"{a.new}; {b.new}", instead)
 
 
-def _verified(patient: Patient, edits: list[Edit], most: int) -> list[Mend]:
+def _verified(patient: Patient, edits: list[Edit]) -> list[Mend]:
     """The simplest edits whose text, read again, holds; of those that come to the same the simplest."""
     held: list[tuple[float, Edit, str, Equation, Values]] = []
-    truth = random_states(patient.rod, patient.convention)
+    truth = random_states(patient.pendulum)
     for edit in sorted((e for e in edits if e.cost <= FARTHEST), key=_order)[:MOST_VERIFIED]:
         text = apply(patient.text, edit.splices)
         try:
             equation = patient.read(text)
             if not _empty(equation) and relative_error(equation, truth) < TOLERANCE:
-                shape, odd = standing(equation, patient.rod, patient.convention)
+                shape, odd = standing(equation, patient.pendulum)
                 held.append((edit.cost + odd, edit, text, equation, shape))
         except Unread:
             continue
     chosen: list[Mend] = []
     shapes: list[Values] = []
     for cost, edit, text, equation, shape in sorted(held, key=lambda h: (h[0], *_order(h[1]))):
-        if len(chosen) == most or (chosen and cost > chosen[0].cost + FARTHER):
+        if len(chosen) == MOST_MENDS or (chosen and cost > chosen[0].cost + FARTHER):
             break
         if any(other.shape == shape.shape and np.abs(other - shape).max() < 1e-8 for other in shapes):
             continue
-        verdict = check(equation, patient.rod, patient.convention)
+        verdict = check(equation, patient.pendulum)
         if verdict.holds:
             shapes.append(shape)
-            chosen.append(
-                Mend(text, edit.words, edit.old, edit.new, cost, verdict.proved, equation, edit.splices, patient.alone)
-            )
+            words = (edit.words, edit.old, edit.new)
+            chosen.append(Mend(text, *words, cost, verdict.proved, equation, edit.splices, patient.alone))
     return chosen
 
 

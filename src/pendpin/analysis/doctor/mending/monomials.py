@@ -49,9 +49,8 @@ def atom(name: str, quantities: Quantities) -> Values:
 
 def _term(names: tuple[str, ...], quantities: Quantities) -> Values:
     """A product of atoms; -2 is a number."""
-    return np.prod(
-        [np.full_like(quantities["phi"], -2.0) if name == "-2" else atom(name, quantities) for name in names], axis=0
-    )
+    minus_two = np.full_like(quantities["phi"], -2.0)
+    return np.prod([minus_two if name == "-2" else atom(name, quantities) for name in names], axis=0)
 
 
 def fraction_of(values: Values) -> Fraction | None:
@@ -69,11 +68,8 @@ def small_fraction(value: float) -> Fraction | None:
     if not abs(value) < MOST:
         return None
     found = Fraction(value).limit_denominator(MOST)
-    return (
-        found
-        if found.numerator and abs(float(found) - value) < CLOSE * abs(value) and abs(found.numerator) <= MOST
-        else None
-    )
+    small = 0 < abs(found.numerator) <= MOST
+    return found if small and abs(float(found) - value) < CLOSE * abs(value) else None
 
 
 class Reader:
@@ -145,7 +141,7 @@ class Printer:
             return self.sum(name)
         function, _, angle = name.rpartition(" ")
         if function:
-            return f"\\{function}({self.symbol(angle)})" if self.latex else f"{function}({self.symbol(angle)})"
+            return ("\\" if self.latex else "") + f"{function}({self.symbol(angle)})"
         return self.styles.get(name) or (LATEX.get(name, name) if self.latex else name)
 
     def sum(self, name: str) -> str:
@@ -162,9 +158,8 @@ class Printer:
         """A whole number or a fraction."""
         if value.denominator == 1:
             return str(value)
-        if self.latex:
-            return ("-" if value < 0 else "") + rf"\frac{{{abs(value.numerator)}}}{{{value.denominator}}}"
-        return f"{value}"
+        sign, above = "-" if value < 0 else "", abs(value.numerator)
+        return rf"{sign}\frac{{{above}}}{{{value.denominator}}}" if self.latex else str(value)
 
     def power(self, text: str, power: int) -> str:
         """Something raised; a function's exponent stands before its bracket in LaTeX."""
@@ -173,11 +168,8 @@ class Printer:
         if not self.latex:
             return f"{text}**{power}"
         name, bracket, rest = text.partition("(")
-        return (
-            f"{name}^{power}{bracket}{rest}"
-            if bracket and name[:4] in ("\\sin", "\\cos", "\\tan")
-            else f"{text}^{power}"
-        )
+        of_function = bracket and name[:4] in ("\\sin", "\\cos", "\\tan")
+        return f"{name}^{power}{bracket}{rest}" if of_function else f"{text}^{power}"
 
     def product(self, factors: list[str]) -> str:
         """Factors side by side."""
@@ -202,18 +194,8 @@ class Printer:
 
 def simple(factor: Fraction) -> float:
     """How odd a fraction is: 0 for 1, small for halves, thirds and twelfths, larger for others."""
-    usual = {
-        1: 0.0,
-        2: 0.02,
-        3: 0.03,
-        4: 0.03,
-        6: 0.03,
-        12: 0.03,
-        8: 0.08,
-        24: 0.08,
-        5: 0.12,
-        9: 0.12,
-        10: 0.12,
-        7: 0.14,
-    }
-    return sum(usual.get(abs(part), 0.2) for part in (factor.numerator, factor.denominator))
+    return sum(_ODD.get(abs(part), 0.2) for part in (factor.numerator, factor.denominator))
+
+
+_USUAL = {0.0: (1,), 0.02: (2,), 0.03: (3, 4, 6, 12), 0.08: (8, 24), 0.12: (5, 9, 10), 0.14: (7,)}
+_ODD = {number: cost for cost, numbers in _USUAL.items() for number in numbers}

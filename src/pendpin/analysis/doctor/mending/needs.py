@@ -54,9 +54,7 @@ def needs(equation: Equation, quantities: Quantities, known: Known) -> Iterator[
         for target in _targets(equation, quantities, known, i):
             lone = side.kind in ("symbol", "number") and len(equation.sides) > 1
             value = known[id(side)]
-            wanted = (
-                target if target.ndim == value.ndim else (target * np.ones_like(value) if not np.any(target) else None)
-            )
+            wanted = target if target.ndim == value.ndim else np.zeros_like(value) if not np.any(target) else None
             yield from _down(Need(side, value, wanted, "side", (), i, lone=lone), context, known)
 
 
@@ -94,28 +92,17 @@ def _children(need: Need, context: Context, known: Known) -> Iterator[tuple[Node
     with np.errstate(all="ignore"):
         match node.kind:
             case "sum":
-                signs = node.value
-                for sign, child in zip(signs, node.children, strict=True):
+                for sign, child in zip(node.value, node.children, strict=True):
                     value = known[id(child)]
                     fits = wanted is not None and wanted.ndim == value.ndim and not need.flat
-                    yield (
-                        child,
-                        value + sign * (wanted - need.value) if fits and wanted is not None else None,
-                        "term",
-                        False,
-                    )
+                    yield child, value + sign * (wanted - need.value) if fits else None, "term", False
             case "product":
                 for i, child in enumerate(node.children):
                     role: Role = "divisor" if node.value[i] == "/" else "factor"
                     yield child, None if wanted is None else _factor(node, i, wanted, known), role, need.flat
             case "power":
-                exponent = node.value
-                yield (
-                    node.children[0],
-                    None if wanted is None else _root(wanted, exponent, known[id(node.children[0])]),
-                    "base",
-                    _even(exponent) or need.flat,
-                )
+                base, flat = node.children[0], _even(node.value) or need.flat
+                yield base, None if wanted is None else _root(wanted, node.value, known[id(base)]), "base", flat
             case "matrix":
                 for i, child in enumerate(node.children):
                     yield child, _entry(node, i, wanted, context), "entry", False

@@ -58,11 +58,8 @@ class Brackets(PrintedNames, ABC):
         """Take the bracket that closes one. Raises Unread, with the place of the one that is open."""
         token = self.peek()
         if token.kind != "close" or token.text != CLOSING[opened.text]:
-            reason = (
-                f"the bracket {opened.text} is not closed"
-                if token.kind != "close"
-                else f"{opened.text} is closed by {token.text}"
-            )
+            wrong = f"{opened.text} is closed by {token.text}"
+            reason = wrong if token.kind == "close" else f"the bracket {opened.text} is not closed"
             raise Unread(reason, opened.start, CLOSING[opened.text])
         self.take()
 
@@ -74,36 +71,36 @@ class Brackets(PrintedNames, ABC):
                 raise Unread(f"\\begin{{{name}}} has no meaning in an equation here", start)
             if name == "array" and self.peek().kind == "open":
                 self.skip_group()
-            rows: list[list[Node]] = [[]]
-            while not (self.peek().kind == "command" and self.peek().text == "end"):
-                self._entry(rows)
+            rows = []
+            while not self._at_end():
+                rows.append(self._row())
             self.take()
             self.environment()
-        rows = [row for row in rows if row]
         width = max(map(len, rows), default=0)
         if not width or any(len(row) != width for row in rows):
             raise Unread("the rows of the matrix have different lengths", start)
         return Node("matrix", (start, self.peek(-1).end), (len(rows), width), tuple(e for row in rows for e in row))
 
-    def _entry(self, rows: list[list[Node]]) -> None:
-        """One entry and the separator after it."""
+    def _at_end(self) -> bool:
+        return self.peek().kind == "command" and self.peek().text == "end"
+
+    def _row(self) -> list[Node]:
+        """The entries up to the end of a row, and past it."""
+        entries = [self._entry()]
+        while self.peek().kind == "&":
+            self.take()
+            entries.append(self._entry())
+        token = self.peek()
+        if token.kind == "row":
+            self.take()
+        elif token.kind != "command":
+            raise Unread(f"{token.text!r} ends no entry of a matrix", token.start)
+        return entries
+
+    def _entry(self) -> Node:
         token = self.peek()
         if token.kind == "end":
             raise Unread("the matrix has no \\end", token.start)
-        closing = token.kind == "command" and token.text == "end"
-        if token.kind in ("&", "row") or closing:
-            rows[-1].append(Node("number", (token.start, token.start), Fraction(0)))
-        else:
-            rows[-1].append(self.sum())
-        separator = self.peek()
-        if separator.kind == "&":
-            self.take()
-            after = self.peek()
-            if after.kind == "row" or (after.kind == "command" and after.text == "end"):
-                rows[-1].append(Node("number", (after.start, after.start), Fraction(0)))
-                separator = after
-        if separator.kind == "row":
-            self.take()
-            rows.append([])
-        elif separator.kind not in ("&", "command"):
-            raise Unread(f"{separator.text!r} ends no entry of a matrix", separator.start)
+        if token.kind in ("&", "row") or self._at_end():
+            return Node("number", (token.start, token.start), Fraction(0))
+        return self.sum()

@@ -45,11 +45,8 @@ def read_text(text: str) -> Document:
     found = list(_formulas(text))
     if not found:
         lines = enumerate(text.splitlines(), start=1)
-        found = [
-            Statement(line.strip(), f"line {i}")
-            for i, line in lines
-            if "=" in line and line.strip()[:1] not in ("#", "%", "")
-        ]
+        marked = ((i, line.strip()) for i, line in lines if "=" in line)
+        found = [Statement(line, f"line {i}") for i, line in marked if line[0] not in "#%"]
     return Document(tuple(found[:MOST_STATEMENTS]), {})
 
 
@@ -91,7 +88,7 @@ def read_toml(data: bytes, place: str) -> Document:
     unknown = [name for name in tables if name not in ("equations", "symbols", "rod", "convention")]
     if unknown:
         raise InputError(f"{place}: {shown(unknown[0])}: unknown key; known are equations, symbols, rod and convention")
-    equations = _texts(tables.get("equations"), "equations", place)
+    equations = _texts(tables.get("equations", {}), "equations", place)
     if not equations:
         raise InputError(f'{place}: equations: missing; write [equations] and below it name = "expression"')
     symbols = _texts(tables.get("symbols", {}), "symbols", place)
@@ -104,15 +101,11 @@ def read_toml(data: bytes, place: str) -> Document:
 
 def _texts(table: Any, name: str, place: str) -> dict[str, str]:
     if not isinstance(table, dict):
-        return {} if table is None else _refuse(f"{place}: {name}: {shown(table)} is not a table")
+        raise InputError(f"{place}: {name}: {shown(table)} is not a table")
     for key, value in table.items():
         if not isinstance(value, str):
             raise InputError(f"{place}: {name}.{key}: {shown(value)} is not text; write it in quotes")
     return table
-
-
-def _refuse(message: str) -> Any:
-    raise InputError(message)
 
 
 def statements(equations: dict[str, str] | Iterable[str]) -> Iterator[Statement]:

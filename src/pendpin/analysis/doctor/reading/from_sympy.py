@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from pendpin.analysis.doctor.reading.grammar import parse
+from pendpin.analysis.doctor.reading.grammar import lone
 from pendpin.analysis.doctor.reading.tree import Unread
 
 
@@ -40,8 +40,7 @@ def _plain(name: str) -> str:
     if name.isidentifier() and name.isascii():
         return name
     try:
-        found = parse(name)
+        found = lone(name)
     except Unread:
         return name
-    lone = len(found) == 1 and len(found[0]) == 1 and found[0][0].kind == "symbol"
-    return found[0][0].value if lone and not found[0][0].value.startswith("?") else name
+    return found.value if found and found.kind == "symbol" and not found.value.startswith("?") else name

@@ -18,6 +18,12 @@ def parse(text: str, *, tight: bool = False) -> list[list[Node]]:
     return Parser(joined(tokens(text)), is_latex(text), tight).equations()
 
 
+def lone(text: str) -> Node | None:
+    """The one expression that a text is; None for an equation or several. Raises Unread."""
+    found = parse(text)
+    return found[0][0] if [len(sides) for sides in found] == [1] else None
+
+
 class Parser(Brackets):
     """One pass over the tokens of a text."""
 
@@ -109,9 +115,8 @@ class Parser(Brackets):
         if len(factors) == 1:
             return factors[0]
         marks[0] = (factors[0].outer[0], factors[0].outer[0])
-        return Node(
-            "product", (factors[0].outer[0], factors[-1].outer[1]), tuple(operators), tuple(factors), tuple(marks)
-        )
+        span = (factors[0].outer[0], factors[-1].outer[1])
+        return Node("product", span, tuple(operators), tuple(factors), tuple(marks))
 
     def _operator(self) -> str:
         token = self.take()
@@ -189,10 +194,8 @@ class Parser(Brackets):
             return self.length()
         if self.at_symbol():
             return self.symbol()
-        raise Unread(
-            f"{token.text!r} stands where a quantity should" if token.kind != "end" else "it ends too early",
-            token.start,
-        )
+        wrong = "it ends too early" if token.kind == "end" else f"{token.text!r} stands where a quantity should"
+        raise Unread(wrong, token.start)
 
     def _number(self) -> Node:
         token = self.take()
@@ -226,13 +229,8 @@ class Parser(Brackets):
             raise Unread(f"{name} of nothing", start)
         if len(factors) == 1:
             return factors[0]
-        return Node(
-            "product",
-            (start, factors[-1].outer[1]),
-            ("*", "*"),
-            tuple(factors),
-            ((start, start), (factors[1].span[0], factors[1].span[0])),
-        )
+        marks = ((start, start), (factors[1].span[0], factors[1].span[0]))
+        return Node("product", (start, factors[1].outer[1]), ("*", "*"), tuple(factors), marks)
 
     def _command(self) -> Node:
         token = self.peek()
@@ -270,11 +268,10 @@ class Parser(Brackets):
         place, start = self.place, self.peek().start
         self.take()
         above, below = self.differential(), self.differential()
-        if above is None or below is None or (below[1] is None) or above[0] != below[0] or above[2] != below[2]:
+        if above is None or below is None or below[1] is None or above[0] != below[0] or above[2] != below[2]:
             self.place = place
             return None
-        operand = above[1] if above[1] is not None else self.atom()
-        node = operand
+        node = above[1] if above[1] is not None else self.atom()
         for _ in range(above[2]):
             node = self.differentiated(node, below[1], (start, self.peek(-1).end))
         return node

@@ -7,16 +7,8 @@ FUNCTIONS = {"sin", "cos", "tan", "sec", "csc", "cot", "sqrt"}
 _LETTERS = """theta phi omega alpha psi beta gamma tau pi mu lambda rho Omega Delta delta epsilon eta xi zeta kappa nu sigma
 chi Phi Theta Psi Gamma Lambda"""
 GREEK = {name: name for name in _LETTERS.split()}
-GREEK |= {
-    "varphi": "phi",
-    "vartheta": "theta",
-    "ell": "l",
-    "imath": "i",
-    "jmath": "j",
-    "ℓ": "l",
-    "ϕ": "phi",
-    "ϑ": "theta",
-}
+GREEK |= {"varphi": "phi", "vartheta": "theta", "ell": "l", "imath": "i", "jmath": "j"}
+GREEK |= {"ℓ": "l", "ϕ": "phi", "ϑ": "theta"}
 GREEK |= dict(zip("θφωαπψ", ("theta", "phi", "omega", "alpha", "pi", "psi"), strict=True))
 
 

@@ -45,20 +45,15 @@ class PrintedNames:
         token = self.peek()
         if self.latex and token.kind == "number" and len(token.text) > 1 and token.text.isdigit():
             first = Token("number", token.text[0], token.start, token.start + 1)
-            self.tokens[self.place : self.place + 1] = [
-                first,
-                Token("number", token.text[1:], token.start + 1, token.end),
-            ]
+            rest = Token("number", token.text[1:], token.start + 1, token.end)
+            self.tokens[self.place : self.place + 1] = [first, rest]
 
     def at_symbol(self) -> bool:
         """Whether a printed name begins here; it may begin with frames, as in {}^I C^A."""
         token = self.peek()
         if token.kind == "open" and token.text == "{":
-            return self._at_frame()
+            return self.peek(1).kind == "close" and self.peek(2).kind == "^"
         return token.kind in ("letter", "word", "accent", "style", "plain")
-
-    def _at_frame(self) -> bool:
-        return self.peek(1).kind == "close" and self.peek(2).kind == "^"
 
     def symbol(self) -> Node:
         """One quantity; its value is the first meaning, `alternatives` gives the others."""
@@ -178,11 +173,11 @@ class PrintedNames:
         """In braces: d or the sign of partial derivatives, what it is put before, and the order; None for anything else."""
         if self.peek().kind != "open":
             return None
-        opened, token = self.take(), self.take()
+        self.take()
+        token = self.take()
         if token.text not in ("d", "partial"):
             return None
-        order = self._order()
-        inner = None
+        order, inner = self._order(), None
         if self.peek().kind != "close":
             if not self.at_symbol():
                 return None
@@ -191,7 +186,6 @@ class PrintedNames:
         if self.peek().kind != "close":
             return None
         self.take()
-        del opened
         return token.text, inner, order
 
     def _order(self) -> int:

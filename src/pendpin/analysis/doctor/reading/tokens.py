@@ -126,16 +126,17 @@ def _merged(found: list[Token]) -> Iterator[Token]:
             place += 1
         elif token.kind == "plain" and word and word[0][:2] == ("letter", "d"):
             place += 1
-        elif (
-            token.kind == "plain"
-            and [t.kind for t in word[::2]] == ["open", "close"]
-            and word[1].text in {"d", *FUNCTIONS}
-        ):
+        elif token.kind == "plain" and _braced(word) in {"d", *FUNCTIONS}:
             yield word[1]._replace(start=token.start, end=word[2].end)
             place += 4
         else:
             yield token
             place += 1
+
+
+def _braced(word: list[Token]) -> str:
+    """What stands alone in brackets; empty where nothing does."""
+    return word[1].text if [token.kind for token in word[::2]] == ["open", "close"] else ""
 
 
 def _next(text: str, place: int, latex: bool) -> list[Token]:

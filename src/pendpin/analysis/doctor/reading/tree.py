@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any, Literal
 
 from pendpin.analysis.doctor.reading.names import Written
@@ -60,6 +59,13 @@ def walk(node: Node) -> Iterator[Node]:
         yield from walk(child)
 
 
+def divisors(node: Node) -> Iterator[Node]:
+    """The parts that an expression is divided by, anywhere in it."""
+    for part in walk(node):
+        if part.kind == "product":
+            yield from (child for operator, child in zip(part.value, part.children, strict=True) if operator == "/")
+
+
 def key(node: Node) -> tuple:
     """What two nodes that are printed alike have in common, wherever they stand."""
     return (node.kind, node.value, *(key(child) for child in node.children))
@@ -68,8 +74,3 @@ def key(node: Node) -> tuple:
 def symbols(node: Node) -> set[str]:
     """The names of the quantities in an expression."""
     return {part.value for part in walk(node) if part.kind in ("symbol", "derivative")} - {"t"}
-
-
-def number(value: int | Fraction, span: Span = (0, 0)) -> Node:
-    """A number as a node."""
-    return Node("number", span, Fraction(value))

@@ -7,17 +7,19 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from pendpin.analysis.doctor.checking.check import euler_lagrange
+from pendpin.analysis.doctor.checking.evaluation import evaluate
+from pendpin.analysis.doctor.checking.exact import printed_quantities
 from pendpin.analysis.doctor.checking.mechanics import (
     COORDINATES,
     PARAMETERS,
-    Convention,
+    Pendulum,
     Quantities,
     Values,
     balances,
     dot,
     solved,
 )
-from pendpin.analysis.doctor.checking.residuals import ENERGIES, Equation, residuals
+from pendpin.analysis.doctor.checking.residuals import ENERGIES, Equation, random_states, residuals
 from pendpin.analysis.doctor.diagnosis import Diagnosis, Finding
 from pendpin.analysis.doctor.reading.grammar import parse
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
@@ -47,11 +49,10 @@ class Harm:
 class System:
     """Six equations for the accelerations and reactions at one state, some of them as printed."""
 
-    def __init__(self, printed: list[Equation], rod: str, convention: Convention) -> None:
-        self.printed, self.rod, self.convention = printed, rod, convention
-        self.moving = all(
-            not equation.names & {"R", "R1", "R2", "R3", "M", "M1", "M2", "M3", "Mc"} for equation in printed
-        )
+    def __init__(self, printed: list[Equation], pendulum: Pendulum) -> None:
+        self.printed, self.pendulum = printed, pendulum
+        reactions = {"R", "R1", "R2", "R3", "M", "M1", "M2", "M3", "Mc"}
+        self.moving = all(not equation.names & reactions for equation in printed)
 
     def solution(self, state: Array) -> Array:
         """theta'', phi'', R1, R2, R3, M3 at (theta, phi, theta', phi'). Raises LinAlgError where there is none."""
@@ -61,21 +62,19 @@ class System:
         for row in wrong:
             rows[self._nearest(row, rows)] = row
         table = np.array(rows)
-        matrix = (table[:, 1:] - table[:, :1]) / np.abs(table[:, 1:] - table[:, :1]).max(1, keepdims=True)
-        right = -table[:, 0] / np.abs(table[:, 1:] - table[:, :1]).max(1)
-        return np.linalg.solve(matrix, right)
+        matrix = table[:, 1:] - table[:, :1]
+        largest = np.abs(matrix).max(1)
+        return np.linalg.solve(matrix / largest[:, None], -table[:, 0] / largest)
 
     def _columns(self, state: Array) -> Quantities:
         """The state (4,) seven times: all unknowns 0, then each of them 1."""
-        base = _base(np.tile(state, (7, 1)), self.rod)
-        base |= {name: np.eye(6)[i] for i, name in enumerate(UNKNOWNS)}
-        base |= {name: np.concatenate([[0.0], base[name]]) for name in UNKNOWNS}
-        return Quantities(base, self.rod, self.convention, np)
+        unknowns = dict(zip(UNKNOWNS, np.eye(6, 7, 1), strict=True))
+        return Quantities(_base(np.tile(state, (7, 1)), self.pendulum.rod) | unknowns, self.pendulum, np)
 
     def _laws(self, q: Quantities) -> list[Values]:
         """The true equations: solved for the accelerations, or the six balances where reactions are printed."""
         if self.moving:
-            truth = solved(q.base, self.rod, self.convention, np)
+            truth = solved(q)
             return [q[name] - truth[name] for name in UNKNOWNS]
         return [dot(vector, q[axis]) for vector in balances(q)[:2] for axis in ("b1", "b2", "b3")]
 
@@ -92,7 +91,7 @@ def harm_of(diagnosis: Diagnosis) -> Harm | None:
     printed = [equation for finding in diagnosis.wrong for equation in _dynamic(finding, diagnosis)]
     if not printed:
         return None
-    system = System(printed, diagnosis.rod, diagnosis.convention)
+    system = System(printed, diagnosis.pendulum)
     numbers = [f.number for f in diagnosis.wrong if any(True for _ in _dynamic(f, diagnosis))]
     try:
         return _compared(system, numbers, diagnosis)
@@ -107,30 +106,17 @@ def _dynamic(finding: Finding, diagnosis: Diagnosis) -> list[Equation]:
         return []
     if equation.names & ENERGIES.keys():
         return _from_lagrangian(equation, diagnosis)
-    from pendpin.analysis.doctor.checking.residuals import random_states
-
-    rows = next(residuals(equation, random_states(diagnosis.rod, diagnosis.convention)))[0]
+    rows = next(residuals(equation, random_states(diagnosis.pendulum)))[0]
     lone = [side for side in equation.sides if side.kind == "symbol" and side.value in (*UNKNOWNS, "Mc")]
-    balance = {"R1", "R2", "R3", "M3", "Mc", "ddtheta", "ddphi"} & equation.names and not equation.names & {
-        "ac1",
-        "ac2",
-        "ac3",
-        "wd1",
-        "wd3",
-    }
+    balance = equation.names & {*UNKNOWNS, "Mc"} and not equation.names & {"ac1", "ac2", "ac3", "wd1", "wd3"}
     return [equation] if len(rows) == 1 and (lone or balance) else []
 
 
 def _from_lagrangian(equation: Equation, diagnosis: Diagnosis) -> list[Equation]:
-    from pendpin.analysis.doctor.checking.evaluation import evaluate
-    from pendpin.analysis.doctor.checking.exact import printed_quantities
-
     if not (equation.sides[0].kind == "symbol" and equation.sides[0].value == "L"):
         return []
-    lagrangian = evaluate(equation.sides[1], equation.context(printed_quantities(diagnosis.rod, diagnosis.convention)))[
-        0
-    ]
-    return [Equation((parse(str(left))[0][0],)) for left in euler_lagrange(lagrangian)]
+    lagrangian = evaluate(equation.sides[1], equation.context(printed_quantities(diagnosis.pendulum)))
+    return [Equation((parse(str(left))[0][0],)) for left in euler_lagrange(lagrangian[0])]
 
 
 def _compared(wrong: System, numbers: list[int], diagnosis: Diagnosis) -> Harm | None:
@@ -139,16 +125,15 @@ def _compared(wrong: System, numbers: list[int], diagnosis: Diagnosis) -> Harm |
     who = f"Equation{'s' if numbers[1:] else ''} {listed}, solved as printed ({start})"
 
     def truth(state: Array) -> Array:
-        base = solved(_base(state[None], diagnosis.rod), diagnosis.rod, diagnosis.convention, np)
-        return np.array([base[name][0] for name in UNKNOWNS])
+        true = solved(_at(state[None], diagnosis))
+        return np.array([true[name][0] for name in UNKNOWNS])
 
     here, there = wrong.solution(np.array(START)), truth(np.array(START))
     if np.allclose(here[:2], there[:2], rtol=1e-9, atol=1e-12):
         worst = int(np.argmax(np.abs(here - there)))
         values = f"{UNKNOWNS[worst]} is {here[worst]:.4g} in place of {there[worst]:.4g} at the start"
-        return Harm(
-            (f"{who}: the motion is not changed, but {values}.",), np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))
-        )
+        words = (f"{who}: the motion is not changed, but {values}.",)
+        return Harm(words, np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)))
     motions = [_motion(lambda t, x, f=f: np.concatenate([x[2:], f(x)[:2]])) for f in (truth, wrong.solution)]
     count = min(map(len, motions))
     t = np.linspace(0, DURATION, SAMPLES)[:count]
@@ -182,4 +167,4 @@ def _base(states: Array, rod: str) -> dict[str, Values]:
 
 def _at(states: Array, diagnosis: Diagnosis) -> Quantities:
     """The quantities at states (n, 4): theta, phi in rad and their rates in rad/s."""
-    return Quantities(_base(states, diagnosis.rod), diagnosis.rod, diagnosis.convention, np)
+    return Quantities(_base(states, diagnosis.pendulum.rod), diagnosis.pendulum, np)

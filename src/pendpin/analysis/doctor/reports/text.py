@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.analysis.doctor.checking import exact
-from pendpin.analysis.doctor.checking.mechanics import AXES, COORDINATES, PARAMETERS, Convention, Quantities, dot
+from pendpin.analysis.doctor.checking.mechanics import AXES, COORDINATES, PARAMETERS, Pendulum, Quantities, dot
 from pendpin.analysis.doctor.checking.residuals import Equation, residuals
 from pendpin.analysis.doctor.diagnosis import Diagnosis, Finding
 from pendpin.analysis.doctor.mending.mends import Mend
@@ -39,7 +39,7 @@ def _record(finding: Finding, diagnosis: Diagnosis) -> dict[str, Any]:
             {
                 "latex": mend.latex,
                 "words": mend.words,
-                "residual": residual(mend.equation, diagnosis.rod, diagnosis.convention),
+                "residual": residual(mend.equation, diagnosis.pendulum),
             }
             for mend in finding.mends
         ],
@@ -51,15 +51,15 @@ def _record(finding: Finding, diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def residual(equation: Equation, rod: str, convention: Convention) -> str:
+def residual(equation: Equation, pendulum: Pendulum) -> str:
     """Left minus right as text for sympy, in the coordinates, parameters and reactions of the text.
 
     Of several equal sides the first two that are not the same for every motion; of vectors the components along b1, b2, b3.
     """
-    symbolic = exact.printed_quantities(rod, convention)
+    symbolic = exact.printed_quantities(pendulum)
     found = []
     try:
-        pairs = zip(residuals(equation, symbolic), _vanishing(equation, rod, convention), strict=True)
+        pairs = zip(residuals(equation, symbolic), _vanishing(equation, pendulum), strict=True)
         for (rows, _), zero in pairs:
             found.append((_text(rows, equation, symbolic, zero), zero))
     except Unread:
@@ -67,10 +67,10 @@ def residual(equation: Equation, rod: str, convention: Convention) -> str:
     return next((text for text, zero in found if not zero), found[0][0])
 
 
-def _vanishing(equation: Equation, rod: str, convention: Convention) -> list[bool]:
+def _vanishing(equation: Equation, pendulum: Pendulum) -> list[bool]:
     """Of each pair of sides whether they are the same whatever accelerations and reactions are."""
-    base = exact.polynomial_base((*COORDINATES, *PARAMETERS[rod], *UNKNOWNS))
-    quantities = Quantities(base, rod, convention, exact.polynomials())
+    base = exact.polynomial_base((*COORDINATES, *PARAMETERS[pendulum.rod], *UNKNOWNS))
+    quantities = Quantities(base, pendulum, exact.polynomials())
     try:
         return [all(row[0].zero for row in rows) for rows, _ in residuals(equation, quantities)]
     except exact.Unprovable:
@@ -113,7 +113,7 @@ def summary(diagnosis: Diagnosis) -> str:
     verdicts = [finding.verdict for finding in diagnosis.findings]
     counts = {word: verdicts.count(word) for word in STYLES}
     counted = f"{counts['holds']} hold, {counts['fails']} fail, {counts['unread']} are not checked"
-    return f"Of {len(verdicts)} equations {counted}; for {RODS[diagnosis.rod]}."
+    return f"Of {len(verdicts)} equations {counted}; for {RODS[diagnosis.pendulum.rod]}."
 
 
 def shared_words(old: str, new: str, numbers: tuple[int, ...]) -> str:
