@@ -25,7 +25,7 @@ from pendpin.model import kinematics
 from pendpin.model.build import FLIP
 from pendpin.scene import Scene
 from pendpin.simulation.accuracy.refinement import ORDERS
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import Trajectory, exchanged
 
 EPS = float(np.finfo(float).eps)
 STATES = 40  # samples at which slopes are taken
@@ -45,17 +45,20 @@ def balance_of(scene: Scene, run: Trajectory) -> Balance | None:
     """The energy balance of a run; None if it has none."""
     if not (run.work or run.stats.conservative):
         return None
-    total, moved = run.energy().total, np.abs(run.kinetic) + np.abs(run.potential - run.potential[0])
+    total, works = run.energy().total, list(run.work.values())
     off = np.abs(total - total[0]) if run.stats.conservative else np.zeros(len(run.t))
     if run.work:
-        works = np.array(list(run.work.values()))
-        off = np.maximum(off, np.abs(run.kinetic - run.kinetic[0] - works.sum(0)))
-        moved = moved + np.abs(works).sum(0)
+        off = np.maximum(off, np.abs(run.unbalanced))
+    moved = run.kinetic + np.abs(run.potential - run.potential[0]) + np.abs(works).sum(0)
     size = float((moved + np.abs(run.potential)).max())
     dynamics = _dynamics(scene, run)
     own = _of_step(scene, dynamics, run, size) if run.stats.step else 0.0
     rounding = EPS * (run.stats.steps + 100) * size
-    return Balance(float(off.max()), own + _of_tolerance(dynamics, run) + rounding, float(moved.max()))
+    return Balance(
+        float(off.max()),
+        own + _of_tolerance(dynamics, run) + rounding,
+        float(exchanged(run.kinetic, *works or [run.potential])[-1]),
+    )
 
 
 def _dynamics(scene: Scene, run: Trajectory) -> Dynamics:

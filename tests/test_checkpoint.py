@@ -194,7 +194,7 @@ def test_a_full_disk_ends_a_run_with_what_is_done(tmp_path: Path, monkeypatch: p
 
 def test_a_run_that_fails_does_not_offer_to_go_on(tmp_path: Path) -> None:
     """Going on would lead to the same place."""
-    with pytest.raises(pp.RunError, match="the energy no longer adds up") as caught:
+    with pytest.raises(pp.RunError, match="the energy is off by over a tenth") as caught:
         pp.simulate(scene(duration=40.0), method="rk4", step=0.2, checkpoint=tmp_path / "run.ckpt")
     assert "holds what is done" not in str(caught.value)
 

@@ -38,7 +38,7 @@ def run_of(kinds, radius=0.03, duration=1.0, tolerance=1e-12) -> pp.Trajectory:
 @law(10)
 @given(st.sets(st.sampled_from(sorted(SMOOTH)), min_size=1))
 def test_works_balance_without_events(kinds: set[str]) -> None:
-    """Any set of smooth effects: to 1e-9 of the energy moved."""
+    """Any set of smooth effects: to 1e-9 of the energy exchanged."""
     run = run_of(sorted(kinds))
     assert set(run.work) == kinds
     assert run.imbalance < 1e-9
@@ -47,7 +47,7 @@ def test_works_balance_without_events(kinds: set[str]) -> None:
 @law(6)
 @given(st.sets(st.sampled_from(sorted(SMOOTH)), max_size=3), st.sets(st.sampled_from(sorted(CONTACT)), min_size=1))
 def test_works_balance_across_events(kinds: set[str], contacts: set[str]) -> None:
-    """With sticking, sliding and impacts: to 1e-7 of the energy moved."""
+    """With sticking, sliding and impacts: to 1e-7 of the energy exchanged."""
     run = run_of(sorted(kinds | contacts), tolerance=1e-10)
     assert set(run.work) == kinds | contacts
     assert run.imbalance < 1e-7

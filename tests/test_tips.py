@@ -155,7 +155,8 @@ def test_limits_that_are_not_applied_are_noted(tmp_path: Path) -> None:
     close = joint("a", "base", "one", kind="revolute").replace("</joint>", limits.format(-1, 1))
     far = joint("b", "one", "two", kind="revolute").replace("</joint>", limits.format(-1e9, 1e9))
     assert [note for note in build(robot(tmp_path, *parts, close, far)).notes if "limit" in note] == [
-        "<limit> is ignored; to hold a joint, add [[effects]] kind = \"stop\": 'a'"
+        "<limit> is ignored, so these joints can pass it: 'a'; to hold one, add [[effects]] kind = \"stop\", "
+        "with its joints, lower and upper"
     ]
 
 

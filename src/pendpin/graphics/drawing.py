@@ -69,6 +69,7 @@ class Drawing:
     forces: Array | None = None
     plots: tuple[Plot, ...] = ()
     support: int | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         n, bodies = self.poses.shape[:2]

@@ -13,6 +13,7 @@ from pendpin.graphics.panels import (
     COLORS,
     MOST_JOINTS,
     PATHS,
+    draw_drift,
     draw_quantities,
     panels_of,
     plain_name,
@@ -23,7 +24,7 @@ from pendpin.trajectory import Trajectory
 
 FORMATS = ("png", "pdf", "svg")
 DPI = 120
-LEFT, WIDTH, ROW, PATH, TOP, BOTTOM = 1.0, 6.2, 1.9, 3.2, 0.75, 0.55  # inches: margins, panels, the paths beside them
+LEFT, WIDTH, ROW, LOW, PATH, TOP, BOTTOM = 1.0, 6.2, 1.9, 1.1, 3.2, 0.75, 0.55  # inches: margins, panels, paths beside
 MOST_TURNS, FAINT = 200, 0.5  # beyond so many turning points lines become areas, through which others are seen
 LABEL = 0.62  # inches, from an axis to its name: to find a place for it, matplotlib would draw everything twice
 TICKS = 6  # of an axis at most, and one: drawing them takes half the time of a figure
@@ -88,7 +89,7 @@ def draw(run: Trajectory, names: tuple[str, ...] = ()) -> Any:
         if ax.get_legend_handles_labels()[0]:
             ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
     axes[-1].set_xlabel("time, s")
-    _place(figure, axes, paths)
+    _place(figure, axes, paths, [LOW if panel is draw_drift else ROW for panel in panels])
     _write_title(figure, run)
     figure._repr_png_ = lambda: _png(figure)  # a notebook shows it, without pyplot too
     return figure
@@ -101,13 +102,16 @@ def _png(figure: Any) -> bytes:
         return file.getvalue()
 
 
-def _place(figure: Any, axes: list[Any], paths: list[Any]) -> None:
-    """Give the figure its size and its axes their places: matplotlib's own layout would draw everything twice."""
+def _place(figure: Any, axes: list[Any], paths: list[Any], rows: list[float]) -> None:
+    """Give the figure its size and its axes, of these heights in inches, their places.
+
+    matplotlib's own layout would draw everything twice.
+    """
     longest = max(len(text) for ax in axes for text in ax.get_legend_handles_labels()[1] or [""])
-    beside, inner = LEFT + WIDTH + 0.55 + LETTER * longest, max(ROW * len(axes), LEAST * bool(paths))
+    beside, inner = LEFT + WIDTH + 0.55 + LETTER * longest, max(sum(rows), LEAST * bool(paths))
     width, height = beside + (LEFT + PATH + 0.2) * bool(paths), TOP + inner + BOTTOM
-    row, x = inner / len(axes), beside + LEFT
-    places = [(LEFT, row * i, WIDTH, row - 0.25) for i in reversed(range(len(axes)))]
+    rows, x = [row * inner / sum(rows) for row in rows], beside + LEFT
+    places = [(LEFT, sum(rows[i + 1 :]), WIDTH, row - 0.25) for i, row in enumerate(rows)]
     places += [(x, inner / 2 + 0.35, PATH, inner / 2 - 0.6), (x, 0, PATH, inner / 2 - 0.6)][: len(paths)]
     figure.set_size_inches(width, height)
     for ax, (x, y, w, h) in zip((*axes, *paths), places, strict=True):

@@ -47,10 +47,12 @@ def draw_energy(ax: Any, run: Trajectory) -> None:
 
 
 def draw_drift(ax: Any, run: Trajectory) -> None:
-    """The change of the energy, which should be none, as a part of the energy that moves."""
+    """The change of the energy, which should be none, divided by the energy exchanged."""
     energy = run.energy()
-    ax.plot(run.t, (energy.total - energy.total[0]) / energy.moved, color=BLACK, linewidth=0.9)
-    ax.set_ylabel("energy drift,\nof the energy exchanged")
+    ax.plot(run.t, (energy.total - energy.total[0]) / energy.exchanged[-1], color=BLACK, linewidth=0.9)
+    for label in ("change of the sum /", "energy exchanged"):
+        ax.plot([], [], " ", label=label)
+    ax.set_ylabel("energy drift")
 
 
 def draw_positions(ax: Any, run: Trajectory) -> None:

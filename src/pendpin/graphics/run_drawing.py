@@ -44,6 +44,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
         forces=np.pad(forces, ((0, 0), (0, 1), (0, 0))),
         plots=_plots(trajectory),
         support=len(model.bodies) if as_rods else None,
+        notes=model.notes,
     )
 
 

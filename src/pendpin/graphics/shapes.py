@@ -58,18 +58,22 @@ def _at(place: Any, rotation: Array | None = None) -> Array:
 
 
 def urdf_shapes(path: Path, model: Model) -> Iterator[Shape]:
-    """The visuals of a URDF, each fixed to the joint that moves its link; what none moves, to the body after all joints."""
+    """The visuals of a URDF, each fixed to the joint that moves its link; what none moves, to the body after all joints.
+
+    What has no colour of its own has that of a rod, another one for the next body.
+    """
     robot = parse(path.read_bytes())  # the model is built: every check has been passed
     materials = {str(material.get("name")): material for material in robot.findall("material")}
     assert model.pin is not None
     frames = {frame.name: frame for frame in model.pin.frames if frame.type == pinocchio().FrameType.BODY}
+    tones: dict[int, int] = {}
     for link in robot.findall("link"):
         frame = frames[str(link.get("name"))]
         for visual in link.findall("visual"):
             placement = np.array(frame.placement.homogeneous) @ _origin(visual.find("origin"))
-            shape = _visual(
-                visual, placement, (frame.parentJoint or model.pin.njoints) - 1, _color(visual, materials), path
-            )
+            body = (frame.parentJoint or model.pin.njoints) - 1
+            tone = tones.setdefault(body, (COPPER, BRASS)[len(tones) % 2])
+            shape = _visual(visual, placement, body, _color(visual, materials, tone), path)
             if shape is not None:
                 yield shape
 
@@ -93,13 +97,14 @@ def _origin(origin: Any) -> Array:
     return _at(_numbers(origin.get("xyz", "0 0 0")), rotation)
 
 
-def _color(visual: Any, materials: dict[str, Any]) -> int:
+def _color(visual: Any, materials: dict[str, Any], other: int) -> int:
+    """The colour of a visual; `other` where it has none."""
     material = visual.find("material")
     if material is not None and material.find("color") is None:
         material = materials.get(str(material.get("name")))
     color = None if material is None else material.find("color")
     if color is None:
-        return COPPER
+        return other
     red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in _numbers(color.get("rgba", "1 1 1 1"))[:3])
     return red << 16 | green << 8 | blue
 

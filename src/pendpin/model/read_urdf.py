@@ -234,7 +234,8 @@ def _not_applied(joints: dict[str, Element]) -> tuple[str, ...]:
     if limited := [name for name, joint in joints.items() if joint.get("type") != "fixed" and _limited(joint)]:
         more = f", ... ({len(limited)} joints)" if len(limited) > SHOWN else ""
         names = choices(map(shown, limited[:SHOWN]))
-        notes.append(f'<limit> is ignored; to hold a joint, add [[effects]] kind = "stop": {names}{more}')
+        add = '[[effects]] kind = "stop", with its joints, lower and upper'
+        notes.append(f"<limit> is ignored, so these joints can pass it: {names}{more}; to hold one, add {add}")
     return tuple(notes)
 
 

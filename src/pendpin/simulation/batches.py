@@ -26,7 +26,8 @@ from pendpin.integrators.taylor import HIGH, SERIES, SMALL, expressions, run_tim
 from pendpin.model.build import Model, build, start_state
 from pendpin.records import LARGEST
 from pendpin.scene import Scene
-from pendpin.simulation.limits import OFF, ROUNDING
+from pendpin.simulation.limits import OFF
+from pendpin.trajectory import exchanged
 
 WIDTH = 16  # cases side by side, the same on every machine: two vectors hide the time that an instruction takes
 NARROW = 8  # for up to SMALL joints: one rod is then 10 % faster, two rods are 10 to 60 % slower
@@ -289,8 +290,8 @@ def ends_well(dynamics: Dynamics, q: Array, v: Array) -> Mask:
         return good
     ends = [rows[good][:, [0, -1]].reshape(-1, q.shape[2]) for rows in (q, v)]
     kinetic, potential = (energy.reshape(-1, 2) for energy in dynamics.energies(*ends))
-    off, moved = np.abs(np.diff(kinetic + potential))[:, 0], kinetic.max(1) + np.ptp(potential, axis=1)
-    good[good] = off <= OFF * moved + ROUNDING * (moved + np.abs(potential).max(1))
+    off = np.abs(np.diff(kinetic + potential))[:, 0]
+    good[good] = off <= OFF * exchanged(kinetic.T, potential.T)[-1]
     return good
 
 

@@ -11,13 +11,11 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import Trajectory, exchanged
 
 WINDOW = 5.0  # s of processor time between two checks of the progress of a run
 LONGEST = 86_400.0  # s of processor time that a run may still need: a day
 OFF = 0.1  # of the energy exchanged: largest energy error of a valid run
-ROUNDING = 1e-9  # of the energies, which may be much larger than the energy exchanged
-
 
 MOST_BUSY = 4.0  # how many times as long as its processor time a computation may take, among others
 T = TypeVar("T")
@@ -104,24 +102,20 @@ class Patience:
 
 
 def balanced(trajectory: Trajectory) -> int:
-    """The number of samples before the first with an energy error above OFF of the energy exchanged.
+    """The number of samples up to which the energy is off by at most OFF of the energy exchanged until then.
 
-    The error is that of the total energy if every effect has a potential, and that of the energy balance if there is
-    one. An error below the tolerance times the energies is allowed: near an unstable rest little energy is exchanged.
+    That is the drift of the total energy if every effect has a potential, and the imbalance if the works are known.
+    A run from rest exchanges little at first, so the last such sample counts, not the first that is not.
     """
-    off, moved, size = np.zeros(len(trajectory.t)), np.abs(trajectory.kinetic), np.abs(trajectory.potential)
+    energy, works = trajectory.energy(), trajectory.work.values()
+    bad = np.zeros(len(trajectory.t), dtype=bool)
     if trajectory.stats.conservative:
-        total = trajectory.energy().total
-        off, moved = np.abs(total - total[0]), moved + np.abs(trajectory.potential - trajectory.potential[0])
-    if trajectory.work:
-        works = np.array(list(trajectory.work.values()))
-        off = np.maximum(off, np.abs(trajectory.kinetic - trajectory.kinetic[0] - works.sum(0)))
-        moved = moved + np.abs(works).sum(0)
-    allowed = max(ROUNDING, trajectory.stats.tolerance or 0.0)
-    bad = off > OFF * _so_far(moved) + allowed * _so_far(moved + size)
-    return int(np.argmax(bad)) if bad.any() else len(bad)
+        bad |= _largest(energy.total - energy.total[0]) > OFF * energy.exchanged
+    if works:
+        bad |= _largest(trajectory.unbalanced) > OFF * exchanged(trajectory.kinetic, *works)
+    return int(np.flatnonzero(~bad)[-1]) + 1
 
 
-def _so_far(x: Array) -> Array:
-    """The largest value so far (n,)."""
-    return np.maximum.accumulate(x)
+def _largest(x: Array) -> Array:
+    """The largest magnitude so far (n,)."""
+    return np.maximum.accumulate(np.abs(x))

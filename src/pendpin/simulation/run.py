@@ -32,7 +32,7 @@ JUMPS_MISSED = ("radau", "bdf")
 SLACK = 1.2  # margin on that time
 START_OVERFLOWS = f"start: positions, rates, forces or energies beyond {LARGEST:g}, too large to compute with"
 TOO_LARGE = f"its numbers grow beyond {LARGEST:g}"
-ENERGY_ERROR = "the energy no longer adds up, by over a tenth of the energy exchanged: take a smaller tolerance or step"
+ENERGY_ERROR = "the energy is off by over a tenth of the energy exchanged: take a smaller tolerance or step"
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # what overflows is found, and said
@@ -101,9 +101,8 @@ def _finished(
         trajectory = fill_in(scene, dynamics, balance, run)
     if trajectory.sound == 0:
         raise InputError(START_OVERFLOWS)
-    checks = ((trajectory.sound, TOO_LARGE), (balanced(trajectory), ENERGY_ERROR))
-    for count, why in checks if alone else checks[:1]:
-        if count < len(run.t):
+    for check, why in ((lambda run: run.sound, TOO_LARGE), (balanced, ENERGY_ERROR))[: 1 + alone]:
+        if (count := check(trajectory)) < len(run.t):
             run = _cut(scene, run, count, why)
             trajectory = fill_in(scene, dynamics, balance, run)
     if run.failure is None:

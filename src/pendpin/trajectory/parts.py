@@ -7,6 +7,18 @@ import numpy as np
 
 from pendpin.arrays import Array
 
+ROUNDING = 1e-9  # of a potential energy or work: a motion that exchanges less is lost in their rounding
+
+
+def exchanged(kinetic: Array, *others: Array) -> Array:
+    """The energy exchanged up to each sample, (n,) in J; the scale of every energy error.
+
+    The largest kinetic energy, or the range of the potential energy or of a work (n,) if that is larger.
+    """
+    so_far, least = np.maximum.accumulate, np.full_like(kinetic, np.finfo(float).tiny)
+    ranges = [np.maximum(so_far(x) + so_far(-x), ROUNDING * so_far(np.abs(x))) for x in others]
+    return np.maximum.reduce([least, so_far(kinetic), *ranges])
+
 
 class Reactions(NamedTuple):
     """Joint reactions on each rod of a universal joint, (n, rods): R1, R2, R3 in N, M3, Mc in N m (DESIGN in docs)."""
@@ -39,14 +51,14 @@ class Energy(NamedTuple):
         return self.kinetic + self.potential
 
     @property
-    def moved(self) -> float:
-        """The energy that moves, J: the largest kinetic energy, or the range of the potential."""
-        return float(max(self.kinetic.max(), np.ptp(self.potential), np.finfo(float).tiny))
+    def exchanged(self) -> Array:
+        """The energy exchanged up to each sample, (n,) in J."""
+        return exchanged(self.kinetic, self.potential)
 
     @property
     def drift(self) -> float:
-        """Largest departure of the total from its start, as a part of the energy that moves."""
-        return float(np.abs(self.total - self.total[0]).max() / self.moved)
+        """Largest departure of the total from its start, divided by the energy exchanged."""
+        return float(np.abs(self.total - self.total[0]).max() / self.exchanged[-1])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from pendpin.files import open_arrays, refuse_other_format, write_whole
 from pendpin.late import from_above
 from pendpin.records import LARGEST
 from pendpin.trajectory.columns import Place, column, columns
-from pendpin.trajectory.parts import Energy, Reactions, Stats
+from pendpin.trajectory.parts import Energy, Reactions, Stats, exchanged
 from pendpin.trajectory.presentation import Summary, page, summary, text, title
 from pendpin.trajectory.reading import ARRAYS, FORMAT, read_fields
 from pendpin.trajectory.tables import to_csv, to_pandas
@@ -103,9 +103,12 @@ class Trajectory:
         """The largest difference of the change of kinetic energy and the works, divided by the energy exchanged."""
         if not self.work:
             return 0.0
-        total = sum((work - work[0] for work in self.work.values()), np.zeros(len(self.t)))
-        moved = max(self.kinetic.max(), *(np.ptp(work) for work in self.work.values()), np.finfo(float).tiny)
-        return float(np.abs(self.kinetic - self.kinetic[0] - total).max() / moved)
+        return float(np.abs(self.unbalanced).max() / exchanged(self.kinetic, *self.work.values())[-1])
+
+    @property
+    def unbalanced(self) -> Array:
+        """The change of kinetic energy that no work explains, (n,) in J."""
+        return self.kinetic - self.kinetic[0] - sum(work - work[0] for work in self.work.values())
 
     def tips(self) -> Array:
         """The far end of each rod, (n, rods, 3) in m, world frame W."""

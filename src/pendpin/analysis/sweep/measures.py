@@ -160,7 +160,7 @@ def period(run: Trajectory) -> float:
 
 
 def energy_drift(run: Trajectory) -> float:
-    """The largest change of the total energy over the energy moved; NaN where energy is not conserved."""
+    """The largest change of the total energy over the energy exchanged; NaN where energy is not conserved."""
     return run.energy().drift if run.stats.conservative else math.nan
 
 

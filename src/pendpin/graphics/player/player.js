@@ -245,10 +245,12 @@ async function lookForServer() {
   }
 }
 
+if (drawing.notes.length) say(drawing.notes.join("\n"));
 element("time").max = duration;
 element("reactions").hidden = !arrows;
 if (arrows) element("scale").textContent = `Joint forces; the longest arrow is ${short(drawing.forces.largest)} N`;
 offerSpeeds();
+VIEWS.corner.from = acrossSwing(trail.points, VIEWS.corner.from);
 look("corner");
 listen();
 if (!obeyAddress()) play(!matchMedia("(prefers-reduced-motion: reduce)").matches);

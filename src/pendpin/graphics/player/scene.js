@@ -151,6 +151,25 @@ const VIEWS = {
   above: { from: [0, -1e-4, 1], angle: 2 },
 };
 
+// From where a swing goes across the picture: `from`, turned about z so that its angle to the swing is that to the y axis.
+// Of the two such places on the near side the nearer to `from`, which stays where the path has no main direction.
+function acrossSwing(points, from) {
+  const { x, y } = around([points]).getCenter(new THREE.Vector3());
+  let xx = 0, xy = 0, yy = 0;
+  for (let i = 0; i < points.length; i += 3) {
+    const [dx, dy] = [points[i] - x, points[i + 1] - y];
+    xx += dx * dx, xy += dx * dy, yy += dy * dy;
+  }
+  if (!(Math.hypot(xx - yy, 2 * xy) > 0.5 * (xx + yy))) return from;
+  const swing = Math.atan2(2 * xy, xx - yy) / 2;
+  const own = Math.atan2(from[1], from[0]);
+  const off = (angle) => Math.abs(Math.atan2(Math.sin(angle - own), Math.cos(angle - own)));
+  const angles = [-1, 1].flatMap((side) => [swing + side * (Math.PI / 2) - own, swing + side * (Math.PI / 2) + own]);
+  const best = angles.reduce((a, b) => (off(b) < off(a) ? b : a));
+  const reach = Math.hypot(from[0], from[1]);
+  return [reach * Math.cos(best), reach * Math.sin(best), from[2]];
+}
+
 // Put the camera of a view as near as lets every point be seen, and as much as `pad` in m around it.
 function fitCamera(viewer, clouds, view, pad) {
   const camera = viewer.camera;
