@@ -148,6 +148,28 @@ def test_the_same_swing_seen_from_front_side_and_above(browser: Browser, tmp_pat
     assert ratios["above"] < 0.1
 
 
+@pytest.mark.parametrize("swing", [[1, 0], [0, 1], [1, 1], [1, -0.7]])
+def test_the_first_view_looks_across_the_swing(page: Page, swing: list[float]) -> None:
+    """At 54 degrees, whatever the direction in which it swings; a round path leaves the camera where it is."""
+    path = np.outer(np.linspace(-1, 1, 9), [*swing, 0]).ravel().tolist()
+    x, y, z = page.evaluate(f"acrossSwing({path}, VIEWS.corner.from)")
+    across = (x * swing[1] - y * swing[0]) / np.hypot(x, y) / np.hypot(*swing)
+    assert abs(across) == pytest.approx(1 / np.hypot(1, 0.72), abs=1e-6)
+    assert z == 0.27
+    angles = np.linspace(0, 6.28, 40)
+    circle = np.stack([np.cos(angles), np.sin(angles), 0 * angles], 1).ravel().tolist()
+    assert page.evaluate(f"acrossSwing({circle}, VIEWS.corner.from)") == page.evaluate("VIEWS.corner.from")
+
+
+@pytest.mark.parametrize("width", [420, 1200])
+def test_legends_are_whole(page: Page, width: int) -> None:
+    page.resize(width, 800)
+    boxes = page.evaluate("""[...document.querySelectorAll('figcaption')].map((c) =>
+        [c.scrollHeight - c.clientHeight, c.scrollWidth - c.clientWidth, c.getBoundingClientRect().right])""")
+    assert all(below <= 0 and beside <= 0 and right <= width for below, beside, right in boxes)
+    page.resize(*SIZE)
+
+
 def test_plots_show_the_run_and_set_the_time(page: Page, run: pp.Trajectory) -> None:
     for place, plot in ((0.25, 0), (0.75, 1)):
         spot = f"document.querySelectorAll('.curves')[{plot}]"

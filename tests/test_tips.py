@@ -12,6 +12,7 @@ import pendpin as pp
 from laws import law
 from pendpin import effects as fx
 from pendpin.analysis.significance import significance
+from pendpin.graphics.run_drawing import drawing_of
 from pendpin.model.build import build
 
 INERTIA = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.2"/>'
@@ -158,6 +159,15 @@ def test_limits_that_are_not_applied_are_noted(tmp_path: Path) -> None:
         "<limit> is ignored, so these joints can pass it: 'a'; to hold one, add [[effects]] kind = \"stop\", "
         "with its joints, lower and upper"
     ]
+
+
+def test_a_drawing_says_its_notes_and_tells_bodies_apart(tmp_path: Path) -> None:
+    """What has no colour of its own has another one than the body before."""
+    parts = [link("one", -0.5, shapes=CYLINDER), link("two", -0.5, shapes=CYLINDER)]
+    free = joint("a", "base", "one", kind="prismatic"), joint("b", "one", "two", at=(0, 0, -1))
+    drawing = drawing_of(pp.simulate(pp.Scene(duration=0.1, model=robot(tmp_path, *parts, *free))))
+    assert ["these joints can pass it: 'a'" in note for note in drawing.notes] == [True]
+    assert len({shape.color for shape in drawing.shapes}) == 2
 
 
 # --- the largest swing ----------------------------------------------------------------------------------------------
