@@ -276,3 +276,33 @@ def test_an_inertia_stays_that_of_a_real_body() -> None:
         assert (z >= free.lower).all()
         inertia = np.sort(free.values(z))
         assert inertia[2] <= inertia[:2].sum() * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_motion_is_found_in_noise_as_large_as_itself(seed: int) -> None:
+    """The ratio that a free swing shows is within four of its standard errors."""
+    table = swings_of(scene_of(1, data=ANGLE, duration=6.0), [1.0], [0.4])
+    table["a1"] = table["a1"] + np.random.default_rng(seed).normal(0, 0.5, len(table["t"]))
+    found = pp.fit(scene_of(1, data=ANGLE), table)
+    rod = pp.Rod(**ROD)
+    (ratio,) = (c for c in found.combinations if c.name.startswith("inertia"))
+    true = rod.properties.I1 / (rod.mass * rod.length / 2) + rod.length / 2
+    assert abs(ratio.value - true) < 4 * ratio.error < 0.04 * true
+    assert found.verdict.startswith("These data tell little")
+
+
+def test_noise_alone_is_no_motion() -> None:
+    """White noise is refused in one line."""
+    table = {"t": np.arange(600) / 100, "segment": np.zeros(600), "a1": np.random.default_rng(0).normal(0, 1, 600)}
+    with pytest.raises(pp.InputError, match="the columns hold noise, or a motion too fast for them"):
+        pp.fit(scene_of(1, data=ANGLE), table)
+
+
+@pytest.mark.parametrize("unit", [1e3, 1e-3])
+def test_numbers_of_a_model_that_does_not_follow_have_no_errors(unit: float) -> None:
+    """Times in ms or in 1000 s: the verdict names the units, and nothing pretends to be known."""
+    table = swings_of(scene_of(1, data=ANGLE), [1.0])
+    found = pp.fit(scene_of(1, data=ANGLE), table | {"t": table["t"] * unit})
+    assert not found.errors
+    assert "check the units of angles and times" in found.verdict
+    assert all(np.isfinite(value) for value in found.values.values())

@@ -56,9 +56,10 @@ def fit(
 def _report(setting: Setting, solution: Solution, held: Prediction | None, seconds: float) -> Fit:
     """The report of a solution."""
     values, gradients = _numbers(setting, solution)
-    known = solution.certainty
-    errors = {key: known.error(g) for key, g in gradients.items() if known.determined(g)}
-    unsure = tuple(key for key in values if key not in errors)
+    known, train = solution.certainty, fitted_prediction(setting, solution)
+    known_errors = {key: known.error(g) for key, g in gradients.items() if known.determined(g)}
+    unsure = tuple(key for key in values if key not in known_errors)
+    errors = known_errors if train.follows(setting.noise) else {}
     matrix = np.array([gradients[key] for key in errors]).reshape(len(errors), len(solution.x))
     batch = solution.problem.batch
     r = solution.solved.r.reshape(len(batch.swing), -1, len(setting.columns))
@@ -69,7 +70,7 @@ def _report(setting: Setting, solution: Solution, held: Prediction | None, secon
         covariance=matrix @ known.covariance @ matrix.T,
         undetermined=unsure,
         combinations=combinations(setting.scene, setting.free, solution.z, known, set(unsure)),
-        train=fitted_prediction(setting, solution),
+        train=train,
         hold_out=held,
         noise=dict(zip(setting.columns, setting.noise.tolist(), strict=True)),
         white=whiteness(r),

@@ -66,6 +66,11 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
         return _swings(columns, table, lambda sample: f"sample {sample + 1}")
 
 
+def spread_of(swings: Sequence[Swing]) -> Array:
+    """The standard deviation of each column (columns,), rad or m."""
+    return np.nanstd(np.concatenate([swing.y for swing in swings]), 0)
+
+
 def spared(swings: Sequence[Swing], spacing: float) -> tuple[Swing, ...]:
     """Swings of more than `MOST_SAMPLES` with every so many of their samples, these being up to `spacing` in s apart."""
     found = []

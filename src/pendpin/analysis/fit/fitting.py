@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.fit.data import Swing, batch, in_pieces, read_swings, spared
+from pendpin.analysis.fit.data import Swing, batch, in_pieces, read_swings, spared, spread_of
 from pendpin.analysis.fit.equations import Equations, compile_equations
 from pendpin.analysis.fit.guess import (
     Regression,
@@ -38,6 +38,7 @@ OFFSET = 0.01  # rad or m: natural scale of a zero
 NEAR = 0.3  # of the spread of a column: residuals from which whole swings can be searched
 MOST_GROWTH = 1e3  # of a disturbance of a start: pieces are cut where the motion forgets its start
 MOST_WEIGHT = 10.0  # between the best and the worst explained piece
+NOISE_ALONE = 0.95  # of the spread of every column: noise in which nothing can be seen to move
 ROBUST = 1.345  # standard deviations: P. Huber, Robust Statistics (1981)
 
 Progress = Callable[[str], None]
@@ -102,9 +103,13 @@ def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = F
     equations = compile_equations(scene, parameters, sensors.joints)
     found = sensor_noise(swings)
     noise = np.full(len(found), scene.data.noise) if scene.data.noise else np.maximum(found, 1e-12)
-    pace = time_scale(swings)
+    pace = time_scale(swings, found)
     if not np.isfinite(pace):
         raise InputError("data: nothing moves in the columns that are measured")
+    if (found > NOISE_ALONE * spread_of(swings)).all():
+        raise InputError(
+            "data: neighbouring samples differ as much as any two: the columns hold noise, or a motion too fast for them"
+        )
     names = tuple(scene.data.columns)
     outputs, swings = sensors.of(equations.joints), spared(swings, STEP / 4 * pace)
     return Setting(scene, scene.data, parameters, equations, outputs, swings, pace, noise, names, robust)
@@ -132,7 +137,9 @@ def solution_of(setting: Setting, progress: Progress) -> Solution:
     problem = _problem(setting)
     progress("a start by equation error")
     x = _by_equation_error(setting, problem)
-    if not _followed(setting, problem, x):
+    if not (near := _followed(setting, problem, x)) and (near := _followed(setting, problem, problem.prior)):
+        x = problem.prior  # noise spoils accelerations first
+    if not near:
         progress("short pieces")
         problem = _rescaled(setting, problem, x)
         x, _, _ = Search(problem, Starts(x, _states(setting, problem, x))).run(FAR, COARSE)
@@ -219,14 +226,10 @@ def _rescaled(setting: Setting, problem: Problem, x: Array) -> Problem:
 
 def _followed(setting: Setting, problem: Problem, x: Array) -> bool:
     """Whether the motions at unknowns x (nx,) follow whole swings well enough for a search to begin there."""
-    whole = replace(_whole(setting, problem, x), weights=1 / _spread(setting))
+    spread = spread_of(setting.swings)
+    whole = replace(_whole(setting, problem, x), weights=1 / np.sqrt(NEAR**2 * spread**2 + setting.noise**2))
     r = solve_starts(whole, x, _states(setting, whole, x)).r
-    return bool(np.sqrt((r**2).sum() / (~np.isnan(whole.batch.y)).sum()) < NEAR)
-
-
-def _spread(setting: Setting) -> Array:
-    """The standard deviation of each column (columns,)."""
-    return np.nanstd(np.concatenate([swing.y for swing in setting.swings]), 0)
+    return bool((r**2).sum() < (~np.isnan(whole.batch.y)).sum())
 
 
 def _whole(setting: Setting, problem: Problem, x: Array) -> Problem:

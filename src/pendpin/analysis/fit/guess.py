@@ -12,6 +12,7 @@ from pendpin.arrays import Array, Mask
 
 MOST_POINTS = 1_000  # of the regression
 ONE_PERCENT = 0.01
+INTERPOLATED = 2 / 3  # of the variance of noise, on average, is left between the samples
 STARTS = 12  # of the search for angles, for each sample of tips
 
 
@@ -24,21 +25,25 @@ class Smoothed(NamedTuple):
     acceleration: Array
 
 
-def time_scale(swings: Sequence[Swing]) -> float:
-    """The time in s in which the fastest column moves by half its standard deviation, about half a radian of phase."""
-    return min(_moves(swing.t, swing.y[:, k]) for swing in swings for k in range(swing.y.shape[1]))
+def time_scale(swings: Sequence[Swing], noise: Array) -> float:
+    """The time in s in which the fastest column moves by half its standard deviation, about half a radian of phase.
+
+    noise (columns,) is not counted as a motion.
+    """
+    return min(_moves(swing.t, swing.y[:, k], noise[k]) for swing in swings for k in range(swing.y.shape[1]))
 
 
-def _moves(t: Array, y: Array) -> float:
-    """The time in s in which a column y (m,) at t (m,) s moves by half its standard deviation."""
+def _moves(t: Array, y: Array, noise: float) -> float:
+    """The time in s in which a column y (m,) at t (m,) s moves by half its standard deviation, less its noise."""
     seen = ~np.isnan(y)
     t, y = t[seen], y[seen]
     if len(t) < 4 or np.ptp(y) == 0:
         return np.inf
     grid = np.linspace(t[0], t[-1], max(64, min(4 * len(t), 20_000)))
     even, spacing = np.interp(grid, t, y), grid[1] - grid[0]
+    noise_left = INTERPOLATED * noise**2
     for lag in range(1, len(grid) // 2):
-        if np.sqrt(np.mean((even[lag:] - even[:-lag]) ** 2)) >= 0.5 * even.std():
+        if np.mean((even[lag:] - even[:-lag]) ** 2) - 2 * noise_left >= 0.25 * (even.var() - noise_left):
             return lag * spacing
     return (t[-1] - t[0]) / 2
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.analysis.fit.combinations import Combination
-from pendpin.analysis.fit.data import FEWEST, Swing, batch, in_pieces, read_swings, spared
+from pendpin.analysis.fit.data import FEWEST, Swing, batch, in_pieces, read_swings, spared, spread_of
 from pendpin.analysis.fit.fitting import Setting, Solution, start_states
 from pendpin.analysis.fit.guess import joint_angles
 from pendpin.analysis.fit.honesty import NOISY, WHITE
@@ -17,8 +17,9 @@ from pendpin.errors import InputError, brief
 from pendpin.late import from_above
 from pendpin.scene import Chain, Scene
 
+CHECK = "check the units of angles and times, and what the columns measure"
 WIDER = 1.2  # times: said from there on
-MOSTLY = 0.5  # of the spread of a column: noise in which there is little motion
+MOSTLY = 0.5  # of the spread of a column: residuals beside which there is little motion
 POOR = 0.05  # of the spread of a column: residuals of a model that misses something large
 
 
@@ -46,9 +47,19 @@ class Prediction(NamedTuple):
         return np.concatenate([(found - swing.y)[compared] for swing, found, compared in parts])
 
     @property
+    @np.errstate(over="ignore")  # of motions that grow without bound
     def rms(self) -> dict[str, float]:
         """The root of the mean square error of each column, rad or m."""
         return dict(zip(self.columns, np.sqrt(np.nanmean(self.errors() ** 2, 0)).tolist(), strict=True))
+
+    @property
+    def part(self) -> float:
+        """The largest rms of a column over the standard deviation of what was measured there."""
+        return float(max(np.array(list(self.rms.values())) / spread_of(self.swings)))
+
+    def follows(self, noise: Array) -> bool:
+        """Whether it follows the motion: errors are below half of it, or are noise (columns,), rad or m."""
+        return self.part <= MOSTLY or bool((np.array(list(self.rms.values())) <= NOISY * noise).all())
 
     @property
     def max(self) -> dict[str, float]:
@@ -61,7 +72,8 @@ class Fit:
     """A fitted scene and what is known of its numbers.
 
     values and errors (standard errors) are by key path; what the data do not determine is in `undetermined`, has no
-    error and stays near its guess. Zeros of columns are in the unit of [data]; residuals and noise in rad, or m for tips.
+    error and stays near its guess. There are no errors where the model does not follow the motion at all. Zeros of
+    columns are in the unit of [data]; residuals and noise in rad, or m for tips.
     """
 
     scene: Scene  # with the fitted numbers
@@ -119,9 +131,10 @@ class Fit:
     @property
     def verdict(self) -> str:
         """Whether the model explains the data, in a sentence."""
-        rms, spread = self.train.rms, np.nanstd(np.concatenate([s.y for s in self.train.swings]), 0)
+        rms, part = self.train.rms, self.train.part
+        if not np.isfinite(part):
+            return f"The model cannot explain the data at all: its motions grow without bound; {CHECK}."
         worst = max(rms, key=lambda name: rms[name] / self.noise[name])
-        part = max(r / s for r, s in zip(rms.values(), spread, strict=True))
         unit = dict(zip(self.train.columns, self.train.units, strict=True))[worst]
         times = (
             f"residuals of {worst} are {rms[worst]:.3g} {unit}, {rms[worst] / self.noise[worst]:.3g} times the noise"
@@ -134,8 +147,7 @@ class Fit:
             return f"The model cannot explain the data: residuals are small, but correlated (p = {self.white:.1g})."
         what = f"{times}, {100 * part:.2g} % of the motion, and correlated"
         if part > POOR:
-            check = "check the units of angles and times, and what the columns measure"
-            return f"The model cannot explain the data at all: {what}; {check}."
+            return f"The model cannot explain the data at all: {what}; {CHECK}."
         return f"The model cannot explain the data: {what}; something is missing."
 
     def __repr__(self) -> str:
@@ -179,7 +191,9 @@ class Fit:
         return [*rows, *(str(part) for part in self.parts), f"{self.seconds:.1f} s"]
 
     def _error(self, key: str) -> str:
-        return f" +- {self.errors[key]:.2g}" if key in self.errors else "  (not determined)"
+        if key in self.errors:
+            return f" +- {self.errors[key]:.2g}"
+        return "  (not determined)" if key in self.undetermined else ""
 
 
 def _units(setting: Setting) -> tuple[str, ...]:
