@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from pendpin.analysis.hardcases import chains, chaos, contacts, long_runs, poles, scales, starts, stiff
 from pendpin.analysis.hardcases.base import Case, Outcome
-from pendpin.analysis.hardcases.running import HardReport, Progress, chosen, run_cases
+from pendpin.analysis.hardcases.running import HardReport, Progress, chosen, outcomes, reported
 
 __all__ = ["CASES", "Case", "HardReport", "Outcome", "hard"]
 
@@ -29,7 +29,7 @@ def hard(
     """
     cases = chosen(CASES, names)
     if not peers:
-        return run_cases(cases, methods, full, progress)
-    from pendpin.analysis.hardcases.other_simulators import hard_peers
+        return reported(cases, lambda case: outcomes(case, methods, full, progress))
+    from pendpin.analysis.hardcases.other_simulators import contests, on_peers
 
-    return hard_peers(cases, progress)
+    return reported(contests(cases), lambda case: on_peers(case, progress))

@@ -21,6 +21,7 @@ EPS = float(np.finfo(float).eps)
 THIN = Chain(rods=(Rod(length=1.0, mass=1.0),))
 THICK = Chain(rods=(Rod(length=1.0, mass=1.0, radius=0.05),))
 REDUCED = 2 / 3  # m, of the uniform thin rod of 1 m
+REGULAR = "at most {} steps, each with an error of 1e-12 (the tolerance); errors grow by a factor 1 + omega T = {}"
 SWING = float(np.sqrt(G / REDUCED))  # rad/s, its small swings, and the rate at which it leaves the upright
 
 
@@ -41,6 +42,21 @@ GROUPS = {
     14: "Chaos",
     15: "Symmetry",
 }
+
+
+def tolerances(**methods: float) -> dict[str, Settings]:
+    """The settings of methods by their tolerances."""
+    return {name: {"tolerance": tolerance} for name, tolerance in methods.items()}
+
+
+def steps(**methods: float) -> dict[str, Settings]:
+    """The settings of methods by their steps in s."""
+    return {name: {"step": step} for name, step in methods.items()}
+
+
+def defaults(*methods: str) -> dict[str, Settings]:
+    """The settings of methods that choose their own."""
+    return {name: {} for name in methods}
 
 
 @dataclass(frozen=True)
@@ -108,10 +124,8 @@ def scene(
     time: float = 0.0,
 ) -> Scene:
     """A chain under gravity and other effects; angles and rates that are left out are 0."""
-    pad = np.zeros(2 * model.count)
-    start = Start(
-        time=time, positions=tuple(map(float, [*q, *pad[len(q) :]])), velocities=tuple(map(float, [*v, *pad[len(v) :]]))
-    )
+    positions, velocities = (np.pad(np.asarray(x, float), (0, 2 * model.count - len(x))).tolist() for x in (q, v))
+    start = Start(time=time, positions=tuple(positions), velocities=tuple(velocities))
     acting = effects if gravity is None else (gravity, *effects)
     return Scene(duration=duration, model=model, start=start, effects=acting, solver=Solver(samples=samples))
 

@@ -1,12 +1,11 @@
 """Chains whose neighbours differ much in mass or length, and chains of many rods."""
 
-from collections.abc import Callable
 from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.hardcases.base import EPS, Case, Solve, chain_of, scene
+from pendpin.analysis.hardcases.base import EPS, Case, Solve, chain_of, defaults, scene, tolerances
 from pendpin.arrays import Array
 from pendpin.equations.chain import solution
 from pendpin.model.bodies import pinocchio
@@ -40,7 +39,7 @@ def _ratio(solve: Solve, full: bool, sizes: Scale, most: float, short: float) ->
 
 
 def _unlike(
-    name: str, title: str, sizes: Scale, why: str, tolerance: float, steps: int, growth: float, **span: float
+    name: str, title: str, sizes: Scale, why: str, tolerance: float, most_steps: int, growth: float, **span: float
 ) -> Case:
     return Case(
         name=name,
@@ -49,9 +48,9 @@ def _unlike(
         physics="Rods of very different mass or length hang below each other and swing under gravity.",
         why=why,
         figure="distance of the tips to a run with the chain equations, relative to each rod's length",
-        bound=tolerance * steps * growth,
-        derivation=f"tolerance {tolerance:g}, at most {steps:,} steps, errors grow {growth:g} times",
-        methods={"auto": {"tolerance": tolerance}} | ({"taylor": {"tolerance": 1e-14}} if len(sizes) == 2 else {}),
+        bound=tolerance * most_steps * growth,
+        derivation=f"tolerance {tolerance:g}, at most {most_steps:,} steps, errors grow {growth:g} times",
+        methods=tolerances(auto=tolerance) | (tolerances(taylor=1e-14) if len(sizes) == 2 else {}),
         measure=partial(_ratio, sizes=sizes, **span),
     )
 
@@ -102,16 +101,9 @@ def _other_joints() -> dict[str, float]:
     """The figure for Pinocchio's own joints of two and three degrees of freedom."""
     pin = pinocchio()
     x, y = np.eye(3)[:2]
-    kinds: dict[str, Callable[[], Any]] = {
-        "pin Universal": lambda: pin.JointModelUniversal(-x, -y),
-        "pin Spherical": pin.JointModelSpherical,
-    }
-    conventions = {"LOCAL": pin.Convention.LOCAL, "WORLD": pin.Convention.WORLD}
-    return {
-        f"{name}, {word}": _with_joints(kind(), convention)
-        for name, kind in kinds.items()
-        for word, convention in conventions.items()
-    }
+    kinds = {"pin Universal": pin.JointModelUniversal(-x, -y), "pin Spherical": pin.JointModelSpherical()}
+    words = {word: getattr(pin.Convention, word) for word in ("LOCAL", "WORLD")}
+    return {f"{name}, {word}": _with_joints(kinds[name], words[word]) for name in kinds for word in words}
 
 
 def _with_joints(joint: Any, convention: Any) -> float:
@@ -145,32 +137,13 @@ BAD = "The mass matrix has entries from {} to 1: digits are lost where large ent
 FAST = "The short rod turns at {} rad/s during one swing of the long rod."
 
 CASES = (
-    _unlike(
-        "mass-light-below",
-        "a rod of 1e-6 kg below one of 1 kg",
-        ((1.0, 1.0), (1e-6, 1.0)),
-        BAD.format(1e-6),
-        *(1e-11, 1000, 100),
-        most=3.0,
-        short=1.0,
-    ),
-    _unlike(
-        "mass-light-above",
-        "a rod of 1e-6 kg above one of 1 kg",
-        ((1e-6, 1.0), (1.0, 1.0)),
-        BAD.format(1e-6),
-        *(1e-11, 1000, 100),
-        most=3.0,
-        short=1.0,
-    ),
-    _unlike(
-        "mass-heavy-below",
-        "a rod of 1e6 kg below one of 1 kg",
-        ((1.0, 1.0), (1e6, 1.0)),
-        BAD.format(1e-6),
-        *(1e-11, 1000, 100),
-        most=3.0,
-        short=1.0,
+    *(
+        _unlike(f"mass-{name}", title, sizes, BAD.format(1e-6), 1e-11, 1000, 100, most=3.0, short=1.0)
+        for name, title, sizes in (
+            ("light-below", "a rod of 1e-6 kg below one of 1 kg", ((1.0, 1.0), (1e-6, 1.0))),
+            ("light-above", "a rod of 1e-6 kg above one of 1 kg", ((1e-6, 1.0), (1.0, 1.0))),
+            ("heavy-below", "a rod of 1e6 kg below one of 1 kg", ((1.0, 1.0), (1e6, 1.0))),
+        )
     ),
     _unlike(
         "mass-mixed",
@@ -208,7 +181,7 @@ CASES = (
         figure="energy drift divided by the energy exchanged",
         bound=1e-9 * 1000 * 10,
         derivation="tolerance 1e-9, at most 1,000 steps, 10 for the share of the fast rods",
-        methods={"auto": {"tolerance": 1e-9}},
+        methods=tolerances(auto=1e-9),
         measure=partial(_energy, model=HUNDRED, most=0.5, short=0.02),
     ),
     Case(
@@ -222,7 +195,7 @@ CASES = (
         "torque that rnea computes for the accelerations of aba",
         bound=200 * 100 * EPS,
         derivation="rounding of about 100 operations in each of 200 joints",
-        methods={"auto": {}},
+        methods=defaults("auto"),
         measure=_digits,
         beside=_other_joints,
     ),
@@ -235,7 +208,7 @@ CASES = (
         figure="energy drift divided by the energy exchanged",
         bound=1e-8 * 1000 * 10,
         derivation="tolerance 1e-8, at most 1,000 steps, 10 for the share of the fast rods",
-        methods={"auto": {"tolerance": 1e-8}},
+        methods=tolerances(auto=1e-8),
         measure=partial(_energy, model=chain_of(LINK, copies=2000), most=0.02, short=0.001),
     ),
     Case(
@@ -247,7 +220,7 @@ CASES = (
         figure="energy drift divided by the energy exchanged",
         bound=1e-10 * 2000 * 100,
         derivation="tolerance 1e-10, at most 2,000 steps, 100 for rates of 100 rad/s",
-        methods={"auto": {"tolerance": 1e-10}, "rk45": {"tolerance": 1e-10}},
+        methods=tolerances(auto=1e-10, rk45=1e-10),
         measure=_whip,
     ),
 )

@@ -1,8 +1,20 @@
 """Joints that stick, hit a stop or rest on it: every event must be found at its time, once, and the events must end."""
 
+from functools import partial
+
 import numpy as np
 
-from pendpin.analysis.hardcases.base import THICK, Case, G, Solve, chain_of, inertia_about_joint, refused, scene
+from pendpin.analysis.hardcases.base import (
+    THICK,
+    Case,
+    G,
+    Solve,
+    chain_of,
+    inertia_about_joint,
+    refused,
+    scene,
+    tolerances,
+)
 from pendpin.arrays import Array
 from pendpin.effects import DryFriction, Motor, Spring, Stop
 from pendpin.scene import Rod
@@ -78,12 +90,11 @@ def _both(solve: Solve, full: bool) -> float:
 
 
 def _beyond(solve: Solve, full: bool) -> float:
-    return refused(
-        solve, lambda: scene(THICK, Stop(upper=0.5), q=(1.0,), duration=1.0), "start.positions.theta", "beyond its stop"
-    )
+    given = partial(scene, THICK, Stop(upper=0.5), q=(1.0,), duration=1.0)
+    return refused(solve, given, "start.positions.theta", "beyond its stop")
 
 
-METHODS = {name: {"tolerance": 1e-11} for name in ("auto", "rk45", "radau")}
+METHODS = tolerances(auto=1e-11, rk45=1e-11, radau=1e-11)
 
 CASES = (
     Case(
@@ -107,7 +118,7 @@ CASES = (
         figure="error of the place where it sticks, rad, plus its rate there",
         bound=1e-11 * 2000,
         derivation="tolerance 1e-11, at most 2,000 steps; friction does not make errors of the place grow",
-        methods={"auto": METHODS["auto"], "rk45": METHODS["rk45"]},
+        methods=tolerances(auto=1e-11, rk45=1e-11),
         measure=_sticking,
     ),
     Case(

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from pendpin.analysis.hardcases import chains, chaos, long_runs
-from pendpin.analysis.hardcases.base import Case, Outcome, Solve, on_method, scene
-from pendpin.analysis.hardcases.running import HardReport, Progress, measured
+from pendpin.analysis.hardcases.base import Case, Outcome, Solve, scene
+from pendpin.analysis.hardcases.running import Progress, measured, outcome
 from pendpin.analysis.simulators import Peer, PeerRun, require_libraries, task_of
 from pendpin.analysis.simulators.base import Kind
 from pendpin.analysis.simulators.drake import drake_peers
 from pendpin.analysis.simulators.mujoco import mujoco_peers
 from pendpin.analysis.simulators.scipy import scipy_peers
-from pendpin.errors import Interrupted, RunError
+from pendpin.errors import RunError
 from pendpin.model import kinematics
 from pendpin.model.build import build
 from pendpin.scene import Scene
@@ -39,7 +39,11 @@ NOT_FOR_PEERS = (  # other effects than gravity; figures that need rates or pend
 
 
 def contests(cases: Sequence[Case]) -> tuple[Case, ...]:
-    """The short forms that other simulators can run: measured by their angles, or by tips compared with pendpin's."""
+    """The short forms that other simulators can run: measured by their angles, or by tips compared with pendpin's.
+
+    Raises MissingLibrary where a simulator is not installed.
+    """
+    require_libraries()
     direct = [case for case in cases if case.group in GRAVITY_ALONE and case.name not in NOT_FOR_PEERS]
     compared = [_against_ours(case, COMPARED[case.name]) for case in cases if case.name in COMPARED]
     return tuple(sorted([*direct, *compared], key=lambda case: case.group))
@@ -68,20 +72,13 @@ def _against_ours(case: Case, given: Callable[[], Scene]) -> Case:
     return replace(case, measure=measure, bound=CLOSE, beside=None, **words)
 
 
-def hard_peers(cases: Sequence[Case], progress: Progress) -> HardReport:
-    """The cases on `auto` and on other simulators; after Ctrl-C the outcomes so far. Raises MissingLibrary."""
-    require_libraries()
-    chosen, outcomes = contests(cases), []
-    try:
-        for case in chosen:
-            progress(f"{case.name} on auto")
-            outcomes.append(replace(measured(case, "auto", on_method(case, "auto"), full=False), claimed=False))
-            for name in SIMULATORS:
-                progress(f"{case.name} on {name}")
-                outcomes.append(_best(case, name))
-    except (KeyboardInterrupt, Interrupted):
-        return HardReport(tuple(outcomes), chosen, stopped=True)
-    return HardReport(tuple(outcomes), chosen)
+def on_peers(case: Case, progress: Progress) -> Iterator[Outcome]:
+    """A case on `auto` and on other simulators."""
+    progress(f"{case.name} on auto")
+    yield replace(outcome(case, "auto", full=False), claimed=False)
+    for name in SIMULATORS:
+        progress(f"{case.name} on {name}")
+        yield _best(case, name)
 
 
 def _best(case: Case, name: str) -> Outcome:

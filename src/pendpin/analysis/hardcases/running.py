@@ -52,20 +52,19 @@ def _line(outcome: Outcome) -> str:
     return f"{outcome.case} on {outcome.method}: {why}"
 
 
-def run_cases(
-    cases: Sequence[Case], methods: Sequence[str] | None, full: bool, progress: Progress = lambda what: None
-) -> HardReport:
-    """Every case on its methods, or only on those in `methods`; after Ctrl-C the outcomes so far are returned."""
-    outcomes: list[Outcome] = []
+def reported(cases: Sequence[Case], outcomes_of: Callable[[Case], Iterator[Outcome]]) -> HardReport:
+    """The outcomes of all cases; after Ctrl-C those so far."""
+    found: list[Outcome] = []
     try:
         for case in cases:
-            outcomes.extend(_outcomes(case, methods, full, progress))
+            found.extend(outcomes_of(case))
     except (KeyboardInterrupt, Interrupted):
-        return HardReport(tuple(outcomes), tuple(cases), stopped=True)
-    return HardReport(tuple(outcomes), tuple(cases))
+        return HardReport(tuple(found), tuple(cases), stopped=True)
+    return HardReport(tuple(found), tuple(cases))
 
 
-def _outcomes(case: Case, methods: Sequence[str] | None, full: bool, progress: Progress) -> Iterator[Outcome]:
+def outcomes(case: Case, methods: Sequence[str] | None, full: bool, progress: Progress) -> Iterator[Outcome]:
+    """A case on its methods and beside them, or only on those in `methods`."""
     for method in case.methods:
         if methods is None or method in methods:
             progress(f"{case.name} on {method}")

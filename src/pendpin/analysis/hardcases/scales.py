@@ -5,7 +5,20 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.hardcases.base import EPS, THICK, Case, G, Solve, chain_of, inertia_about_joint, scene, tip_errors
+from pendpin.analysis.hardcases.base import (
+    EPS,
+    THICK,
+    Case,
+    G,
+    Solve,
+    chain_of,
+    defaults,
+    inertia_about_joint,
+    scene,
+    steps,
+    tip_errors,
+    tolerances,
+)
 from pendpin.arrays import Array
 from pendpin.effects import Gravity, Motor
 from pendpin.equations.exact import planar
@@ -62,7 +75,7 @@ SMALL = 1e-6  # m: millisecond dynamics
 def _late(solve: Solve, full: bool) -> float:
     """The largest differences of q, v and t to the run from t = 0, summed; rad, rad/s, s."""
     here, there = (solve(_sized(SMALL, 1e-9, 5.0, time=time)) for time in (0.0, LATE))
-    return float(np.abs(here.q - there.q).max() + np.abs(here.v - there.v).max()) + _off(there.t, LATE + here.t)
+    return _off(here.q, there.q) + _off(here.v, there.v) + _off(there.t, LATE + here.t)
 
 
 RATE = 1e3  # rad/s
@@ -74,21 +87,12 @@ def _driven_late(solve: Solve, full: bool) -> float:
 
     with mp.workdps(40):
         phase = float(mp.fmod(mpf(RATE) * mpf(LATE), 2 * mp.pi))
-    starts = {0.0: phase, LATE: 0.0}
-    here, there = (
-        solve(
-            scene(
-                THICK,
-                Motor(joint="theta", amplitude=100.0, frequency=RATE, phase=phase),
-                q=(0.3,),
-                duration=0.02,
-                samples=11,
-                time=time,
-            )
-        )
-        for time, phase in starts.items()
-    )
-    return float(np.abs(here.q - there.q).max())
+
+    def given(time: float, phase: float) -> Scene:
+        motor = Motor(joint="theta", amplitude=100.0, frequency=RATE, phase=phase)
+        return scene(THICK, motor, q=(0.3,), duration=0.02, samples=11, time=time)
+
+    return _off(solve(given(0.0, phase)).q, solve(given(LATE, 0.0)).q)
 
 
 def _start_alone(solve: Solve, full: bool, samples: int | None) -> float:
@@ -103,15 +107,15 @@ def _fine_samples(solve: Solve, full: bool) -> float:
     return tip_errors(run, run.q[some, 0], planar(1.0, 0.0, REDUCED, G, run.t[some]))
 
 
-FINE = {"auto": {"tolerance": 1e-14}, "taylor": {"tolerance": 1e-18}}
-TIGHT = {"auto": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}}
+FINE = tolerances(auto=1e-14, taylor=1e-18)
+TIGHT = tolerances(auto=1e-12, taylor=1e-16)
 GRAVITIES = ((1e-12, 1e4, 2), (1e6, 0.2, 250))  # m/s², s, 1 + omega T
 
 AT_ONCE: dict[str, Any] = {
     "figure": "difference to the start, rad, plus the number of samples less 1",
     "bound": 0.0,
     "derivation": "the start is given",
-    "methods": {"auto": {}, "radau": {}, "taylor": {}, "gauss6": {"step": 0.01}, "rk4": {"step": 0.01}},
+    "methods": defaults("auto", "radau", "taylor") | steps(gauss6=0.01, rk4=0.01),
 }
 
 CASES = (
@@ -142,7 +146,7 @@ CASES = (
         figure="error of theta, rad",
         bound=1000 * EPS * 200,
         derivation="rounding of at most 1,000 sums of up to 200 rad",
-        methods=TIGHT | {"gauss6": {"step": 0.1}, "rk4": {"step": 0.1}},
+        methods=TIGHT | steps(gauss6=0.1, rk4=0.1),
         measure=_straight,
     ),
     *(
@@ -169,7 +173,7 @@ CASES = (
         figure="difference to the same run from t = 0, rad, rad/s and s",
         bound=0.0,
         derivation="the equations do not depend on time: the same numbers, bit for bit",
-        methods={"auto": {}, "rk45": {}, "radau": {}, "taylor": {}, "gauss6": {"step": 1e-5}, "rk4": {"step": 1e-5}},
+        methods=defaults("auto", "rk45", "radau", "taylor") | steps(gauss6=1e-5, rk4=1e-5),
         measure=_late,
     ),
     Case(
@@ -211,7 +215,7 @@ CASES = (
         figure="distance of the tip to the exact solution (elliptic functions) at 200 of the samples, m",
         bound=1e-10 * 50 * 5 * 10,
         derivation="tolerance 1e-10, 50 steps, errors grow 1 + omega T = 5 times; 10 for an interpolant one order lower",
-        methods={"auto": {"tolerance": 1e-10}, "rk45": {"tolerance": 1e-10}, "taylor": {"tolerance": 1e-15}},
+        methods=tolerances(auto=1e-10, rk45=1e-10, taylor=1e-15),
         measure=_fine_samples,
     ),
 )

@@ -8,6 +8,7 @@ import numpy as np
 from pendpin.analysis.hardcases.base import (
     EPS,
     REDUCED,
+    REGULAR,
     SWING,
     THICK,
     THIN,
@@ -15,11 +16,14 @@ from pendpin.analysis.hardcases.base import (
     G,
     Solve,
     chain_of,
+    defaults,
     departure,
     inertia_about_joint,
     refused,
     scene,
+    steps,
     tip_errors,
+    tolerances,
 )
 from pendpin.effects import Gravity, Motor
 from pendpin.equations.exact import planar
@@ -86,11 +90,10 @@ def _upside_down(solve: Solve, full: bool) -> float:
 FALLING: dict[str, Any] = {
     "figure": "distance of the tip to the exact solution (elliptic functions), m",
     "bound": 1e-12 * 1000 * 80,
-    "derivation": "at most 1,000 steps, each with an error of 1e-12 (the tolerance); errors grow by a factor "
-    "1 + omega T = 80",
+    "derivation": REGULAR.format("1,000", 80),
 }
-TIGHT = {"auto": {"tolerance": 1e-12}, "taylor": {"tolerance": 1e-16}}
-FINE = {"auto": {"tolerance": FINEST}, "taylor": {"tolerance": 1e-16}}
+TIGHT = tolerances(auto=1e-12, taylor=1e-16)
+FINE = tolerances(auto=FINEST, taylor=1e-16)
 LATE = (
     "an error of 1e-14 (the tolerance) in a first angle of {} rad changes the time of leaving by up to "
     "ln(1 + 1e-14 / {}) / rate"
@@ -124,7 +127,7 @@ CASES = (
         physics="A rod of radius 5 cm, level and along the x axis, falls from rest in the plane theta = 0.",
         why="The rounding errors of theta'' are multiplied by J/I3. They must not change the motion in the plane.",
         **FALLING,
-        methods=TIGHT | {"gauss6": {"step": 0.002}},
+        methods=TIGHT | steps(gauss6=0.002),
         measure=_fall(THICK, J / (ROD.mass * ROD.properties.h), (0.0, POLE), (0.0, 0.0)),
     ),
     Case(
@@ -162,7 +165,7 @@ CASES = (
         figure="error of phi, rad",
         bound=1e-12 * 500 * 13.5,
         derivation="tolerance 1e-12, 500 steps, relative to 13.5 rad",
-        methods={"auto": {"tolerance": 1e-12}, "radau": {"tolerance": 1e-12}},
+        methods=tolerances(auto=1e-12, radau=1e-12),
         measure=_across,
     ),
     Case(
@@ -174,7 +177,7 @@ CASES = (
         figure="0 if the run ends with one line that names the rod and the remedy, else 1",
         bound=0.0,
         derivation="there is nothing to compute",
-        methods={"auto": {}},
+        methods=defaults("auto"),
         measure=partial(_no_motion, phi=POLE),
     ),
     Case(
@@ -187,15 +190,7 @@ CASES = (
         figure="largest angle after 100 s, rad",
         bound=0.0,
         derivation="sin(0) = 0: no acceleration, in exact arithmetic and in doubles",
-        methods={
-            "auto": {},
-            "rk45": {},
-            "radau": {},
-            "taylor": {},
-            "gauss4": {"step": 0.1},
-            "rk4": {"step": 0.1},
-            "euler": {"step": 0.1},
-        },
+        methods=defaults("auto", "rk45", "radau", "taylor") | steps(gauss4=0.1, rk4=0.1, euler=0.1),
         measure=_upright,
     ),
     Case(
@@ -207,7 +202,7 @@ CASES = (
         figure="error of the time at which the rod leans by 0.01 rad, s",
         bound=float(np.log1p(FINEST / 1e-15)) / SWING,
         derivation=LATE.format("1e-15", "1e-15"),
-        methods=FINE | {"gauss6": {"step": 0.01}, "rk4": {"step": 0.001}},
+        methods=FINE | steps(gauss6=0.01, rk4=0.001),
         measure=_leaning,
     ),
     Case(
