@@ -21,7 +21,7 @@ import pendpin as pp
 from pendpin import effects as fx
 from pendpin.dynamics.binding import bind_loads
 from pendpin.effects import Motion, cross
-from pendpin.equations import recursion
+from pendpin.equations import recursion, trees
 from pendpin.equations.numbers import symbols
 from pendpin.model.build import Model, build, start_state
 from pendpin.model.kinematics import chain_length, poses, tip_distance, tips
@@ -108,7 +108,7 @@ class Numbers:
         return np.frompyfunc(lambda x: function(self.exactly(x)), 1, 1)
 
 
-def _tree(model: pp.Chain, xp: Numbers) -> recursion.Tree:
+def _tree(model: pp.Chain, xp: Numbers) -> trees.Tree:
     """The rods as a tree of revolute joints, from the scene's own numbers."""
     q, n = xp.exactly, 2 * model.count
     axes, translations, masses, coms, inertias = [], [], [], [], []
@@ -130,7 +130,7 @@ def _tree(model: pp.Chain, xp: Numbers) -> recursion.Tree:
         above = [0.0, 0.0, -length]
     columns = (xp.asarray(np.array(x, dtype=object)) for x in (translations, masses, coms, inertias))
     eyes = np.tile(np.eye(3), (n, 1, 1))
-    return recursion.Tree(tuple(range(-1, n - 1)), ("revolute",) * n, np.array(axes), eyes, *columns)
+    return trees.Tree(tuple(range(-1, n - 1)), ("revolute",) * n, np.array(axes), eyes, *columns)
 
 
 def _accelerations(scene: pp.Scene, model: Model, effects: Any, number: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -143,7 +143,7 @@ def _accelerations(scene: pp.Scene, model: Model, effects: Any, number: Any) -> 
     external = None
     if loads.wrench is not None:
         joints = [body.joint for body in model.bodies]
-        motion = Motion(*(part[joints] for part in recursion.motions(tree, q, v, xp)))
+        motion = Motion(*(part[joints] for part in trees.motions(tree, q, v, xp)))
         linear, angular = ((part[:, None] @ motion.rotation)[:, 0] for part in loads.wrench(hy.time, motion))
         com = np.array([body.com for body in model.bodies])
         external = np.full((nv, 6), xp.exactly(0.0), dtype=object)

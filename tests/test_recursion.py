@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 
 from laws import law
 from pendpin.equations.numbers import exact, symbols
-from pendpin.equations.recursion import Tree, accelerations, wrenches
+from pendpin.equations.recursion import accelerations, wrenches
+from pendpin.equations.trees import Tree
 from pendpin.model.bodies import tree_of
 from rounding import EPS, ROUNDINGS, terms
 

@@ -14,9 +14,9 @@ from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Directions, Engine, Loads
 from pendpin.engines.external_forces import centres_of, in_joint_frames
 from pendpin.engines.tape import Recording, Tape, Term, recorded
-from pendpin.equations import newton_euler, recursion, thin_recursion
+from pendpin.equations import newton_euler, recursion, thin_recursion, trees
 from pendpin.equations.base import RodInertia
-from pendpin.equations.recursion import Tree
+from pendpin.equations.trees import Tree
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import SIGNS, Model
 
@@ -157,8 +157,8 @@ def _motion(model: Model, loads: Loads, tree: Tree, q: Array, v: Array, xp: Any)
     """The motion of the bodies: in their link frames, which takes fewer operations, unless a user's effects need W."""
     joints = np.array([body.joint for body in model.bodies])
     if loads.wrench is not None and loads.together is None:
-        return Motion(*recursion.motions(tree, q, v, xp)).of(joints)
-    origin, velocity, spin, into_links = recursion.motions_in_links(tree, q, v, xp)
+        return Motion(*trees.motions(tree, q, v, xp)).of(joints)
+    origin, velocity, spin, into_links = trees.motions_in_links(tree, q, v, xp)
     unturned = np.broadcast_to(np.eye(3), (len(origin), 3, 3))
     return Motion(origin, unturned, velocity, spin, into_links=into_links).of(joints)
 

@@ -1,4 +1,4 @@
-"""Operations on a tape as machine code: LLVM's intermediate language, compiled in memory (llvmlite).
+"""Operations on a tape as machine code: LLVM's intermediate language, which machine_compiler.py compiles.
 
 A function has the signature of CyRK's right-hand sides, so that it is called from compiled integrators and from Python:
     void rate(double *dy, double t, double *y, void **block, double *more)
@@ -14,7 +14,6 @@ import struct
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
 from threading import Lock
 from typing import Any
 
@@ -22,13 +21,13 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.engines import machine_quadrature
-from pendpin.engines.machine_steps import Many, Steps, steps_code
+from pendpin.engines.machine_compiler import Code
+from pendpin.engines.machine_steps import steps_code
 from pendpin.engines.tape import Recording
 
 OPTIMISATION = 2  # of 3; the tape is already simplified
 MANY_CALLS = (80_000, 8)  # times 1 and operations: from which on optimised code saves the time that it takes
 EVERY = 4096  # calls between two of the progress callback; a power of 2
-Rate = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 Callback = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double)  # t -> whether to stop
 _HEADER = 2  # cells of a block before its numbers: the count of calls, the progress callback
 _TABLE = 3  # cells of a table: addresses of its times and its rows, and how many there are
@@ -77,20 +76,6 @@ class Table:
 
     times: Array  # (n,) s
     rows: Array  # (n, width)
-
-
-class Code:
-    """One compilation of a function.
-
-    `call` is for Python, `address` for compiled integrators, `steps` of rk4, `many` evaluates many states.
-    """
-
-    def __init__(self, text: str, optimisation: int) -> None:
-        self._library = _compiled(text, optimisation)
-        self.address = self._library.get_function_address("rate")
-        self.call = Rate(self.address)
-        self.steps = Steps(self._library.get_function_address("steps"))
-        self.many = Many(self._library.get_function_address("many"))
 
 
 class Function:
@@ -285,27 +270,3 @@ def _arithmetic(place: int, name: str, operands: list[str]) -> Iterator[str]:
 
 def _number(x: float) -> str:
     return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
-
-
-def _compiled(code: str, optimisation: int) -> Any:
-    """The code in memory, for this processor. Its functions live as long as what is returned."""
-    import llvmlite.binding as llvm
-
-    machine = _machine(optimisation)  # first: it starts LLVM
-    return llvm.create_mcjit_compiler(llvm.parse_assembly(code), machine)
-
-
-def _machine(optimisation: int) -> Any:
-    import llvmlite.binding as llvm
-
-    _initialised()
-    target, features = llvm.Target.from_default_triple(), llvm.get_host_cpu_features().flatten()
-    return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=optimisation, jit=True)
-
-
-@cache
-def _initialised() -> None:
-    import llvmlite.binding as llvm
-
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()

@@ -1,8 +1,8 @@
-"""Trees of revolute and prismatic joints: the recursions of Newton-Euler and of the articulated body, for any number.
+"""The recursions of Newton-Euler and of the articulated body on trees of joints (trees.py), for any number type.
 
-Written once over plain arithmetic: the same lines run on floats, mpmath's numbers and heyoka's symbols; `xp` has the
-functions of the number type (pendpin.equations.numbers). After R. Featherstone, Rigid Body Dynamics
-Algorithms (2008), chapters 5 and 7, with three differences that save digits and symbols:
+Written once over plain arithmetic: the same lines run on floats, mpmath's numbers and heyoka's symbols. After
+R. Featherstone, Rigid Body Dynamics Algorithms (2008), chapters 5 and 7, with three differences that save digits and
+symbols:
 
 - every vector is taken in the frame of the joint it belongs to, as a pair of 3-vectors, and accelerations are those of
   points of the link, not spatial ones;
@@ -11,38 +11,15 @@ Algorithms (2008), chapters 5 and 7, with three differences that save digits and
   digit at 60 rods; for joints of more degrees of freedom it would save all of them (docs/pinocchio_notes.md, section 2).
 """
 
-from collections.abc import Callable, Sequence
-from typing import Any, Literal, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.arrays import Array, applied, centripetal, dot, gyroscopic, outer, skew, symmetric, transposed
+from pendpin.equations.trees import Joint, Tree, joints_at, prepared
 
 _UNIT = np.eye(3)
-
-
-class Tree(NamedTuple):
-    """A tree of n joints of one degree of freedom, each with the link it moves; parents come before their children."""
-
-    parents: tuple[int, ...]  # index of the parent joint, -1 for the base
-    kinds: tuple[Literal["revolute", "prismatic"], ...]
-    axes: Array  # (n, 3), unit vectors in the joint's frame
-    rotations: Array  # (n, 3, 3), from the joint's frame at zero to the parent joint's
-    translations: Array  # (n, 3) m, the joint's origin in the parent joint's frame
-    masses: Array  # (n,) kg
-    coms: Array  # (n, 3) m, centre of mass from the joint's origin, joint's frame
-    inertias: Array  # (n, 3, 3) kg m², about the centre of mass, joint's frame
-
-
-class _Joint(NamedTuple):
-    """A joint at its position: the pose of its frame in the parent's frame."""
-
-    parent: int
-    turns: bool
-    axis: Array  # (3,)
-    across: Array  # (3, 3), the projector normal to the axis: exact zeros where the axis is a coordinate axis
-    R: Array  # (..., 3, 3), from the joint's frame to the parent's
-    r: Array  # (..., 3) m, the joint's origin in the parent's frame
 
 
 class _LinkMotion(NamedTuple):
@@ -90,8 +67,8 @@ def wrenches(
     field (3,) or (..., 3) is the uniform acceleration field in the base frame, m/s²; external (..., n, 6) acts on the
     links, at the same points and in the same frames as the answer.
     """
-    tree, signs = _prepared(tree, xp)
-    joints = _joints(tree, signs * q, xp)
+    tree, signs = prepared(tree, xp)
+    joints = joints_at(tree, signs * q, xp)
     carried = _inertial(tree, joints, signs * v, signs * a, field, external)
     for i, joint in reversed(list(enumerate(joints))):
         if joint.parent >= 0:
@@ -128,8 +105,8 @@ def with_held_joints(
     held (n,) is 1 for a joint that is held, 0 for one that is free, None for one that is never held: the articulated body
     of a held joint goes to its parent as it is.
     """
-    tree, signs = _prepared(tree, xp)
-    joints = _joints(tree, signs * q, xp)
+    tree, signs = prepared(tree, xp)
+    joints = joints_at(tree, signs * q, xp)
     torques = np.zeros(len(joints)) if tau is None else signs * tau
     needed = _inertial(tree, joints, signs * v, np.zeros(len(joints)), field, external)
     bodies = [_rigid(tree, i, wrench) for i, wrench in enumerate(needed)]
@@ -144,83 +121,10 @@ def with_held_joints(
     return signs * a, signs * holding
 
 
-def motions(tree: Tree, q: Array, v: Array, xp: Any = np) -> tuple[Array, Array, Array, Array]:
-    """What each joint moves, in the base frame: origin (n, 3) m, axes (n, 3, 3), its velocity and spin (n, 3)."""
-    tree, signs = _prepared(tree, xp)
-    zero = np.zeros(3)
-    moving: dict[int, tuple[Array, ...]] = {-1: (zero, _UNIT, zero, zero)}
-    for i, (joint, rate) in enumerate(zip(_joints(tree, signs * q, xp), signs * v, strict=True)):
-        origin, R, velocity, spin = moving[joint.parent]
-        lever, axis = applied(R, joint.r), applied(R @ joint.R, joint.axis) * rate
-        velocity = velocity + np.cross(spin, lever)
-        turned = (velocity, spin + axis) if joint.turns else (velocity + axis, spin)
-        moving[i] = (origin + lever, R @ joint.R, *turned)
-    origin, R, velocity, spin = (np.stack(part) for part in zip(*(moving[i] for i in range(len(q))), strict=True))
-    return origin, R, velocity, spin
-
-
-def motions_in_links(
-    tree: Tree, q: Array, v: Array, xp: Any = np
-) -> tuple[Array, Array, Array, Callable[[Array], Array]]:
-    """As `motions`, in the frame of what each joint moves: origin (n, 3) m, its velocity and spin (n, 3).
-
-    And a function that turns a vector (3,) of the base frame into each of these frames, (n, 3): few operations for each.
-    """
-    tree, signs = _prepared(tree, xp)
-    joints, rates = _joints(tree, signs * q, xp), signs * v
-    moving: dict[int, tuple[Array, ...]] = {-1: (np.zeros(3),) * 3}
-    for i, joint in enumerate(joints):
-        origin, velocity, spin = moving[joint.parent]
-        at_joint = (origin + joint.r, velocity + np.cross(spin, joint.r), spin)
-        origin, velocity, spin = (applied(transposed(joint.R), x) for x in at_joint)
-        own = joint.axis * rates[i]
-        moving[i] = (origin, velocity, spin + own) if joint.turns else (origin, velocity + own, spin)
-
-    def into_links(vector: Array) -> Array:
-        turned = {-1: vector}
-        for i, joint in enumerate(joints):
-            turned[i] = applied(transposed(joint.R), turned[joint.parent])
-        return np.stack([turned[i] for i in range(len(joints))])
-
-    origin, velocity, spin = (np.stack(part) for part in zip(*(moving[i] for i in range(len(joints))), strict=True))
-    return origin, velocity, spin, into_links
-
-
 # --- Newton-Euler ---------------------------------------------------------------------------------------------------
 
 
-def _prepared(tree: Tree, xp: Any) -> tuple[Tree, Array]:
-    """The tree in the numbers of xp, and the signs (n,) that turn its axes to the positive side (fewer minus signs).
-
-    Axes and rotations, which come rounded to doubles, are made unit and orthogonal to the digits of xp: else the tree
-    would not keep its energy to them.
-    """
-    largest = np.take_along_axis(tree.axes, np.abs(tree.axes).argmax(-1)[:, None], -1)
-    signs = np.where(largest < 0, -1.0, 1.0)
-    axes, R, *others = (xp.asarray(x) for x in (tree.axes * signs + 0.0, *tree[3:]))  # + 0.0 clears the sign of zeros
-    for _ in range(3):  # Newton: 16, 32, 64, 128 digits
-        axes = axes * (3 - dot(axes, axes)) / 2
-        R = R @ (3 * _UNIT - transposed(R) @ R) / 2
-    return Tree(tree.parents, tree.kinds, axes, R, *others), signs[:, 0]
-
-
-def _joints(tree: Tree, q: Array, xp: Any) -> list[_Joint]:
-    """The joints at positions q (..., n) in rad, m for slides."""
-    sin, cos = xp.sin(q), xp.cos(q)
-    joints = []
-    for i, (parent, kind) in enumerate(zip(tree.parents, tree.kinds, strict=True)):
-        axis, R, r = tree.axes[i], tree.rotations[i], tree.translations[i]
-        along = np.outer(axis, axis)
-        across = _UNIT - along
-        if kind == "revolute":
-            turn = along + cos[..., i, None, None] * across + sin[..., i, None, None] * skew(axis)
-            joints.append(_Joint(parent, True, axis, across, R @ turn, r))
-        else:
-            joints.append(_Joint(parent, False, axis, across, R, r + q[..., i, None] * (R @ axis)))
-    return joints
-
-
-def _inertial(tree: Tree, joints: list[_Joint], v: Array, a: Array, field: Array, external: Any) -> list[_Wrench]:
+def _inertial(tree: Tree, joints: list[Joint], v: Array, a: Array, field: Array, external: Any) -> list[_Wrench]:
     """The force and moment that each link needs for v, a (..., n), less the external ones (..., n, 6)."""
     moving = {-1: _LinkMotion(np.zeros(3), np.zeros(3), -field, np.zeros((3, 3)))}
     out = []
@@ -233,7 +137,7 @@ def _inertial(tree: Tree, joints: list[_Joint], v: Array, a: Array, field: Array
     return out
 
 
-def _moved(joint: _Joint, parent: _LinkMotion, v: Array, qdd: Array) -> _LinkMotion:
+def _moved(joint: Joint, parent: _LinkMotion, v: Array, qdd: Array) -> _LinkMotion:
     """The motion of a link from that of its parent; v, qdd (..., 1) of its joint."""
     to_child = transposed(joint.R)
     omega, alpha = applied(to_child, parent.omega), applied(to_child, parent.alpha)
@@ -264,7 +168,7 @@ def _rigid(tree: Tree, i: int, needed: _Wrench) -> _Body:
     return _Body(J, skew(m * com), m * _UNIT, needed.moment, needed.force)
 
 
-def _released(joint: _Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
+def _released(joint: Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
     """The body as its parent feels it through the joint, and the answer of the joint to torque tau (..., 1)."""
     if not joint.turns:
         rest, answer = _released_first(joint, _swapped(body), tau)
@@ -272,7 +176,7 @@ def _released(joint: _Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
     return _released_first(joint, body, tau)
 
 
-def _released_first(joint: _Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
+def _released_first(joint: Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
     """The same for a joint about its axis, with its torque tau (n,); a slide exchanges first and second."""
     axis, across = joint.axis, joint.across
     column = applied(body.A, axis)
@@ -290,7 +194,7 @@ def _released_first(joint: _Joint, body: _Body, tau: Array) -> tuple[_Body, _Ans
     return rest, answer
 
 
-def _seen_from_parent(joint: _Joint, body: _Body) -> _Body:
+def _seen_from_parent(joint: Joint, body: _Body) -> _Body:
     """The same body, turned into the parent's frame and moved to the parent's origin."""
     R, x = joint.R, skew(joint.r)
     A, C = symmetric(R @ transposed(R @ body.A)), symmetric(R @ transposed(R @ body.C))
@@ -301,7 +205,7 @@ def _seen_from_parent(joint: _Joint, body: _Body) -> _Body:
     return _Body(symmetric(A - B @ x + x @ transposed(moved)), moved, C, moment, force)
 
 
-def _outward(joints: list[_Joint], answers: dict[int, _Answer], held: Sequence[Any]) -> tuple[Array, Array]:
+def _outward(joints: list[Joint], answers: dict[int, _Answer], held: Sequence[Any]) -> tuple[Array, Array]:
     """Joint accelerations (..., n) beyond those at zero qdd, from the base to the tips, and holding torques (..., n)."""
     moving = {-1: (np.zeros(3), np.zeros(3))}  # alpha and a of each link
     out, holding = [], []

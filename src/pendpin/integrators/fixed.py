@@ -37,9 +37,8 @@ def intervals(times: Array, step: float) -> Iterator[tuple[float, int, float]]:
 def steps_of(times: Array, step: float) -> tuple[int, float]:
     """How many steps cut the intervals of output times (n,), and the largest of them, s. Raises InputError for too many."""
     refuse_steps(times, step)
-    spans = np.diff(times)
-    counts = np.maximum(1, np.ceil(spans / step * (1 - 1e-9)))
-    return int(counts.sum()), float((spans / counts).max(initial=0.0)) or step
+    cut = [(count, h) for _, count, h in intervals(times, step)]
+    return sum(count for count, _ in cut), max((h for _, h in cut), default=0.0) or step
 
 
 def refuse_steps(times: Array, step: float) -> None:

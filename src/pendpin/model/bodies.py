@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.arrays import Array, Mask
 from pendpin.equations.base import RodInertia
-from pendpin.equations.recursion import Tree
+from pendpin.equations.trees import Tree
 from pendpin.errors import MissingLibrary, find
 
 NEAR = 1e-9  # of the largest length of a model: a tip so near to its joint is none

@@ -165,8 +165,8 @@ def _check_color(where: str, material: Element | None) -> None:
 def _missing_meshes(links: dict[str, Element], folder: Path) -> Iterator[str]:
     for name, link in links.items():
         for mesh in link.iterfind("visual/geometry/mesh"):
-            if mesh_file(folder, mesh.get("filename", "")) is None:
-                yield f"link {shown(name)}: mesh {shown(mesh.get('filename', ''))} is not found and will not be drawn"
+            if mesh_file(folder, filename := mesh.get("filename", "")) is None:
+                yield f"link {shown(name)}: mesh {shown(filename)} is not found and will not be drawn"
 
 
 def mesh_file(folder: Path, filename: str) -> Path | None:
@@ -220,18 +220,16 @@ def _check_limits(where: str, joint: Element, kind: str) -> None:
 
 
 def _not_applied(joints: dict[str, Element]) -> tuple[str, ...]:
-    notes = []
-    for name, joint in joints.items():
-        dynamics = joint.find("dynamics")
-        if dynamics is None or joint.get("type") == "fixed":
-            continue
+    notes, moving = [], {name: joint for name, joint in joints.items() if joint.get("type") != "fixed"}
+    for name, joint in moving.items():
+        found = joint.find("dynamics")
+        dynamics = {} if found is None else found.attrib
         for key in ("damping", "friction"):
-            value = float(dynamics.get(key, "0"))
-            if value:
+            if value := float(dynamics.get(key, "0")):
                 kind, number = ("viscous", "coefficient") if key == "damping" else ("dry_friction", "kinetic")
                 add = f'[[effects]] kind = "{kind}", {number} = {value:g}, joints = ["{name}"]'
                 notes.append(f"joint {shown(name)}: <dynamics {key}={value:g}> is ignored; add {add}")
-    if limited := [name for name, joint in joints.items() if joint.get("type") != "fixed" and _limited(joint)]:
+    if limited := [name for name, joint in moving.items() if _limited(joint)]:
         more = f", ... ({len(limited)} joints)" if len(limited) > SHOWN else ""
         names = choices(map(shown, limited[:SHOWN]))
         add = '[[effects]] kind = "stop", with its joints, lower and upper'
@@ -243,9 +241,8 @@ def _limited(joint: Element) -> bool:
     """Whether a joint has a limit that a motion could meet."""
     limit = joint.find("limit")
     keys = ("lower", "upper") if joint.get("type") != "continuous" else ()
-    return limit is not None and any(
-        0 < abs(float(limit.get(key, "0"))) < FARTHEST for key in (*keys, "effort", "velocity")
-    )
+    values = [] if limit is None else [float(limit.get(key, "0")) for key in (*keys, "effort", "velocity")]
+    return any(0 < abs(value) < FARTHEST for value in values)
 
 
 def _make_plain(joint: Element) -> None:

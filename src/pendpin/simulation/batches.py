@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices, Mask, subdivided
+from pendpin.arrays import Array, Indices, subdivided
 from pendpin.dynamics.acting import acting
 from pendpin.dynamics.compiling import equations_of
 from pendpin.dynamics.dynamics import Dynamics
@@ -23,18 +23,14 @@ from pendpin.dynamics.symbols import parameters_of, staying_zero
 from pendpin.dynamics.timing import timing
 from pendpin.engines import Engine
 from pendpin.integrators.taylor import HIGH, SERIES, SMALL, expressions, run_time_parameters
+from pendpin.integrators.taylor_vectors import Passage, along, passages
 from pendpin.model.build import Model, build, start_state
-from pendpin.records import LARGEST
 from pendpin.scene import Scene
-from pendpin.simulation.limits import OFF
-from pendpin.trajectory import exchanged
 
 WIDTH = 16  # cases side by side, the same on every machine: two vectors hide the time that an instruction takes
 NARROW = 8  # for up to SMALL joints: one rod is then 10 % faster, two rods are 10 to 60 % slower
 AT_ONCE = 128  # cases that are sorted into vectors
 MOST_STATES = 200_000  # of a case
-SAMPLES_AT_ONCE = 256  # between two chances to stop
-STEPS_AT_ONCE = 65_536  # in so many samples, at most
 
 Sums = Sequence[Sequence[int]]  # places of joints whose angles are added
 
@@ -173,9 +169,9 @@ class Series:
                 if self.stopped.is_set():
                     break
                 series.pars[:] = cases.parameters[places].T
-                states, steps[places] = _along(series, y[places], fine, cases.longest[places], self.stopped)
+                states, steps[places] = along(series, y[places], fine, cases.longest[places], self.stopped)
                 rows[places] = self._with_zeros(states)
-                flips[places] = np.fmin.reduce([passage.first for passage in _passages(series)], initial=np.nan)
+                flips[places] = np.fmin.reduce([passage.first for passage in passages(series)], initial=np.nan)
         finally:
             with self._lock:
                 self._spare.append(series)
@@ -232,7 +228,7 @@ class Series:
         state, rates = expressions(hy, self._recording)
         sums = [[state[i] for i in places if i in self._moving] for places in self._flips]
         guards = [hy.cos(sum(angles) * 0.5) for angles in sums if angles]
-        events = {"nt_events": [hy.nt_event_batch(guard, _Passage(self._width)) for guard in guards]} if guards else {}
+        events = {"nt_events": [hy.nt_event_batch(guard, Passage(self._width)) for guard in guards]} if guards else {}
         return hy.taylor_adaptive_batch(
             [(state[i], rates[i]) for i in self._moving],
             np.zeros((len(self._moving), self._width)),
@@ -242,57 +238,6 @@ class Series:
             pars=np.zeros((self._own.parameters.shape[1], self._width)),
             **events,
         )
-
-
-class _Passage:
-    """Notes the first time at which a guard passes 0 in each place of the vector; copied with the series it belongs to."""
-
-    def __init__(self, width: int) -> None:
-        self.first = np.full(width, np.nan)
-
-    def __call__(self, series: Any, t: float, direction: int, place: int) -> None:
-        self.first[place] = np.fmin(self.first[place], t)
-
-
-def _along(series: Any, y: Array, times: Array, longest: Array, stopped: Event) -> tuple[Array, Array]:
-    """States (width, n, size) at the times, and steps (width,), of `longest` (width,) s at most; NaN where one fails."""
-    states, steps = np.full((len(times), *y.T.shape), np.nan), np.zeros(len(y))
-    states[0] = series.state[:] = y.T
-    series.set_time(times[0])
-    for passage in _passages(series):
-        passage.first[:] = np.nan
-    limits = {"max_steps": STEPS_AT_ONCE, "max_delta_t": longest}
-    for first in range(0, len(times) - 1, SAMPLES_AT_ONCE):
-        ahead = times[first + 1 : first + SAMPLES_AT_ONCE + 1]
-        if len(times) == 2:  # nothing is to be read between two steps
-            series.propagate_until(ahead[0], **limits)
-            found = series.state[None]
-        else:
-            grid = np.concatenate([series.time[None], np.repeat(ahead[:, None], len(y), axis=1)])
-            found = series.propagate_grid(grid, **limits)[1][1:]
-        outcomes, _, _, taken = zip(*series.propagate_res, strict=True)
-        steps += taken
-        if stopped.is_set() or any(outcome != outcome.time_limit for outcome in outcomes):
-            break
-        states[first + 1 : first + 1 + len(ahead)] = found
-    return states.transpose(2, 0, 1), steps
-
-
-def _passages(series: Any) -> list[_Passage]:
-    """What notes the passages of its guards."""
-    return [event.callback for event in series.nt_events] if series.with_events else []
-
-
-def ends_well(dynamics: Dynamics, q: Array, v: Array) -> Mask:
-    """Whether each start (c,) came to its end, in numbers that are not too large, with the energy it should have."""
-    good = np.asarray(((np.abs(q) <= LARGEST) & (np.abs(v) <= LARGEST)).all((1, 2)))
-    if not dynamics.conservative or not good.any():
-        return good
-    ends = [rows[good][:, [0, -1]].reshape(-1, q.shape[2]) for rows in (q, v)]
-    kinetic, potential = (energy.reshape(-1, 2) for energy in dynamics.energies(*ends))
-    off = np.abs(np.diff(kinetic + potential))[:, 0]
-    good[good] = off <= OFF * exchanged(kinetic.T, potential.T)[-1]
-    return good
 
 
 class Batch(NamedTuple):

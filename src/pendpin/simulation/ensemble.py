@@ -23,7 +23,8 @@ from pendpin.model import kinematics
 from pendpin.model.build import FARTHEST, Model, build
 from pendpin.records import LARGEST
 from pendpin.scene import Scene, Start
-from pendpin.simulation.batches import Series, ends_well, side_by_side
+from pendpin.simulation.batches import Series, side_by_side
+from pendpin.simulation.limits import ends_well
 from pendpin.simulation.processes import cores, spread
 from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory import Counts, Stats

@@ -8,9 +8,11 @@ from typing import TypeVar
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, Mask
+from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted
+from pendpin.records import LARGEST
 from pendpin.trajectory import Trajectory, exchanged
 
 WINDOW = 5.0  # s of processor time between two checks of the progress of a run
@@ -119,3 +121,15 @@ def balanced(trajectory: Trajectory) -> int:
 def _largest(x: Array) -> Array:
     """The largest magnitude so far (n,)."""
     return np.maximum.accumulate(np.abs(x))
+
+
+def ends_well(dynamics: Dynamics, q: Array, v: Array) -> Mask:
+    """Whether each start (c,) came to its end, in numbers that are not too large, with the energy it should have."""
+    good = np.asarray(((np.abs(q) <= LARGEST) & (np.abs(v) <= LARGEST)).all((1, 2)))
+    if not dynamics.conservative or not good.any():
+        return good
+    ends = [rows[good][:, [0, -1]].reshape(-1, q.shape[2]) for rows in (q, v)]
+    kinetic, potential = (energy.reshape(-1, 2) for energy in dynamics.energies(*ends))
+    off = np.abs(np.diff(kinetic + potential))[:, 0]
+    good[good] = off <= OFF * exchanged(kinetic.T, potential.T)[-1]
+    return good

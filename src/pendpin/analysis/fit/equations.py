@@ -19,7 +19,7 @@ from pendpin.dynamics.binding import bind_loads
 from pendpin.dynamics.parameters import GIVEN
 from pendpin.dynamics.symbols import external_wrenches
 from pendpin.effects import ContactEffect, DryFriction, FieldEffect, Gravity, Motion
-from pendpin.equations import recursion
+from pendpin.equations import recursion, trees
 from pendpin.equations.numbers import symbols
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.model.bodies import tree_of
@@ -203,7 +203,7 @@ class _Symbolic:
     def _outputs(self, joints: tuple[int, ...], y: Array) -> list[Any]:
         """Joint angles (n,) and tips (bodies, 3) in m."""
         _, q, v = self._states(joints)
-        motions = recursion.motions(self.tree, q, v, symbols())
+        motions = trees.motions(self.tree, q, v, symbols())
         motion = Motion(*motions).of(np.array([body.joint for body in self.model.bodies]))
         tips = motion.points(np.array([body.tip for body in self.model.bodies], dtype=object))
         return [*y[: len(joints)], *tips.reshape(-1)]
@@ -220,7 +220,7 @@ class _Symbolic:
         return function
 
 
-def _with_rods(tree: recursion.Tree, model: Model, scene: Scene) -> tuple[recursion.Tree, Model]:
+def _with_rods(tree: trees.Tree, model: Model, scene: Scene) -> tuple[trees.Tree, Model]:
     """The tree and the model of a chain with the rods of a scene in symbols; others as they are."""
     if not isinstance(scene.model, Chain):
         return tree, model

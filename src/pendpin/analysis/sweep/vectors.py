@@ -16,7 +16,8 @@ from pendpin.model.build import FARTHEST, Model, build, start_state
 from pendpin.records import LARGEST
 from pendpin.scene import Scene
 from pendpin.simulation.accuracy.side_by_side import FINEST, Ladder
-from pendpin.simulation.batches import Cases, Motions, Series, ends_well, together
+from pendpin.simulation.batches import Cases, Motions, Series, together
+from pendpin.simulation.limits import ends_well
 from pendpin.simulation.run import fill_in
 from pendpin.trajectory import Trajectory
 from pendpin.versions import installed

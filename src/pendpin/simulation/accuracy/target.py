@@ -11,20 +11,18 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.acting import built_in
-from pendpin.dynamics.dynamics import bind
 from pendpin.engines import ProgressCallback
 from pendpin.errors import RunError
-from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, automatic, taylor_takes
-from pendpin.model.build import build, start_state
-from pendpin.scene import FIXED_METHODS, Scene
+from pendpin.model.build import build
+from pendpin.scene import Scene
 from pendpin.simulation.accuracy import rounding
 from pendpin.simulation.accuracy.estimate import DISAGREEMENT, NOISE, SMALL, Estimate, Gaps, estimate
-from pendpin.simulation.accuracy.refinement import LOOSEST, MOST_STEPS, Refinement, by_step, by_tolerance
+from pendpin.simulation.accuracy.methods import independent, refinement_of, with_method
+from pendpin.simulation.accuracy.refinement import MOST_STEPS, Refinement
 from pendpin.simulation.accuracy.runs import Attempt, Runs, alike, at_rest, extent, gap, length_of
 from pendpin.simulation.limits import Deadline
 from pendpin.trajectory import Trajectory
 
-FINE = 1e-12  # accuracies below are for the Taylor integrator wherever it can
 FARTHEST = 1e4  # how much smaller than the last error the next may be
 BLIND = 100.0  # the same, if the runs are too coarse for an estimate
 LIKELY = 0.85  # the power of the promised factor by which gaps fall as a rule
@@ -44,9 +42,9 @@ EPS = float(np.finfo(float).eps)
 
 def run_to_accuracy(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> Trajectory:
     """The motion of a scene to the accuracy of its solver; as `simulate`, which see."""
-    scene = _with_method(scene, energy_balance)
+    scene = with_method(scene, energy_balance)
     runs = Runs(scene, energy_balance, progress, deadline)
-    search = _Search(scene, runs, _refinement(scene, runs))
+    search = _Search(scene, runs, refinement_of(scene, runs))
     if not scene.duration:
         return search.result(0.0)
     while (found := search.go_on()) is None:
@@ -157,7 +155,7 @@ class _Search:
 
     def _against_another_method(self) -> Array:
         """The error (n,) of a run that no finer setting changes, from its difference to a run of another method."""
-        method = next(method for method in _independent(self.scene) if method != self.refinement.method)
+        method = next(method for method in independent(self.scene) if method != self.refinement.method)
         other = self.runs.run(self.scene.by(method, max(self.last.setting, LEAST_OF_ANOTHER)))
         self._measure_rounding(self.last)
         assert self.rounding is not None
@@ -269,38 +267,8 @@ class _Search:
         return RunError(message, self.result(float(last) if np.isfinite(last) else None))
 
 
-def _independent(scene: Scene) -> tuple[str, str]:
-    """Two methods that can run a scene and see different things: implicit ones for stiff equations, else explicit ones."""
-    free = scene.model_copy(update={"solver": scene.solver.replaced(method="auto")})
-    dynamics = bind(free)
-    method, _ = automatic(free, dynamics, *start_state(dynamics.model, scene.start))
-    return ("radau", "bdf") if method == "radau" else ("dop853", "rk45")
-
-
 def _duration(seconds: float) -> str:
     for unit, size in (("days", 86_400.0), ("hours", 3_600.0), ("minutes", 60.0)):
         if seconds > 2 * size:
             return f"about {seconds / size:.0f} {unit}"
     return f"about {seconds:.0f} s"
-
-
-def _refinement(scene: Scene, runs: Runs) -> Refinement:
-    """The settings of the scene's method."""
-    method, target = scene.solver.method, scene.solver.accuracy or 0.0
-    if method not in FIXED_METHODS:
-        q, _ = start_state(build(scene.model), scene.start)
-        return by_tolerance(method, target, float(np.abs(q).max(initial=0.0)))
-    if not scene.duration:
-        return Refinement(method, 1.0, 0.0)
-    return by_step(method, runs.times, runs.run(scene.by("dop853", LOOSEST)).stats.steps)
-
-
-def _with_method(scene: Scene, energy_balance: bool) -> Scene:
-    """The scene with the cheapest method that can meet its target, and engine, where it names none."""
-    solver, target = scene.solver, scene.solver.accuracy or 0.0
-    dynamics = bind(scene)
-    method, engine = automatic(scene, dynamics, *start_state(dynamics.model, scene.start), energy_balance)
-    few = MAX_JOINTS if target < FINE else FEW_JOINTS  # the series are the surest, and cheap for few
-    if solver.method == "auto" and method == "dop853" and taylor_takes(scene, dynamics, energy_balance, few):
-        method, engine = "taylor", solver.engine
-    return scene.model_copy(update={"solver": solver.replaced(method=method, engine=engine)})

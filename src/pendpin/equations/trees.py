@@ -1,0 +1,110 @@
+"""Trees of revolute and prismatic joints, for any number type: their joints' poses, and how what they move moves.
+
+`xp` has the functions of the number type (pendpin.equations.numbers).
+"""
+
+from collections.abc import Callable
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array, applied, dot, skew, transposed
+
+_UNIT = np.eye(3)
+
+
+class Tree(NamedTuple):
+    """A tree of n joints of one degree of freedom, each with the link it moves; parents come before their children."""
+
+    parents: tuple[int, ...]  # index of the parent joint, -1 for the base
+    kinds: tuple[Literal["revolute", "prismatic"], ...]
+    axes: Array  # (n, 3), unit vectors in the joint's frame
+    rotations: Array  # (n, 3, 3), from the joint's frame at zero to the parent joint's
+    translations: Array  # (n, 3) m, the joint's origin in the parent joint's frame
+    masses: Array  # (n,) kg
+    coms: Array  # (n, 3) m, centre of mass from the joint's origin, joint's frame
+    inertias: Array  # (n, 3, 3) kg m², about the centre of mass, joint's frame
+
+
+class Joint(NamedTuple):
+    """A joint at its position: the pose of its frame in the parent's frame."""
+
+    parent: int
+    turns: bool
+    axis: Array  # (3,)
+    across: Array  # (3, 3), the projector normal to the axis: exact zeros where the axis is a coordinate axis
+    R: Array  # (..., 3, 3), from the joint's frame to the parent's
+    r: Array  # (..., 3) m, the joint's origin in the parent's frame
+
+
+def prepared(tree: Tree, xp: Any) -> tuple[Tree, Array]:
+    """The tree in the numbers of xp, and the signs (n,) that turn its axes to the positive side (fewer minus signs).
+
+    Axes and rotations, which come rounded to doubles, are made unit and orthogonal to the digits of xp: else the tree
+    would not keep its energy to them.
+    """
+    largest = np.take_along_axis(tree.axes, np.abs(tree.axes).argmax(-1)[:, None], -1)
+    signs = np.where(largest < 0, -1.0, 1.0)
+    axes, R, *others = (xp.asarray(x) for x in (tree.axes * signs + 0.0, *tree[3:]))  # + 0.0 clears the sign of zeros
+    for _ in range(3):  # Newton: 16, 32, 64, 128 digits
+        axes = axes * (3 - dot(axes, axes)) / 2
+        R = R @ (3 * _UNIT - transposed(R) @ R) / 2
+    return Tree(tree.parents, tree.kinds, axes, R, *others), signs[:, 0]
+
+
+def joints_at(tree: Tree, q: Array, xp: Any) -> list[Joint]:
+    """The joints at positions q (..., n) in rad, m for slides."""
+    sin, cos = xp.sin(q), xp.cos(q)
+    joints = []
+    for i, (parent, kind) in enumerate(zip(tree.parents, tree.kinds, strict=True)):
+        axis, R, r = tree.axes[i], tree.rotations[i], tree.translations[i]
+        along = np.outer(axis, axis)
+        across = _UNIT - along
+        if kind == "revolute":
+            turn = along + cos[..., i, None, None] * across + sin[..., i, None, None] * skew(axis)
+            joints.append(Joint(parent, True, axis, across, R @ turn, r))
+        else:
+            joints.append(Joint(parent, False, axis, across, R, r + q[..., i, None] * (R @ axis)))
+    return joints
+
+
+def motions(tree: Tree, q: Array, v: Array, xp: Any = np) -> tuple[Array, Array, Array, Array]:
+    """What each joint moves, in the base frame: origin (n, 3) m, axes (n, 3, 3), its velocity and spin (n, 3)."""
+    tree, signs = prepared(tree, xp)
+    zero = np.zeros(3)
+    moving: dict[int, tuple[Array, ...]] = {-1: (zero, _UNIT, zero, zero)}
+    for i, (joint, rate) in enumerate(zip(joints_at(tree, signs * q, xp), signs * v, strict=True)):
+        origin, R, velocity, spin = moving[joint.parent]
+        lever, axis = applied(R, joint.r), applied(R @ joint.R, joint.axis) * rate
+        velocity = velocity + np.cross(spin, lever)
+        turned = (velocity, spin + axis) if joint.turns else (velocity + axis, spin)
+        moving[i] = (origin + lever, R @ joint.R, *turned)
+    origin, R, velocity, spin = (np.stack(part) for part in zip(*(moving[i] for i in range(len(q))), strict=True))
+    return origin, R, velocity, spin
+
+
+def motions_in_links(
+    tree: Tree, q: Array, v: Array, xp: Any = np
+) -> tuple[Array, Array, Array, Callable[[Array], Array]]:
+    """As `motions`, in the frame of what each joint moves: origin (n, 3) m, its velocity and spin (n, 3).
+
+    And a function that turns a vector (3,) of the base frame into each of these frames, (n, 3): few operations for each.
+    """
+    tree, signs = prepared(tree, xp)
+    joints, rates = joints_at(tree, signs * q, xp), signs * v
+    moving: dict[int, tuple[Array, ...]] = {-1: (np.zeros(3),) * 3}
+    for i, joint in enumerate(joints):
+        origin, velocity, spin = moving[joint.parent]
+        at_joint = (origin + joint.r, velocity + np.cross(spin, joint.r), spin)
+        origin, velocity, spin = (applied(transposed(joint.R), x) for x in at_joint)
+        own = joint.axis * rates[i]
+        moving[i] = (origin, velocity, spin + own) if joint.turns else (origin, velocity + own, spin)
+
+    def into_links(vector: Array) -> Array:
+        turned = {-1: vector}
+        for i, joint in enumerate(joints):
+            turned[i] = applied(transposed(joint.R), turned[joint.parent])
+        return np.stack([turned[i] for i in range(len(joints))])
+
+    origin, velocity, spin = (np.stack(part) for part in zip(*(moving[i] for i in range(len(joints))), strict=True))
+    return origin, velocity, spin, into_links
