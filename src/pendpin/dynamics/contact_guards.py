@@ -1,7 +1,6 @@
 """Guards: functions of time and state that fall to 0 when a joint stops, hits a stop or starts to slide."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -11,67 +10,53 @@ from pendpin.dynamics.contacts import Contacts, Mode, Scales
 ROUNDING = 1e-15  # of a position or a rate of order one
 SMALL = 1e-2  # of the tolerance: a guard so little below 0 is no event
 
+# The kinds of guards: the rates of sliding joints; the distances of free joints to their stops; and of held joints the
+# distances of the holding torque to its largest and to its least possible value.
+RATE, UPPER, LOWER, MOST, LEAST = range(5)
+_TURNED = np.array([[0.0], [-1.0], [1.0], [-1.0], [1.0]])  # the sign of what each kind looks at; of rates the way
+_PLACE = np.array([1, 0, 0, 2, 2])  # where that is: among positions, rates, holding torques
+
 
 @dataclass(frozen=True, eq=False)
 class Guards:
-    """The m guards of a scene between two events.
-
-    In this order: rates of the sliding joints, distances of free joints to their upper and their lower stops, and the
-    reserves of held joints: the distance of the holding torque to its largest and to its least possible value.
-    """
+    """The m guards of a scene between two events: each a position, a rate or a torque, turned and shifted."""
 
     contacts: Contacts
     mode: Mode
-    q: Array  # (nv,) at the last event
-    torque: Array  # (nv,) N m, of order one for the joints that are held
+    kind: Indices  # (m,)
+    joint: Indices  # (m,)
+    turned: Array  # (m,) -1 or 1
+    offset: Array  # (m,)
+    floor: Array  # (m,), how far below 0 the guards may go without an event
 
-    @cached_property
-    def joints(self) -> tuple[Indices, ...]:
-        """The indices (k,) of the joints of each of the five kinds of guards."""
-        held, contacts = self.mode.held, self.contacts
-        slides = ~held & (self.mode.sign != 0) & (contacts.static > 0)
-        least, most = self._range
-        below, above = ~held & np.isfinite(contacts.upper), ~held & np.isfinite(contacts.lower)
-        kinds = (slides, below, above, held & np.isfinite(most), held & np.isfinite(least))
-        return tuple(np.flatnonzero(kind) for kind in kinds)
-
-    @cached_property
-    def _range(self) -> tuple[Array, Array]:
-        """The least and the largest torque (nv,) in N m that can hold the joints."""
-        return self.contacts.range(self.q)
-
-    def values(self, t: Array, q: Array, v: Array) -> Array:
-        """The guards (n, m) at times t (n,) and states q, v (n, nv)."""
-        slide, below, above, most, least = self.joints
-        columns = [self.mode.sign[slide] * v[:, slide]]
-        columns += [self.contacts.upper[below] - q[:, below], q[:, above] - self.contacts.lower[above]]
-        if len(most) or len(least):
-            holding = self.contacts.hold(t, q, v, self.mode)
-            columns += [self._range[1][most] - holding[:, most], holding[:, least] - self._range[0][least]]
-        return np.concatenate(columns, 1)
-
-    def floor(self, scales: Scales, tolerance: float) -> Array:
-        """How far below 0 the guards may go without an event, (m,)."""
-        slide, below, above, most, least = self.joints
-        limits = np.abs(np.concatenate([self.contacts.upper[below], self.contacts.lower[above]]))
-        rates = max(SMALL * tolerance, ROUNDING) * scales.rate[slide]
-        distances = SMALL * tolerance * scales.position[np.concatenate([below, above])] + ROUNDING * limits
-        return np.concatenate([rates, distances, self.contacts.slack(self.torque)[np.concatenate([most, least])]])
+    def values(self, t: Array, y: Array) -> Array:
+        """The guards (n, m) at times t (n,) and states y (n, size)."""
+        nv = len(self.mode.held)
+        if self.mode.held.any():
+            y = np.concatenate([y[:, : 2 * nv], self.contacts.hold(t, y, self.mode)], 1)
+        return self.turned * y[:, _PLACE[self.kind] * nv + self.joint] + self.offset
 
     def land(self, q: Array, v: Array, fired: Mask) -> tuple[Array, Array, Array]:
         """q, v (nv,) with the values of fired guards (m,) set exactly, and the way (nv,) in which joints start, or 0."""
-        q, v, loose = q.copy(), v.copy(), np.zeros_like(v)
-        ends = np.cumsum([len(joints) for joints in self.joints])[:-1]
-        slide, below, above, most, least = (
-            joints[part] for joints, part in zip(self.joints, np.split(fired, ends), strict=True)
-        )
-        v[self.mode.held] = v[slide] = 0.0
-        q[below], q[above] = self.contacts.upper[below], self.contacts.lower[above]
-        loose[most], loose[least] = -1.0, 1.0
+        q, v, loose = q.copy(), np.where(self.mode.held, 0.0, v), np.zeros_like(v)
+        stopped, above, below, most, least = (self.joint[fired & (self.kind == kind)] for kind in range(5))
+        v[stopped], loose[most], loose[least] = 0.0, -1.0, 1.0
+        q[above], q[below] = self.contacts.upper[above], self.contacts.lower[below]
         return q, v, loose
 
 
-def guards_of(contacts: Contacts, t: float, q: Array, v: Array, mode: Mode, scales: Scales) -> Guards:
+def guards_of(
+    contacts: Contacts, t: float, q: Array, v: Array, mode: Mode, scales: Scales, tolerance: float
+) -> Guards:
     """The guards of a mode from time t and state q, v (nv,) on."""
-    _, holding = contacts.accelerate(t, q, v, mode)
-    return Guards(contacts, mode, q, contacts.torques(holding, scales))
+    held, upper, lower, zero = mode.held, contacts.upper, contacts.lower, np.zeros(len(q))
+    least, most = contacts.range(q)
+    ends, near, slack = np.isfinite([upper, lower, most, least]), SMALL * tolerance * scales.position, zero
+    slides = ~held & (mode.sign != 0) & (contacts.static > 0)
+    kind, joint = np.nonzero(np.concatenate([[slides], ends[:2] & ~held, ends[2:] & held]))
+    if held.any():
+        slack = contacts.slack(contacts.torques(contacts.accelerate(t, q, v, mode)[1], scales))
+    rates = max(SMALL * tolerance, ROUNDING) * scales.rate
+    floors = [rates, near + ROUNDING * np.abs(upper), near + ROUNDING * np.abs(lower), slack, slack]
+    tables = (_TURNED + [mode.sign, *np.zeros((4, len(q)))], [zero, upper, -lower, most, -least], floors)
+    return Guards(contacts, mode, kind, joint, *(np.asarray(table)[kind, joint] for table in tables))

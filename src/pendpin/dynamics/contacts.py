@@ -89,8 +89,10 @@ class Contacts:
     def accelerate(self, t: float, q: Array, v: Array, mode: Mode) -> tuple[Array, Array]:
         """Accelerations (nv,) and the torques (nv,) that hold the held joints."""
         if self.block:
-            a, holding = self._evaluated(np.array([t]), q[None], v[None], mode)
-            return a[0], holding[0]
+            y = np.zeros((1, self.block.function.size))
+            y[0, : 2 * len(q)] = np.concatenate([q, v])
+            rates, holding = self._evaluated(np.array([t]), y, mode)
+            return rates[0, len(q) : 2 * len(q)], holding[0]
         a = self.engine.accelerate(t, q, v, self.friction(v, mode))
         holding = np.zeros_like(a)
         if mode.held.any():
@@ -101,27 +103,26 @@ class Contacts:
             a[held] = 0.0
         return a, holding
 
-    def hold(self, t: Array, q: Array, v: Array, mode: Mode) -> Array:
-        """The torques (n, nv) that hold the held joints, at times (n,) and states q, v (n, nv)."""
+    def hold(self, t: Array, y: Array, mode: Mode) -> Array:
+        """The torques (n, nv) that hold the held joints, at times (n,) and states y (n, size), which begin with q, v."""
+        nv = len(mode.held)
+        if not mode.held.any():
+            return np.zeros((len(y), nv))
         if self.block:
-            return self._evaluated(t, q, v, mode)[1]
-        torques = [self.accelerate(*state, mode)[1] for state in zip(t, q, v, strict=True)]
-        return np.array(torques).reshape(q.shape)
+            return self._evaluated(t, y, mode)[1]
+        states = zip(t, y[:, :nv], y[:, nv : 2 * nv], strict=True)
+        return np.array([self.accelerate(*state, mode)[1] for state in states]).reshape(-1, nv)
 
-    def _evaluated(self, t: Array, q: Array, v: Array, mode: Mode) -> tuple[Array, Array]:
-        """Accelerations and holding torques (n, nv) in machine code."""
+    def _evaluated(self, t: Array, y: Array, mode: Mode) -> tuple[Array, Array]:
+        """y' (n, size) and holding torques (n, nv) in machine code."""
         assert self.block
-        n, nv = q.shape
         self.enter(mode)
-        rates, holding = self.block.evaluated(
-            t, np.concatenate([q, v, np.zeros((n, self.block.function.size - 2 * nv))], 1)
-        )
-        return rates[:, nv : 2 * nv], holding
+        return self.block.evaluated(t, y)
 
     def enter(self, mode: Mode) -> None:
         """Pass a mode to the equations in machine code."""
         assert self.block
-        self.block.inputs[:] = np.concatenate([mode.held, mode.sign])
+        self.block.inputs[: len(mode.held)], self.block.inputs[len(mode.held) :] = mode.held, mode.sign
 
     def range(self, q: Array) -> tuple[Array, Array]:
         """The least and the largest torque (nv,) that friction and stops can hold with, at positions q."""

@@ -87,7 +87,7 @@ class Function:
         self._needed = tape.needed([*self._places, *self._more])
         self._fixed = tape.fixed_operands([*self._places, *self._more])
         self._tables, self._inputs, self._directions = tables, recording.inputs, recording.directions
-        self.size, self.more = len(self._places), len(self._more)
+        self.size, self.more, self.operations = len(self._places), len(self._more), len(self._needed)
         self._quadratures: dict[Any, str] = {}  # names of functions, by points and weights
         self.text = "\n".join(self._written())
         self._codes: dict[int, Code] = {}  # by level of optimisation
@@ -98,7 +98,7 @@ class Function:
         first, each = MANY_CALLS
         with self._lock:  # a second code in the place of the first would free it while another thread runs it
             self._calls += calls
-            level = OPTIMISATION if self._calls > first + each * len(self._needed) else 0
+            level = OPTIMISATION if self._calls > first + each * self.operations else 0
             if level not in self._codes:
                 begin = time.perf_counter()
                 self._codes[level] = Code(self.text, level)
@@ -177,7 +177,7 @@ class Block:
         self.function, self._compiled = function, compiled
         self._kept = [np.ascontiguousarray(part) for table in tables for part in (table.times, table.rows)]
         self._cells = np.zeros(_HEADER + _TABLE * len(tables) + inputs + len(numbers))
-        self._whole, self._counted = self._cells.view(np.int64), 0
+        self._whole, self._counted, self._code = self._cells.view(np.int64), 0, None
         for i, table in enumerate(tables):
             addresses = (part.ctypes.data for part in self._kept[2 * i : 2 * i + 2])
             self._whole[_HEADER + _TABLE * i :][:_TABLE] = *addresses, len(table.times)
@@ -194,17 +194,17 @@ class Block:
     def code(self) -> Code:
         """The machine code, compiled if it was not. It may change from segment to segment; its results do not."""
         (before, self._counted), took = (self._counted, self.calls), self.function.compile_seconds
-        code = self.function.code(self._counted - before)
+        self._code = self.function.code(self._counted - before)
         self._compiled(self.function.compile_seconds - took)
-        return code
+        return self._code
 
     def evaluated(self, t: Array, y: Array) -> tuple[Array, Array]:
         """y' (n, size) and the further results (n, m) at times (n,) and states y (n, size)."""
         t, y = np.ascontiguousarray(t), np.ascontiguousarray(y)
         rates, more = np.empty(y.shape), np.empty((len(y), self.function.more))
         if len(t):
-            addresses = (t.ctypes.data, y.ctypes.data, self.address, rates.ctypes.data, more.ctypes.data)
-            self.code().many(len(t), *addresses)
+            code = self._code or self.code()
+            code.many(len(t), t.ctypes.data, y.ctypes.data, self.address, rates.ctypes.data, more.ctypes.data)
         return rates, more
 
     def on_progress(self, callback: Callable[[float], bool]) -> None:

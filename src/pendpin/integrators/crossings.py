@@ -5,6 +5,7 @@ no crossing by this test. Otherwise the interval is halved until the last coeffi
 interpolant then show whether it crosses zero, and where.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -13,17 +14,20 @@ from numpy.polynomial import chebyshev
 
 from pendpin.arrays import Array, Mask
 
-DEGREE = 8  # of the interpolants
+DEGREE = 9  # of the interpolants: those of dop853 have degree 7, so that the last two coefficients vanish
 UNSEEN = 4.0  # times the larger of the last two coefficients: the bound on what the interpolant leaves out
 SHORTEST = 2.0**-44  # of the interval searched: a function that is not resolved there jumps
 MOST = 2000  # intervals examined; for a function that needs more, only the signs of its samples are used
 TOGETHER = 1e-12  # of the interval searched: crossings no farther apart happen at once
+CLOSE = 1e-15  # a correction of a root so small is the last
 
 Functions = Callable[[Array], Array]  # times (n,) -> values (n, m)
 
 _NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # rising, -1 to 1
 _STEEPEST = np.arange(DEGREE + 1) ** 2  # the largest slopes of Chebyshev's polynomials on -1 to 1
-_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(_NODES, DEGREE))
+_VALUES = chebyshev.chebvander(_NODES, DEGREE)  # at the nodes, of each polynomial
+_COEFFICIENTS = np.linalg.inv(_VALUES)
+_SLOPE = chebyshev.chebder(np.eye(DEGREE + 1))  # of the coefficients, those of the derivative
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,89 +35,104 @@ class Crossing:
     """The earliest crossing of several functions."""
 
     t: float
+    interval: int  # in which it is
     which: int  # the function that crosses first
     fired: Mask  # (m,) those that cross then
-    slope: float  # of the first, per s
+    slope: float  # of the first, per s; -inf if it jumps
 
 
-def first_crossing_of(sample: Functions, bounds: Array, floor: Array) -> tuple[Crossing, int] | None:
-    """As `first_crossing` in the intervals between bounds (k + 1,), one after another; also returns which it is in.
+def first_crossing(sample: Functions, bounds: Array, floor: Array) -> Crossing | None:
+    """The earliest time at which one of m functions falls to 0 and then below -floor (m,).
 
-    All intervals are sampled at once; those that may hold a crossing are searched.
+    In the intervals between the rising times `bounds` (k + 1,): all are sampled at once, and those that may hold a
+    crossing are searched. None if there is none: then no function was below -floor, but for what its interpolant leaves
+    out (`UNSEEN`). A function may start at 0 or below; it crosses where it next falls below -floor.
     """
-    values = sample(_times(bounds[:-1], bounds[1:]).reshape(-1)).reshape(len(bounds) - 1, DEGREE + 1, -1)
-    coefficients = np.einsum("ij,kjm->ikm", _COEFFICIENTS, values)
-    for i in np.flatnonzero(_reaching(coefficients, floor).any(1)):
-        if found := first_crossing(sample, float(bounds[i]), float(bounds[i + 1]), floor):
-            return found, int(i)
+    series = _series(sample, bounds[:-1], bounds[1:])
+    for i in np.flatnonzero(_reaching(np.abs(series), series, floor).any(1)):
+        if found := _searched(sample, int(i), float(bounds[i]), float(bounds[i + 1]), series[i], floor):
+            return found
     return None
 
 
-def first_crossing(sample: Functions, begin: float, end: float, floor: Array) -> Crossing | None:
-    """The earliest time at which one of m functions falls to 0 and then below -floor (m,).
-
-    None if there is no such time between begin and end: then no function was below -floor, but for what its interpolant
-    leaves out (`UNSEEN`). A function may start at 0 or below; it crosses where it next falls below -floor.
-    """
+def _searched(sample: Functions, i: int, begin: float, end: float, series: Array, floor: Array) -> Crossing | None:
+    """The first crossing in interval i, from begin to end, with interpolants `series` (DEGREE + 1, m)."""
     waiting, looks = [(begin, end)], 0
     while waiting:
         (a, b), looks = waiting.pop(), looks + 1
-        values = sample(_times(a, b))
-        coefficients = _COEFFICIENTS @ values
-        reaching = np.flatnonzero(_reaching(coefficients, floor))
+        series = series if looks == 1 else _series(sample, np.array([a]), np.array([b]))[0]
+        sizes = np.abs(series)
+        reaching = np.flatnonzero(_reaching(sizes, series, floor))
         if not len(reaching):
             continue
         jumps = b - a <= SHORTEST * (end - begin) or looks > MOST
-        if not jumps and (_unseen(coefficients) > floor)[reaching].any():
+        if not jumps and (_unseen(sizes) > floor)[reaching].any():
             middle = (a + b) / 2
             waiting += [(middle, b), (a, middle)]
             continue
-        found = [(_drop(values[:, k], floor[k]) if jumps else _root(coefficients[:, k], floor[k]), k) for k in reaching]
-        place, which = min(((x, k) for x, k in found if x is not None), default=(None, 0))
-        if place is not None:
-            t = min(max(a + (place + 1) * (b - a) / 2, a), b)
-            return _crossing(sample, t, int(which), TOGETHER * (end - begin), end)
+        found = [(_drop if jumps else _root)(series[:, k], float(floor[k])) for k in reaching]
+        places = np.array([(math.inf, 0.0) if one is None else one for one in found])
+        first = int(np.argmin(places[:, 0]))
+        x, slope = places[first].tolist()
+        if x < math.inf:
+            scale, fired = 2 / (b - a), np.zeros(len(floor), bool)
+            fired[reaching] = places[:, 0] <= x + scale * TOGETHER * (end - begin)
+            return Crossing(min(max(a + (x + 1) / scale, a), b), i, int(reaching[first]), fired, slope * scale)
     return None
 
 
-def _unseen(coefficients: Array) -> Array:
-    """What interpolants with coefficients (DEGREE + 1, ...) may leave out, (...)."""
-    return UNSEEN * np.abs(coefficients[-2:]).max(0)
+def _series(sample: Functions, a: Array, b: Array) -> Array:
+    """Coefficients (k, DEGREE + 1, m) of the interpolants from a (k,) to b (k,)."""
+    times = a[:, None] + np.multiply.outer((b - a) / 2, _NODES + 1)
+    times[:, -1] = b
+    return _COEFFICIENTS @ sample(times.reshape(-1)).reshape(*times.shape, -1)
 
 
-def _reaching(coefficients: Array, floor: Array) -> Mask:
-    """Whether functions with coefficients (DEGREE + 1, ..., m) may fall below -floor (m,): (..., m)."""
-    return coefficients[0] - np.abs(coefficients[1:]).sum(0) - _unseen(coefficients) < -floor
+def _unseen(sizes: Array) -> Array:
+    """What interpolants with absolute coefficients (..., DEGREE + 1, m) may leave out, (..., m)."""
+    return UNSEEN * np.maximum(sizes[..., -1, :], sizes[..., -2, :])
 
 
-def _times(a: Array | float, b: Array | float) -> Array:
-    """The Chebyshev points (..., DEGREE + 1) between a and b (...), both ends included."""
-    a, b = np.asarray(a)[..., None], np.asarray(b)[..., None]
-    return np.where(_NODES == 1, b, a + (_NODES + 1) * ((b - a) / 2))
+def _reaching(sizes: Array, series: Array, floor: Array) -> Mask:
+    """Whether functions with coefficients (..., DEGREE + 1, m), and these absolute, may fall below -floor (m,)."""
+    return series[..., 0, :] - sizes[..., 1:, :].sum(-2) - _unseen(sizes) < -floor
 
 
-def _root(coefficients: Array, floor: float) -> float | None:
-    """Where a Chebyshev series (n,) on -1 to 1 comes down to 0 and goes on below -floor; None if it does not."""
+def _root(coefficients: Array, floor: float) -> tuple[float, float] | None:
+    """Where a Chebyshev series on -1 to 1 comes down to 0 and goes on below -floor, and its slope; None if nowhere."""
     series = coefficients.tolist()
     places = _turning_points(coefficients)
     values = [_value(series, x) for x in places]
-    last = next((i for i, value in enumerate(values) if value < -floor), None)
+    last = next((i for i, (value, _) in enumerate(values) if value < -floor), None)
     if last is None:
         return None
-    if last == 0 or values[last - 1] <= 0:
-        return places[max(0, last - 1)]
-    from scipy import optimize  # late: it takes 0.1 s
-
-    bracket = places[last - 1 : last + 1]
-    return optimize.root_scalar(lambda x: _value(series, x), bracket=bracket, xtol=4e-16, rtol=1e-15).root
+    before = max(0, last - 1)
+    if last == before or values[before][0] <= 0:
+        return places[before], values[before][1]
+    return _zero(series, places[before], places[last])
 
 
-def _value(series: list[float], x: float) -> float:
-    """A Chebyshev series at x, by Clenshaw's recurrence: in floats, as one value takes numpy longer."""
-    one = two = 0.0
+def _zero(series: list[float], a: float, b: float) -> tuple[float, float]:
+    """The zero of a Chebyshev series that falls from a to b, and its slope: by Newton's method, or halving."""
+    x, last = (a + b) / 2, math.inf
+    while True:
+        value, slope = _value(series, x)
+        a, b = (x, b) if value > 0 else (a, x)
+        better = x - value / slope if slope < 0 else a
+        if not (a <= better <= b and abs(better - x) < last / 2):
+            better = (a + b) / 2
+        x, last = better, abs(better - x)
+        if last <= CLOSE:
+            return x, slope
+
+
+def _value(series: list[float], x: float) -> tuple[float, float]:
+    """A Chebyshev series and its slope at x, by Clenshaw's recurrence: in floats, as one value takes numpy longer."""
+    one = two = slope = before = 0.0
     for c in reversed(series[1:]):
+        slope, before = 2 * (one + x * slope) - before, slope
         one, two = c + 2 * x * one - two, one
-    return series[0] + x * one - two
+    return series[0] + x * one - two, one + x * slope - before
 
 
 def _turning_points(coefficients: Array) -> list[float]:
@@ -121,23 +140,14 @@ def _turning_points(coefficients: Array) -> list[float]:
     sizes = np.abs(coefficients)
     if sizes[1] > _STEEPEST[2:] @ sizes[2:]:  # the first term outweighs the slopes of all others: there is none
         return [-1.0, 1.0]
-    slope = chebyshev.chebder(coefficients)
+    slope = _SLOPE @ coefficients
     slope = chebyshev.chebtrim(slope, 1e-15 * np.abs(slope).max())
     roots = chebyshev.chebroots(slope) if len(slope) > 1 else np.empty(0)
     inside = roots.real[(np.abs(roots.imag) < 1e-3) & (np.abs(roots.real) < 1)]
     return [-1.0, *np.sort(inside).tolist(), 1.0]
 
 
-def _drop(values: Array, floor: float) -> float | None:
-    """Where samples (n,) of a function that jumps are below -floor for the first time."""
-    below = values < -floor
-    return float(_NODES[np.argmax(below)]) if below.any() else None
-
-
-def _crossing(sample: Functions, t: float, which: int, together: float, end: float) -> Crossing:
-    """The crossing of one function at t, and the others that cross with it."""
-    around = np.array([t - together, min(t + together, end)])
-    before, after = sample(around)
-    fired = (after < 0) & (after < before)
-    fired[which] = True
-    return Crossing(t, which, fired, float((after - before)[which] / (around[1] - around[0])))
+def _drop(coefficients: Array, floor: float) -> tuple[float, float] | None:
+    """The first node at which a function that jumps is below -floor, and the slope there; None if there is none."""
+    below = _VALUES @ coefficients < -floor
+    return (float(_NODES[np.argmax(below)]), -math.inf) if below.any() else None

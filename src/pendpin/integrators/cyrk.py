@@ -31,8 +31,8 @@ _NAMES: dict[str, tuple[str, Any, tuple[Any, ...]]] = {  # C++ name, type of the
     "success": ("_Z20cysolver_get_successPv", c_bool, (c_void_p,)),
     "steps": ("_Z24cysolver_get_steps_takenPv", c_size_t, (c_void_p,)),
     "size": ("_Z17cysolver_get_sizePv", c_size_t, (c_void_p,)),
-    "times": ("_Z18cysolver_get_t_ptrPv", ctypes.POINTER(c_double), (c_void_p,)),
-    "states": ("_Z18cysolver_get_y_ptrPv", ctypes.POINTER(c_double), (c_void_p,)),
+    "times": ("_Z18cysolver_get_t_ptrPv", c_void_p, (c_void_p,)),
+    "states": ("_Z18cysolver_get_y_ptrPv", c_void_p, (c_void_p,)),
     "inside": ("_Z28cysolver_call_call_vectorizePvPKdmPd", c_int, (c_void_p, c_void_p, c_size_t, c_void_p)),
     "message": ("_Z27cysolver_get_message_bufferPvPcm", None, (c_void_p, c_void_p, c_size_t)),
 }

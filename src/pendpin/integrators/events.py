@@ -11,13 +11,13 @@ from pendpin.arrays import Array, Mask
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine_code import Block
 from pendpin.integrators.base import LEAST_RTOL, NOT_FINITE, Integrator, returning
-from pendpin.integrators.crossings import Crossing, first_crossing_of
+from pendpin.integrators.crossings import Crossing, first_crossing
 
 _ORDERS = {"DOP853": 8, "RK45": 5, "RK23": 3, "Radau": 5, "BDF": 1, "LSODA": 1}  # of a method's first step
 ONE_STEP = ("DOP853", "RK45", "RK23", "Radau")  # whose steps CyRK makes; its others are less exact after a restart
 MULTISTEP = 0.01  # of the tolerance: that of BDF and LSODA, which begin anew with order 1 at every event
 REFINEMENTS = 4  # of the time of an event, with the state integrated anew
-CONVERGED = 1e-13  # of a step: largest correction of the time in the last refinement
+NEAR = 1e-8  # of a step: a correction of the time so small is made without integrating anew
 INSTANT = 1e-12  # of a step: times no farther from an event happen with it
 
 Guards = Callable[[Array, Array], Array]  # t (n,), y (n, size) -> (n, m), what an event brings down to 0
@@ -161,14 +161,16 @@ def integrate_to_event(
     """
     samples, taken = np.empty((0, len(y))), 0
     for part in stepper.steps(t, y, end):
-        event, count = _event(guards, floor, part)
-        t, y = part.bounds[count], part.states[count]
-        before = t
+        event = _event(guards, floor, part)
+        count = event.interval + 1 if event else len(part.bounds) - 1
+        t = before = part.bounds[count]
+        y, taken = part.states[count], taken + count
         if event:
-            t, y = _located(stepper, guards, part, count - 1, event)
+            t, y = _located(stepper, guards, part, event)
             before = t - instant(t, part.bounds[count] - part.bounds[count - 1])
         due = times[len(samples) : np.searchsorted(times, before, "left" if event else "right")]
-        samples, taken = np.concatenate([samples, _at(part, due)]), taken + count
+        if len(due):
+            samples = np.concatenate([samples, _at(part, due)])
         if event:
             return SegmentToEvent(t, y, samples, taken, event.fired)
         if part.failure:
@@ -181,13 +183,11 @@ def instant(t: float, length: float) -> float:
     return max(INSTANT * length, 4 * float(np.spacing(abs(t))))
 
 
-def _event(guards: Guards, floor: Array, part: Steps) -> tuple[Crossing | None, int]:
-    """The first crossing of a guard (m,) in some steps, and how many steps there are up to its own or to the end."""
-    count = len(part.bounds) - 1
-    if not len(floor) or not count:
-        return None, count
-    found = first_crossing_of(lambda t: guards(t, _at(part, t)), part.bounds, floor)
-    return (found[0], found[1] + 1) if found else (None, count)
+def _event(guards: Guards, floor: Array, part: Steps) -> Crossing | None:
+    """The first crossing of a guard (m,) in some steps."""
+    if not len(floor) or len(part.bounds) < 2:
+        return None
+    return first_crossing(lambda t: guards(t, part.inside(t)), part.bounds, floor)
 
 
 def _at(part: Steps, t: Array) -> Array:
@@ -199,15 +199,19 @@ def _at(part: Steps, t: Array) -> Array:
     return states
 
 
-def _located(stepper: Stepper, guards: Guards, part: Steps, step: int, event: Crossing) -> tuple[float, Array]:
-    """The time of an event in a step and the state (size,) there, by Newton's method and new integrations."""
-    begin, end, start, t = part.bounds[step], part.bounds[step + 1], part.states[step], event.t
+def _located(stepper: Stepper, guards: Guards, part: Steps, event: Crossing) -> tuple[float, Array]:
+    """The time of an event in some steps and the state (size,) there, by Newton's method and new integrations.
+
+    The last correction is so small that the change of the interpolation serves.
+    """
+    (begin, end), start, t = part.bounds[event.interval :][:2], part.states[event.interval], event.t
     y = stepper.state_at(begin, start, t)
     for _ in range(REFINEMENTS):
         off = guards(np.array([t]), y[None])[0, event.which]
-        shift = -off / event.slope if event.slope < 0 else 0.0
-        better = min(max(t + shift, begin), end)
-        if not CONVERGED * (end - begin) < abs(better - t) < (end - begin) / 2:
+        better = min(max(t - off / event.slope if event.slope < 0 else t, begin), end)
+        if abs(better - t) <= NEAR * (end - begin):
+            return better, y + np.subtract(*part.inside(np.array([better, t])))
+        if abs(better - t) >= (end - begin) / 2:
             break
         t, y = better, stepper.state_at(begin, start, better)
     return t, y

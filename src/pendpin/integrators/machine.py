@@ -20,7 +20,9 @@ from pendpin.integrators.events import ONE_STEP, EventIntegrator, Stepper, Steps
 from pendpin.versions import version
 
 _MEGABYTES = 2000  # that its output may take
-WINDOW = 32.0  # first steps: how far the first of the steps up to an event go
+FEWEST = 2.0  # first steps
+WINDOW = 12_000.0  # first steps times operations: how far the first of the steps up to an event go
+GROWTH = 3.0  # from these steps to the next: a search costs as much as some steps
 _NO_LIMIT = 1e300  # s, on the size of a step
 
 
@@ -93,14 +95,14 @@ class InMachineCode(Stepper):
 
     def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
         """Steps from y (size,), some at a time, more and more: those behind an event are made in vain."""
-        call, span = self.call, WINDOW * self.call.first_step
+        call, span = self.call, max(FEWEST, WINDOW / self.call.block.function.operations) * self.call.first_step
         while t < end:
             stop = end if end - t < 2 * span else t + span
             part = self._part(call, t, y, stop)
             yield part
             if part.failure:
                 return
-            call, span = replace(call, first_step=float(np.diff(part.bounds).max())), 2 * span
+            call, span = replace(call, first_step=float(np.diff(part.bounds).max())), GROWTH * span
             t, y = float(part.bounds[-1]), part.states[-1]
 
     def _part(self, call: "Call", t: float, y: Array, end: float) -> Steps:
@@ -150,19 +152,23 @@ class Solution:
 
     def __init__(self, address: int, size: int) -> None:
         self._address, self._api, self._size = address, cyrk.library(), size
-        self.steps = self._api.steps(address)
         self.failure = None if self._api.success(address) else _message(self._api, address)
 
     def __del__(self) -> None:
         self._api.free(self._address)
 
+    @property
+    def steps(self) -> int:
+        """How many steps there were."""
+        return self._api.steps(self._address)
+
     def times(self, start: float) -> Array:
         """The times (n,) in s of the states; of the start alone where there are none."""
-        return self._copied(self._api.times, (), np.array([start]))
+        return self._copied(self._api.times, np.array([start]))
 
     def states(self, y: Array) -> Array:
         """The states (n, size); the start y (size,) alone where there are none."""
-        return self._copied(self._api.states, (self._size,), y[None].copy())
+        return self._copied(self._api.states, y[None].copy())
 
     def inside(self, t: Array) -> Array:
         """The interpolation of the steps, (n, size) at times (n,)."""
@@ -171,9 +177,13 @@ class Solution:
             self._api.inside(self._address, t.ctypes.data, len(t), out.ctypes.data)
         return out
 
-    def _copied(self, pointer: Callable[[int], Any], shape: tuple[int, ...], otherwise: Array) -> Array:
-        count = self._api.size(self._address)
-        return np.ctypeslib.as_array(pointer(self._address), (count, *shape)).copy() if count else otherwise
+    def _copied(self, pointer: Callable[[int], int], otherwise: Array) -> Array:
+        """A copy of the array at a pointer, with rows like those of `otherwise`; that itself where there are none."""
+        if not (count := self._api.size(self._address)):
+            return otherwise
+        out = np.empty((count, *otherwise.shape[1:]))
+        ctypes.memmove(out.ctypes.data, pointer(self._address), out.nbytes)
+        return out
 
 
 def _message(api: Any, found: int) -> str:

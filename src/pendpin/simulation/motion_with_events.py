@@ -40,27 +40,27 @@ class LoopWithEvents(IntegrationLoop):
         try:
             y = self._struck(t, y)
             y[2 * self.nv :] = 0.0  # the work of an impact at the start is not counted
-            scales = self._scales = self._scales or self.contacts.scales(self.times, *self._angles(y))
-            mode = self.contacts.choose(t, *self._angles(y), scales)
+            if self._scales is None:
+                self._scales = self.contacts.scales(self.times, *self._angles(y))
+            mode = self.contacts.choose(t, *self._angles(y), self._scales)
             first = self._rows(y[None], self.times[:1], mode)[0]
         except (RunError, np.linalg.LinAlgError) as error:
             raise InputError(f"start: {error}") from None
-        return RunState.at_start(first, len(self.times), _carried(t, y, mode, 0.0, scales))
+        return RunState.at_start(first, len(self.times), _carried(t, y, mode, 0.0))
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
         """One segment: to the next event, over some output times, or to a corner of the pace."""
-        t, y, mode, at_once, scales = _recalled(done.carried)
+        t, y, mode, at_once = _recalled(done.carried)
         self.progress(t)
-        times, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self._evaluations()
+        times, before, scales = self.times[done.n :][:SAMPLES_A_SEGMENT], self._evaluations(), self._scales
+        assert scales is not None
         if len(now := times[times <= t + instant(t, float(times[-1]) - t)]):  # at the instant of an event
             return done.grown(self._rows(np.tile(y, (len(now), 1)), now, mode), done.carried, 0, 0), None
-        end = float(np.append(self.pace.corners[self.pace.corners > t], np.inf).min(initial=times[-1]))
-        guards = guards_of(self.contacts, t, *self._angles(y), mode, scales)
-        found = integrate_to_event(
-            self._stepper(t, mode, scales),
-            lambda t, y: guards.values(t, y[:, : self.nv], y[:, self.nv : 2 * self.nv]),
-            *(guards.floor(scales, self._method.tolerance), t, y, end, times),
-        )
+        corners = self.pace.corners[np.searchsorted(self.pace.corners, t, "right") :]
+        end = float(min(times[-1], *corners[:1]) if len(corners) else times[-1])
+        guards = guards_of(self.contacts, t, *self._angles(y), mode, scales, self._method.tolerance)
+        stepper = self._stepper(t, mode, scales)
+        found = integrate_to_event(stepper, guards.values, guards.floor, t, y, end, times)
         rows, failure = self._rows(found.samples, times[: len(found.samples)], mode), found.failure
         at_once, events = at_once + 1 if found.t <= t else 0.0, int(found.fired is not None)
         if at_once > MOST_AT_ONCE:
@@ -70,7 +70,7 @@ class LoopWithEvents(IntegrationLoop):
                 y, mode = self._after(found, guards, scales)
             except (RunError, np.linalg.LinAlgError) as error:
                 failure = str(error)
-        carried = _carried(found.t, y, mode, at_once, scales)
+        carried = _carried(found.t, y, mode, at_once)
         return done.grown(rows, carried, found.steps, self._evaluations() - before, events), failure
 
     def _evaluations(self) -> int:
@@ -139,10 +139,12 @@ class LoopWithEvents(IntegrationLoop):
 
     def _rows(self, states: Array, times: Array, mode: Mode) -> Array:
         """States (n, size) at times (n,), each with the torques (nv,) of the contacts."""
+        if not len(states):
+            return np.empty((0, states.shape[1] + self.nv))
         states = states.copy()
-        q, v = states[:, : self.nv], states[:, self.nv : 2 * self.nv]
+        v = states[:, self.nv : 2 * self.nv]
         v[:, mode.held] = 0.0
-        torques = self.contacts.friction(v, mode) + self.contacts.hold(times, q, v, mode)
+        torques = self.contacts.friction(v, mode) + self.contacts.hold(times, states, mode)
         return np.concatenate([states, torques], 1)
 
 
@@ -151,13 +153,12 @@ def loop_of(task: Task) -> IntegrationLoop:
     return SmoothLoop(task) if task.dynamics.contacts is None else LoopWithEvents(task)
 
 
-def _carried(t: float, y: Array, mode: Mode, at_once: float, scales: Scales) -> dict[str, Array]:
-    """The arrays from which the next segment begins: y (size,), mode, count of events, scales."""
-    held, sizes = mode.held.astype(float), np.concatenate(scales)
-    return {"t": np.array(t), "y": y, "held": held, "sign": mode.sign, "at_once": np.array(at_once), "sizes": sizes}
+def _carried(t: float, y: Array, mode: Mode, at_once: float) -> dict[str, Array]:
+    """The arrays from which the next segment begins: y (size,), mode, count of events."""
+    return {"t": np.array(t), "y": y, "held": mode.held.astype(float), "sign": mode.sign, "at_once": np.array(at_once)}
 
 
-def _recalled(carried: dict[str, Array]) -> tuple[float, Array, Mode, float, Scales]:
-    """Time, state (size,), mode, count of events and scales that `_carried` stored."""
-    mode, scales = Mode(carried["held"] != 0, carried["sign"]), Scales(*np.split(carried["sizes"], 3))
-    return float(carried["t"]), carried["y"], mode, float(carried["at_once"]), scales
+def _recalled(carried: dict[str, Array]) -> tuple[float, Array, Mode, float]:
+    """Time, state (size,), mode and count of events that `_carried` stored."""
+    mode = Mode(carried["held"] != 0, carried["sign"])
+    return float(carried["t"]), carried["y"], mode, float(carried["at_once"])
