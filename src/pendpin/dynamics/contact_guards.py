@@ -14,7 +14,7 @@ SMALL = 1e-2  # of the tolerance: a guard so little below 0 is no event
 # distances of the holding torque to its largest and to its least possible value.
 RATE, UPPER, LOWER, MOST, LEAST = range(5)
 _TURNED = np.array([[0.0], [-1.0], [1.0], [-1.0], [1.0]])  # the sign of what each kind looks at; of rates the way
-_PLACE = np.array([1, 0, 0, 2, 2])  # where that is: among positions, rates, holding torques
+_AMONG = np.array([1, 0, 0, 2, 2])  # positions, rates, holding torques it is
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,23 +25,27 @@ class Guards:
     mode: Mode
     kind: Indices  # (m,)
     joint: Indices  # (m,)
+    place: Indices  # (m,) of what it looks at, among positions, rates, holding torques
     turned: Array  # (m,) -1 or 1
     offset: Array  # (m,)
     floor: Array  # (m,), how far below 0 the guards may go without an event
 
     def values(self, t: Array, y: Array) -> Array:
         """The guards (n, m) at times t (n,) and states y (n, size)."""
-        nv = len(self.mode.held)
         if self.mode.held.any():
-            y = np.concatenate([y[:, : 2 * nv], self.contacts.hold(t, y, self.mode)], 1)
-        return self.turned * y[:, _PLACE[self.kind] * nv + self.joint] + self.offset
+            y = np.concatenate([y[:, : 2 * len(self.mode.held)], self.contacts.hold(t, y, self.mode)], 1)
+        return self.turned * y[:, self.place] + self.offset
 
     def land(self, q: Array, v: Array, fired: Mask) -> tuple[Array, Array, Array]:
         """q, v (nv,) with the values of fired guards (m,) set exactly, and the way (nv,) in which joints start, or 0."""
         q, v, loose = q.copy(), np.where(self.mode.held, 0.0, v), np.zeros_like(v)
-        stopped, above, below, most, least = (self.joint[fired & (self.kind == kind)] for kind in range(5))
-        v[stopped], loose[most], loose[least] = 0.0, -1.0, 1.0
-        q[above], q[below] = self.contacts.upper[above], self.contacts.lower[below]
+        for kind, joint in zip(self.kind[fired], self.joint[fired], strict=True):
+            if kind == RATE:
+                v[joint] = 0.0
+            elif kind in (UPPER, LOWER):
+                q[joint] = (self.contacts.upper if kind == UPPER else self.contacts.lower)[joint]
+            else:
+                loose[joint] = -1.0 if kind == MOST else 1.0
         return q, v, loose
 
 
@@ -59,4 +63,5 @@ def guards_of(
     rates = max(SMALL * tolerance, ROUNDING) * scales.rate
     floors = [rates, near + ROUNDING * np.abs(upper), near + ROUNDING * np.abs(lower), slack, slack]
     tables = (_TURNED + [mode.sign, *np.zeros((4, len(q)))], [zero, upper, -lower, most, -least], floors)
-    return Guards(contacts, mode, kind, joint, *(np.asarray(table)[kind, joint] for table in tables))
+    place = _AMONG[kind] * len(q) + joint
+    return Guards(contacts, mode, kind, joint, place, *(np.asarray(table)[kind, joint] for table in tables))

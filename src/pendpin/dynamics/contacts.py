@@ -8,6 +8,7 @@ reverse their rates, times the restitution, by impulses that may push and not pu
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -72,6 +73,11 @@ class Contacts:
             sizes.append((effect.kind, size))
         return [(kind, 0.0 - size * sign) for kind, size in sizes]
 
+    @cached_property
+    def stops(self) -> bool:
+        """Whether there are any."""
+        return bool(np.isfinite([self.lower, self.upper]).any())
+
     @property
     def holding(self) -> Mask:
         """Which joints (nv,) friction or a stop can hold."""
@@ -126,10 +132,7 @@ class Contacts:
 
     def range(self, q: Array) -> tuple[Array, Array]:
         """The least and the largest torque (nv,) that friction and stops can hold with, at positions q."""
-        return (
-            np.where(q <= self.lower, -self.static, np.where(q >= self.upper, -np.inf, -self.static)),
-            np.where(q >= self.upper, self.static, np.where(q <= self.lower, np.inf, self.static)),
-        )
+        return np.where(q >= self.upper, -np.inf, -self.static), np.where(q <= self.lower, np.inf, self.static)
 
     # --- at an event ------------------------------------------------------------------------------------------------
 
@@ -195,27 +198,26 @@ class Contacts:
         sign = np.where(resting, loose, np.sign(v))
         if not resting.any():
             return Mode(resting, sign)
-        columns = np.abs(self.engine.compliance(q, np.flatnonzero(resting)))
         for rounding in (_ROUNDING, 1e3 * _ROUNDING, 1e6 * _ROUNDING):
             mode = Mode(resting & (sign == 0), sign)
             for _ in range(50 + 10 * len(q) ** 2):
-                unfit = self._unfit(t, q, v, mode, scales, resting, columns, rounding)
+                unfit = self._unfit(t, q, v, mode, scales, resting, rounding)
                 if not unfit.any():
                     return mode
                 mode = self._mended(t, q, v, mode, int(np.argmax(unfit)))
         raise RunError(f"{t:g} s after the start, the search for the joints that stick does not end")
 
-    def _unfit(
-        self, t: float, q: Array, v: Array, mode: Mode, scales: Scales, resting: Mask, columns: Array, rounding: float
-    ) -> Mask:
+    def _unfit(self, t: float, q: Array, v: Array, mode: Mode, scales: Scales, resting: Mask, rounding: float) -> Mask:
         """Held joints out of their range, and joints that would start against their acceleration; (nv,)."""
         a, holding = self.accelerate(t, q, v, mode)
         least, most = self.range(q)
         torque = self.torques(holding, scales)
-        beyond = (holding > most + rounding * torque) | (holding < least - rounding * torque)
+        beyond = mode.held & ((holding > most + rounding * torque) | (holding < least - rounding * torque))
+        if not (starting := resting & ~mode.held).any():
+            return beyond
+        columns = np.abs(self.engine.compliance(q, np.flatnonzero(resting)))
         others = _OTHERS * (np.abs(a) / self.length).max() * self.length
-        backwards = a * mode.sign < -rounding * (columns @ torque[resting] + others)
-        return resting & np.where(mode.held, beyond, backwards)
+        return beyond | (starting & (a * mode.sign < -rounding * (columns @ torque[resting] + others)))
 
     def _mended(self, t: float, q: Array, v: Array, mode: Mode, joint: int) -> Mode:
         """The mode with one joint released in the direction of its load, or held again; q, v (nv,)."""

@@ -19,7 +19,7 @@ UNSEEN = 4.0  # times the larger of the last two coefficients: the bound on what
 SHORTEST = 2.0**-44  # of the interval searched: a function that is not resolved there jumps
 MOST = 2000  # intervals examined; for a function that needs more, only the signs of its samples are used
 TOGETHER = 1e-12  # of the interval searched: crossings no farther apart happen at once
-CLOSE = 1e-15  # a correction of a root so small is the last
+CLOSE = 1e-9  # a correction of a root so small is the last: the next by Newton's method would be its square
 
 Functions = Callable[[Array], Array]  # times (n,) -> values (n, m)
 
@@ -49,7 +49,7 @@ def first_crossing(sample: Functions, bounds: Array, floor: Array) -> Crossing |
     out (`UNSEEN`). A function may start at 0 or below; it crosses where it next falls below -floor.
     """
     series = _series(sample, bounds[:-1], bounds[1:])
-    for i in np.flatnonzero(_reaching(np.abs(series), series, floor).any(1)):
+    for i in np.flatnonzero(_reaching(series, floor)[0].any(1)):
         if found := _searched(sample, int(i), float(bounds[i]), float(bounds[i + 1]), series[i], floor):
             return found
     return None
@@ -61,23 +61,21 @@ def _searched(sample: Functions, i: int, begin: float, end: float, series: Array
     while waiting:
         (a, b), looks = waiting.pop(), looks + 1
         series = series if looks == 1 else _series(sample, np.array([a]), np.array([b]))[0]
-        sizes = np.abs(series)
-        reaching = np.flatnonzero(_reaching(sizes, series, floor))
-        if not len(reaching):
+        reaching, unseen = _reaching(series, floor)
+        if not reaching.any():
             continue
         jumps = b - a <= SHORTEST * (end - begin) or looks > MOST
-        if not jumps and (_unseen(sizes) > floor)[reaching].any():
+        if not jumps and (reaching & (unseen > floor)).any():
             middle = (a + b) / 2
             waiting += [(middle, b), (a, middle)]
             continue
-        found = [(_drop if jumps else _root)(series[:, k], float(floor[k])) for k in reaching]
-        places = np.array([(math.inf, 0.0) if one is None else one for one in found])
-        first = int(np.argmin(places[:, 0]))
-        x, slope = places[first].tolist()
-        if x < math.inf:
-            scale, fired = 2 / (b - a), np.zeros(len(floor), bool)
-            fired[reaching] = places[:, 0] <= x + scale * TOGETHER * (end - begin)
-            return Crossing(min(max(a + (x + 1) / scale, a), b), i, int(reaching[first]), fired, slope * scale)
+        places, slopes = np.full((2, len(floor)), math.inf)
+        for k in np.flatnonzero(reaching):
+            places[k], slopes[k] = (_drop if jumps else _root)(series[:, k], float(floor[k]))
+        which, scale = int(places.argmin()), 2 / (b - a)
+        if (x := places[which]) < math.inf:
+            fired = places <= x + scale * TOGETHER * (end - begin)
+            return Crossing(float(min(max(a + (x + 1) / scale, a), b)), i, which, fired, float(slopes[which]) * scale)
     return None
 
 
@@ -88,24 +86,31 @@ def _series(sample: Functions, a: Array, b: Array) -> Array:
     return _COEFFICIENTS @ sample(times.reshape(-1)).reshape(*times.shape, -1)
 
 
-def _unseen(sizes: Array) -> Array:
-    """What interpolants with absolute coefficients (..., DEGREE + 1, m) may leave out, (..., m)."""
-    return UNSEEN * np.maximum(sizes[..., -1, :], sizes[..., -2, :])
+def _reaching(series: Array, floor: Array) -> tuple[Mask, Array]:
+    """Whether functions with coefficients (..., DEGREE + 1, m) may fall below -floor (m,), and what these leave out.
+
+    A function whose first term outweighs the slopes of all others has its least value at an end.
+    """
+    sizes = np.abs(series)
+    unseen = UNSEEN * np.maximum(sizes[..., -1, :], sizes[..., -2, :])
+    ends = series[..., ::2, :].sum(-2) - np.abs(series[..., 1::2, :].sum(-2))
+    least = np.where(_slopes(sizes) > 0, ends, series[..., 0, :] - sizes[..., 1:, :].sum(-2))
+    return least - unseen < -floor, unseen
 
 
-def _reaching(sizes: Array, series: Array, floor: Array) -> Mask:
-    """Whether functions with coefficients (..., DEGREE + 1, m), and these absolute, may fall below -floor (m,)."""
-    return series[..., 0, :] - sizes[..., 1:, :].sum(-2) - _unseen(sizes) < -floor
+def _slopes(sizes: Array) -> Array:
+    """The slope of the first term less the largest of all others, from absolute coefficients (..., DEGREE + 1, m)."""
+    return sizes[..., 1, :] - _STEEPEST[2:] @ sizes[..., 2:, :]
 
 
-def _root(coefficients: Array, floor: float) -> tuple[float, float] | None:
-    """Where a Chebyshev series on -1 to 1 comes down to 0 and goes on below -floor, and its slope; None if nowhere."""
+def _root(coefficients: Array, floor: float) -> tuple[float, float]:
+    """Where a Chebyshev series on -1 to 1 comes down to 0 and goes on below -floor, and its slope; inf if nowhere."""
     series = coefficients.tolist()
     places = _turning_points(coefficients)
     values = [_value(series, x) for x in places]
     last = next((i for i, (value, _) in enumerate(values) if value < -floor), None)
     if last is None:
-        return None
+        return math.inf, 0.0
     before = max(0, last - 1)
     if last == before or values[before][0] <= 0:
         return places[before], values[before][1]
@@ -137,8 +142,7 @@ def _value(series: list[float], x: float) -> tuple[float, float]:
 
 def _turning_points(coefficients: Array) -> list[float]:
     """-1, the zeros in between of the derivative of a Chebyshev series (k,), and 1; rising."""
-    sizes = np.abs(coefficients)
-    if sizes[1] > _STEEPEST[2:] @ sizes[2:]:  # the first term outweighs the slopes of all others: there is none
+    if _slopes(np.abs(coefficients)[:, None]) > 0:
         return [-1.0, 1.0]
     slope = _SLOPE @ coefficients
     slope = chebyshev.chebtrim(slope, 1e-15 * np.abs(slope).max())
@@ -147,7 +151,7 @@ def _turning_points(coefficients: Array) -> list[float]:
     return [-1.0, *np.sort(inside).tolist(), 1.0]
 
 
-def _drop(coefficients: Array, floor: float) -> tuple[float, float] | None:
-    """The first node at which a function that jumps is below -floor, and the slope there; None if there is none."""
+def _drop(coefficients: Array, floor: float) -> tuple[float, float]:
+    """The first node at which a function that jumps is below -floor, and the slope there; inf if there is none."""
     below = _VALUES @ coefficients < -floor
-    return (float(_NODES[np.argmax(below)]), -math.inf) if below.any() else None
+    return (float(_NODES[np.argmax(below)]), -math.inf) if below.any() else (math.inf, 0.0)

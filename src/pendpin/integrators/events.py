@@ -17,7 +17,7 @@ _ORDERS = {"DOP853": 8, "RK45": 5, "RK23": 3, "Radau": 5, "BDF": 1, "LSODA": 1} 
 ONE_STEP = ("DOP853", "RK45", "RK23", "Radau")  # whose steps CyRK makes; its others are less exact after a restart
 MULTISTEP = 0.01  # of the tolerance: that of BDF and LSODA, which begin anew with order 1 at every event
 REFINEMENTS = 4  # of the time of an event, with the state integrated anew
-NEAR = 1e-8  # of a step: a correction of the time so small is made without integrating anew
+NEAR = 1e-7  # of a step: a correction of the time so small is made without integrating anew
 INSTANT = 1e-12  # of a step: times no farther from an event happen with it
 
 Guards = Callable[[Array, Array], Array]  # t (n,), y (n, size) -> (n, m), what an event brings down to 0

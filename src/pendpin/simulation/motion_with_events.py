@@ -106,6 +106,8 @@ class LoopWithEvents(IntegrationLoop):
 
     def _struck(self, t: float, y: Array) -> Array:
         """The state (size,) after the impacts that are due, with their loss in the energy balance."""
+        if not self.contacts.stops:
+            return y
         q, v = self._angles(y)
         after = self.contacts.strike(q, v, t)
         out = y.copy()
