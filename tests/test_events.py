@@ -35,7 +35,7 @@ def test_pairs_of_crossings_are_seen(place, depth, bend, ripple) -> None:
         dip = bend * (t - place) ** 2 * (1 + 0.3 * np.sin(ripple * t)) - depth
         return np.stack([1.0 + np.cos(ripple * t), dip, 2.0 + np.sin(3 * t)], 1)
 
-    found = first_crossing(guards, 0.0, 1.0, np.full(3, 1e-13))
+    found = first_crossing(guards, np.array([0.0, 1.0]), np.full(3, 1e-13))
     if guards(np.zeros(1))[0, 1] <= 0:
         return
     assert found is not None
@@ -47,7 +47,7 @@ def test_pairs_of_crossings_are_seen(place, depth, bend, ripple) -> None:
 
 def test_a_jump_is_found_where_it_is() -> None:
     """A function that has no polynomial."""
-    found = first_crossing(lambda t: np.where(t > 0.3, -1.0, 1.0)[:, None], 0.0, 0.5, np.array([1e-12]))
+    found = first_crossing(lambda t: np.where(t > 0.3, -1.0, 1.0)[:, None], np.array([0.0, 0.5]), np.array([1e-12]))
     assert found is not None
     assert abs(found.t - 0.3) < 1e-12
 

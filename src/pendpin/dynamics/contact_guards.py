@@ -13,7 +13,6 @@ SMALL = 1e-2  # of the tolerance: a guard so little below 0 is no event
 # The kinds of guards: the rates of sliding joints; the distances of free joints to their stops; and of held joints the
 # distances of the holding torque to its largest and to its least possible value.
 RATE, UPPER, LOWER, MOST, LEAST = range(5)
-_TURNED = np.array([[0.0], [-1.0], [1.0], [-1.0], [1.0]])  # the sign of what each kind looks at; of rates the way
 _AMONG = np.array([1, 0, 0, 2, 2])  # positions, rates, holding torques it is
 
 
@@ -49,11 +48,9 @@ class Guards:
         return q, v, loose
 
 
-def guards_of(
-    contacts: Contacts, t: float, q: Array, v: Array, mode: Mode, scales: Scales, tolerance: float
-) -> Guards:
+def guards_of(contacts: Contacts, t: float, q: Array, v: Array, mode: Mode, scales: Scales, tolerance: float) -> Guards:
     """The guards of a mode from time t and state q, v (nv,) on."""
-    held, upper, lower, zero = mode.held, contacts.upper, contacts.lower, np.zeros(len(q))
+    held, upper, lower, zero, one = mode.held, contacts.upper, contacts.lower, np.zeros(len(q)), np.ones(len(q))
     least, most = contacts.range(q)
     ends, near, slack = np.isfinite([upper, lower, most, least]), SMALL * tolerance * scales.position, zero
     slides = ~held & (mode.sign != 0) & (contacts.static > 0)
@@ -62,6 +59,6 @@ def guards_of(
         slack = contacts.slack(contacts.torques(contacts.accelerate(t, q, v, mode)[1], scales))
     rates = max(SMALL * tolerance, ROUNDING) * scales.rate
     floors = [rates, near + ROUNDING * np.abs(upper), near + ROUNDING * np.abs(lower), slack, slack]
-    tables = (_TURNED + [mode.sign, *np.zeros((4, len(q)))], [zero, upper, -lower, most, -least], floors)
+    tables = ([mode.sign, -one, one, -one, one], [zero, upper, -lower, most, -least], floors)
     place = _AMONG[kind] * len(q) + joint
     return Guards(contacts, mode, kind, joint, place, *(np.asarray(table)[kind, joint] for table in tables))
