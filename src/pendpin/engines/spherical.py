@@ -55,9 +55,10 @@ class Thin(Engine):
 
     def _read(self, t: Array, d: Array, rate: Array, near: Array) -> angles.Reading:
         """The angles of directions d, d' (k, n, 3); d'' is computed only at a pole, where a rate is read from it."""
-        bend, near = np.zeros_like(d), near.reshape(-1, 2)
-        reading = angles.read(d, rate, bend, near)
-        if (pole := (np.abs(np.cos(reading.q[..., 1])) < 2 * angles.POLE).any(1)).any():
+        near = near.reshape(-1, 2)
+        reading = angles.read(d, rate, None, near)
+        if (pole := (reading.across < 2 * angles.POLE).any(1)).any():
+            bend = np.zeros_like(d)
             bend[pole] = self.bend(t[pole], d[pole], rate[pole])
             reading = angles.read(d, rate, bend, near)
         return reading
@@ -66,7 +67,8 @@ class Thin(Engine):
         """The density at which no rod turns more than TURN relative to the one above, from y (n, size) at t (n,)."""
         if len(y) < 2:
             return 0.0
-        speed = np.linalg.norm(self.directions(y)[1], axis=-1)
+        rate = self.directions(y)[1]
+        speed = np.sqrt(np.add.reduce(rate * rate, -1))
         speed[:, 1:] += speed[:, :-1].copy()
         turn = float((np.maximum(speed[1:], speed[:-1]).max(1) * np.diff(t)).max())
         return max(turn / TURN, steps / (len(y) - 1))
@@ -111,9 +113,9 @@ class Directions(Thin):
 
     def directions(self, y: Array) -> tuple[Array, Array]:
         """d and d' (k, n, 3) from states (k, 6 n)."""
-        d, omega = (part.reshape(len(y), -1, 3) for part in np.split(y, 2, axis=-1))
-        d = d / np.linalg.norm(d, axis=-1, keepdims=True)
-        return d, cross(omega, d)
+        d, omega = np.ascontiguousarray(y.T).reshape(2, -1, 3, len(y))  # samples last, for speed
+        d = d / np.sqrt(np.add.reduce(d * d, 1))[:, None]
+        return d.transpose(2, 0, 1), np.cross(omega, d, axis=1).transpose(2, 0, 1)
 
     def project(self, y: Array) -> Array:
         """The state (6 n,) with unit directions and omega normal to them."""

@@ -1,7 +1,8 @@
 """The Taylor integrator: series of the solution to rounding, by heyoka, from the equations of motion run on its symbols."""
 
 import time
-from collections.abc import Callable, Sequence
+import weakref
+from collections.abc import Callable, Hashable, Sequence
 from copy import copy
 from operator import add, mul, neg, sub, truediv
 from typing import Any
@@ -98,15 +99,27 @@ class Taylor(Integrator):
         recording = equations.recording
         if self.tolerance not in equations.series:
             symbols, rates = expressions(self._heyoka, recording)
-            equations.series[self.tolerance] = self._heyoka.taylor_adaptive(
+            first = self._heyoka.taylor_adaptive(
                 list(zip(symbols, rates, strict=True)),
                 np.zeros(recording.size),
                 tol=self.tolerance,
                 high_accuracy=self.tolerance < HIGH,
                 compact_mode=joints > SMALL,
             )
-        series = copy(equations.series[self.tolerance])
+            equations.series[self.tolerance] = first, []
+        series = self._free(equations.series)
         series.pars[:] = run_time_parameters(recording, parameters.values)
+        return series
+
+
+    def _free(self, known: dict[Hashable, Any]) -> Any:
+        """An integrator that no other run uses, until this one is gone: a copy takes a millisecond."""
+        first, free = known[self.tolerance]
+        try:
+            series = free.pop()
+        except IndexError:
+            series = copy(first)
+        weakref.finalize(self, free.append, series).atexit = False
         return series
 
 

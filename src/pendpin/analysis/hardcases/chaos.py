@@ -88,7 +88,7 @@ def _quarter(solve: Solve, full: bool) -> float:
     q, v = CALM_Q.reshape(2, 2), CALM_V.reshape(2, 2)
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     d, rate = (x @ turn for x in thin.directions(q, v))  # in I, whose z points down, the turn is the other way
-    image = angles.read(d[None], rate[None], np.zeros((1, *d.shape)))
+    image = angles.read(d[None], rate[None])
     tips = [
         solve(scene(THIN_PAIR, q=a.ravel(), v=b.ravel(), duration=4.0 if full else 1.0, samples=11)).tips()
         for a, b in ((q, v), (image.q, image.v))

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array, Mask
+from pendpin.equations.chain.kinematics import Joints
 
 POLE = 1e-8  # |cos(phi)| below which theta, theta' follow from d', d''; above it from d, d'; the errors are equal there
 RESTING = 1e-12  # of the rates of the rod and of the one above: a rod that passes a pole no faster rests there
@@ -17,7 +18,8 @@ class Reading(NamedTuple):
 
     q: Array  # (k, n, 2) rad, theta, phi, continuous from sample to sample
     v: Array  # (k, n, 2) rad/s
-    a: Array  # (k, n, 2) rad/s²; theta'' is 0 where |cos(phi)| < POLE, for it has no value there
+    across: Array  # (k, n), |cos(phi)|
+    a: Array | None  # (k, n, 2) rad/s², if d'' is given; theta'' is 0 where |cos(phi)| < POLE, for it has no value there
 
 
 class _Turning(NamedTuple):
@@ -25,26 +27,32 @@ class _Turning(NamedTuple):
 
     frame: Array  # (3, 3, k), columns b1, b2, b3 in I
     omega: Array  # (3, k)
-    alpha: Array  # (3, k)
+    alpha: Array | None  # (3, k), if d'' is given
 
 
-def read(d: Array, rate: Array, acceleration: Array, previous: Array | None = None) -> Reading:
+def read(d: Array, rate: Array, acceleration: Array | None = None, previous: Array | None = None) -> Reading:
     """Angles of samples d, d', d'' (k, n, 3), in I, rising in time; previous (n, 2) are the angles just before.
 
     Each rod's angles are relative to the frame of the rod above, which they build in turn. Of the two pairs that mean
     the same direction, (theta, phi) and (theta + pi, pi - phi), the one nearest to the sample before is taken; the very
-    first sample, without previous, has |phi| <= pi/2.
+    first sample, without previous, has |phi| <= pi/2. Without d'' rates at a pole are 0.
     """
     k, n, _ = d.shape
-    q, v, a = np.empty((k, n, 2)), np.empty((k, n, 2)), np.empty((k, n, 2))
-    above = _Turning(np.broadcast_to(np.eye(3)[..., None], (3, 3, k)), np.zeros((3, k)), np.zeros((3, k)))
+    q, v, a, across = *np.empty((3, k, n, 2)), np.empty((k, n))
+    above = _Turning(np.eye(3)[..., None], np.zeros((3, 1)), np.zeros((3, 1)))
     for i in range(n):
-        start = None if previous is None else previous[i]
-        direction, speed, bend = (np.ascontiguousarray(x[:, i].T) for x in (d, rate, acceleration))
-        pair = _angles(above, direction, speed, start)
-        above, rates, accelerations = _rates(above, pair, speed, bend)
-        q[:, i], v[:, i], a[:, i] = pair.T, rates.T, accelerations.T
-    return Reading(q, v, a)
+        own, own_rate = (np.ascontiguousarray(x[:, i].T) for x in (d, rate))
+        u, u_rate = _seen_from(above, own, own_rate) if i else (own, own_rate)
+        q[:, i] = _angles(above, u, u_rate, own_rate, None if previous is None else previous[i]).T
+        joint = Joints.at(q[:, i : i + 1])
+        rates = _rates(joint, u_rate)
+        if acceleration is not None:
+            above, rates, a[:, i].T[:] = _accelerated(above, joint, rates, np.ascontiguousarray(acceleration[:, i].T))
+        elif i + 1 < n:
+            omega = joint.into(above.omega) + joint.relative_omega(rates)
+            above = _Turning(_product(above.frame, joint.R), omega, None)
+        v[:, i], across[:, i] = rates.T, np.abs(joint.trig[3])
+    return Reading(q, v, across, None if acceleration is None else a)
 
 
 def unresolved(t: Array, reading: Reading) -> Mask:
@@ -52,7 +60,7 @@ def unresolved(t: Array, reading: Reading) -> Mask:
 
     In such an interval theta may change by any amount; more samples are needed.
     """
-    across = np.abs(np.cos(reading.q[..., 1]))
+    across = reading.across
     speed = np.hypot(reading.v[..., 1], reading.v[..., 0] * across)
     turn = np.maximum(speed[1:], speed[:-1]) * np.diff(t)[:, None]
     return np.asarray(((turn > np.minimum(across[1:], across[:-1]) / 2) & (turn > PASS)).any(1))
@@ -83,18 +91,27 @@ def _into(frames: Array, x: Array) -> Array:
     return np.add.reduce(frames * x[:, None], 0)
 
 
-def _angles(above: _Turning, d: Array, rate: Array, start: Array | None) -> Array:
-    """theta, phi (2, k) of one rod over all samples, from d, d' (3, k)."""
+def _product(A: Array, B: Array) -> Array:
+    """A B, of matrices (3, 3, k)."""
+    return np.add.reduce(A[:, :, None] * B, 1)
+
+
+def _seen_from(above: _Turning, d: Array, rate: Array) -> tuple[Array, Array]:
+    """A direction and its rate (3, k) relative to the rod above, in its frame."""
     u = _into(above.frame, d)
+    return u, _into(above.frame, rate) - np.cross(above.omega, u, axis=0)
+
+
+def _angles(above: _Turning, u: Array, u_rate: Array, rate: Array, start: Array | None) -> Array:
+    """theta, phi (2, k) of one rod over all samples, from u, u' seen from the rod above, and d', (3, k) each."""
     across = np.hypot(u[1], u[2])  # |cos(phi)|
     theta = np.arctan2(u[1], u[2])
     if (pole := across < POLE).any():
-        u_rate = _into(above.frame, rate) - np.cross(above.omega, u, axis=0)
         speed = np.hypot(u_rate[1], u_rate[2])
         moving = speed > RESTING * (np.linalg.norm(rate, axis=0) + np.linalg.norm(above.omega, axis=0))
         theta = np.where(pole & moving, np.arctan2(u_rate[1], u_rate[2]), theta)
         theta = _theta_at_rest(theta, pole & ~moving, start)
-    return _continuous(theta, np.arctan2(u[0], across), start)
+    return _continuous(np.array([theta, np.arctan2(u[0], across)]), start)
 
 
 def _theta_at_rest(theta: Array, resting: Mask, start: Array | None) -> Array:
@@ -108,15 +125,24 @@ def _theta_at_rest(theta: Array, resting: Mask, start: Array | None) -> Array:
     return theta
 
 
-def _continuous(theta: Array, phi: Array, start: Array | None) -> Array:
-    """The pairs (2, k) that follow on each other, from pairs (k,) with |phi| <= pi/2."""
-    if start is not None:
-        theta, phi = np.append(start[0], theta), np.append(start[1], phi)
-    same = np.abs(_wrapped(np.diff(theta))) + np.abs(_wrapped(np.diff(phi)))
-    other = np.abs(_wrapped(np.diff(theta) + np.pi)) + np.abs(_wrapped(np.pi - phi[1:] - phi[:-1]))
-    turned = np.append(0, np.cumsum(other < same) % 2)
-    pairs = np.unwrap(np.array([theta + np.pi * turned, np.where(turned, np.pi - phi, phi)]))
-    return pairs if start is None else pairs[:, 1:]
+def _continuous(pairs: Array, start: Array | None) -> Array:
+    """The pairs (2, k) that follow on each other, from pairs with |phi| <= pi/2.
+
+    From one sample to the next the other pair is nearer if theta changes by over pi less the larger |phi|.
+    """
+    begin = pairs[:, 0] if start is None else start
+    turned = np.cos(begin[1]) < 0
+    theta, phi = np.concatenate([_other(begin) if turned else begin, pairs.T.ravel()]).reshape(-1, 2).T
+    size = np.abs(_wrapped(phi))
+    nearer = np.abs(_wrapped(np.diff(theta))) + np.maximum(size[1:], size[:-1]) > np.pi
+    other = (np.cumsum(nearer) + turned) % 2 == 1
+    out = np.column_stack([begin, np.where(other, _other(pairs), pairs)])
+    return (out - 2 * np.pi * np.cumsum(np.round(np.diff(out, prepend=out[:, :1]) / (2 * np.pi)), 1))[:, 1:]
+
+
+def _other(pair: Array) -> Array:
+    """The other angles (2, ...) of the same directions."""
+    return np.array([pair[0] + np.pi, np.pi - pair[1]])
 
 
 def _wrapped(angle: Array) -> Array:
@@ -124,30 +150,31 @@ def _wrapped(angle: Array) -> Array:
     return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
 
 
-def _rates(above: _Turning, q: Array, rate: Array, acceleration: Array) -> tuple[_Turning, Array, Array]:
-    """How a rod turns, and its angles' rates and accelerations (2, k), from d' and d'' (3, k) in I."""
-    (s_t, s), (c_t, c) = np.sin(q), np.cos(q)
-    R = np.array([[c, np.zeros_like(s), s], [-s_t * s, c_t, s_t * c], [-c_t * s, -s_t, c_t * c]])
-    frame = np.add.reduce(above.frame[:, :, None] * R, 1)
-    d1, d2, _ = _into(frame, rate)
+def _rates(joint: Joints, u_rate: Array) -> Array:
+    """theta', phi' (2, k) from u' (3, k); theta' is 0 at a pole, where u' does not show it."""
+    s_t, s, c_t, c = joint.trig
+    along_theta = (c_t * u_rate[1] - s_t * u_rate[2]) / np.where(np.abs(c) < POLE, np.inf, c)
+    return np.array([along_theta, c * u_rate[0] - s * (s_t * u_rate[1] + c_t * u_rate[2])])
+
+
+def _accelerated(above: _Turning, joint: Joints, rates: Array, acceleration: Array) -> tuple[_Turning, Array, Array]:
+    """How a rod turns, and its angles' rates, at a pole too, and accelerations (2, k), from d'' (3, k) in I."""
+    (s, c), frame = joint.phi, _product(above.frame, joint.R)
     e1, e2, _ = _into(frame, acceleration)
-    p, pa = _into(R, above.omega), _into(R, above.alpha)
-    pole = np.abs(c) < POLE
-    safe_c = np.where(pole, 1.0, c)
-    o1, o2 = -d2, d1
-    phi_d = o2 - p[1]
-    moving = np.abs(phi_d) > RESTING * (np.abs(p).sum(0) + np.abs(o1) + np.abs(o2))
-    at_pole = _theta_rate_at_pole(s, phi_d, o2, p[2], e2 + pa[0], moving)
-    theta_d = np.where(pole, at_pole, (p[0] - o1) / safe_c)
-    w1, w3 = -theta_d * c, -theta_d * s
-    o3 = p[2] + w3
+    p, pa = joint.into(above.omega), joint.into(above.alpha)
+    pole, phi_d = np.abs(c) < POLE, rates[1]
+    o2 = phi_d + p[1]
+    moving = np.abs(phi_d) > RESTING * (np.abs(p).sum(0) + np.abs(o2))
+    theta_d = np.where(pole, _theta_rate_at_pole(s, phi_d, o2, p[2], e2 + pa[0], moving), rates[0])
+    rates = np.array([theta_d, phi_d])
+    w1, _, w3 = joint.relative_omega(rates)
+    o1, o3 = p[0] + w1, p[2] + w3
     a1, a2 = o2 * o3 - e2, e1 - o1 * o3
     rho = a1 - pa[0] - o2 * w3 + o3 * phi_d
-    theta_dd = np.where(pole, 0.0, (theta_d * phi_d * s - rho) / safe_c)
+    theta_dd = np.where(pole, 0.0, (theta_d * phi_d * s - rho) / np.where(pole, 1.0, c))
     phi_dd = a2 - pa[1] - o3 * w1 + o1 * w3
     a3 = pa[2] + o1 * phi_d - o2 * w1 - theta_dd * s - theta_d * phi_d * c
-    turning = _Turning(frame, np.array([o1, o2, o3]), np.array([a1, a2, a3]))
-    return turning, np.array([theta_d, phi_d]), np.array([theta_dd, phi_dd])
+    return _Turning(frame, np.array([o1, o2, o3]), np.array([a1, a2, a3])), rates, np.array([theta_dd, phi_dd])
 
 
 def _theta_rate_at_pole(s: Array, phi_d: Array, o2: Array, p3: Array, bend: Array, moving: Mask) -> Array:

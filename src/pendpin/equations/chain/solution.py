@@ -79,7 +79,10 @@ def solve(
     axes = _axes(joints, known.first_spherical)
     s, c = joints.phi
     drift = rate[0] * (omega[1] - rate[1]) + rate[1] * (c * omega[0] + s * omega[2])
-    x, alpha = project(_balances(rods, joints, axes, field, omega, drift, known))
+    if chain.n == 1 and known.first_spherical == 0:
+        x, alpha = _one_thin_rod(rods, joints, field, omega, known)
+    else:
+        x, alpha = project(_balances(rods, joints, axes, field, omega, drift, known))
     if axes.spherical is not None:
         alpha = _with_spin(joints, axes.spherical, omega, drift, alpha)
     shape = q.shape[:-1]
@@ -146,6 +149,19 @@ def _axes(joints: Joints, first_spherical: int) -> Axes:
         return Axes(joints.trig, None)
     spherical = np.tile(np.arange(joints.n) >= first_spherical, joints.trig.shape[1] // joints.n)
     return Axes(np.where(spherical, 0.0, joints.trig), spherical)
+
+
+def _one_thin_rod(rods: Rods, joints: Joints, field: Array, omega: Array, known: _External) -> tuple[Array, Array]:
+    """Reactions (4, K) and angular accelerations (3, K) of single rods without axial inertia and moment.
+
+    Nothing hangs on them, so that the moments about the joint have one unknown each; there is no spin.
+    """
+    still = joints.into(-np.reshape(field, (-1, 3)).T) - known.push  # (3, K) m/s², of the rod at rest, relative to free fall
+    inertia, x, alpha = rods.inertia[0] + rods.m * rods.h**2, np.zeros((4, len(rods.m))), np.zeros_like(omega)
+    alpha[:2] = (rods.m * rods.h * [still[1], -still[0]] + np.broadcast_to(known.moment, omega.shape)[:2]) / inertia
+    swing = np.stack([alpha[1], -alpha[0], -(omega[0] ** 2 + omega[1] ** 2)])
+    x[:3] = rods.m * (still + rods.h * swing)
+    return x, alpha
 
 
 def _balances(
