@@ -21,7 +21,6 @@ from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.effects import Drag, Motor, Push, Rotation, Support
 from pendpin.engines import Compiled
 from pendpin.equations.chain.kinematics import along
-from pendpin.model import kinematics
 from pendpin.model.build import FLIP
 from pendpin.scene import Scene
 from pendpin.simulation.accuracy.refinement import ORDERS
@@ -96,12 +95,12 @@ def _sum_of_slopes(dynamics: Dynamics, q: Array, v: Array, e: float) -> float:
 
 def _energies(dynamics: Dynamics, y: Array) -> Array:
     """Kinetic and potential energy (n,) in J of states of the engine (n, size)."""
-    engine, model = dynamics.engine, dynamics.model
+    engine = dynamics.engine
     base = engine.base if isinstance(engine, Compiled) else engine
     if hasattr(base, "directions"):
         return _energies_of_thin(dynamics, *base.directions(y))
     q, v = np.split(y, 2, axis=1)
-    return kinematics.kinetic_energy(model, q, v) + dynamics.potential(q, kinematics.poses(model, q))
+    return sum(dynamics.energies(q, v))
 
 
 def _energies_of_thin(dynamics: Dynamics, d: Array, rate: Array) -> Array:

@@ -80,8 +80,8 @@ class Dynamics:
 
     def energies(self, q: Array, v: Array) -> tuple[Array, Array]:
         """Kinetic energy and the potential of the conservative effects, (n,) in J, at states q, v (n, nv)."""
-        potential = self.potential(q, kinematics.poses(self.model, q))
-        return kinematics.kinetic_energy(self.model, q, v), potential
+        poses, kinetic = kinematics.poses_and_energy(self.model, q, v)
+        return kinetic, self.potential(q, poses)
 
     def potential(self, q: Array, poses: Array) -> Array:
         """The potential of the conservative effects (n,) in J, from q (n, nv) and the bodies' poses."""
@@ -202,9 +202,9 @@ def reactions(model: Model, q: Array, wrench: Array, xp: Any = np) -> Reactions 
     if not model.rods:
         return None
     phi = [rod.phi for rod in model.rods]
-    frames = np.array([rod.frame for rod in model.rods])
-    R1, R2, minus_R3 = np.einsum("nri,rij->jnr", wrench[:, phi, :3], frames)
-    M1, _, M3 = np.einsum("nri,rij->jnr", wrench[:, phi, 3:], frames)
+    frames = np.array([rod.frame for rod in model.rods]).transpose(1, 2, 0)[:, :, None]  # (3, 3, 1, rods)
+    rows = np.ascontiguousarray(np.moveaxis(wrench[:, phi], -1, 0))  # (6, n, rods)
+    (R1, R2, minus_R3), (M1, _, M3) = (np.add.reduce(frames * part[:, None], 0) for part in (rows[:3], rows[3:]))
     s, c = xp.sin(q[:, phi]), xp.cos(q[:, phi])
     Mc = c * M3 - s * M1  # along a3
     return Reactions(R1, R2, -minus_R3, Mc * c, Mc)

@@ -12,7 +12,7 @@ from pendpin.equations.chain import solution
 from pendpin.equations.chain.kinematics import motion
 from pendpin.model.build import FLIP, SIGNS, Model
 
-BATCH = 1 << 12  # rods solved at once: what they need stays in the fast memory of a processor
+BATCH = 1 << 13  # rods solved at once: what they need stays in the fast memory of a processor
 
 
 class LongChain(AngleEngine):
@@ -40,11 +40,15 @@ class LongChain(AngleEngine):
         return self._motion(*y.reshape(2, -1, 2))
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """One solve for all n states q, v (n, nv); the wrench on a massless cross is its rod's, in the cross's frame."""
-        size = max(1, BATCH // self._chain.n)
+        """Solves of some states at a time; the wrench on a massless cross is its rod's, in the cross's frame."""
+        size, a, wrench = max(1, BATCH // self._chain.n), np.empty(q.shape), np.empty((*q.shape, 6))
         given = (t, q, v) if torque is None else (t, q, v, torque)
-        parts = [self._evaluate(*(x[i : i + size] for x in given)) for i in range(0, len(t), size)]
-        return Sample(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+        for part in (slice(i, i + size) for i in range(0, len(t), size)):
+            found = self._solve(*(x[part] for x in given))
+            a[part] = found.acceleration.reshape(-1, q.shape[1])
+            wrench[part, 1::2] = found.wrench * np.tile(SIGNS, 2)
+            _turn_to_cross(wrench[part, ::2], found.wrench, q[part, 1::2, None])
+        return Sample(a, wrench)
 
     def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
         """q'' (nv,) rad/s² from one banded solve."""
@@ -58,14 +62,6 @@ class LongChain(AngleEngine):
         angles = np.broadcast_to(q.reshape(-1, 2), shape)
         found = solution.solve(self._chain, angles, np.zeros(shape), np.zeros(3), torque=torque.reshape(shape))
         return found.acceleration.reshape(k, -1).T
-
-    def _evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """Accelerations (n, nv) and wrenches (n, nv, 6) at t (n,), q, v (n, nv) with joint torques (n, nv)."""
-        found = self._solve(t, q, v, torque)
-        wrench = np.empty((*q.shape, 6))
-        wrench[:, 1::2] = found.wrench * np.tile(SIGNS, 2)
-        wrench[:, ::2] = _on_cross(found.wrench, q[:, 1::2])
-        return Sample(found.acceleration.reshape(q.shape), wrench)
 
     def _solve(self, t: Array, q: Array, v: Array, extra: Array | None = None) -> solution.ChainSolution:
         """The chain equations at times (n,) and states (n, nv), all at once."""
@@ -94,8 +90,8 @@ class LongChain(AngleEngine):
         )
 
 
-def _on_cross(wrench: Array, phi: Array) -> Array:
-    """Wrenches (..., 6) given in rods' body frames, in the link frames of their crosses."""
-    s, c = np.sin(phi)[..., None], np.cos(phi)[..., None]
-    x, y, z = (wrench.reshape(*phi.shape, 2, 3)[..., i] for i in range(3))
-    return (np.stack([c * x + s * z, y, c * z - s * x], -1) * SIGNS).reshape(wrench.shape)
+def _turn_to_cross(out: Array, wrench: Array, phi: Array) -> None:
+    """Fill `out` (..., 6) with wrenches given in rods' body frames, in the link frames of their crosses; phi (..., 1)."""
+    s, c = np.sin(phi), np.cos(phi)
+    x, y, z = (wrench[..., i::3] for i in range(3))
+    out[..., ::3], out[..., 1::3], out[..., 2::3] = c * x + s * z, -y, s * x - c * z

@@ -111,7 +111,6 @@ class Taylor(Integrator):
         series.pars[:] = run_time_parameters(recording, parameters.values)
         return series
 
-
     def _free(self, known: dict[Hashable, Any]) -> Any:
         """An integrator that no other run uses, until this one is gone: a copy takes a millisecond."""
         first, free = known[self.tolerance]

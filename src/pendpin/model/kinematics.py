@@ -1,6 +1,7 @@
 """Where the bodies are and what energy they have, from a model and states of it."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,8 @@ from pendpin.model.build import SIGNS, Model
 def poses(model: Model, q: Array) -> Array:
     """Poses of the bodies' links, (n, bodies, 4, 4) in W, from q (n, nv)."""
     if model.chain is not None:
-        return _chain_poses(model, q)
+        at = kinematics.positions(model.chain, q.reshape(len(q), -1, 2))
+        return _chain_poses(at.frames, at.tips)
     return _joint_poses(model, q, [body.joint for body in model.bodies])
 
 
@@ -23,32 +25,37 @@ def joint_poses(model: Model, q: Array) -> Array:
 
 
 def _joint_poses(model: Model, q: Array, joints: Sequence[int]) -> Array:
-    """The poses (n, joints, 4, 4) of what some joints move."""
-    pin, out = pinocchio(), np.empty((len(q), len(joints), 4, 4))
+    """The poses (n, joints, 4, 4) of what some joints move, from q (n, nv)."""
+    forward = pinocchio().forwardKinematics
+    return _placed(model, len(q), joints, lambda data, i: forward(model.pin, data, q[i]))
+
+
+def _placed(model: Model, n: int, joints: Sequence[int], move: Callable[[Any, int], None]) -> Array:
+    """The poses (n, joints, 4, 4) of what some joints move, where `move` brings Pinocchio's data to the state i of n."""
+    out = np.empty((n, len(joints), 4, 4))
     assert model.pin is not None
-    data = pin.Data(model.pin)
+    data = pinocchio().Data(model.pin)
     placements = [data.oMi[joint + 1] for joint in joints]  # they follow the data
-    for i, angles in enumerate(q):
-        pin.forwardKinematics(model.pin, data, angles)
+    for i in range(n):
+        move(data, i)
         for k, placement in enumerate(placements):
             out[i, k] = placement.homogeneous
     return out
 
 
-def _chain_poses(model: Model, q: Array) -> Array:
-    """Poses (n, rods, 4, 4) in W of a chain, from q (n, nv), by the hand-derived kinematics."""
-    assert model.chain is not None
-    at = kinematics.positions(model.chain, q.reshape(len(q), -1, 2))
-    out = np.zeros((len(q), len(model.bodies), 4, 4))
+def _chain_poses(frames: Array, chain_tips: Array) -> Array:
+    """Poses (n, rods, 4, 4) in W of a chain's links, from the rods' frames (n, rods, 3, 3) and tips (n, rods, 3) in I."""
+    out = np.zeros((*chain_tips.shape[:2], 4, 4))
     out[..., 3, 3] = 1
-    out[..., :3, :3] = at.frames * np.outer(SIGNS, SIGNS)
-    out[:, 1:, :3, 3] = at.tips[:, :-1] * SIGNS
+    out[..., :3, :3] = frames * np.outer(SIGNS, SIGNS)
+    out[:, 1:, :3, 3] = chain_tips[:, :-1] * SIGNS
     return out
 
 
 def tips(model: Model, link_poses: Array) -> Array:
     """The far ends of the bodies, (n, bodies, 3) m in W, from the poses of their links."""
-    return link_poses[..., :3, 3] + _turned(link_poses, np.array([body.tip for body in model.bodies]))
+    ends = np.array([[*body.tip, 1.0] for body in model.bodies])
+    return np.einsum("nrij,rj->nri", link_poses[..., :3, :], ends)
 
 
 def _turned(link_poses: Array, vectors: Array) -> Array:
@@ -136,18 +143,20 @@ def tip_distance(one: Array, other: Array, length: float) -> Array:
     return np.linalg.norm(one - other, axis=-1).max(-1) / length
 
 
-def kinetic_energy(model: Model, q: Array, v: Array) -> Array:
-    """Kinetic energy (n,) in J of states (n, nv)."""
+def poses_and_energy(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
+    """Poses of the bodies' links (n, bodies, 4, 4) in W, and the kinetic energy (n,) in J, of states q, v (n, nv)."""
     if model.chain is not None:
-        shape = (len(q), -1, 2)
-        return kinematics.energy(model.chain, q.reshape(shape), v.reshape(shape), np.zeros(3))[0]
-    pin = pinocchio()
-    assert model.pin is not None
-    data = pin.Data(model.pin)
-    return np.array([pin.computeKineticEnergy(model.pin, data, *state) for state in zip(q, v, strict=True)])
+        moving = kinematics.motion(model.chain, *(x.reshape(len(q), -1, 2) for x in (q, v)))
+        return _chain_poses(moving.frames, moving.tips), kinematics.kinetic_energy(model.chain, moving)
+    pin, energy = pinocchio(), np.empty(len(q))
+
+    def move(data: Any, i: int) -> None:  # its forward kinematics place the bodies too
+        energy[i] = pin.computeKineticEnergy(model.pin, data, q[i], v[i])
+
+    return _placed(model, len(q), [body.joint for body in model.bodies], move), energy
 
 
 def field_potential(model: Model, link_poses: Array, field: Array) -> Array:
     """Potential energy (n,) in J of the bodies in a uniform field (3,) m/s², W; zero at W's origin."""
-    centres = link_poses[..., :3, 3] + _turned(link_poses, np.array([body.com for body in model.bodies]))
-    return -(centres @ field) @ np.array([body.mass for body in model.bodies])
+    weights = [-body.mass * np.outer([*field, 0.0], [*body.com, 1.0]) for body in model.bodies]
+    return np.einsum("ni,i->n", link_poses.reshape(len(link_poses), -1), np.ravel(weights))

@@ -10,7 +10,6 @@ from pendpin.dynamics.contacts import Contacts, Mode, Scales
 from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative
 from pendpin.errors import InputError, RunError
 from pendpin.integrators.events import AtRest, EventIntegrator, SegmentToEvent, Stepper, instant, integrate_to_event
-from pendpin.model import kinematics
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.loop import IntegrationLoop, Task
 from pendpin.simulation.smooth_motion import SmoothLoop
@@ -113,7 +112,7 @@ class LoopWithEvents(IntegrationLoop):
         out = y.copy()
         out[self.nv : 2 * self.nv] = after
         if self.balance is not None and not np.array_equal(after, v):
-            before, then = kinematics.kinetic_energy(self.dynamics.model, np.stack([q, q]), np.stack([v, after]))
+            before, then = self.dynamics.energies(np.stack([q, q]), np.stack([v, after]))[0]
             taken = self.contacts.taken(q, v, after)
             taken[next(iter(taken))] += then - before - sum(taken.values())  # rounding, and bounces too small to count
             for kind, work in taken.items():

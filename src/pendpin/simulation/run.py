@@ -183,7 +183,7 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
     """Accelerations, wrenches, energies and tips along the run."""
     model, solver = dynamics.model, scene.solver
     a, wrench = dynamics.engine.evaluate(run.t, run.q, run.v, run.torque)
-    poses = kinematics.poses(model, run.q)
+    poses, kinetic = kinematics.poses_and_energy(model, run.q, run.v)
     return Trajectory(
         joints=model.joints,
         t=scene.clock[: len(run.t)],
@@ -191,7 +191,7 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
         v=run.v,
         a=a,
         wrench=wrench,
-        kinetic=kinematics.kinetic_energy(model, run.q, run.v),
+        kinetic=kinetic,
         potential=dynamics.potential(run.q, poses),
         tip=kinematics.tips(model, poses),
         rods=reactions(model, run.q, wrench),

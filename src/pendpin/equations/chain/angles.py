@@ -19,7 +19,9 @@ class Reading(NamedTuple):
     q: Array  # (k, n, 2) rad, theta, phi, continuous from sample to sample
     v: Array  # (k, n, 2) rad/s
     across: Array  # (k, n), |cos(phi)|
-    a: Array | None  # (k, n, 2) rad/s², if d'' is given; theta'' is 0 where |cos(phi)| < POLE, for it has no value there
+    a: (
+        Array | None
+    )  # (k, n, 2) rad/s², if d'' is given; theta'' is 0 where |cos(phi)| < POLE, for it has no value there
 
 
 class _Turning(NamedTuple):
@@ -27,7 +29,7 @@ class _Turning(NamedTuple):
 
     frame: Array  # (3, 3, k), columns b1, b2, b3 in I
     omega: Array  # (3, k)
-    alpha: Array | None  # (3, k), if d'' is given
+    alpha: Array  # (3, k); 0 unless d'' is given
 
 
 def read(d: Array, rate: Array, acceleration: Array | None = None, previous: Array | None = None) -> Reading:
@@ -50,7 +52,7 @@ def read(d: Array, rate: Array, acceleration: Array | None = None, previous: Arr
             above, rates, a[:, i].T[:] = _accelerated(above, joint, rates, np.ascontiguousarray(acceleration[:, i].T))
         elif i + 1 < n:
             omega = joint.into(above.omega) + joint.relative_omega(rates)
-            above = _Turning(_product(above.frame, joint.R), omega, None)
+            above = _Turning(_product(above.frame, joint.R), omega, above.alpha)
         v[:, i], across[:, i] = rates.T, np.abs(joint.trig[3])
     return Reading(q, v, across, None if acceleration is None else a)
 

@@ -151,15 +151,16 @@ def motion(chain: ChainInertia, q: Array, v: Array) -> ChainMotion:
 def energy(chain: ChainInertia, q: Array, v: Array, field: Array) -> tuple[Array, Array]:
     """Kinetic and potential energy (...) in J; the potential of the uniform field (3,), in I, is 0 at the support."""
 
-    def energies(angles: Array, rates: Array) -> tuple[Array, Array]:
-        moving = motion(chain, angles, rates)
-        inertia = np.stack([chain.I1, chain.I2, chain.I3], -1)
-        translation = chain.m * (moving.centre_velocities**2).sum(-1)
-        rotation = (inertia * moving.omega**2).sum(-1)
-        return 0.5 * (translation + rotation).sum(-1), -(chain.m * (moving.centres @ field)).sum(-1)
+    moving = motion(chain, q, v)
+    return kinetic_energy(chain, moving), -(chain.m * (moving.centres @ field)).sum(-1)
 
-    kinetic, potential = _in_chunks(energies, q, v)
-    return kinetic, potential
+
+def kinetic_energy(chain: ChainInertia, moving: ChainMotion) -> Array:
+    """Kinetic energy (...) in J of a motion."""
+    inertia = np.stack([chain.I1, chain.I2, chain.I3], -1)
+    velocity, omega = moving.centre_velocities, moving.omega
+    translation = chain.m * np.einsum("...ni,...ni->...n", velocity, velocity)
+    return 0.5 * (translation + np.einsum("ni,...ni,...ni->...n", inertia, omega, omega)).sum(-1)
 
 
 def _positions(chain: ChainInertia, joints: Joints) -> Positions:

@@ -74,17 +74,16 @@ def solve(
     """
     joints, rate = Joints.at(q), rods_last(v)
     omega = joints.omega(rate)
-    rods = chain.rods.repeated(q[..., 0].size // chain.n)
-    known = _external(chain, rods.m, joints, torque, force, moment)
-    axes = _axes(joints, known.first_spherical)
+    known = _external(chain, joints, torque, force, moment)
     s, c = joints.phi
     drift = rate[0] * (omega[1] - rate[1]) + rate[1] * (c * omega[0] + s * omega[2])
     if chain.n == 1 and known.first_spherical == 0:
-        x, alpha = _one_thin_rod(rods, joints, field, omega, known)
+        x, alpha = _one_thin_rod(chain.rods, joints, field, omega, drift, known)
     else:
+        rods, axes = chain.rods.repeated(q[..., 0].size // chain.n), _axes(joints, known.first_spherical)
         x, alpha = project(_balances(rods, joints, axes, field, omega, drift, known))
-    if axes.spherical is not None:
-        alpha = _with_spin(joints, axes.spherical, omega, drift, alpha)
+        if axes.spherical is not None:
+            alpha = _with_spin(joints, axes.spherical, omega, drift, alpha)
     shape = q.shape[:-1]
     moment_at_joint = _carried(joints, x[3], known.torque)
     return ChainSolution(
@@ -107,14 +106,14 @@ class _External(NamedTuple):
 
 
 def _external(
-    chain: ChainInertia, m: Array, joints: Joints, torque: Array | None, force: Array | None, moment: Array | None
+    chain: ChainInertia, joints: Joints, torque: Array | None, force: Array | None, moment: Array | None
 ) -> _External:
     """External loads in body frames, from torque (..., n, 2) in N m, force and moment (..., n, 3) in I."""
     push, about_G, at_joint, first_spherical = 0.0, 0.0, None, chain.first_thin
     if force is not None or moment is not None:
         frames = joints.frames()
         if force is not None:
-            push = _into_body(frames, force) / m
+            push = _into_body(frames, force) / np.tile(chain.m, force[..., 0].size // chain.n)
         if moment is not None:
             about_G = _into_body(frames, moment)
             first_spherical = max(
@@ -151,17 +150,20 @@ def _axes(joints: Joints, first_spherical: int) -> Axes:
     return Axes(np.where(spherical, 0.0, joints.trig), spherical)
 
 
-def _one_thin_rod(rods: Rods, joints: Joints, field: Array, omega: Array, known: _External) -> tuple[Array, Array]:
+def _one_thin_rod(
+    rod: Rods, joints: Joints, field: Array, omega: Array, drift: Array, known: _External
+) -> tuple[Array, Array]:
     """Reactions (4, K) and angular accelerations (3, K) of single rods without axial inertia and moment.
 
-    Nothing hangs on them, so that the moments about the joint have one unknown each; there is no spin.
+    Nothing hangs on them: the moments about the joint have one unknown each. The frame spins as its angles do.
     """
-    still = joints.into(-np.reshape(field, (-1, 3)).T) - known.push  # (3, K) m/s², of the rod at rest, relative to free fall
-    inertia, x, alpha = rods.inertia[0] + rods.m * rods.h**2, np.zeros((4, len(rods.m))), np.zeros_like(omega)
-    alpha[:2] = (rods.m * rods.h * [still[1], -still[0]] + np.broadcast_to(known.moment, omega.shape)[:2]) / inertia
-    swing = np.stack([alpha[1], -alpha[0], -(omega[0] ** 2 + omega[1] ** 2)])
-    x[:3] = rods.m * (still + rods.h * swing)
-    return x, alpha
+    (s, c), (o1, o2, o3), (moment1, moment2, _) = joints.phi, omega, np.broadcast_to(known.moment, omega.shape)
+    still = joints.into(-np.reshape(field, (-1, 3)).T) - known.push  # m/s², of a rod at rest, less free fall
+    lever, inertia = rod.m * rod.h, rod.inertia[0] + rod.m * rod.h**2
+    a1, a2 = (moment1 + lever * still[1]) / inertia, (moment2 - lever * still[0]) / inertia  # without spin
+    x, spun = np.zeros((4, len(a1))), a1 + o2 * o3
+    x[:3] = rod.m * (still + rod.h * np.array([a2, -a1, -(o1 * o1 + o2 * o2)]))
+    return x, np.array([spun, a2 - o1 * o3, (drift + s * spun) / c])
 
 
 def _balances(
