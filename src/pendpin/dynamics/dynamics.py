@@ -1,6 +1,7 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -44,15 +45,11 @@ class Dynamics:
         self.loads = bind_loads(model, effects, start=start)
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
         form = "angles" if touching else form
-        self.engine: Engine = compiled_form(self, form)
-        if engine != "compiled":
-            self.engine = choose_engine(model, self.loads, engine, form)
+        self._base = choose_engine(model, self.loads, "auto" if engine == "compiled" else engine, form)
         self.contacts: Contacts | None = None
-        if touching and isinstance(self.engine, AngleEngine):
-            self.contacts = bind_contacts(model, effects, self.engine)
-        self._base = self.engine
-        if engine == "compiled":
-            self.engine = self.compiled()
+        if touching and isinstance(self._base, AngleEngine):
+            self.contacts = bind_contacts(model, effects, self._base)
+        self.engine: Engine = self.compiled() if engine == "compiled" else self._base
         self.potentials = potentials(model, effects)
         self.conservative = all(potential is not None for potential in self.potentials)
         if model.pin is not None:
@@ -62,8 +59,15 @@ class Dynamics:
         return f"Dynamics of {len(self.model.joints)} joints on {self.engine.name}"
 
     def compiled(self, accounts: Accounts | None = None) -> Engine:
-        """The equations in machine code; the work of these accounts is then part of the state."""
-        return compiled(self._base, self.effects, self.start, Asked(accounts, self.contacts))
+        """The equations in machine code, of thin rods those in directions; with the work of these accounts in the state."""
+        base = Directions(self.model, self.loads) if isinstance(self._base, Spherical) else self._base
+        return compiled(base, self.effects, self.start, Asked(accounts, self.contacts))
+
+    def in_machine_code(self) -> "Dynamics":
+        """The same on compiled equations; it shares what is large, Pinocchio's data."""
+        changed = copy(self)
+        changed.engine = self.compiled()
+        return changed
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
         """q'' (nv,) at time t. Raises InputError for arrays of another shape."""
@@ -178,11 +182,6 @@ def choose_engine(model: Model, loads: Loads, name: str, form: Form = "any") -> 
     if spherical and name != "pinocchio":
         return Directions(model, loads)
     return LongChain(model, loads) if name == "chain" or model.pin is None else Revolute(model, loads)
-
-
-def compiled_form(dynamics: Dynamics, form: Form = "any") -> Engine:
-    """The engine whose equations are compiled: of thin rods that in directions."""
-    return choose_engine(dynamics.model, dynamics.loads, "auto", "directions" if form == "any" else form)
 
 
 def without_compiling(engine: Engine) -> Literal["pinocchio", "chain"]:

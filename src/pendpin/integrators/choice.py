@@ -116,13 +116,12 @@ def _fastest(derivative: Derivative, y: Array) -> float:
     """The fastest rate in 1/s at y (size,), within a few tenths: the power method on the slopes, never written out."""
     base, rate, size = np.empty_like(y), np.empty_like(y), STEP * max(1.0, float(np.linalg.norm(y)))
     derivative(base, 0.0, y)
-    direction, growth = np.ones(len(y)) / np.sqrt(len(y)), []
-    for i in range(POWERS):
-        direction = direction + 1e-3 * np.cos(np.arange(len(y)) * (i + 1))  # none is missed by symmetry
+    direction, growth = np.cos(np.arange(len(y))), []  # without a symmetry by which a motion would be missed
+    for _ in range(POWERS):
+        direction /= max(float(np.linalg.norm(direction)), 1e-300)
         derivative(rate, 0.0, y + size * direction)
-        change = (rate - base) / size
-        growth.append(float(np.linalg.norm(change) / np.linalg.norm(direction)))
-        direction = change / max(float(np.linalg.norm(change)), 1e-300)
+        direction = (rate - base) / size
+        growth.append(float(np.linalg.norm(direction)))
     return float(np.sqrt(growth[-1] * growth[-2]))  # positions and rates take turns
 
 

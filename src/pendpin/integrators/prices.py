@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import Dynamics, without_compiling
-from pendpin.effects import BodyEffect, Drag, Effect
+from pendpin.effects import BodyEffect, ContactEffect, Drag, Effect
 from pendpin.engines import AngleEngine, LongChain, Spherical
 from pendpin.integrators import cyrk
 from pendpin.scene import Scene
@@ -19,19 +19,22 @@ EVALUATIONS = 90.0  # of dop853 at a tolerance of 1e-4 for each turn of the fast
 POWER = 0.114  # with which they grow as the tolerance falls
 LONG_CHAIN = 0.25  # power of the number of rods by which the fastest motion of a chain matters less
 IMPLICIT = 2_000.0  # evaluations of radau for each number of the state, about: its matrices are differences
-
+OF_EVENTS = 50  # evaluations with friction or stops, for each joint and each turn of the fastest motion, about
 STAGES = 4  # evaluations in a step of rk4
 RUNS = 3  # for an accuracy
 
-OPERATIONS, OF_BODIES, OF_DRAG = 410, 80, 80  # of compiled equations for each rod: bare, with body effects, with drag
-COMPILE = (0.012, 1.3e-5)  # s, times 1 and operations; without optimisation
+OPERATIONS = 410  # of compiled equations for each rod
+OF_BODIES, OF_DRAG, OF_CONTACTS = 80, 80, 230  # and with body effects, with drag, with friction or stops
+LARGE = 20_000  # operations, beyond which the code is larger than the processor's cache: each of them costs more
+COMPILE = (0.012, 1.3e-5, 1.8e-5)  # s, times 1, operations, and those beyond; without optimisation
 LITTLE = 0.1  # s: a fifth of what the first run of a process takes for its imports
-COMPILED = (0.05e-6, 4.8e-10)  # s an evaluation, times 1 and operations; without optimisation
-PINOCCHIO = (1.8e-6, 0.45e-6)  # s an evaluation, times 1 and rods, called from Python
+COMPILED = (0.05e-6, 4.8e-10, 7.5e-10)  # s an evaluation, times the same
+PINOCCHIO = (1.4e-6, 0.55e-6)  # s an evaluation, times 1 and rods, called from Python
 SPHERICAL = (9e-6, 0.6e-6)
 CHAIN = (300e-6, 2.6e-6)
 TORQUES, FIELDS = 5e-6, 8e-6  # s an evaluation in Python, where there are any
-WRENCHES = (60e-6, 4e-6)  # for each body effect, times 1 and rods
+WRENCHES = (80e-6, 6e-6)  # for each body effect, times 1 and rods
+CONTACTS = (50e-6, 4e-6)  # for friction and stops, times 1 and rods
 
 
 def cheapest_engine(scene: Scene, dynamics: Dynamics, turns: float) -> str:
@@ -42,30 +45,31 @@ def cheapest_engine(scene: Scene, dynamics: Dynamics, turns: float) -> str:
     compiling = compile_seconds(effects, joints / 2)
     if compiling < LITTLE:
         return "compiled"
-    count = evaluations(scene, turns, joints / 2) * (RUNS if scene.solver.accuracy else 1)
+    count = evaluations(scene, dynamics, turns) * (RUNS if scene.solver.accuracy else 1)
     saved = plain(dynamics) - compiled(effects, joints / 2)
     return "compiled" if compiling < count * saved else plainly
 
 
-def evaluations(scene: Scene, turns: float, rods: float) -> float:
+def evaluations(scene: Scene, dynamics: Dynamics, turns: float) -> float:
     """How many evaluations a run takes, within a factor of about two; of methods of lower order than dop853 more."""
-    solver = scene.solver
+    solver, joints = scene.solver, len(dynamics.model.joints)
     if solver.step is not None:
         return STAGES * scene.duration / solver.step
     if solver.method == "radau":
-        return 4 * rods * IMPLICIT
+        return 2 * joints * IMPLICIT
     tolerance = solver.tolerance or (solver.accuracy or 0.0) / 10  # about what an accuracy takes
-    return EVALUATIONS * (1e-4 / tolerance) ** POWER * turns / max(1.0, rods) ** LONG_CHAIN
+    steps = EVALUATIONS * (1e-4 / tolerance) ** POWER * turns / max(1.0, joints / 2) ** LONG_CHAIN
+    return steps + OF_EVENTS * joints * turns * (dynamics.contacts is not None)
 
 
 def compile_seconds(effects: Sequence[Effect], rods: float) -> float:
     """How long compiling takes; the compiler comes with CyRK."""
-    return COMPILE[0] + COMPILE[1] * _operations(effects, rods)
+    return _price(COMPILE, effects, rods)
 
 
 def compiled(effects: Sequence[Effect], rods: float) -> float:
     """Seconds of an evaluation in machine code."""
-    return COMPILED[0] + COMPILED[1] * _operations(effects, rods)
+    return _price(COMPILED, effects, rods)
 
 
 def plain(dynamics: Dynamics) -> float:
@@ -78,10 +82,14 @@ def plain(dynamics: Dynamics) -> float:
     rods, loads = len(engine.model.joints) / 2, engine.loads
     bodies = sum(isinstance(effect, BodyEffect) for effect in dynamics.effects)
     others = TORQUES * (loads.torque is not None) + FIELDS * (loads.varying is not None)
-    return first + each * rods + others + bodies * (WRENCHES[0] + WRENCHES[1] * rods)
+    contacts = dynamics.contacts is not None
+    rules = ((1, (first, each)), (bodies, WRENCHES), (contacts, CONTACTS))
+    return others + sum(times * (once + more * rods) for times, (once, more) in rules)
 
 
-def _operations(effects: Sequence[Effect], rods: float) -> float:
+def _price(rule: tuple[float, float, float], effects: Sequence[Effect], rods: float) -> float:
     bodies = any(isinstance(effect, BodyEffect) for effect in effects)
     drag = any(isinstance(effect, Drag) for effect in effects)
-    return rods * (OPERATIONS + OF_BODIES * bodies + OF_DRAG * drag)
+    contacts = any(isinstance(effect, ContactEffect) for effect in effects)
+    operations = rods * (OPERATIONS + OF_BODIES * bodies + OF_DRAG * drag + OF_CONTACTS * contacts)
+    return rule[0] + rule[1] * operations + rule[2] * max(0.0, operations - LARGE)

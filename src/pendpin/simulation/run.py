@@ -82,9 +82,10 @@ def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_ba
     method, engine = automatic(scene, dynamics, q, v, energy_balance)
     if (method, engine) == (scene.solver.method, scene.solver.engine):
         return scene, dynamics
-    changed = method == "taylor" or engine != scene.solver.engine
-    scene = scene.with_solver(method=method, engine=engine)
-    return scene, bind(scene) if changed else dynamics
+    changed = scene.with_solver(method=method, engine=engine)
+    if engine == "compiled" and scene.solver.engine == "auto":
+        return changed, dynamics.in_machine_code()
+    return changed, bind(changed) if method == "taylor" or engine != scene.solver.engine else dynamics
 
 
 def _finished(
