@@ -1,6 +1,7 @@
 """The equation doctor: its truth, verdicts, mends and conventions; its report; code in place of formulae."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -27,6 +28,66 @@ def first_mend(equation, **options):
     (finding,) = pp.diagnose([equation], **options).findings
     assert finding.verdict == "fails"
     return finding.mends[0].latex if finding.mends else None
+
+
+STRING = [  # a point mass on a string, on a universal joint
+    r"\ddot\theta = 2\dot\theta\dot\phi\tan\phi - \frac{g}{l}\frac{\sin\theta}{\cos\phi}",
+    r"\ddot\phi = -\dot\theta^2\sin\phi\cos\phi - \frac{g}{l}\cos\theta\sin\phi",
+    r"T = \frac{m l^2}{2}(\dot\theta^2\cos^2\phi + \dot\phi^2)",
+    r"R_3 = m l(\dot\phi^2 + \dot\theta^2\cos^2\phi) + m g \cos\theta\cos\phi",
+]
+POLAR = [  # the same in the angle from the vertical and the azimuth
+    r"\ddot\theta = \dot\phi^2\sin\theta\cos\theta - \frac{g}{l}\sin\theta",
+    r"\ddot\phi = -2\dot\theta\dot\phi\cot\theta",
+    r"T = \frac{m l^2}{2}(\dot\theta^2 + \dot\phi^2\sin^2\theta)",
+    r"J_1 \ddot\theta = J_1 \dot\phi^2\sin\theta\cos\theta + m g h \sin\theta",
+]
+
+
+def test_a_page_on_a_point_mass_is_read_as_one():
+    """Where two equations or more say so; one alone may lack the 3/2 of a rod, and the report names both."""
+    found = pp.diagnose(STRING)
+    assert verdicts(found) == ["holds"] * 4
+    assert found.pendulum.rod == "point"
+    assert "point mass" in found.remarks[0]
+    assert verdicts(pp.diagnose(STRING, rod="thin")) == ["fails"] * 4
+    (alone,) = pp.diagnose(STRING[:1]).findings
+    assert alone.verdict == "fails"
+    assert "--rod point" in alone.remark
+    wrong = [*STRING[:3], STRING[3].replace("+ m g", "- m g")]
+    assert verdicts(pp.diagnose(wrong)) == ["holds"] * 3 + ["fails"]
+    mixed = [*STRING[:2], r"V = -\frac{m g l}{2}\cos\theta\cos\phi"]  # of a rod: its equations lack the 3/2
+    assert verdicts(pp.diagnose(mixed)) == ["fails", "fails", "holds"]
+
+
+@pytest.mark.parametrize("swap", [False, True])
+def test_polar_angle_and_azimuth_are_other_angles(swap):
+    """Not checked, and said so; with a fault they fail."""
+    names = {r"\theta": r"\phi", r"\phi": r"\theta"} if swap else {}
+    page = [re.sub(r"\\(theta|phi)\b", lambda m: names.get(m[0], m[0]), text) for text in POLAR]
+    found = pp.diagnose(page)
+    assert verdicts(found) == ["unread"] * 4
+    assert all("the azimuth" in finding.remark for finding in found.findings)
+    assert not found.ok
+    assert verdicts(pp.diagnose([text.replace("+", "-").replace("-2", "2") for text in page]))[1:3] == ["fails"] * 2
+
+
+def test_a_mend_that_leaves_no_motion_is_none():
+    """J_3 = I_3 holds, and says nothing of M_3."""
+    wrong = r"M_3 = I_3(\ddot\theta\sin\phi + \dot\theta\dot\phi\cos\phi)"
+    assert first_mend(wrong, rod="general") is None
+    assert first_mend(wrong, rod="symmetric") == wrong.replace("= ", "= -")
+
+
+def test_rows_of_an_align_have_their_own_lines_and_mends(tmp_path):
+    """A long row counts its lines; the mended text is that of the row alone."""
+    rows = [STRING[0].replace("- ", "\n  - "), STRING[1].replace("= -", "= ")]
+    page = tmp_path / "page.md"
+    page.write_text("Text\n\n\\begin{align}\n" + " \\\\\n".join(rows) + "\n\\end{align}\n\n$p = \\dot\\theta$")
+    found = pp.diagnose(page, rod="point")
+    assert [finding.place for finding in found.findings] == ["line 4", "line 6", "line 9"]
+    assert r"\ddot\theta" not in str(found).split("mend:")[1].split("\n")[1]
+    assert "1 hold, 1 fail, 0 are not checked, 1 define a symbol" in str(found)
 
 
 # --- the truth ------------------------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 import ast
 import random
+import re
 
 SWAPS = {"theta": "phi", "phi": "theta", "dtheta": "dphi", "dphi": "dtheta", "ddtheta": "ddphi", "ddphi": "ddtheta"}
 
@@ -101,5 +102,6 @@ def changed(text: str, chance: random.Random) -> tuple[str, str]:
     new_tree = Replace(node, chance.choice(kinds[kind])).visit(tree)
     if chance.random() < 0.06:
         kind, new_tree = extra_term(ast.parse(sides[side], mode="eval").body, chance)
-    sides[side] = ast.unparse(ast.fix_missing_locations(new_tree))
+    printed = ast.unparse(ast.fix_missing_locations(new_tree))
+    sides[side] = re.sub(r"([*/]) -(\w+)", r"\1 (-\2)", printed)  # as on paper
     return kind, " = ".join(sides)

@@ -1,12 +1,16 @@
 """The convention and the kind of rod that a text is about: given in words, or what explains most of its equations."""
 
+from contextlib import suppress
+from functools import cache
 from itertools import product
 from typing import Any
 
-from pendpin.analysis.doctor.checking.mechanics import Convention, Pendulum
-from pendpin.analysis.doctor.checking.residuals import TOLERANCE
+import numpy as np
+
+from pendpin.analysis.doctor.checking.mechanics import Convention, Pendulum, Quantities
+from pendpin.analysis.doctor.checking.residuals import STATES, TOLERANCE, Equation, random_base, relative_error
 from pendpin.analysis.doctor.patients import Printed, candidates
-from pendpin.analysis.doctor.reading.names import CONSTANTS
+from pendpin.analysis.doctor.reading.names import CONSTANTS, STILL
 from pendpin.analysis.doctor.reading.tree import Unread, symbols, walk
 from pendpin.errors import InputError, not_one_of
 
@@ -102,7 +106,39 @@ def likely_rod(equations: list[Printed]) -> str:
     if uniform == "thin" and names & {"I3", "J3"}:
         held = {rod: sum(_holds(one, Pendulum(rod)) is True for one in equations) for rod in ("uniform", "thin")}
         return "uniform" if held["thin"] < held["uniform"] + 2 else "thin"
-    return uniform
+    return "point" if uniform == "thin" and _fits_point(equations) else uniform
+
+
+def _fits_point(equations: list[Printed]) -> bool:
+    """Whether two equations or more tell a point mass at the tip from a thin rod, and all of these hold for the point."""
+    verdicts = [[_holds(one, Pendulum(rod)) for rod in ("point", "thin")] for one in equations]
+    telling = [point for point, thin in verdicts if point is not thin]
+    return len(telling) > 1 and all(telling)
+
+
+def of_another_motion(equation: Equation) -> str:
+    """What an equation that fails is about if its symbols have a common meaning that pendpin does not give them."""
+    if "omega" in equation.names and equation.names <= {"omega", *STILL}:
+        return "omega is read as the angular velocity; a frequency of small swings is not checked"
+    for rod, polar, sign in product(("point", "thin", "symmetric"), ("theta", "phi"), (1, -1)):
+        with suppress(Unread):
+            if relative_error(equation, _polar_states(rod, polar, sign)) < TOLERANCE:
+                around = "phi" if polar == "theta" else "theta"
+                where = f"{polar} is the angle from the vertical and {around} the azimuth"
+                return f"not checked: it holds where {where}; here theta and phi are other angles (docs/derivation.md)"
+    return ""
+
+
+@cache
+def _polar_states(rod: str, polar: str, sign: int) -> Quantities:
+    """Random states of a pendulum in its angle from downwards (sign 1) or upwards, named `polar`, and its azimuth."""
+    known = Quantities(random_base(rod, STATES), Pendulum(rod), np)
+    around = "phi" if polar == "theta" else "theta"
+    s, c, rate, turn = np.sin(known[polar]), np.cos(known[polar]), known[f"d{polar}"], known[f"d{around}"]
+    inertia, pull = known["J1"], sign * known["Fg"] * known["h"]
+    accelerations = {f"dd{polar}": turn**2 * s * c - pull / inertia * s, f"dd{around}": -2 * rate * turn * c / s}
+    energies = {"T": inertia * (rate**2 + (turn * s) ** 2) / 2, "V": -pull * c}
+    return Quantities(known.base | accelerations | energies, known.pendulum, np)
 
 
 def _numbered(one: Printed) -> bool:

@@ -12,7 +12,7 @@ from pendpin.analysis.doctor.checking.circumstances import scaling, when
 from pendpin.analysis.doctor.checking.dimensions import of_equation
 from pendpin.analysis.doctor.checking.mechanics import RODS, Pendulum
 from pendpin.analysis.doctor.checking.residuals import Equation
-from pendpin.analysis.doctor.conventions import conventions_of, find_convention, likely_rod
+from pendpin.analysis.doctor.conventions import conventions_of, find_convention, likely_rod, of_another_motion
 from pendpin.analysis.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, styles_of
 from pendpin.analysis.doctor.mending.monomials import Printer
 from pendpin.analysis.doctor.patients import Candidate, Printed, candidates, kind_of, printed
@@ -118,6 +118,9 @@ def examine(
         progress(f"equation {one.number}")
         hopeless = sum(finding.verdict == "fails" and not finding.mends for finding in findings)
         findings.append(doctor.find(one, pairs=hopeless < MOST_HOPELESS))
+    if rod is None and kind == "point":
+        words = "These are equations of a point mass on a massless rod or string"
+        remarks.insert(0, f"{words}; for a rod with mass write --rod thin.")
     if base.words:
         remarks.insert(0, f"The text has its own convention: {base.words}.")
     return Diagnosis(tuple(findings), doctor.pendulum, tuple(remarks), _shared(findings), symbols)
@@ -162,7 +165,8 @@ class _Doctor:
         except Unread as error:
             return replace(found, remark=error.reason)
         if not verdict.holds:
-            return self._failing(found, one, readings, pairs)
+            another = of_another_motion(readings[0][0])
+            return replace(found, remark=another) if another else self._failing(found, one, readings, pairs)
         equation, remark = readings[0][0], _joined(one.remark, verdict.remark)
         found = replace(found, verdict="holds", kind=kind_of(equation), equation=equation, remark=remark)
         return replace(found, proved=verdict.proved, error=verdict.error)
@@ -204,6 +208,7 @@ class _Doctor:
     def _special(self, equation: Equation) -> str:
         """Whether an equation that fails would hold for a more special rod."""
         cases = {"symmetric": "it holds where I1 = I2", "thin": "it holds for a thin rod only"}
+        cases["point"] = "it holds for a point mass on a massless rod (--rod point)"
         for special, words in cases.items():
             if RODS.index(special) < RODS.index(self.pendulum.rod):
                 with suppress(Unread):

@@ -66,7 +66,7 @@ def _of_statement(statement: Statement, number: int) -> list[Printed]:
     several = len(equations) > 1
     return [
         Printed(
-            statement,
+            replace(statement, place=statement.line_of(sides[0].outer[0])),
             number + i,
             text[sides[0].outer[0] : sides[-1].outer[1]].strip() if several else statement.text,
             text,

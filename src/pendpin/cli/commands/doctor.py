@@ -15,7 +15,9 @@ def doctor(
     file: Annotated[
         Path, typer.Argument(help="Equations: LaTeX, Markdown, plain text, or TOML with a table named equations.")
     ],
-    rod: Annotated[str | None, typer.Option(help="thin, uniform or general; found from the symbols if absent.")] = None,
+    rod: Annotated[
+        str | None, typer.Option(help="point, thin, uniform, symmetric or general; found from the symbols if absent.")
+    ] = None,
     convention: Annotated[
         str | None, typer.Option(help="theta-ccw, phi-reversed, z-up, swapped, separated by commas; found if absent.")
     ] = None,

@@ -16,9 +16,10 @@ from pendpin.equations.base import RodInertia
 
 Values = NDArray[Any]  # (n,), (3, n) or (3, 3, n): scalars, vectors in I, tensors in I
 
-RODS = ("thin", "uniform", "symmetric", "general")
+RODS = ("point", "thin", "uniform", "symmetric", "general")
 COORDINATES = ("theta", "phi", "dtheta", "dphi")
 PARAMETERS = {
+    "point": ("m", "l", "g"),
     "thin": ("m", "l", "g"),
     "uniform": ("m", "l", "g", "r"),
     "symmetric": ("m", "l", "g", "h", "I1", "I3", "r"),
@@ -144,8 +145,8 @@ def _inertia(index: int) -> Callable[[Quantities], Values]:
     def value(q: Quantities) -> Values:
         m, l = q["m"], q["l"]  # noqa: E741
         square = m * l * l / q.number(12)
-        if q.rod == "thin":
-            return square * q.number(0 if index == 3 else 1)
+        if q.rod in ("point", "thin"):
+            return square * q.number(1 if q.rod == "thin" and index < 3 else 0)
         r = q["r"]
         return m * r * r / q.number(2) if index == 3 else square + m * r * r / q.number(4)
 
@@ -241,7 +242,7 @@ FORMULAS: dict[str, Callable[[Quantities], Values]] = {
     "yhat": _axis("y", ("up",)),
     "zhat": _axis("z", ("up", "mirrored")),
     **{f"C_{a}{b}": _cosines(a, b) for a in "IAB" for b in "IAB" if a != b},
-    "h": lambda q: q["l"] / q.number(2),
+    "h": lambda q: q["l"] / q.number(1 if q.rod == "point" else 2),
     "I1": _inertia(1),
     "I2": lambda q: q["I1"],
     "I3": _inertia(3),

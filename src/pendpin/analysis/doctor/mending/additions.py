@@ -49,7 +49,7 @@ def by_need(found: list[Need], quantities: Quantities, editor: Editor, names: se
 def possible(equation: Equation, rod: str) -> set[str]:
     """Quantities that a missing term or factor may hold: not what the equation is solved for."""
     lone = {side.value for side in equation.sides if side.kind == "symbol"}
-    inertias = () if rod == "thin" else INERTIAS
+    inertias = () if rod in ("point", "thin") else INERTIAS
     families = (set(family) for family in FAMILIES if len(equation.names.intersection(family)) > 1)
     below = {f"1/{name}" for side in equation.sides for part in divisors(side) for name in symbols(part)}
     return equation.names.union({*UNKNOWNS, *inertias, "Mc"}, below, *families) - lone

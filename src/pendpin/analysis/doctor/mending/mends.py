@@ -26,6 +26,7 @@ from pendpin.analysis.doctor.mending.monomials import Printer
 from pendpin.analysis.doctor.mending.moves import moves
 from pendpin.analysis.doctor.mending.needs import needs
 from pendpin.analysis.doctor.reading.grammar import parse
+from pendpin.analysis.doctor.reading.names import STILL
 from pendpin.analysis.doctor.reading.tree import Node, Unread, key, symbols, walk
 
 MOST_NODES = 400  # of an equation that is searched
@@ -54,10 +55,15 @@ class Mend:
     alone: bool = True  # its text holds no other equation
 
     @property
+    def span(self) -> tuple[int, int]:
+        """Where the mended equation stands in its text."""
+        sides = self.equation.sides
+        return (0, len(self.text)) if self.alone else (sides[0].outer[0], sides[-1].outer[1])
+
+    @property
     def latex(self) -> str:
         """The mended equation as it would be printed."""
-        sides = self.equation.sides
-        return self.text if self.alone else self.text[sides[0].outer[0] : sides[-1].outer[1]].strip()
+        return self.text[slice(*self.span)].strip()
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +188,7 @@ def _verified(patient: Patient, edits: list[Edit]) -> list[Mend]:
         text = apply(patient.text, edit.splices)
         try:
             equation = patient.read(text)
-            if not _empty(equation) and relative_error(equation, truth) < TOLERANCE:
+            if not _empty(equation, patient) and relative_error(equation, truth) < TOLERANCE:
                 shape, odd = standing(equation, patient.pendulum)
                 held.append((edit.cost + odd, edit, text, equation, shape))
         except Unread:
@@ -202,8 +208,10 @@ def _verified(patient: Patient, edits: list[Edit]) -> list[Mend]:
     return chosen
 
 
-def _empty(equation: Equation) -> bool:
-    """Whether an equation says little: two sides are printed alike, or what one side names stands in another too."""
+def _empty(equation: Equation, patient: Patient) -> bool:
+    """Whether an equation says little: of constants alone unlike the wrong one, two sides alike, or one within another."""
+    if equation.names <= STILL and not patient.equation.names <= STILL:
+        return True
     lone = {side.value: side for side in equation.sides if side.kind == "symbol"}
     again = any(lone.keys() & symbols(side) for side in equation.sides if side not in lone.values())
     return again or any(key(left) == key(right) for left, right in pairwise(equation.sides))

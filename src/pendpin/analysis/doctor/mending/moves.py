@@ -23,7 +23,7 @@ from pendpin.analysis.doctor.reading.tree import Node, Span, Unread, key
 
 COMMON = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "R1", "R2", "R3", "M3", "Mc", "Fg")
 ANY = ("h", "I1", "I2", "I3", "J1", "J2", "J3")
-RODS = {"thin": (), "uniform": ("r", "I1", "I2", "I3"), "symmetric": ANY, "general": ANY}
+RODS = {"point": (), "thin": (), "uniform": ("r", "I1", "I2", "I3"), "symmetric": ANY, "general": ANY}
 _FAMILIES = """x y z; vx vy vz; ax ay az; w1 w2 w3; wd1 wd2 wd3; ac1 ac2 ac3; vc1 vc2 vc3; I1 I2 I3 J1 J2 J3; T V L E
 wx wy wz; xT yT zT; M1 M2 M3 Mc; rG vG aG rT; omega alpha; h l r; R M"""
 FAMILIES = [tuple(names.split()) for names in re.split(r"[;\n]", _FAMILIES)]

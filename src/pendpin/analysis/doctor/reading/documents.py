@@ -18,7 +18,7 @@ _OPENERS = re.compile(rf"\$\$|\\\[|\\\(|(?<!\\)\$|\\begin\{{(?:{_LINES})\*?\}}|`
 _CLOSERS = {"$$": "$$", r"\[": r"\]", r"\(": r"\)", "$": "$", "```math": "```"}
 _WRAPPING = re.compile(rf"\\(?:begin|end)\{{(?:{_LINES})\*?\}}(?:\{{[^{{}}]{{0,20}}\}})?")
 
-_BOX = re.compile(r"\\f?boxe?d?\{(.*)\}", re.DOTALL)
+_BOX = re.compile(r"\s*\\f?boxe?d?\{(.*)\}\s*", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,11 @@ class Statement:
     text: str
     place: str
     name: str = ""
+
+    def line_of(self, index: int) -> str:
+        """The place of what begins at a character of the text."""
+        count = self.text.count("\n", 0, index)
+        return f"line {int(self.place.removeprefix('line ')) + count}" if count else self.place
 
 
 @dataclass(frozen=True)
@@ -69,14 +74,15 @@ def _formulas(text: str) -> Iterator[Statement]:
         line, counted = line + text.count("\n", counted, match.start()), match.start()
         place = end + len(closer)
         if "=" in body:
-            yield Statement(unwrapped(body), f"line {line}")
+            formula, begin = unwrapped(body)
+            yield Statement(formula, f"line {line + body.count(chr(10), 0, begin)}")
 
 
-def unwrapped(text: str) -> str:
-    """A formula without the environments and boxes around its lines, its blank ends cut."""
-    if match := _BOX.fullmatch(text.strip()):
-        text = match[1]
-    return _WRAPPING.sub(lambda match: " " * len(match[0]), text).strip()
+def unwrapped(text: str) -> tuple[str, int]:
+    """A formula without the environments and boxes around its lines, its blank ends cut, and where in the text it begins."""
+    box = _BOX.fullmatch(text)
+    inner = _WRAPPING.sub(lambda match: " " * len(match[0]), box[1] if box else text)
+    return inner.strip(), (box.start(1) if box else 0) + len(inner) - len(inner.lstrip())
 
 
 def read_toml(data: bytes, place: str) -> Document:
@@ -114,4 +120,4 @@ def statements(equations: dict[str, str] | Iterable[str]) -> Iterator[Statement]
     for number, (name, text) in enumerate(pairs, start=1):
         if number > MOST_STATEMENTS:
             return
-        yield Statement(unwrapped(text.strip().strip("$").strip()), name or f"equation {number}", name)
+        yield Statement(unwrapped(text.strip().strip("$").strip())[0], name or f"equation {number}", name)

@@ -2,6 +2,8 @@
 
 import html
 import json
+import re
+from contextlib import suppress
 from importlib import resources
 from pathlib import Path
 
@@ -9,13 +11,18 @@ import numpy as np
 
 from pendpin.analysis.doctor.diagnosis import Diagnosis, Finding
 from pendpin.analysis.doctor.mending.mends import Mend
-from pendpin.analysis.doctor.reading.tree import Span
+from pendpin.analysis.doctor.reading.grammar import parse
+from pendpin.analysis.doctor.reading.tree import Span, Unread
 from pendpin.analysis.doctor.reports.harm import Harm
-from pendpin.analysis.doctor.reports.mathml import equation
-from pendpin.analysis.doctor.reports.text import STYLES, failure, known, shared_words, shortened, summary
+from pendpin.analysis.doctor.reports.mathml import equation, part
+from pendpin.analysis.doctor.reports.text import STYLES, failure, known, shared_words, shortened, summary, word
 from pendpin.files import write_whole
 
 PER_SECOND = 30  # poses of the animation
+_PHRASES = re.compile(
+    r"(\bthe (?:sign of|factor|term|\w+)\b|\bshould be\b|\bis (?:missing(?: in| after)?|too many|wrong)\b"
+    r"|\bare exchanged\b|,? \band\b|, (?:in|where)[a-z ]+$)"
+)
 
 
 def write_report(path: Path, diagnosis: Diagnosis) -> Path:
@@ -50,7 +57,7 @@ def _card(finding: Finding) -> str:
     printed = (
         equation(finding.equation.sides) if finding.equation else f"<pre>{_text(shortened(finding.latex, 2000))}</pre>"
     )
-    head = (("number", str(finding.number)), ("badge", finding.verdict), ("kind", _text(finding.kind)))
+    head = (("number", str(finding.number)), ("badge", word(finding)), ("kind", _text(finding.kind)))
     spans = "".join(f'<span class="{name}">{text}</span>' for name, text in head)
     body = [f"<header>{spans}</header>", printed]
     if finding.verdict == "fails":
@@ -63,9 +70,21 @@ def _card(finding: Finding) -> str:
 
 
 def _mend(mend: Mend, rank: int) -> str:
-    words = f"{'Mend' if not rank else 'Or'}: {mend.words}{known(mend.old, mend.new)}"
+    words = f"{'Mend' if not rank else 'Or'}: {_typeset(mend.words)}{_text(known(mend.old, mend.new))}"
     typeset = equation(mend.equation.sides, changed_spans(mend))
-    return f'<div class="mend"><p>{_text(words)}</p>{typeset}<pre>{_text(mend.latex)}</pre></div>'
+    return f'<div class="mend"><p>{words}</p>{typeset}<pre>{_text(mend.latex)}</pre></div>'
+
+
+def _typeset(words: str) -> str:
+    """The words of a mend, their formulas typeset where they are in LaTeX and can be read alone."""
+    return "".join(_formula(piece) if "\\" in piece else _text(piece) for piece in _PHRASES.split(words))
+
+
+def _formula(text: str) -> str:
+    with suppress(Unread, ValueError):
+        [[side]] = parse(text)
+        return f" <math>{part(side, ())}</math> "
+    return _text(text)
 
 
 def changed_spans(mend: Mend) -> tuple[Span, ...]:
@@ -90,6 +109,6 @@ def _harm(harm: Harm | None) -> str:
         for name, values in (("t", harm.t), ("real", harm.true), ("printed", harm.printed))
     }
     legend = "<p><span class='real'>true</span> and <span class='printed'>as printed</span></p>"
-    canvas = '<canvas id="motion" width="760" height="420"></canvas><p id="clock"></p>'
+    canvas = '<canvas id="motion" width="760" height="380"></canvas><p id="clock"></p>'
     poses = f'<script type="application/json" id="data">{json.dumps(data)}</script>'
-    return f"<section><h2>The harm</h2>{words}{legend}{canvas}{poses}</section>"
+    return f"<section><h2>What the wrong equations do</h2>{words}{legend}{canvas}{poses}</section>"

@@ -15,8 +15,8 @@ from pendpin.analysis.doctor.reading.tree import Unread
 from pendpin.errors import one_line
 
 STYLES = {"holds": "green", "fails": "bold red", "unread": "yellow"}
-RODS = {"thin": "a uniform thin rod", "uniform": "a uniform rod of radius r", "general": "any rod"}
-RODS["symmetric"] = "any rod with I1 = I2"
+RODS = {"point": "a point mass on a massless rod", "thin": "a uniform thin rod", "general": "any rod"}
+RODS |= {"uniform": "a uniform rod of radius r", "symmetric": "any rod with I1 = I2"}
 MOST_PRINTED = 20_000  # characters of an equation in a record
 Line = tuple[str, str]  # text and its style
 
@@ -112,7 +112,9 @@ def summary(diagnosis: Diagnosis) -> str:
     """How many equations hold, fail and could not be read."""
     verdicts = [finding.verdict for finding in diagnosis.findings]
     counts = {word: verdicts.count(word) for word in STYLES}
+    counts["unread"] -= (defined := sum(finding.kind == "definition" for finding in diagnosis.findings))
     counted = f"{counts['holds']} hold, {counts['fails']} fail, {counts['unread']} are not checked"
+    counted += f", {defined} define a symbol" * bool(defined)
     return f"Of {len(verdicts)} equations {counted}; for {RODS[diagnosis.pendulum.rod]}."
 
 
@@ -135,7 +137,7 @@ def known(old: str, new: str) -> str:
 
 
 def _of_finding(finding: Finding) -> Iterator[list[Line]]:
-    head: list[Line] = [(f"{finding.number:3} ", ""), (f"{finding.verdict:6}", STYLES[finding.verdict])]
+    head: list[Line] = [(f"{finding.number:3} ", ""), (f"{word(finding):6}", STYLES[finding.verdict])]
     printed = one_line(finding.latex)
     if finding.verdict == "unread":
         yield [*head, (f" {finding.place}: {one_line(finding.remark)}: {shortened(printed, 60)}", "")]
@@ -146,6 +148,11 @@ def _of_finding(finding: Finding) -> Iterator[list[Line]]:
         yield from _of_mends(finding.mends)
     elif finding.remark or not finding.proved:
         yield [("      " + (finding.remark or "not proved, but it holds to 35 digits at 500 random states"), "dim")]
+
+
+def word(finding: Finding) -> str:
+    """The verdict as it is shown: a definition is given, and was read."""
+    return "given" if finding.kind == "definition" else finding.verdict
 
 
 def failure(finding: Finding) -> str:
@@ -169,14 +176,15 @@ def _of_mends(mends: tuple[Mend, ...]) -> Iterator[list[Line]]:
 
 
 def _marked(mend: Mend) -> list[Line]:
-    """The mended text, its changed characters marked."""
-    parts, place, shift = [], 0, 0
+    """The mended equation, its changed characters marked."""
+    parts, shift = [], 0
+    place, end_of_it = mend.span
     for start, end, new in sorted(mend.splices):
         parts.append((mend.text[place : start + shift], ""))
         place = start + shift + len(new)
         parts.append((mend.text[start + shift : place], "reverse"))
         shift += len(new) - (end - start)
-    parts.append((mend.text[place:], ""))
+    parts.append((mend.text[place:end_of_it], ""))
     return [(" ".join(part.split("\n")), style) for part, style in parts if part]
 
 
