@@ -138,7 +138,7 @@ def _polar_states(rod: str, polar: str, sign: int) -> Quantities:
     inertia, pull = known["J1"], sign * known["Fg"] * known["h"]
     accelerations = {f"dd{polar}": turn**2 * s * c - pull / inertia * s, f"dd{around}": -2 * rate * turn * c / s}
     energies = {"T": inertia * (rate**2 + (turn * s) ** 2) / 2, "V": -pull * c}
-    return Quantities(known.base | accelerations | energies, known.pendulum, np)
+    return Quantities({**known.base, **accelerations, **energies}, known.pendulum, np)
 
 
 def _numbered(one: Printed) -> bool:

@@ -32,8 +32,8 @@ def diagnose(
 
     `equations` is a text in LaTeX, Markdown or plain notation, a Path of such a file or of a TOML file, a list of texts
     and sympy expressions or Eq, or a mapping of names to these. `rod` is "point" (a mass at the tip), "thin" (uniform,
-    I3 = 0), "uniform" (radius r), "symmetric" (h, I1 = I2, I3) or "general" (h, I1, I2, I3); left out, the symbols tell. `symbols` gives names
-    of your own.
+    I3 = 0), "uniform" (radius r), "symmetric" (h, I1 = I2, I3) or "general" (h, I1, I2, I3); left out, the
+    symbols tell. `symbols` gives names of your own.
     `convention` says how the text differs from docs/derivation.md: "theta-ccw", "phi-reversed", "z-up", "swapped",
     "b3-up", "transposed", several with commas, or "standard"; left out, it is found.
 
