@@ -1,5 +1,6 @@
 """Reading files no further than is sane, and writing them whole or not at all."""
 
+import csv
 import os
 import sys
 import tempfile
@@ -31,6 +32,45 @@ def read_whole(path: Path, most: int, what: str) -> bytes:
     if len(data) > most:
         raise InputError(f"larger than the {most / 1e6:g} MB that {what} may have")
     return data
+
+
+def text_of(data: bytes, kind: str) -> str:
+    """The text of a file of a kind, such as CSV, without the mark that some editors write first. Raises InputError."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"not a {kind} file: byte {error.start} is not UTF-8 text") from None
+
+
+def csv_table(data: bytes) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """The names in the first line of a CSV file, and the cells of each row below with its line. Raises InputError."""
+    table = csv.reader(text_of(data, "CSV").splitlines(), strict=True)
+    try:
+        rows = [(table.line_num, row) for row in table if any(row)]
+    except csv.Error as error:
+        raise InputError(f"not a CSV file: {error}") from None
+    if not rows:
+        raise InputError("an empty file: a CSV starts with a line of column names")
+    names = [name.strip() for name in rows[0][1]]
+    for mark, name in ((";", "semicolons"), ("\t", "tabs")):
+        if len(names) == 1 and mark in names[0]:
+            raise InputError(f"columns are separated by {name}; separate them by commas, with decimal points")
+    if all(map(_is_number, names)):
+        raise InputError("line 1 holds numbers; a CSV starts with a line of column names")
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise InputError(f"column {shown(twice[0])} is there twice")
+    for line, row in rows[1:]:
+        if len(row) != len(names):
+            raise InputError(f"line {line} has {len(row)} cells, where the first line names {len(names)} columns")
+    return names, rows[1:]
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _opened(path: Path) -> IO[bytes]:

@@ -44,12 +44,14 @@ def bind_loads(
     joint or link that the model lacks, and for a second effect of a kind of which a scene takes one.
     """
     refuse_seconds(effects)
-    varying: list[Any] = []
+    constant, varying = np.zeros(3), list[Any]()
     torques: list[Torque] = []
     wrenches: list[Wrench] = []
     bodies: Bodies | None = None
     for effect, where in in_order(effects):
-        if isinstance(effect, FieldEffect) and not effect.constant:
+        if isinstance(effect, FieldEffect) and effect.constant:
+            constant = constant + effect.field(0.0)
+        elif isinstance(effect, FieldEffect):
             varying.append(_readable(effect, where, xp, field_since(start, effect, "field", xp, numbers)))
         elif isinstance(effect, JointEffect):
             torque = joint_torque(model, effect, where, xp, numbers)
@@ -60,7 +62,7 @@ def bind_loads(
             wrenches.append(_readable(effect, where, xp, since(start, effect, wrench, numbers)))
     complete = surroundings(effects, xp, start, numbers)
     return Loads(
-        numbers(_constant_field(effects)),
+        numbers(constant),
         _total(varying),
         _total(torques),
         *_in_place(_total_wrench(wrenches), complete, plain_arithmetic(effects)),
@@ -85,12 +87,6 @@ def _readable(effect: Effect, where: str, xp: Any, function: Any) -> Any:
             ) from None
 
     return named
-
-
-def _constant_field(effects: Sequence[Effect]) -> Array:
-    """The sum of the constant fields, (3,) in m/s², W."""
-    ordered = (effect for effect, _ in in_order(effects))
-    return sum((e.field(0.0) for e in ordered if isinstance(e, FieldEffect) and e.constant), np.zeros(3))
 
 
 def since(start: float, effect: Effect, function: Any, numbers: Numbers = GIVEN) -> Any:

@@ -13,7 +13,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.effects.pace import Pace, intervals_for, measured
 from pendpin.errors import InputError, shown
-from pendpin.files import read_whole
+from pendpin.files import read_whole, text_of
 from pendpin.records import LARGEST
 
 COLUMNS = ("t", "x", "y", "z")
@@ -141,11 +141,7 @@ def read_track(path: Path) -> Track:
     The spline through the positions is of degree 5, with fewer than six positions the polynomial through all of them.
     Blank lines and lines that start with # are skipped. Raises InputError with the line where the file is no such.
     """
-    text = read_whole(path, MAX_BYTES, "a CSV of positions")
-    try:
-        rows = list(_rows(text.decode("utf-8-sig")))
-    except UnicodeDecodeError as error:
-        raise InputError(f"not a CSV file: byte {error.start} is not UTF-8 text") from None
+    rows = list(_rows(text_of(read_whole(path, MAX_BYTES, "a CSV of positions"), "CSV")))
     if len(rows) < 2:
         raise InputError(f"{len(rows)} positions, where at least 2 are wanted")
     first = rows[0][0]

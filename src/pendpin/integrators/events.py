@@ -11,7 +11,7 @@ from pendpin.arrays import Array, Mask
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine_code import Block
 from pendpin.integrators.base import LEAST_RTOL, NOT_FINITE, Integrator, returning
-from pendpin.integrators.crossings import Crossing, first_crossing
+from pendpin.integrators.first_crossing import Crossing, first_crossing
 
 _ORDERS = {"DOP853": 8, "RK45": 5, "RK23": 3, "Radau": 5, "BDF": 1, "LSODA": 1}  # of a method's first step
 ONE_STEP = ("DOP853", "RK45", "RK23", "Radau")  # whose steps CyRK makes; its others are less exact after a restart

@@ -7,7 +7,7 @@ from typing import Any
 
 from pendpin.effects import Effect, has_kind
 from pendpin.errors import InputError, inside, shown
-from pendpin.files import read_whole, write_whole
+from pendpin.files import read_whole, text_of, write_whole
 from pendpin.records import Record
 from pendpin.scene.models import PinModel
 
@@ -38,9 +38,7 @@ def _parsed(path: Path) -> dict[str, Any]:
     if _DEEP_KEY.search(data):  # Python's TOML reader would take minutes
         raise InputError("not a scene: keys are nested too deep")
     try:
-        return tomllib.loads(data.decode("utf-8-sig"))  # a mark at the start, as some editors write, is no fault
-    except UnicodeDecodeError as error:
-        raise InputError(f"not a TOML file: byte {error.start} is not UTF-8 text") from None
+        return tomllib.loads(text_of(data, "TOML"))
     except RecursionError:
         raise InputError("not a scene: values are nested too deep") from None
     except tomllib.TOMLDecodeError as error:

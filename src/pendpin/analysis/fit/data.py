@@ -1,6 +1,5 @@
 """Measured swings: read from a CSV as the scene's [data] table says, in pieces that are integrated side by side."""
 
-import csv
 import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
@@ -11,7 +10,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.errors import InputError, choices, did_you_mean, inside, shown
-from pendpin.files import read_whole
+from pendpin.files import csv_table, read_whole
 from pendpin.scene import Data
 
 MOST_BYTES = 200_000_000
@@ -118,41 +117,12 @@ def _column(names: list[str], name: str) -> str:
 
 def _read_csv(path: Path, table: Data) -> tuple[dict[str, Array], list[int]]:
     """The columns (N,) that the table wants, numbers, or text for segments; and the line of each sample."""
-    try:
-        text = read_whole(path, MOST_BYTES, "measured data").decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"not a CSV file: byte {error.start} is not UTF-8 text") from None
-    try:
-        rows = [(i, row) for i, row in enumerate(csv.reader(text.splitlines()), start=1) if row]
-    except csv.Error as error:
-        raise InputError(f"not a CSV file: {error}") from None
-    if not rows:
-        raise InputError("an empty file: a CSV starts with a line of column names")
-    names = [name.strip() for name in rows[0][1]]
-    for mark, name in ((";", "semicolons"), ("\t", "tabs")):
-        if len(names) == 1 and mark in names[0]:
-            raise InputError(f"columns are separated by {name}; separate them by commas, with decimal points")
-    if all(map(_is_number, names)):
-        raise InputError("line 1 holds numbers; a CSV starts with a line of column names")
-    if twice := [name for name in names if names.count(name) > 1]:
-        raise InputError(f"column {shown(twice[0])} is there twice")
+    names, rows = csv_table(read_whole(path, MOST_BYTES, "measured data"))
     places = {name: names.index(_column(names, name)) for name in _wanted(table)}
-    for line, row in rows[1:]:
-        if len(row) != len(names):
-            raise InputError(f"line {line} has {len(row)} cells, where the first line names {len(names)} columns")
     columns = {
-        name: np.array([_cell(row[place], name, line, table) for line, row in rows[1:]])
-        for name, place in places.items()
+        name: np.array([_cell(row[place], name, line, table) for line, row in rows]) for name, place in places.items()
     }
-    return columns, [line for line, _ in rows[1:]]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+    return columns, [line for line, _ in rows]
 
 
 def _cell(text: str, name: str, line: int, table: Data) -> Any:

@@ -1,6 +1,5 @@
 """Which cases a sweep has: a grid, pairs, random samples or the rows of a CSV file, over numbers named by key paths."""
 
-import csv
 import json
 import re
 from collections.abc import Mapping, Sequence
@@ -13,7 +12,7 @@ import numpy as np
 
 from pendpin.arrays import Array, ArrayLike, Indices
 from pendpin.errors import InputError, inside, not_one_of, shown
-from pendpin.files import read_whole
+from pendpin.files import csv_table, read_whole
 
 CASE = "case"  # the dimension of what is no grid
 MOST_CASES = 100_000_000
@@ -116,22 +115,9 @@ def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", se
 def cases_of(path: Path) -> Plan:
     """The cases in a CSV file: a head line of key paths, then a row of numbers for each case. Raises InputError."""
     with inside(str(path)):
-        text = read_whole(path, MAX_CSV_BYTES, "a CSV of cases")
-        try:
-            table = csv.reader(text.decode("utf-8-sig").splitlines(), strict=True)
-            (_, head), *rows = [(table.line_num, row) for row in table if any(row)]
-        except (UnicodeDecodeError, csv.Error) as error:
-            raise InputError(f"not a CSV file: {error}") from None
-        except ValueError:
-            raise InputError("it is empty; the first line names the numbers, such as model.rods[0].mass") from None
-        for number, row in rows:
-            if len(row) != len(head):
-                raise InputError(f"line {number}: {len(row)} values, where the first line names {len(head)}")
+        keys, rows = csv_table(read_whole(path, MAX_CSV_BYTES, "a CSV of cases"))
         if not rows:
             raise InputError("it has no cases: rows of numbers are wanted behind the first line")
-        keys = [name.strip() for name in head]
-        if len(set(keys)) < len(keys):
-            raise InputError("a name is there twice in the first line")
         cells = [[_number(f"line {n}: {key}", x) for key, x in zip(keys, row, strict=True)] for n, row in rows]
         return pairs({key: [row[i] for row in cells] for i, key in enumerate(keys)})
 
