@@ -4,10 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.errors import InputError, MissingLibrary, shown
+from pendpin.errors import InputError, shown
 from pendpin.graphics.meshcat_commands import placed
 from pendpin.graphics.page import FRAMES_PER_SECOND, pick
 from pendpin.graphics.run_drawing import drawing_of
+from pendpin.late import optional
 from pendpin.model.configurations import configurations
 from pendpin.trajectory import Trajectory
 
@@ -39,10 +40,7 @@ def _displayed(run: Trajectory, viewer: Any) -> Any:
 
 def _animated(run: Trajectory, viewer: Any) -> Any:
     """As an animation of meshcat: the solids of the run, and their poses over time."""
-    try:
-        import meshcat.animation as animation
-    except ImportError:
-        raise MissingLibrary("show needs meshcat: pip install meshcat") from None
+    animation = optional("meshcat.animation", "show", "meshcat")
     drawing = drawing_of(run)
     group = viewer[GROUP]
     group.delete()

@@ -6,18 +6,15 @@ from typing import IO, Any
 
 import numpy as np
 
-from pendpin.errors import MissingLibrary
 from pendpin.files import refuse_other_format, write_whole
+from pendpin.late import optional
 
 ROWS_AT_ONCE = 4096
 
 
 def to_pandas(run: Any) -> Any:
     """A DataFrame, the time its index, a column for each quantity. Raises MissingLibrary without pandas."""
-    try:
-        import pandas
-    except ImportError:
-        raise MissingLibrary("to_pandas needs pandas: pip install pandas") from None
+    pandas = optional("pandas", "to_pandas", "pandas")
     table = {name: run[name] for name in run.names if name != "t"}
     return pandas.DataFrame(table, index=pandas.Index(run.t, name="t"))
 

@@ -7,7 +7,6 @@ left out, where their accelerations vanish whatever the others do.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,8 @@ from pendpin.dynamics.symbols import external_wrenches
 from pendpin.effects import ContactEffect, DryFriction, FieldEffect, Gravity, Motion
 from pendpin.equations import recursion, trees
 from pendpin.equations.numbers import symbols
-from pendpin.errors import InputError, MissingLibrary
+from pendpin.errors import InputError
+from pendpin.late import optional
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import Model, build, start_state
 from pendpin.scene import Chain, Rod, Scene
@@ -79,11 +79,9 @@ def compile_equations(scene: Scene, free: Free, measured: Sequence[int]) -> Equa
 
     Raises InputError for effects that a fit does not take, MissingLibrary without heyoka.
     """
-    if find_spec("heyoka") is None:
-        raise MissingLibrary("a fit needs heyoka: pip install 'pendpin[fast]'")
-    model = build(scene.model)
+    hy, model = optional("heyoka", "a fit", "'pendpin[fast]'"), build(scene.model)
     _refuse_contacts(scene)
-    symbolic = _Symbolic(scene, free, model)
+    symbolic = _Symbolic(hy, scene, free, model)
     joints = symbolic.moving(measured)
     return symbolic.compiled(joints)
 
@@ -97,9 +95,7 @@ def _refuse_contacts(scene: Scene) -> None:
 class _Symbolic:
     """A scene in symbols: its tree, its loads and its friction, from which functions of states are compiled."""
 
-    def __init__(self, scene: Scene, free: Free, model: Model) -> None:
-        import heyoka as hy
-
+    def __init__(self, hy: Any, scene: Scene, free: Free, model: Model) -> None:
         if model.pin is None:
             raise InputError(f"model: {len(model.joints)} joints are too many for a fit")
         self.hy, self.scene, self.model, self.nz = hy, scene, model, len(free.start)

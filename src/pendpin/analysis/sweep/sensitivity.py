@@ -6,7 +6,9 @@ from typing import Any
 import numpy as np
 
 from pendpin.analysis.sweep.plan import MOST_CASES, Plan, Spread, check_spreads, pairs
-from pendpin.errors import InputError, MissingLibrary
+from pendpin.analysis.sweep.task import EXTRA
+from pendpin.errors import InputError
+from pendpin.late import optional
 
 LEVEL = 0.95  # of the confidence intervals
 
@@ -28,7 +30,7 @@ def sobol_plan(spreads: Mapping[str, Spread], count: int, seed: int = 0) -> Plan
     if (cases := count * (len(spreads) + 2)) > MOST_CASES:
         raise InputError(f"sobol: {count} base cases are {cases} cases, where {MOST_CASES} are the most")
     check_spreads(spreads)
-    rows = _salib().sample.sobol.sample(problem(spreads), count, calc_second_order=False, seed=seed)
+    rows = _salib("sample").sample(problem(spreads), count, calc_second_order=False, seed=seed)
     return pairs({key: rows[:, i] for i, key in enumerate(spreads)})
 
 
@@ -45,15 +47,10 @@ def indices(spreads: Mapping[str, Spread], values: Any, seed: int = 0) -> dict[s
     if np.ptp(y) == 0:
         return {key: {"first": 0.0, "first_conf": 0.0, "total": 0.0, "total_conf": 0.0} for key in spreads}
     given = problem(spreads)
-    found = _salib().analyze.sobol.analyze(given, y, calc_second_order=False, conf_level=LEVEL, seed=seed)
+    found = _salib("analyze").analyze(given, y, calc_second_order=False, conf_level=LEVEL, seed=seed)
     names = {"first": "S1", "first_conf": "S1_conf", "total": "ST", "total_conf": "ST_conf"}
     return {key: {name: float(found[own][i]) for name, own in names.items()} for i, key in enumerate(spreads)}
 
 
-def _salib() -> Any:
-    try:
-        import SALib.analyze.sobol
-        import SALib.sample.sobol
-    except ImportError:
-        raise MissingLibrary("sobol needs SALib: pip install 'pendpin[sweep]'") from None
-    return SALib
+def _salib(part: str) -> Any:
+    return optional(f"SALib.{part}.sobol", "sobol", EXTRA)

@@ -11,12 +11,13 @@ from pendpin.analysis.sweep.cases import run_block
 from pendpin.analysis.sweep.measures import Function
 from pendpin.analysis.sweep.plan import Plan
 from pendpin.analysis.sweep.store import Blocks, Memory, Store
-from pendpin.analysis.sweep.task import Task, checked
+from pendpin.analysis.sweep.task import EXTRA, Task, checked
 from pendpin.analysis.sweep.vectors import vectors_of
 from pendpin.analysis.sweep.workers import FOUND, in_threads, local_cluster, on_cluster, remote_cluster
 from pendpin.arrays import ArrayLike
-from pendpin.errors import InputError, Interrupted, MissingLibrary, RunError, shown
+from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.files import refuse_targets
+from pendpin.late import optional
 from pendpin.scene import Scene, chosen_scene
 from pendpin.simulation.batches import WIDTH
 from pendpin.simulation.processes import cores
@@ -56,7 +57,8 @@ def sweep(
     Raises InputError for keys, measures or a store that cannot be used; Interrupted (Ctrl-C) with the Dataset so far as
     `partial`; MissingLibrary without the extra `sweep`.
     """
-    _require()
+    for library in ("xarray", "zarr"):
+        optional(library, "a sweep", EXTRA)
     given = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
     setting = {name: value for name, value in given.items() if value is not None}
     plan = vary if isinstance(vary, Plan) else plans.grid(vary)
@@ -137,11 +139,3 @@ def _block_size(task: Task, workers: int) -> int:
     each = max((time.perf_counter() - begin) / few, 1e-6)
     fair = -(-task.plan.count // (FEWEST_BLOCKS * workers))
     return max(1, min(int(BLOCK_SECONDS / each), fair, LARGEST_BLOCK))
-
-
-def _require() -> None:
-    try:
-        import xarray  # noqa: F401
-        import zarr  # noqa: F401
-    except ImportError as error:
-        raise MissingLibrary(f"a sweep needs {error.name}: pip install 'pendpin[sweep]'") from None

@@ -7,8 +7,9 @@ from contextlib import contextmanager
 from typing import Any
 
 from pendpin.analysis.sweep.cases import run_block
-from pendpin.analysis.sweep.task import Block, Task, versions
-from pendpin.errors import InputError, MissingLibrary, RunError
+from pendpin.analysis.sweep.task import EXTRA, Block, Task, versions
+from pendpin.errors import InputError, RunError
+from pendpin.late import optional
 
 AHEAD = 3  # blocks given out for each worker, which bounds the memory
 DEATHS = 100  # of workers, until a block is given up
@@ -121,9 +122,5 @@ def _check_versions(client: Any) -> None:
 
 
 def _libraries() -> tuple[Any, Any]:
-    try:
-        import dask
-        import distributed
-    except ImportError:
-        raise MissingLibrary("workers on a cluster need Dask: pip install 'pendpin[sweep]'") from None
+    dask, distributed = (optional(name, "a sweep on a cluster", EXTRA) for name in ("dask", "distributed"))
     return dask, distributed

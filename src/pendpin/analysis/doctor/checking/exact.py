@@ -14,7 +14,7 @@ import numpy as np
 
 from pendpin.analysis.doctor.checking.mechanics import COORDINATES, PARAMETERS, Pendulum, Quantities
 from pendpin.analysis.doctor.reading.names import UNKNOWNS
-from pendpin.errors import MissingLibrary
+from pendpin.late import optional
 
 ANGLES = ("theta", "phi")
 NAMES = ("dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "h", "r", "I1", "I2", "I3", "R1", "R2", "R3", "M3", "pi")
@@ -27,11 +27,7 @@ class Unprovable(Exception):
 
 def need_sympy() -> Any:
     """sympy. Raises MissingLibrary where it is not installed."""
-    try:
-        import sympy
-    except ImportError:
-        raise MissingLibrary("the equation doctor needs sympy: pip install 'pendpin[doctor]'") from None
-    return sympy
+    return optional("sympy", "the equation doctor", "'pendpin[doctor]'")
 
 
 @cache
