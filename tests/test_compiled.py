@@ -18,7 +18,7 @@ from pendpin.dynamics.contacts import Mode
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.symbols import record
 from pendpin.engines import Compiled
-from pendpin.engines.machine_code import OPTIMISATION, Code, Function
+from pendpin.engines.machine_code import Code, Function
 from pendpin.integrators import cyrk
 from pendpin.model.build import build
 from pendpin.versions import version
@@ -28,7 +28,6 @@ pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install l
 SYMBOLIC = {name: effect for name, effect in EFFECTS.items() if effect.symbolic}
 SEVERAL = (fx.Gravity(), SYMBOLIC["viscous"], SYMBOLIC["support"], SYMBOLIC["push"], SYMBOLIC["earth"])
 EXAMPLES = Path(__file__).parents[1] / "examples"
-TRACK = "t,x,y,z\n" + "".join(f"{t / 4},{0.1 * np.sin(t)},{0.02 * t},{0.3 * np.cos(2 * t)}\n" for t in range(20))
 
 
 def rates(dynamics: Dynamics, t: float, y: np.ndarray) -> np.ndarray:
@@ -111,104 +110,6 @@ def test_what_has_no_symbols_is_refused() -> None:
     long = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1, mass=1, radius=0.1)], copies=101), effects=(fx.Gravity(),))
     with pytest.raises(pp.InputError, match="up to 100 rods"):
         pp.simulate(with_engine(long, "compiled"))
-
-
-# --- parameters -----------------------------------------------------------------------------------------------------
-
-
-def test_a_track_is_a_table(tmp_path: Path) -> None:
-    """The spline of a csv in machine code is that of SciPy, in all its pieces and at their ends, with drag in its wind."""
-    (tmp_path / "track.csv").write_text(TRACK)
-    effects = (fx.Support(csv=tmp_path / "track.csv"), fx.Drag(wind=(1, 2, 0), gust=(0, 1, 0), frequency=2.0))
-    model, random = build(MODELS["chain of 5"]), np.random.default_rng(3)
-    plain, compiled = (Dynamics(model, effects, engine, form="angles", start=0.5) for engine in ("auto", "compiled"))
-    for t in (0.0, 0.25, 0.6, 2.0, 4.25):
-        y = np.concatenate([random.uniform(-1.2, 1.2, 10), random.uniform(-3, 3, 10)])
-        expected, found = rates(plain, t, y), rates(compiled, t, y)
-        assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max()
-
-
-@law(20)
-@given(
-    mass=st.floats(0.1, 10.0), length=st.floats(0.1, 2.0), damping=st.floats(0.01, 1.0), gravity=st.floats(1.0, 20.0)
-)
-def test_other_numbers_are_no_new_code(mass: float, length: float, damping: float, gravity: float) -> None:
-    """Masses, lengths, damping, gravity and air are parameters: one function is right for all of them."""
-    rod = pp.Rod(length=length, mass=mass, radius=0.05)
-    effects = (
-        fx.Gravity(acceleration=gravity),
-        fx.Viscous(coefficient=damping),
-        fx.Drag(density=mass, wind=(length, 0, 0)),
-    )
-    model = build(pp.Chain(rods=[rod], copies=2))
-    plain, compiled = (Dynamics(model, effects, engine, form="angles") for engine in ("auto", "compiled"))
-    first = Dynamics(
-        build(pp.Chain(rods=[pp.Rod(length=1, mass=1, radius=0.1)], copies=2)), OTHERS, "compiled", "angles"
-    )
-    assert isinstance(first.engine, Compiled)
-    assert isinstance(compiled.engine, Compiled)
-    assert compiled.engine.function is first.engine.function
-    y = np.array([0.5, -0.3, 0.2, 0.9, 1.0, -2.0, 0.5, 1.5])
-    expected, found = rates(plain, 0.0, y), rates(compiled, 0.0, y)
-    assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max()
-
-
-OTHERS = (fx.Gravity(), fx.Viscous(coefficient=0.2), fx.Drag(wind=(3.0, 0, 0)))
-
-
-def test_another_structure_is_new_code() -> None:
-    """What is 0 in one scene and not in another is no parameter of the first; nor is another joint."""
-    model, damped = build(MODELS["chain of 5"]), fx.Viscous(coefficient=0.2)
-    several = [(fx.Viscous(coefficient=0.0),), (damped,), (fx.Viscous(coefficient=0.2, joints=("theta_1",)),)]
-    functions = [Dynamics(model, effects, "compiled", "angles").engine for effects in several]
-    assert len({id(engine.function) for engine in functions if isinstance(engine, Compiled)}) == 3
-
-
-def test_the_series_take_parameters_too() -> None:
-    """Taylor's method on two masses, one after another, against dop853 on Pinocchio for each."""
-    pytest.importorskip("heyoka", reason="heyoka is not installed: pip install heyoka")
-    for mass in (0.5, 2.0):
-        rods = [pp.Rod(length=0.7, mass=mass, radius=0.05), pp.Rod(length=0.4, mass=1.0, radius=0.02)]
-        scene = pp.Scene(
-            duration=2.0,
-            model=pp.Chain(rods=rods),
-            start=pp.Start(time=1.5, positions={"theta_1": 0.7, "phi_2": 0.4}),
-            effects=(fx.Gravity(), fx.Viscous(coefficient=0.1), fx.Support(amplitude=(0.1, 0, 0), frequency=3.0)),
-        )
-        series = pp.simulate(scene, method="taylor", tolerance=1e-15)
-        steps = pp.simulate(with_engine(scene, "pinocchio"), method="dop853", tolerance=1e-13)
-        np.testing.assert_allclose(series.q, steps.q, atol=1e-11)
-
-
-@pytest.mark.parametrize("effects", [SEVERAL, (fx.Gravity(), SYMBOLIC["drag"])], ids=["several", "drag"])
-def test_optimised_code_gives_the_same_bits(effects: tuple) -> None:
-    """A run may change to optimised code where it wants: no result shows where."""
-    engine = Dynamics(build(MODELS["chain of 5"]), effects, "compiled", "angles").engine
-    assert isinstance(engine, Compiled)
-    random, block = np.random.default_rng(7), engine.block()
-    codes = [Code(block.function.text, level) for level in (0, OPTIMISATION)]
-    for y in random.uniform(-3, 3, (20, engine.size)):
-        found = np.empty((2, engine.size))
-        for code, dy in zip(codes, found, strict=True):
-            code.call(dy.ctypes.data, 0.3, y.ctypes.data, block.address, None)
-        assert np.array_equal(*found)
-
-
-@pytest.mark.parametrize("method", ["auto", "dop853", "rk4"])
-def test_the_same_scene_gives_the_same_bits(method: str) -> None:
-    """Whatever the process has compiled or optimised before: the choice of the engine depends on the scene alone."""
-    pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
-    scene = pp.Scene(
-        duration=60.0,
-        model=MODELS["chain of 5"],
-        start=pp.Start(positions={"theta_1": 0.5}),
-        effects=(fx.Gravity(), fx.Spring(stiffness=3.21)),  # of no other test
-    )
-    setting = {"step": 1e-3} if method == "rk4" else {"tolerance": 1e-9}
-    runs = [pp.simulate(scene, method=method, samples=11, **setting) for _ in range(3)]
-    assert len({run.q.tobytes() for run in runs}) == 1
-    assert {run.stats.engine for run in runs} == {"pinocchio, compiled"}
-    assert sum(run.stats.evaluations for run in runs) > 1.2e5  # the last run is on optimised code
 
 
 # --- contacts and work ----------------------------------------------------------------------------------------------

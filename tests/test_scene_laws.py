@@ -1,10 +1,11 @@
-"""Laws of whole runs that hold for any scene: the order of the effects, the time of the start, the number of samples."""
+"""Laws of whole runs that hold for any scene: the order of the effects, effects of strength 0, units, potentials."""
 
 import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,9 +16,6 @@ import pendpin as pp
 from effect_cases import ZERO
 from laws import law
 from pendpin import effects as fx
-from pendpin.analysis.significance import significance
-from pendpin.analysis.work_precision.references import reference
-from pendpin.effects import ContactEffect
 from pendpin.errors import InputError
 from pendpin.integrators import ADAPTIVE
 
@@ -231,101 +229,6 @@ def test_units_of_mass_and_length_change_no_bit(
     assert np.array_equal(runs[0].wrench * unit, runs[1].wrench)
 
 
-# --- stops and friction on one joint --------------------------------------------------------------------------------
-
-SIDES = st.tuples(st.floats(0.2, 0.7), st.sampled_from([0.0, 0.25, 1.0]))
-
-
-@LEAN
-@given(st.lists(st.tuples(st.booleans(), *(SIDES,) * 2), min_size=1, max_size=4), st.randoms())
-def test_each_side_has_the_restitution_of_its_tighter_stop(stops: list[Any], random: Any) -> None:
-    """Any stops on one joint, one- or two-sided, act as the tightest of each side; of equal ones the deader one does."""
-    effects = [fx.Stop(lower=-low[0], restitution=low[1]) for _, low, _ in stops]
-    effects += [fx.Stop(upper=high[0], restitution=high[1]) for both, _, high in stops if both]
-    effects += [fx.Stop(lower=-9.0, upper=high[0], restitution=high[1]) for both, _, high in stops if not both]
-    random.shuffle(effects)
-    contacts = pp.bind(pp.Scene(model=pp.Chain(rods=(ROD,)), effects=tuple(effects))).contacts
-    assert contacts is not None
-    for side, tightest in enumerate((min(low for _, low, _ in stops), min(high for _, _, high in stops))):
-        assert (contacts.lower, contacts.upper)[side].tolist() == [(-1, 1)[side] * tightest[0]] * 2
-        assert contacts.restitution[side].tolist() == [tightest[1]] * 2
-
-
-@pytest.mark.parametrize("turned", [False, True])
-def test_the_two_sides_bounce_as_they_say(turned: bool) -> None:
-    """A plane pendulum between a lossless stop and a dead one: it leaves the first as fast as it came, not the second."""
-    stops = [fx.Stop(lower=-0.3, restitution=1.0, joints=("theta",)), fx.Stop(upper=0.2, joints=("theta",))]
-    scene = pp.Scene(
-        duration=1.0,
-        model=pp.Chain(rods=(ROD,)),
-        start=pp.Start(velocities={"theta": -2.0}),
-        effects=tuple(stops[:: -1 if turned else 1]),
-        solver=pp.Solver(samples=1001),
-    )
-    run = pp.simulate(scene)
-    assert run.v[200, 0] == pytest.approx(2.0, rel=1e-9)  # struck the lower stop at 0.15 s
-    assert run.q[-1, 0] == pytest.approx(0.2, abs=1e-12)
-    assert run.v[-1, 0] == 0.0
-
-
-def test_stops_that_exclude_each_other_are_refused_by_name() -> None:
-    """One line with both effects, the joint, and what each wants; equal limits leave no room either."""
-    for lower in (0.4, -0.5):
-        effects = (fx.Gravity(), fx.Stop(lower=lower, joints=("theta",)), fx.Stop(lower=-0.9, upper=-0.5))
-        says = (
-            rf"effects\[1\] and effects\[2\]: their stops leave joint 'theta' no room: .* above {lower}, .* below -0.5$"
-        )
-        with pytest.raises(pp.InputError, match=says):
-            pp.bind(pp.Scene(model=pp.Chain(rods=(ROD,)), effects=effects))
-
-
-@pytest.mark.parametrize("kind", [fx.DryFriction, fx.Stop, fx.Viscous, fx.Spring])
-@pytest.mark.parametrize(
-    ("joints", "says"),
-    [
-        (("theta", "theta"), "joints: 'theta' is named twice"),
-        ((), "joints: 0 values, where at least 1 are wanted"),
-        (("theta", "theta_1"), "a joint is named twice: 'theta', 'theta_1'"),
-        (("knee",), "joint 'knee' is not one of: theta, phi"),
-    ],
-)
-def test_lists_of_joints_are_checked_alike(kind: Any, joints: tuple[str, ...], says: str) -> None:
-    """Whatever the effect: no joint twice by one name or two, none left out by an empty list, none unknown."""
-    needs: dict[Any, dict[str, float]] = {
-        fx.DryFriction: {"kinetic": 0.1},
-        fx.Stop: {"lower": -1.0},
-        fx.Viscous: {"coefficient": 0.1},
-        fx.Spring: {"stiffness": 0.1},
-    }
-    with pytest.raises(pp.InputError, match=says):
-        pp.bind(pp.Scene(model=pp.Chain(rods=(ROD,)), effects=(kind(**needs[kind], joints=joints),)))
-
-
-class Clutch(ContactEffect):
-    """A contact effect of a user's own: it rubs, and stops."""
-
-    kind: Literal["clutch"] = "clutch"
-
-    def resistance(self) -> tuple[float, float]:
-        """As `ContactEffect.resistance`."""
-        return 0.04, 0.06
-
-    def limits(self) -> tuple[float, float, float]:
-        """As `ContactEffect.limits`."""
-        return -0.3, 0.55, 0.6
-
-
-@pytest.mark.parametrize("others", [(), CONTACTS[1:2], CONTACTS[3:4], (CONTACTS[1], CONTACTS[3])])
-def test_contact_effects_of_ones_own_have_their_work(others: tuple[Any, ...]) -> None:
-    """Alone and beside pendpin's own: the works add up, and each that rubs or is struck takes energy."""
-    effects = (fx.Gravity(), Clutch(), *others)
-    scene = pp.Scene(duration=1.0, model=TWO, start=START, effects=effects, solver=pp.Solver(samples=21))
-    run = pp.simulate(scene, tolerance=1e-10, energy_balance=True)
-    assert run.imbalance < 1e-7
-    assert run.work["clutch"][-1] < -1e-3
-    assert all(run.work[effect.kind][-1] < 0 for effect in others)
-
-
 # --- one air, one rotation ------------------------------------------------------------------------------------------
 
 
@@ -352,12 +255,10 @@ def test_what_does_not_add_up_is_there_once(effects: tuple[Any, ...], says: str)
 def test_fields_and_supports_add_up(parts: list[tuple[float, float, float]]) -> None:
     """Gravities and motions of the pivot are vectors: several do what their sum does, to rounding."""
     total = tuple(np.sum(parts, 0).tolist())
+    push, support = partial(fx.Push, link="rod_2", point=0.3), partial(fx.Support, frequency=2.0)
     for several, one in (
-        ([fx.Support(amplitude=part, frequency=2.0) for part in parts], fx.Support(amplitude=total, frequency=2.0)),
-        (
-            [fx.Push(link="rod_2", force=part, point=0.3) for part in parts],
-            fx.Push(link="rod_2", force=total, point=0.3),
-        ),
+        ([support(amplitude=part) for part in parts], support(amplitude=total)),
+        ([push(force=part) for part in parts], push(force=total)),
     ):
         found, other = (
             pp.bind(pp.Scene(model=TWO, effects=(fx.Gravity(), *effects))).acceleration(
@@ -397,160 +298,3 @@ def test_a_potential_that_moves_with_the_pivot_is_none() -> None:
     run = pp.simulate(pp.Scene(duration=1.0, model=TWO, start=START, effects=effects), energy_balance=True)
     assert not run.stats.conservative
     assert run.imbalance < 1e-8
-
-
-# --- effects that do not run on symbols -----------------------------------------------------------------------------
-
-
-def own(act: Any) -> fx.JointEffect:
-    """A torque of a user's own, by any function; `smooth` is left at its default."""
-
-    class Own(fx.JointEffect):
-        kind: Literal["own"] = "own"
-
-        def torques(self, t: Any, q: Any, v: Any, xp: Any = np) -> Any:
-            return act(q, v)
-
-    return Own()
-
-
-@pytest.mark.parametrize(
-    "act",
-    [
-        lambda q, v: -abs(v) * v,
-        lambda q, v: np.where(v < 0, 1.0, -1.0),
-        lambda q, v: -v if v[0] > 0 else v,
-        lambda q, v: -(q % 3.0),
-        lambda q, v: -np.sin(q),
-        lambda q, v: np.where(v == 0, 0.0, -v),
-        lambda q, v: -v if v[0] != 0 else q,
-        lambda q, v: np.array([float(v[0]), 0.0]),
-    ],
-    ids=["abs", "<", "if", "%", "np.sin", "==", "!=", "float"],
-)
-@pytest.mark.parametrize("options", [{"method": "taylor"}, {"engine": "compiled"}], ids=["taylor", "compiled"])
-def test_an_effect_that_does_not_run_on_symbols_says_so(act: Any, options: dict[str, Any]) -> None:
-    """One line that names the effect and what to write."""
-    pytest.importorskip("heyoka")
-    pytest.importorskip("llvmlite")
-    scene = pp.Scene(duration=0.1, model=pp.Chain(rods=(ROD,)), effects=(fx.Gravity(), own(act)))
-    named = scene.model_copy(update={"solver": pp.Solver(**options)})
-    with pytest.raises(pp.InputError, match=r"effects\[1\]: own does not run on symbols \(.*`smooth` be False$"):
-        pp.simulate(named)
-
-
-def test_where_nothing_is_named_effects_run_without_symbols() -> None:
-    """An effect of a user's own stays in Python, for a tolerance and for an accuracy."""
-    scene = pp.Scene(duration=0.1, model=pp.Chain(rods=(ROD,)), effects=(fx.Gravity(), own(lambda q, v: -np.sin(q))))
-    for options in ({"tolerance": 1e-8}, {"accuracy": 1e-6}):
-        assert pp.simulate(scene, **options).stats.engine == "pinocchio"
-
-
-# --- the time of the start ------------------------------------------------------------------------------------------
-
-
-@LEAN
-@given(st.sampled_from([0.1, -7.3, 100.0, 3.6e4, 1.7e9]), st.sampled_from([0.05, 0.4]), st.booleans())
-def test_a_late_start_changes_nothing_but_the_clock(late: float, duration: float, touching: bool) -> None:
-    """Where nothing depends on the time: every number of a run, a cross-check, an ensemble, the significance of effects."""
-    effects = (fx.Gravity(), fx.Viscous(coefficient=0.05), *CONTACTS[: 4 * touching])
-    early = pp.Scene(duration=duration, model=TWO, start=START, effects=effects, solver=pp.Solver(samples=4))
-    then = early.model_copy(update={"start": START.model_copy(update={"time": late})})
-    one, other = (pp.simulate(scene, energy_balance=True) for scene in (early, then))
-    assert np.array_equal(other.t, late + one.t)
-    same_bits(replace(one, t=other.t), other)
-    assert pp.crosscheck(early, states=3) == pp.crosscheck(then, states=3)
-    many = [pp.simulate_many(scene, [[0.1, 0.2, 0.3, 0.4]], [[0.0] * 4], workers=1) for scene in (early, then)]
-    assert np.array_equal(many[0].q, many[1].q)
-
-
-@pytest.mark.parametrize("late", [100.0, -7.3])
-def test_significance_and_references_do_not_see_the_clock(late: float) -> None:
-    """What effects change, and how far they are compared, is the same after a late start."""
-    early = pp.Scene(
-        duration=0.5, model=pp.Chain(rods=(ROD,)), start=pp.Start(positions=(0.3, 0.4)), effects=SMOOTH[:1]
-    )
-    then = early.model_copy(update={"start": early.start.model_copy(update={"time": late})})
-    one, other = (significance(scene) for scene in (early, then))
-    assert one.horizon == other.horizon == 0.5
-    assert [row.change for row in one.rows] == [row.change for row in other.rows]
-    known = [reference(scene, 1e-9) for scene in (early, then)]
-    assert np.array_equal(known[0].t, known[1].t)
-    assert np.array_equal(known[0].tips, known[1].tips)
-
-
-# --- short runs -----------------------------------------------------------------------------------------------------
-
-
-@LEAN
-@given(st.floats(-100, -1).map(lambda power: 10.0**power), st.sampled_from(METHODS))
-def test_any_duration_is_run(duration: float, method: dict[str, Any]) -> None:
-    """However short: two samples at least, the last at the end, where a free rod has turned as far as its rates say."""
-    step = {"step": duration} if "step" in method else {}
-    scene = pp.Scene(duration=duration, model=pp.Chain(rods=(ROD,)), start=pp.Start(velocities=(2.0, 0.0)))
-    run = pp.simulate(scene, **method | step)
-    assert len(run.t) >= 2
-    assert run.t[-1] == duration
-    assert run.stats.steps > 0
-    assert run.q[-1, 0] == pytest.approx(2.0 * duration, rel=1e-9)
-
-
-def test_a_pendulum_of_a_micrometre_swings() -> None:
-    """Its period is 1.6 ms: a run of 8 ms is one of five swings, as one of a metre is in 8 s, and can be drawn."""
-    runs = [
-        pp.simulate(
-            pp.Scene(
-                duration=8 * size**0.5,
-                model=pp.Chain(rods=(pp.Rod(length=size, mass=1.0, radius=0.05 * size),)),
-                start=pp.Start(positions=(0.5, 0.2)),
-                effects=(fx.Gravity(),),
-                solver=pp.Solver(samples=samples),
-            ),
-            tolerance=1e-12,
-        )
-        for size, samples in ((1.0, 2), (1e-6, None))
-    ]
-    assert len(runs[1].t) == 2
-    assert np.abs(runs[0].q[-1] - runs[1].q[-1]).max() < 1e-7
-    assert runs[1].energy().drift < 1e-9
-
-
-def test_one_sample_of_a_duration_is_refused() -> None:
-    """It would be the start alone, and no run."""
-    with pytest.raises(pp.InputError, match=r"solver\.samples: 1 is the start alone"):
-        pp.Scene(duration=1.0, model=TWO, solver=pp.Solver(samples=1))
-    assert len(pp.simulate(pp.Scene(duration=0.0, model=TWO, solver=pp.Solver(samples=1))).t) == 1
-
-
-# --- tracks ---------------------------------------------------------------------------------------------------------
-
-
-@law(50)
-@given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e3), st.integers(2, 9))
-def test_a_track_covers_the_run_that_it_was_made_for(begin: float, duration: float, rows: int) -> None:
-    """Its last time is written as the user computes it, the run's is begin + duration: rounding is no gap."""
-    for end in (begin + duration, float(np.nextafter(begin + duration, -np.inf)), float(f"{begin + duration:.15g}")):
-        times = np.linspace(begin, end, rows)
-        if not (np.diff(times) > 1e-9 * abs(begin)).all():
-            return
-        with TemporaryDirectory() as folder:
-            path = Path(folder) / "track.csv"
-            path.write_text("".join(f"{t!r},{i * i * 1e-2},0,{i * 1e-2}\n" for i, t in enumerate(times.tolist())))
-            support = fx.Support(csv=path)
-            support.check(begin, begin + duration)
-            assert np.isfinite(support.acceleration(begin + duration)).all()
-            with pytest.raises(ValueError, match="do not cover the run"):
-                support.check(begin, begin + duration * 1.001)
-            with pytest.raises(ValueError, match="do not cover the run"):
-                support.check(begin - duration * 0.001, begin + duration)
-
-
-def test_a_track_from_01_to_03() -> None:
-    """0.1 + 0.2 is more than 0.3."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "track.csv"
-        path.write_text("".join(f"{t},{t * t},0,0\n" for t in (0.1, 0.15, 0.2, 0.25, 0.3)))
-        model, start = pp.Chain(rods=(ROD,)), pp.Start(time=0.1, positions=(0.3, 0.4))
-        run = pp.simulate(pp.Scene(duration=0.2, model=model, start=start, effects=(fx.Support(csv=path),)))
-    assert run.t[-1] == 0.1 + 0.2
-    assert np.isfinite(run.a).all()

@@ -1,29 +1,20 @@
 """What accuracy costs: the references disagree where one is broken, errors fall along every ladder, words fit numbers."""
 
-import json
 from dataclasses import replace
 from importlib.util import find_spec
-from itertools import combinations
-from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 import pendpin as pp
-from bad_input import contents, run_main
 from pendpin import effects as fx
-from pendpin.analysis import simulators
 from pendpin.analysis.work_precision import cost as work_precision
 from pendpin.analysis.work_precision import processor_time, references
 from pendpin.analysis.work_precision.cost import cost
-from pendpin.analysis.work_precision.figure import save_cost_plot
 from pendpin.analysis.work_precision.references import by_elliptic_functions, by_runge_kutta, by_series, reference
-from pendpin.analysis.work_precision.report import CostReport, CostRow, Curve, Point
+from pendpin.analysis.work_precision.report import CostReport, CostRow, Curve
 from pendpin.engines import Compiled
-from pendpin.model.build import build
-from pendpin.model.kinematics import tip_distance
 from scenes import scene_of
 
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="not installed: heyoka")
@@ -257,134 +248,3 @@ def test_machine_code_of_other_equations_is_refused(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(Compiled, "derivative", wrong)
     with pytest.raises(pp.InputError, match=r"compiled and pinocchio differ by 1\.0e-08"):
         references.refuse_other_equations(scene(THICK), run)
-
-
-# --- the report -----------------------------------------------------------------------------------------------------
-
-
-def curve(name: str, *points: tuple[float, float], peer: bool = False) -> Curve:
-    return Curve(name, "", "tolerance", tuple(Point(1e-3, error, time, 1, 1) for error, time in points), peer=peer)
-
-
-REPORT = CostReport(
-    subject="2 rods",
-    curves=(
-        curve("cheap", (1e-2, 1e-3), (1e-4, 1e-2), (1e-6, 1e-1)),
-        curve("fine", (1e-2, 2e-2), (1e-8, 2e-2 * 10**0.6)),
-        curve("other", (1e-1, 1.0), (1e-4, 1.0), peer=True),
-    ),
-    accuracy=1e-6,
-    error=1e-9,
-    solutions=("one", "other"),
-    duration=20.0,
-    horizon=5.0,
-    machine="",
-    versions={},
-    repetitions=3,
-)
-
-
-def test_times_between_the_points() -> None:
-    """In proportion of logarithms; never beyond the finest point; a dearer and coarser point counts for nothing."""
-    cheap, fine = REPORT.curves[:2]
-    assert cheap.seconds_at(1e-3) == pytest.approx(10**-2.5)
-    assert cheap.seconds_at(0.5) == 1e-3
-    assert cheap.seconds_at(1e-7) is None
-    worse = replace(cheap, points=(*cheap.points, Point(1e-9, 1e-3, 5.0, 1, 1)))
-    assert worse.seconds_at(1e-5) == cheap.seconds_at(1e-5)
-    assert fine.seconds_at(1e-7) == pytest.approx(2e-2 * 10**0.5)
-
-
-def test_the_words_say_what_the_numbers_say() -> None:
-    words = " ".join(REPORT.words)
-    assert "Compared up to 5 s of 20 s" in words
-    assert "Error of the reference: 1e-09, the difference of one and other." in words
-    assert f"1e-06 costs {20 * 10**0.4:.3g} ms with fine; the next digit costs {10**0.1:.2f} times as much" in words
-    assert "From 1e-01 to 1e-05 the cheapest is cheap." in words
-    assert "From 1e-06 to 1e-08 the cheapest is fine." in words
-    assert "At 1e-04: cheap 10 ms, other 1 s, 100 times as long." in words
-    assert "At 1e-06: fine" in words
-    assert "no other simulator reaches it" in words
-
-
-@needs_heyoka
-def test_the_command(
-    counted: Clock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
-) -> None:
-    """A table with words, JSON with every point, a figure; a bad name is refused in one line."""
-    monkeypatch.chdir(tmp_path)
-    short = ["--methods", "taylor,dop853", "--budget", "0.1"]
-    assert run_main("cost", *short) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0].split("  ")[0] == "accuracy"
-    assert [line.split()[0] for line in lines[1:5]] == ["0.001", "1e-06", "1e-09", "1e-12"]
-    assert run_main("cost", *short, "--thorough", "--plot", "cost.png") == 0
-    assert "1e-09 costs" in capsys.readouterr().out
-    assert (tmp_path / "cost.png").read_bytes().startswith(b"\x89PNG")
-    assert run_main("cost", *short, "--json") == 0
-    found = json.loads(capsys.readouterr().out)
-    assert {curve["name"] for curve in found["curves"]} == {"taylor", "dop853"}
-    assert found["error"] < 1e-10
-    assert [row["accuracy"] for row in found["rows"]] == [1e-3, 1e-6, 1e-9, 1e-12]
-    assert run_main("cost", "--methods", "magic") == 1
-    assert "'magic' is not one of" in capsys.readouterr().err
-
-
-def test_the_figure_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every picture can be read to its end; one that fails half way leaves the old file as it was, and no other."""
-    from matplotlib.figure import Figure
-    from matplotlib.image import imread
-
-    drawing = ElementTree.parse(save_cost_plot(REPORT, tmp_path / "cost.svg")).getroot()
-    lines = [
-        group for group in drawing.iter("{http://www.w3.org/2000/svg}g") if group.get("id", "").startswith("line2d")
-    ]
-    assert len(lines) > len(REPORT.curves)
-    picture = imread(save_cost_plot(REPORT, tmp_path / "cost.png"))
-    assert picture.shape == (744, 1200, 4)
-    assert len(np.unique(picture.reshape(-1, 4), axis=0)) > 20
-    before = contents(tmp_path)
-
-    def fail(_: Figure, file: Any, **options: Any) -> None:
-        file.write(b"half a picture")
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(Figure, "savefig", fail)
-    for name in ("cost.svg", "cost.png", "new.pdf"):
-        with pytest.raises(pp.InputError, match=f"{name}: cannot be written: No space left on device"):
-            save_cost_plot(REPORT, tmp_path / name)
-    assert contents(tmp_path) == before
-
-
-@needs_heyoka
-def test_a_simulator_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The others are compared all the same; SciPy is always there."""
-    monkeypatch.setattr(simulators, "MODULES", {"mujoco": "no_such_module", "drake": "nor_this"})
-    found = simulators.peers(scene(THICK))
-    assert {peer.name.split()[0] for peer in found} == {"scipy"}
-    words = " ".join(replace(REPORT, missing=simulators.missing()).words)
-    assert "Not among the others: mujoco, drake, not installed" in words
-
-
-def test_reference_solutions_are_independent(monkeypatch: pytest.MonkeyPatch) -> None:
-    """On a rod that all of them take, no two integrate by the same method, nor on the same equations, and all agree."""
-    used: dict[str, set[tuple[str, str]]] = {}
-
-    def recorded(*given, **options) -> pp.Trajectory:
-        run = pp.simulate(*given, **options)
-        used.setdefault(name, set()).add((run.stats.method, run.stats.engine))
-        return run
-
-    monkeypatch.setattr(processor_time, "run_to_setting", recorded)
-    model, found = build(scene(THIN).model), {}
-    for maker in references.SOLUTIONS:
-        name = maker.__name__
-        found[name] = maker(scene(THIN), model, 1.0, np.inf)
-    assert len(found) == 4
-    assert by_elliptic_functions.__name__ not in used  # it is no integration at all
-    for one, other in combinations(used.values(), 2):
-        assert not {method for method, _ in one} & {method for method, _ in other}
-    assert len({engine for runs in used.values() for _, engine in runs}) > 1
-    for one, other in combinations(found.values(), 2):
-        known = (one.doubt + other.doubt).max() + one.rounding + other.rounding
-        assert tip_distance(one.tips, other.tips, 1.0).max() <= references.CONTRADICTION * known

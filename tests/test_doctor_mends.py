@@ -1,0 +1,86 @@
+"""The equation doctor: wrong equations are mended."""
+
+import pytest
+import sympy as sp
+
+import pendpin as pp
+from test_doctor import first_mend, verdicts
+
+# --- wrong equations are mended -------------------------------------------------------------------------------------
+
+WRONG = [
+    ("x = l/2*cos(phi)", "x = l/2*sin(phi)"),
+    ("omega_3 = dtheta*sin(phi)", "omega_3 = -dtheta*sin(phi)"),
+    (r"\omega_3 = -\dot\theta c_\phi", r"\omega_3 = -\dot\theta s_\phi"),
+    (r"\frac{\partial L}{\partial\dot\theta} = \frac{ml^2}{3}\dot\theta\cos^2\phi + ml^2", None),
+    (r"\ddot\phi = -\dot\theta\sin\phi\cos\phi - \frac{3g}{2l}\cos\theta\sin\phi", None),
+    (r"y = \frac{l}{2}\sin\theta", None),
+    (r"R_3 = \frac{ml}{2}\dot\phi^2 + mg\cos\theta\cos\phi", None),
+    (r"\hat{y} = \cos\theta\,\hat{a}_2 + \sin\theta", None),
+    ("v_G = l/2*(dphi*b1 + dtheta*cos(phi))", None),
+    ("M_3 = M_c", "M_3 = cos(phi)*M_c"),
+    ("T = m*l**2/6*(dphi**2 + dtheta**2*cos(phi)**2) + m*g*l", None),
+    ("ddphi = dtheta**2*sin(phi)*cos(phi) - 3*g*sin(theta)*sin(phi)/(2*l)", None),
+    ("y = l/2*cos(theta)*sin(phi)", "y = l/2*cos(phi)*sin(theta)"),
+    (
+        r"\frac{d}{dt}\left(\frac13ml^2\dot\theta\cos\phi\right) = -\frac12mgl\sin\theta\cos\phi",
+        r"\frac{d}{dt}\left(\frac13ml^2\dot\theta\cos^2 \phi\right) = -\frac12mgl\sin\theta\cos\phi",
+    ),
+    (
+        r"\frac{d}{dt}\frac{\partial L}{\partial\dot\theta} = \frac{\partial L}{\partial\phi}",
+        r"\frac{d}{dt}\frac{\partial L}{\partial\dot\theta} = \frac{\partial L}{\partial\theta}",
+    ),
+    (r"\frac13(\ddot\phi+\dot\theta^2\sin\phi\cos\phi) = -\frac{R_1}{2ml}", None),
+    (r"T = \frac12m(\dot x^2+\dot y^2)+\frac{ml^2}{24}(\omega_1^2+\omega_2^2)", None),
+    ("φ̈ = −θ̇ sin φ cos φ − (3g/2l) cos θ sin φ", "φ̈ = −θ̇**2 sin φ cos φ − (3g/2l) cos θ sin φ"),
+    (r"v_y = \frac l2(\dot\theta\cos\phi\cos\theta+\dot\phi\sin\theta\cos\phi)", None),
+    (r"\ddot\theta = \dot\theta\dot\phi\tan\phi-\frac{3g}{2l}\sin\theta", None),
+    (r"\vec r_G = \frac l2\begin{bmatrix}\sin\phi\\\sin\theta\sin\phi\\\cos\theta\cos\phi\end{bmatrix}", None),
+]
+
+
+@pytest.mark.parametrize(("wrong", "right"), WRONG)
+def test_the_mend_holds_and_is_the_simplest(wrong, right):
+    mended = first_mend(wrong, rod="general" if "M_3" in wrong else "thin")
+    assert mended is not None
+    assert right is None or mended == right
+    assert verdicts(pp.diagnose([mended], convention="standard", rod="thin")) == ["holds"]
+
+
+def test_a_missing_term_is_none_that_makes_the_equation_say_nothing():
+    """A balance put in for the acceleration that it is solved for would give ddphi = ddphi."""
+    wrong = "ddphi = -dtheta**2*sin(phi)*cos(phi)"
+    assert first_mend(wrong) == f"{wrong} - 3*g*cos(theta)*sin(phi)/(2*l)"
+
+
+def test_in_which_motions_an_equation_fails():
+    words = {"omega_3 = dtheta*sin(phi)": "as soon as theta turns", "V = m*g*z": "already at rest"}
+    words["ddtheta = dtheta*dphi*tan(phi) - 3*g*sin(theta)/(2*l*cos(phi))"] = "only when theta and phi both turn"
+    words["ddphi/dphi = dtheta"] = "as soon as phi turns"  # at rest it has no value
+    assert [pp.diagnose([text]).findings[0].when for text in words] == list(words.values())
+
+
+def test_far_fetched_mends_are_not_named():
+    (finding,) = pp.diagnose(["ddphi = g*m*sin(theta)**3 + l*dtheta"]).findings
+    assert (finding.verdict, finding.mends) == ("fails", ())
+    assert "no simple mend found" in str(pp.diagnose(["ddphi = g*m*sin(theta)**3 + l*dtheta"]))
+
+
+def test_sympy_expressions_are_read():
+    t = sp.Symbol("t")
+    theta, phi = (sp.Function(name)(t) for name in ("theta", "phi"))
+    g, l = sp.symbols("g l")  # noqa: E741
+    right = sp.Eq(
+        phi.diff(t, 2),
+        -(theta.diff(t) ** 2) * sp.sin(phi) * sp.cos(phi) - 3 * g * sp.cos(theta) * sp.sin(phi) / (2 * l),
+    )
+    wrong = right.subs(g, 2 * g)
+    assert verdicts(pp.diagnose([right, wrong])) == ["holds", "fails"]
+
+
+def test_own_symbols_and_names():
+    table = {"T": "D*dtheta**2/2 + J_2*dphi**2/2", "b2": "J_2*ddphi + (J_1 - I_3)*dtheta**2*s*c + m*g*h*c*cos(theta)"}
+    symbols = {"s": "sin(phi)", "c": "cos(phi)", "D": "J_1*c**2 + I_3*s**2"}
+    found = pp.diagnose(table, symbols=symbols)
+    assert verdicts(found) == ["holds", "fails"]
+    assert found.findings[1].mends[0].latex.endswith("m*g*h*s*cos(theta)")

@@ -1,0 +1,106 @@
+"""What is shown of a run: representations, figures, animations."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+from pendpin.scene import builtin_scene
+from test_run_surface import EXAMPLES, SCENES
+
+
+def test_representations_are_short() -> None:
+    """Of a run, however long its chain, under 1,000 characters."""
+    for run in (
+        pp.simulate(builtin_scene(), duration=0.1),
+        pp.simulate(EXAMPLES / "thousand_rods.toml", duration=0.02),
+    ):
+        assert len(repr(run)) < 1000
+        assert len(repr(run.summary())) < 1000
+        assert len(repr(run.animate())) < 1000
+        assert repr(run).count("\n") == 2
+
+
+def test_plot_on_own_axes() -> None:
+    """Two quantities on the axes given; the figure of the run without names."""
+    from matplotlib.figure import Figure
+
+    run, axes = pp.simulate(SCENES["smooth"], samples=31), Figure().subplots()
+    assert run.plot("theta_1", "R3_1", ax=axes) is axes
+    assert [line.get_label() for line in axes.get_lines()] == ["theta_1", "R3_1"]
+    np.testing.assert_array_equal(axes.get_lines()[0].get_ydata(), run["theta"])
+    assert len(run.plot().axes) >= 4
+
+
+def test_the_figure_of_a_run() -> None:
+    """Titled by the scene; drift only where energy is conserved; up to three rods; units; the path beside."""
+    smooth = pp.simulate(SCENES["smooth"].replace(title="A _rod_ of $1"), samples=31).plot()
+    texts, labels = [text.get_text() for text in smooth.texts], [ax.get_ylabel() for ax in smooth.axes]
+    assert texts[0] == r"A _rod_ of \$1"
+    assert any(label.startswith("energy drift") for label in labels)
+    assert labels[-2:] == ["y, m", "z, m"]
+    assert smooth._repr_png_().startswith(b"\x89PNG")
+    long = SCENES["damped"].replace({"model.copies": 4})
+    figure = pp.simulate(long, samples=3, duration=0.1).plot()
+    assert figure.texts[0].get_text() == "8 rods under gravity, drag"
+    assert not any(ax.get_ylabel().startswith("energy drift") for ax in figure.axes)
+    positions = next(ax for ax in figure.axes if ax.get_ylabel() == "position, rad")
+    shown = [line.get_label() for line in positions.get_lines()]
+    assert shown == ["theta_1", "phi_1", "theta_4", "phi_4", "theta_8", "phi_8", "3 of 8 rods"]
+
+
+def test_the_figure_of_chosen_quantities() -> None:
+    """A panel for each unit; a name that is none is refused."""
+    run = pp.simulate(SCENES["thin chain"], samples=7)
+    figure = run.plot("theta_1", "R3_1", "phi_2", "kinetic")
+    assert [ax.get_ylabel() for ax in figure.axes] == ["rad", "N", "J"]
+    assert [line.get_label() for line in figure.axes[0].get_lines()] == ["theta_1", "phi_2"]
+    with pytest.raises(pp.InputError, match="did you mean 'theta_1'"):
+        run.plot("thta_1")
+
+
+def test_animations(tmp_path: Path) -> None:
+    """As a page and as a GIF; other names are refused."""
+    run = pp.simulate(SCENES["smooth"], samples=5, duration=0.1)
+    film = run.animate()
+    assert film.save(tmp_path / "a.html").read_bytes().startswith(b"<!DOCTYPE html>")
+    assert film.save(tmp_path / "a.gif").read_bytes().startswith(b"GIF89a")
+    assert "<iframe" in film._repr_html_()
+    assert "largest swing" in run._repr_html_()
+    with pytest.raises(pp.InputError, match="ends in one of"):
+        film.save(tmp_path / "a.mov")
+
+
+def test_representations_of_all_else_are_short() -> None:
+    """Of scenes, models, dynamics, cross-checks, ensembles and what runs hold."""
+    big = pp.load_scene(EXAMPLES / "thousand_rods.toml")
+    long = pp.Scene(model={"kind": "chain", "rods": [{"length": 1.0, "mass": 1.0}] * 300})
+    listed = long.replace({"start.positions": {f"theta_{i}": 0.1 for i in range(1, 301)}})
+    run = pp.simulate(SCENES["smooth"], samples=31)
+    things = [
+        big,
+        big.model,
+        big.start,
+        long,
+        long.model,
+        listed,
+        listed.start,
+        run,
+        run.stats,
+        run.energy(),
+        run.reactions(),
+    ]
+    things += [pp.bind(big), pp.bind(SCENES["smooth"]).model, pp.crosscheck(SCENES["smooth"], states=20)]
+    things += [pp.simulate_many(SCENES["smooth"], [[0.1, 0.2]] * 3, [[0.0, 0.0]] * 3, workers=1)]
+    for thing in things:
+        assert len(repr(thing)) < 1000
+        assert len(str(thing)) < 1000
+
+
+def test_a_figure_says_that_rods_are_left_out() -> None:
+    """Of five rods it draws three."""
+    chain = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)], copies=5)
+    figure = pp.simulate(pp.Scene(model=chain, duration=0.1), samples=3).plot()
+    legends = [[text.get_text() for text in ax.get_legend().get_texts()] for ax in figure.axes if ax.get_legend()]
+    assert sum("3 of 5 rods" in legend for legend in legends) == 2  # positions, tensions
