@@ -3,116 +3,28 @@
 import json
 import os
 import pickle
-import struct
-import warnings
-import zipfile
-from collections.abc import Callable
-from io import BytesIO
 from pathlib import Path
-from typing import Any, get_type_hints
 
 import numpy as np
 
 from bad_input import ROD, SCENE, URDF_SCENE, Case, Content
-from pendpin.trajectory import Stats
-
-N, NV = 4, 2
-SAMPLES = {"tuple": (), "bool": True, "float": 1.0, "int": 1, "str": "x"}
-STATS = {
-    name: next(sample for word, sample in SAMPLES.items() if word in str(kind))
-    for name, kind in get_type_hints(Stats).items()
-}
-META = {"format": 1, "scene": {}, **STATS}
-
-
-def good_run() -> dict[str, Any]:
-    """The arrays of a saved run of one rod."""
-    arrays: dict[str, Any] = {name: np.zeros((N, NV)) for name in "qva"}
-    arrays |= {name: np.ones((N, 1)) for name in ("R1", "R2", "R3", "M3", "Mc")}
-    arrays |= {"t": np.linspace(0, 1, N), "kinetic": np.ones(N), "potential": np.ones(N)}
-    return arrays | {
-        "joints": np.array(["theta", "phi"]),
-        "wrench": np.zeros((N, NV, 6)),
-        "tip": np.zeros((N, 1, 3)),
-        "meta": np.array(json.dumps(META)),
-    }
-
-
-def run_file(**changed: Any) -> bytes:
-    """A saved run with some arrays replaced, or left out where None."""
-    arrays = {name: array for name, array in (good_run() | changed).items() if array is not None}
-    file = BytesIO()
-    np.savez(file, **arrays)
-    return file.getvalue()
-
-
-def zipped(**members: bytes) -> bytes:
-    """A zip with members of any bytes."""
-    file = BytesIO()
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, data in members.items():
-            archive.writestr(f"{name}.npy", data)
-    return file.getvalue()
-
-
-def header(text: str, version: int = 1, length: int | None = None) -> bytes:
-    """The start of an .npy file with a header of this text, which may claim another length."""
-    size = len(text) if length is None else length
-    return b"\x93NUMPY" + bytes([version, 0]) + struct.pack("<H" if version == 1 else "<I", size) + text.encode()
-
-
-def claiming(shape: str, dtype: str = "'<f8'") -> bytes:
-    """An array that claims a shape and holds nothing."""
-    return header(f"{{'descr': {dtype}, 'fortran_order': False, 'shape': {shape}}}\n")
-
-
-def meta(**changed: Any) -> np.ndarray:
-    """The text of a run's meta array with some entries replaced."""
-    return np.array(json.dumps(META | changed))
-
-
-class Trap:
-    """Unpickling it writes a file."""
-
-    def __reduce__(self) -> Any:
-        return Path.touch, (Path("trapped"),)
-
-
-def _at(array: np.ndarray, value: float) -> np.ndarray:
-    copy = array.copy()
-    copy.flat[1] = value
-    return copy
-
-
-def _damaged(data: bytes, at: int) -> bytes:
-    return data[:at] + bytes(byte ^ 255 for byte in data[at : at + 40]) + data[at + 40 :]
-
-
-def flagged(data: bytes, at: int, value: int) -> bytes:
-    """A zip with one byte of every entry of its directory changed."""
-    return b"PK\x01\x02".join(
-        [data.split(b"PK\x01\x02")[0]]
-        + [part[: at - 4] + bytes([value]) + part[at - 3 :] for part in data.split(b"PK\x01\x02")[1:]]
-    )
-
-
-def with_member(data: bytes, name: str, member: bytes) -> bytes:
-    """A zip with one more member, whose name may be there already."""
-    file = BytesIO(data)
-    with zipfile.ZipFile(file, "a") as archive, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of a name that is there twice
-        archive.writestr(f"{name}.npy", member)
-    return file.getvalue()
-
-
-def _linked(name: str) -> Callable[[Path], object]:
-    return lambda path: path.symlink_to(name)
-
-
-def letters(*codes: int) -> np.ndarray:
-    """A text of these codes, whether Unicode has them or not."""
-    return np.array(codes, np.uint32).view(f"<U{len(codes)}").reshape(())
-
+from run_files import (
+    NV,
+    N,
+    Trap,
+    at,
+    claiming,
+    damaged,
+    flagged,
+    good_run,
+    header,
+    letters,
+    linked,
+    meta,
+    run_file,
+    with_member,
+    zipped,
+)
 
 NOT = "run.npz: not a run that pendpin saved: "
 GOOD = good_run()
@@ -127,8 +39,8 @@ RUNS: dict[str, tuple[Content, str]] = {
     "a folder": (Path.mkdir, "run.npz: cannot be read: it is a folder, not a file"),
     "truncated": (run_file()[:-600], f"{NOT}File is not a zip file"),
     "first half lost": (run_file()[900:], NOT),
-    "damaged data": (_damaged(run_file(), 400), NOT),
-    "damaged, compressed": (_damaged(zipped(t=claiming("(9,)") + bytes(range(72))), 60), NOT),
+    "damaged data": (damaged(run_file(), 400), NOT),
+    "damaged, compressed": (damaged(zipped(t=claiming("(9,)") + bytes(range(72))), 60), NOT),
     "empty zip": (zipped(), f"{NOT}array 'meta' is missing"),
     "other members": (zipped(x=b"hello"), f"{NOT}array 'x' has no header that NumPy writes"),
     "pickled object array": (run_file(q=np.array([Trap()], dtype=object)), f"{NOT}array 'q' holds no plain numbers"),
@@ -193,11 +105,11 @@ RUNS: dict[str, tuple[Content, str]] = {
     "no joints": (run_file(joints=None), f"{NOT}array 'joints' is missing"),
     "no wrench": (run_file(wrench=None), f"{NOT}array 'wrench' is missing"),
     "R1 without R2": (run_file(R2=None), f"{NOT}array 'R2' is missing"),
-    "nan in q": (run_file(q=_at(GOOD["q"], np.nan)), f"{NOT}array 'q' holds NaN or a number beyond 1e+150"),
-    "inf in t": (run_file(t=_at(GOOD["t"], np.inf)), f"{NOT}array 't' holds NaN or a number beyond 1e+150"),
-    "huge q": (run_file(q=_at(GOOD["q"], 1e200)), f"{NOT}array 'q' holds NaN or a number beyond 1e+150"),
-    "nan in R3": (run_file(R3=_at(GOOD["R3"], np.nan)), f"{NOT}array 'R3' holds NaN or a number beyond 1e+150"),
-    "nan in tip": (run_file(tip=_at(GOOD["tip"], np.nan)), f"{NOT}array 'tip' holds NaN or a number beyond 1e+150"),
+    "nan in q": (run_file(q=at(GOOD["q"], np.nan)), f"{NOT}array 'q' holds NaN or a number beyond 1e+150"),
+    "inf in t": (run_file(t=at(GOOD["t"], np.inf)), f"{NOT}array 't' holds NaN or a number beyond 1e+150"),
+    "huge q": (run_file(q=at(GOOD["q"], 1e200)), f"{NOT}array 'q' holds NaN or a number beyond 1e+150"),
+    "nan in R3": (run_file(R3=at(GOOD["R3"], np.nan)), f"{NOT}array 'R3' holds NaN or a number beyond 1e+150"),
+    "nan in tip": (run_file(tip=at(GOOD["tip"], np.nan)), f"{NOT}array 'tip' holds NaN or a number beyond 1e+150"),
     "falling t": (run_file(t=GOOD["t"][::-1].copy()), f"{NOT}array 't' does not rise"),
     "t of one number": (run_file(t=np.float64(1)), f"{NOT}array 't' has the shape ()"),
     "no samples": (run_file(t=np.zeros(0)), f"{NOT}array 't' has the shape (0,)"),
@@ -243,8 +155,8 @@ TARGETS = [
     Case("plot of a run: the run", ("plot", "run.png"), f"run.png: {TWICE}", {"run.png": run_file()}),
     Case("out: the URDF of the scene", ("run", "u.toml", "--out", "rod.urdf"), f"rod.urdf: {TWICE}", IN_A_SCENE),
     Case("urdf: the scene", ("urdf", "scene.toml", "--out", "scene.toml"), f"scene.toml: {TWICE}", GIVEN),
-    Case("out: a link to the scene", (*RUN, "--out", "l"), f"l: {TWICE}", GIVEN | {"l": _linked("scene.toml")}),
-    Case("out: a link to itself", (*RUN, "--out", "l"), "l: cannot be written: symbolic", GIVEN | {"l": _linked("l")}),
+    Case("out: a link to the scene", (*RUN, "--out", "l"), f"l: {TWICE}", GIVEN | {"l": linked("scene.toml")}),
+    Case("out: a link to itself", (*RUN, "--out", "l"), "l: cannot be written: symbolic", GIVEN | {"l": linked("l")}),
     Case(
         "out: a folder",
         (*RUN, "--out", "there"),

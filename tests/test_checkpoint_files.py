@@ -14,8 +14,8 @@ import pytest
 import pendpin as pp
 from bad_input import ROD as URDF
 from bad_input import SCENE, URDF_SCENE, run_main
-from bad_runs import Trap
 from pendpin.simulation import smooth_motion
+from run_files import Trap
 from test_checkpoint import assert_same, scene
 
 # --- files that are refused -----------------------------------------------------------------------------------------

@@ -15,83 +15,22 @@ import rounding
 from laws import law
 from pendpin.equations import balances, lagrange, newton_euler
 from pendpin.equations.base import RodInertia, RodSolution
+from rod_states import (
+    EPS,
+    angles,
+    any_rod,
+    assert_equal,
+    fields,
+    lagrange_solution,
+    random_states,
+    rates,
+    terms,
+    thin_rods,
+)
 
-EPS = np.finfo(float).eps
 ROUTES = {"newton-euler": newton_euler.solve, "six balances": balances.solve}
 GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s², in the inertial frame I, z down
 LINK_FROM_BODY = np.array([1.0, -1.0, -1.0])  # signs of the components: the link frame is B with y and z negated
-
-
-# --- states ---------------------------------------------------------------------------------------------------------
-
-
-def between(low, high):
-    """Numbers whose products do not underflow: 0, or more than 1e-60."""
-    return st.floats(low, high).map(lambda x: x if abs(x) > 1e-60 else 0.0)
-
-
-def pairs(limit):
-    return st.tuples(between(-limit, limit), between(-limit, limit)).map(np.array)
-
-
-def rods(I3):
-    """Any central inertia in kg m²; it need not belong to a real body, the equations do not mind."""
-    return st.builds(RodInertia, between(0.1, 10), between(0.1, 2), between(0.01, 2), between(0.01, 2), I3)
-
-
-thin_rods = st.builds(
-    lambda m, h, I1: RodInertia(m, h, I1, I1, 0.0), between(0.1, 10), between(0.1, 2), between(0.0, 2)
-)
-any_rod = st.one_of(rods(between(1e-6, 2.0)), rods(st.just(0.0)), thin_rods)
-angles, rates = pairs(np.pi), pairs(100.0)  # rad, rad/s
-fields = st.tuples(*[between(-20, 20)] * 3).map(np.array)  # m/s², in I
-
-
-def random_states(count, seed=0):
-    """Angles and rates (count, 2) over the whole range."""
-    random = np.random.default_rng(seed)
-    return random.uniform(-np.pi, np.pi, (count, 2)), random.uniform(-100, 100, (count, 2))
-
-
-def terms(rod, q, v, field):
-    """The sums of the absolute terms that enter each quantity, a RodSolution."""
-    m, h, I1, I2, I3 = rod
-    J1, J2 = I1 + m * h * h, I2 + m * h * h
-    (s_t, s), (c_t, c) = np.abs(np.sin(q)).T, np.abs(np.cos(q)).T
-    (dt, dp), (gx, gy, gz) = np.abs(v).T, np.abs(field)
-    along, G2 = s_t * gy + c_t * gz, c_t * gy + s_t * gz
-    G1, G3 = c * gx + s * along, s * gx + c * along
-    theta_dd = c * (2 * (J1 + I3) * dt * dp * s + m * h * G2) / (J1 * c**2 + I3 * s**2)
-    phi_dd = (m * h * G1 + (J1 + I3) * dt**2 * s * c) / J2
-    alpha1, alpha3 = theta_dd * c + dt * dp * s, theta_dd * s + dt * dp * c
-    R1 = m * (h * (phi_dd + dt**2 * s * c) + G1)
-    R2 = m * (h * (alpha1 + dt * dp * s) + G2)
-    R3 = m * (h * (dp**2 + dt**2 * c**2) + G3)
-    along_b1 = J1 * alpha1 + (J2 + I3) * dt * dp * s + m * h * G2
-    along_b3 = I3 * alpha3 + (J1 + J2) * dt * dp * c
-    Mc = s * along_b1 + c * along_b3
-    return RodSolution(theta_dd, phi_dd, R1, R2, R3, Mc * c, Mc)
-
-
-def differences(first, second, sizes):
-    """|first - second| / sizes, by quantity, worst state; quantities that either leaves out are left out."""
-    return {
-        name: np.max(np.abs(a - b) / (size + 1e-300))
-        for name, a, b, size in zip(RodSolution._fields, first, second, sizes, strict=True)
-        if a is not None and b is not None
-    }
-
-
-def assert_equal(first, second, sizes, roundings):
-    """Equal to so many units of rounding (2.2e-16) of the terms."""
-    worst = differences(first, second, sizes)
-    assert all(value <= roundings * EPS for value in worst.values()), worst
-
-
-def lagrange_solution(rod, q, v, field):
-    """What Lagrange says; the reactions, of which he says nothing, are None."""
-    theta_dd, phi_dd = np.moveaxis(lagrange.accelerations(rod, q, v, field), -1, 0)
-    return RodSolution(theta_dd, phi_dd, None, None, None, None, None)
 
 
 # --- Pinocchio ------------------------------------------------------------------------------------------------------
@@ -248,67 +187,6 @@ def test_energy_is_conserved(rod, q, v, field, solve):
     centrifugal = np.abs(v).max() ** 3 * abs(rod.I1 + rod.m * rod.h**2 + rod.I3)
     field_power = rod.m * rod.h * np.abs(v).sum() * np.abs(field).sum()
     assert abs(kinetic_rate + potential_rate) <= 20 * EPS * (inertial + centrifugal + field_power)
-
-
-# --- symmetries: exact in floating point wherever signs and powers of two are all that changes ------------------------
-
-
-def pivoting(solve):
-    """Roundings to allow where a factor of two may change which row the linear solver takes first."""
-    return 30 if solve is balances.solve else 0
-
-
-@pytest.mark.parametrize("solve", [*ROUTES.values(), lagrange_solution], ids=[*ROUTES, "lagrange"])
-class TestSymmetries:
-    """What a change of the state does to the answers: signs or factors in the order of RodSolution."""
-
-    rod = RodInertia(2.0, 0.7, 0.3, 0.2, 0.05)
-    field = np.array([1.5, -0.7, 9.81])
-
-    def check(self, solve, rod, q, v, field, factors, roundings=0):
-        states = random_states(300)
-        before = solve(self.rod, *states, self.field)
-        after = solve(rod, states[0] * q, states[1] * v, self.field * field)
-        expected = [None if x is None else x * factor for x, factor in zip(before, factors, strict=True)]
-        sizes = RodSolution(*np.abs(np.array(factors))[:, None] * np.array(terms(self.rod, *states, self.field)))
-        assert_equal(after, expected, sizes, roundings)
-
-    def test_mirror_across_the_plane_of_x_and_z(self, solve):
-        """A force keeps its components in the mirror's plane, a moment keeps the one across it: Mc turns round."""
-        self.check(solve, self.rod, (-1, 1), (-1, 1), (1, -1, 1), (-1, 1, 1, -1, 1, -1, -1), roundings=8)
-
-    def test_mirror_across_the_plane_of_y_and_z(self, solve):
-        self.check(solve, self.rod, (1, -1), (1, -1), (-1, 1, 1), (1, -1, -1, 1, 1, -1, -1), roundings=8)
-
-    def test_time_backwards_changes_nothing(self, solve):
-        """Rates enter as products of two, in Mc as well."""
-        self.check(solve, self.rod, 1, -1, 1, (1, 1, 1, 1, 1, 1, 1))
-
-    def test_twice_the_speed_under_four_times_the_field(self, solve):
-        self.check(solve, self.rod, 1, 2, 4, (4, 4, 4, 4, 4, 4, 4))
-
-    def test_twice_the_mass(self, solve):
-        m, h, *inertia = self.rod
-        heavy = RodInertia(2 * m, h, *(2 * x for x in inertia))
-        self.check(solve, heavy, 1, 1, 1, (1, 1, 2, 2, 2, 2, 2), pivoting(solve))
-
-    def test_twice_the_length_under_twice_the_field(self, solve):
-        m, h, *inertia = self.rod
-        long = RodInertia(m, 2 * h, *(4 * x for x in inertia))
-        self.check(solve, long, 1, 1, 2, (1, 1, 2, 2, 2, 4, 4), pivoting(solve))
-
-    def test_the_other_pair_of_angles_of_a_direction(self, solve):
-        """(theta + pi, pi - phi) is the pose turned half round about b3: b1, b2, a2 and a3 change sign, b3 does not.
-
-        Angles half way between the axes, where the rounding of pi is not magnified.
-        """
-        random = np.random.default_rng(0)
-        q = random.uniform(0.3, 1.2, (300, 2)) * random.choice([-1, 1], (300, 2))
-        v = random.uniform(-100, 100, (300, 2))
-        after = solve(self.rod, np.stack([q[:, 0] + np.pi, np.pi - q[:, 1]], -1), v * (1, -1), self.field)
-        before = solve(self.rod, q, v, self.field)
-        expected = [None if x is None else x * f for x, f in zip(before, (1, -1, -1, -1, 1, 1, -1), strict=True)]
-        assert_equal(after, expected, terms(self.rod, q, v, self.field), roundings=20)
 
 
 # --- exact answers --------------------------------------------------------------------------------------------------

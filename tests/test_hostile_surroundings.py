@@ -19,10 +19,10 @@ import pytest
 
 import pendpin
 from bad_input import SCENE, contents
-from bad_runs import meta, run_file
 from laws import HANG
 from pendpin import InputError, Trajectory
 from pendpin.files import write_whole
+from run_files import meta, run_file
 
 COMMAND = [sys.executable, "-c", "from pendpin.cli import main; main()"]
 SETTINGS = {"COLUMNS", "DISPLAY", "HOME", "MPLBACKEND", "MPLCONFIGDIR", "PYTHONIOENCODING", "PYTHONUNBUFFERED", "TERM"}

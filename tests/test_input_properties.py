@@ -15,13 +15,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bad_input import ROD
-from bad_runs import run_file
 from laws import law
 from pendpin import PendpinError, Trajectory, load_scene, simulate
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.errors import Note
 from pendpin.model.build import build
 from pendpin.scene import Chain, Solver, UrdfModel
+from run_files import run_file
 
 LONGER = settings.default.max_examples > 100  # a longer search has other examples each time
 SETTINGS = settings(law(200), database=None, derandomize=not LONGER)
