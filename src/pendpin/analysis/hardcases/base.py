@@ -9,7 +9,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.effects import Effect, Gravity
 from pendpin.errors import InputError, Interrupted, RunError
-from pendpin.scene import Chain, Rod, Scene, Solver, Start
+from pendpin.scene import FIXED_METHODS, Chain, Rod, Scene, Solver, Start
 from pendpin.simulation.simulate import simulate
 from pendpin.trajectory import Trajectory
 
@@ -44,19 +44,10 @@ GROUPS = {
 }
 
 
-def tolerances(**methods: float) -> dict[str, Settings]:
-    """The settings of methods by their tolerances."""
-    return {name: {"tolerance": tolerance} for name, tolerance in methods.items()}
-
-
-def steps(**methods: float) -> dict[str, Settings]:
-    """The settings of methods by their steps in s."""
-    return {name: {"step": step} for name, step in methods.items()}
-
-
-def defaults(*methods: str) -> dict[str, Settings]:
-    """The settings of methods that choose their own."""
-    return {name: {} for name in methods}
+def settings(**methods: float | None) -> dict[str, Settings]:
+    """The setting of each method: a tolerance, or a step in s where it takes one; none for None."""
+    kinds = {name: "step" if name in FIXED_METHODS else "tolerance" for name in methods}
+    return {name: {} if value is None else {kinds[name]: value} for name, value in methods.items()}
 
 
 @dataclass(frozen=True)
@@ -109,8 +100,8 @@ class Outcome:
 
 def on_method(case: Case, method: str) -> Solve:
     """A function that solves a scene by one method of the case, with its setting."""
-    settings: dict[str, Any] = dict(case.methods[method])
-    return lambda scene: simulate(scene, method=method, **settings)
+    given: dict[str, Any] = dict(case.methods[method])
+    return lambda scene: simulate(scene, method=method, **given)
 
 
 def scene(

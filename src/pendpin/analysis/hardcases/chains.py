@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.hardcases.base import EPS, Case, Solve, chain_of, defaults, scene, tolerances
+from pendpin.analysis.hardcases.base import EPS, Case, Solve, chain_of, scene, settings
 from pendpin.arrays import Array
 from pendpin.equations.chain import solution
 from pendpin.model.bodies import pinocchio
@@ -50,7 +50,7 @@ def _unlike(
         figure="distance of the tips to a run with the chain equations, relative to each rod's length",
         bound=tolerance * most_steps * growth,
         derivation=f"tolerance {tolerance:g}, at most {most_steps:,} steps, errors grow {growth:g} times",
-        methods=tolerances(auto=tolerance) | (tolerances(taylor=1e-14) if len(sizes) == 2 else {}),
+        methods=settings(auto=tolerance) | (settings(taylor=1e-14) if len(sizes) == 2 else {}),
         measure=partial(_ratio, sizes=sizes, **span),
     )
 
@@ -181,7 +181,7 @@ CASES = (
         figure="energy drift divided by the energy exchanged",
         bound=1e-9 * 1000 * 10,
         derivation="tolerance 1e-9, at most 1,000 steps, 10 for the share of the fast rods",
-        methods=tolerances(auto=1e-9),
+        methods=settings(auto=1e-9),
         measure=partial(_energy, model=HUNDRED, most=0.5, short=0.02),
     ),
     Case(
@@ -195,7 +195,7 @@ CASES = (
         "torque that rnea computes for the accelerations of aba",
         bound=200 * 100 * EPS,
         derivation="rounding of about 100 operations in each of 200 joints",
-        methods=defaults("auto"),
+        methods=settings(auto=None),
         measure=_digits,
         beside=_other_joints,
     ),
@@ -208,7 +208,7 @@ CASES = (
         figure="energy drift divided by the energy exchanged",
         bound=1e-8 * 1000 * 10,
         derivation="tolerance 1e-8, at most 1,000 steps, 10 for the share of the fast rods",
-        methods=tolerances(auto=1e-8),
+        methods=settings(auto=1e-8),
         measure=partial(_energy, model=chain_of(LINK, copies=2000), most=0.02, short=0.001),
     ),
     Case(
@@ -220,7 +220,7 @@ CASES = (
         figure="energy drift divided by the energy exchanged",
         bound=1e-10 * 2000 * 100,
         derivation="tolerance 1e-10, at most 2,000 steps, 100 for rates of 100 rad/s",
-        methods=tolerances(auto=1e-10, rk45=1e-10),
+        methods=settings(auto=1e-10, rk45=1e-10),
         measure=_whip,
     ),
 )

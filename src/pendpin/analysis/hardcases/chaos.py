@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from pendpin.analysis.hardcases.base import EPS, THICK, Case, Solve, chain_of, scene, steps, tolerances, turned_rates
+from pendpin.analysis.hardcases.base import EPS, THICK, Case, Solve, chain_of, scene, settings, turned_rates
 from pendpin.arrays import Array
 from pendpin.equations.chain import angles, thin
 from pendpin.scene import Rod, Scene
@@ -103,7 +103,7 @@ def _reversed(solve: Solve, full: bool) -> float:
 
 
 GROWTH = 100  # of a small difference within 4 s in the regular motion
-ALIKE = tolerances(auto=1e-12, rk45=1e-9, radau=1e-9, taylor=1e-16) | steps(gauss6=0.01, rk4=0.002, euler=0.002)
+ALIKE = settings(auto=1e-12, rk45=1e-9, radau=1e-9, taylor=1e-16, gauss6=0.01, rk4=0.002, euler=0.002)
 
 CASES = (
     Case(
@@ -115,7 +115,7 @@ CASES = (
         figure="distance to a run at tolerance 1e-14 divided by the predicted error, up to 1 cm",
         bound=1.0,
         derivation="predicted error: tolerance, times steps, times the growth of a small difference",
-        methods=tolerances(auto=1e-10, rk45=1e-9, radau=1e-9, lsoda=1e-10, taylor=1e-10),
+        methods=settings(auto=1e-10, rk45=1e-9, radau=1e-9, lsoda=1e-10, taylor=1e-10),
         measure=_methods_agree,
     ),
     Case(
@@ -127,7 +127,7 @@ CASES = (
         figure="distance to the start, rad and rad/s, divided by the predicted error",
         bound=1.0,
         derivation="predicted error: tolerance, times the steps forward and back, times the growth of a small difference",
-        methods=tolerances(auto=1e-10, lsoda=1e-10, taylor=1e-10),
+        methods=settings(auto=1e-10, lsoda=1e-10, taylor=1e-10),
         measure=_there_and_back,
     ),
     Case(
@@ -152,7 +152,7 @@ CASES = (
         figure="distance of the tips to the turned tips of the first scene, m",
         bound=2 * 1e-12 * 1000 * GROWTH,
         derivation="two runs at tolerance 1e-12 or finer, at most 1,000 steps, errors grow 100 times in 4 s",
-        methods=tolerances(auto=1e-12, rk45=1e-12, taylor=1e-16),
+        methods=settings(auto=1e-12, rk45=1e-12, taylor=1e-16),
         measure=_quarter,
     ),
     Case(
@@ -165,7 +165,7 @@ CASES = (
         bound=2 * 1e-12 * 1000 * GROWTH,
         derivation="two runs at tolerance 1e-12 or finer, at most 1,000 steps, errors grow 100 times in 4 s; a symmetric "
         "method comes back within rounding",
-        methods=tolerances(auto=1e-12, taylor=1e-16) | steps(gauss2=0.02, gauss4=0.02, gauss6=0.02),
+        methods=settings(auto=1e-12, taylor=1e-16, gauss2=0.02, gauss4=0.02, gauss6=0.02),
         measure=_reversed,
     ),
 )

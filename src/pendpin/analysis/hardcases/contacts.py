@@ -13,7 +13,7 @@ from pendpin.analysis.hardcases.base import (
     inertia_about_joint,
     refused,
     scene,
-    tolerances,
+    settings,
 )
 from pendpin.arrays import Array
 from pendpin.effects import DryFriction, Motor, Spring, Stop
@@ -94,7 +94,7 @@ def _beyond(solve: Solve, full: bool) -> float:
     return refused(solve, given, "start.positions.theta", "beyond its stop")
 
 
-METHODS = tolerances(auto=1e-11, rk45=1e-11, radau=1e-11)
+METHODS = settings(auto=1e-11, rk45=1e-11, radau=1e-11)
 
 CASES = (
     Case(
@@ -118,7 +118,7 @@ CASES = (
         figure="error of the place where it sticks, rad, plus its rate there",
         bound=1e-11 * 2000,
         derivation="tolerance 1e-11, at most 2,000 steps; friction does not make errors of the place grow",
-        methods=tolerances(auto=1e-11, rk45=1e-11),
+        methods=settings(auto=1e-11, rk45=1e-11),
         measure=_sticking,
     ),
     Case(

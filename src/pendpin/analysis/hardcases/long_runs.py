@@ -15,9 +15,8 @@ from pendpin.analysis.hardcases.base import (
     Solve,
     chain_of,
     scene,
-    steps,
+    settings,
     tip_errors,
-    tolerances,
 )
 from pendpin.arrays import Array
 from pendpin.equations.exact import planar
@@ -48,7 +47,7 @@ def _spinning(rate: float) -> Case:
         figure="energy drift divided by the kinetic energy",
         bound=1e-10 * 10_000 * 10 * 2,
         derivation="tolerance 1e-10 a step, 10 steps a turn; the relative error of the energy is twice that of the rate",
-        methods=tolerances(auto=1e-10, taylor=1e-16),
+        methods=settings(auto=1e-10, taylor=1e-16),
         measure=partial(_cone, rate=rate),
     )
 
@@ -108,7 +107,7 @@ CASES = (
         bound=EPS * np.sqrt(STEPS_A_SWING * SWINGS) * 2 * np.pi * SWINGS,
         derivation="rounding errors of the energy add up as a random walk over 30 steps a swing (Brouwer's law) and change "
         "the phase of all swings",
-        methods=tolerances(auto=1e-14, taylor=1e-18),
+        methods=settings(auto=1e-14, taylor=1e-18),
         measure=partial(_swings, most=SWINGS, short=30),
     ),
     Case(
@@ -120,7 +119,7 @@ CASES = (
         figure="energy drift divided by the energy exchanged",
         bound=1e-12 * 50 * 1600,
         derivation="tolerance 1e-12 a step, 50 steps a second; gauss6 at 0.05 s has a smaller error, which does not grow",
-        methods=tolerances(auto=1e-12, taylor=1e-16) | steps(gauss6=0.05),
+        methods=settings(auto=1e-12, taylor=1e-16, gauss6=0.05),
         measure=_thousand,
     ),
     Case(
@@ -132,7 +131,7 @@ CASES = (
         figure="energy drift divided by the energy exchanged",
         bound=1e-10 * 200 * 10_000 * 10,
         derivation="tolerance 1e-10 a step, 200 steps a second; the energies of fast rods have 10 times the error",
-        methods=tolerances(auto=1e-10),
+        methods=settings(auto=1e-10),
         measure=_triple,
     ),
 )

@@ -15,8 +15,8 @@ from pendpin.analysis.hardcases.base import (
     chain_of,
     inertia_about_joint,
     scene,
+    settings,
     tip_errors,
-    tolerances,
 )
 from pendpin.equations.exact import direction, direction_rate, planar, spherical
 from pendpin.scene import Rod, Scene
@@ -112,7 +112,7 @@ def _passing(radius: float, aim: float) -> Case:
         figure="error of theta and phi after the passage, rad",
         bound=1e-12 * 1000 * np.pi / narrow,
         derivation="tolerance 1e-12, at most 1,000 steps; an error of the aim changes theta pi / sqrt(I3/J) times as much",
-        methods=tolerances(auto=1e-12, radau=1e-12, taylor=1e-16),
+        methods=settings(auto=1e-12, radau=1e-12, taylor=1e-16),
         measure=measure,
     )
 
@@ -120,7 +120,7 @@ def _passing(radius: float, aim: float) -> Case:
 TURNING: dict[str, Any] = {
     "bound": 1e-12 * 1000 * 180,
     "derivation": REGULAR.format("1,000", 180),
-    "methods": tolerances(auto=1e-12, rk45=1e-12, taylor=1e-16),
+    "methods": settings(auto=1e-12, rk45=1e-12, taylor=1e-16),
 }
 
 CASES = (
@@ -154,7 +154,7 @@ CASES = (
         figure="distance of the tips to those of the turned scene, turned back, m",
         bound=2 * 1e-12 * 2000 * 240,
         derivation="two runs; " + REGULAR.format("2,000", 240),
-        methods=tolerances(auto=1e-12, lsoda=1e-12),
+        methods=settings(auto=1e-12, lsoda=1e-12),
         measure=_in_a_chain,
     ),
     *(_passing(radius, aim) for radius in (1e-3, 1e-4) for aim in (1e-3, 1e-6, 0.0)),

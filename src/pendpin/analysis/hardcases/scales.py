@@ -12,12 +12,10 @@ from pendpin.analysis.hardcases.base import (
     G,
     Solve,
     chain_of,
-    defaults,
     inertia_about_joint,
     scene,
-    steps,
+    settings,
     tip_errors,
-    tolerances,
 )
 from pendpin.arrays import Array
 from pendpin.effects import Gravity, Motor
@@ -107,15 +105,15 @@ def _fine_samples(solve: Solve, full: bool) -> float:
     return tip_errors(run, run.q[some, 0], planar(1.0, 0.0, REDUCED, G, run.t[some]))
 
 
-FINE = tolerances(auto=1e-14, taylor=1e-18)
-TIGHT = tolerances(auto=1e-12, taylor=1e-16)
+FINE = settings(auto=1e-14, taylor=1e-18)
+TIGHT = settings(auto=1e-12, taylor=1e-16)
 GRAVITIES = ((1e-12, 1e4, 2), (1e6, 0.2, 250))  # m/s², s, 1 + omega T
 
 AT_ONCE: dict[str, Any] = {
     "figure": "difference to the start, rad, plus the number of samples less 1",
     "bound": 0.0,
     "derivation": "the start is given",
-    "methods": defaults("auto", "radau", "taylor") | steps(gauss6=0.01, rk4=0.01),
+    "methods": settings(auto=None, radau=None, taylor=None, gauss6=0.01, rk4=0.01),
 }
 
 CASES = (
@@ -146,7 +144,7 @@ CASES = (
         figure="error of theta, rad",
         bound=1000 * EPS * 200,
         derivation="rounding of at most 1,000 sums of up to 200 rad",
-        methods=TIGHT | steps(gauss6=0.1, rk4=0.1),
+        methods=TIGHT | settings(gauss6=0.1, rk4=0.1),
         measure=_straight,
     ),
     *(
@@ -173,7 +171,7 @@ CASES = (
         figure="difference to the same run from t = 0, rad, rad/s and s",
         bound=0.0,
         derivation="the equations do not depend on time: the same numbers, bit for bit",
-        methods=defaults("auto", "rk45", "radau", "taylor") | steps(gauss6=1e-5, rk4=1e-5),
+        methods=settings(auto=None, rk45=None, radau=None, taylor=None, gauss6=1e-5, rk4=1e-5),
         measure=_late,
     ),
     Case(
@@ -215,7 +213,7 @@ CASES = (
         figure="distance of the tip to the exact solution (elliptic functions) at 200 of the samples, m",
         bound=1e-10 * 50 * 5 * 10,
         derivation="tolerance 1e-10, 50 steps, errors grow 1 + omega T = 5 times; 10 for an interpolant one order lower",
-        methods=tolerances(auto=1e-10, rk45=1e-10, taylor=1e-15),
+        methods=settings(auto=1e-10, rk45=1e-10, taylor=1e-15),
         measure=_fine_samples,
     ),
 )

@@ -16,14 +16,12 @@ from pendpin.analysis.hardcases.base import (
     G,
     Solve,
     chain_of,
-    defaults,
     departure,
     inertia_about_joint,
     refused,
     scene,
-    steps,
+    settings,
     tip_errors,
-    tolerances,
 )
 from pendpin.effects import Gravity, Motor
 from pendpin.equations.exact import planar
@@ -92,8 +90,8 @@ FALLING: dict[str, Any] = {
     "bound": 1e-12 * 1000 * 80,
     "derivation": REGULAR.format("1,000", 80),
 }
-TIGHT = tolerances(auto=1e-12, taylor=1e-16)
-FINE = tolerances(auto=FINEST, taylor=1e-16)
+TIGHT = settings(auto=1e-12, taylor=1e-16)
+FINE = settings(auto=FINEST, taylor=1e-16)
 LATE = (
     "an error of 1e-14 (the tolerance) in a first angle of {} rad changes the time of leaving by up to "
     "ln(1 + 1e-14 / {}) / rate"
@@ -127,7 +125,7 @@ CASES = (
         physics="A rod of radius 5 cm, level and along the x axis, falls from rest in the plane theta = 0.",
         why="The rounding errors of theta'' are multiplied by J/I3. They must not change the motion in the plane.",
         **FALLING,
-        methods=TIGHT | steps(gauss6=0.002),
+        methods=TIGHT | settings(gauss6=0.002),
         measure=_fall(THICK, J / (ROD.mass * ROD.properties.h), (0.0, POLE), (0.0, 0.0)),
     ),
     Case(
@@ -165,7 +163,7 @@ CASES = (
         figure="error of phi, rad",
         bound=1e-12 * 500 * 13.5,
         derivation="tolerance 1e-12, 500 steps, relative to 13.5 rad",
-        methods=tolerances(auto=1e-12, radau=1e-12),
+        methods=settings(auto=1e-12, radau=1e-12),
         measure=_across,
     ),
     Case(
@@ -177,7 +175,7 @@ CASES = (
         figure="0 if the run ends with one line that names the rod and the remedy, else 1",
         bound=0.0,
         derivation="there is nothing to compute",
-        methods=defaults("auto"),
+        methods=settings(auto=None),
         measure=partial(_no_motion, phi=POLE),
     ),
     Case(
@@ -190,7 +188,7 @@ CASES = (
         figure="largest angle after 100 s, rad",
         bound=0.0,
         derivation="sin(0) = 0: no acceleration, in exact arithmetic and in doubles",
-        methods=defaults("auto", "rk45", "radau", "taylor") | steps(gauss4=0.1, rk4=0.1, euler=0.1),
+        methods=settings(auto=None, rk45=None, radau=None, taylor=None, gauss4=0.1, rk4=0.1, euler=0.1),
         measure=_upright,
     ),
     Case(
@@ -202,7 +200,7 @@ CASES = (
         figure="error of the time at which the rod leans by 0.01 rad, s",
         bound=float(np.log1p(FINEST / 1e-15)) / SWING,
         derivation=LATE.format("1e-15", "1e-15"),
-        methods=FINE | steps(gauss6=0.01, rk4=0.001),
+        methods=FINE | settings(gauss6=0.01, rk4=0.001),
         measure=_leaning,
     ),
     Case(

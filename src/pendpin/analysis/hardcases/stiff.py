@@ -14,8 +14,7 @@ from pendpin.analysis.hardcases.base import (
     chain_of,
     inertia_about_joint,
     scene,
-    steps,
-    tolerances,
+    settings,
 )
 from pendpin.effects import Spring, Support, Viscous
 from pendpin.scene import Rod
@@ -85,7 +84,7 @@ CASES = (
         bound=1e-12 * 270 * 20 * 0.1 * FAST * FAST / (1e-3 * FAST),
         derivation="tolerance 1e-12 of rates up to 17 rad/s, 20 steps a vibration, 270 vibrations; errors grow with the "
         "phase, 1,700 rad",
-        methods=tolerances(auto=1e-12, taylor=1e-16) | steps(gauss6=1e-5),
+        methods=settings(auto=1e-12, taylor=1e-16, gauss6=1e-5),
         measure=_ringing,
     ),
     Case(
@@ -97,7 +96,7 @@ CASES = (
         figure="energy drift divided by the energy exchanged",
         bound=1e-10 * 20_000 * 10,
         derivation="tolerance 1e-10, at most 20,000 steps, 10 for the share of the fast motion",
-        methods=tolerances(auto=1e-10),
+        methods=settings(auto=1e-10),
         measure=_bending,
     ),
     Case(
@@ -109,7 +108,7 @@ CASES = (
         figure="distance of the tip to that of the single rod, m",
         bound=2 * (100 * 2 / STIFF + 1e-9 * 1000 * 15),
         derivation="100 N m bend the clamp by 1e-6 rad, over 2 m; two runs at 1e-9, 1,000 steps, errors grow 15 times",
-        methods=tolerances(auto=1e-9, radau=1e-9, bdf=1e-9),
+        methods=settings(auto=1e-9, radau=1e-9, bdf=1e-9),
         measure=_clamped,
     ),
     *(
@@ -122,7 +121,7 @@ CASES = (
             figure="difference of theta to the motion without inertia, rad",
             bound=1e-10 * 1000 + 10 * J * WEIGHT / damping**2,
             derivation="tolerance 1e-10, at most 1,000 steps, errors decay; and the effect of the inertia",
-            methods=tolerances(auto=1e-10, radau=1e-10),
+            methods=settings(auto=1e-10, radau=1e-10),
             measure=partial(_creeping, damping=damping, duration=2 * damping / WEIGHT),
         )
         for damping in (1e4, 1e8)
@@ -136,7 +135,7 @@ CASES = (
         figure="difference of the lean to the averaged motion with its ripple, divided by the first lean",
         bound=(1 + SLOW * 2) * ((SHAKE / REDUCED) ** 2 + LEAN**2 + 1e-12 * 40_000 / LEAN),
         derivation="the next order of the average and of the lean, and tolerance 1e-12 with 40,000 steps, in the slow phase",
-        methods=tolerances(auto=1e-12, taylor=1e-15),
+        methods=settings(auto=1e-12, taylor=1e-15),
         measure=_kapitza,
     ),
 )
