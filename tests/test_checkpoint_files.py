@@ -155,12 +155,12 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_the_command_goes_on_and_cleans_up(folder: Path, capfd: pytest.CaptureFixture) -> None:
     """Halted, the file stays and the closing line names it; done, it is gone and the run is the unbroken one."""
+    assert run_main("run", "scene.toml", "--out", "whole.npz") == 0
     assert run_main(*COMMAND, "--limit", "0") == 1
     assert capfd.readouterr().err.endswith("; run.ckpt holds what is done: the same run goes on from there\n")
     assert len(pp.Trajectory.load("run.npz").t) < 2401
     assert run_main(*COMMAND) == 0
     assert not Path("run.ckpt").exists()
-    assert run_main("run", "scene.toml", "--out", "whole.npz") == 0
     assert_same(pp.Trajectory.load("run.npz"), pp.Trajectory.load("whole.npz"))
 
 

@@ -1,13 +1,16 @@
 """What accuracy costs: the references disagree where one is broken, errors fall along every ladder, words fit numbers."""
 
+import json
 from dataclasses import replace
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import pendpin as pp
+from bad_input import run_main
 from pendpin import effects as fx
 from pendpin.analysis.work_precision import cost as work_precision
 from pendpin.analysis.work_precision import processor_time, references
@@ -248,3 +251,26 @@ def test_machine_code_of_other_equations_is_refused(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(Compiled, "derivative", wrong)
     with pytest.raises(pp.InputError, match=r"compiled and pinocchio differ by 1\.0e-08"):
         references.refuse_other_equations(scene(THICK), run)
+
+
+@needs_heyoka
+def test_the_command(
+    counted: Clock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    """A table with words, JSON with every point, a figure; a bad name is refused in one line."""
+    monkeypatch.chdir(tmp_path)
+    short = ["--methods", "taylor,dop853", "--budget", "0.1"]
+    assert run_main("cost", *short) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].split("  ")[0] == "accuracy"
+    assert [line.split()[0] for line in lines[1:5]] == ["0.001", "1e-06", "1e-09", "1e-12"]
+    assert run_main("cost", *short, "--thorough", "--plot", "cost.png") == 0
+    assert "1e-09 costs" in capsys.readouterr().out
+    assert (tmp_path / "cost.png").read_bytes().startswith(b"\x89PNG")
+    assert run_main("cost", *short, "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {curve["name"] for curve in found["curves"]} == {"taylor", "dop853"}
+    assert found["error"] < 1e-10
+    assert [row["accuracy"] for row in found["rows"]] == [1e-3, 1e-6, 1e-9, 1e-12]
+    assert run_main("cost", "--methods", "magic") == 1
+    assert "'magic' is not one of" in capsys.readouterr().err

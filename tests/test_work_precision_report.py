@@ -1,6 +1,5 @@
 """The report of work and precision, its sentences and its figure."""
 
-import json
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
@@ -11,7 +10,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from bad_input import contents, run_main
+from bad_input import contents
 from pendpin.analysis import simulators
 from pendpin.analysis.work_precision import processor_time, references
 from pendpin.analysis.work_precision.figure import save_cost_plot
@@ -19,7 +18,7 @@ from pendpin.analysis.work_precision.references import by_elliptic_functions
 from pendpin.analysis.work_precision.report import CostReport, Curve, Point
 from pendpin.model.build import build
 from pendpin.model.kinematics import tip_distance
-from test_work_precision import THICK, THIN, Clock, needs_heyoka, scene
+from test_work_precision import THICK, THIN, needs_heyoka, scene
 
 # --- the report -----------------------------------------------------------------------------------------------------
 
@@ -67,29 +66,6 @@ def test_the_words_say_what_the_numbers_say() -> None:
     assert "At 1e-04: cheap 10 ms, other 1 s, 100 times as long." in words
     assert "At 1e-06: fine" in words
     assert "no other simulator reaches it" in words
-
-
-@needs_heyoka
-def test_the_command(
-    counted: Clock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
-) -> None:
-    """A table with words, JSON with every point, a figure; a bad name is refused in one line."""
-    monkeypatch.chdir(tmp_path)
-    short = ["--methods", "taylor,dop853", "--budget", "0.1"]
-    assert run_main("cost", *short) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0].split("  ")[0] == "accuracy"
-    assert [line.split()[0] for line in lines[1:5]] == ["0.001", "1e-06", "1e-09", "1e-12"]
-    assert run_main("cost", *short, "--thorough", "--plot", "cost.png") == 0
-    assert "1e-09 costs" in capsys.readouterr().out
-    assert (tmp_path / "cost.png").read_bytes().startswith(b"\x89PNG")
-    assert run_main("cost", *short, "--json") == 0
-    found = json.loads(capsys.readouterr().out)
-    assert {curve["name"] for curve in found["curves"]} == {"taylor", "dop853"}
-    assert found["error"] < 1e-10
-    assert [row["accuracy"] for row in found["rows"]] == [1e-3, 1e-6, 1e-9, 1e-12]
-    assert run_main("cost", "--methods", "magic") == 1
-    assert "'magic' is not one of" in capsys.readouterr().err
 
 
 def test_the_figure_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
