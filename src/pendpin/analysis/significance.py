@@ -9,7 +9,7 @@ import numpy as np
 from pendpin.analysis.work_precision.processor_time import run_within
 from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import bind
-from pendpin.effects import Drag, Effect, Rotation, Viscous
+from pendpin.effects import ContactEffect, Drag, Effect, Rotation, Viscous
 from pendpin.engines import Compiled
 from pendpin.errors import InputError, PendpinError, brief
 from pendpin.model.build import build, start_state
@@ -19,11 +19,13 @@ from pendpin.trajectory import Trajectory
 
 CHAOTIC = "later the motion is not known to this accuracy"
 LARGE = "more would take long, as --thorough does"
-TOLERANCES = (1e-9, 1e-11)  # of the runs compared, and of the run that shows their error
+TOLERANCE, FINEST = 1e-5, 1e-12  # of the runs compared: times the accuracy, and at least
+FINER = 0.1  # times that: of the run that shows their error
+THINNER = 0.1  # radius of the rods whose thickness counts for nothing: what it changes goes with its square
 MARGIN = 0.1  # of the accuracy: where two runs of the same scene differ by more, the comparison ends
 SMALL_DAMPING = 1e-4  # N m s/rad per N m of the heaviest rod's weight times its lever: a good bearing
 LATITUDE = 45.0  # degrees
-CALLS, MANY, REPETITIONS = 40, 400, 5  # of an evaluation from Python, in machine code
+CALLS, MANY, REPETITIONS = 40, 100, 9  # of an evaluation from Python, in machine code
 BUDGET = 0.5  # s of processor time for each of the runs compared, beside compiling
 SAMPLES = 201  # output times at most, at which tips are compared
 
@@ -35,7 +37,7 @@ class EffectRow:
     effect: str
     listed: bool  # True if the scene has the effect; False if it was added for the comparison
     change: float  # largest distance between the tips with and without it, divided by the chain's length
-    share: float | None  # of an evaluation's time; None where that has no meaning
+    added: float | None  # time of an evaluation, over that without it; None for friction and stops: they act at events
     verdict: str
 
 
@@ -68,19 +70,26 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
     samples = min(scene.solver.samples or SAMPLES, SAMPLES) if len(scene.times) > SAMPLES else None
     scene = scene.with_solver(samples=samples)
     budget = np.inf if thorough else BUDGET
-    base = run_within(budget, scene.by("auto", TOLERANCES[0]))
+    tolerance = max(TOLERANCE * accuracy, FINEST)
+    base = run_within(budget, scene.by("auto", tolerance))
     affordable = _cut(scene, len(base.t))
-    finer = run_within(2 * budget, affordable.by("auto", TOLERANCES[1]))
+    finer = run_within(2 * budget, affordable.by("auto", FINER * tolerance))
     length = scale(build(scene.model))
     off = tip_distance(_marks(scene, base)[: len(finer.t)], _marks(scene, finer), length) > MARGIN * accuracy
     compared = _cut(affordable, int(np.argmax(np.append(off, True))))
     whole = compared.duration == scene.duration
     why = "" if whole else CHAOTIC if off.any() else LARGE
-    cost, rows = _evaluation(base), []
-    for name, listed, other in _variants(compared):
-        change, share, problem = _change(listed, other, compared, base, cost, 2 * budget)
-        verdict = problem or _verdict(listed, change, accuracy) + ("" if whole else f" up to {compared.duration:.2g} s")
-        rows.append(EffectRow(name, listed, change, share, verdict))
+    rows = []
+    for name, listed, effect, other in _variants(compared):
+        try:
+            run = run_within(2 * budget, other.by("auto", tolerance))  # what it leaves out is no slip: no notes
+        except PendpinError as error:
+            rows.append(EffectRow(name, listed, float("nan"), None, f"not compared: {error}"))
+            continue
+        change = _change(run, base, compared)
+        added = None if effect is None or isinstance(effect, ContactEffect) else _added(run, base, listed)
+        verdict = _verdict(listed, change, accuracy) + ("" if whole else f" up to {compared.duration:.2g} s")
+        rows.append(EffectRow(name, listed, change, added, verdict))
     return EffectsReport(tuple(rows), accuracy, scene.duration, compared.duration, why)
 
 
@@ -91,18 +100,20 @@ def _cut(scene: Scene, count: int) -> Scene:
     )
 
 
-def _variants(scene: Scene) -> Iterator[tuple[str, bool, Scene]]:
-    """The scene without each of its effects, and with each of the candidates that it lacks."""
+def _variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Scene]]:
+    """The scene without each of its effects, and with each of the candidates that it lacks; None: it is no effect."""
     for i, effect in enumerate(scene.effects):
-        yield effect.kind, True, _with(scene, *scene.effects[:i], *scene.effects[i + 1 :])
+        yield effect.kind, True, effect, _with(scene, *scene.effects[:i], *scene.effects[i + 1 :])
     kinds = {effect.kind for effect in scene.effects}
     for name, effect in _candidates(scene):
         if effect.kind not in kinds:
-            yield name, False, _with(scene, *scene.effects, effect)
+            yield name, False, effect, _with(scene, *scene.effects, effect)
     if isinstance(scene.model, Chain) and any(rod.radius and rod.inertia is None for rod in scene.model.rods):
-        thin = tuple(Rod(**rod.model_dump() | {"radius": 0.0}) for rod in scene.model.rods)
+        thin = tuple(Rod(**rod.model_dump() | {"radius": THINNER * rod.radius}) for rod in scene.model.rods)
         model = Chain(rods=thin, copies=scene.model.copies)
-        yield "thickness of the rods", True, scene.model_copy(update={"model": model})
+        dragged = any(isinstance(effect, Drag) and effect.diameter is None for effect in scene.effects)
+        name = "thickness of the rods, with their drag" if dragged else "thickness of the rods"
+        yield name, True, None, scene.model_copy(update={"model": model})
 
 
 def _candidates(scene: Scene) -> Iterator[tuple[str, Effect]]:
@@ -119,25 +130,19 @@ def _with(scene: Scene, *effects: Effect) -> Scene:
     return scene.model_copy(update={"effects": effects})
 
 
-def _change(
-    listed: bool, other: Scene, scene: Scene, base: Trajectory, cost: float, budget: float
-) -> tuple[float, float | None, str]:
-    """What another scene changes against the base run, its share of an evaluation, and why it is not compared if it is not.
+def _change(other: Trajectory, base: Trajectory, scene: Scene) -> float:
+    """The largest distance of the tips of another run from those of the base run, over the chain's length."""
+    count = min(len(other.t), len(scene.times))
+    there, here = (_marks(scene, run)[:count] for run in (other, base))
+    return float(tip_distance(here, there, scale(build(scene.model))).max())
 
-    `cost` is that of an evaluation of the scene, s.
-    """
-    try:
-        run = run_within(budget, other.by("auto", TOLERANCES[0]))  # what it leaves out is no slip: no notes
-    except PendpinError as error:
-        return float("nan"), None, f"not compared: {error}"
-    count = min(len(run.t), len(scene.times))
-    change = float(
-        tip_distance(_marks(scene, base)[:count], _marks(scene, run)[:count], scale(build(scene.model))).max()
-    )
-    if other.effects == scene.effects:
-        return change, None, ""
-    more, less = (cost, _evaluation(run)) if listed else (_evaluation(run), cost)
-    return change, max(1 - less / more, 0.0) if more else 0.0, ""  # a clock may not have moved
+
+def _added(other: Trajectory, base: Trajectory, listed: bool) -> float:
+    """What an effect that only one of two runs has adds to the time of an evaluation, both on one engine."""
+    engines = {run.source.solver.engine for run in (base, other)}
+    engine = min(engines - {"compiled"}, default="compiled")
+    more, less = (_evaluation(run, engine) for run in ((base, other) if listed else (other, base)))
+    return max(more / less - 1, 0.0) if less else 0.0  # a clock may not have moved
 
 
 def _marks(scene: Scene, run: Trajectory) -> Array:
@@ -151,9 +156,9 @@ def _verdict(listed: bool, change: float, accuracy: float) -> str:
     return "not needed at this accuracy"
 
 
-def _evaluation(run: Trajectory) -> float:
-    """Seconds of one evaluation of the right-hand side of a run, on its engine: the least of some repetitions."""
-    dynamics = bind(run.source)
+def _evaluation(run: Trajectory, engine: str) -> float:
+    """Seconds of one evaluation of the right-hand side of a run on an engine: the least of some repetitions."""
+    dynamics = bind(run.source.with_solver(engine=engine))
     y = dynamics.engine.pack(*start_state(dynamics.model, run.source.start))
     if isinstance(dynamics.engine, Compiled):
         block, many = dynamics.engine.block(), (np.zeros(MANY), np.tile(y, (MANY, 1)))

@@ -104,10 +104,10 @@ def print_effects(found: "EffectsReport", as_json: bool) -> None:
         print_json(asdict(found))
         return
     rows = [
-        [row.effect, "yes" if row.listed else "no", f"{row.change:.1e}", _percent(row.share), row.verdict]
+        [row.effect, "yes" if row.listed else "no", f"{row.change:.1e}", _percent(row.added), row.verdict]
         for row in found.rows
     ]
-    print_table(["effect", "in the scene", "change", "share of time", "verdict"], rows)
+    print_table(["effect", "in the scene", "change", "time added", "verdict"], rows)
     if found.horizon < found.duration:
         print(f"compared up to {found.horizon:.3g} s of {found.duration:g} s: {found.why}")
 
@@ -214,8 +214,8 @@ def print_hard(report: "HardReport", as_json: bool) -> None:
         print(f"{len(claims)} claims, {len(report.broken)} broken, {sum(o.seconds for o in claims):.0f} s")
 
 
-def _percent(share: float | None) -> str:
-    return "" if share is None else f"{share:.0%}"
+def _percent(added: float | None) -> str:
+    return "" if added is None else f"+{added:.0%}"
 
 
 def print_table(head: list[str], rows: list[list[str]]) -> None:

@@ -2,8 +2,7 @@
 
 Measured on an AMD EPYC with pin 4.1, CyRK 0.20 and llvmlite 0.50; benchmarks/auto.py shows how good the choices are that
 rest on them. A run costs its evaluations; compiled equations cost their compiling too. The choice of the engine depends on
-the scene alone, not on what a process has compiled before: the same scene then gives the same bits in every run. Compiling
-that costs little beside the start of a process counts for nothing, since most runs are not the last.
+the scene alone, not on what a process has compiled or imported before: the same scene then gives the same bits in every run.
 """
 
 from collections.abc import Sequence
@@ -27,7 +26,7 @@ OPERATIONS = 410  # of compiled equations for each rod
 OF_BODIES, OF_DRAG, OF_CONTACTS = 80, 80, 230  # and with body effects, with drag, with friction or stops
 LARGE = 20_000  # operations, beyond which the code is larger than the processor's cache: each of them costs more
 COMPILE = (0.012, 1.3e-5, 1.8e-5)  # s, times 1, operations, and those beyond; without optimisation
-LITTLE = 0.1  # s: a fifth of what the first run of a process takes for its imports
+IMPORT = 0.25  # s: of CyRK and, with it, Numba, where the equations are called from Python
 COMPILED = (0.05e-6, 4.8e-10, 7.5e-10)  # s an evaluation, times the same
 PINOCCHIO = (1.4e-6, 0.55e-6)  # s an evaluation, times 1 and rods, called from Python
 SPHERICAL = (9e-6, 0.6e-6)
@@ -43,11 +42,9 @@ def cheapest_engine(scene: Scene, dynamics: Dynamics, turns: float) -> str:
     if not (compilable(effects, joints) and cyrk.installed()):
         return plainly
     compiling = compile_seconds(effects, joints / 2)
-    if compiling < LITTLE:
-        return "compiled"
     count = evaluations(scene, dynamics, turns) * (RUNS if scene.solver.accuracy else 1)
     saved = plain(dynamics) - compiled(effects, joints / 2)
-    return "compiled" if compiling < count * saved else plainly
+    return "compiled" if compiling < IMPORT + count * saved else plainly
 
 
 def evaluations(scene: Scene, dynamics: Dynamics, turns: float) -> float:
