@@ -200,7 +200,7 @@ def _healed(text: str, good: str) -> bool:
     mend = next((finding.mends[0] for finding in found.wrong if finding.mends), None)
     if mend is None:
         return False
-    meant = Equation(tuple(parse(unwrapped(good))[0]), meanings=mend.equation.meanings, frame=mend.equation.frame)
+    meant = Equation(tuple(parse(unwrapped(good)[0])[0]), meanings=mend.equation.meanings, frame=mend.equation.frame)
     a, b = (standing(equation, found.pendulum)[0] for equation in (meant, mend.equation))
     return a.shape == b.shape and bool(np.abs(a - b).max() < 1e-7)
 

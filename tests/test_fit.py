@@ -137,6 +137,24 @@ def test_a_wrong_model_is_noticed(single) -> None:
     assert "cannot explain the data at all" in pp.fit(truth, double, "physics").verdict
 
 
+def test_what_is_odd_in_the_data_is_named(single, tmp_path: Path) -> None:
+    """Cells without a number are counted, a sample far from its neighbours is named with its line; in clean data neither."""
+    scene, table = single
+    column = next(iter(scene.data.columns))
+    clean = pp.fit(scene, table, free="effects[1].coefficient").words()
+    assert not any("stand" in line or "Cells" in line for line in clean)
+    odd = {name: list(values) for name, values in table.items()}
+    odd[column][50] += 0.3
+    odd[column][20] = odd[column][30] = ""
+    path = tmp_path / "lab.csv"
+    rows = [",".join(map(str, row)) for row in zip(*odd.values(), strict=True)]
+    path.write_text("\n".join([",".join(odd), *rows]))
+    words = "\n".join(pp.fit(scene, path, free="effects[1].coefficient").words())
+    assert "Cells without a number, which are skipped: 2." in words
+    assert "1 sample stands out by 0.3" in words
+    assert f"lab.csv: line 52, column {column}. Correct or remove them, or use --robust" in words
+
+
 def test_a_thin_rod_does_not_explain_a_thick_one() -> None:
     """A swing in space shows the inertia about the rod's own axis; the rod with its radius explains the data."""
     start = pp.Start(positions={"theta": 0.7, "phi": 0.4}, velocities={"theta": 1.3, "phi": -0.8})

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, AllowInfNan, BaseModel, ConfigDict, Field, 
 from pendpin.errors import InputError, brief, choices, nearest_or_all, not_one_of, shown, written
 
 MOST_ITEMS = 6  # of a list in one
+MOST_PATHS = 3  # of further faults
 MOST_SHOWN = 60  # letters of a name in a message
 LARGEST = 1e150  # of any number in a scene or a run: its square stays within doubles
 LARGEST_SIZE = 1e100  # of a length, mass or inertia, and 1 over the least inertia: their products stay within doubles
@@ -138,9 +139,10 @@ def fault_text(faults: list[Any], record: type) -> str:
     if fault["type"] == "extra_forbidden":  # whatever order they were given in
         beside = [f for f in faults if f["type"] == fault["type"] and f["loc"][:-1] == fault["loc"][:-1]]
         fault = min(beside, key=lambda f: f["loc"])
-    others = len([f for f in faults if f["type"] != "too_short"]) - 1
-    more = f" (and {others} more)" if others > 0 else ""
-    return f"{_path(fault) or record.__name__}: {_reason(fault, record)}{more}"
+    path, *others = dict.fromkeys(_path(f) or record.__name__ for f in (fault, *faults) if f["type"] != "too_short")
+    shown_paths = ", ".join([*others[:MOST_PATHS], *["..."] * (len(others) > MOST_PATHS)])
+    more = f" (and {len(others)} more: {shown_paths})" if others else ""
+    return f"{path}: {_reason(fault, record)}{more}"
 
 
 def _path(fault: Any) -> str:

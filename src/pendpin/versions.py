@@ -1,7 +1,6 @@
 """The version of pendpin, and of the libraries that compute with it."""
 
 from functools import cache
-from importlib import metadata
 
 VERSION = "0.1.0"
 
@@ -14,11 +13,13 @@ def installed(*libraries: str) -> dict[str, str | None]:
 @cache
 def version(library: str) -> str:
     """The version of an installed library by the name of its package; reading it takes a millisecond, once."""
+    from importlib import metadata
+
     return metadata.version(library)
 
 
 def _version(library: str) -> str | None:
     try:
         return version(library)
-    except metadata.PackageNotFoundError:
+    except ImportError:  # PackageNotFoundError is one
         return None

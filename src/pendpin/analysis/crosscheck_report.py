@@ -129,17 +129,18 @@ def _cell(rows: list[CheckRow]) -> str:
 
 def _verdict(report: CheckReport) -> Iterator[str]:
     """What the matrix shows and what follows from it, in sentences."""
-    others = f"{report.against} ({report.in_50_digits} of {report.states} states)"
+    few, n = report.in_50_digits, report.states
+    where = f"at {few} of the {n} states, those where routes differ most among them" if few else f"at {n} states"
     yield (
-        f"Largest differences, over the size of the terms that enter: each route from "
-        f"{others if report.in_50_digits else report.against}, and any two routes ({report.states} states)."
+        f"Largest differences, divided by the size of the terms that enter: each route against {report.against} {where}; "
+        f"any two routes at all {n}."
     )
     if found := report.worst_route:
         name, row = found
         yield f"Farthest from {REFERENCE}: {name}, {row.ulps:.1f} units in the last place in {row.quantity} of {row.place}."
     who = "Both" if len(report.routes) == 2 else f"All {len(report.routes)}"
     if report.ok:
-        yield f"{who} routes agree: no difference is above the bound {report.bound:g}."
+        yield f"{who} routes agree: no difference is above {report.bound:g}, the bound for rounding errors."
     else:
         yield f"BROKEN: the routes do not agree; ! marks differences above the bound {report.bound:g}."
 

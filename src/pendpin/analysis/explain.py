@@ -6,16 +6,17 @@ import numpy as np
 
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import BodyEffect, ContactEffect, FieldEffect, Idle, JointEffect
+from pendpin.trajectory import Stats
 
 
-def explain(dynamics: Dynamics) -> tuple[str, ...]:
-    """Lines of text for a person, in the order in which an evaluation goes."""
-    return tuple(_lines(dynamics))
+def explain(dynamics: Dynamics, stats: Stats) -> tuple[str, ...]:
+    """Lines of text for a person, in the order in which an evaluation goes; `stats` of the run, which chose its engine."""
+    return tuple(_lines(dynamics, stats))
 
 
-def _lines(dynamics: Dynamics) -> Iterator[str]:
+def _lines(dynamics: Dynamics, stats: Stats) -> Iterator[str]:
     model, loads, effects = dynamics.model, dynamics.loads, dynamics.effects
-    yield f"engine: {dynamics.engine.name}, {len(model.joints)} joints, {len(model.bodies)} bodies"
+    yield f"{len(model.joints)} joints, {len(model.bodies)} bodies; method: {stats.method}; engine: {stats.engine}"
     constant = [e.kind for e in effects if isinstance(e, FieldEffect) and e.constant]
     yield f"constant fields: {_names(constant)}, summed once: {np.array2string(loads.constant, precision=6)} m/s²"
     yield from _interface(
@@ -30,7 +31,8 @@ def _lines(dynamics: Dynamics) -> Iterator[str]:
         if isinstance(effect, ContactEffect):
             yield f"events: {effect.kind} on {_names(effect.joints or model.joints)}"
     yield from _interface("of strength 0, left out", [e for e in effects if isinstance(e, Idle)])
-    yield f"an evaluation calls: {', '.join(_calls(dynamics))}"
+    one = stats.method == "taylor" or "compiled" in stats.engine
+    yield f"an evaluation calls: {'one compiled function of all this' if one else ', '.join(_calls(dynamics))}"
 
 
 def _interface(title: str, effects: list) -> Iterator[str]:

@@ -3,6 +3,15 @@
 May import: everything. To add a command: a file in cli/commands/ (cli/app.py lists them), and its table in cli/tables.py.
 """
 
-from pendpin.cli.app import main
+import sys
 
-__all__ = ["main"]
+
+def main() -> None:
+    """Run the command line; Ctrl-C ends it in one line, also while it is being imported."""
+    try:
+        from pendpin.cli.app import main as run
+
+        run()
+    except KeyboardInterrupt:
+        print("pendpin: stopped by the user", file=sys.stderr)
+        sys.exit(130)

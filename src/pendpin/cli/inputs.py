@@ -12,6 +12,7 @@ from pendpin.errors import InputError
 
 if TYPE_CHECKING:
     from pendpin.scene import Scene, Solver
+    from pendpin.trajectory import Stats
 
 MOST_NOTES = 12  # lines before a table
 
@@ -118,10 +119,10 @@ def print_notes(scene: "Scene", strict: bool) -> None:
         say(f"pendpin: note: {len(said) - MOST_NOTES} more notes; bind(scene).model.notes has them all")
 
 
-def print_binding(scene: "Scene") -> None:
-    """Print what acts in a scene, and what one evaluation calls."""
+def print_binding(scene: "Scene", stats: "Stats") -> None:
+    """Print what acts in a scene, and what one evaluation of its run calls."""
     from pendpin.analysis.explain import explain
     from pendpin.dynamics.dynamics import bind
 
-    for line in explain(bind(scene)):
+    for line in explain(bind(scene), stats):
         print(line)

@@ -34,8 +34,8 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
         "engine": stats.engine,
         "steps": str(stats.steps),
         "evaluations": str(stats.evaluations),
-        "seconds": f"{stats.seconds:.4f}"
-        + (f", {stats.all_seconds:.4f} with the runs before it" if stats.all_seconds else ""),
+        "integrating": f"{stats.seconds:.4f} s"
+        + (f", {stats.all_seconds:.4f} s with the runs before it" if stats.all_seconds else ""),
         "compiling": stats.compile_seconds and f"{stats.compile_seconds:.4f} s",
         "energy drift": f"{trajectory.energy().drift:.1e} of the energy exchanged" if stats.conservative else "",
         "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
@@ -51,12 +51,13 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
 
 
 def _answers(trajectory: "Trajectory") -> dict[str, str]:
-    """How far a pendulum swings, in the second half of the run too, what it pulls, and when it comes to rest."""
+    """How far a pendulum swings, later too if that is less, what it pulls, and when it comes to rest."""
     found = trajectory.summary()
     answers = {name: str(found[name]) for name in SHOWN if name in found}
     for name in answers:
-        if later := found.get(f"{name}, second half"):
-            answers[name] += f"; {later.value:.6g} in the second half"
+        later = found.get(f"{name}, second half")
+        if later and later.value < found[name].value:
+            answers[name] += f"; after half the time {later.value:.6g} {later.unit}"
     return answers | {"extremes": f"those of the {len(trajectory.t)} samples"}
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.analysis.doctor.checking.mechanics import Convention, Pendulum, Quantities
+from pendpin.analysis.doctor.checking.mechanics import COORDINATES, Convention, Pendulum, Quantities
 from pendpin.analysis.doctor.checking.residuals import STATES, TOLERANCE, Equation, random_base, relative_error
 from pendpin.analysis.doctor.patients import Printed, candidates
 from pendpin.analysis.doctor.reading.names import CONSTANTS, STILL
@@ -84,6 +84,7 @@ def find_convention(equations: list[Printed], rod: str) -> tuple[Convention, lis
 
 
 INERTIAS = {"I1", "I2", "I3", "J1", "J2", "J3"}
+ACCELERATIONS = {"ddtheta", "ddphi"}
 
 
 def likely_rod(equations: list[Printed]) -> str:
@@ -116,10 +117,26 @@ def _fits_point(equations: list[Printed]) -> bool:
     return len(telling) > 1 and all(telling)
 
 
-def of_another_motion(equation: Equation) -> str:
-    """What an equation that fails is about if its symbols have a common meaning that pendpin does not give them."""
+def of_another_motion(equation: Equation, polar: bool) -> str:
+    """What an equation that fails is about if its symbols have a common meaning that pendpin does not give them.
+
+    `polar` says that the text has equations of motion in polar angle and azimuth; else its energies are not of these.
+    """
     if "omega" in equation.names and equation.names <= {"omega", *STILL}:
         return "omega is read as the angular velocity; a frequency of small swings is not checked"
+    return _in_polar_angles(equation) if polar or equation.names & ACCELERATIONS else ""
+
+
+def uses_polar_angles(equations: list[Printed]) -> bool:
+    """Whether an equation of motion holds in polar angle and azimuth."""
+    first = (equation for one in equations for equation, _ in list(one.readings())[:1])
+    return any(_in_polar_angles(equation) for equation in first if equation.names & ACCELERATIONS)
+
+
+def _in_polar_angles(equation: Equation) -> str:
+    """Which angles are polar angle and azimuth, if an equation of motion or an energy holds in these."""
+    if not equation.names <= {*COORDINATES, *ACCELERATIONS, *STILL, "T", "V", "L", "E"}:
+        return ""
     for rod, polar, sign in product(("point", "thin", "symmetric"), ("theta", "phi"), (1, -1)):
         with suppress(Unread):
             if relative_error(equation, _polar_states(rod, polar, sign)) < TOLERANCE:

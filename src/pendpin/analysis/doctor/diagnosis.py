@@ -12,7 +12,13 @@ from pendpin.analysis.doctor.checking.circumstances import scaling, when
 from pendpin.analysis.doctor.checking.dimensions import of_equation
 from pendpin.analysis.doctor.checking.mechanics import RODS, Pendulum
 from pendpin.analysis.doctor.checking.residuals import Equation
-from pendpin.analysis.doctor.conventions import conventions_of, find_convention, likely_rod, of_another_motion
+from pendpin.analysis.doctor.conventions import (
+    conventions_of,
+    find_convention,
+    likely_rod,
+    of_another_motion,
+    uses_polar_angles,
+)
 from pendpin.analysis.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, styles_of
 from pendpin.analysis.doctor.mending.monomials import Printer
 from pendpin.analysis.doctor.patients import Candidate, Printed, candidates, kind_of, printed
@@ -112,7 +118,7 @@ def examine(
     kind = rod or likely_rod(equations)
 
     base, remarks = (conventions_of(convention), []) if convention is not None else find_convention(equations, kind)
-    doctor = _Doctor(Pendulum(kind, base), _styles(equations))
+    doctor = _Doctor(Pendulum(kind, base), _styles(equations), uses_polar_angles(equations))
     findings = []
     for one in equations:
         progress(f"equation {one.number}")
@@ -148,6 +154,7 @@ class _Doctor:
 
     pendulum: Pendulum
     styles: dict[str, str]
+    polar: bool  # some of its equations hold in polar angle and azimuth
 
     def find(self, one: Printed, pairs: bool) -> Finding:
         """The verdict on one equation, and its mends; `pairs` also looks for two changes."""
@@ -165,7 +172,7 @@ class _Doctor:
         except Unread as error:
             return replace(found, remark=error.reason)
         if not verdict.holds:
-            another = of_another_motion(readings[0][0])
+            another = of_another_motion(readings[0][0], self.polar)
             return replace(found, remark=another) if another else self._failing(found, one, readings, pairs)
         equation, remark = readings[0][0], _joined(one.remark, verdict.remark)
         found = replace(found, verdict="holds", kind=kind_of(equation), equation=equation, remark=remark)

@@ -26,13 +26,16 @@ class Swing(NamedTuple):
     name: str
     t: Array  # (m,) s, rising
     y: Array  # (m, columns) rad or m; NaN where a sensor gave nothing
+    rows: Array  # (m,) the line of each sample in its file, or its number
+    source: str  # what these count, as "lab.csv: line"
+    missing: int  # cells without a number
 
     def __repr__(self) -> str:
         return f"Swing {shown(self.name)}: {len(self.t)} samples"
 
     def part(self, chosen: Any) -> "Swing":
         """Some of its samples."""
-        return Swing(self.name, self.t[chosen], self.y[chosen])
+        return self._replace(t=self.t[chosen], y=self.y[chosen], rows=self.rows[chosen])
 
 
 class Batch(NamedTuple):
@@ -52,7 +55,7 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
     if isinstance(data, str | Path):
         with inside(str(data)):
             columns, lines = _read_csv(Path(data), table)
-            return _swings(columns, table, lambda sample: f"line {lines[sample]}")
+            return _swings(columns, table, np.array(lines), f"{data}: line")
     if isinstance(data, Sequence):
         swings = tuple(swing for one in data for swing in read_swings(one, table))
         _refuse_twice(swings)
@@ -62,7 +65,7 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
     with inside("data"):
         names = list(data.keys())
         columns = {name: np.asarray(data[_column(names, name)]) for name in _wanted(table)}
-        return _swings(columns, table, lambda sample: f"sample {sample + 1}")
+        return _swings(columns, table, np.arange(1, len(columns[table.time]) + 1), "sample")
 
 
 def spread_of(swings: Sequence[Swing]) -> Array:
@@ -136,8 +139,12 @@ def _cell(text: str, name: str, line: int, table: Data) -> Any:
         raise InputError(f"line {line}, column {name}: {shown(text)} is not a number") from None
 
 
-def _swings(columns: dict[str, Array], table: Data, place_of: Callable[[int], str]) -> tuple[Swing, ...]:
-    """The swings of columns (N,), angles turned to rad; tips stay in m. `place_of` says where a sample is."""
+def _swings(columns: dict[str, Array], table: Data, numbers: Array, source: str) -> tuple[Swing, ...]:
+    """The swings of columns (N,), angles turned to rad; tips stay in m. `numbers` (N,) count the samples of `source`."""
+
+    def place_of(sample: int) -> str:
+        return f"{source.rpartition(': ')[2]} {numbers[sample]}"
+
     try:
         t = np.asarray(columns[table.time], float)
         y = np.array([np.asarray(columns[name], float) for name in table.columns]).T
@@ -154,7 +161,8 @@ def _swings(columns: dict[str, Array], table: Data, place_of: Callable[[int], st
     labels = np.asarray(columns[table.segment]).astype(str) if table.segment else np.full(len(t), "1")
     names = list(dict.fromkeys(labels.tolist()))
     rows = [np.flatnonzero((labels == name) & ~np.isnan(y).all(1)) for name in names]  # where a sensor gave something
-    swings = tuple(Swing(name, t[row], y[row]) for name, row in zip(names, rows, strict=True))
+    missing = [int(np.isnan(y[labels == name]).sum()) for name in names]
+    swings = tuple(Swing(n, t[i], y[i], numbers[i], source, k) for n, i, k in zip(names, rows, missing, strict=True))
     for swing, row in zip(swings, rows, strict=True):
         _refuse_odd(swing, table, angles, lambda i, row=row: place_of(int(row[i])))
     if not swings:

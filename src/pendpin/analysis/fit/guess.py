@@ -112,8 +112,8 @@ def joint_angles(equations: Equations, sensors: Array, swings: Sequence[Swing], 
     """The swings of the joints that move (n,), from the columns without offsets; z (nz,) gives the rods' lengths."""
     if sensors.shape[1] == len(equations.joints):
         inverse = np.linalg.pinv(sensors)
-        return tuple(Swing(s.name, s.t, s.y @ inverse.T) for s in swings)
-    return tuple(Swing(s.name, s.t, _angles_from_tips(equations, sensors, s, z)) for s in swings)
+        return tuple(s._replace(y=s.y @ inverse.T) for s in swings)
+    return tuple(s._replace(y=_angles_from_tips(equations, sensors, s, z)) for s in swings)
 
 
 def _angles_from_tips(equations: Equations, sensors: Array, swing: Swing, z: Array) -> Array:

@@ -14,6 +14,7 @@ TOO_WIDE = 30.0  # natural scales, 30 % of the accelerations: a number with such
 ALONG = 3e-5  # of a number's gradient that may lie in directions that the data do not see
 FEWEST_SWINGS = 8  # for errors from the scatter of swings
 WHITE = 1e-4  # level of the test of whiteness
+OUTLYING = 0.05  # of the spread of a column
 NOISY = 1.5  # times the noise: larger residuals are no noise
 
 
@@ -103,6 +104,29 @@ def sensor_noise(swings: Sequence[Swing]) -> Array:
         pooled = np.concatenate(differences) if differences else np.zeros(1)
         found.append(1.4826 * np.median(pooled))
     return np.array(found)
+
+
+def outliers(residuals: Sequence[Swing], spread: Array) -> list[tuple[float, Swing, int, int]]:
+    """Samples off the median of their neighbours' residuals by far: by how much, swing, sample, column; the farthest first.
+
+    By ten times the usual such difference and by OUTLYING of the spread (columns,): what a model misses is smooth.
+    """
+    found = []
+    for column, width in enumerate(spread):
+        off = [(swing, _off_neighbours(swing.y[:, column])) for swing in residuals]
+        usual = 1.4826 * np.median(np.concatenate([d for _, d in off]))
+        far = ((swing, d, np.flatnonzero(d > max(10 * usual, OUTLYING * width))) for swing, d in off)
+        found += [(float(d[i]), swing, int(i), column) for swing, d, where in far for i in where]
+    return sorted(found, key=lambda one: -one[0])
+
+
+def _off_neighbours(y: Array) -> Array:
+    """How far each of some values (m,) is from the median of the seven around it; 0 where there is none."""
+    off, seen = np.zeros(len(y)), ~np.isnan(y)
+    if seen.any():
+        around = np.lib.stride_tricks.sliding_window_view(np.pad(y[seen], 3, mode="edge"), 7)
+        off[seen] = np.abs(y[seen] - np.median(around, axis=1))
+    return off
 
 
 def whiteness(r: Array) -> float:

@@ -10,7 +10,7 @@ from pendpin.analysis.fit.combinations import Combination
 from pendpin.analysis.fit.data import FEWEST, Swing, batch, in_pieces, read_swings, spared, spread_of
 from pendpin.analysis.fit.fitting import Setting, Solution, start_states
 from pendpin.analysis.fit.guess import joint_angles
-from pendpin.analysis.fit.honesty import NOISY, WHITE
+from pendpin.analysis.fit.honesty import NOISY, WHITE, outliers
 from pendpin.analysis.fit.search import solve_starts
 from pendpin.arrays import Array, Mask
 from pendpin.errors import InputError, brief
@@ -96,7 +96,7 @@ class Fit:
     def residuals(self) -> tuple[Swing, ...]:
         """Fitted less measured, swing by swing, (m, columns)."""
         pairs = zip(self.train.swings, self.train.predicted, strict=True)
-        return tuple(Swing(swing.name, swing.t, found - swing.y) for swing, found in pairs)
+        return tuple(swing._replace(y=found - swing.y) for swing, found in pairs)
 
     @property
     def explained(self) -> bool:
@@ -167,9 +167,23 @@ class Fit:
         column = key.removeprefix("data.offsets.")
         return f" {self.setting.table.in_si(column)[1]}" if column != key else ""
 
+    def _odd_samples(self) -> list[str]:
+        """How many cells hold no number, and which samples stand out."""
+        missing = sum(swing.missing for swing in self.train.swings)
+        said = [f"Cells without a number, which are skipped: {missing}."] if missing else []
+        if far := outliers(self.residuals, spread_of(self.train.swings)):
+            size, swing, sample, column = far[0]
+            name, unit = self.train.columns[column], self.train.units[column]
+            many = "1 sample stands out" if len(far) == 1 else f"{len(far)} samples stand out, the farthest"
+            less = (
+                "They count less." if self.setting.robust else "Correct or remove them, or use --robust (robust=True)."
+            )
+            said.append(f"{many} by {size:.3g} {unit}: {swing.source} {swing.rows[sample]}, column {name}. {less}")
+        return said
+
     def words(self) -> list[str]:
         """What the numbers are worth, as lines of text."""
-        rows = [self.verdict]
+        rows = [self.verdict, *self._odd_samples()]
         if not isinstance(self.scene.model, Chain):
             rows.append('Masses and inertias are those of the URDF: a fit frees those of rods (kind = "chain") only.')
         if self.undetermined:

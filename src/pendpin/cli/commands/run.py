@@ -52,7 +52,7 @@ def run(
     html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
     plot: Plot = None,
     energy_balance: Annotated[bool, typer.Option("--energy-balance", help="Compute the work of every effect.")] = False,
-    explain: Annotated[bool, typer.Option("--explain", help="Print first what acts in this scene.")] = False,
+    explain: Annotated[bool, typer.Option("--explain", help="Print what acts in this scene.")] = False,
     view: Annotated[bool, typer.Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
     json: Json = False,
 ) -> None:
@@ -70,13 +70,13 @@ def run(
     refuse_outputs([scene, *files_of(chosen)], plot=plot, html=html, run=out, checkpoint=checkpoint)
     settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
     check_options(chosen.solver, **settings)
-    if explain:
-        print_binding(chosen)
     settings |= {"energy_balance": energy_balance, "limit": limit, "checkpoint": checkpoint, "every": every}
     with resumable(checkpoint):
         with inside(place_named(urdf or scene)), progress_bar("integrating", chosen.duration, hidden=json) as progress:
             print_notes(chosen, strict)
             trajectory, stopped = _simulated(chosen, settings, progress)
+        if explain:
+            print_binding(chosen, trajectory.stats)
         report = along(trajectory)
         print_run(trajectory, report, write_run(trajectory, out, plot, html), json)
     if checkpoint and not isinstance(stopped, Halted):
