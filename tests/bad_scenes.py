@@ -138,7 +138,7 @@ REST = {
     "samples of no time": (SCENE, SCENE.replace("0.1", "0", 1) + "samples = 3", "a duration of 0 has 1 sample"),
     "unknown solver key": (TOLERANCE, "tol = 1e-8", "solver.tol: unknown key"),
     "solver as text": ("[solver]\n" + TOLERANCE, 'x = "y"', "effects[0].x: unknown key"),
-    "three faults": (f"{DURATION}\n", "a = 1\nb = 2\nc = 3\n", "start, effects, solver, data (and 2 more)"),
+    "three faults": (f"{DURATION}\n", "a = 1\nb = 2\nc = 3\n", "start, effects, solver, data (and 2 more: b, c)"),
     "effects as table": (
         "[[effects]]",
         "[effects]",
@@ -174,7 +174,7 @@ WHOLE: dict[str, tuple[Content, str]] = {
     "nested 400 deep": (f"{SCENE}x = {'[' * 400}{']' * 400}", "scene.toml: solver.x: unknown key"),
     "40,000 unknown keys": (
         "".join(f"k{i} = 1\n" for i in range(40_000)),
-        "start, effects, solver, data (and 40000 more)",
+        "start, effects, solver, data (and 40000 more: model, k1, k2, ...)",
     ),
     "a pipe": (os.mkfifo, "scene.toml: cannot be read: it is a pipe, not a file"),
     "a device": (lambda path: path.symlink_to("/dev/zero"), "scene.toml: cannot be read: it is a device, not a file"),

@@ -85,7 +85,7 @@ def test_examples_are_printed_as_scenes_that_can_be_read_anywhere(
 def test_examples_answer_what_they_ask(capfd: pytest.CaptureFixture) -> None:
     """How far a load swings, also after the trolley has stopped; when a rod comes to rest."""
     for name, says in [
-        ("crane", r"farthest sideways.* m at .* s; ; after half the time .* m"),
+        ("crane", r"farthest sideways.* m at .* s; after half the time .* m"),
         ("friction", "at rest from .* s"),
     ]:
         assert run_main("run", str(examples_folder() / f"{name}.toml")) == 0

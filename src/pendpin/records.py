@@ -139,7 +139,8 @@ def fault_text(faults: list[Any], record: type) -> str:
     if fault["type"] == "extra_forbidden":  # whatever order they were given in
         beside = [f for f in faults if f["type"] == fault["type"] and f["loc"][:-1] == fault["loc"][:-1]]
         fault = min(beside, key=lambda f: f["loc"])
-    path, *others = dict.fromkeys(_path(f) or record.__name__ for f in (fault, *faults) if f["type"] != "too_short")
+    path = _path(fault) or record.__name__
+    others = list(dict.fromkeys(_path(f) for f in faults if f["type"] != "too_short" and _path(f) not in ("", path)))
     shown_paths = ", ".join([*others[:MOST_PATHS], *["..."] * (len(others) > MOST_PATHS)])
     more = f" (and {len(others)} more: {shown_paths})" if others else ""
     return f"{path}: {_reason(fault, record)}{more}"

@@ -130,10 +130,10 @@ def _cell(rows: list[CheckRow]) -> str:
 def _verdict(report: CheckReport) -> Iterator[str]:
     """What the matrix shows and what follows from it, in sentences."""
     few, n = report.in_50_digits, report.states
-    where = f"at {few} of the {n} states, those where routes differ most among them" if few else f"at {n} states"
+    where = f"at {few} of the {n} states, the worst among them" if few else f"at {n} states"
     yield (
-        f"Largest differences, divided by the size of the terms that enter: each route against {report.against} {where}; "
-        f"any two routes at all {n}."
+        f"Largest differences, divided by the size of the terms: each route against {report.against} {where}; "
+        f"any two at all {n}."
     )
     if found := report.worst_route:
         name, row = found
