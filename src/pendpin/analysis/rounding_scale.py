@@ -104,19 +104,25 @@ def _state_scale(
     turning = inertia * (alpha + rate**2) + ONE_PRODUCT * mass * speed**2
     own = np.where(slides, below @ weight, (below * reach) @ weight + below @ turning)
     inverse = _inverse(mass_matrix(model.pin, q))
-    through = (np.abs(_unit_wrenches(model.pin, data, q) @ inverse) @ own).reshape(-1, 2, 3)
+    through = (np.abs(_unit_wrenches(model.pin, data, below, q) @ inverse) @ own).reshape(-1, 2, 3)
     force, moment = np.linalg.norm(through, axis=-1).T
     return TreeScale(np.abs(inverse) @ own, force + below @ weight, moment + (below * reach) @ weight + below @ turning)
 
 
-def _unit_wrenches(model: Any, data: Any, q: Array) -> Array:
-    """W (6 joints, nv): the joints' wrenches for a unit acceleration of each joint, at rest and without gravity."""
-    pin, nv = pinocchio(), model.nv
-    columns = np.empty((nv, nv, 6))
-    for column, unit in zip(columns, np.eye(nv), strict=True):
-        pin.rnea(model, data, q, np.zeros(nv), unit)
-        column[:] = [data.f[joint].vector for joint in range(1, nv + 1)]
-    return columns.reshape(nv, -1).T
+def _unit_wrenches(model: Any, data: Any, below: Array, q: Array) -> Array:
+    """W (6 joints, nv): the joints' wrenches for a unit acceleration of each joint, at rest and without gravity.
+
+    Of two joints, all that hangs on the lower one moves with the upper one: its inertia is taken in W, then seen from
+    the joint of the wrench.
+    """
+    twists = pinocchio().computeJointJacobians(model, data, q)  # (6, nv) in W
+    places, inertias = list(data.oMi)[1:], list(model.inertias)[1:]
+    moved = np.tensordot(below, [x.act(i).matrix() for x, i in zip(places, inertias, strict=True)], 1) @ twists
+    own = np.einsum("kik->ik", moved)
+    force, moment = np.split(np.where(below.T[:, None] > 0, moved, below[:, None] * own), 2, 1)  # (joints, 3, nv)
+    moment = moment - np.cross(np.array([x.translation for x in places])[:, :, None], force, axis=1)
+    into = np.array([x.rotation.T for x in places])
+    return np.concatenate([into @ force, into @ moment], 1).reshape(-1, model.nv)
 
 
 def _inverse(M: Array) -> Array:

@@ -85,11 +85,15 @@ class Dynamics:
     def energies(self, q: Array, v: Array) -> tuple[Array, Array]:
         """Kinetic energy and the potential of the conservative effects, (n,) in J, at states q, v (n, nv)."""
         poses, kinetic = kinematics.poses_and_energy(self.model, q, v)
-        return kinetic, self.potential(q, poses)
+        return kinetic, self.potentials_at(q, poses).sum(1)
 
-    def potential(self, q: Array, poses: Array) -> Array:
-        """The potential of the conservative effects (n,) in J, from q (n, nv) and the bodies' poses."""
-        return sum((potential(q, poses) for potential in self.potentials if potential), np.zeros(len(q)))
+    def potentials_at(self, q: Array, poses: Array) -> Array:
+        """The potential of each effect (n, effects) in J, 0 of one without, from q (n, nv) and the bodies' poses."""
+        out = np.zeros((len(q), len(self.potentials)))
+        for place, potential in enumerate(self.potentials):
+            if potential is not None:
+                out[:, place] = potential(q, poses)
+        return out
 
     def _states(self, *arrays: Any) -> tuple[Array, ...]:
         """Each array (nv,) as one row (1, nv). Raises InputError for another shape."""

@@ -23,8 +23,11 @@ class EnergyBalance:
         self.engine: Engine = dynamics.compiled(accounts) if dynamics.engine.compiles else dynamics.engine
         self._powers = powers(dynamics.model, effects, accounts, dynamics.start)
         accounted = zip(in_order(effects), dynamics.potentials, strict=True)
-        offered = [(e.kind, p) for (e, _), p in accounted if p is not None and not isinstance(e, Idle)]
-        self._potentials = [(self.kinds.index(kind), potential) for kind, potential in offered]
+        self._offered = [
+            (self.kinds.index(effect.kind), place)
+            for place, ((effect, _), potential) in enumerate(accounted)
+            if potential is not None and not isinstance(effect, Idle)
+        ]
 
     def powers(self, t: float, y: Array) -> Array:
         """The power (kinds,) in W of the effects without a potential, at t in s since the start and the engine's state y."""
@@ -43,10 +46,9 @@ class EnergyBalance:
 
         return both
 
-    def close(self, work: Array, q: Array, poses: Array) -> dict[str, Array]:
-        """The work of each kind (n,) in J, from what was integrated (n, kinds) and the potentials along q (n, nv)."""
+    def close(self, work: Array, potentials: Array) -> dict[str, Array]:
+        """The work of each kind (n,) in J, from what was integrated (n, kinds) and the effects' potentials (n, effects)."""
         total = work.copy()
-        for account, potential in self._potentials:
-            values = potential(q, poses)
-            total[:, account] += values[0] - values
+        for account, place in self._offered:
+            total[:, account] += potentials[0, place] - potentials[:, place]
         return dict.fromkeys(self._idle, np.zeros(len(work))) | dict(zip(self.kinds, total.T, strict=True))

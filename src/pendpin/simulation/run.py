@@ -24,8 +24,9 @@ from pendpin.simulation.energy_balance import EnergyBalance
 from pendpin.simulation.limits import Deadline, Patience, balanced
 from pendpin.simulation.loop import integrate_to_end, task_of
 from pendpin.simulation.motion_with_events import loop_of
-from pendpin.trajectory import Stats, Trajectory
+from pendpin.trajectory import Reactions, Stats, Trajectory
 
+PART = 1 << 11  # rods completed at once: what they need stays in the fast memory of a processor
 NEAR_POLE = 0.3  # of cos(phi)
 LONG_ENOUGH = 5e-3  # s, of a measurement of the time to complete samples
 JUMPS_MISSED = ("radau", "bdf")
@@ -183,8 +184,10 @@ def _refuse_overflow(scene: Scene, dynamics: Dynamics, start: Run) -> None:
 def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run) -> Trajectory:
     """Accelerations, wrenches, energies and tips along the run."""
     model, solver = dynamics.model, scene.solver
-    a, wrench = dynamics.engine.evaluate(run.t, run.q, run.v, run.torque)
-    poses, kinetic = kinematics.poses_and_energy(model, run.q, run.v)
+    size = len(run.t) if model.chain is None else max(1, PART // model.chain.n)
+    given = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
+    parts = [_completed(dynamics, *(x[i : i + size] for x in given)) for i in range(0, len(run.t), size)]
+    a, wrench, kinetic, potentials, tip, *rods = map(np.concatenate, zip(*parts, strict=True))
     return Trajectory(
         joints=model.joints,
         t=scene.clock[: len(run.t)],
@@ -193,9 +196,9 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
         a=a,
         wrench=wrench,
         kinetic=kinetic,
-        potential=dynamics.potential(run.q, poses),
-        tip=kinematics.tips(model, poses),
-        rods=reactions(model, run.q, wrench),
+        potential=potentials.sum(1),
+        tip=tip,
+        rods=Reactions(*rods) if rods else None,
         stats=Stats(
             method=solver.method,
             tolerance=solver.tolerance,
@@ -212,7 +215,16 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
             stopped=None if run.failure is None else str(run.failure),
             notes=run.notes,
         ),
-        work={} if balance is None else balance.close(run.work, run.q, poses),
+        work={} if balance is None else balance.close(run.work, potentials),
         scene=scene.recorded(),
         source=scene,
     )
+
+
+def _completed(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | None = None) -> tuple[Array, ...]:
+    """Of states q, v (n, nv) at t (n,): accelerations, wrenches, kinetic energy, potentials, tips and reactions."""
+    model = dynamics.model
+    a, wrench = dynamics.engine.evaluate(t, q, v, torque)
+    poses, kinetic = kinematics.poses_and_energy(model, q, v)
+    rods = reactions(model, q, wrench) or ()
+    return a, wrench, kinetic, dynamics.potentials_at(q, poses), kinematics.tips(model, poses), *rods

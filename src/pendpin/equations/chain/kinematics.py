@@ -94,6 +94,8 @@ class Joints(NamedTuple):
 
     def frames(self) -> Array:
         """Every rod's axes in I: (3, 3, K), columns b1, b2, b3."""
+        if self.n == 1:
+            return self.R
         own = np.zeros_like(self.R)
         own[..., :: self.n] = self.R[..., :: self.n]
         return self.propagated(own)
@@ -117,14 +119,14 @@ def rods_last(x: Array) -> Array:
 
 
 def rods_first(x: Array, shape: tuple[int, ...]) -> Array:
-    """(i, K) -> shape + (i,), contiguous; shape is (..., n)."""
-    return np.ascontiguousarray(x.T).reshape(*shape, len(x))
+    """(i, K) -> shape + (i,), a view; shape is (..., n)."""
+    return x.T.reshape(*shape, len(x))
 
 
 def along(chain: ChainInertia, x: Array) -> tuple[Array, Array]:
     """Centres of mass and tips (..., n, 3) from directions x (..., n, 3); from rates of directions, velocities."""
     steps = chain.l[:, None] * x
-    tips = np.cumsum(steps, -2)
+    tips = np.cumsum(steps, -2) if chain.n > 1 else steps
     return tips - (chain.l - chain.h)[:, None] * x, tips
 
 
@@ -175,4 +177,6 @@ def _in_chunks(function: Callable[..., tuple[Array, ...]], *states: Array) -> li
     flat = [x.reshape(-1, n, 2) for x in states]
     size = max(1, CHUNK // n)
     parts = [function(*(x[i : i + size] for x in flat)) for i in range(0, len(flat[0]), size)]
-    return [np.concatenate(x).reshape(batch + x[0].shape[1:]) for x in zip(*parts, strict=True)]
+    return [
+        (np.concatenate(x) if len(x) > 1 else x[0]).reshape(batch + x[0].shape[1:]) for x in zip(*parts, strict=True)
+    ]
