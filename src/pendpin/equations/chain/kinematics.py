@@ -177,6 +177,4 @@ def _in_chunks(function: Callable[..., tuple[Array, ...]], *states: Array) -> li
     flat = [x.reshape(-1, n, 2) for x in states]
     size = max(1, CHUNK // n)
     parts = [function(*(x[i : i + size] for x in flat)) for i in range(0, len(flat[0]), size)]
-    return [
-        (np.concatenate(x) if len(x) > 1 else x[0]).reshape(batch + x[0].shape[1:]) for x in zip(*parts, strict=True)
-    ]
+    return [np.concatenate(x).reshape(batch + x[0].shape[1:]) for x in zip(*parts, strict=True)]
