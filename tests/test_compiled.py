@@ -135,7 +135,7 @@ def test_held_joints(seed: int) -> None:
     machine = replace(compiled.contacts, block=compiled.engine.block())
     held = plain.contacts.holding & (random.uniform(size=10) < 0.5)
     q, v = random.uniform(-1.2, 1.2, 10), np.where(held, 0.0, random.uniform(-3, 3, 10))
-    mode = Mode(held, np.where(held, 0.0, np.sign(v)))
+    mode = Mode(held, np.where(held, 0.0, np.sign(v)), np.zeros(10))
     (a, holding), (own, own_holding) = (contacts.accelerate(0.0, q, v, mode) for contacts in (plain.contacts, machine))
     assert np.abs(own - a).max() < 1e-11 * np.abs(a).max()  # light rods on heavy: condition 1e3
     assert np.abs(own_holding - holding).max() < 1e-11 * max(1.0, np.abs(holding).max())

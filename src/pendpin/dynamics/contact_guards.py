@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendpin.arrays import Array, Indices, Mask
-from pendpin.dynamics.contacts import Contacts, Mode, Scales
+from pendpin.dynamics.contacts import ROUNDING, Contacts, Mode, Scales
 
-ROUNDING = 1e-15  # of a position or a rate of order one
+EPS = 1e-15  # of a position or a rate of order one
 SMALL = 1e-2  # of the tolerance: a guard so little below 0 is no event
 
 # The kinds of guards: the rates of sliding joints; the distances of free joints to their stops; and of held joints the
@@ -48,17 +48,15 @@ class Guards:
         return q, v, loose
 
 
-def guards_of(contacts: Contacts, t: float, q: Array, v: Array, mode: Mode, scales: Scales, tolerance: float) -> Guards:
-    """The guards of a mode from time t and state q, v (nv,) on."""
+def guards_of(contacts: Contacts, q: Array, mode: Mode, scales: Scales, tolerance: float) -> Guards:
+    """The guards of a mode from positions q (nv,) on."""
     held, upper, lower, zero, one = mode.held, contacts.upper, contacts.lower, np.zeros(len(q)), np.ones(len(q))
     least, most = contacts.range(q)
-    ends, near, slack = np.isfinite([upper, lower, most, least]), SMALL * tolerance * scales.position, zero
-    slides = ~held & (mode.sign != 0) & (contacts.static > 0)
+    slides, ends = ~held & (mode.sign != 0) & (contacts.static > 0), np.isfinite([upper, lower, most, least])
     kind, joint = np.nonzero(np.concatenate([[slides], ends[:2] & ~held, ends[2:] & held]))
-    if held.any():
-        slack = contacts.slack(contacts.torques(contacts.accelerate(t, q, v, mode)[1], scales))
-    rates = max(SMALL * tolerance, ROUNDING) * scales.rate
-    floors = [rates, near + ROUNDING * np.abs(upper), near + ROUNDING * np.abs(lower), slack, slack]
+    rates, near = max(SMALL * tolerance, EPS) * scales.rate, SMALL * tolerance * scales.position
+    slack = ROUNDING * mode.torque
+    floors = [rates, near + EPS * np.abs(upper), near + EPS * np.abs(lower), slack, slack]
     tables = ([mode.sign, -one, one, -one, one], [zero, upper, -lower, most, -least], floors)
     place = _AMONG[kind] * len(q) + joint
-    return Guards(contacts, mode, kind, joint, place, *(np.asarray(table)[kind, joint] for table in tables))
+    return Guards(contacts, mode, kind, joint, place, *(np.array(table)[kind, joint] for table in tables))

@@ -21,7 +21,7 @@ from pendpin.engines.machine_code import Block
 from pendpin.errors import RunError
 
 REST = 1e-12  # rad, or of the length of a slide: a bounce that would go no farther ends in rest on the stop
-_ROUNDING = 1e-12  # of the torques: what a held joint may exceed its limits by
+ROUNDING = 1e-12  # of the torques: what a held joint may exceed its limits by
 _OTHERS = 1e-2  # of the largest torque, for the joints on which smaller ones act
 _LOOKS = 9  # times at which the loads are evaluated for the scales
 
@@ -40,6 +40,7 @@ class Mode:
 
     held: Mask  # (nv,)
     sign: Array  # (nv,) -1 or 1, the way that a sliding joint slides; 0 where there is no friction
+    torque: Array  # (nv,) N m, the size of the torques that act: what holding torques are rounded by
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,51 +196,47 @@ class Contacts:
         does not end.
         """
         resting = (v == 0) & ((self.static > 0) | (q >= self.upper) | (q <= self.lower))
-        sign = np.where(resting, loose, np.sign(v))
+        sign = np.where(resting, loose, np.where(self.static > 0, np.sign(v), 0.0))
         if not resting.any():
-            return Mode(resting, sign)
-        for rounding in (_ROUNDING, 1e3 * _ROUNDING, 1e6 * _ROUNDING):
-            mode = Mode(resting & (sign == 0), sign)
+            return Mode(resting, sign, scales.torque)
+        for rounding in (ROUNDING, 1e3 * ROUNDING, 1e6 * ROUNDING):
+            held, sign = resting & (sign == 0), sign.copy()
             for _ in range(50 + 10 * len(q) ** 2):
-                unfit = self._unfit(t, q, v, mode, scales, resting, rounding)
+                mode = Mode(held.copy(), sign.copy(), scales.torque)
+                a, holding = self.accelerate(t, q, v, mode)
+                mode = replace(mode, torque=self._torques(holding, scales))
+                unfit = self._beyond(q, holding, mode, rounding) | self._backwards(q, a, mode, resting, rounding)
                 if not unfit.any():
                     return mode
-                mode = self._mended(t, q, v, mode, int(np.argmax(unfit)))
+                joint = int(np.argmax(unfit))
+                held[joint] = not held[joint]
+                sign[joint] = 0.0 if held[joint] else (-1.0 if holding[joint] > 0 else 1.0)
+                if not held.any() and resting.sum() == 1:  # alone, it starts the way that it is pushed
+                    return Mode(held, sign, mode.torque)
         raise RunError(f"{t:g} s after the start, the search for the joints that stick does not end")
 
-    def _unfit(self, t: float, q: Array, v: Array, mode: Mode, scales: Scales, resting: Mask, rounding: float) -> Mask:
-        """Held joints out of their range, and joints that would start against their acceleration; (nv,)."""
-        a, holding = self.accelerate(t, q, v, mode)
-        least, most = self.range(q)
-        torque = self.torques(holding, scales)
-        beyond = mode.held & ((holding > most + rounding * torque) | (holding < least - rounding * torque))
+    def _beyond(self, q: Array, holding: Array, mode: Mode, rounding: float) -> Mask:
+        """Held joints (nv,) whose holding torques (nv,) are out of their range."""
+        (least, most), off = self.range(q), rounding * mode.torque
+        return mode.held & ((holding > most + off) | (holding < least - off))
+
+    def _backwards(self, q: Array, a: Array, mode: Mode, resting: Mask, rounding: float) -> Mask:
+        """Joints at rest (nv,) that would start against their acceleration a (nv,)."""
         if not (starting := resting & ~mode.held).any():
-            return beyond
+            return starting
         columns = np.abs(self.engine.compliance(q, np.flatnonzero(resting)))
         others = _OTHERS * (np.abs(a) / self.length).max() * self.length
-        return beyond | (starting & (a * mode.sign < -rounding * (columns @ torque[resting] + others)))
-
-    def _mended(self, t: float, q: Array, v: Array, mode: Mode, joint: int) -> Mode:
-        """The mode with one joint released in the direction of its load, or held again; q, v (nv,)."""
-        _, holding = self.accelerate(t, q, v, mode)
-        held, sign = mode.held.copy(), mode.sign.copy()
-        held[joint] = not held[joint]
-        sign[joint] = 0.0 if held[joint] else (-1.0 if holding[joint] > 0 else 1.0)
-        return Mode(held, sign)
+        return starting & (a * mode.sign < -rounding * (columns @ mode.torque[resting] + others))
 
     # --- what is large and what is small ----------------------------------------------------------------------------
 
-    def torques(self, holding: Array, scales: Scales) -> Array:
+    def _torques(self, holding: Array, scales: Scales) -> Array:
         """Torques (nv,) in N m of the size of those that act, from those that hold (nv,): rounding is relative to them.
 
         The rounding errors of other joints act on a joint too; their torques are compared per length.
         """
         own = scales.torque + np.abs(holding)
         return own + _OTHERS * (own * self.length).max(initial=0.0) / self.length
-
-    def slack(self, torque: Array) -> Array:
-        """How far a held joint may exceed its range (nv,), N m, with torques (nv,) of this scale."""
-        return _ROUNDING * torque
 
     def scales(self, times: Array, q: Array, v: Array) -> Scales:
         """The scales of a run from q, v (nv,), from evaluations at some of its times (n,)."""

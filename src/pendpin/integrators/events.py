@@ -162,7 +162,7 @@ def integrate_to_event(
     samples, taken = np.empty((0, len(y))), 0
     for part in stepper.steps(t, y, end):
         event = _event(guards, floor, part)
-        count = event.interval + 1 if event else len(part.bounds) - 1
+        count = event.place + 1 if event else len(part.bounds) - 1
         t = before = part.bounds[count]
         y, taken = part.states[count], taken + count
         if event:
@@ -204,7 +204,7 @@ def _located(stepper: Stepper, guards: Guards, part: Steps, event: Crossing) -> 
 
     The last correction is so small that the change of the interpolation serves.
     """
-    (begin, end), start, t = part.bounds[event.interval :][:2], part.states[event.interval], event.t
+    (begin, end), start, t = part.bounds[event.place :][:2], part.states[event.place], event.t
     y = stepper.state_at(begin, start, t)
     for _ in range(REFINEMENTS):
         off = guards(np.array([t]), y[None])[0, event.which]

@@ -8,6 +8,7 @@ interpolant then show whether it crosses zero, and where.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -35,10 +36,21 @@ class Crossing:
     """The earliest crossing of several functions."""
 
     t: float
-    interval: int  # in which it is
+    place: int  # of the interval in which it is
     which: int  # the function that crosses first
     fired: Mask  # (m,) those that cross then
     slope: float  # of the first, per s; -inf if it jumps
+
+
+class _Interval(NamedTuple):
+    """A part of the times searched in which a function may fall below its floor."""
+
+    place: int  # of the interval of the caller that it belongs to
+    begin: float
+    end: float
+    series: Array  # (DEGREE + 1, m), the interpolants
+    reaching: Mask  # (m,) the functions that may
+    resolved: bool  # whether the interpolants of these leave out less than the floor
 
 
 def first_crossing(sample: Functions, bounds: Array, floor: Array) -> Crossing | None:
@@ -48,59 +60,48 @@ def first_crossing(sample: Functions, bounds: Array, floor: Array) -> Crossing |
     crossing are searched. None if there is none: then no function was below -floor, but for what its interpolant leaves
     out (`UNSEEN`). A function may start at 0 or below; it crosses where it next falls below -floor.
     """
-    series = _series(sample, bounds[:-1], bounds[1:])
-    for i in np.flatnonzero(_reaching(series, floor)[0].any(1)):
-        if found := _searched(sample, int(i), float(bounds[i]), float(bounds[i + 1]), series[i], floor):
+    waiting, looks = _intervals(sample, bounds, floor), 0
+    while waiting:
+        part, looks = waiting.pop(), looks + 1
+        a, b, whole = part.begin, part.end, float(bounds[part.place + 1] - bounds[part.place])
+        jumps = b - a <= SHORTEST * whole or looks > MOST
+        if not (part.resolved or jumps):
+            waiting += _intervals(sample, np.array([a, (a + b) / 2, b]), floor, part.place)
+        elif found := _crossing(part, jumps, floor, TOGETHER * whole):
             return found
     return None
 
 
-def _searched(sample: Functions, i: int, begin: float, end: float, series: Array, floor: Array) -> Crossing | None:
-    """The first crossing in interval i, from begin to end, with interpolants `series` (DEGREE + 1, m)."""
-    waiting, looks = [(begin, end)], 0
-    while waiting:
-        (a, b), looks = waiting.pop(), looks + 1
-        series = series if looks == 1 else _series(sample, np.array([a]), np.array([b]))[0]
-        reaching, unseen = _reaching(series, floor)
-        if not reaching.any():
-            continue
-        jumps = b - a <= SHORTEST * (end - begin) or looks > MOST
-        if not jumps and (reaching & (unseen > floor)).any():
-            middle = (a + b) / 2
-            waiting += [(middle, b), (a, middle)]
-            continue
-        places, slopes = np.full((2, len(floor)), math.inf)
-        for k in np.flatnonzero(reaching):
-            places[k], slopes[k] = (_drop if jumps else _root)(series[:, k], float(floor[k]))
-        which, scale = int(places.argmin()), 2 / (b - a)
-        if (x := places[which]) < math.inf:
-            fired = places <= x + scale * TOGETHER * (end - begin)
-            return Crossing(float(min(max(a + (x + 1) / scale, a), b)), i, which, fired, float(slopes[which]) * scale)
-    return None
+def _crossing(part: _Interval, jumps: bool, floor: Array, together: float) -> Crossing | None:
+    """The first crossing in an interval with those no more than `together` in s after it."""
+    places, slopes = np.full((2, len(floor)), math.inf)
+    for k in np.flatnonzero(part.reaching):
+        places[k], slopes[k] = (_drop if jumps else _root)(part.series[:, k], float(floor[k]))
+    which, scale = int(places.argmin()), 2 / (part.end - part.begin)
+    if (x := float(places[which])) == math.inf:
+        return None
+    t = min(max(part.begin + (x + 1) / scale, part.begin), part.end)
+    return Crossing(t, part.place, which, places <= x + scale * together, float(slopes[which]) * scale)
 
 
-def _series(sample: Functions, a: Array, b: Array) -> Array:
-    """Coefficients (k, DEGREE + 1, m) of the interpolants from a (k,) to b (k,)."""
-    times = a[:, None] + np.multiply.outer((b - a) / 2, _NODES + 1)
-    times[:, -1] = b
-    return _COEFFICIENTS @ sample(times.reshape(-1)).reshape(*times.shape, -1)
-
-
-def _reaching(series: Array, floor: Array) -> tuple[Mask, Array]:
-    """Whether functions with coefficients (..., DEGREE + 1, m) may fall below -floor (m,), and what these leave out.
+def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None = None) -> list[_Interval]:
+    """Those of the k intervals between bounds (k + 1,) that have to be searched, the last one first.
 
     A function whose first term outweighs the slopes of all others has its least value at an end.
     """
+    times = bounds[:-1, None] + np.multiply.outer(np.diff(bounds) / 2, _NODES + 1)
+    times[:, -1] = bounds[1:]
+    series = _COEFFICIENTS @ sample(times.reshape(-1)).reshape(*times.shape, -1)
     sizes = np.abs(series)
-    unseen = UNSEEN * np.maximum(sizes[..., -1, :], sizes[..., -2, :])
-    ends = series[..., ::2, :].sum(-2) - np.abs(series[..., 1::2, :].sum(-2))
-    least = np.where(_slopes(sizes) > 0, ends, series[..., 0, :] - sizes[..., 1:, :].sum(-2))
-    return least - unseen < -floor, unseen
-
-
-def _slopes(sizes: Array) -> Array:
-    """The slope of the first term less the largest of all others, from absolute coefficients (..., DEGREE + 1, m)."""
-    return sizes[..., 1, :] - _STEEPEST[2:] @ sizes[..., 2:, :]
+    unseen = UNSEEN * np.maximum(sizes[:, -1], sizes[:, -2])
+    ends = series[:, ::2].sum(1) - np.abs(series[:, 1::2].sum(1))
+    inside = series[:, 0] - sizes[:, 1:].sum(1)
+    least = np.where(sizes[:, 1] > _STEEPEST[2:] @ sizes[:, 2:], ends, inside)
+    reaching = least - unseen < -floor
+    resolved = ~(reaching & (unseen > floor)).any(1)
+    places = np.flatnonzero(reaching.any(1))[::-1].tolist()
+    parts = [(float(bounds[i]), float(bounds[i + 1]), series[i], reaching[i], bool(resolved[i])) for i in places]
+    return [_Interval(i if place is None else place, *part) for i, part in zip(places, parts, strict=True)]
 
 
 def _root(coefficients: Array, floor: float) -> tuple[float, float]:
@@ -142,10 +143,11 @@ def _value(series: list[float], x: float) -> tuple[float, float]:
 
 def _turning_points(coefficients: Array) -> list[float]:
     """-1, the zeros in between of the derivative of a Chebyshev series (k,), and 1; rising."""
-    if _slopes(np.abs(coefficients)[:, None]) > 0:
-        return [-1.0, 1.0]
     slope = _SLOPE @ coefficients
-    slope = chebyshev.chebtrim(slope, 1e-15 * np.abs(slope).max())
+    sizes = np.abs(slope)
+    if 2 * sizes[0] > sizes.sum():  # there is none
+        return [-1.0, 1.0]
+    slope = chebyshev.chebtrim(slope, 1e-15 * sizes.max())
     roots = chebyshev.chebroots(slope) if len(slope) > 1 else np.empty(0)
     inside = roots.real[(np.abs(roots.imag) < 1e-3) & (np.abs(roots.real) < 1)]
     return [-1.0, *np.sort(inside).tolist(), 1.0]

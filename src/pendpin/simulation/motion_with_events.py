@@ -1,6 +1,7 @@
 """A motion with contacts, integrated from event to event; held and sliding joints change at events only."""
 
 from dataclasses import replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from pendpin.versions import version
 
 SAMPLES_A_SEGMENT = 64  # output times of a segment
 MOST_AT_ONCE = 200.0  # events at the same time
+WAYS = 64  # in which joints may slide, for which guards are kept
 
 
 class LoopWithEvents(IntegrationLoop):
@@ -31,6 +33,7 @@ class LoopWithEvents(IntegrationLoop):
         self.contacts: Contacts = replace(contacts, block=self._block)
         self.library, self.version = integrator.event_library, version(integrator.event_library)
         self._scales: Scales | None = None  # of the whole run: a later beginning keeps them
+        self._guards_by_ways = lru_cache(WAYS)(self._guards_of_ways)
 
     def begin(self, q: Array, v: Array) -> RunState:
         """The first sample, from q, v (nv,), after the impacts that are due at the start."""
@@ -39,9 +42,8 @@ class LoopWithEvents(IntegrationLoop):
         try:
             y = self._struck(t, y)
             y[2 * self.nv :] = 0.0  # the work of an impact at the start is not counted
-            if self._scales is None:
-                self._scales = self.contacts.scales(self.times, *self._angles(y))
-            mode = self.contacts.choose(t, *self._angles(y), self._scales)
+            scales = self._scales = self._scales or self.contacts.scales(self.times, *self._angles(y))
+            mode = self.contacts.choose(t, *self._angles(y), scales)
             first = self._rows(y[None], self.times[:1], mode)[0]
         except (RunError, np.linalg.LinAlgError) as error:
             raise InputError(f"start: {error}") from None
@@ -51,14 +53,13 @@ class LoopWithEvents(IntegrationLoop):
         """One segment: to the next event, over some output times, or to a corner of the pace."""
         t, y, mode, at_once = _recalled(done.carried)
         self.progress(t)
-        times, before, scales = self.times[done.n :][:SAMPLES_A_SEGMENT], self._evaluations(), self._scales
-        assert scales is not None
-        if len(now := times[times <= t + instant(t, float(times[-1]) - t)]):  # at the instant of an event
-            return done.grown(self._rows(np.tile(y, (len(now), 1)), now, mode), done.carried, 0, 0), None
-        corners = self.pace.corners[np.searchsorted(self.pace.corners, t, "right") :]
-        end = float(min(times[-1], *corners[:1]) if len(corners) else times[-1])
-        guards = guards_of(self.contacts, t, *self._angles(y), mode, scales, self._method.tolerance)
-        stepper = self._stepper(t, mode, scales)
+        times, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self._evaluations()
+        if times[0] <= t + instant(t, float(times[-1]) - t):  # at the instant of an event
+            rows = self._rows(y[None], times[:1], mode)
+            return done.grown(rows, done.carried, 0, 0), None
+        corner = np.searchsorted(self.pace.corners, t, "right")
+        end = float(min(times[-1:].tolist() + self.pace.corners[corner : corner + 1].tolist()))
+        guards, stepper = self._guards(y, mode), self._stepper(float(self.pace.shortest[corner]), mode)
         found = integrate_to_event(stepper, guards.values, guards.floor, t, y, end, times)
         rows, failure = self._rows(found.samples, times[: len(found.samples)], mode), found.failure
         at_once, events = at_once + 1 if found.t <= t else 0.0, int(found.fired is not None)
@@ -66,7 +67,7 @@ class LoopWithEvents(IntegrationLoop):
             failure = f"{t:g} s after the start there are more than {MOST_AT_ONCE:g} events at once"
         if not failure:
             try:
-                y, mode = self._after(found, guards, scales)
+                y, mode = self._after(found, guards)
             except (RunError, np.linalg.LinAlgError) as error:
                 failure = str(error)
         carried = _carried(found.t, y, mode, at_once)
@@ -76,26 +77,47 @@ class LoopWithEvents(IntegrationLoop):
         """The evaluations of the equations so far."""
         return self._block.calls if self._block else self._calls
 
-    def _stepper(self, t: float, mode: Mode, scales: Scales) -> Stepper:
-        """The method with its scales from t on."""
-        longest = float(self.pace.at(np.array([t]))[0])
+    @property
+    def scales(self) -> Scales:
+        """The scales of the run, once it has begun."""
+        assert self._scales is not None
+        return self._scales
+
+    def _guards(self, y: Array, mode: Mode) -> Guards:
+        """The guards of a mode from the state y (size,) on."""
+        if not mode.held.any():
+            return self._guards_by_ways(mode.sign.tobytes())
+        return guards_of(self.contacts, y[: self.nv], mode, self.scales, self._method.tolerance)
+
+    def _guards_of_ways(self, ways: bytes) -> Guards:
+        """The guards where no joint is held, for the ways (nv,) that joints slide: nothing else matters to them."""
+        mode = Mode(np.zeros(self.nv, bool), np.frombuffer(ways), self.scales.torque)
+        return guards_of(self.contacts, np.zeros(self.nv), mode, self.scales, self._method.tolerance)
+
+    def _stepper(self, longest: float, mode: Mode) -> Stepper:
+        """The method, with steps up to `longest` in s."""
         if mode.held.all():
             return AtRest(longest)
-        work = np.full(self.accounts, (scales.torque * scales.position).max())
-        sizes = np.concatenate([scales.position, scales.rate, work])
-        first_step = self._method.first_step(float((scales.rate / scales.position).max()))
         if self._block:
             self.contacts.enter(mode)
-        return self._method.stepper(sizes, first_step, longest, self._derivative(mode))
+        return self._method.stepper(*self._sizes, longest, self._derivative(mode))
 
-    def _after(self, found: SegmentToEvent, guards: Guards, scales: Scales) -> tuple[Array, Mode]:
+    @cached_property
+    def _sizes(self) -> tuple[Array, float]:
+        """What is of order one for each number of the state (size,), and the first step of a segment in s."""
+        scales = self.scales
+        work = np.full(self.accounts, (scales.torque * scales.position).max())
+        rate = float((scales.rate / scales.position).max())
+        return np.concatenate([scales.position, scales.rate, work]), self._method.first_step(rate)
+
+    def _after(self, found: SegmentToEvent, guards: Guards) -> tuple[Array, Mode]:
         """The state (size,) and the mode at the start of the next segment."""
         y, mode = found.y.copy(), guards.mode
         if found.fired is not None:
             *angles, loose = guards.land(*self._angles(y), found.fired)
             y[: 2 * self.nv] = np.concatenate(angles)
             y = self._struck(found.t, y)
-            mode = self.contacts.choose(found.t, *self._angles(y), scales, loose)
+            mode = self.contacts.choose(found.t, *self._angles(y), self.scales, loose)
         y[self.nv : 2 * self.nv][mode.held] = 0.0
         return y, mode
 
@@ -156,10 +178,18 @@ def loop_of(task: Task) -> IntegrationLoop:
 
 def _carried(t: float, y: Array, mode: Mode, at_once: float) -> dict[str, Array]:
     """The arrays from which the next segment begins: y (size,), mode, count of events."""
-    return {"t": np.array(t), "y": y, "held": mode.held.astype(float), "sign": mode.sign, "at_once": np.array(at_once)}
+    held = mode.held.astype(float)
+    return {
+        "t": np.array(t),
+        "y": y,
+        "held": held,
+        "sign": mode.sign,
+        "torque": mode.torque,
+        "at_once": np.array(at_once),
+    }
 
 
 def _recalled(carried: dict[str, Array]) -> tuple[float, Array, Mode, float]:
     """Time, state (size,), mode and count of events that `_carried` stored."""
-    mode = Mode(carried["held"] != 0, carried["sign"])
+    mode = Mode(carried["held"] != 0, carried["sign"], carried["torque"])
     return float(carried["t"]), carried["y"], mode, float(carried["at_once"])
