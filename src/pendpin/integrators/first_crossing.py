@@ -145,10 +145,9 @@ def _turning_points(coefficients: Array) -> list[float]:
     """-1, the zeros in between of the derivative of a Chebyshev series (k,), and 1; rising."""
     slope = _SLOPE @ coefficients
     sizes = np.abs(slope)
-    if 2 * sizes[0] > sizes.sum():  # there is none
+    if 2 * sizes[0] >= sizes.sum():  # there is none
         return [-1.0, 1.0]
-    slope = chebyshev.chebtrim(slope, 1e-15 * sizes.max())
-    roots = chebyshev.chebroots(slope) if len(slope) > 1 else np.empty(0)
+    roots = chebyshev.chebroots(slope[: np.flatnonzero(sizes > 1e-15 * sizes.max())[-1] + 1])
     inside = roots.real[(np.abs(roots.imag) < 1e-3) & (np.abs(roots.real) < 1)]
     return [-1.0, *np.sort(inside).tolist(), 1.0]
 
