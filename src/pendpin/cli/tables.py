@@ -124,9 +124,8 @@ def print_cost_row(row: "CostRow", peers: bool) -> None:
         head = ["accuracy", "take this", "first run", "each further run", "best of the others"]
         print(_aligned(head[: 5 if peers else 4]))
     times = ["" if seconds is None else time_text(seconds) for seconds in (row.first_seconds, row.seconds)]
-    beside = row.peer and f"{row.peer} {time_text(row.peer_seconds or 0)}" + (
-        f", {row.ratio:.3g} x" if row.ratio else ""
-    )
+    ratio = f", {row.ratio:.3g} x" if row.ratio else ""
+    beside = row.peer and f"{row.peer} {time_text(row.peer_seconds or 0)}{ratio}"
     print(_aligned([f"{row.accuracy:g}", row.take, *times, beside]), flush=True)
 
 
@@ -193,9 +192,8 @@ def _error_of(found: "Fit", key: str) -> str:
 def print_cases(cases: "list[Case]", as_json: bool) -> None:
     """The names of the hard cases, their titles and bounds."""
     if as_json:
-        print_json(
-            [{"name": case.name, "title": case.title, "figure": case.figure, "bound": case.bound} for case in cases]
-        )
+        fields = ("name", "title", "figure", "bound")
+        print_json([{name: getattr(case, name) for name in fields} for case in cases])
         return
     print_table(["case", "what", "bound"], [[case.name, case.title, f"{case.bound:.1e}"] for case in cases])
 

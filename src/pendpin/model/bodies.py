@@ -118,11 +118,7 @@ def find_bodies(
     ends: list[list[Array]] = [[] for _ in range(model.njoints)]
     for joint in range(1, model.njoints):
         ends[model.parents[joint]].append(np.array(model.jointPlacements[joint].translation))
-    moved = (
-        joint
-        for joint in range(1, model.njoints)
-        if model.inertias[joint].mass > 0 or model.inertias[joint].inertia.any()
-    )
+    moved = [joint for joint, body in enumerate(model.inertias) if joint and (body.mass > 0 or body.inertia.any())]
     near = NEAR * _largest_length(model)
     bodies = tuple(_body(model, joint, ends[joint], _rods_drawn(model, joint, drawn), near) for joint in moved)
     places = {body.link: i for i, body in enumerate(bodies)}

@@ -134,17 +134,11 @@ def _from_chain(chain: Chain) -> Model:
         for i, rod in enumerate(chain.rods)
         if rod.com is not None and not 0 <= rod.com <= rod.length
     ]
-    return Model(
-        joints,
-        _pin_chain(rods, names) if _data_bytes(len(joints)) <= MAX_DATA_BYTES else None,
-        ChainInertia(m, h, length, I1, I2, I3),
-        tuple(
-            RodJoint(link, 2 * i, 2 * i + 1, FLIP, 1.0, FLIP, rod.properties)
-            for i, (rod, (_, _, link)) in enumerate(zip(rods, names, strict=True))
-        ),
-        tuple(_chain_body(rod, link, 2 * i + 1) for i, (rod, (_, _, link)) in enumerate(zip(rods, names, strict=True))),
-        findings=tuple(findings),
-    )
+    pin = _pin_chain(rods, names) if _data_bytes(len(joints)) <= MAX_DATA_BYTES else None
+    links = [(2 * i, rod, link) for i, (rod, (_, _, link)) in enumerate(zip(rods, names, strict=True))]
+    on_joints = tuple(RodJoint(link, j, j + 1, FLIP, 1.0, FLIP, rod.properties) for j, rod, link in links)
+    bodies = tuple(_chain_body(rod, link, j + 1) for j, rod, link in links)
+    return Model(joints, pin, ChainInertia(m, h, length, I1, I2, I3), on_joints, bodies, findings=tuple(findings))
 
 
 def _pin_chain(rods: tuple[Rod, ...], names: tuple[tuple[str, str, str], ...]) -> Any:
@@ -203,15 +197,8 @@ def _loaded(record: str, content: bytes) -> Model:
         lost = sorted(set(urdf.moving_joints) - set(joints))
         raise InputError(f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, lost))}")
     findings = _refuse_what_cannot_move(loaded, joints, urdf.source)
-    return Model(
-        joints,
-        loaded,
-        None,
-        find_rods(loaded),
-        find_bodies(loaded, _drawn(urdf), model.tips),
-        urdf.notes,
-        (*urdf.findings, *findings),
-    )
+    bodies = find_bodies(loaded, _drawn(urdf), model.tips)
+    return Model(joints, loaded, None, find_rods(loaded), bodies, urdf.notes, (*urdf.findings, *findings))
 
 
 def _drawn(urdf: Urdf) -> dict[str, tuple[Array, float]]:

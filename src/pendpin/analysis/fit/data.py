@@ -178,10 +178,9 @@ def _refuse_twice(swings: Sequence[Swing]) -> None:
     same = np.flatnonzero((np.diff(rows[order], axis=0) == 0).all(1))
     if len(same) < FEWEST or not (rows[order[same]].std(0) > ONE_PERCENT * np.nanstd(rows, axis=0))[:-1].any():
         return  # few by chance, or many at rest
-    names = np.repeat([swing.name for swing in swings], [len(swing.t) for swing in swings])[
-        order[same[0] : same[0] + 2]
-    ]
-    raise InputError(f"segments {names[0]} and {names[1]} share {len(same)} samples; leave them out of one")
+    names = np.repeat([swing.name for swing in swings], [len(swing.t) for swing in swings])
+    one, other = names[order[same[0] : same[0] + 2]]
+    raise InputError(f"segments {one} and {other} share {len(same)} samples; leave them out of one")
 
 
 def _refuse_odd(swing: Swing, table: Data, angles: Array, place_of: Callable[[int], str]) -> None:

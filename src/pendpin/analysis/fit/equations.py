@@ -146,18 +146,10 @@ class _Symbolic:
         """A step by h: states (2n + 1,), then accelerations (n,) at its two ends."""
         n, stages = len(a), []
         for row, c in zip(STAGES, TIMES, strict=True):
-            moved = [
-                x + h * sum(w * stage[k] for w, stage in zip(row.tolist(), stages, strict=True))
-                for k, x in enumerate(y[:-1])
-            ]
+            moved = _moved(y, h, row, stages) if stages else list(y[:-1])
             new = dict(zip(map(str, y), [*moved, y[-1] + c * h], strict=True)) if stages else {}
-            stages.append(
-                [*(moved if stages else y)[n : 2 * n], *self.hy.subs([self.hy.expression(x) for x in a], new)]
-            )
-        after = [
-            x + h * sum(w * s[k] for w, s in zip(WEIGHTS.tolist(), stages, strict=True)) for k, x in enumerate(y[:-1])
-        ]
-        return [*after, y[-1] + h, *stages[0][n:], *stages[5][n:]]
+            stages.append([*moved[n:], *self.hy.subs([self.hy.expression(x) for x in a], new)])
+        return [*_moved(y, h, WEIGHTS, stages), y[-1] + h, *stages[0][n:], *stages[5][n:]]
 
     def _frictions_at(self, joint: int) -> list[DryFriction]:
         name = self.model.joints[joint]
@@ -214,6 +206,15 @@ class _Symbolic:
             return compiled(np.ascontiguousarray(y), outputs=np.empty((count, y.shape[1])), pars=some)
 
         return function
+
+
+def _moved(y: Array, h: Any, weights: Array, stages: list[list[Any]]) -> list[Any]:
+    """States (2n,) moved from y (2n + 1,) by h times a weighted sum of stages."""
+    slopes = zip(*stages, strict=True)
+    return [
+        x + h * sum(w * s for w, s in zip(weights.tolist(), slope, strict=True))
+        for x, slope in zip(y, slopes, strict=False)
+    ]
 
 
 def _with_rods(tree: trees.Tree, model: Model, scene: Scene) -> tuple[trees.Tree, Model]:

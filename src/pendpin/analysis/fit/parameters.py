@@ -273,7 +273,6 @@ def _limits(field: Any) -> list[Any]:
     """The limits in a field's type, however deep."""
     found, queue = [], [*field.metadata, field.annotation]
     while queue:
-        item = queue.pop()
-        found.append(item)
+        found.append(item := queue.pop())
         queue += [*getattr(item, "__metadata__", ()), *getattr(item, "__args__", ()), *getattr(item, "metadata", ())]
     return found

@@ -17,18 +17,14 @@ from pendpin.errors import InputError
 from pendpin.scene import Chain, Scene
 
 MOST = 24  # steps of a search, from the fitted numbers
-CALLED_FOR = (
-    6.0  # of the information criterion: strong evidence (R. Kass, A. Raftery, J. Am. Stat. Assoc. 90 (1995), 773)
-)
+CALLED_FOR = 6.0  # of the criterion: strong evidence (R. Kass, A. Raftery, J. Am. Stat. Assoc. 90 (1995), 773)
 AGAINST = 1.01  # times the held-out error without a part: it does not help
 SMALL = 1e-5  # of the largest torque of gravity: first guess of a friction, so that a search begins near the fit
 SLOW = 5.0  # rad/s: first guess of a Stribeck speed
 SLENDER = 20.0  # length over diameter: first guess of a rod in the air
 
 
-_Other = tuple[
-    str, bool, Scene, list[str]
-]  # name, whether the scene has it, the scene without or with it, what is free
+_Other = tuple[str, bool, Scene, list[str]]  # name, whether it is there, the scene without or with it, what is free
 
 
 @dataclass(frozen=True)
@@ -51,10 +47,8 @@ class Part:
     def __str__(self) -> str:
         what = "without" if self.present else "with"
         held = "" if self.hold_out is None else f", held out {self.hold_out:.3f}"
-        verdict = "needed" if self.needed else "not needed"
-        return (
-            f"{self.name}: {verdict} (residuals {what} it: {self.rms:.3f} times{held}; criterion {self.criterion:+.0f})"
-        )
+        found = f"residuals {what} it: {self.rms:.3f} times{held}; criterion {self.criterion:+.0f}"
+        return f"{self.name}: {'needed' if self.needed else 'not needed'} ({found})"
 
 
 class _Model(NamedTuple):
@@ -181,9 +175,8 @@ def _with(scene: Scene, keys: list[str]) -> Iterator[_Other]:
             yield f"effects[{i}], dry_friction: stribeck", False, _changed(scene, i, falling), [*rest, *more]
         if isinstance(effect, Gravity) and not any(key.startswith(f"effects[{i}].direction") for key in keys):
             yield "tilt of gravity", False, scene, [*keys, f"effects[{i}].direction[1]"]
-    lengths = (
-        [f"model.rods[{i}].length" for i in range(len(scene.model.rods) - 1)] if isinstance(scene.model, Chain) else []
-    )
+    rods = len(scene.model.rods) if isinstance(scene.model, Chain) else 0
+    lengths = (f"model.rods[{i}].length" for i in range(rods - 1))
     if missing := [key for key in lengths if key not in keys]:
         yield "other lengths of rods", False, scene, [*keys, *missing]
 

@@ -18,9 +18,7 @@ from pendpin.arrays import Array, Mask
 
 MOST_START_STEPS = 6
 STARTS_DONE = 1e-4  # of the sum of squares: what another step of the starts would gain
-DIFFERENCE = (
-    1e-6  # of a natural scale: step of the derivatives by search coordinates; motions may magnify it a thousandfold
-)
+DIFFERENCE = 1e-6  # of a natural scale: step of derivatives, which motions may magnify a thousandfold
 CENTRAL = 3e-5  # the same, of the central differences that tell what is determined
 START_DIFFERENCE = 1e-6  # rad, rad/s
 POLISHED = 0.01  # of the noise of one residual: what another step would gain of the sum of squares

@@ -19,9 +19,7 @@ class Sensors(NamedTuple):
 
     angles: Array
     tips: Array
-    joints: list[
-        int
-    ]  # those that columns measure, in model order: for tips those that move a column from the zero position
+    joints: list[int]  # those that columns measure, in model order: of tips, those that move one from the zero position
 
     def of(self, joints: tuple[int, ...]) -> Array:
         """Columns as sums of the outputs of equations with these joints: their angles, then tips if any is measured."""

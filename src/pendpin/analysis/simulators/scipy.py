@@ -35,9 +35,8 @@ def scipy_peers(task: PeerTask) -> Iterator[Peer]:
     at_probe = right_hand_side(lambda: None)(0.0, _state(places, task.probe.q, task.probe.v))
     task.check("pinocchio", at_probe[model.nv + places])
     for method in METHODS:
-        yield peer(
-            task, f"scipy {method.lower()}", library, "tolerance", _motion(right_hand_side, places, method, task)
-        )
+        prepare = _motion(right_hand_side, places, method, task)
+        yield peer(task, f"scipy {method.lower()}", library, "tolerance", prepare)
 
 
 def _state(places: Indices, q: Array, v: Array) -> Array:
@@ -55,18 +54,13 @@ def _motion(
 
     def prepare(tolerance: float) -> Prepared:
         start, span, evaluations = _state(places, task.q, task.v), task.times[[0, -1]], 0
-        given: dict[str, Any] = {
-            "method": method,
-            "rtol": max(tolerance, LEAST_RELATIVE),
-            "atol": tolerance,
-            "t_eval": task.times,
-        }
+        given: dict[str, Any] = {"method": method, "rtol": max(tolerance, LEAST_RELATIVE), "atol": tolerance}
 
         def rows(look: Look) -> Iterator[Array]:
             nonlocal evaluations
             derivative = right_hand_side(look)
             with warnings.catch_warnings(action="ignore"):  # the failure says it
-                found = solve_ivp(derivative, span, start, **given)
+                found = solve_ivp(derivative, span, start, t_eval=task.times, **given)
             evaluations = found.nfev
             yield from np.reshape(found.y, (len(start), -1))[places].T[1:]
             if not found.success:

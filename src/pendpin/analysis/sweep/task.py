@@ -41,9 +41,7 @@ class Task:
     scene: Scene
     plan: Plan
     measures: tuple[str | Function, ...]
-    units: Mapping[str, str] = field(
-        default_factory=dict
-    )  # of the varied numbers and the measures, where they have one
+    units: Mapping[str, str] = field(default_factory=dict)  # of varied numbers and measures, where they have one
 
     @cached_property
     def chosen(self) -> tuple[Measure, ...]:
@@ -87,9 +85,8 @@ def checked(task: Task) -> Task:
     units |= {m.name: m.unit for m in task.chosen if m.unit}
     for i, name in enumerate(names):
         if name in names[:i] or name in RESERVED or name in task.plan.keys:
-            raise InputError(
-                f"measure: {name} is {'given twice' if name in names[:i] else 'a name of the result itself'}"
-            )
+            why = "given twice" if name in names[:i] else "a name of the result itself"
+            raise InputError(f"measure: {name} is {why}")
         if not name or name.startswith((".", "__")) or "/" in name:
             raise InputError(f"measure: {shown(name)} cannot name a variable: give the function another __name__")
     if series := {m.name: m.series for m in task.chosen if m.series}:

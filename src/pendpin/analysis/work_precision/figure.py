@@ -160,15 +160,8 @@ def _front(ax: Any, report: CostReport) -> None:
     best = [report.best(float(error), None) for error in errors]
     pairs = [(error, found[1]) for error, found in zip(errors, best, strict=True) if found]
     if pairs:
-        ax.plot(
-            *zip(*pairs, strict=True),
-            color=FRONT,
-            linewidth=9,
-            alpha=0.55,
-            zorder=0,
-            label="cheapest",
-            solid_capstyle="round",
-        )
+        look = {"color": FRONT, "linewidth": 9, "alpha": 0.55, "zorder": 0, "solid_capstyle": "round"}
+        ax.plot(*zip(*pairs, strict=True), label="cheapest", **look)
 
 
 def _frame(ax: Any, report: CostReport) -> None:
@@ -177,26 +170,10 @@ def _frame(ax: Any, report: CostReport) -> None:
     left, right = 1.0, report.error / 3
     ax.set_xlim(left, right)  # errors fall to the right
     ax.axvspan(report.error, right, color="#edf2f7", zorder=-1)
-    ax.text(
-        report.error,
-        0.02,
-        " the reference\n knows no better",
-        transform=ax.get_xaxis_transform(),
-        fontsize=8,
-        color="#718096",
-        rotation=90,
-        va="bottom",
-        ha="left",
-    )
+    note = {"transform": ax.get_xaxis_transform(), "fontsize": 8, "va": "bottom", "ha": "left"}
+    ax.text(report.error, 0.02, " the reference\n knows no better", color="#718096", rotation=90, **note)
     ax.axvline(report.accuracy, color="#1a202c", linewidth=0.9, linestyle=":")
-    ax.text(
-        report.accuracy,
-        0.01,
-        f" asked: {report.accuracy:g}",
-        transform=ax.get_xaxis_transform(),
-        fontsize=8,
-        va="bottom",
-    )
+    ax.text(report.accuracy, 0.01, f" asked: {report.accuracy:g}", **note)
     ax.set_xlabel("largest error of a tip over the run, over the chain's length  (more accurate to the right)")
     ax.set_ylabel("time of the run, s  (compiling apart)")
     ax.grid(alpha=0.25, linewidth=0.6)

@@ -107,11 +107,9 @@ def _agreed(scene: Scene, length: float, error: float, one: Solution, other: Sol
     good = int(np.argmax(np.append(gap > error, True)))
     halted = good == n and (one.halted or other.halted)
     if good < min(2, len(scene.times)):
-        if halted:
-            raise InputError(
-                "no reference: the first output time takes too long; give more samples, or take --thorough"
-            )
-        raise InputError(f"no reference: two methods agree to {gap[:2].max():.1e} of the length at best, not {error:g}")
+        slow = "the first output time takes too long; give more samples, or take --thorough"
+        apart = f"two methods agree to {gap[:2].max():.1e} of the length at best, not {error:g}"
+        raise InputError(f"no reference: {slow if halted else apart}")
     known = float(max(gap[good - 1], EPS))
     return Reference(one.tips[:good], scene.times[:good], known, (one.name, other.name), scene.duration, halted)
 
@@ -128,12 +126,11 @@ def by_elliptic_functions(scene: Scene, model: Model, length: float, limit: floa
     in_plane = next((i for i in (0, 1) if not q[1 - i] and not v[1 - i]), None)
     if rod is None or rod.h <= 0 or (rod.I3 and in_plane is None):
         raise InputError("no exact solution")
+    axis = in_plane or 0
+    reduced = (rod.I1, rod.I2)[axis] / rod.m / rod.h + rod.h  # I1 = I2 where I3 = 0
     if rod.I3:
-        direction = _in_plane(
-            in_plane or 0, q, v, (rod.I1, rod.I2)[in_plane or 0] / rod.m / rod.h + rod.h, gravity, scene
-        )
+        direction = _in_plane(axis, q, v, reduced, gravity, scene)
     else:
-        reduced = rod.I1 / rod.m / rod.h + rod.h
         direction = exact.spherical(exact.direction(q), exact.direction_rate(q, v), reduced, gravity, scene.times)
     return Solution("elliptic functions in 100 digits", direction[:, None] * length, np.zeros(len(direction)), EPS)
 

@@ -65,7 +65,7 @@ def sweep(
             chosen, plan, measures, out=out, workers=workers, dask=dask, progress=lambda done, _: bar(done), **given
         )
     shares = partial(_shares, found, vary or [], seed) if sobol else dict
-    _show(found, [out] if out else [], csv, plot, None, json, shares)
+    _show(found, [*([out] if out else []), *_written(found, csv, plot, None)], json, shares)
     if (found["why"].values != "").all():
         raise typer.Exit(1)
 
@@ -83,7 +83,7 @@ def map_(
 
     refuse_outputs([], csv=csv, plot=plot)
     found = load(store)
-    _show(found, [], csv, plot, chosen(found, measure), json, dict)
+    _show(found, _written(found, csv, plot, chosen(found, measure)), json)
 
 
 def _plan(
@@ -106,39 +106,34 @@ def _plan(
     return plans.pairs(axes) if in_pairs else plans.grid(axes)
 
 
-def _show(
-    found: Any,
-    files: list[Path],
-    csv: Path | None,
-    plot: Path | None,
-    measure: str | None,
-    json: bool,
-    shares: Callable[[], dict[str, Any]],
-) -> None:
-    """Write the files, then print what was found; `shares` may raise InputError, when the rest is there."""
-    from pendpin.analysis.sweep.figure import names_of, save_map
-    from pendpin.analysis.sweep.table import summary, write_table
+def _show(found: Any, files: list[Path], json: bool, shares: Callable[[], dict[str, Any]] = dict) -> None:
+    """Print what was found, and the files written; `shares` may raise InputError, when the rest is there."""
+    from pendpin.analysis.sweep.figure import names_of
+    from pendpin.analysis.sweep.table import summary
 
-    files = [*files, *([write_table(found, csv)] if csv else []), *([save_map(found, plot, measure)] if plot else [])]
     count, waiting, failed = (int(n) for n in summary(found))
     rows = {name: _range(found[name].values) for name in names_of(found)}
     if json:
-        measures = {
-            name: dict(zip(("least", "median", "most", "none"), row, strict=True)) for name, row in rows.items()
-        }
+        names = ("least", "median", "most", "none")
+        measures = {name: dict(zip(names, row, strict=True)) for name, row in rows.items()}
         counts = {"cases": count, "not_run": waiting, "failed": failed}
         sobol = {"sobol": found_shares} if (found_shares := shares()) else {}
         print_json(counts | {"measures": measures, "files": [str(file) for file in files]} | sobol)
         return
-    print_table(
-        ["measure", "least", "median", "most", "no value"],
-        [[name, *(f"{x:.6g}" for x in row[:3]), str(row[3])] for name, row in rows.items()],
-    )
+    cells = [[name, *(f"{x:.6g}" for x in row[:3]), str(row[3])] for name, row in rows.items()]
+    print_table(["measure", "least", "median", "most", "no value"], cells)
     print(f"{count} cases; {failed} could not be run" + (f"; {waiting} not run yet" if waiting else ""))
     for reason, times in _reasons(found)[:5]:
         print(f"  {times} x {reason}")
     print_files(files)
     _print_shares(shares())
+
+
+def _written(found: Any, csv: Path | None, plot: Path | None, measure: str | None) -> list[Path]:
+    from pendpin.analysis.sweep.figure import save_map
+    from pendpin.analysis.sweep.table import write_table
+
+    return [*([write_table(found, csv)] if csv else []), *([save_map(found, plot, measure)] if plot else [])]
 
 
 def _range(values: Any) -> tuple[float, float, float, int]:
