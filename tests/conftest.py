@@ -1,8 +1,23 @@
-"""Settings of Hypothesis: `pytest --hypothesis-profile=thorough` runs 100 times the examples of every property test."""
+"""A browser for tests of pages, and settings of Hypothesis.
 
+`pytest --hypothesis-profile=thorough` runs 100 times the examples of every property test.
+"""
+
+from collections.abc import Iterator
+
+import pytest
 from hypothesis import HealthCheck, settings
+
+from browser import Browser, chromium
 
 # no deadlines, no looks at how fast examples come: nothing here depends on a clock
 settings.register_profile("usual", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("thorough", settings.get_profile("usual"), max_examples=10_000, print_blob=True)
 settings.load_profile("usual")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    """A browser for the tests of a file."""
+    with chromium() as running:
+        yield running

@@ -7,17 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import pendpin as pp
 from browser import Browser, Page, chromium
 from laws import HANG
-from pendpin.graphics.drawing import Drawing
-from pendpin.graphics.page import DRAWN, contents
-from pendpin.graphics.path import TURN, smooth
+from pendpin.graphics.page import write_page
 from pendpin.graphics.run_drawing import drawing_of
-from test_view import ORANGE, of_color, swinging, write_page
+from swinging import ORANGE, of_color, swinging
 
 VIOLET = 0x6B46C1  # of the arrows
 SIZE = (800, 700)
@@ -33,12 +29,6 @@ def run() -> pp.Trajectory:
         effects=[pp.effects.Gravity(), pp.effects.Support(amplitude=(0.5, 0.2, 0.0), frequency=3.0)],
     )
     return pp.simulate(scene, method="dop853")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as running:
-        yield running
 
 
 @pytest.fixture(scope="module")
@@ -265,62 +255,6 @@ def test_the_support_is_drawn_moving_and_the_rods_with_it(run: pp.Trajectory, tm
         np.testing.assert_allclose(drawing.poses[:, 0, :3, 3], over_ground, atol=1e-15)
         np.testing.assert_allclose(drawing.trail, run.tip[:, -1] + over_ground, atol=1e-15)
         assert any(shape.body == drawing.support for shape in drawing.shapes)
-
-
-@given(
-    st.floats(1e-3, 1e3),
-    st.floats(0.0, 1e9),
-    st.floats(0.0, 2.0),
-)
-def test_a_payload_is_no_larger_than_a_third_of_its_rod(length: float, payload: float, radius: float) -> None:
-    model = pp.Chain(rods=[pp.Rod(length=length, mass=1.0, radius=radius * length, payload=payload)])
-    drawing = drawing_of(pp.simulate(pp.Scene(duration=0, model=model, effects=[pp.effects.Gravity()])))
-    balls = [shape for shape in drawing.shapes if shape.geometry == "sphere"]
-    assert len(balls) == 2
-    assert all(2 * ball.size[0] <= length / 3 * (1 + 1e-12) for ball in balls)
-
-
-@given(st.floats(0.05, 2.0), st.integers(8, 60), st.floats(0.1, 100.0))
-def test_a_fast_tip_leaves_no_corners(turn: float, samples: int, rate: float) -> None:
-    """On a circle the cubic is off by less than turn^4 / 384 of its radius (de Boor), and its pieces turn by TURN."""
-    angle = turn * np.arange(samples)
-    t = angle / rate
-    points = np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1)
-    velocities = rate * np.stack([-np.sin(angle), np.cos(angle), 0 * angle], -1)
-    times, path = smooth(t, points, velocities, 1.0, 30_000)
-    assert (times[0], times[-1]) == pytest.approx((t[0], t[-1]))
-    off = turn**4 / 384
-    assert np.abs(np.linalg.norm(path, axis=-1) - 1).max() <= off + 1e-9
-    pieces = np.diff(path, axis=0)
-    cosines = (
-        (pieces[1:] * pieces[:-1]).sum(-1) / np.linalg.norm(pieces[1:], axis=-1) / np.linalg.norm(pieces[:-1], axis=-1)
-    )
-    assert np.arccos(np.clip(cosines, -1, 1)).max() <= TURN * (1 + turn**2)
-
-
-def test_samples_too_far_apart_are_joined_by_straight_lines() -> None:
-    """Once round between two samples: no cubic knows the way, and none may leave the samples' neighbourhood."""
-    t = np.arange(20.0)
-    angle = (2 * np.pi + 0.1) * t
-    points = np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1)
-    velocities = (2 * np.pi + 0.1) * np.stack([-np.sin(angle), np.cos(angle), 0 * angle], -1)
-    _, path = smooth(t, points, velocities, 60.0, 30_000)
-    assert np.linalg.norm(path, axis=-1).max() <= 1 + 1e-12
-
-
-@pytest.mark.parametrize("factor", [1e-40, 1e-3, 1e5, 1e60])
-def test_any_size_is_drawn_alike(factor: float) -> None:
-    """A browser computes with 24 bits and a range of 1e38: sizes that do not fit are drawn as if 1 m long."""
-    one, other = contents(swinging()), contents(swinging().scaled(factor))
-    assert DRAWN[0] <= other["extent"] <= DRAWN[1]
-    for name in ("positions", "quaternions"):
-        assert other[name]["data"] == one[name]["data"]
-    assert other["trail"]["points"]["scale"] / other["extent"] == pytest.approx(one["trail"]["points"]["scale"])
-
-
-def test_drawing_names_shapes_that_do_not_fit() -> None:
-    with pytest.raises(ValueError, match="do not fit"):
-        Drawing(**(vars(swinging()) | {"forces": np.zeros((121, 2, 3))}))
 
 
 def test_a_film_shows_the_support_where_it_is(run: pp.Trajectory, tmp_path: Path) -> None:

@@ -18,169 +18,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from browser import Browser, chromium
+from browser import Browser
 from laws import HANG
 from pendpin.errors import InputError
 from pendpin.graphics import view
-from pendpin.graphics.drawing import WORLD, Drawing, Shape
-from pendpin.graphics.page import POSES, contents, page, pick, quaternions, write_page
-
-ORANGE, STEEL, BLUE = 0xD9622B, 0x7A8696, 0x2B6CB0
-LEFT, RIGHT = 1.5, 0.5  # s: when the rod of `swinging` is seen on the left and on the right
-
-
-def pose(x: float = 0, y: float = 0, z: float = 0, turn: np.ndarray | None = None) -> np.ndarray:
-    out = np.eye(4)
-    out[:3, 3] = x, y, z
-    out[:3, :3] = np.eye(3) if turn is None else turn
-    return out
-
-
-def swinging(seconds: float = 2.0, samples: int = 121, title: str = "A rod") -> Drawing:
-    """A rod of 1 m that swings about x by 1 rad, once in 2 s: farthest along y at 0.5 s, along -y at 1.5 s."""
-    t = np.linspace(0, seconds, samples)
-    turns = Rotation.from_rotvec(np.outer(np.sin(np.pi * t), [1.0, 0, 0])).as_matrix()
-    poses = np.tile(np.eye(4), (samples, 1, 1, 1))
-    poses[:, 0, :3, :3] = turns
-    sideways = Rotation.from_euler("y", 90, degrees=True).as_matrix()
-    shapes = (
-        Shape("box", (0.24, 0.24, 0.02), pose(z=0.04), STEEL, WORLD),
-        Shape("sphere", (0.018,), pose(), STEEL, 0),
-        Shape("cylinder", (0.008, 0.09), pose(turn=sideways), STEEL, WORLD),
-        Shape("cylinder", (0.01, 1.0), pose(z=-0.5), ORANGE, 0),
-    )
-    return Drawing(title, t, poses, shapes, -turns[..., 2], 1.0)
-
-
-def of_color(pixels: np.ndarray, color: int) -> np.ndarray:
-    """Where in the picture, above the bar, a colour is seen, in whatever light: rows and columns (k, 2)."""
-    wanted = np.array([(color >> 16) & 255, (color >> 8) & 255, color & 255]) / 255
-    scene = pixels[:-100]
-    brightness = scene.max(axis=-1, keepdims=True)
-    near = np.abs(scene / np.maximum(brightness, 1e-9) - wanted / wanted.max()).max(axis=-1) < 0.08
-    return np.argwhere(near & (brightness[..., 0] > 0.3))
-
-
-def tip_side(pixels: np.ndarray) -> float:
-    """How far right of its joint the rod's lower end is seen, in columns."""
-    seen = of_color(pixels, ORANGE)
-    assert len(seen) > 1000, "the rod is not seen"
-    return seen[-20:, 1].mean() - seen[:20, 1].mean()
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as running:
-        yield running
-
-
-# ---- the page --------------------------------------------------------------------------------------------------------
-
-
-def test_page_shows_the_rod_where_it_is_at_each_time(tmp_path: Path, browser: Browser) -> None:
-    path = write_page(tmp_path / "run.html", swinging())
-    assert os.listdir(tmp_path) == ["run.html"]
-    for t, side in ((RIGHT, 1), (LEFT, -1)):
-        with browser.open(f"{path.as_uri()}#t={t}") as seen:
-            picture = seen.picture()
-            assert side * tip_side(picture) > 100
-            assert len(of_color(picture, BLUE)) > 300, "the trail of the tip is not seen"
-            assert seen.text("clock") == f"{t:.2f} / 2.00 s"
-            assert seen.requests == [f"{path.as_uri()}"]
-            assert seen.complaints == []
-
-
-@pytest.mark.slow  # it reads a clock, the page's own
-def test_page_plays_in_real_time_whatever_the_spacing_of_samples(tmp_path: Path, browser: Browser) -> None:
-    path = write_page(tmp_path / "run.html", swinging(seconds=60, samples=1234))
-    now = "[performance.now() / 1000, parseFloat(document.getElementById('time').value)]"
-    every_frame = f"window.seen = []; (function look() {{ seen.push({now}); requestAnimationFrame(look) }})()"
-    with browser.open(path.as_uri(), size=(300, 200)) as seen:
-        for speed in (1, 5):
-            choose = (
-                f"const s = document.getElementById('speed'); s.value = {speed}; s.dispatchEvent(new Event('change'))"
-            )
-            seen.evaluate(f"{{{choose}}}")
-            seen.evaluate(f"{{{every_frame}}}")
-            seen.wait_for("window.seen.length > 20 && window.seen.at(-1)[0] - window.seen[0][0] > 2")
-            clock, shown = np.array(seen.evaluate("window.seen")).T
-            assert np.polyfit(clock, shown, 1)[0] == pytest.approx(speed, rel=0.05)  # however few frames there are
-
-
-def test_page_obeys_its_controls(tmp_path: Path, browser: Browser) -> None:
-    path = write_page(tmp_path / "run.html", swinging())
-    with browser.open(path.as_uri(), size=(300, 200)) as seen:
-        playing = "document.getElementById('play').classList.contains('playing')"
-        seen.wait_for(playing)
-        seen.evaluate("document.getElementById('play').click()")
-        seen.wait_for(f"!{playing}")
-        seen.evaluate("location.hash = '#t=2'")
-        seen.wait_for("document.getElementById('clock').textContent == '2.00 / 2.00 s'")
-        slide = "const s = document.getElementById('time'); s.value = 0.25; s.dispatchEvent(new Event('input'))"
-        seen.evaluate(f"{{{slide}}}")
-        seen.wait_for("document.getElementById('clock').textContent == '0.25 / 2.00 s'")
-        seen.evaluate("document.getElementById('play').click()")
-        seen.wait_for(playing)
-
-
-def test_page_has_no_outside_address_and_forbids_every_connection() -> None:
-    text = page(swinging(title="<b>&"))
-    assert re.findall(r"""(?:src|href|action)\s*=\s*["']?(?!data:)[^"'\s>]*//""", text) == []
-    assert "connect-src 'none'" in text
-    assert "default-src 'none'" in text
-    assert "<b>" not in text
-
-
-def test_writing_the_page_opens_no_socket_and_starts_no_library_that_would(tmp_path: Path) -> None:
-    run_python(f"""
-        import socket, subprocess
-        def refuse(*args, **kwargs): raise AssertionError("a socket or process was asked for")
-        socket.socket.__init__ = subprocess.Popen.__init__ = refuse
-        from test_view import swinging
-        from pendpin.graphics.page import write_page
-        write_page({str(tmp_path / "run.html")!r}, swinging())
-        assert not {{"zmq", "meshcat", "tornado", "IPython"}} & set(sys.modules)
-    """)
-    assert (tmp_path / "run.html").stat().st_size > 800_000
-
-
-def test_page_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"run\.html"):
-        write_page(tmp_path / "missing" / "run.html", swinging())
-    assert os.listdir(tmp_path) == []
-
-
-def test_meshes_are_seen_and_bad_ones_named(tmp_path: Path, browser: Browser) -> None:
-    tip = tmp_path / "tetrahedron.obj"
-    tip.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
-    stl = tmp_path / "triangle.STL"
-    facet = np.array([1, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 1], "<f4").tobytes() + bytes(2)
-    stl.write_bytes(bytes(80) + np.array([1], "<u4").tobytes() + facet)
-    still = swinging(samples=1)
-    meshes = (
-        Shape("mesh", (0.4, 0.4, 0.4), pose(z=-0.6), ORANGE, 0, str(tip)),
-        Shape("mesh", (0.3, 0.3, 0.3), pose(), BLUE, WORLD, str(stl)),
-    )
-    path = write_page(tmp_path / "run.html", Drawing("", still.t, still.poses, meshes, still.trail, 1.0))
-    with browser.open(path.as_uri()) as seen:
-        picture = seen.picture()
-        assert seen.complaints == []
-    assert len(of_color(picture, ORANGE)) > 1000
-    assert len(of_color(picture, BLUE)) > 1000
-    for name, reason in {"gone.stl": "No such file", "rod.blend": "one of: .obj, .stl, .dae"}.items():
-        bad = (Shape("mesh", (1, 1, 1), pose(), ORANGE, 0, str(tmp_path / name)),)
-        with pytest.raises(InputError, match=f"{name}.*{reason}"):
-            page(Drawing("", still.t, still.poses, bad, still.trail, 1.0))
-
-
-def test_pages_stay_small() -> None:
-    bodies, samples = 1000, 601
-    poses = np.tile(np.eye(4), (samples, bodies, 1, 1))
-    shapes = tuple(Shape("cylinder", (0.01, 0.1), pose(), ORANGE, body) for body in range(bodies))
-    many = Drawing("", np.linspace(0, 10, samples), poses, shapes, np.zeros((samples, 3)), 100.0)
-    assert len(page(many)) < 6e6
-    assert len(page(swinging(seconds=10, samples=10_001))) < 1e6
-
+from pendpin.graphics.drawing import Drawing, Shape
+from pendpin.graphics.page import POSES, contents, pick, quaternions
+from swinging import LEFT, RIGHT, swinging, tip_side
 
 # ---- its data --------------------------------------------------------------------------------------------------------
 
@@ -297,7 +141,7 @@ def live(options: str = "", before: str = "") -> Iterator[tuple[subprocess.Popen
     process = start_python(f"""
         import signal
         signal.signal(signal.SIGINT, signal.default_int_handler)  # where the tests run in the background it is off
-        from test_view import swinging
+        from swinging import swinging
         from pendpin.graphics.view import serve
         from pendpin.graphics import view
         {before}
