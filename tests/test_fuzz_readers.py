@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from fuzz_readers import Finding, Reader, reader, verdict
+from fuzz_targets import Finding, Reader, reader, verdict
 from mutations import mutate_text, mutate_zip
 
 READERS = ("scene", "urdf", "npz", "csv")

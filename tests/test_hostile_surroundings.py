@@ -68,9 +68,8 @@ def command(*arguments: str, before: Callable[[], object] = lambda: None, **opti
         before()
 
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
-    return subprocess.run(
-        [*COMMAND, *arguments], preexec_fn=prepare, timeout=HANG, check=False, **({"env": PLAIN} | streams)
-    )
+    given = {"env": PLAIN, "preexec_fn": prepare, "timeout": HANG} | streams
+    return subprocess.run([*COMMAND, *arguments], check=False, **given)
 
 
 def assert_refused(done: Any, says: str) -> None:
