@@ -76,9 +76,12 @@ def test_the_state_at_an_impact_is_the_one_after_it() -> None:
 
 
 @pytest.mark.parametrize("samples", [2, 6, 12, 13, 21])
-def test_crossings_do_not_depend_on_the_samples(samples: int) -> None:
-    """Twenty seconds with several swings between two samples, or none at all to speak of."""
-    many, few = (pp.simulate(SCENES["smooth"], duration=20.0, samples=n, tolerance=1e-11) for n in (1201, samples))
+@pytest.mark.parametrize("size", [1.0, 1e-3])
+def test_crossings_do_not_depend_on_the_samples(samples: int, size: float) -> None:
+    """Twenty seconds with several swings between two samples, or none at all to speak of; large and small swings."""
+    start = {part: {joint: size * x for joint, x in START[part].items()} for part in START}
+    scene = SCENES["smooth"].replace({"start": start})
+    many, few = (pp.simulate(scene, duration=20.0, samples=n, tolerance=1e-11 * size) for n in (1201, samples))
     found, right = (run.crossings("theta", 0.0, direction=1) for run in (few, many))
     assert len(right.t) > 5
     np.testing.assert_allclose(found.t, right.t, rtol=0, atol=1e-8)

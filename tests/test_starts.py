@@ -96,3 +96,8 @@ def test_rest_between_springs_and_wind_and_beyond_stops() -> None:
     stop = pp.effects.Stop(lower=-0.5, upper=0.5, joints=["theta"])
     with pytest.raises(pp.InputError, match="theta is beyond its stop"):
         pp.Start.at_rest(scene.replace(effects=[GRAVITY, spring, stop]))
+    stop = pp.effects.Stop(lower=-0.5, upper=0.5, joints=["phi"])
+    for rest in (1.0, -1.0):
+        held = [pp.effects.Spring(stiffness=20.0, rest=at, joints=[on]) for at, on in ((rest, "phi"), (0.2, "theta"))]
+        with pytest.raises(pp.InputError, match="phi is beyond its stop"):
+            pp.Start.at_rest(scene.replace(effects=[GRAVITY, *held, stop]))

@@ -154,6 +154,19 @@ def test_what_does_not_settle_has_no_settling_time() -> None:
     assert times[1:] == pytest.approx(np.log(50) * 2 / 3, abs=0.9)
 
 
+def test_a_case_that_cannot_go_on_does_not_touch_its_neighbours() -> None:
+    """Bit for bit: one too fast for series stops the vector that it shares with others."""
+    speeds = [1.0, 2.0, 1e70, 3.0, 4.0]
+    with_it, without = (
+        pp.sweep(scene(), {"start.velocities.theta_1": some}, ["theta_1.final", "swing"], method="taylor")
+        for some in (speeds, [v for v in speeds if v < 10])
+    )
+    assert "not a finite number" in with_it.why.values[2]
+    for name in ("theta_1.final", "swing"):
+        assert math.isnan(with_it[name].values[2])
+        np.testing.assert_array_equal(np.delete(with_it[name].values, 2), without[name].values)
+
+
 def test_a_case_that_cannot_run_is_nan_with_its_reason() -> None:
     """And the others are as they were, the first one or not."""
     found = pp.sweep(scene(), {"model.rods[0].mass": [-2.0, 1.0, -1.0, 2.0]}, "theta_1.final")

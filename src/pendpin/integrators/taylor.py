@@ -64,6 +64,8 @@ class Taylor(Integrator):
             self._set_out(min(float(times[1] - times[0]), plan.longest))
         states, failure = y[None], None
         while len(states) < len(times) and failure is None:
+            if not np.isfinite(series.time):  # a coefficient overflows
+                return Segment(states, self._steps - before, NOT_FINITE, self.memory(y))
             self._progress(series.time)
             ahead = np.concatenate([[series.time], times[len(states) :]])
             outcome, _, _, steps, _, found = series.propagate_grid(

@@ -14,7 +14,7 @@ JUMP = 1e-3  # of the offsets around it: what is still on the other side has not
 AFTER = 1e-13  # of the times: how far behind a jump the state is taken
 SHARES = np.arange(1, 8) / 8  # of an interval: where the quantity is looked at
 LEVELS = 5  # of looks, each 8 times as close as the last
-OFF = 0.1  # of the largest rate: samples that explain each other so well are dense
+OFF = 0.1  # of what a joint moves in all: samples that explain each other so well are dense
 EPS = float(np.finfo(float).eps)
 STEPS = 2.0  # looks to a step of a run whose samples are not
 FEWEST = 2  # looks between two samples that are worth it
@@ -58,13 +58,17 @@ def _with_more_samples(run: Trajectory) -> Trajectory:
 
 
 def _dense(run: Trajectory) -> bool:
-    """Whether positions follow from the rates at the samples, and rates from accelerations, within a tenth."""
+    """Whether the samples show the motion between them: no joint goes further there than it goes in all.
+
+    And positions follow from the rates at the samples, and rates from accelerations, within a tenth of that.
+    """
     dt = np.diff(run.t)[:, None]
-    off = [
-        np.abs(np.diff(x, axis=0) - dt * (rate[1:] + rate[:-1]) / 2) / np.maximum(dt * np.abs(rate).max(0), EPS)
-        for x, rate in ((run.q, run.v), (run.v, run.a))
-    ]
-    return max(part.max(initial=0.0) for part in off) <= OFF
+    for x, rate in ((run.q, run.v), (run.v, run.a)):
+        size = np.maximum(np.ptp(x, 0), EPS * np.abs(x).max())
+        off = np.abs(np.diff(x, axis=0) - dt * (rate[1:] + rate[:-1]) / 2)
+        if (dt * np.abs(rate).max(0) > size).any() or (off > OFF * size).any():
+            return False
+    return True
 
 
 def _looked_at(more: Continuation, name: str, level: float, offset: Array) -> tuple[Array, Array]:
