@@ -1,5 +1,7 @@
 """The Taylor integrator."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -68,6 +70,14 @@ class TestTaylor:
             for n in (2, 1201)
         ]
         assert np.abs(ends[0] - ends[1]).max() < 1e-13
+
+    def test_series_of_ended_runs_are_used_again(self):
+        """From other starts, one after the other and in threads: every run has the bits of the first of its kind."""
+        given = [scene(THIN, duration=d, q=(0.1 + d, 0.4), samples=90) for d in (1.0, 2.0, 3.0, 4.0)]
+        alone = [pp.simulate(one, method="taylor", tolerance=1e-12) for one in given]
+        with ThreadPoolExecutor(4) as pool:
+            again = list(pool.map(lambda one: pp.simulate(one, method="taylor", tolerance=1e-12), given * 3))
+        assert again == alone * 3
 
     def test_refuses_what_is_not_smooth(self):
         with pytest.raises(pp.InputError, match=r"effects\[1\]: drag is not smooth, and solver.method: taylor needs"):

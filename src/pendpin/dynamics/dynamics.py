@@ -206,7 +206,7 @@ def reactions(model: Model, q: Array, wrench: Array, xp: Any = np) -> Reactions 
         return None
     phi = [rod.phi for rod in model.rods]
     frames = np.array([rod.frame for rod in model.rods]).transpose(1, 2, 0)[:, :, None]  # (3, 3, 1, rods)
-    rows = np.ascontiguousarray(np.moveaxis(wrench[:, phi], -1, 0))  # (6, n, rods)
+    rows = np.ascontiguousarray(np.moveaxis(wrench, -1, 0)[..., phi])  # (6, n, rods)
     (R1, R2, minus_R3), (M1, _, M3) = (np.add.reduce(frames * part[:, None], 0) for part in (rows[:3], rows[3:]))
     s, c = xp.sin(q[:, phi]), xp.cos(q[:, phi])
     Mc = c * M3 - s * M1  # along a3

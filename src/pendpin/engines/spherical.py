@@ -40,6 +40,10 @@ class Thin(Engine):
     def directions(self, y: Array) -> tuple[Array, Array]:
         """Unit directions of the rods and their rates, (n, rods, 3) in I, from states y (n, size)."""
 
+    @abstractmethod
+    def speeds(self, y: Array) -> Array:
+        """How fast the rods' directions turn, |d'| (n, rods) in rad/s, from states y (n, size)."""
+
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
         """Angles and rates (n, nv) read from directions, with states between where a rod passes near a pole."""
         if not len(y):
@@ -67,8 +71,7 @@ class Thin(Engine):
         """The density at which no rod turns more than TURN relative to the one above, from y (n, size) at t (n,)."""
         if len(y) < 2:
             return 0.0
-        rate = self.directions(y)[1]
-        speed = np.sqrt(np.add.reduce(rate * rate, -1))
+        speed = self.speeds(y)
         speed[:, 1:] += speed[:, :-1].copy()
         turn = float((np.maximum(speed[1:], speed[:-1]).max(1) * np.diff(t)).max())
         return max(turn / TURN, steps / (len(y) - 1))
@@ -116,6 +119,11 @@ class Directions(Thin):
         d, omega = np.ascontiguousarray(y.T).reshape(2, -1, 3, len(y))  # samples last, for speed
         d = d / np.sqrt(np.add.reduce(d * d, 1))[:, None]
         return d.transpose(2, 0, 1), np.cross(omega, d, axis=1).transpose(2, 0, 1)
+
+    def speeds(self, y: Array) -> Array:
+        """|omega| (k, n) from states (k, 6 n)."""
+        omega = y[:, 3 * self.chain.n :].reshape(len(y), -1, 3)
+        return np.sqrt(np.einsum("kni,kni->kn", omega, omega))
 
     def project(self, y: Array) -> Array:
         """The state (6 n,) with unit directions and omega normal to them."""
@@ -179,6 +187,10 @@ class Spherical(Thin):
         d = -R[..., 2]
         rate = cross(np.einsum("knij,knj->kni", R, omega), d)
         return d * SIGNS, rate * SIGNS
+
+    def speeds(self, y: Array) -> Array:
+        """|d'| (k, n) from states (k, 7 n)."""
+        return np.linalg.norm(self.directions(y)[1], axis=-1)
 
     def project(self, y: Array) -> Array:
         """The state (7 n,) with unit quaternions and no spin."""

@@ -18,7 +18,7 @@ LEAST_EVALUATIONS = 2_000  # of a large model, whose evaluations take longer
 SMALL = 2  # joints: those of a model with EVALUATIONS in a segment
 FIRST_SEGMENT = 1  # output times
 FIRST_STEPS = 2  # that it takes at least, the first of them a small one
-GROWTH = 64  # of the output times of a segment, where the states that it needs are not known
+GROWTH = 256  # of the output times of a segment, where the states that it needs are not known
 MARGIN = 1.25  # of the states in the next segment, over those that this one needed
 MOST_STATES = 4_000_000  # in a segment
 
