@@ -49,8 +49,8 @@ def test_many_states_at_once(engine: type, effect: fx.Effect) -> None:
     for found, other in zip(together, alone, strict=True):
         assert largest(found - other) < 1e-13 * largest(other)
     poses = kinematics.poses(model, q)
-    apart = [dynamics.potential(q[i : i + 1], poses[i : i + 1])[0] for i in range(len(q))]
-    np.testing.assert_allclose(dynamics.potential(q, poses), apart, rtol=1e-13)
+    apart = [dynamics.potentials_at(q[i : i + 1], poses[i : i + 1])[0] for i in range(len(q))]
+    np.testing.assert_allclose(dynamics.potentials_at(q, poses), apart, rtol=1e-13)
 
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
