@@ -26,7 +26,7 @@ from run_files import (
     zipped,
 )
 
-NOT = "run.npz: not a run that pendpin saved: "
+NOT = "run.npz: not a run that pendpin saved (pendpin run SCENE saves one): "
 GOOD = good_run()
 HUGE = "(4611686018427387904,)"
 RUNS: dict[str, tuple[Content, str]] = {

@@ -47,6 +47,14 @@ def test_no_key_path(text: str) -> None:
         parsed(text)
 
 
+def test_a_record_is_no_list() -> None:
+    """One rod in place of a list of rods is named as it was given; the required value is named first."""
+    with pytest.raises(pp.InputError, match=r"^rods: Rod\(length=1.0, mass=1.0\) is not a list$"):
+        pp.Chain(rods=pp.Rod(length=1.0, mass=1.0))
+    with pytest.raises(pp.InputError, match=r"Viscous\(coefficient=..., ...\)"):
+        pp.effects.Viscous(0.1)
+
+
 @law(100)
 @given(st.integers(0, 10**9), names)
 def test_save_and_load_are_inverse(tmp_path_factory: pytest.TempPathFactory, number: int, joint: str) -> None:

@@ -53,7 +53,9 @@ class RecordType(type(BaseModel)):
 
     def from_one(cls, *values: Any) -> dict[str, Any]:
         """The fields that unnamed values stand for; a class that takes one says so."""
-        names = [name for name in _fields_at(cls, ()) if name != "kind"]
+        record: Any = cls
+        fields = {name: field for name, field in record.model_fields.items() if name != "kind"}
+        names = sorted(fields, key=lambda name: not fields[name].is_required())
         raise InputError(f"{cls.__name__}: every value needs its name: {cls.__name__}({names[0]}=..., ...)")
 
     def __dir__(cls) -> list[str]:
@@ -65,6 +67,7 @@ class Record(BaseModel, metaclass=RecordType):
     """Frozen data that refuses unknown keys; a bad value raises InputError with its key path."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+    __iter__ = None  # type: ignore  # a record is no list of its fields
     _about: ClassVar[str] = ""  # the docstring without its list of fields
 
     def given(self) -> dict[str, Any]:

@@ -204,7 +204,7 @@ class Trajectory:
         A run of code (a Torque, an effect of one's own) or of a pin.Model can be continued only with its `scene` given:
         its model and effects have to be those of the run.
         """
-        with open_arrays(Path(path), "a run that pendpin saved") as file:
+        with open_arrays(Path(path), "a run that pendpin saved (pendpin run SCENE saves one)") as file:
             run = cls(**read_fields(file))
         if scene is None:
             return run

@@ -71,7 +71,7 @@ class _Bench:
 def cost(
     scene: Scene,
     *,
-    methods: Sequence[str] | None = None,
+    methods: Sequence[str] | str | None = None,
     accuracy: float = ACCURACY,
     peers: bool = False,
     thorough: bool = False,
@@ -93,6 +93,7 @@ def cost(
     `progress` is called with the name of what is being measured. An interrupt ends the measurement; the report holds
     what was measured until then. Raises InputError for an unknown method, or where there is no reference.
     """
+    methods = [methods] if isinstance(methods, str) else methods
     _check(scene, methods, accuracy, peers)
     limit = Budget(np.inf if thorough else LIMIT * (1 + peers))
     progress("the reference")
