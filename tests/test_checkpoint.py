@@ -109,6 +109,7 @@ def assert_same(one: pp.Trajectory, other: pp.Trajectory) -> None:
     unclocked = [replace(run.stats, seconds=0.0, compile_seconds=0.0) for run in (one, other)]
     assert unclocked[0] == unclocked[1]
     assert (one.joints, one.scene, one.work.keys()) == (other.joints, other.scene, other.work.keys())
+    assert one.events == other.events
 
 
 @pytest.mark.parametrize(("given", "setting"), CASES)

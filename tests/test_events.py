@@ -225,3 +225,40 @@ def test_friction_is_small_or_large_against_the_weight(length) -> None:
     assert moved[0] > 0.05
     assert moved[1] == pytest.approx(moved[0], rel=1e-6)
     assert moved[2] == 0
+
+
+A = 1.0 / INERTIA  # rad/s², of a torque of 1 N m
+STOP, STICKY = Stop(lower=0.0, joints=["theta"]), DryFriction(kinetic=0.5, static=1.0, joints=["theta"])
+SWELL = Motor(joint="theta", amplitude=2.0, frequency=1.0)  # N m: 2 sin(t)
+EVENTS = {  # effects, the start of theta, and what happens to it when
+    "falls on a stop": ((Motor(joint="theta", torque=-1.0), STOP), (0.5, 0.0), [((1.0 / A) ** 0.5, "stop")]),
+    "leaves a stop": ((SWELL, Motor(joint="theta", torque=-1.0), STOP), (0.0, 0.0), [(np.pi / 6, "release")]),
+    "comes to rest": ((STICKY,), (0.0, 1.0), [(1.0 / (0.5 * A), "stick")]),
+    "starts to slide": ((SWELL, STICKY), (0.0, 0.0), [(np.pi / 6, "slip")]),
+    "turns back": ((Motor(joint="theta", torque=-2.0), STICKY), (0.0, 1.0), [(1.0 / (2.5 * A), "reverse")]),
+}
+
+
+@pytest.mark.parametrize("name", EVENTS)
+def test_a_run_has_its_events(name: str, tmp_path) -> None:
+    """Times, joints and kinds, from closed forms; in the file of the run too, and in a run that is continued."""
+    effects, (q, v), exact = EVENTS[name]
+    scene, ends = partial(run_of, *effects, q=(q,), v=(v,), tolerance=1e-12), exact[-1][0]
+    run = scene(duration=ends + 0.2)
+    assert [(event.joint, event.kind) for event in run.events] == [("theta", kind) for _, kind in exact]
+    assert np.allclose([event.t for event in run.events], [t for t, _ in exact], rtol=0, atol=1e-11)
+    assert pp.Trajectory.load(run.save(tmp_path / "run.npz")).events == run.events == run.at([ends / 2]).events
+    longer = scene(duration=ends / 2).extend(ends / 2 + 0.2)
+    assert np.allclose([event.t for event in longer.events], [t for t, _ in exact], rtol=0, atol=1e-11)
+
+
+def test_files_from_before_runs_had_events(tmp_path) -> None:
+    """They are read; a file whose events do not fit together is refused."""
+    run = run_of(Motor(joint="theta", torque=-1.0), STOP, q=(0.5,), tolerance=1e-9)
+    arrays = dict(np.load(run.save(tmp_path / "run.npz")))
+    np.savez(tmp_path / "odd.npz", **arrays | {"event_kind": np.array(["jump"])})
+    with pytest.raises(pp.InputError, match="events"):
+        pp.Trajectory.load(tmp_path / "odd.npz")
+    np.savez(tmp_path / "old.npz", **{name: array for name, array in arrays.items() if not name.startswith("event_")})
+    old = pp.Trajectory.load(tmp_path / "old.npz")
+    assert (old.events, old.stats) == ((), run.stats)

@@ -26,6 +26,7 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
         found = {"energy_drift": trajectory.energy().drift, "crosscheck": report and report.worst.relative}
         figures = {name: figure._asdict() for name, figure in trajectory.summary().items()}
         found |= {"crosscheck_ok": report and report.ok, "summary": figures}
+        found |= {"joint_events": [event._asdict() for event in trajectory.events]}
         print_json(asdict(stats) | found | {"files": [str(file) for file in files]})
         return
     rows = {

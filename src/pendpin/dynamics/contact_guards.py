@@ -47,6 +47,21 @@ class Guards:
                 loose[joint] = -1.0 if kind == MOST else 1.0
         return q, v, loose
 
+    def changes(self, q: Array, fired: Mask, held: Mask) -> list[tuple[int, str]]:
+        """The joints to which something happened at an event, and what (of pendpin.trajectory.KINDS).
+
+        At positions q (nv,), by the guards (m,) that fired and the joints (nv,) that are held then.
+        """
+        ends = (q >= self.contacts.upper) | (q <= self.contacts.lower)
+        found = {int(joint): "release" if ends[joint] else "slip" for joint in np.flatnonzero(self.mode.held & ~held)}
+        found |= {int(joint): "stick" for joint in np.flatnonzero(held & ~self.mode.held)}
+        for kind, joint in zip(self.kind[fired].tolist(), self.joint[fired].tolist(), strict=True):
+            if kind in (UPPER, LOWER):
+                found[joint] = "stop"
+            elif kind == RATE and not held[joint]:
+                found[joint] = "reverse"
+        return sorted(found.items())
+
 
 def guards_of(contacts: Contacts, q: Array, mode: Mode, scales: Scales, tolerance: float) -> Guards:
     """The guards of a mode from positions q (nv,) on."""

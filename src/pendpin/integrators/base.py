@@ -10,6 +10,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import RunError
+from pendpin.trajectory import Event
 
 LEAST_RTOL = 2.3e-14  # SciPy raises smaller ones to 100 times the rounding, with a warning
 NOT_FINITE = "the acceleration is not a finite number"
@@ -57,12 +58,14 @@ class Run:
     compile_seconds: float = 0.0
     failure: RunError | None = None  # why it ended early
     notes: tuple[str, ...] = ()  # what a reader of the run should know
+    happened: tuple[Event, ...] = ()  # at the events; t in s since the start
 
     def cut(self, count: int, why: str) -> "Run":
         """The run up to so many samples, and why it ends there."""
         torque = None if self.torque is None else self.torque[:count]
         arrays = {"t": self.t[:count], "q": self.q[:count], "v": self.v[:count], "work": self.work[:count]}
-        return replace(self, **arrays, torque=torque, failure=RunError(why))
+        happened = tuple(one for one in self.happened if one.t <= self.t[count - 1])
+        return replace(self, **arrays, torque=torque, failure=RunError(why), happened=happened)
 
 
 class Integrator(ABC):

@@ -3,9 +3,9 @@
 import json
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -16,10 +16,10 @@ from pendpin.arrays import Array
 from pendpin.errors import Halted, InputError, Interrupted, shown
 from pendpin.files import ArrayFile, open_arrays, refuse_targets, write_whole
 from pendpin.scene import Scene
-from pendpin.trajectory import read_array
+from pendpin.trajectory import Event, event_arrays, read_array, read_events
 from pendpin.versions import VERSION, installed
 
-FORMAT = 1
+FORMAT = 2
 EVERY = 5.0  # s of wall time between two saves, unless another is given
 LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # on which the numbers of a run depend
 REMEDY = "delete it or name another file"
@@ -40,6 +40,8 @@ class RunState:
     evaluations: int = 0
     events: int = 0
     seconds: float = 0.0
+    log: list[Event] = field(default_factory=list)  # what happened at the events, shared as `room` is
+    logged: int = 0  # how many of these belong to the state
 
     @classmethod
     def at_start(cls, first: Array, count: int, carried: dict[str, Array]) -> "RunState":
@@ -59,13 +61,19 @@ class RunState:
         return self.n == len(self.room)
 
     def grown(
-        self, samples: Array, carried: dict[str, Array], steps: int, evaluations: int, events: int = 0
+        self,
+        samples: Array,
+        carried: dict[str, Array],
+        steps: int,
+        evaluations: int,
+        happened: Sequence[Event] | None = None,
     ) -> "RunState":
-        """The state with more samples (k, columns), and the counts increased."""
+        """The state with more samples (k, columns), the counts increased, and what happened if there was an event."""
         n = self.n + len(samples)
         self.room[self.n : n] = samples
-        counts = {"steps": self.steps + steps, "evaluations": self.evaluations + evaluations}
-        return replace(self, n=n, carried=carried, events=self.events + events, **counts)
+        self.log[self.logged :] = happened or ()
+        counts = {"steps": self.steps + steps, "evaluations": self.evaluations + evaluations, "logged": len(self.log)}
+        return replace(self, n=n, carried=carried, events=self.events + (happened is not None), **counts)
 
 
 @dataclass(frozen=True)
@@ -160,6 +168,7 @@ def save(path: Path, run: dict[str, Any], state: RunState) -> None:
     meta = np.array(json.dumps({"checkpoint": FORMAT, "run": run}))
     arrays: dict[str, Any] = {"samples": state.samples, "counts": counts, "meta": meta}
     arrays |= {f"carried_{name}": array for name, array in state.carried.items()}
+    arrays |= event_arrays(state.log[: state.logged])
     write_whole(path, lambda file: np.savez(file, **arrays))
 
 
@@ -191,7 +200,8 @@ def _read(file: ArrayFile, first: RunState) -> RunState:
     if (counts < 0).any() or (counts[:3] % 1).any():
         raise ValueError("array 'counts' holds no counts")
     steps, evaluations, events = map(int, counts[:3])
-    return RunState(first.room, n, carried, steps, evaluations, events, float(counts[3]))
+    log = list(read_events(file))
+    return RunState(first.room, n, carried, steps, evaluations, events, float(counts[3]), log, len(log))
 
 
 def _difference(saved: Any, now: Any, place: str = "run") -> str | None:

@@ -54,12 +54,13 @@ class Continuation:
         rows = self.filled(pieces, before[first])
         wanted = np.searchsorted(rows.t, t - start, side="right") - 1
         counts = {name: sum(getattr(piece, name) for piece in pieces) for name in COUNTS}
-        return replace(samples_of(rows, wanted), t=t, stats=replace(self.run.stats, **counts))
+        stats = replace(self.run.stats, **counts)
+        return replace(samples_of(rows, wanted), t=t, stats=stats, events=self.run.events)
 
     def filled(self, pieces: list[Run], samples: ArrayLike) -> Trajectory:
-        """All rows of k pieces, with accelerations, wrenches and energies; each begins at one of `samples` (k,) of the run.
+        """All rows of k pieces, with accelerations, wrenches and energies, and the events of the first.
 
-        t is counted from the scene's start, the work on from those samples.
+        Each begins at one of `samples` (k,) of the run. t is counted from the scene's start, the work from those samples.
         """
         arrays = {name: np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("t", "q", "v", "work")}
         torque = (

@@ -72,7 +72,7 @@ class IntegrationLoop(ABC):
         compiling = self.integrator.compile_seconds + self.engine.compile_seconds
         counts = (done.steps, done.evaluations, done.events, done.seconds)
         run = Run(*arrays, *counts, self.library, self.version, compiling)
-        return replace(run, failure=error)
+        return replace(run, failure=error, happened=tuple(done.log[: done.logged]))
 
 
 def integrate_to_end(

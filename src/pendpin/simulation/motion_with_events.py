@@ -14,6 +14,7 @@ from pendpin.integrators.events import AtRest, EventIntegrator, SegmentToEvent, 
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.loop import IntegrationLoop, Task
 from pendpin.simulation.smooth_motion import SmoothLoop
+from pendpin.trajectory import Event
 from pendpin.versions import version
 
 SAMPLES_A_SEGMENT = 64  # output times of a segment
@@ -61,17 +62,23 @@ class LoopWithEvents(IntegrationLoop):
         end = float(min(times[-1:].tolist() + self.pace.corners[corner : corner + 1].tolist()))
         guards, stepper = self._guards(y, mode), self._stepper(float(self.pace.shortest[corner]), mode)
         found = integrate_to_event(stepper, guards.values, guards.floor, t, y, end, times)
+        happened: list[Event] | None = None
         rows, failure = self._rows(found.samples, times[: len(found.samples)], mode), found.failure
-        at_once, events = at_once + 1 if found.t <= t else 0.0, int(found.fired is not None)
+        at_once = at_once + 1 if found.t <= t else 0.0
         if at_once > MOST_AT_ONCE:
             failure = f"{t:g} s after the start there are more than {MOST_AT_ONCE:g} events at once"
         if not failure:
             try:
                 y, mode = self._after(found, guards)
+                if found.fired is not None:
+                    changes = guards.changes(y[: self.nv], found.fired, mode.held)
+                    happened = [
+                        Event(float(found.t), self.dynamics.model.joints[joint], kind) for joint, kind in changes
+                    ]
             except (RunError, np.linalg.LinAlgError) as error:
                 failure = str(error)
         carried = _carried(found.t, y, mode, at_once)
-        return done.grown(rows, carried, found.steps, self._evaluations() - before, events), failure
+        return done.grown(rows, carried, found.steps, self._evaluations() - before, happened), failure
 
     def _evaluations(self) -> int:
         """The evaluations of the equations so far."""

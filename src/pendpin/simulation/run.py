@@ -215,6 +215,7 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
             stopped=None if run.failure is None else str(run.failure),
             notes=run.notes,
         ),
+        events=tuple(event._replace(t=scene.start.time + event.t) for event in run.happened),
         work={} if balance is None else balance.close(run.work, potentials),
         scene=scene.recorded(),
         source=scene,

@@ -4,9 +4,23 @@ May import: the ground.
 To add a result: a field in trajectory.py, its shape in reading.py, its name and unit in columns.py.
 """
 
-from pendpin.trajectory.parts import Counts, Energy, Reactions, Stats, exchanged
-from pendpin.trajectory.reading import read_array
+from pendpin.trajectory.parts import KINDS, Counts, Energy, Event, Reactions, Stats, exchanged
+from pendpin.trajectory.reading import event_arrays, read_array, read_events
 from pendpin.trajectory.samples import joined, samples_of
 from pendpin.trajectory.trajectory import Trajectory
 
-__all__ = ["Counts", "Energy", "Reactions", "Stats", "Trajectory", "exchanged", "joined", "read_array", "samples_of"]
+__all__ = [
+    "KINDS",
+    "Counts",
+    "Energy",
+    "Event",
+    "Reactions",
+    "Stats",
+    "Trajectory",
+    "event_arrays",
+    "exchanged",
+    "joined",
+    "read_array",
+    "read_events",
+    "samples_of",
+]

@@ -61,6 +61,20 @@ class Energy(NamedTuple):
         return float(np.abs(self.total - self.total[0]).max() / self.exchanged[-1])
 
 
+KINDS = ("stick", "reverse", "slip", "stop", "release")
+
+
+class Event(NamedTuple):
+    """What happened to a joint: a sliding one comes to rest (stick) or turns back (reverse), a held one starts to slide
+
+    (slip), one reaches a limit (stop) or leaves the limit on which it rested (release).
+    """
+
+    t: float  # s, as a run's t
+    joint: str
+    kind: str  # one of KINDS
+
+
 @dataclass(frozen=True, kw_only=True)
 class Counts:
     """What one run took, or many together: method, setting, counts and times."""

@@ -1,6 +1,7 @@
 """Reading a run from its file: every array is checked before it is used, and nothing in the file is executed."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any, TypeGuard
 
@@ -10,7 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from pendpin.files import ArrayFile
 from pendpin.records import LARGEST, fault_text
-from pendpin.trajectory.parts import Reactions, Stats
+from pendpin.trajectory.parts import KINDS, Event, Reactions, Stats
 
 FORMAT = 1
 ARRAYS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tip")
@@ -30,7 +31,26 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
     reactions = Reactions(*(read_array(file, name, universal) for name in Reactions._fields)) if universal else None
     kinds = [name.removeprefix("work_") for name in file.headers if name.startswith("work_")]
     work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
+    found |= {"events": read_events(file, joints)}
     return found | {"joints": joints, "rods": reactions, "work": work, "stats": stats, "scene": scene}
+
+
+def event_arrays(events: Sequence[Event]) -> dict[str, NDArray[Any]]:
+    """The arrays of a file that hold events; none where there are none."""
+    return {
+        f"event_{name}": np.array(part) for name, part in zip(Event._fields, zip(*events, strict=True), strict=False)
+    }
+
+
+def read_events(file: ArrayFile, joints: Sequence[str] | None = None) -> tuple[Event, ...]:
+    """The events in a file, of these joints if they are given. Raises ValueError for such as cannot have been."""
+    if "event_t" not in file.headers:
+        return ()
+    t = read_array(file, "event_t", (_length(file, "event_t", 0),))
+    names, kinds = (read_array(file, name, ("events",), text=True) for name in ("event_joint", "event_kind"))
+    if not len(t) == len(names) == len(kinds) or not set(names) <= set(joints or names) or not set(kinds) <= set(KINDS):
+        raise ValueError("the arrays of events do not fit together")
+    return tuple(map(Event, t.tolist(), names.tolist(), kinds.tolist()))
 
 
 def _length(file: ArrayFile, name: str, axis: int) -> int:

@@ -25,4 +25,4 @@ def joined(runs: Sequence[Trajectory]) -> Trajectory:
         columns = zip(*(run.reactions() for run in runs), strict=True)
         arrays["rods"] = Reactions(*(np.concatenate(parts) for parts in columns))
     work = {kind: np.concatenate([run.work[kind] for run in runs]) for kind in runs[0].work}
-    return replace(runs[0], **arrays, work=work)
+    return replace(runs[0], **arrays, work=work, events=tuple(event for run in runs for event in run.events))

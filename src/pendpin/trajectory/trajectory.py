@@ -14,9 +14,9 @@ from pendpin.files import open_arrays, refuse_other_format, write_whole
 from pendpin.late import from_above
 from pendpin.records import LARGEST
 from pendpin.trajectory.columns import Place, column, columns
-from pendpin.trajectory.parts import Energy, Reactions, Stats, exchanged
+from pendpin.trajectory.parts import Energy, Event, Reactions, Stats, exchanged
 from pendpin.trajectory.presentation import Summary, page, summary, text, title
-from pendpin.trajectory.reading import ARRAYS, FORMAT, read_fields
+from pendpin.trajectory.reading import ARRAYS, FORMAT, event_arrays, read_fields
 from pendpin.trajectory.tables import to_csv, to_pandas
 
 
@@ -41,6 +41,7 @@ class Trajectory:
     tip: Array  # (n, rods, 3), world frame W
     rods: Reactions | None  # None for a model without universal joints
     stats: Stats
+    events: tuple[Event, ...] = ()  # of dry friction and stops, as they happened; none in files of pendpin 0.1.0
     work: dict[str, Array] = field(default_factory=dict)  # J (n,), of each kind of effect, with energy_balance
     scene: dict[str, Any] = field(default_factory=dict)  # as in a scene file
     source: Any = field(default=None, repr=False, compare=False)  # the Scene that was run, in the process that ran it
@@ -76,8 +77,8 @@ class Trajectory:
         """Whether another run is of the same scene and holds the same numbers."""
         if not isinstance(other, Trajectory):
             return NotImplemented
-        same = (self.joints, self.scene, self.work.keys()) == (other.joints, other.scene, other.work.keys())
-        return same and all(map(np.array_equal, self._arrays(), other._arrays()))
+        named = [(run.joints, run.scene, run.events, run.work.keys()) for run in (self, other)]
+        return named[0] == named[1] and all(map(np.array_equal, self._arrays(), other._arrays()))
 
     def __hash__(self) -> int:
         """Equal runs have equal hashes."""
@@ -193,6 +194,7 @@ class Trajectory:
         if self.rods is not None:
             arrays |= self.rods._asdict()
         arrays |= {f"work_{kind}": work for kind, work in self.work.items()}
+        arrays |= event_arrays(self.events)
         meta = {"format": FORMAT, "scene": self.scene, **asdict(self.stats)}
         arrays["meta"] = np.array(json.dumps(meta))
         return write_whole(Path(path), lambda file: np.savez_compressed(file, **arrays))
