@@ -238,6 +238,7 @@ def test_the_command_writes_json_and_a_page(tmp_path):
     assert {symbol.name for symbol in residual.free_symbols} == names
     text = page.read_text()
     assert "<math" in text
+    assert not re.search(r"<p>(Mend|Or): [^<]*\\", text)  # formulas within words are typeset too
     assert "://" not in text
     assert 'class="changed"' in text
 

@@ -75,7 +75,7 @@ def run(
         with inside(place_named(urdf or scene)), progress_bar("integrating", chosen.duration, hidden=json) as progress:
             print_notes(chosen, strict)
             trajectory, stopped = _simulated(chosen, settings, progress)
-        if explain:
+        if explain and not json:
             print_binding(chosen, trajectory.stats)
         report = along(trajectory)
         print_run(trajectory, report, write_run(trajectory, out, plot, html), json)

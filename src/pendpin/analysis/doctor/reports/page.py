@@ -21,7 +21,7 @@ from pendpin.files import write_whole
 PER_SECOND = 30  # poses of the animation
 _PHRASES = re.compile(
     r"(\bthe (?:sign of|factor|term|\w+)\b|\bshould be\b|\bis (?:missing(?: in| after)?|too many|wrong)\b"
-    r"|\bare exchanged\b|,? \band\b|, (?:in|where)[a-z ]+$)"
+    r"|\bare exchanged\b|\bfor\b|\bheals equations .*|,? \band\b|, (?:in|where)[a-z ]+$)"
 )
 
 
@@ -36,7 +36,7 @@ def page(diagnosis: Diagnosis) -> str:
         "summary": _text(summary(diagnosis)),
         "remarks": "".join(f"<p>{_text(remark)}</p>" for remark in diagnosis.remarks),
         "shared": "".join(
-            f"<p><strong>{_text(shared_words(s.old, s.new, s.numbers))}</strong></p>" for s in diagnosis.shared
+            f"<p><strong>{_typeset(shared_words(s.old, s.new, s.numbers))}</strong></p>" for s in diagnosis.shared
         ),
         "harm": _harm(diagnosis.harm),
         "equations": "\n".join(_card(finding) for finding in diagnosis.findings),
@@ -76,7 +76,7 @@ def _mend(mend: Mend, rank: int) -> str:
 
 
 def _typeset(words: str) -> str:
-    """The words of a mend, their formulas typeset where they are in LaTeX and can be read alone."""
+    """Words on mends, their formulas typeset where they are in LaTeX and can be read alone."""
     return "".join(_formula(piece) if "\\" in piece else _text(piece) for piece in _PHRASES.split(words))
 
 
