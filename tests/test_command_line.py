@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -80,6 +81,23 @@ def test_examples_are_printed_as_scenes_that_can_be_read_anywhere(
     assert run_main("new", name) == 0
     (folder / "mine.toml").write_text(capfd.readouterr().out)
     assert pp.load_scene("mine.toml") == pp.load_scene(examples_folder() / f"{name}.toml")
+
+
+def test_ctrl_c_while_the_command_line_is_imported_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    """The first tenths of a second of every command."""
+    import pendpin.cli
+
+    class BeingImported:
+        def __getattr__(self, name: str) -> None:
+            raise KeyboardInterrupt
+
+    monkeypatch.setitem(sys.modules, "pendpin.cli.app", BeingImported())
+    with pytest.raises(SystemExit) as end:
+        pendpin.cli.main()
+    assert end.value.code == 130
+    assert capsys.readouterr().err == "pendpin: stopped by the user\n"
 
 
 def test_examples_answer_what_they_ask(capfd: pytest.CaptureFixture) -> None:
