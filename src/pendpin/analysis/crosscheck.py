@@ -129,10 +129,7 @@ def _sizes(dynamics: Dynamics, q: Array, v: Array, reference: Answer, by_hand: b
     sizes |= dict.fromkeys(("R1", "R2", "R3"), found.force[:, at])
     sizes |= dict.fromkeys(("M3", "Mc"), found.moment[:, at])
     others = other_joints(model)
-    return sizes | {
-        "force": np.repeat(found.force[:, others], 3, -1),
-        "moment": np.repeat(found.moment[:, others], 3, -1),
-    }
+    return sizes | {name: np.repeat(getattr(found, name)[:, others], 3, -1) for name in ("force", "moment")}
 
 
 def _places(dynamics: Dynamics) -> dict[str, list[str]]:

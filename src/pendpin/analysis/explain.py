@@ -19,9 +19,8 @@ def _lines(dynamics: Dynamics, stats: Stats) -> Iterator[str]:
     yield f"{len(model.joints)} joints, {len(model.bodies)} bodies; method: {stats.method}; engine: {stats.engine}"
     constant = [e.kind for e in effects if isinstance(e, FieldEffect) and e.constant]
     yield f"constant fields: {_names(constant)}, summed once: {np.array2string(loads.constant, precision=6)} m/s²"
-    yield from _interface(
-        "fields that vary with time", [e for e in effects if isinstance(e, FieldEffect) and not e.constant]
-    )
+    varying = [e for e in effects if isinstance(e, FieldEffect) and not e.constant]
+    yield from _interface("fields that vary with time", varying)
     for effect in effects:
         if isinstance(effect, JointEffect):
             yield f"joint torques: {effect.kind} on {_names(effect.on or model.joints)}"

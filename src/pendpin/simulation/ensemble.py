@@ -97,18 +97,17 @@ def simulate_many(
     dynamics = bind(scene)
     integrator = None if scene.solver.accuracy or scene.solver.method == "auto" else integrator_for(scene, dynamics)
     table = _Table(q, v, len(scene.times), progress)
+    result = partial(table.ensemble, scene, dynamics.model.joints, workers)
     try:
         if isinstance(integrator, Taylor):
             _by_series(scene, integrator, table, workers)
         _one_by_one(scene, table, workers)
     except (KeyboardInterrupt, Interrupted):
         reason = f"stopped by the user after {table.done.sum()} of {len(q)} starts"
-        raise Interrupted(
-            reason, table.ensemble(scene, dynamics.model.joints, workers, "not run: stopped by the user")
-        ) from None
+        raise Interrupted(reason, result("not run: stopped by the user")) from None
     except RunError as error:
-        raise RunError(str(error), table.ensemble(scene, dynamics.model.joints, workers, f"not run: {error}")) from None
-    return table.ensemble(scene, dynamics.model.joints, workers)
+        raise RunError(str(error), result(f"not run: {error}")) from None
+    return result()
 
 
 def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> Scene:
@@ -178,8 +177,7 @@ class _Took(NamedTuple):
 
     def plus(self, other: "_Took") -> "_Took":
         """The sum of both."""
-        steps, evaluations = self.steps + other.steps, self.evaluations + other.evaluations
-        return _Took(steps, evaluations, self.seconds + other.seconds, self.compile_seconds + other.compile_seconds)
+        return _Took._make(one + more for one, more in zip(self, other, strict=True))
 
 
 class _Table:
@@ -207,10 +205,7 @@ class _Table:
             method=", ".join(sorted(self.methods)) or solver.method,
             tolerance=solver.tolerance,
             step=None if solver.step is None else steps_of(scene.times, solver.step)[1],
-            steps=took.steps,
-            evaluations=took.evaluations,
-            seconds=took.seconds,
-            compile_seconds=took.compile_seconds,
+            **took._asdict(),
             workers=workers,
             library=", ".join(name for name, _ in sorted(self.libraries)),
             version=", ".join(version for _, version in sorted(self.libraries)),
@@ -244,7 +239,6 @@ class _Row(NamedTuple):
 
     q: Array  # (n, nv)
     v: Array
-    took: _Took
     stats: Stats | None  # None where it did not begin
     failure: str | None  # why it ended early
 
@@ -262,7 +256,7 @@ def _one_by_one(scene: Scene, table: _Table, workers: int) -> None:
                 table.methods.add(row.stats.method)
                 table.libraries.add((row.stats.library, row.stats.version))
             table.failures |= {place: row.failure} if row.failure else {}
-            table.finish(place, row.took)
+            table.finish(place, _Took._make(getattr(row.stats, name, 0) for name in _Took._fields))
 
 
 def _alone(scene: Scene, start: tuple[Array, Array]) -> _Row:
@@ -277,7 +271,5 @@ def _alone(scene: Scene, start: tuple[Array, Array]) -> _Row:
         run, failure = error.partial, str(error)
     except InputError as error:
         none = np.empty((0, len(q)))
-        return _Row(none, none, _Took(), None, str(error))
-    stats = run.stats
-    took = _Took(stats.steps, stats.evaluations, stats.seconds, stats.compile_seconds)
-    return _Row(run.q, run.v, took, stats, failure)
+        return _Row(none, none, None, str(error))
+    return _Row(run.q, run.v, run.stats, failure)

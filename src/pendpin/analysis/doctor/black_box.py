@@ -180,12 +180,9 @@ def _row(quantity: str, places: tuple[str, ...], i: int, ours: Array, right: Arr
     words = [f"off by {errors.max():.2g} of its size, {'already' if first == 0 else 'only with'} {PARTS[first]}"]
     twins = (places[j] for j in range(len(places)) if np.abs(ours - right[..., j]).max() <= BOUND * size)
     words += [f"it is that of {twin}" for twin in twins][:1]
-    parts = {
-        "the part at rest": (ours[0], true[0]),
-        "the part that comes with the rates": (ours[2] - ours[0], true[2] - true[0]),
-    }
-    for name, (a, b) in parts.items():
-        factor = _factor(a, b)
+    moving = (ours[2] - ours[0], true[2] - true[0])
+    for name, pair in (("the part at rest", (ours[0], true[0])), ("the part that comes with the rates", moving)):
+        factor = _factor(*pair)
         if factor is not None and abs(factor - 1) > BOUND:
             words.append(f"{name} is {factor:.6g} times what it should be")
     return Row(quantity, places[i], float(errors.max()), "; ".join(words))

@@ -71,6 +71,11 @@ class Setting:
         """The swings of the joints that move (n,), from the columns."""
         return joint_angles(self.equations, self.sensors, self.swings, self.free.start)
 
+    @cached_property
+    def regression(self) -> Regression:
+        """The accelerations that the data show, for equation error."""
+        return regression(self.equations, self.shift, self.angles, SMOOTHING * self.pace)
+
 
 @dataclass(frozen=True, eq=False)
 class Solution:
@@ -202,21 +207,16 @@ def search_thin(setting: Setting) -> int:
     return max(1, int(STEP * setting.pace / spacing))
 
 
-def _regression(setting: Setting) -> Regression:
-    return regression(setting.equations, setting.shift, setting.angles, SMOOTHING * setting.pace)
-
-
 def _by_equation_error(setting: Setting, problem: Problem) -> Array:
     """The unknowns (nx,) that explain the accelerations best, from the guesses."""
-    found = _regression(setting)
     p = _rescaled(setting, problem, problem.prior)
-    return regressed(found, p.prior, p.scale, p.lower, p.upper, p.still)
+    return regressed(setting.regression, p.prior, p.scale, p.lower, p.upper, p.still)
 
 
 def _rescaled(setting: Setting, problem: Problem, x: Array) -> Problem:
     """The problem with natural scales at unknowns x (nx,); those that change nothing keep the one they have."""
     z, offsets = problem.split(x)
-    found = natural_scale(_regression(setting), z, offsets)
+    found = natural_scale(setting.regression, z, offsets)
     scale = problem.scale.copy()
     scale[: len(z)] = np.where(found > 0, found, scale[: len(z)])
     positive = np.pad(setting.free.positive, (0, len(x) - len(z)))

@@ -241,10 +241,8 @@ def lyapunov(run: Trajectory) -> float:
         q, v = np.split(states[begin] + apart_by, 2)
         start = Start(time=float(run.t[begin]), positions=tuple(q.tolist()), velocities=tuple(v.tolist()))
         solver = scene.solver.model_copy(update={"samples": 2})
-        piece = scene.model_copy(
-            update={"start": start, "duration": float(run.t[end] - run.t[begin]), "solver": solver}
-        )
-        other = run_to_setting(piece)
+        given = {"start": start, "duration": float(run.t[end] - run.t[begin]), "solver": solver}
+        other = run_to_setting(scene.model_copy(update=given))
         apart_by = np.concatenate([other.q[-1], other.v[-1]]) - states[end]
         grown = float(np.linalg.norm(apart_by))
         growth += math.log(grown / small)
@@ -279,9 +277,7 @@ MEASURES = {
     "swing": Measure("swing", "rad", swing, of_motion=_swings),
     "period": Measure("period", "s", period),
     "energy_drift": Measure("energy_drift", "", energy_drift),
-    "settling_time": Measure(
-        "settling_time", "s", settling_time, of_motion=lambda motion: _settled(motion.t, motion.q)
-    ),
+    "settling_time": Measure("settling_time", "s", settling_time, of_motion=lambda m: _settled(m.t, m.q)),
     "flip_time": Measure("flip_time", "s", flip_time, of_motion=lambda motion: motion.flips, ends=True),
     "lyapunov": Measure("lyapunov", "1/s", lyapunov),
     "divergence": Measure("divergence", "", pair=divergence, of_motions=_divergence_of_motions, ends=True),

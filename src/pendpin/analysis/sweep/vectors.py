@@ -136,10 +136,8 @@ def _start_joints(task: Task, model: Model) -> tuple[Indices, Indices] | None:
     """Where in (q, v) each key belongs, if all are angles or rates of the start in radians; else None."""
     paths = [parsed(key) for key in task.plan.keys]
     fields = ("positions", "velocities")
-    if (
-        any(len(path) != 3 or path[0] != "start" or path[1] not in fields for path in paths)
-        or task.scene.start.unit == "degrees"
-    ):
+    states = all(len(path) == 3 and path[0] == "start" and path[1] in fields for path in paths)
+    if not states or task.scene.start.unit == "degrees":
         return None
     joints = [path[2] if isinstance(path[2], int) else model.index(path[2], "vary") for path in paths]
     return np.array([fields.index(str(path[1])) for path in paths]), np.array(joints)

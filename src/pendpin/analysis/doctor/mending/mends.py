@@ -145,11 +145,8 @@ def _zero(rows: Values, size: float) -> bool:
 
 def _pairs(listed: list[Edit], effects: list[Values | None], rows: Values) -> list[Edit]:
     """Two moves whose effects add up to what is missing: sorted by the first state, compared on all."""
-    usable = [
-        (edit, after)
-        for edit, after in zip(listed, effects, strict=True)
-        if after is not None and after.shape == rows.shape and np.isfinite(after).all()
-    ]
+    known = ((edit, after) for edit, after in zip(listed, effects, strict=True) if after is not None)
+    usable = [(edit, after) for edit, after in known if after.shape == rows.shape and np.isfinite(after).all()]
     usable = sorted(usable, key=lambda pair: pair[0].cost)[:MOST_PAIRED]
     if len(usable) < 2:
         return []

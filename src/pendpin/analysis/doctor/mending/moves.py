@@ -140,11 +140,8 @@ def alternatives(name: str, quantities: Quantities) -> list[str]:
 def _in_use(name: str, context: Context, editor: Editor) -> bool:
     """Whether a name is a parameter of the rod, or one that the text uses."""
     rod = context.quantities.rod
-    return (
-        name not in ("h", "r", "I1", "I2", "I3", "J1", "J2", "J3")
-        or name in (*PARAMETERS[rod], *RODS[rod])
-        or name in editor.printer.styles
-    )
+    usual = name not in ("r", *ANY) or name in (*PARAMETERS[rod], *RODS[rod])
+    return usual or name in editor.printer.styles
 
 
 def _powers(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:

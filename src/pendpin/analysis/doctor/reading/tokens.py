@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from itertools import takewhile
 from typing import NamedTuple
 
 from pendpin.analysis.doctor.reading.names import FUNCTIONS, GREEK, is_word, letters_of
@@ -195,16 +196,12 @@ def joined(found: list[Token]) -> list[Token]:
     for i, token in enumerate(found):
         if token.kind == "row" and not _inside_matrix(kept):
             line = [other for other in found[i + 1 :] if other.kind != "&"]
-            end = next((k for k, other in enumerate(line) if other.kind == "row"), len(line))
-            goes_on = bool(line) and line[0].kind == "operator" and not any(t.kind == "relation" for t in line[:end])
-            if goes_on:
+            kinds = [other.kind for other in takewhile(lambda other: other.kind != "row", line)]
+            if line and line[0].kind == "operator" and "relation" not in kinds:
                 continue
         kept.append(token)
-    return [
-        t
-        for i, t in enumerate(kept)
-        if not (t.kind == "&" and i and kept[i - 1].kind != "row" and not _inside_matrix(kept[:i]))
-    ]
+    aligns = lambda i: i and kept[i - 1].kind != "row" and not _inside_matrix(kept[:i])  # noqa: E731
+    return [token for i, token in enumerate(kept) if not (token.kind == "&" and aligns(i))]
 
 
 def _inside_matrix(before: list[Token]) -> bool:
