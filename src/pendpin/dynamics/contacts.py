@@ -204,7 +204,7 @@ class Contacts:
             for _ in range(50 + 10 * len(q) ** 2):
                 mode = Mode(held.copy(), sign.copy(), scales.torque)
                 a, holding = self.accelerate(t, q, v, mode)
-                mode = replace(mode, torque=self._torques(holding, scales))
+                mode = Mode(mode.held, mode.sign, self._torques(holding, scales))
                 unfit = self._beyond(q, holding, mode, rounding) | self._backwards(q, a, mode, resting, rounding)
                 if not unfit.any():
                     return mode

@@ -25,6 +25,7 @@ CLOSE = 1e-9  # a correction of a root so small is the last: the next by Newton'
 Functions = Callable[[Array], Array]  # times (n,) -> values (n, m)
 
 _NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # rising, -1 to 1
+_SHARES = (_NODES + 1) / 2  # of an interval
 _STEEPEST = np.arange(DEGREE + 1) ** 2  # the largest slopes of Chebyshev's polynomials on -1 to 1
 _VALUES = chebyshev.chebvander(_NODES, DEGREE)  # at the nodes, of each polynomial
 _COEFFICIENTS = np.linalg.inv(_VALUES)
@@ -89,14 +90,15 @@ def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None
 
     A function whose first term outweighs the slopes of all others has its least value at an end.
     """
-    times = bounds[:-1, None] + np.multiply.outer(np.diff(bounds) / 2, _NODES + 1)
-    times[:, -1] = bounds[1:]
-    series = _COEFFICIENTS @ sample(times.reshape(-1)).reshape(*times.shape, -1)
+    begin, end = bounds[:-1, None], bounds[1:, None]
+    times = begin + (end - begin) * _SHARES
+    times[:, -1:] = end
+    values = sample(times.reshape(-1)).reshape(*times.shape, -1)
+    series = _COEFFICIENTS @ values
     sizes = np.abs(series)
     unseen = UNSEEN * np.maximum(sizes[:, -1], sizes[:, -2])
-    ends = series[:, ::2].sum(1) - np.abs(series[:, 1::2].sum(1))
     inside = series[:, 0] - sizes[:, 1:].sum(1)
-    least = np.where(sizes[:, 1] > _STEEPEST[2:] @ sizes[:, 2:], ends, inside)
+    least = np.where(sizes[:, 1] > _STEEPEST[2:] @ sizes[:, 2:], np.minimum(values[:, 0], values[:, -1]), inside)
     reaching = least - unseen < -floor
     resolved = ~(reaching & (unseen > floor)).any(1)
     places = np.flatnonzero(reaching.any(1))[::-1].tolist()
