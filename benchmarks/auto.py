@@ -1,18 +1,23 @@
 """How good `auto` is: its whole time, compiling included, beside that of the best fixed method and engine, on 36 scenes.
 
 1, 2, 3, 10, 30, 100 rods; bare, damped, drag, moving support, friction, thin; 2 s and 60 s by turns; tolerances 1e-4,
-1e-7, 1e-10 by turns. Each choice runs ten times in a process of its own, with another mass each time; heyoka's cache on
-disk is off. Times are of the processor. A fixed choice counts where its tip error is at most three times that of auto, or
-ten times its tolerance; errors are against dop853 at 1e-12. Run it on an idle machine: python benchmarks/auto.py
+1e-7, 1e-10 by turns. Long chains run for a shorter time (`horizon`). Each choice runs ten times in a process of its own,
+with another mass each time; heyoka's cache on disk is off. Times are of the processor; a process has 20 s of it. A fixed
+choice counts where its tip error is at most three times that of auto, or ten times its tolerance; errors are against
+dop853 at 1e-12, where that ends in time, else against the finest choice that does. With --against, the auto of another
+source tree runs by turns with it. Run it on an idle machine, about 20 minutes of processor time: python benchmarks/auto.py
 """
 
 import argparse
+import itertools
 import json
 import os
 import platform
+import resource
 import subprocess
 import sys
 import time
+from importlib.metadata import version
 from statistics import median
 from typing import Any
 
@@ -22,7 +27,7 @@ DURATIONS = (2.0, 60.0)
 TOLERANCES = (1e-4, 1e-7, 1e-10)
 FIXED = (("dop853", "auto"), ("dop853", "compiled"), ("taylor", "auto"), ("lsoda", "compiled"), ("rk45", "compiled"))
 RUNS = (1, 2, 10)
-LONGEST = 20.0  # s of processor: a choice that takes longer for one run is left
+LONGEST = 20  # s of processor for a process: a choice that takes longer for its first run is left out
 
 
 def scene(rods: int, kind: str, duration: float, tolerance: float, choice: tuple[str, str], run: int) -> Any:
@@ -69,14 +74,15 @@ def measured(case: dict[str, Any]) -> dict[str, Any]:
     return {"seconds": seconds, "tips": first, "chosen": chosen}
 
 
-def in_a_process(case: dict[str, Any]) -> dict[str, Any] | None:
-    """The same in a fresh process; None where the choice does not take the scene, or takes too long."""
+def in_a_process(case: dict[str, Any], source: str | None = None) -> dict[str, Any]:
+    """The same in a fresh process, of another source tree if one is given; "failed" says why there are no times."""
     command = [sys.executable, __file__, "--case", json.dumps(case)]
-    try:
-        found = subprocess.run(command, capture_output=True, text=True, timeout=6 * LONGEST, check=True)
-    except (subprocess.CalledProcessError, subprocess.TimeoutExpired):
-        return None
-    return json.loads(found.stdout.splitlines()[-1])
+    more = {"PYTHONPATH": source} if source else {}
+    found = subprocess.run(command, capture_output=True, text=True, env=os.environ | more)
+    if found.returncode == 0:
+        return json.loads(found.stdout.splitlines()[-1])
+    last = (found.stderr.splitlines() or [""])[-1]
+    return {"failed": f"over {LONGEST:g} s" if found.returncode < 0 else last[-150:]}
 
 
 def apart(one: Any, other: Any) -> float:
@@ -86,51 +92,73 @@ def apart(one: Any, other: Any) -> float:
     return float(np.linalg.norm(np.array(one["tips"]) - np.array(other["tips"]), axis=-1).max())
 
 
-def ratios(case: dict[str, Any]) -> tuple[str, str, dict[int, float]]:
-    """What auto chose, what was best, and auto's time over that of the best of each run."""
-    truth = in_a_process(case | {"choice": ("dop853", "auto"), "tolerance": 1e-12})
+def ratio(one: dict[str, Any], others: list[dict[str, Any]]) -> dict[int, float]:
+    """The time of a choice over the least of some others, by the number of the run; a slow one made fewer runs."""
+    times = [[found["seconds"][min(run, len(found["seconds"])) - 1] for run in RUNS] for found in (one, *others)]
+    return {run: own / min(best) for run, own, *best in zip(RUNS, *times, strict=True)} if others else {}
+
+
+def row(case: dict[str, Any], against: str | None) -> tuple[dict[int, float], dict[int, float], str]:
+    """Auto's time over that of the best fixed choice, and of another tree's auto; what was chosen, and what was best."""
     auto = in_a_process(case | {"choice": ("auto", "auto")})
+    if "failed" in auto:
+        return {}, {}, f"auto fails: {auto['failed']}"
+    before = [in_a_process(case | {"choice": ("auto", "auto")}, against)] if against else []
+    truth = in_a_process(case | {"choice": ("dop853", "auto"), "tolerance": 1e-12})
     others = {choice: in_a_process(case | {"choice": choice}) for choice in FIXED}
-    if auto is None or truth is None:
-        return "failed", "", {}
+    truth = others["dop853", "auto"] if "failed" in truth else truth
+    others = {choice: found for choice, found in others.items() if "failed" not in found}
     allowed = max(3 * apart(auto, truth), 10 * case["tolerance"])
-    good = {choice: found for choice, found in others.items() if found and apart(found, truth) <= allowed}
-    out: dict[int, float] = {}
-    for run in RUNS:
-        times = [found["seconds"][min(run, len(found["seconds"])) - 1] for found in good.values()]
-        own = auto["seconds"][min(run, len(auto["seconds"])) - 1]
-        if times:
-            out[run] = own / min(times)
-    best = min(good, key=lambda choice: good[choice]["seconds"][0]) if good else ("", "")
-    return auto["chosen"], " ".join(best), out
+    good = {choice: found for choice, found in others.items() if apart(found, truth) <= allowed}
+    best = [
+        min(good, key=lambda choice: good[choice]["seconds"][min(run, len(good[choice]["seconds"])) - 1])
+        for run in (1, 10)
+    ]
+    chosen = f"{auto['chosen']}; best: {', then '.join(dict.fromkeys(map(' '.join, best)))}"
+    return ratio(auto, list(good.values())), ratio(auto, [found for found in before if "failed" not in found]), chosen
+
+
+def horizon(rods: int, kind: str, duration: float) -> float:
+    """How long a scene runs, s: long chains for less; with friction hundreds of events in the times that are given here."""
+    if kind == "friction" and rods >= 30:
+        return 0.15 if rods == 30 else 0.01
+    return min(duration, {30: 10.0, 100: 2.0}.get(rods, duration))
 
 
 def main() -> None:
     """Print a row for each scene, and the median and the worst ratio."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--case")
-    parser.add_argument("--rods", type=int, nargs="+", choices=RODS, default=RODS[:-1], help="all but 100 if absent")
+    parser.add_argument("--rods", type=int, nargs="+", choices=RODS, default=RODS)
+    parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS)
+    parser.add_argument(
+        "--against", metavar="SRC", help="folder of another pendpin, such as the src of an older checkout"
+    )
     options = parser.parse_args()
     if options.case:
+        resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST))
         print(json.dumps(measured(json.loads(options.case))))
         return
-    rows: dict[int, list[float]] = {run: [] for run in RUNS}
-    for rods in options.rods:
-        for j, kind in enumerate(KINDS):
-            turn = RODS.index(rods) + j
-            case = {"rods": rods, "kind": kind, "duration": DURATIONS[turn % 2], "tolerance": TOLERANCES[turn % 3]}
-            if rods >= 30 and case["duration"] > 2:
-                case["duration"] = 2.0 if rods == 100 else 10.0
-            chosen, best, found = ratios(case)
-            for run, ratio in found.items():
-                rows[run].append(ratio)
-            numbers = "  ".join(f"{found[run]:5.2f}" if run in found else "    -" for run in RUNS)
-            what = f"{rods:3d} {kind:9s}{case['duration']:4g} s {case['tolerance']:7g}"
-            print(f"{what}  {numbers}  {chosen:35s} best at first: {best}", flush=True)
-    for run, ratio in rows.items():
-        if ratio:
-            print(f"run {run}: median {median(ratio):.2f}, worst {max(ratio):.2f} of {len(ratio)} scenes")
-    print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
+    tables: tuple[list[dict[int, float]], ...] = ([], [])
+    for rods, (j, kind) in itertools.product(options.rods, enumerate(KINDS)):
+        if kind not in options.kinds:
+            continue
+        turn = RODS.index(rods) + j
+        case = {"rods": rods, "kind": kind, "tolerance": TOLERANCES[turn % 3]}
+        case["duration"] = horizon(rods, kind, DURATIONS[turn % 2])
+        *found, chosen = row(case, options.against)
+        numbers = " |".join(" ".join(f"{one[run]:5.2f}" if one else "    -" for run in RUNS) for one in found)
+        print(f"{rods:3d} {kind:9s}{case['duration']:4g} s {case['tolerance']:6g} {numbers}  {chosen}", flush=True)
+        for table, one in zip(tables, found, strict=True):
+            table.extend([one] if one else [])
+    for what, table in zip(("the best fixed choice", "the other auto"), tables, strict=True):
+        for run in RUNS if table else ():
+            numbers = [one[run] for one in table]
+            print(
+                f"run {run}, over {what}: median {median(numbers):.2f}, worst {max(numbers):.2f} of {len(numbers)} scenes"
+            )
+    versions = ", ".join(f"{name} {version(name)}" for name in ("pin", "CyRK", "llvmlite", "heyoka", "numpy"))
+    print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}, {versions}")
 
 
 if __name__ == "__main__":
