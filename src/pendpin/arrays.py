@@ -59,7 +59,7 @@ def cross(x: Array, y: Array) -> Array:
 
 def dot(x: Array, y: Array) -> Array:
     """x . y, (..., 1)."""
-    return np.sum(x * y, -1, keepdims=True)
+    return (x * y).sum(-1, keepdims=True)
 
 
 def across(z: Array) -> Array:
@@ -110,9 +110,10 @@ def weighted_roots(A: Array, B: Array, C: Array, points: Array, weights: Array, 
 
     A namespace xp that has this function as an operation of its own does it.
     """
-    if hasattr(xp, "weighted_roots"):
+    if xp is not np and hasattr(xp, "weighted_roots"):
         return xp.weighted_roots(A, B, C, points, weights)
-    return np.moveaxis(xp.sqrt(A + points * (B + points * C)) @ weights.T, -1, 0)[..., None]
+    sums = xp.sqrt(A + points * (B + points * C)) @ weights.T
+    return sums.transpose(-1, *range(sums.ndim - 1))[..., None]  # moveaxis takes as long as the root
 
 
 def _matrix(rows: list[list[Any]]) -> Array:

@@ -22,6 +22,7 @@ def _graded() -> tuple[Array, Array]:
 
 
 _NODES, _WEIGHTS = _graded()
+_WAYS = np.array([-1.0, 1.0])[:, None, None]  # from the cut to the joint, and to the tip
 _MOMENTS = _WEIGHTS * _NODES ** np.arange(3)[:, None]  # (3, POINTS), for the integrals of x^k f(x)
 
 
@@ -108,11 +109,11 @@ class Drag(BodyEffect):
         wind = motion.velocity + motion.fixed(motion.pivot_velocity - self.air(t, xp))
         u0, u1 = cross(rod, cross(wind, rod)), length * cross(motion.spin, rod)
         width = 2 * bodies.radius[:, None] if self.diameter is None else self.diameter
-        force, turn = -self.linear * length * (u0 + u1 / 2), -self.linear * length * (u0 / 2 + u1 / 3)
+        K0, K1, K2 = (-self.linear / n * length for n in (1, 2, 3))
         if self.quadratic:
             factor = -self.quadratic / 2 * width * length
-            J0, J1, J2 = _speed_moments(u0, u1, xp)
-            force, turn = force + factor * (J0 * u0 + J1 * u1), turn + factor * (J1 * u0 + J2 * u1)
+            K0, K1, K2 = (K + factor * J for K, J in zip((K0, K1, K2), _speed_moments(u0, u1, xp), strict=True))
+        force, turn = K0 * u0 + K1 * u1, K1 * u0 + K2 * u1
         if self.buoyancy:
             lift = -self.density * np.pi / 4 * width**2 * length * motion.fixed(motion.gravity)
             force, turn = force + lift, turn + 0.5 * lift
@@ -127,9 +128,9 @@ def _speed_moments(u0: Array, u1: Array, xp: Any) -> tuple[Array, Array, Array]:
     """
     C = dot(u1, u1)
     cut = xp.minimum(xp.maximum(-dot(u0, u1) / (C + _TINY), 0.0), 1.0)
-    rest, least = 1.0 - cut, u0 + cut * u1
+    least, parts = u0 + cut * u1, np.stack([cut, 1.0 - cut])
+    squares = parts**2
     A, B = dot(least, least), dot(least, u1)  # B is 0 but for rounding, unless the least is at an end
-    l0, l1, l2 = weighted_roots(A, 2 * cut * xp.maximum(-B, 0.0), cut**2 * C, _NODES, _MOMENTS, xp)
-    r0, r1, r2 = weighted_roots(A, 2 * rest * xp.maximum(B, 0.0), rest**2 * C, _NODES, _MOMENTS, xp)
-    K0, K1, K2 = cut * l0 + rest * r0, rest**2 * r1 - cut**2 * l1, cut**3 * l2 + rest**3 * r2  # about the cut
+    K0, K1, K2 = weighted_roots(A, 2 * parts * xp.maximum(_WAYS * B, 0.0), squares * C, _NODES, _MOMENTS, xp)
+    K0, K1, K2 = (parts * K0).sum(0), (_WAYS * squares * K1).sum(0), (parts * squares * K2).sum(0)  # about the cut
     return K0, cut * K0 + K1, cut * (cut * K0 + 2 * K1) + K2

@@ -13,15 +13,16 @@ Wrench = Callable[[Motion], tuple[Array, Array]]  # force N and moment N m about
 
 
 def external_forces(
-    model: Any, data: Any, q: Array, v: Array, bodies: Sequence[Body], joints: Sequence[int], wrench: Wrench
+    model: Any, data: Any, q: Array, v: Array, com: Array, joints: Sequence[int], wrench: Wrench
 ) -> list[Any]:
     """One pin.Force a joint, in its frame, at its origin, at Pinocchio's q (nq,) and v (nv,).
 
-    joints are the bodies' places in Pinocchio's model; wrench gives forces N and moments N m about com, (n, 3), in W.
+    com (n, 3) m are the bodies' centres of mass, joints their places in Pinocchio's model; wrench gives forces N and
+    moments N m about com, (n, 3), in W.
     """
     pinocchio().forwardKinematics(model, data, q, v)
     motion = motion_of(data, joints)
-    return forces(in_joint_frames(centres_of(bodies), motion, *wrench(motion)), joints, len(data.oMi))
+    return forces(in_joint_frames(com, motion, *wrench(motion)), joints, len(data.oMi))
 
 
 def in_joint_frames(com: Array, motion: Motion, force: Array, moment: Array) -> Array:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.engines.external_forces import external_forces, joints_of
+from pendpin.engines.external_forces import centres_of, external_forces, joints_of
 from pendpin.engines.loads import Loads
 from pendpin.model.bodies import in_mass_unit, pinocchio, with_gravity
 from pendpin.model.build import Model
@@ -76,7 +76,7 @@ class CanonicalForm:
         """The generalised forces (nv,) in N m of the body effects."""
         assert self.loads.wrench is not None
         rest, bodies, wrench = self._rest, self.model.bodies, partial(self.loads.wrench, t)
-        external = external_forces(self._bare, self._data, q, v, bodies, joints_of(bodies), wrench)
+        external = external_forces(self._bare, self._data, q, v, centres_of(bodies), joints_of(bodies), wrench)
         return -self._pinocchio.rnea(self._bare, self._data, q, rest, rest, external)
 
     def _mass(self, q: Array) -> Array:

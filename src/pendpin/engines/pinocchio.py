@@ -24,6 +24,7 @@ class Revolute(AngleEngine):
     def __init__(self, model: Model, loads: Loads) -> None:
         super().__init__(model, loads)
         self._pin = with_gravity(model.pin, loads.constant)
+        self._com, self._places = centres_of(model.bodies), joints_of(model.bodies)
         self._no_torque, self._upper = np.zeros(self._pin.nv), np.triu(np.ones((self._pin.nv, self._pin.nv), bool))
 
     @cached_property
@@ -60,7 +61,7 @@ class Revolute(AngleEngine):
         """Poses and velocities of the bodies at y (2 nv,), by Pinocchio's forward kinematics."""
         nv = self._pin.nv
         pinocchio().forwardKinematics(self._pin, self._data, y[:nv], y[nv:])
-        return motion_of(self._data, joints_of(self.model.bodies))
+        return motion_of(self._data, self._places)
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """ABA for accelerations (n, nv), then RNEA for wrenches (n, joints, 6), state by state."""
@@ -75,12 +76,11 @@ class Revolute(AngleEngine):
         """Pinocchio's last argument at t (n,) for each of the states q, v (n, nv), evaluated together."""
         if self.loads.wrench is None or not len(q):
             return [()] * len(q)
-        bodies = self.model.bodies
         motions = [self.motion(y)[:4] for y in np.concatenate([q, v], 1)]
         origin, rotation, velocity, spin = (np.array(part) for part in zip(*motions, strict=True))
         motion = Motion(origin, rotation, velocity, spin)
-        wrenches = in_joint_frames(centres_of(bodies), motion, *self.loads.wrenches(t, motion))
-        return [(forces(rows, joints_of(bodies), self._pin.njoints),) for rows in wrenches]
+        wrenches = in_joint_frames(self._com, motion, *self.loads.wrenches(t, motion))
+        return [(forces(rows, self._places, self._pin.njoints),) for rows in wrenches]
 
     def compliance(self, q: Array, joints: Indices) -> Array:
         """Columns (nv, k) of Pinocchio's inverse mass matrix at q (nv,)."""
@@ -111,5 +111,5 @@ class Revolute(AngleEngine):
         """Pinocchio's last argument at q, v (nv,): none without body effects."""
         if self.loads.wrench is None:
             return ()
-        bodies, wrench = self.model.bodies, partial(self.loads.wrench, t)
-        return (external_forces(self._pin, self._data, q, v, bodies, joints_of(bodies), wrench),)
+        wrench = partial(self.loads.wrench, t)
+        return (external_forces(self._pin, self._data, q, v, self._com, self._places, wrench),)

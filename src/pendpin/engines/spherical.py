@@ -15,7 +15,7 @@ from pendpin.arrays import Array, across, cross
 from pendpin.effects import Motion
 from pendpin.engines.base import Derivative, Engine, ProgressCallback, Sample, counted
 from pendpin.engines.chain import LongChain
-from pendpin.engines.external_forces import external_forces
+from pendpin.engines.external_forces import centres_of, external_forces
 from pendpin.engines.loads import Loads
 from pendpin.equations.chain import angles, thin
 from pendpin.equations.chain.inertia import ChainInertia
@@ -208,7 +208,7 @@ class Spherical(Thin):
         """Quaternion rates and angular accelerations by Pinocchio's ABA."""
         pin, data, n, loads = self._pin, self._data, self.chain.n, self.loads
         aba, tau, cut = pinocchio().aba, self._no_torque, 4 * n
-        joints, bodies = range(1, n + 1), self.model.bodies
+        joints, com = range(1, n + 1), centres_of(self.model.bodies)
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             q, v = y[:cut], y[cut:]
@@ -219,7 +219,7 @@ class Spherical(Thin):
             if loads.wrench is None:
                 dy[cut:] = aba(pin, data, q, v, tau)
                 return
-            forces = external_forces(pin, data, q, v, bodies, joints, partial(loads.wrench, t))
+            forces = external_forces(pin, data, q, v, com, joints, partial(loads.wrench, t))
             dy[cut:] = aba(pin, data, q, v, tau, forces)
 
         return counted(derivative, progress)

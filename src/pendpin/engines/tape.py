@@ -239,6 +239,7 @@ def _recording(name: str) -> Callable[..., Any]:
 
 def _weighted_roots(A: Array, B: Array, C: Array, points: Array, weights: Array) -> Array:
     """As `pendpin.arrays.weighted_roots`, with one operation for each of the terms."""
+    A, B, C = np.broadcast_arrays(A, B, C)
     rows = [_sums(*given, points, weights) for given in zip(A.flat, B.flat, C.flat, strict=True)]
     return np.stack(rows, -1).reshape(len(weights), *A.shape)
 

@@ -86,7 +86,7 @@ def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_ba
     changed = scene.with_solver(method=method, engine=engine)
     if engine == "compiled" and scene.solver.engine == "auto":
         return changed, dynamics.in_machine_code()
-    return changed, bind(changed) if method == "taylor" or engine != scene.solver.engine else dynamics
+    return changed, bind(changed) if method == "taylor" else dynamics
 
 
 def _finished(
