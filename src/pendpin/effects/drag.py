@@ -22,7 +22,6 @@ def _graded() -> tuple[Array, Array]:
 
 
 _NODES, _WEIGHTS = _graded()
-_WAYS = np.array([-1.0, 1.0])[:, None, None]  # from the cut to the joint, and to the tip
 _MOMENTS = _WEIGHTS * _NODES ** np.arange(3)[:, None]  # (3, POINTS), for the integrals of x^k f(x)
 
 
@@ -131,6 +130,8 @@ def _speed_moments(u0: Array, u1: Array, xp: Any) -> tuple[Array, Array, Array]:
     least, parts = u0 + cut * u1, np.stack([cut, 1.0 - cut])
     squares = parts**2
     A, B = dot(least, least), dot(least, u1)  # B is 0 but for rounding, unless the least is at an end
-    K0, K1, K2 = weighted_roots(A, 2 * parts * xp.maximum(_WAYS * B, 0.0), squares * C, _NODES, _MOMENTS, xp)
-    K0, K1, K2 = (parts * K0).sum(0), (_WAYS * squares * K1).sum(0), (parts * squares * K2).sum(0)  # about the cut
+    rising = xp.maximum(np.stack([-B, B]), 0.0)
+    K0, K1, K2 = weighted_roots(A, 2 * parts * rising, squares * C, _NODES, _MOMENTS, xp)
+    left, right = squares * K1
+    K0, K1, K2 = (parts * K0).sum(0), right - left, (parts * squares * K2).sum(0)  # about the cut
     return K0, cut * K0 + K1, cut * (cut * K0 + 2 * K1) + K2
