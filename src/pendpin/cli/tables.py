@@ -114,7 +114,7 @@ def print_effects(found: "EffectsReport", as_json: bool) -> None:
         print(f"compared up to {found.horizon:.3g} s of {found.duration:g} s: {found.why}")
 
 
-COST_WIDTHS = (8, 34, 9, 16, 0)
+COST_WIDTHS = (8, 34, 9, 16, 30, 0)
 
 
 def print_cost_row(row: "CostRow", peers: bool) -> None:
@@ -122,12 +122,13 @@ def print_cost_row(row: "CostRow", peers: bool) -> None:
     from pendpin.analysis.work_precision.report import ACCURACIES, time_text
 
     if row.accuracy >= max(ACCURACIES):
-        head = ["accuracy", "take this", "first run", "each further run", "best of the others"]
-        print(_aligned(head[: 5 if peers else 4]))
+        head = ["accuracy", "take this", "first run", "each further run"]
+        print(_aligned([*head, *(["best of the others"] if peers else []), "or, for a single run"]))
     times = ["" if seconds is None else time_text(seconds) for seconds in (row.first_seconds, row.seconds)]
     ratio = f", {row.ratio:.3g} x" if row.ratio else ""
     beside = row.peer and f"{row.peer} {time_text(row.peer_seconds or 0)}{ratio}"
-    print(_aligned([f"{row.accuracy:g}", row.take, *times, beside]), flush=True)
+    once = f"{row.once}: {time_text(row.once_seconds)}" if row.once_seconds else ""
+    print(_aligned([f"{row.accuracy:g}", row.take, *times, *([beside] if peers else []), once]), flush=True)
 
 
 def _aligned(cells: list[str]) -> str:

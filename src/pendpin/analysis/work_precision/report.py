@@ -185,9 +185,6 @@ def _words(report: CostReport) -> Iterator[str]:
     yield f"Error of the reference: {report.error:.0e}, the difference of {report.solutions[0]} and {report.solutions[1]}."
     if report.missing:
         yield f"Not among the others: {', '.join(report.missing)}, not installed; pip install 'pendpin[peers]'."
-    single = [f"{row.accuracy:g} {row.once} ({time_text(row.once_seconds)})" for row in report.rows if row.once_seconds]
-    if single:
-        yield f"For a single run take: {'; '.join(single)}."
     if not report.thorough:
         yield from _next_digit(report)
         return
