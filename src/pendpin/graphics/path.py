@@ -45,7 +45,10 @@ def _turns(velocities: Array) -> Array:
 
 
 def _resolved(t: Array, points: Array, velocities: Array) -> Mask:
-    """Which intervals (n-1,) are so short that the cubic stays as near to the samples as these are to one another."""
+    """Which intervals (n-1,) are so short that the cubic stays as near to the samples as these are to one another.
+
+    t (n,) in s, points (n, 3) in m, velocities (n, 3) in m/s.
+    """
     steps, spans = np.diff(points, axis=0), np.diff(t)[:, None]
     away = [np.linalg.norm(v * spans - steps, axis=-1) for v in (velocities[:-1], velocities[1:])]
     lengths = np.pad(np.linalg.norm(steps, axis=-1), 1, mode="edge")

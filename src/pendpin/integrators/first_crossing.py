@@ -74,7 +74,7 @@ def first_crossing(sample: Functions, bounds: Array, floor: Array) -> Crossing |
 
 
 def _crossing(part: _Interval, jumps: bool, floor: Array, together: float) -> Crossing | None:
-    """The first crossing in an interval with those no more than `together` in s after it."""
+    """The first crossing in an interval with those no more than `together` in s after it; floor (m,)."""
     places, slopes = np.full((2, len(floor)), math.inf)
     for k in np.flatnonzero(part.reaching):
         places[k], slopes[k] = (_drop if jumps else _root)(part.series[:, k], float(floor[k]))
@@ -86,7 +86,7 @@ def _crossing(part: _Interval, jumps: bool, floor: Array, together: float) -> Cr
 
 
 def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None = None) -> list[_Interval]:
-    """Those of the k intervals between bounds (k + 1,) that have to be searched, the last one first.
+    """Those of the k intervals between bounds (k + 1,) that have to be searched for floor (m,), the last one first.
 
     A function whose first term outweighs the slopes of all others has its least value at an end.
     """
@@ -107,7 +107,7 @@ def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None
 
 
 def _root(coefficients: Array, floor: float) -> tuple[float, float]:
-    """Where a Chebyshev series on -1 to 1 comes down to 0 and goes on below -floor, and its slope; inf if nowhere."""
+    """Where a Chebyshev series (k,) on -1 to 1 falls through 0 and goes on below -floor, and its slope; inf if nowhere."""
     series = coefficients.tolist()
     places = _turning_points(coefficients)
     values = [_value(series, x) for x in places]
@@ -155,6 +155,6 @@ def _turning_points(coefficients: Array) -> list[float]:
 
 
 def _drop(coefficients: Array, floor: float) -> tuple[float, float]:
-    """The first node at which a function that jumps is below -floor, and the slope there; inf if there is none."""
+    """The first node where a function that jumps, a series (k,), is below -floor, and the slope; inf if there is none."""
     below = _VALUES @ coefficients < -floor
     return (float(_NODES[np.argmax(below)]), -math.inf) if below.any() else (math.inf, 0.0)

@@ -155,7 +155,7 @@ def _sampled(function: Function, q: Array, v: Array) -> dict[str, Array]:
 
 
 def _rows(ours: dict[str, Array], right: dict[str, Array], dynamics: Dynamics, what: str) -> list[Row]:
-    """A row for each quantity and place. Raises InputError where shapes differ."""
+    """A row for each quantity (parts, n, places) and place. Raises InputError where shapes differ."""
     rows = []
     for name, true in right.items():
         if ours[name].shape != true.shape:

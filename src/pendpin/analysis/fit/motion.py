@@ -28,11 +28,11 @@ class _Columns:
     held: Mask
 
     def some(self, chosen: Array) -> "_Columns":
-        """Those of the C motions that are chosen."""
+        """Those of the C motions that are chosen, (k,)."""
         return _Columns(self.y[:, chosen], self.pars[:, chosen], self.held[:, chosen])
 
     def put(self, chosen: Array, other: "_Columns") -> None:
-        """Write others over some of them."""
+        """Write others over some of them, (k,)."""
         self.y[:, chosen], self.pars[:, chosen], self.held[:, chosen] = other.y, other.pars, other.held
 
 

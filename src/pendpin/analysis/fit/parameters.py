@@ -223,7 +223,7 @@ def _number(scene: Scene, key: str) -> float:
 
 
 def _groups(scene: Scene, keys: list[str], guess: Array):
-    """Rows of `keys` that move together, with the matrix to them, the start and the bounds of their coordinates."""
+    """Rows of `keys` that move together, the matrix to them, start and bounds of their coordinates; guess (K,)."""
     place = {key: row for row, key in enumerate(keys)}
     done: set[int] = set()
     for key, row in place.items():
