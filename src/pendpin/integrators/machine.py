@@ -178,7 +178,7 @@ class Solution:
         return out
 
     def _copied(self, pointer: Callable[[int], int], otherwise: Array) -> Array:
-        """A copy of the array (n, ...) at a pointer, its rows like those of `otherwise` (1, ...); that itself where n is 0."""
+        """A copy of the array (n, ...) at a pointer, rows like those of `otherwise` (1, ...); that itself where n is 0."""
         if not (count := self._api.size(self._address)):
             return otherwise
         out = np.empty((count, *otherwise.shape[1:]))
