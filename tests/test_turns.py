@@ -11,6 +11,7 @@ import pendpin as pp
 from laws import law
 from pendpin import effects as fx
 from pendpin.engines import AngleEngine
+from pendpin.equations.chain.angles import refined
 
 METHODS: tuple[dict[str, Any], ...] = (
     {"tolerance": 1e-11},
@@ -84,3 +85,20 @@ def test_ensembles_count_turns() -> None:
     many = pp.simulate_many(scene, np.zeros((3, 2)), rates, workers=1)
     assert many.stats.method == "taylor"
     assert np.abs(many.q[:, -1] - rates).max() < 1e-6
+
+
+def test_directions_between_samples_are_of_fourth_order() -> None:
+    """A turn on a small circle, whose direction and rate are known at any time."""
+
+    def turning(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        d = np.stack([0.6 * np.cos(t), 0.6 * np.sin(t), np.full_like(t, 0.8)], -1)[:, None]
+        return d, np.cross([0.0, 0.0, 1.0], d)
+
+    errors = []
+    for h in (0.2, 0.1):
+        t = np.array([0.3, 0.3 + h])
+        times, d, rate, kept = refined(t, *turning(t), np.arange(2), np.array([True]))
+        assert times[kept].tolist() == t.tolist()
+        right, right_rate = turning(times)
+        errors.append((np.abs(d - right).max(), np.abs(rate - right_rate).max()))
+    assert np.log2(np.divide(*errors)) == pytest.approx([4, 3], abs=0.3)

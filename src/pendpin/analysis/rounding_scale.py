@@ -115,7 +115,7 @@ def _unit_wrenches(model: Any, data: Any, below: Array, q: Array) -> Array:
     Of two joints, all that hangs on the lower one moves with the upper one: its inertia is taken in W, then seen from
     the joint of the wrench.
     """
-    twists = pinocchio().computeJointJacobians(model, data, q)  # (6, nv) in W
+    twists = pinocchio().computeJointJacobians(model, data, q).reshape(6, -1)  # in W; (6,) of one joint
     places, inertias = list(data.oMi)[1:], list(model.inertias)[1:]
     moved = np.tensordot(below, [x.act(i).matrix() for x, i in zip(places, inertias, strict=True)], 1) @ twists
     own = np.einsum("kik->ik", moved)
