@@ -104,6 +104,20 @@ def test_a_start_alone_is_exact(method: str) -> None:
     assert run.q.tolist() == [[0.7, 0.4]]
 
 
+def test_a_start_in_degrees_is_that_in_radians() -> None:
+    """The same runs, estimate and all: shifted starts are in radians, whatever the unit of the scene."""
+    angles, rates = {"theta": 0.5, "phi": -0.3}, {"theta": 1.0}
+    found = []
+    for unit, factor in (("radians", 1.0), ("degrees", 180 / np.pi)):
+        positions, velocities = ({joint: factor * x for joint, x in given.items()} for given in (angles, rates))
+        start = pp.Start(positions=positions, velocities=velocities, unit=unit)
+        scene = pp.Scene(duration=3.0, model=pp.Chain(rods=[ROD]), start=start, effects=[fx.Gravity()])
+        found.append(pp.simulate(scene, accuracy=1e-7))
+    one, other = found
+    assert np.abs(one.q - other.q).max() < 1e-13
+    assert one.stats.error == pytest.approx(other.stats.error, rel=1e-3)
+
+
 def test_rest_is_exact() -> None:
     """Nothing moves: any accuracy is met at once."""
     run = pp.simulate(scene(start=pp.Start()), accuracy=1e-10)

@@ -18,7 +18,7 @@ from pendpin.dynamics.dynamics import bind
 from pendpin.engines import Engine
 from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import marks, poses, tip_distance, tips
-from pendpin.scene import Scene
+from pendpin.scene import Scene, Start
 from pendpin.simulation.accuracy.runs import Attempt, Runs, gap, points
 from pendpin.simulation.checkpoint import RunState
 from pendpin.trajectory import Trajectory
@@ -133,8 +133,8 @@ def _shifted(scene: Scene, unit: tuple[Array, Array], units: float) -> Scene:
     if dynamics.contacts is not None:
         at = np.clip(at, dynamics.contacts.lower, dynamics.contacts.upper)
     rates = v + units * dv * _directions(len(v), 2)
-    new = {"positions": tuple(at.tolist()), "velocities": tuple(rates.tolist())}
-    return scene.model_copy(update={"start": scene.start.model_copy(update=new)})
+    start = Start(time=scene.start.time, positions=tuple(at.tolist()), velocities=tuple(rates.tolist()))
+    return scene.model_copy(update={"start": start})
 
 
 def _unit(engine: Engine, t: Array, q: Array, v: Array, step: float) -> tuple[Array, Array]:
