@@ -67,9 +67,11 @@ class Revolute(AngleEngine):
         """ABA for accelerations (n, nv), then RNEA for wrenches (n, joints, 6), state by state."""
         a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
         extra, externals = np.zeros(q.shape) if torque is None else torque, self._externals(t, q, v)
+        rnea, reactions = pinocchio().rnea, [self._data.f[joint] for joint in range(1, self._pin.njoints)]
         for i in range(len(q)):
             a[i] = self.accelerate(t[i], q[i], v[i], extra[i], externals[i])
-            wrench[i] = self._wrenches(q[i], v[i], a[i], externals[i])
+            rnea(self._pin, self._data, q[i], v[i], a[i], *externals[i])
+            wrench[i] = [reaction.vector for reaction in reactions]  # they follow the data
         return Sample(a, wrench)
 
     def _externals(self, t: Array, q: Array, v: Array) -> list[tuple[list, ...]]:
@@ -101,11 +103,6 @@ class Revolute(AngleEngine):
         tau = (self._no_torque if loads.torque is None else loads.torque(t, q, v)) + torque
         external = self._external(t, q, v) if external is None else external
         return pinocchio().aba(self._pin, self._data, q, v, tau, *external)
-
-    def _wrenches(self, q: Array, v: Array, a: Array, external: tuple[list, ...]) -> Array:
-        """The wrench (joints, 6) of each joint in N and N m, in its frame, by RNEA."""
-        pinocchio().rnea(self._pin, self._data, q, v, a, *external)
-        return np.array([self._data.f[joint].vector for joint in range(1, self._pin.njoints)])
 
     def _external(self, t: float, q: Array, v: Array) -> tuple[list, ...]:
         """Pinocchio's last argument at q, v (nv,): none without body effects."""

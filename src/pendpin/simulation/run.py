@@ -26,7 +26,7 @@ from pendpin.simulation.loop import integrate_to_end, task_of
 from pendpin.simulation.motion_with_events import loop_of
 from pendpin.trajectory import Reactions, Stats, Trajectory
 
-PART = 1 << 11  # rods completed at once: what they need stays in the fast memory of a processor
+PART, LEAST = 1 << 11, 64  # rods, and samples, completed at once: what they need stays in a processor's fast memory
 NEAR_POLE = 0.3  # of cos(phi)
 LONG_ENOUGH = 5e-3  # s, of a measurement of the time to complete samples
 JUMPS_MISSED = ("radau", "bdf")
@@ -184,7 +184,7 @@ def _refuse_overflow(dynamics: Dynamics, start: Run) -> None:
 def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run) -> Trajectory:
     """Accelerations, wrenches, energies and tips along the run."""
     model, solver = dynamics.model, scene.solver
-    size = len(run.t) if model.chain is None else max(1, PART // model.chain.n)
+    size = len(run.t) if model.chain is None else max(LEAST, PART // model.chain.n)
     given = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
     parts = [_completed(dynamics, *(x[i : i + size] for x in given)) for i in range(0, len(run.t), size)]
     a, wrench, kinetic, potentials, tip, *rods = map(np.concatenate, zip(*parts, strict=True))
