@@ -11,22 +11,3 @@ from pendpin.engines.hamilton import Canonical, CanonicalForm
 from pendpin.engines.loads import Loads
 from pendpin.engines.pinocchio import Revolute
 from pendpin.engines.spherical import MAX_SPHERICAL, Directions, Spherical
-
-__all__ = [
-    "CALLBACK_EVERY_SLOW",
-    "MAX_SPHERICAL",
-    "AngleEngine",
-    "Canonical",
-    "CanonicalForm",
-    "Compiled",
-    "CompiledEquations",
-    "Derivative",
-    "Directions",
-    "Engine",
-    "Loads",
-    "LongChain",
-    "ProgressCallback",
-    "Revolute",
-    "Sample",
-    "Spherical",
-]

@@ -8,18 +8,3 @@ from pendpin.integrators.adaptive import NAMES as ADAPTIVE
 from pendpin.integrators.base import Integrator, Memory, Run, Segment, StepPlan
 from pendpin.integrators.choice import FEW_JOINTS, automatic, integrator_for, taylor_takes, uncompiled
 from pendpin.integrators.taylor import MAX_JOINTS
-
-__all__ = [
-    "ADAPTIVE",
-    "FEW_JOINTS",
-    "MAX_JOINTS",
-    "Integrator",
-    "Memory",
-    "Run",
-    "Segment",
-    "StepPlan",
-    "automatic",
-    "integrator_for",
-    "taylor_takes",
-    "uncompiled",
-]

@@ -100,9 +100,9 @@ def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None
     inside = series[:, 0] - sizes[:, 1:].sum(1)
     least = np.where(sizes[:, 1] > _STEEPEST[2:] @ sizes[:, 2:], np.minimum(values[:, 0], values[:, -1]), inside)
     reaching = least - unseen < -floor
-    resolved = ~(reaching & (unseen > floor)).any(1)
+    unresolved = np.asarray((reaching & (unseen > floor)).any(1))
     places = np.flatnonzero(reaching.any(1))[::-1].tolist()
-    parts = [(float(bounds[i]), float(bounds[i + 1]), series[i], reaching[i], bool(resolved[i])) for i in places]
+    parts = [(float(bounds[i]), float(bounds[i + 1]), series[i], reaching[i], not unresolved[i]) for i in places]
     return [_Interval(i if place is None else place, *part) for i, part in zip(places, parts, strict=True)]
 
 

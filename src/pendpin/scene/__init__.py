@@ -11,26 +11,3 @@ from pendpin.scene.models import AnyModel, Chain, PinModel, Rod, UrdfModel
 from pendpin.scene.scene import Scene, builtin_scene, urdf_folder
 from pendpin.scene.solver import FIXED_METHODS, AdaptiveMethod, FixedMethod, Method, Solver, least_tolerance
 from pendpin.scene.start import Start, Values
-
-__all__ = [
-    "FIXED_METHODS",
-    "AdaptiveMethod",
-    "AnyModel",
-    "Chain",
-    "Data",
-    "FixedMethod",
-    "Method",
-    "PinModel",
-    "Rod",
-    "Scene",
-    "Solver",
-    "Start",
-    "UrdfModel",
-    "Values",
-    "builtin_scene",
-    "chosen_scene",
-    "least_tolerance",
-    "load_scene",
-    "scene_of",
-    "urdf_folder",
-]

@@ -8,19 +8,3 @@ from pendpin.trajectory.parts import KINDS, Counts, Energy, Event, Reactions, St
 from pendpin.trajectory.reading import event_arrays, read_array, read_events
 from pendpin.trajectory.samples import joined, samples_of
 from pendpin.trajectory.trajectory import Trajectory
-
-__all__ = [
-    "KINDS",
-    "Counts",
-    "Energy",
-    "Event",
-    "Reactions",
-    "Stats",
-    "Trajectory",
-    "event_arrays",
-    "exchanged",
-    "joined",
-    "read_array",
-    "read_events",
-    "samples_of",
-]

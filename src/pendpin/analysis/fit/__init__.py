@@ -21,8 +21,6 @@ from pendpin.analysis.fit.report import Fit, Prediction, compared_samples, fitte
 from pendpin.arrays import Array
 from pendpin.scene import Data, Scene, chosen_scene
 
-__all__ = ["Fit", "Prediction", "explain_residual", "fit"]
-
 
 def fit(
     scene: Scene | str | Path,

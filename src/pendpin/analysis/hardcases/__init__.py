@@ -6,8 +6,6 @@ from pendpin.analysis.hardcases import chains, chaos, contacts, long_runs, poles
 from pendpin.analysis.hardcases.base import Case, Outcome
 from pendpin.analysis.hardcases.running import HardReport, Progress, chosen, outcomes, reported
 
-__all__ = ["CASES", "Case", "HardReport", "Outcome", "hard"]
-
 _FAMILIES = (poles, starts, long_runs, chains, stiff, contacts, scales, chaos)
 CASES = {
     case.name: case for case in sorted((c for family in _FAMILIES for c in family.CASES), key=lambda case: case.group)

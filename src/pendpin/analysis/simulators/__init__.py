@@ -17,8 +17,6 @@ from pendpin.model.bodies import pinocchio
 from pendpin.model.build import build, start_state
 from pendpin.scene import Scene
 
-__all__ = ["Peer", "PeerRun", "missing", "peers", "require_libraries", "task_of"]
-
 MODULES = {"mujoco": "mujoco", "drake": "pydrake"}  # by the names of their packages
 
 
