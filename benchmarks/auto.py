@@ -120,7 +120,7 @@ def row(case: dict[str, Any], against: str | None) -> tuple[dict[int, float], di
 def horizon(rods: int, kind: str, duration: float) -> float:
     """How long a scene runs, s: long chains for less; with friction hundreds of events in the times that are given here."""
     if kind == "friction" and rods >= 30:
-        return 0.15 if rods == 30 else 0.01
+        return 0.15 if rods == 30 else 0.005
     return min(duration, {30: 10.0, 100: 2.0}.get(rods, duration))
 
 

@@ -25,7 +25,8 @@ THINNER = 0.1  # radius of the rods whose thickness counts for nothing: what it 
 MARGIN = 0.1  # of the accuracy: where two runs of the same scene differ by more, the comparison ends
 SMALL_DAMPING = 1e-4  # N m s/rad per N m of the heaviest rod's weight times its lever: a good bearing
 LATITUDE = 45.0  # degrees
-CALLS, MANY, REPETITIONS = 40, 100, 9  # of an evaluation from Python, in machine code
+CALLS, MANY, REPETITIONS = 20, 100, 9  # of an evaluation from Python, in machine code
+ENOUGH = 0.02  # s, of repetitions
 BUDGET = 0.5  # s of processor time for each of the runs compared, beside compiling
 SAMPLES = 201  # output times at most, at which tips are compared
 
@@ -162,17 +163,21 @@ def _evaluation(run: Trajectory, engine: str) -> float:
     y = dynamics.engine.pack(*start_state(dynamics.model, run.source.start))
     if isinstance(dynamics.engine, Compiled):
         block, many = dynamics.engine.block(), (np.zeros(MANY), np.tile(y, (MANY, 1)))
-        return min(_seconds(lambda: block.evaluated(*many)) for _ in range(REPETITIONS)) / MANY
+        return _least(lambda: block.evaluated(*many)) / MANY
     derivative, _ = dynamics.engine.derivative(lambda t: None)
 
     def calls() -> None:
         for _ in range(CALLS):
             derivative(np.empty_like(y), 0.0, y)
 
-    return min(_seconds(calls) for _ in range(REPETITIONS)) / CALLS
+    return _least(calls) / CALLS
 
 
-def _seconds(call: Callable[[], object]) -> float:
-    begin = time.process_time()
-    call()
-    return time.process_time() - begin
+def _least(call: Callable[[], object]) -> float:
+    """The least processor time of some calls, s."""
+    seconds: list[float] = []
+    while len(seconds) < REPETITIONS and sum(seconds) < ENOUGH:
+        begin = time.process_time()
+        call()
+        seconds.append(time.process_time() - begin)
+    return min(seconds)
