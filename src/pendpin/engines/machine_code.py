@@ -6,7 +6,7 @@ A function has the signature of CyRK's right-hand sides, so that it is called fr
 Its block holds what changes from run to run: see `Block`. Nothing of it is written to a file.
 
 A function is compiled without optimisation first, which takes a fifth of the time, and anew with it once it has been called
-often. Both do the same arithmetic: their results agree to the bit (tests/test_compiled.py).
+often. Both do the same arithmetic: their results agree to the bit (tests/test_compiled_parameters.py).
 """
 
 import ctypes
