@@ -70,7 +70,7 @@ def build(model: Chain | UrdfModel | PinModel) -> Model:
     """The model of a scene. Raises InputError for a model that cannot be simulated, with its place and the reason."""
     if isinstance(model, PinModel):
         return _from_pin(model)
-    return _from_urdf(model) if isinstance(model, UrdfModel) else _from_chain(model)
+    return _from_urdf(model) if isinstance(model, UrdfModel) else _from_chain(model)  # pyright: ignore[reportArgumentType]
 
 
 def start_state(model: Model, start: Start) -> tuple[Array, Array]:
@@ -123,6 +123,7 @@ def chain_names(count: int) -> tuple[tuple[str, str, str], ...]:
     return tuple((f"theta_{i}", f"phi_{i}", f"rod_{i}") for i in range(1, count + 1))
 
 
+@lru_cache(maxsize=16)  # one run asks for it several times
 def _from_chain(chain: Chain) -> Model:
     rods, names = chain.all_rods, chain_names(chain.count)
     joints = tuple(name for theta, phi, _ in names for name in (theta, phi))
