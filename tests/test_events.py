@@ -52,6 +52,19 @@ def test_a_jump_is_found_where_it_is() -> None:
     assert abs(found.t - 0.3) < 1e-12
 
 
+def test_rounding_is_no_jump() -> None:
+    """A function that starts at 0 and is off by its rounding, far above the floor, does not wear out the search."""
+
+    def guards(t):
+        return np.stack([30 * np.sin(t) + 1e-14 * np.sin(1e9 * t), 20 * (0.7 - t)], 1)
+
+    found = first_crossing(guards, np.linspace(0.0, 1.0, 3), np.full(2, 1e-16))
+    assert found is not None
+    assert found.fired.tolist() == [False, True]
+    assert found.t == pytest.approx(0.7, abs=1e-14)
+    assert found.slope == pytest.approx(-20.0, abs=1e-9)
+
+
 @given(
     method=st.sampled_from(METHODS),
     depth=st.floats(-9, -3).map(lambda x: 10**x),

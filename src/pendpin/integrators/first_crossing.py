@@ -6,6 +6,7 @@ interpolant then show whether it crosses zero, and where.
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -18,7 +19,10 @@ from pendpin.arrays import Array, Mask
 DEGREE = 9  # of the interpolants: those of dop853 have degree 7, so that the last two coefficients vanish
 UNSEEN = 4.0  # times the larger of the last two coefficients: the bound on what the interpolant leaves out
 SHORTEST = 2.0**-44  # of the interval searched: a function that is not resolved there jumps
-MOST = 2000  # intervals examined; for a function that needs more, only the signs of its samples are used
+ROUNDING = 16 * float(
+    np.finfo(float).eps
+)  # of a function's size in an interval: it falls no farther below 0 for certain
+MOST = 2000  # parts of an interval examined; for a function that needs more, only the signs of its samples are used
 TOGETHER = 1e-12  # of the interval searched: crossings no farther apart happen at once
 CLOSE = 1e-9  # a correction of a root so small is the last: the next by Newton's method would be its square
 
@@ -50,6 +54,7 @@ class _Interval(NamedTuple):
     begin: float
     end: float
     series: Array  # (DEGREE + 1, m), the interpolants
+    floor: Array  # (m,)
     reaching: Mask  # (m,) the functions that may
     resolved: bool  # whether the interpolants of these leave out less than the floor
 
@@ -61,23 +66,24 @@ def first_crossing(sample: Functions, bounds: Array, floor: Array) -> Crossing |
     crossing are searched. None if there is none: then no function was below -floor, but for what its interpolant leaves
     out (`UNSEEN`). A function may start at 0 or below; it crosses where it next falls below -floor.
     """
-    waiting, looks = _intervals(sample, bounds, floor), 0
+    waiting, looks = _intervals(sample, bounds, floor), Counter[int]()
     while waiting:
-        part, looks = waiting.pop(), looks + 1
+        part = waiting.pop()
+        looks[part.place] += 1
         a, b, whole = part.begin, part.end, float(bounds[part.place + 1] - bounds[part.place])
-        jumps = b - a <= SHORTEST * whole or looks > MOST
+        jumps = b - a <= SHORTEST * whole or looks[part.place] > MOST
         if not (part.resolved or jumps):
             waiting += _intervals(sample, np.array([a, (a + b) / 2, b]), floor, part.place)
-        elif found := _crossing(part, jumps, floor, TOGETHER * whole):
+        elif found := _crossing(part, jumps, TOGETHER * whole):
             return found
     return None
 
 
-def _crossing(part: _Interval, jumps: bool, floor: Array, together: float) -> Crossing | None:
-    """The first crossing in an interval with those no more than `together` in s after it; floor (m,)."""
-    places, slopes = np.full((2, len(floor)), math.inf)
+def _crossing(part: _Interval, jumps: bool, together: float) -> Crossing | None:
+    """The first crossing in an interval with those no more than `together` in s after it."""
+    places, slopes = np.full((2, len(part.floor)), math.inf)
     for k in np.flatnonzero(part.reaching):
-        places[k], slopes[k] = (_drop if jumps else _root)(part.series[:, k], float(floor[k]))
+        places[k], slopes[k] = (_drop if jumps else _root)(part.series[:, k], float(part.floor[k]))
     which, scale = int(places.argmin()), 2 / (part.end - part.begin)
     if (x := float(places[which])) == math.inf:
         return None
@@ -99,10 +105,12 @@ def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None
     unseen = UNSEEN * np.maximum(sizes[:, -1], sizes[:, -2])
     inside = series[:, 0] - sizes[:, 1:].sum(1)
     least = np.where(sizes[:, 1] > _STEEPEST[2:] @ sizes[:, 2:], np.minimum(values[:, 0], values[:, -1]), inside)
-    reaching = least - unseen < -floor
-    unresolved = np.asarray((reaching & (unseen > floor)).any(1))
+    floors = np.maximum(floor, ROUNDING * sizes.sum(1))
+    reaching = np.less(least - unseen, -floors)
+    resolved = np.logical_not(np.any(reaching & (unseen > floors), axis=1))
     places = np.flatnonzero(reaching.any(1))[::-1].tolist()
-    parts = [(float(bounds[i]), float(bounds[i + 1]), series[i], reaching[i], not unresolved[i]) for i in places]
+    columns = map(np.asarray, (bounds[:-1], bounds[1:], series, floors, reaching, resolved))
+    parts = zip(*(column[places] for column in columns), strict=True)
     return [_Interval(i if place is None else place, *part) for i, part in zip(places, parts, strict=True)]
 
 
