@@ -1,6 +1,7 @@
 """A drawing as meshcat's commands: what its viewer is sent before anything moves."""
 
 import base64
+import re
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,8 @@ def _mesh_file(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: a mesh to be drawn is one of: {choices(MESHES)}")
     with inside(str(path)):
         data = read_whole(path, MESH_BYTES, "a mesh")
+    if kind == "dae":  # meshcat joins the parts of a file, which must then have the same attributes: places and normals
+        data = re.sub(rb"semantic=([\"'])(?:TEXCOORD|COLOR)\1", rb"semantic=\1LEFT_OUT\1", data)
     content = {"base64": base64_of(data)} if kind == "stl" else {"data": data.decode(errors="replace")}
     return {"type": "_meshfile_geometry", "format": kind} | content
 
