@@ -109,6 +109,7 @@ def test_examples_answer_what_they_ask(capfd: pytest.CaptureFixture) -> None:
         assert run_main("run", str(examples_folder() / f"{name}.toml")) == 0
         assert re.search(says, capfd.readouterr().out)
     rest = pp.Trajectory.load("run.npz")
-    still = rest.t >= rest.summary()["at rest from"].value
+    assert rest.summary()["at rest from"].value == rest.events[-1].t
+    still = rest.t >= rest.events[-1].t
     assert not rest.v[still].any()
     assert rest.v[np.flatnonzero(still)[0] - 1].any()

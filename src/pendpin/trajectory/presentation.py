@@ -79,10 +79,12 @@ def swing(run: Any) -> Array:
 
 
 def _rest(run: Any) -> dict[str, Figure]:
-    """From when on nothing moves, to the nearest sample; nothing where it moves at the end, or never."""
+    """From when on nothing moves: the last event before the first such sample; nothing where it moves at the end, or never."""
     moving = np.flatnonzero(run.v.any(axis=1))
-    came_to_rest = len(moving) and moving[-1] + 1 < len(run.t)
-    return {"at rest from": Figure(float(run.t[moving[-1] + 1]), "s")} if came_to_rest else {}
+    if not len(moving) or moving[-1] + 1 == len(run.t):
+        return {}
+    last, still = run.t[moving[-1] : moving[-1] + 2]
+    return {"at rest from": Figure(max((e.t for e in run.events if last < e.t <= still), default=float(still)), "s")}
 
 
 def _extreme(values: Array, t: Array, of: Any, unit: str, places: list[str]) -> Figure:
