@@ -79,7 +79,7 @@ def swing(run: Any) -> Array:
 
 
 def _rest(run: Any) -> dict[str, Figure]:
-    """From when on nothing moves: the last event before the first such sample; nothing where it moves at the end, or never."""
+    """From when on nothing moves: the last event before that; nothing where it moves at the end, or never does."""
     moving = np.flatnonzero(run.v.any(axis=1))
     if not len(moving) or moving[-1] + 1 == len(run.t):
         return {}
