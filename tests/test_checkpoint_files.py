@@ -15,6 +15,7 @@ import pendpin as pp
 from bad_input import ROD as URDF
 from bad_input import SCENE, URDF_SCENE, run_main
 from pendpin.simulation import smooth_motion
+from pendpin.simulation.checkpoint import FORMAT
 from run_files import Trap
 from test_checkpoint import assert_same, scene
 
@@ -54,7 +55,7 @@ CHANGED: dict[str, tuple[Any, str]] = {
     "steps below 0": (lambda s: {"counts": -s["counts"]}, f"{NOT}array 'counts' holds no counts"),
     "meta not JSON": (lambda s: {"meta": np.array("{")}, f"{NOT}Expecting property name"),
     "meta of something else": (lambda s: {"meta": np.array('{"format": 1}')}, f"{NOT}it is something else, or of"),
-    "meta of nothing": (lambda s: {"meta": np.array('{"checkpoint": 1}')}, f"{OTHER}run is None in it"),
+    "meta of nothing": (lambda s: {"meta": np.array(json.dumps({"checkpoint": FORMAT}))}, f"{OTHER}run is None in it"),
     "another tolerance": (
         lambda s: {"meta": with_meta(s, lambda run: run["scene"]["solver"].update(tolerance=1e-6))},
         f"{OTHER}scene.solver.tolerance is 1e-06 in it, 1e-10 here; delete it or name another file",
