@@ -56,7 +56,7 @@ class Drawing:
     t (n,) in s, rising; poses (n, bodies, 4, 4) of the bodies, one or more; trail (n, 3) in m, the path of the tip, and
     its velocity (n, 3) in m/s; extent in m, the size of the whole, which sets how thick the thinnest lines are. Where
     known: forces (n, bodies, 3) in N, of the joints on the bodies, at their origins; plots; `support`, the body from which
-    the others hang; and notes on the model. Raises ValueError where these do not fit together.
+    the others hang; and notes to be shown. Raises ValueError where these do not fit together.
     """
 
     title: str

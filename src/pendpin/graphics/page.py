@@ -30,7 +30,6 @@ DRAWN = (1e-3, 1e4)  # m, extents that a browser draws as they are; its numbers 
 LEAST_FRAMES = 600  # where the samples give as many: a run of less than 10 s is looked at slowly
 TRAIL_POINTS = 30_000  # at most
 PLOT_POINTS = 5000  # of a curve, at most
-MOST_NOTES = 3
 
 
 def write_page(path: str | Path, drawing: Drawing) -> Path:
@@ -86,7 +85,7 @@ def contents(drawing: Drawing) -> dict[str, Any]:
         "forces": None if drawing.forces is None else _forces(drawing.forces[keys][:, bodies]),
         "trail": _trail(drawing, rate),
         "plots": _plots(drawing),
-        "notes": drawing.notes[:MOST_NOTES],
+        "notes": drawing.notes,
     }
 
 
