@@ -1,6 +1,6 @@
 """What each effect costs: an evaluation of y' with gravity and that effect, over one with gravity alone, as a run makes it.
 
-Three tables: machine code before optimisation; after it, which comes with some 100,000 evaluations; and the
+Three tables: machine code before optimisation; after it, which comes with hundreds of thousands of evaluations; and the
 engine without compiling, one call from Python. Processor time, of compiled runs that of the integration over its
 evaluations; bare and effect take turns, and the least of several counts. On an idle machine: python benchmarks/effects.py
 """

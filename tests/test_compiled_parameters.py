@@ -12,7 +12,7 @@ from effect_cases import MODELS
 from laws import law
 from pendpin import effects as fx
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.engines import Compiled
+from pendpin.engines import Compiled, machine_code
 from pendpin.engines.machine_code import OPTIMISATION, Code
 from pendpin.model.build import build
 from test_compiled import SEVERAL, SYMBOLIC, rates, with_engine
@@ -102,9 +102,10 @@ def test_optimised_code_gives_the_same_bits(effects: tuple) -> None:
 
 
 @pytest.mark.parametrize("method", ["auto", "dop853", "rk4"])
-def test_the_same_scene_gives_the_same_bits(method: str) -> None:
+def test_the_same_scene_gives_the_same_bits(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever the process has compiled or optimised before: the choice of the engine depends on the scene alone."""
     pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
+    monkeypatch.setattr(machine_code, "MANY_CALLS", (80_000, 0, 0))  # soon
     scene = pp.Scene(
         duration=60.0,
         model=MODELS["chain of 5"],

@@ -19,8 +19,8 @@ from pendpin.trajectory import Trajectory
 
 CHAOTIC = "later the motion is not known to this accuracy"
 LARGE = "more would take long, as --thorough does"
-TOLERANCE, FINEST = 1e-5, 1e-12  # of the runs compared: times the accuracy, and at least
-FINER = 0.1  # times that: of the run that shows their error
+TOLERANCE, FINEST = 1e-4, 1e-11  # of the runs compared: times the accuracy, and at least
+FINER = 0.01  # times that: of the run that shows their error
 THINNER = 0.1  # radius of the rods whose thickness counts for nothing: what it changes goes with its square
 MARGIN = 0.1  # of the accuracy: where two runs of the same scene differ by more, the comparison ends
 SMALL_DAMPING = 1e-4  # N m s/rad per N m of the heaviest rod's weight times its lever: a good bearing

@@ -26,7 +26,7 @@ from pendpin.engines.machine_steps import steps_code
 from pendpin.engines.tape import Recording
 
 OPTIMISATION = 2  # of 3; the tape is already simplified
-MANY_CALLS = (80_000, 8)  # times 1 and operations: from which on optimised code saves the time that it takes
+MANY_CALLS = (80_000, 8, 2e8)  # times 1, operations, and 1 over them: from which on optimised code saves what it takes
 EVERY = 4096  # calls between two of the progress callback; a power of 2
 Callback = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double)  # t -> whether to stop
 _HEADER = 2  # cells of a block before its numbers: the count of calls, the progress callback
@@ -95,10 +95,12 @@ class Function:
 
     def code(self, calls: int) -> Code:
         """The code after some further calls, compiled if it was not: optimised once there have been many."""
-        first, each = MANY_CALLS
+        first, each, short = MANY_CALLS
         with self._lock:  # a second code in the place of the first would free it while another thread runs it
             self._calls += calls
-            level = OPTIMISATION if self._calls > first + each * self.operations else 0
+            level = (
+                OPTIMISATION if self._calls > first + each * self.operations + short / max(self.operations, 1) else 0
+            )
             if level not in self._codes:
                 begin = time.perf_counter()
                 self._codes[level] = Code(self.text, level)
