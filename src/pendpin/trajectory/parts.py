@@ -65,9 +65,10 @@ KINDS = ("stick", "reverse", "slip", "stop", "release")
 
 
 class Event(NamedTuple):
-    """What happened to a joint: a sliding one comes to rest (stick) or turns back (reverse), a held one starts to slide
+    """What happened to a joint, under dry friction or at a stop.
 
-    (slip), one reaches a limit (stop) or leaves the limit on which it rested (release).
+    A sliding joint came to rest (stick) or turned back (reverse), a held one started to slide (slip), one reached a
+    limit (stop) or left the limit on which it rested (release).
     """
 
     t: float  # s, as a run's t

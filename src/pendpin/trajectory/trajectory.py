@@ -41,7 +41,7 @@ class Trajectory:
     tip: Array  # (n, rods, 3), world frame W
     rods: Reactions | None  # None for a model without universal joints
     stats: Stats
-    events: tuple[Event, ...] = ()  # of dry friction and stops, as they happened; none in files of pendpin 0.1.0
+    events: tuple[Event, ...] = ()  # of dry friction and stops, as they happened; none in older files
     work: dict[str, Array] = field(default_factory=dict)  # J (n,), of each kind of effect, with energy_balance
     scene: dict[str, Any] = field(default_factory=dict)  # as in a scene file
     source: Any = field(default=None, repr=False, compare=False)  # the Scene that was run, in the process that ran it
