@@ -137,3 +137,31 @@ def test_options_that_do_not_fit(options: dict, message: str) -> None:
     with pytest.raises(pp.InputError) as caught:
         pp.simulate(scene(), **options)
     assert message in str(caught.value)
+
+
+def test_a_finer_run_that_fails_ends_in_a_refusal_at_the_output_times() -> None:
+    """bdf's steps become shorter than doubles can tell, in a motion that magnifies errors."""
+    scene = pp.Scene(
+        duration=2.897261406785438,
+        model=pp.Chain(
+            rods=[
+                pp.Rod(
+                    length=1.4634650660048842,
+                    mass=1.076048519538486,
+                    radius=0.1300525160843814,
+                    payload=4.125608572069971,
+                ),
+                pp.Rod(length=0.6306876093768377, mass=0.8046756985761025, radius=0.019892746732437135),
+            ]
+        ),
+        start=pp.Start(
+            positions=[-0.8828507591693828, 1.8486459754765727, 2.0498544516147534, 2.0205870873412977],
+            velocities=[1.2526379494058735, -1.1330675866604931, -0.6323030410004823, -0.3128772118911495],
+        ),
+        effects=[pp.effects.Gravity(), pp.effects.Spring(stiffness=2.6846037429580534, rest=0.2405687062612889)],
+        solver=pp.Solver(method="bdf", accuracy=1e-6, samples=31),
+    )
+    with pytest.raises(pp.RunError, match="^accuracy 1e-06 is not met: ") as caught:
+        pp.simulate(scene)
+    partial = caught.value.partial
+    np.testing.assert_array_equal(partial.t, scene.times[: len(partial.t)])

@@ -48,7 +48,7 @@ class Adaptive(EventIntegrator):
             pass_dy_as_arg=True,
         )
         states = np.array(result.y).T.copy() if np.size(result.y) else np.array(y[None])  # it may fail at once
-        failure = None if result.success else result.message
+        failure = None if result.success else result.message.rstrip(".")
         return Segment(*finite_part(states, result.steps_taken, failure))
 
     def _scipy(

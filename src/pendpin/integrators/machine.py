@@ -189,7 +189,7 @@ class Solution:
 def _message(api: Any, found: int) -> str:
     text = ctypes.create_string_buffer(256)
     api.message(found, ctypes.addressof(text), len(text))
-    return text.value.decode()
+    return text.value.decode().rstrip(".")
 
 
 def available() -> bool:

@@ -55,9 +55,15 @@ class Runs:
         except RunError as error:
             found, coarse = error.partial, scene.solver.method in FIXED_METHODS
             if not coarse and found.stats.stopped != ENERGY_ERROR:
-                raise
+                raise self._failed(found, denser, str(error)) from None
         self.seconds += found.stats.seconds
         return _thinned(found, denser)
+
+    def _failed(self, run: Trajectory, denser: int, why: str) -> RunError:
+        """The error of a search in which a run ends early for another reason than that it is coarse."""
+        target, stats = self.scene.solver.accuracy, run.stats
+        message = f"accuracy {target:g} is not met: with {stats.method}, {stats.setting}, {why}"
+        return RunError(message, self.at_output_times(_thinned(run, denser)))
 
     def unlike(self, scene: Scene, before: Trajectory) -> Trajectory:
         """A run that differs from the one before: with denser samples if the first try is equal to it."""
