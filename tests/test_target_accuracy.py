@@ -161,7 +161,7 @@ def test_a_finer_run_that_fails_ends_in_a_refusal_at_the_output_times() -> None:
         effects=[pp.effects.Gravity(), pp.effects.Spring(stiffness=2.6846037429580534, rest=0.2405687062612889)],
         solver=pp.Solver(method="bdf", accuracy=1e-6, samples=31),
     )
-    with pytest.raises(pp.RunError, match="^accuracy 1e-06 is not met: ") as caught:
+    with pytest.raises(pp.RunError, match=r"^accuracy 1e-06 is not met: ") as caught:
         pp.simulate(scene)
     partial = caught.value.partial
     np.testing.assert_array_equal(partial.t, scene.times[: len(partial.t)])
