@@ -19,7 +19,7 @@ import subprocess
 import sys
 import time
 from importlib.metadata import version
-from statistics import median
+from statistics import fmean, median
 from typing import Any
 
 RODS = (1, 2, 3, 10, 30, 100)
@@ -27,7 +27,7 @@ KINDS = ("bare", "damped", "drag", "support", "friction", "thin")
 DURATIONS = (2.0, 60.0)
 TOLERANCES = (1e-4, 1e-7, 1e-10)
 FIXED = (("dop853", "auto"), ("dop853", "compiled"), ("taylor", "auto"), ("lsoda", "compiled"), ("rk45", "compiled"))
-RUNS = (1, 2, 10)
+RUNS = {1: slice(0, 1), 2: slice(1, 4), 10: slice(7, 10)}  # the first; means, as a clock may tick every 4 ms
 LONGEST = 20  # s of processor for a process: a choice that takes longer for its first run is left out
 
 
@@ -87,12 +87,12 @@ def in_a_process(case: dict[str, Any], source: str | None = None) -> dict[str, A
 
 
 def timed(case: dict[str, Any], source: str | None = None) -> dict[str, Any]:
-    """Of quick choices the median of three processes, run by run: a single time of ms is not exact on a busy machine."""
+    """Of quick choices the mean of three processes, run by run."""
     found = [in_a_process(case, source)]
     if "failed" not in found[0] and sum(found[0]["seconds"]) < LONGEST / 10:
         found += [in_a_process(case, source) for _ in range(2)]
     return found[0] | {
-        "seconds": [median(times) for times in zip(*(one.get("seconds", ()) for one in found), strict=True)]
+        "seconds": [fmean(times) for times in zip(*(one.get("seconds", ()) for one in found), strict=True)]
     }
 
 
@@ -105,7 +105,9 @@ def apart(one: Any, other: Any) -> float:
 
 def ratio(one: dict[str, Any], others: list[dict[str, Any]]) -> dict[int, float]:
     """The time of a choice over the least of some others, by the number of the run; a slow one made fewer runs."""
-    times = [[found["seconds"][min(run, len(found["seconds"])) - 1] for run in RUNS] for found in (one, *others)]
+    times = [
+        [fmean(found["seconds"][part] or found["seconds"][-1:]) for part in RUNS.values()] for found in (one, *others)
+    ]
     return {run: own / min(best) for run, own, *best in zip(RUNS, *times, strict=True)} if others else {}
 
 
