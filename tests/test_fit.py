@@ -1,4 +1,4 @@
-"""Fits: exact motions, synthetic truth found again within its errors, what cannot be told, files that are wrong."""
+"""Fits: exact motions, synthetic truth found again within its errors, what cannot be told."""
 
 import json
 from pathlib import Path
@@ -7,44 +7,15 @@ import numpy as np
 import pytest
 
 import pendpin as pp
+from fit_scenes import ANGLE, ANGLES, NOISE, ROD, scene_of, swings_of
 from pendpin.analysis.fit import explain_residual
-from pendpin.analysis.fit.data import read_swings
 from pendpin.analysis.fit.equations import compile_equations
 from pendpin.analysis.fit.fitting import given_offsets, prepare
 from pendpin.analysis.fit.motion import motions
 from pendpin.analysis.fit.parameters import checked, free_parameters, substituted
-from pendpin.analysis.fit.sensors import sensors_of
 from pendpin.cli import main
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
-from pendpin.model.build import build
 from pendpin.scene import Data
-
-ROD = {"length": 0.2, "mass": 0.1, "radius": 0.005}
-NOISE = 5e-5  # rad
-
-
-def scene_of(rods: int, *effects, data: Data | None = None, duration: float = 2.0, rate: int = 100) -> pp.Scene:
-    """A chain of equal rods under gravity and these effects."""
-    solver = pp.Solver(samples=round(rate * duration) + 1, tolerance=1e-11)
-    chain = pp.Chain(rods=[pp.Rod(**ROD)] * rods)
-    return pp.Scene(duration=duration, model=chain, effects=[Gravity(), *effects], solver=solver, data=data)
-
-
-def swings_of(scene: pp.Scene, *starts: list[float], seed: int = 0) -> dict[str, np.ndarray]:
-    """Noisy absolute angles of plane swings from these theta angles at rest, as a table of columns."""
-    draw, parts = np.random.default_rng(seed), []
-    for segment, start in enumerate(starts):
-        positions = [x for angle in start for x in (angle, 0.0)]
-        run = pp.simulate(pp.Scene(**scene.given() | {"start": pp.Start(positions=positions)}))
-        angles = np.cumsum(run.q[:, ::2], 1)
-        angles += draw.normal(0, NOISE, angles.shape)
-        columns = {f"a{i + 1}": angles[:, i] for i in range(len(start))}
-        parts.append({"t": run.t, "segment": np.full(len(run.t), segment)} | columns)
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-
-
-ANGLE = Data(segment="segment", columns={"a1": ("theta",)})
-ANGLES = Data(segment="segment", columns={"a1": ("theta_1",), "a2": ("theta_1", "theta_2")})
 
 
 @pytest.mark.parametrize(
@@ -219,71 +190,6 @@ def test_a_double_pendulum_by_its_tips(tmp_path: Path, capfd, monkeypatch) -> No
     key = "effects[1].coefficient"
     assert abs(found["values"][key] - 1e-4) < 4 * found["errors"][key] < 1e-5
     assert pp.load_scene(out).effects[1].coefficient == found["values"][key]
-
-
-GOOD = "t,segment,a1\n" + "\n".join(f"{0.1 * i},1,{np.cos(0.5 * i)}" for i in range(12))
-BAD = {
-    "": "an empty file",
-    "t;segment;a1\n0;1;0": "separated by semicolons",
-    "t\tsegment\ta1\n0\t1\t0": "separated by tabs",
-    "0,1,0\n": "line 1 holds numbers",
-    GOOD + GOOD[12:].replace(",1,", ",2,"): "segments 1 and 2 share 12 samples",
-    "t,segment,b\n": "there is no column 'a1' among: t, segment, b",
-    "t,segment,a1,a1\n": "column 'a1' is there twice",
-    GOOD + "\n2,1": "line 14 has 2 cells",
-    GOOD + "\n2,1,high": "line 14, column a1: 'high' is not a number",
-    GOOD + "\n0.3,1,0": "line 14, column t: 0.3 s does not come after 1.1 s",
-    GOOD + "\nnan,1,0": "line 14, column t: no time",
-    GOOD + "\n2,2,0": "segment 2 has 1 samples",
-    GOOD + "\n2,1,inf": "line 14, column a1: an infinite number",
-    GOOD + "\n1.2,1,7": "line 14, column a1: it jumps by a turn before 1.2 s",
-}
-
-
-@pytest.mark.parametrize("text", BAD, ids=BAD.values())
-def test_a_wrong_file_is_refused_in_one_line(text: str, tmp_path: Path) -> None:
-    """With the file, and the line and column."""
-    path = tmp_path / "data.csv"
-    path.write_text(text)
-    with pytest.raises(pp.InputError, match=r"data\.csv: ") as found:
-        read_swings(path, ANGLE)
-    assert BAD[text] in str(found.value)
-
-
-@pytest.mark.parametrize(
-    ("free", "said"),
-    [
-        ("model.rods[1].com", "the scene has 1 rods, counted from 0"),
-        ("model.rods[0].massa", "did you mean 'mass'"),
-        ("effects[1].static", "set it to a guess"),
-        ("effects[0].kind", "is not one of"),
-        ("start.positions.theta", "is no number of a rod or an effect"),
-        ("model.rods[0].inertia[3]", "there is no entry [3]"),
-        ("", "is not a key path"),
-    ],
-)
-def test_a_wrong_key_is_refused(free: str, said: str) -> None:
-    """In one line that names the key."""
-    with pytest.raises(pp.InputError) as found:
-        free_parameters(scene_of(1, DryFriction(kinetic=1e-3)), free)
-    assert said in str(found.value)
-
-
-@pytest.mark.parametrize(
-    ("table", "said"),
-    [
-        ({"columns": {"a": "theta"}}, "data.columns.a: 'theta' is no coordinate of a tip"),
-        ({"columns": {"a": ("theta", "theta")}}, "data.columns.a: it names a joint twice"),
-        ({"columns": {"a": ("theta_2",)}}, "data.columns.a: joint 'theta_2' is not one of"),
-        ({"columns": {"a": ("theta",)}, "offsets": "fre"}, "offsets: 'fre' is not one of: free, zero; did you mean"),
-        ({"columns": {"a": ("theta",)}, "unit": "degree"}, "unit: 'degree' is not one of"),
-    ],
-)
-def test_a_wrong_table_is_refused(table: dict, said: str) -> None:
-    """In one line that names the key."""
-    with pytest.raises(pp.InputError) as found:
-        sensors_of(Data(**table), build(scene_of(1).model))
-    assert said in str(found.value)
 
 
 def test_an_inertia_stays_that_of_a_real_body() -> None:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 import pendpin as pp
 from bad_input import ROD, URDF_SCENE, edited, run_main
 from pendpin.model.build import Model, build
+from pendpin.scene import robots as named
 from robots import compare, robot, robot_files
 from rounding import EPS, ROUNDINGS, terms
 
@@ -242,3 +243,9 @@ def test_a_start_without_inertia_is_refused(tmp_path: Path) -> None:
         pp.simulate(scene)
     model = pp.UrdfModel(path=robot("icub"), lock={"neck_roll": 0.0})
     assert pp.simulate(scene.model_copy(update={"model": model})).energy().drift < 1e-7
+
+
+def test_every_robot_is_found_by_its_name() -> None:
+    """Each URDF of example-robot-data by one name at least."""
+    assert {"ur5", "panda", "talos_reduced", "double_pendulum", "anymal_b"} <= named.robot_files().keys()
+    assert pp.UrdfModel("ur5").file.name == "ur5_robot.urdf"

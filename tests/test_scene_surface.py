@@ -18,7 +18,6 @@ from pendpin.errors import Note, written
 from pendpin.keypaths import parsed
 from pendpin.records import Record
 from pendpin.scene import builtin_scene
-from pendpin.scene.robots import robot_files
 from scene_generator import case_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -269,12 +268,6 @@ def test_times_and_samples() -> None:
             pp.simulate(scene, **bad)
     with pytest.raises(pp.InputError, match="5 is not a Scene"):
         pp.simulate(5)  # pyright: ignore[reportArgumentType]
-
-
-def test_every_robot_is_found_by_its_name() -> None:
-    """Each URDF of example-robot-data by one name at least."""
-    assert {"ur5", "panda", "talos_reduced", "double_pendulum", "anymal_b"} <= robot_files().keys()
-    assert pp.UrdfModel("ur5").file.name == "ur5_robot.urdf"
 
 
 @pytest.mark.parametrize("cls", records(), ids=lambda cls: cls.__name__)

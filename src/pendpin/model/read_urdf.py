@@ -240,9 +240,8 @@ def _not_applied(joints: dict[str, Element]) -> tuple[str, ...]:
 def _limited(joint: Element) -> bool:
     """Whether a joint has a limit that a motion could meet."""
     limit = joint.find("limit")
-    keys = ("lower", "upper") if joint.get("type") != "continuous" else ()
-    values = [] if limit is None else [float(limit.get(key, "0")) for key in (*keys, "effort", "velocity")]
-    return any(0 < abs(value) < FARTHEST for value in values)
+    keys = ("effort", "velocity") if joint.get("type") == "continuous" else ("lower", "upper", "effort", "velocity")
+    return limit is not None and any(0 < abs(float(limit.get(key, "0"))) < FARTHEST for key in keys)
 
 
 def _make_plain(joint: Element) -> None:

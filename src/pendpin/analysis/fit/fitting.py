@@ -142,9 +142,11 @@ def solution_of(setting: Setting, progress: Progress) -> Solution:
     problem = _problem(setting)
     progress("a start by equation error")
     x = _by_equation_error(setting, problem)
-    if not (near := _followed(setting, problem, x)) and (near := _followed(setting, problem, problem.prior)):
-        x = problem.prior  # noise spoils accelerations first
-    if not near:
+    guesses = (x, problem.prior)  # noise spoils accelerations first
+    near = next((guess for guess in guesses if _followed(setting, problem, guess)), None)
+    if near is not None:
+        x = near
+    else:
         progress("short pieces")
         problem = _rescaled(setting, problem, x)
         x, _, _ = Search(problem, Starts(x, _states(setting, problem, x))).run(FAR, COARSE)

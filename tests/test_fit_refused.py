@@ -1,0 +1,79 @@
+"""Fits: files, keys and tables that are wrong end in one line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+from fit_scenes import ANGLE, scene_of
+from pendpin.analysis.fit.data import read_swings
+from pendpin.analysis.fit.parameters import free_parameters
+from pendpin.analysis.fit.sensors import sensors_of
+from pendpin.effects import DryFriction
+from pendpin.model.build import build
+from pendpin.scene import Data
+
+GOOD = "t,segment,a1\n" + "\n".join(f"{0.1 * i},1,{np.cos(0.5 * i)}" for i in range(12))
+BAD = {
+    "": "an empty file",
+    "t;segment;a1\n0;1;0": "separated by semicolons",
+    "t\tsegment\ta1\n0\t1\t0": "separated by tabs",
+    "0,1,0\n": "line 1 holds numbers",
+    GOOD + GOOD[12:].replace(",1,", ",2,"): "segments 1 and 2 share 12 samples",
+    "t,segment,b\n": "there is no column 'a1' among: t, segment, b",
+    "t,segment,a1,a1\n": "column 'a1' is there twice",
+    GOOD + "\n2,1": "line 14 has 2 cells",
+    GOOD + "\n2,1,high": "line 14, column a1: 'high' is not a number",
+    GOOD + "\n0.3,1,0": "line 14, column t: 0.3 s does not come after 1.1 s",
+    GOOD + "\nnan,1,0": "line 14, column t: no time",
+    GOOD + "\n2,2,0": "segment 2 has 1 samples",
+    GOOD + "\n2,1,inf": "line 14, column a1: an infinite number",
+    GOOD + "\n1.2,1,7": "line 14, column a1: it jumps by a turn before 1.2 s",
+}
+
+
+@pytest.mark.parametrize("text", BAD, ids=BAD.values())
+def test_a_wrong_file_is_refused_in_one_line(text: str, tmp_path: Path) -> None:
+    """With the file, and the line and column."""
+    path = tmp_path / "data.csv"
+    path.write_text(text)
+    with pytest.raises(pp.InputError, match=r"data\.csv: ") as found:
+        read_swings(path, ANGLE)
+    assert BAD[text] in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("free", "said"),
+    [
+        ("model.rods[1].com", "the scene has 1 rods, counted from 0"),
+        ("model.rods[0].massa", "did you mean 'mass'"),
+        ("effects[1].static", "set it to a guess"),
+        ("effects[0].kind", "is not one of"),
+        ("start.positions.theta", "is no number of a rod or an effect"),
+        ("model.rods[0].inertia[3]", "there is no entry [3]"),
+        ("", "is not a key path"),
+    ],
+)
+def test_a_wrong_key_is_refused(free: str, said: str) -> None:
+    """In one line that names the key."""
+    with pytest.raises(pp.InputError) as found:
+        free_parameters(scene_of(1, DryFriction(kinetic=1e-3)), free)
+    assert said in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({"columns": {"a": "theta"}}, "data.columns.a: 'theta' is no coordinate of a tip"),
+        ({"columns": {"a": ("theta", "theta")}}, "data.columns.a: it names a joint twice"),
+        ({"columns": {"a": ("theta_2",)}}, "data.columns.a: joint 'theta_2' is not one of"),
+        ({"columns": {"a": ("theta",)}, "offsets": "fre"}, "offsets: 'fre' is not one of: free, zero; did you mean"),
+        ({"columns": {"a": ("theta",)}, "unit": "degree"}, "unit: 'degree' is not one of"),
+    ],
+)
+def test_a_wrong_table_is_refused(table: dict, said: str) -> None:
+    """In one line that names the key."""
+    with pytest.raises(pp.InputError) as found:
+        sensors_of(Data(**table), build(scene_of(1).model))
+    assert said in str(found.value)
