@@ -33,6 +33,7 @@ LEAST_OF_ANOTHER = 1e-13  # tolerance of another method
 HARMLESS = 0.1  # of the target: a bound on rounding that needs no measurement
 HOPELESS = 10.0  # times the target: rounding of a coarse run that no finer run needs to confirm
 UNSTABLE = 1e-11  # rounding error of a motion that magnifies errors ten thousand times and more
+GROWING = 1e-13  # rounding error of a motion that magnifies errors a hundred times and more
 SAFETY = 6.0  # times the estimate there: its errors follow no law (measured near unstable rests, up to 5.1)
 IMPLICIT = ("radau", "bdf", "lsoda", "gauss2", "gauss4", "gauss6")  # may agree on a wrong way across a jump
 STEADY = ("radau", "bdf", "lsoda", "taylor")  # methods that show by themselves what rounding does
@@ -99,7 +100,7 @@ class _Search:
         if verdict.error[-1] <= self.target or self.finest or (verdict.small and not verdict.regular):
             self._measure_rounding(self.attempts[-2 if verdict.small else -1])
             verdict = self._estimate()
-        if verdict.error[-1] <= self.target and (self.may_jump or self._hardly_moves()):
+        if verdict.error[-1] <= self.target and (self.may_jump or self._hardly_moves() or self._may_damp()):
             error = np.maximum(verdict.error, self._against_another_method())
             return self._met(error, "another method gives another motion")
         return self._met(verdict.error, self._reason(verdict))
@@ -119,6 +120,11 @@ class _Search:
         """
         assert self.rounding is not None
         return extent(self.last.run, self.length) <= max(NOISE * float(self.rounding[-1]), self.target)
+
+    def _may_damp(self) -> bool:
+        """Whether implicit steps may damp what grows: all runs then fall behind alike, and their gaps say little."""
+        assert self.rounding is not None
+        return self.refinement.method in IMPLICIT and self.rounding[-1] > GROWING
 
     def _same(self) -> bool:
         """Whether the last two runs are the same, or as close as if they had the same steps."""
