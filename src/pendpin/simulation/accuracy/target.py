@@ -30,6 +30,7 @@ MARGIN = 4.0  # by which the next error should be below the target
 NEGLIGIBLE = 1e-3  # of the target: smaller gaps need not be small compared with the motion
 LAST_NEGLIGIBLE = 0.1  # the same, of runs that cannot be finer
 LEAST_OF_ANOTHER = 1e-13  # tolerance of another method
+OF_ANOTHER = 1e-2  # of the target, over what the motion magnifies errors by: the tolerance of another method, at most
 HARMLESS = 0.1  # of the target: a bound on rounding that needs no measurement
 HOPELESS = 10.0  # times the target: rounding of a coarse run that no finer run needs to confirm
 UNSTABLE = 1e-11  # rounding error of a motion that magnifies errors ten thousand times and more
@@ -161,10 +162,13 @@ class _Search:
 
     def _against_another_method(self) -> Array:
         """The error (n,) of a run that no finer setting changes, from its difference to a run of another method."""
-        method = next(method for method in independent(self.scene) if method != self.refinement.method)
-        other = self.runs.run(self.scene.by(method, max(self.last.setting, LEAST_OF_ANOTHER)))
         self._measure_rounding(self.last)
         assert self.rounding is not None
+        method = next(method for method in independent(self.scene) if method != self.refinement.method)
+        tolerance = OF_ANOTHER * self.target * EPS / max(float(self.rounding[-1]), EPS)
+        if self.refinement.spacing is None:
+            tolerance = min(tolerance, self.last.setting)
+        other = self.runs.run(self.scene.by(method, max(tolerance, LEAST_OF_ANOTHER)))
         apart = gap(self.last.run, other, self.length, len(self.runs.times))
         return DISAGREEMENT * apart + self.rounding
 
