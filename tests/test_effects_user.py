@@ -114,6 +114,73 @@ def test_parameters_of_ones_own_are_checked(example: dict[str, Any]) -> None:
             example["Magnet"](**({"link": "rod", "at": (0, 0, 0), "strength": 1.0} | wrong))
 
 
+class Careless(pp.effects.JointEffect):
+    """-0.1 (v - 0.5) N m, computed in place in what it is given, and returned in the same array every time."""
+
+    kind: Literal["careless"] = "careless"
+    joints: tuple[str, ...] | None = None
+    shape: tuple[int, ...] | None = None
+
+    @property
+    def on(self) -> tuple[str, ...] | None:
+        return self.joints
+
+    def torques(self, t: Any, q: np.ndarray, v: np.ndarray, xp: Any = np) -> np.ndarray:
+        v -= 0.5
+        v *= -0.1
+        SAME[: len(v)] = v
+        return SAME[: len(v)] if self.shape is None else np.ones(self.shape)
+
+
+class CarelessBody(pp.effects.BodyEffect):
+    """-0.1 (velocity - 1) N on each body, in the same way."""
+
+    kind: Literal["careless_body"] = "careless_body"
+
+    def wrench(self, t: Any, bodies: Any, motion: Any, xp: Any = np) -> tuple[np.ndarray, np.ndarray]:
+        force = motion.velocity
+        force -= 1.0
+        force *= -0.1
+        SAME_FORCE[:] = force
+        bodies.mass[:] = 7.0
+        return SAME_FORCE, np.zeros((2, 3))
+
+
+class CarefulBody(pp.effects.BodyEffect):
+    kind: Literal["careless_body"] = "careless_body"
+
+    def wrench(self, t: Any, bodies: Any, motion: Any, xp: Any = np) -> tuple[np.ndarray, np.ndarray]:
+        return -0.1 * (motion.velocity - 1.0), np.zeros((2, 3))
+
+
+SAME, SAME_FORCE = np.zeros(4), np.zeros((2, 3))
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "lsoda"}, {"method": "rk4", "step": 0.01}])
+def test_an_effect_that_computes_in_place_changes_no_state(options: dict[str, Any]) -> None:
+    """Every array of the run is that of a law which makes new arrays, bit for bit."""
+    rods = [pp.Rod(length=1.0, mass=1.0, radius=0.01)] * 2
+    start = pp.Start(positions={"theta_1": 0.7})
+    scene = pp.Scene(duration=0.5, model=pp.Chain(rods=rods), start=start, effects=[pp.effects.Gravity()])
+    law = pp.effects.Torque(lambda t, q, v: (v - 0.5) * -0.1)
+    for careless, careful in ((Careless(), law), (CarelessBody(), CarefulBody())):
+        found, wanted = (
+            pp.simulate(scene.replace(effects=[*scene.effects, e]), **options) for e in (careless, careful)
+        )
+        for name in ("q", "v", "a", "wrench"):
+            assert np.abs(getattr(found, name) - getattr(wanted, name)).max() < 1e-13, name
+
+
+@pytest.mark.parametrize("shape", [(1,), (2, 1), (4,), ()])
+def test_torques_of_another_shape_are_refused(shape: tuple[int, ...]) -> None:
+    """NumPy would spread one number over several joints, in silence."""
+    effect = Careless(joints=("theta_1", "phi_2"), shape=shape)
+    with pytest.raises(
+        pp.InputError, match=r"^effects: careless: its torques returned shape .*, where \(2,\) is wanted"
+    ):
+        pp.simulate(pp.Scene(duration=0.1, model=MODELS["chain of 5"], effects=(effect,)))
+
+
 def test_smooth_is_a_property() -> None:
     """A plain value, with or without a type, is refused in one line."""
     says = "Rough.smooth: write smooth as a property that returns False"

@@ -26,10 +26,12 @@ from pendpin.effects import (
     Push,
     Support,
 )
+from pendpin.effects.base import returned
 from pendpin.engines import Loads
 from pendpin.errors import InputError, PendpinError, shown
 from pendpin.model.build import Model
 
+WRENCH = "a force", "a moment"
 LATEST = 340  # digits: more than a time times a frequency can have before its point
 Torque = Callable[[float, Array, Array], Array]  # t, q, v (nv,) -> (nv,)
 Wrench = Callable[[Any, Motion], tuple[Array, Array]]  # force, moment about com, (bodies, 3)
@@ -50,7 +52,7 @@ def bind_loads(
     bodies: Bodies | None = None
     for effect, where in in_order(effects):
         if isinstance(effect, FieldEffect) and effect.constant:
-            constant = constant + effect.field(0.0)
+            constant = constant + law(effect, "field")(0.0)
         elif isinstance(effect, FieldEffect):
             varying.append(_readable(effect, where, xp, field_since(start, effect, "field", xp, numbers)))
         elif isinstance(effect, JointEffect):
@@ -89,6 +91,31 @@ def _readable(effect: Effect, where: str, xp: Any, function: Any) -> Any:
     return named
 
 
+def law(effect: Effect, name: str, xp: Any = np, numbers: Numbers = GIVEN) -> Callable[..., Any]:
+    """A method of an effect, by its name. That of a user's own class gets copies, and what it returns is checked."""
+    method = partial(getattr(numbers.effect(effect), name), xp=xp)
+    if type(effect).__module__.startswith("pendpin."):
+        return method
+    what, kind = f"effects: {effect.kind}: its {name}", float if xp is np else object
+
+    def checked(t: Any, *state: Any) -> Any:
+        found = method(t, *map(_copy, state))
+        if name != "wrench":
+            return returned(what, found, state[0].shape if state else (3,), kind)
+        if not isinstance(found, tuple | list) or len(found) != len(WRENCH):
+            raise InputError(f"{what} returned {shown(found)}, where {' and '.join(WRENCH)} are wanted")
+        return tuple(returned(what, part, state[0].com.shape, kind) for part in found)
+
+    return checked
+
+
+def _copy(part: Any) -> Any:
+    """A copy of an array, or of each array in bodies or a motion: a law that works in place changes no state."""
+    if isinstance(part, Bodies | Motion):
+        return part._make(map(_copy, part))
+    return part.copy() if isinstance(part, np.ndarray) else part
+
+
 def since(start: float, effect: Effect, function: Any, numbers: Numbers = GIVEN) -> Any:
     """A function of time of one effect, as a function of the time since `start` in s: late times then lose no digits."""
     if not start:
@@ -102,7 +129,7 @@ def field_since(
 ) -> Callable[[float], Array]:
     """A function of time of a field, by its name, as a function t -> (3,) of the time since `start`, s."""
     moved, early = effect.since(start)
-    function = partial(getattr(numbers.effect(moved), name), xp=xp)
+    function = law(moved, name, xp, numbers)
     return since(start, effect, function, numbers) if early else function
 
 
@@ -118,7 +145,7 @@ def _in_first_period(start: float, effect: Effect) -> float:
 
 def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np, numbers: Numbers = GIVEN) -> Torque:
     """The torques (nv,) in N m of one effect, as a function of t in s and q, v (nv,)."""
-    torques, nv = partial(numbers.effect(effect).torques, xp=xp), len(model.joints)
+    torques, nv = law(effect, "torques", xp, numbers), len(model.joints)
     if effect.on is None:
         return torques
     chosen = chosen_joints(model, effect.on, where)
@@ -137,7 +164,7 @@ def body_wrench(
 ) -> Wrench:
     """Force (n, 3) in N and moment (n, 3) in N m of one effect on all n bodies, in W, as a function of t and motion."""
     _refuse_no_point(model, effect, where)
-    bodies, wrench = bodies or bodies_of(model), partial(numbers.effect(effect).wrench, xp=xp)
+    bodies, wrench = bodies or bodies_of(model), law(effect, "wrench", xp, numbers)
     if effect.on is None:
         return lambda t, motion: wrench(t, bodies, motion)
     chosen = chosen_bodies(model, effect.on, where)

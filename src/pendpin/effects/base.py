@@ -14,7 +14,7 @@ from pydantic import Field, field_validator
 
 from pendpin.arrays import Array, applied, cross
 from pendpin.effects.pace import Pace
-from pendpin.errors import shown
+from pendpin.errors import InputError, shown
 from pendpin.records import Record
 
 
@@ -69,6 +69,23 @@ class Idle(Effect):
     """In place of an effect of strength 0: the others keep their places in the list."""
 
     kind: str = Field(description="which effect it stands for")
+
+
+def returned(what: str, found: Any, shape: tuple[int, ...], kind: type = float) -> Array:
+    """What a user's function returned as an array of this shape; one row may be written without its first axis.
+
+    Raises InputError for another shape, and where floats are asked, for what is no real number.
+    """
+    try:
+        numbers = np.asarray(found)
+        if kind is float and numbers.dtype.kind not in "biufO":
+            raise TypeError
+        numbers = np.array(numbers, kind)  # its own: a function may return the same array every time
+    except (TypeError, ValueError):
+        raise InputError(f"{what} returned {shown(found)}, which is no array of numbers") from None
+    if numbers.shape != shape and not (shape[0] == 1 and numbers.shape == shape[1:]):
+        raise InputError(f"{what} returned shape {numbers.shape}, where {shape} is wanted")
+    return numbers.reshape(shape)
 
 
 # --- fields ---------------------------------------------------------------------------------------------------------

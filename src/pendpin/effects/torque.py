@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, field_serializer
 
 from pendpin.arrays import Array
-from pendpin.effects.base import OnJoints
+from pendpin.effects.base import OnJoints, returned
 from pendpin.errors import InputError, shown
 
 
@@ -36,17 +36,10 @@ class Torque(OnJoints):
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
         """What the function returns, (k,) N m. Raises InputError if that is not k finite numbers."""
         found = self.function(t, q.copy(), v.copy())
-        try:
-            torques = np.asarray(found, float)
-        except (TypeError, ValueError):
-            raise InputError(
-                f"effects: Torque: its function returned {shown(found)}, which is no list of torques"
-            ) from None
-        if torques.shape != q.shape and not (torques.ndim == 0 and len(q) == 1):
-            raise InputError(f"effects: Torque: its function returned shape {torques.shape}, where {q.shape} is wanted")
+        torques = returned("effects: Torque: its function", found, q.shape)
         if not np.isfinite(torques).all():
             raise InputError(f"effects: Torque: its function returned {shown(found)} at t = {t:.10g} s")
-        return torques.reshape(q.shape)
+        return torques
 
     @field_serializer("function")
     def _named(self, function: Callable[..., Any]) -> str:
