@@ -1,5 +1,6 @@
 """Guards: functions of time and state that fall to 0 when a joint stops, hits a stop or starts to slide."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,8 @@ SMALL = 1e-2  # of the tolerance: a guard so little below 0 is no event
 # distances of the holding torque to its largest and to its least possible value.
 RATE, UPPER, LOWER, MOST, LEAST = range(5)
 _AMONG = np.array([1, 0, 0, 2, 2])  # positions, rates, holding torques it is
+_TURNED = np.array([1.0, -1.0, 1.0, -1.0, 1.0])  # a rate the way it slides
+_WHERE_HELD = np.array([[False], [False], [False], [True], [True]])  # whether it is of held joints or of the others
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,31 +34,38 @@ class Guards:
 
     def values(self, t: Array, y: Array) -> Array:
         """The guards (n, m) at times t (n,) and states y (n, size)."""
-        if self.mode.held.any():
+        if self.mode.holds:
             y = np.concatenate([y[:, : 2 * len(self.mode.held)], self.contacts.hold(t, y, self.mode)], 1)
         return self.turned * y[:, self.place] + self.offset
 
-    def land(self, q: Array, v: Array, fired: Mask) -> tuple[Array, Array, Array]:
-        """q, v (nv,) with the values of fired guards (m,) set exactly, and the way (nv,) in which joints start, or 0."""
-        q, v, loose = q.copy(), np.where(self.mode.held, 0.0, v), np.zeros_like(v)
-        for kind, joint in zip(self.kind[fired], self.joint[fired], strict=True):
+    def land(self, q: Array, v: Array, fired: Mask) -> Array:
+        """Set in q, v (nv,) what fired guards (m,) say exactly. Returns the way (nv,) in which joints start, or 0."""
+        loose = np.zeros(len(v))
+        if self.mode.holds:
+            v[self.mode.held] = 0.0
+        for kind, joint in self._of(fired):
             if kind == RATE:
                 v[joint] = 0.0
             elif kind in (UPPER, LOWER):
                 q[joint] = (self.contacts.upper if kind == UPPER else self.contacts.lower)[joint]
             else:
                 loose[joint] = -1.0 if kind == MOST else 1.0
-        return q, v, loose
+        return loose
+
+    def _of(self, fired: Mask) -> Iterator[tuple[int, int]]:
+        """Kind and joint of the guards (m,) that fired."""
+        return zip(self.kind[fired].tolist(), self.joint[fired].tolist(), strict=True)
 
     def changes(self, q: Array, fired: Mask, held: Mask) -> list[tuple[int, str]]:
         """The joints to which something happened at an event, and what (of pendpin.trajectory.KINDS).
 
         At positions q (nv,), by the guards (m,) that fired and the joints (nv,) that are held then.
         """
-        ends = (q >= self.contacts.upper) | (q <= self.contacts.lower)
-        found = {int(joint): "release" if ends[joint] else "slip" for joint in np.flatnonzero(self.mode.held & ~held)}
-        found |= {int(joint): "stick" for joint in np.flatnonzero(held & ~self.mode.held)}
-        for kind, joint in zip(self.kind[fired].tolist(), self.joint[fired].tolist(), strict=True):
+        found: dict[int, str] = {}
+        for joint in (held != self.mode.held).nonzero()[0].tolist():
+            ends = not self.contacts.lower[joint] < q[joint] < self.contacts.upper[joint]
+            found[joint] = "stick" if held[joint] else "release" if ends else "slip"
+        for kind, joint in self._of(fired):
             if kind in (UPPER, LOWER):
                 found[joint] = "stop"
             elif kind == RATE and not held[joint]:
@@ -65,13 +75,14 @@ class Guards:
 
 def guards_of(contacts: Contacts, q: Array, mode: Mode, scales: Scales, tolerance: float) -> Guards:
     """The guards of a mode from positions q (nv,) on."""
-    held, upper, lower, zero, one = mode.held, contacts.upper, contacts.lower, np.zeros(len(q)), np.ones(len(q))
-    least, most = contacts.range(q)
-    slides, ends = ~held & (mode.sign != 0) & (contacts.static > 0), np.isfinite([upper, lower, most, least])
-    kind, joint = np.nonzero(np.concatenate([[slides], ends[:2] & ~held, ends[2:] & held]))
+    (least, most), upper, lower = contacts.range(q), contacts.upper, contacts.lower
+    offsets = np.array([np.zeros(len(q)), upper, -lower, most, -least])
+    there = np.isfinite(offsets) & (mode.held == _WHERE_HELD)
+    there[RATE] &= (mode.sign != 0) & (contacts.static > 0)
+    kind, joint = there.nonzero()
     rates, near = max(SMALL * tolerance, EPS) * scales.rate, SMALL * tolerance * scales.position
     slack = ROUNDING * mode.torque
-    floors = [rates, near + EPS * np.abs(upper), near + EPS * np.abs(lower), slack, slack]
-    tables = ([mode.sign, -one, one, -one, one], [zero, upper, -lower, most, -least], floors)
+    floors = np.array([rates, near + EPS * np.abs(upper), near + EPS * np.abs(lower), slack, slack])
+    turned = np.where(kind == RATE, mode.sign[joint], _TURNED[kind])
     place = _AMONG[kind] * len(q) + joint
-    return Guards(contacts, mode, kind, joint, place, *(np.array(table)[kind, joint] for table in tables))
+    return Guards(contacts, mode, kind, joint, place, turned, offsets[kind, joint], floors[kind, joint])

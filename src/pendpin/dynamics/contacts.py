@@ -42,6 +42,11 @@ class Mode:
     sign: Array  # (nv,) -1 or 1, the way that a sliding joint slides; 0 where there is no friction
     torque: Array  # (nv,) N m, the size of the torques that act: what holding torques are rounded by
 
+    @cached_property
+    def holds(self) -> bool:
+        """Whether any joint is held."""
+        return bool(self.held.any())
+
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
@@ -102,10 +107,10 @@ class Contacts:
             return rates[0, len(q) : 2 * len(q)], holding[0]
         a = self.engine.accelerate(t, q, v, self.friction(v, mode))
         holding = np.zeros_like(a)
-        if mode.held.any():
+        if mode.holds:
             held = np.flatnonzero(mode.held)
             columns = self.engine.compliance(q, held)
-            holding[held] = -np.linalg.solve(columns[held], a[held])
+            holding[held] = -_solved(columns[held], a[held])
             a = a + columns @ holding[held]
             a[held] = 0.0
         return a, holding
@@ -113,7 +118,7 @@ class Contacts:
     def hold(self, t: Array, y: Array, mode: Mode) -> Array:
         """The torques (n, nv) that hold the held joints, at times (n,) and states y (n, size), which begin with q, v."""
         nv = len(mode.held)
-        if not mode.held.any():
+        if not mode.holds:
             return np.zeros((len(y), nv))
         if self.block:
             return self._evaluated(t, y, mode)[1]
@@ -139,53 +144,46 @@ class Contacts:
 
     def strike(self, q: Array, v: Array, t: float) -> Array:
         """The rates (nv,) after the impacts of all joints that move into their stops. RunError if these never end."""
+        at = ((q >= self.upper) | (q <= self.lower)).nonzero()[0]
+        side = np.where(q[at] >= self.upper[at], -1.0, 1.0)  # the ways the stops push
         for _ in range(20 * len(q) + 20):
-            into = self._into_stop(q, v)
-            if not into.any():
+            into = side * v[at]
+            if not (into < 0).any():
                 return v
-            v = self._impact(q, v, into, t)
+            v = self._impact(q, v, at[into <= 0], side[into <= 0], t)
         raise RunError(f"{t:g} s after the start, impacts on several stops at once do not end")
 
-    def _into_stop(self, q: Array, v: Array) -> Mask:
-        """Which joints (nv,) are at a stop and move into it."""
-        return ((q >= self.upper) & (v > 0)) | ((q <= self.lower) & (v < 0))
-
-    def _impact(self, q: Array, v: Array, into: Mask, t: float) -> Array:
-        """The rates (nv,) after one simultaneous impact of the joints `into` (nv,), from q, v (nv,)."""
-        touching = ((q >= self.upper) | (q <= self.lower)) & (into | (v == 0))
-        joints = np.flatnonzero(touching)
-        side = np.where(q[joints] >= self.upper[joints], -1.0, 1.0)  # the way the stop pushes
-        columns = self.engine.compliance(q, joints)
-        target = -self.restitution[(side < 0).astype(int), joints] * v[joints]
-        impulse = np.zeros(len(joints))
-        pushing = np.ones(len(joints), bool)
-        while pushing.any():
-            at = np.flatnonzero(pushing)
-            impulse[:] = 0.0
-            impulse[at] = np.linalg.solve(columns[joints[at]][:, at], (target - v[joints])[at])
+    def _impact(self, q: Array, v: Array, joints: Indices, side: Array, t: float) -> Array:
+        """The rates (nv,) after one simultaneous impact, from q, v (nv,): the stops push k joints to their sides (k,)."""
+        columns, before = self.engine.compliance(q, joints), v[joints]
+        target = -self.restitution[(side < 0).astype(int), joints] * before
+        pushing = np.arange(len(joints))
+        while True:  # it ends, as a joint that moves into its stop is left: of all their impulses one pushes
+            impulse = np.zeros(len(joints))
+            impulse[pushing] = _solved(columns[joints[pushing]][:, pushing], (target - before)[pushing])
             pulls = side * impulse < 0
             if not pulls.any():
                 break
-            pushing &= ~pulls
+            pushing = pushing[~pulls[pushing]]
         after = v + columns @ impulse
         after[joints[pushing]] = target[pushing]
-        return np.where(touching & self._too_small(q, after, t), 0.0, after)
+        after[joints[self._too_small(q, after, joints, side, t)]] = 0.0
+        return after
 
     def taken(self, q: Array, before: Array, after: Array) -> dict[str, float]:
         """The work in J of the impulses by kind of effect, from the rates (nv,) before and after an impact."""
         joints = np.flatnonzero((q >= self.upper) | (q <= self.lower))
-        impulse = np.linalg.solve(self.engine.compliance(q, joints)[joints], (after - before)[joints])
+        impulse = _solved(self.engine.compliance(q, joints)[joints], (after - before)[joints])
         work, kinds = (
             impulse * (before + after)[joints] / 2,
             self.stopping[(q >= self.upper).astype(int), range(len(q))],
         )
         return {kind: float(work[kinds[joints] == kind].sum()) for kind in dict.fromkeys(kinds[joints])}
 
-    def _too_small(self, q: Array, v: Array, t: float) -> Mask:
-        """Which joints (nv,) would come back to their stop after a bounce of no more than REST; q, v (nv,)."""
-        a = self.engine.accelerate(t, q, v, np.zeros_like(v))
-        back = np.where(q >= self.upper, a, -a)
-        return (back > 0) & (v**2 <= 2 * REST * self.length * np.abs(back))
+    def _too_small(self, q: Array, v: Array, joints: Indices, side: Array, t: float) -> Mask:
+        """Which of k joints (k,), pushed to their sides (k,), would bounce by no more than REST; q, v (nv,)."""
+        back = -side * self.engine.accelerate(t, q, v, np.zeros_like(v))[joints]
+        return v[joints] ** 2 <= 2 * REST * self.length[joints] * np.maximum(back, 0.0)
 
     def choose(self, t: float, q: Array, v: Array, scales: Scales, loose: Array | float = 0.0) -> Mode:
         """Which joints at rest are held, and in which direction the others start to slide; q, v (nv,).
@@ -196,9 +194,10 @@ class Contacts:
         does not end.
         """
         resting = (v == 0) & ((self.static > 0) | (q >= self.upper) | (q <= self.lower))
-        sign = np.where(resting, loose, np.where(self.static > 0, np.sign(v), 0.0))
+        sign = np.where(self.static > 0, np.sign(v), 0.0)
         if not resting.any():
             return Mode(resting, sign, scales.torque)
+        sign = np.where(resting, loose, sign)
         for rounding in (ROUNDING, 1e3 * ROUNDING, 1e6 * ROUNDING):
             held, sign = resting & (sign == 0), sign.copy()
             for _ in range(50 + 10 * len(q) ** 2):
@@ -250,3 +249,8 @@ class Contacts:
         span = float(times[-1] - times[0])
         rate = max(math.sqrt(square), float((np.abs(v) / size).max()), 1.0 / span if span else 0.0)
         return Scales(size, rate * size, self.static + (push + rate**2 * size) / np.diag(columns))
+
+
+def _solved(A: Array, b: Array) -> Array:
+    """The solution (k,) of A x = b for A (k, k): of one equation without LAPACK, which takes ten times as long."""
+    return b / A[0] if len(b) == 1 else np.linalg.solve(A, b)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, address
 from pendpin.engines import machine_quadrature
 from pendpin.engines.machine_compiler import Code
 from pendpin.engines.machine_steps import steps_code
@@ -206,7 +206,7 @@ class Block:
         rates, more = np.empty(y.shape), np.empty((len(y), self.function.more))
         if len(t):
             code = self._code or self.code()
-            code.many(len(t), t.ctypes.data, y.ctypes.data, self.address, rates.ctypes.data, more.ctypes.data)
+            code.many(len(t), address(t), address(y), self.address, address(rates), address(more))
         return rates, more
 
     def on_progress(self, callback: Callable[[float], bool]) -> None:

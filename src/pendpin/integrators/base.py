@@ -107,7 +107,7 @@ def returning(derivative: Derivative) -> Callable[[float, Array], Array]:
 
 def finite_part(states: Array, steps: int, failure: str | None) -> tuple[Array, int, str | None]:
     """The states (n, size) before the first that is not finite, the steps, and the failure."""
-    good = np.isfinite(states).all(1)
-    if good.all():
+    finite = np.isfinite(states)
+    if finite.all():
         return states, steps, failure
-    return states[: max(1, int(np.argmin(good)))], steps, NOT_FINITE  # the first is what was given
+    return states[: max(1, int(np.argmin(finite.all(1))))], steps, NOT_FINITE  # the first is what was given

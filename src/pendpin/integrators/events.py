@@ -1,5 +1,6 @@
 """Integration up to events: the steps of an adaptive method are searched for crossings of guards."""
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -163,12 +164,12 @@ def integrate_to_event(
     for part in stepper.steps(t, y, end):
         event = _event(guards, floor, part)
         count = event.place + 1 if event else len(part.bounds) - 1
-        t = before = part.bounds[count]
+        t = before = float(part.bounds[count])
         y, taken = part.states[count], taken + count
         if event:
             t, y = _located(stepper, guards, part, event)
-            before = t - instant(t, part.bounds[count] - part.bounds[count - 1])
-        due = times[len(samples) : np.searchsorted(times, before, "left" if event else "right")]
+            before = t - instant(t, float(part.bounds[count] - part.bounds[count - 1]))
+        due = times[len(samples) : times.searchsorted(before, "left" if event else "right")]
         if len(due):
             samples = np.concatenate([samples, _at(part, due)])
         if event:
@@ -180,7 +181,7 @@ def integrate_to_event(
 
 def instant(t: float, length: float) -> float:
     """How far from an event at t, found in a step of a length, times count as its instant, s."""
-    return max(INSTANT * length, 4 * float(np.spacing(abs(t))))
+    return max(INSTANT * length, 4 * math.ulp(t))
 
 
 def _event(guards: Guards, floor: Array, part: Steps) -> Crossing | None:
@@ -193,7 +194,7 @@ def _event(guards: Guards, floor: Array, part: Steps) -> Crossing | None:
 def _at(part: Steps, t: Array) -> Array:
     """States (n, size) at times (n,) in some steps; where steps begin and end, those of the method itself."""
     states = part.inside(t)
-    place = np.minimum(np.searchsorted(part.bounds, t), len(part.bounds) - 1)
+    place = part.bounds.searchsorted(t)
     exact = part.bounds[place] == t
     states[exact] = part.states[place[exact]]
     return states
@@ -204,7 +205,7 @@ def _located(stepper: Stepper, guards: Guards, part: Steps, event: Crossing) -> 
 
     The last correction is so small that the change of the interpolation serves.
     """
-    (begin, end), start, t = part.bounds[event.place :][:2], part.states[event.place], event.t
+    (begin, end), start, t = part.bounds[event.place :][:2].tolist(), part.states[event.place], event.t
     y = stepper.state_at(begin, start, t)
     for _ in range(REFINEMENTS):
         off = guards(np.array([t]), y[None])[0, event.which]

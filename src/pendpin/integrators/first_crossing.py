@@ -28,7 +28,8 @@ Functions = Callable[[Array], Array]  # times (n,) -> values (n, m)
 
 _NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # rising, -1 to 1
 _SHARES = (_NODES + 1) / 2  # of an interval
-_STEEPEST = np.arange(DEGREE + 1) ** 2  # the largest slopes of Chebyshev's polynomials on -1 to 1
+_STEEPEST = np.arange(DEGREE + 1) ** 2.0  # the largest slopes of Chebyshev's polynomials on -1 to 1
+_SUMS = np.stack([np.ones(DEGREE + 1), np.where(_STEEPEST > 1, _STEEPEST, 0.0)])
 _VALUES = chebyshev.chebvander(_NODES, DEGREE)  # at the nodes, of each polynomial
 _COEFFICIENTS = np.linalg.inv(_VALUES)
 _SLOPE = chebyshev.chebder(np.eye(DEGREE + 1))  # of the coefficients, those of the derivative
@@ -79,14 +80,15 @@ def first_crossing(sample: Functions, bounds: Array, floor: Array) -> Crossing |
 
 def _crossing(part: _Interval, jumps: bool, together: float) -> Crossing | None:
     """The first crossing in an interval with those no more than `together` in s after it."""
-    places, slopes = np.full((2, len(part.floor)), math.inf)
-    for k in np.flatnonzero(part.reaching):
-        places[k], slopes[k] = (_drop if jumps else _root)(part.series[:, k], float(part.floor[k]))
-    which, scale = int(places.argmin()), 2 / (part.end - part.begin)
-    if (x := float(places[which])) == math.inf:
+    seek, scale, floor = _drop if jumps else _root, 2 / (part.end - part.begin), part.floor.tolist()
+    found = {k: seek(part.series[:, k], floor[k]) for k in part.reaching.nonzero()[0].tolist()}
+    which = min(found, key=lambda k: found[k][0])
+    x, slope = found[which]
+    if x == math.inf:
         return None
-    t = min(max(part.begin + (x + 1) / scale, part.begin), part.end)
-    return Crossing(t, part.place, which, places <= x + scale * together, float(slopes[which]) * scale)
+    t, fired = min(max(part.begin + (x + 1) / scale, part.begin), part.end), np.zeros(len(floor), bool)
+    fired[[k for k, (place, _) in found.items() if place <= x + scale * together]] = True
+    return Crossing(t, part.place, which, fired, slope * scale)
 
 
 def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None = None) -> list[_Interval]:
@@ -101,15 +103,18 @@ def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None
     series = _COEFFICIENTS @ values
     sizes = np.abs(series)
     unseen = UNSEEN * np.maximum(sizes[:, -1], sizes[:, -2])
-    inside = series[:, 0] - sizes[:, 1:].sum(1)
-    least = np.where(sizes[:, 1] > _STEEPEST[2:] @ sizes[:, 2:], np.minimum(values[:, 0], values[:, -1]), inside)
-    floors = np.maximum(floor, ROUNDING * sizes.sum(1))
-    reaching = np.less(least - unseen, -floors)
-    resolved = np.logical_not(np.any(reaching & (unseen > floors), axis=1))
-    places = np.flatnonzero(reaching.any(1))[::-1].tolist()
-    columns = map(np.asarray, (bounds[:-1], bounds[1:], series, floors, reaching, resolved))
-    parts = zip(*(column[places] for column in columns), strict=True)
-    return [_Interval(i if place is None else place, *part) for i, part in zip(places, parts, strict=True)]
+    whole, curved = (_SUMS @ sizes).swapaxes(0, 1)
+    inside = series[:, 0] + sizes[:, 0] - whole
+    least = np.where(sizes[:, 1] > curved, np.minimum(values[:, 0], values[:, -1]), inside)
+    floors = np.maximum(floor, ROUNDING * whole)
+    reaching = least < unseen - floors
+    return [
+        _Interval(
+            *(i if place is None else place, float(bounds[i]), float(bounds[i + 1])),
+            *(series[i], floors[i], reaching[i], not (reaching[i] & (unseen[i] > floors[i])).any()),
+        )
+        for i in sorted(set(reaching.nonzero()[0].tolist()), reverse=True)
+    ]
 
 
 def _root(coefficients: Array, floor: float) -> tuple[float, float]:

@@ -5,12 +5,12 @@ CyRK has this interface for Numba; no Numba function is compiled here.
 
 import ctypes
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, address
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine_code import Block
 from pendpin.integrators import cyrk
@@ -40,9 +40,8 @@ class AdaptiveInMachineCode(EventIntegrator):
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The equations of a compiled engine, which the loops call directly."""
-        self.block, self._progress = engine.block(), progress
-        self.block.on_progress(self._stop)
-        return engine.derivative(progress)[0], lambda: self.block.calls
+        block = self.compiled_for_events(engine, progress)
+        return engine.derivative(progress)[0], lambda: block.calls
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size), within the tolerance a step, with no call of `derivative`."""
@@ -53,7 +52,8 @@ class AdaptiveInMachineCode(EventIntegrator):
 
     def compiled_for_events(self, engine: Engine, progress: ProgressCallback) -> Block:
         """The equations of a compiled engine."""
-        self.equations(engine, progress)
+        self.block, self._progress = engine.block(), progress
+        self.block.on_progress(self._stop)
         return self.block
 
     def stepper(self, scales: Array, first_step: float, longest: float, derivative: Derivative) -> Stepper:
@@ -61,9 +61,9 @@ class AdaptiveInMachineCode(EventIntegrator):
         if self.method not in ONE_STEP:
             return super().stepper(scales, first_step, longest, derivative)
         self._error = None
-        atol, rtol = np.ascontiguousarray(self.tolerance * scales), np.maximum(self._tolerance, LEAST_RTOL)
-        call = Call(self._method, self.block.code().address, self.block, rtol, atol, first_step, longest)
-        return InMachineCode(call, self._raised)
+        rtol = np.maximum(self._tolerance, LEAST_RTOL)
+        call = Call(self._method, self.block.code().address, self.block, rtol, self.tolerance * scales, longest)
+        return InMachineCode(call, first_step, self._raised)
 
     def _raised(self) -> None:
         """Raise what the progress callback has raised."""
@@ -80,9 +80,9 @@ class AdaptiveInMachineCode(EventIntegrator):
 
     def _solved(self, y: Array, times: Array, first_step: float, longest: float) -> tuple[Array, int, str | None]:
         """The states (n, size), the steps and the failure, from y (size,) at `times` (n,) in s, by CyRK."""
-        address, tolerance = self.block.code().address, self._tolerance
-        call = Call(self._method, address, self.block, tolerance, tolerance, first_step, longest)
-        found = call.solved(y, times[0], times[-1], times)
+        tolerance = self._tolerance
+        call = Call(self._method, self.block.code().address, self.block, tolerance, tolerance, longest)
+        found = call.solved(y, times[0], times[-1], first_step, times)
         return found.states(y), found.steps, found.failure
 
 
@@ -91,33 +91,34 @@ class InMachineCode(Stepper):
     """A method of CyRK on equations in machine code, in their present mode."""
 
     call: "Call"
+    first_step: float  # s
     raised: Callable[[], None]  # raises what the progress callback raised
 
     def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
         """Steps from y (size,), some at a time, more and more: those behind an event are made in vain."""
-        call, span = self.call, max(FEWEST, WINDOW / self.call.block.function.operations) * self.call.first_step
+        step, span = self.first_step, max(FEWEST, WINDOW / self.call.block.function.operations) * self.first_step
         while t < end:
             stop = end if end - t < 2 * span else t + span
-            part = self._part(call, t, y, stop)
+            part = self._part(t, y, stop, step)
             yield part
             if part.failure:
                 return
-            call, span = replace(call, first_step=float(np.diff(part.bounds).max())), GROWTH * span
+            step, span = float(np.diff(part.bounds).max()), GROWTH * span
             t, y = float(part.bounds[-1]), part.states[-1]
 
-    def _part(self, call: "Call", t: float, y: Array, end: float) -> Steps:
+    def _part(self, t: float, y: Array, end: float, step: float) -> Steps:
         """All steps from y (size,) at t to `end`; the good ones again after a failure, when CyRK does not interpolate."""
-        found = call.solved(y, t, end, dense=True)
+        found = self.call.solved(y, t, end, step, dense=True)
         self.raised()
         states, _, failure = finite_part(found.states(y), 0, found.failure)
         bounds = found.times(t)[: len(states)]
         if failure and len(bounds) > 1:
-            found = call.solved(y, t, bounds[-1], dense=True)
+            found = self.call.solved(y, t, bounds[-1], step, dense=True)
         return Steps(bounds, states, found.inside, failure)
 
     def state_at(self, t: float, y: Array, end: float) -> Array:
         """The last state (size,)."""
-        return self.call.solved(y, t, end).states(y)[-1] if end > t else y
+        return self.call.solved(y, t, end, self.first_step).states(y)[-1] if end > t else y
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,19 +130,20 @@ class Call:
     block: Block
     rtol: Array  # (1,)
     atol: Array  # (1,) or (size,)
-    first_step: float
     longest: float
 
-    def solved(self, y: Array, t: float, end: float, times: Array | None = None, dense: bool = False) -> "Solution":
+    def solved(
+        self, y: Array, t: float, end: float, first_step: float, times: Array | None = None, dense: bool = False
+    ) -> "Solution":
         """The solution from y (size,) at t to `end`, at `times` (n,) or where the steps end."""
         y = np.ascontiguousarray(y)
-        first_step = min(self.first_step, (end - t) / 2, self.longest)  # CyRK refuses more than a half
+        first_step = min(first_step, (end - t) / 2, self.longest)  # CyRK refuses more than a half
         at = (None, 0) if times is None else (times.ctypes.data, len(times))
         found = cyrk.library().solve(
-            *(self.address, t, end, y.ctypes.data, len(y), self.method, 0, 0),
+            *(self.address, t, end, address(y), len(y), self.method, 0, 0),
             *(self.block.address, ctypes.sizeof(ctypes.c_void_p), 0, _MEGABYTES, dense),
             *(*at, None, None, 0),
-            *(self.rtol.ctypes.data, len(self.rtol), self.atol.ctypes.data, len(self.atol)),
+            *(address(self.rtol), len(self.rtol), address(self.atol), len(self.atol)),
             *(min(self.longest, _NO_LIMIT), first_step, False),
         )
         return Solution(found, len(y))
@@ -150,39 +152,38 @@ class Call:
 class Solution:
     """What CyRK returned; it lives as long as this object."""
 
-    def __init__(self, address: int, size: int) -> None:
-        self._address, self._api, self._size = address, cyrk.library(), size
-        self.failure = None if self._api.success(address) else _message(self._api, address)
+    def __init__(self, found: int, size: int) -> None:
+        self._found, self._api, self._size = found, cyrk.library(), size
+        self._count = self._api.size(found)  # of states
+        self.failure = None if self._api.success(found) else _message(self._api, found)
 
     def __del__(self) -> None:
-        self._api.free(self._address)
+        self._api.free(self._found)
 
     @property
     def steps(self) -> int:
         """How many steps there were."""
-        return self._api.steps(self._address)
+        return self._api.steps(self._found)
 
     def times(self, start: float) -> Array:
         """The times (n,) in s of the states; of the start alone where there are none."""
-        return self._copied(self._api.times, np.array([start]))
+        return self._copied(self._api.times, self._count) if self._count else np.array([start])
 
     def states(self, y: Array) -> Array:
         """The states (n, size); the start y (size,) alone where there are none."""
-        return self._copied(self._api.states, y[None].copy())
+        return self._copied(self._api.states, self._count, self._size) if self._count else y[None].copy()
 
     def inside(self, t: Array) -> Array:
         """The interpolation of the steps, (n, size) at times (n,)."""
         t, out = np.ascontiguousarray(t), np.empty((len(t), self._size))
         if len(t):
-            self._api.inside(self._address, t.ctypes.data, len(t), out.ctypes.data)
+            self._api.inside(self._found, address(t), len(t), address(out))
         return out
 
-    def _copied(self, pointer: Callable[[int], int], otherwise: Array) -> Array:
-        """A copy of the array (n, ...) at a pointer, rows like those of `otherwise` (1, ...); that itself where n is 0."""
-        if not (count := self._api.size(self._address)):
-            return otherwise
-        out = np.empty((count, *otherwise.shape[1:]))
-        ctypes.memmove(out.ctypes.data, pointer(self._address), out.nbytes)
+    def _copied(self, pointer: Callable[[int], int], *shape: int) -> Array:
+        """A copy of the array at a pointer."""
+        out = np.empty(shape)
+        ctypes.memmove(address(out), pointer(self._found), out.nbytes)
         return out
 
 

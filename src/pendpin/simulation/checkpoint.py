@@ -93,13 +93,11 @@ class Saver:
     """Saves the state of a run; this base class saves nothing."""
 
     note = ""  # how to continue a halted run
+    due = False  # whether the interval between two saves has passed
 
     def resume(self, first: RunState) -> RunState:
         """The saved state, or `first` if there is none. Raises InputError for a state of another run."""
         return first
-
-    def offer(self, state: RunState) -> None:
-        """Save if the interval has passed. Raises Halted if saving fails."""
 
     def save(self, state: RunState) -> None:
         """Save now. Raises Halted if saving fails."""
@@ -115,10 +113,10 @@ class FileSaver(Saver):
         """The state in the file, or `first` where there is none."""
         return load(self._path, self._run, first) if os.path.exists(self._path) else first
 
-    def offer(self, state: RunState) -> None:
-        """Save if the last save is long enough ago; the first call saves at once."""
-        if time.perf_counter() - self._saved >= self._every:
-            self.save(state)
+    @property
+    def due(self) -> bool:
+        """As in `Saver`; also if nothing is saved yet."""
+        return time.perf_counter() - self._saved >= self._every
 
     def save(self, state: RunState) -> None:
         """Write the file."""

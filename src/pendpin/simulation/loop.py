@@ -94,10 +94,10 @@ def integrate_to_end(
 
     while error is None and not done.complete:
         try:
-            state, failure = loop.go_on(between(done) if between else done)
-            done, error = timed(state), RunError(failure) if failure else None
-            if error is None:
-                saver.offer(done)
+            done, failure = loop.go_on(between(done) if between else done)
+            error = RunError(failure) if failure else None
+            if error is None and saver.due:
+                saver.save(timed(done))
         except KeyboardInterrupt:
             error = Interrupted("stopped by the user")
         except np.linalg.LinAlgError as fault:

@@ -41,7 +41,7 @@ class LoopWithEvents(IntegrationLoop):
         t = float(self.times[0])
         y = np.concatenate([q, v, np.zeros(self.accounts)])
         try:
-            y = self._struck(t, y)
+            self._strike(t, y)
             y[2 * self.nv :] = 0.0  # the work of an impact at the start is not counted
             scales = self._scales = self._scales or self.contacts.scales(self.times, *self._angles(y))
             mode = self.contacts.choose(t, *self._angles(y), scales)
@@ -58,7 +58,7 @@ class LoopWithEvents(IntegrationLoop):
         if times[0] <= t + instant(t, float(times[-1]) - t):  # at the instant of an event
             rows = self._rows(y[None], times[:1], mode)
             return done.grown(rows, done.carried, 0, 0), None
-        corner = np.searchsorted(self.pace.corners, t, "right")
+        corner = int(self.pace.corners.searchsorted(t, "right"))
         end = float(min(times[-1:].tolist() + self.pace.corners[corner : corner + 1].tolist()))
         guards, stepper = self._guards(y, mode), self._stepper(float(self.pace.shortest[corner]), mode)
         found = integrate_to_event(stepper, guards.values, guards.floor, t, y, end, times)
@@ -92,7 +92,7 @@ class LoopWithEvents(IntegrationLoop):
 
     def _guards(self, y: Array, mode: Mode) -> Guards:
         """The guards of a mode from the state y (size,) on."""
-        if not mode.held.any():
+        if not mode.holds:
             return self._guards_by_ways(mode.sign.tobytes())
         return guards_of(self.contacts, y[: self.nv], mode, self.scales, self._method.tolerance)
 
@@ -121,32 +121,30 @@ class LoopWithEvents(IntegrationLoop):
         """The state (size,) and the mode at the start of the next segment."""
         y, mode = found.y.copy(), guards.mode
         if found.fired is not None:
-            *angles, loose = guards.land(*self._angles(y), found.fired)
-            y[: 2 * self.nv] = np.concatenate(angles)
-            y = self._struck(found.t, y)
+            loose = guards.land(*self._angles(y), found.fired)
+            self._strike(found.t, y)
             mode = self.contacts.choose(found.t, *self._angles(y), self.scales, loose)
-        y[self.nv : 2 * self.nv][mode.held] = 0.0
+        if mode.holds:
+            y[self.nv : 2 * self.nv][mode.held] = 0.0
         return y, mode
 
     def _angles(self, y: Array) -> tuple[Array, Array]:
         """Positions and rates (nv,) of a state y (size,)."""
         return y[: self.nv], y[self.nv : 2 * self.nv]
 
-    def _struck(self, t: float, y: Array) -> Array:
-        """The state (size,) after the impacts that are due, with their loss in the energy balance."""
+    def _strike(self, t: float, y: Array) -> None:
+        """Change the state (size,) by the impacts that are due, with their loss in the energy balance."""
         if not self.contacts.stops:
-            return y
+            return
         q, v = self._angles(y)
         after = self.contacts.strike(q, v, t)
-        out = y.copy()
-        out[self.nv : 2 * self.nv] = after
         if self.balance is not None and not np.array_equal(after, v):
             before, then = self.dynamics.energies(np.stack([q, q]), np.stack([v, after]))[0]
             taken = self.contacts.taken(q, v, after)
             taken[next(iter(taken))] += then - before - sum(taken.values())  # rounding, and bounces too small to count
             for kind, work in taken.items():
-                out[2 * self.nv + self.balance.kinds.index(kind)] += work
-        return out
+                y[2 * self.nv + self.balance.kinds.index(kind)] += work
+        v[:] = after
 
     def _derivative(self, mode: Mode) -> Derivative:
         contacts, balance, nv = self.contacts, self.balance, self.nv
@@ -171,9 +169,10 @@ class LoopWithEvents(IntegrationLoop):
         """States (n, size) at times (n,), each with the torques (nv,) of the contacts."""
         if not len(states):
             return np.empty((0, states.shape[1] + self.nv))
-        states = states.copy()
         v = states[:, self.nv : 2 * self.nv]
-        v[:, mode.held] = 0.0
+        if mode.holds:
+            v = np.where(mode.held, 0.0, v)
+            states = np.concatenate([states[:, : self.nv], v, states[:, 2 * self.nv :]], 1)
         torques = self.contacts.friction(v, mode) + self.contacts.hold(times, states, mode)
         return np.concatenate([states, torques], 1)
 
