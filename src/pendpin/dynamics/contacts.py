@@ -158,7 +158,7 @@ class Contacts:
         columns, before = self.engine.compliance(q, joints), v[joints]
         target = -self.restitution[(side < 0).astype(int), joints] * before
         pushing = np.arange(len(joints))
-        while True:  # it ends, as a joint that moves into its stop is left: of all their impulses one pushes
+        while True:  # fewer and fewer push
             impulse = np.zeros(len(joints))
             impulse[pushing] = _solved(columns[joints[pushing]][:, pushing], (target - before)[pushing])
             pulls = side * impulse < 0
