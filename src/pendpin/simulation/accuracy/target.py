@@ -33,10 +33,12 @@ LEAST_OF_ANOTHER = 1e-13  # tolerance of another method
 OF_ANOTHER = 1e-2  # of the target, over what the motion magnifies errors by: the tolerance of another method, at most
 HARMLESS = 0.1  # of the target: a bound on rounding that needs no measurement
 HOPELESS = 10.0  # times the target: rounding of a coarse run that no finer run needs to confirm
-UNSTABLE = 1e-11  # rounding error of a motion that magnifies errors ten thousand times and more
+UNSTABLE = 1e-11  # rounding error of a motion that magnifies errors ten thousand times: no claim is below NEGLIGIBLE
 GROWING = 1e-13  # rounding error of a motion that magnifies errors a hundred times and more
 SAFETY = 6.0  # times the estimate there: its errors follow no law (measured near unstable rests, up to 5.1)
 IMPLICIT = ("radau", "bdf", "lsoda", "gauss2", "gauss4", "gauss6")  # may agree on a wrong way across a jump
+RUNGE_KUTTA = ("dop853", "rk45", "rk23")  # their steps change with their first one
+OTHER_STEPS = 4.0  # times the distance of a run with other steps: the error of a motion that magnifies errors
 STEADY = ("radau", "bdf", "lsoda", "taylor")  # methods that show by themselves what rounding does
 SURE = 1e-12  # tolerance of a run whose motion is as stable as the true one
 EPS = float(np.finfo(float).eps)
@@ -101,15 +103,20 @@ class _Search:
         if verdict.error[-1] <= self.target or self.finest or (verdict.small and not verdict.regular):
             self._measure_rounding(self.attempts[-2 if verdict.small else -1])
             verdict = self._estimate()
-        if verdict.error[-1] <= self.target and (self.may_jump or self._hardly_moves() or self._may_damp()):
+        if verdict.error[-1] > self.target:
+            return self._met(verdict.error, self._reason(verdict))
+        if self.may_jump or self._hardly_moves() or self._may_damp():
             error = np.maximum(verdict.error, self._against_another_method())
             return self._met(error, "another method gives another motion")
-        return self._met(verdict.error, self._reason(verdict))
+        if self._unstable() and self.refinement.method in RUNGE_KUTTA:
+            error = np.maximum(verdict.error, self._against_other_steps())
+            return self._met(error, f"other steps of {self.refinement.method} give another motion")
+        return self._met(verdict.error, "")
 
     def _met(self, error: Array, reason: str) -> Trajectory | None:
         """The last run, if its error (n,) is within the target. Raises RunError with the reason if no other can do it."""
         if error[-1] <= self.target:
-            return self.result(float(error[-1]))
+            return self.result(max(float(error[-1]), NEGLIGIBLE * self.target * self._unstable()))
         if self.finest or (self.rounding is not None and self.rounding[-1] > self.target):
             raise self._refused(error, reason)
         return None
@@ -126,6 +133,10 @@ class _Search:
         """Whether implicit steps may damp what grows: all runs then fall behind alike, and their gaps say little."""
         assert self.rounding is not None
         return self.refinement.method in IMPLICIT and self.rounding[-1] > GROWING
+
+    def _unstable(self) -> bool:
+        """Whether the motion magnifies errors so much that they follow no law."""
+        return self.rounding is not None and bool(self.rounding[-1] > UNSTABLE)
 
     def _same(self) -> bool:
         """Whether the last two runs are the same, or as close as if they had the same steps."""
@@ -158,7 +169,12 @@ class _Search:
         negligible = self.target * (LAST_NEGLIGIBLE if self.finest else NEGLIGIBLE)
         known = np.full(len(gaps.first), EPS) if self.rounding is None else self.rounding
         found = estimate(gaps, extent(self.last.run, self.length), known, negligible)
-        return replace(found, error=SAFETY * found.error) if known[-1] > UNSTABLE else found
+        return replace(found, error=SAFETY * found.error) if self._unstable() else found
+
+    def _against_other_steps(self) -> Array:
+        """The error (n,) of the last run, from its distance to a run of the same tolerance that begins with other steps."""
+        other = self.runs.run(self.last.scene, 2)
+        return OTHER_STEPS * gap(self.last.run, other, self.length, len(self.runs.times))
 
     def _against_another_method(self) -> Array:
         """The error (n,) of a run that no finer setting changes, from its difference to a run of another method."""
