@@ -273,8 +273,14 @@ def test_files_from_before_runs_had_events(tmp_path) -> None:
     """They are read; a file whose events do not fit together is refused."""
     run = run_of(Motor(joint="theta", torque=-1.0), STOP, q=(0.5,), tolerance=1e-9)
     arrays = dict(np.load(run.save(tmp_path / "run.npz")))
-    np.savez(tmp_path / "odd.npz", **arrays | {"event_kind": np.array(["jump"])})
-    with pytest.raises(pp.InputError, match="events"):
+    twice = {name: np.repeat(array, 2) for name, array in arrays.items() if name.startswith("event_")}
+    odd = ({"event_kind": np.array(["jump"])}, twice | {"event_t": np.array([0.4, 0.3])}, {"work_stop": run.kinetic})
+    for changed in odd:
+        np.savez(tmp_path / "odd.npz", **arrays | changed)
+        with pytest.raises(pp.InputError, match=r"arrays of events do not fit|works are not those of its scene"):
+            pp.Trajectory.load(tmp_path / "odd.npz")
+    np.savez(tmp_path / "odd.npz", **{name: array for name, array in arrays.items() if name != "event_t"})
+    with pytest.raises(pp.InputError, match="array 'event_t' is missing"):
         pp.Trajectory.load(tmp_path / "odd.npz")
     np.savez(tmp_path / "old.npz", **{name: array for name, array in arrays.items() if not name.startswith("event_")})
     old = pp.Trajectory.load(tmp_path / "old.npz")

@@ -22,6 +22,23 @@ def test_representations_are_short() -> None:
         assert repr(run).count("\n") == 2
 
 
+def test_a_run_without_swings_is_shown(tmp_path: Path) -> None:
+    """Its URDF is gone, or nothing in it swings: the text and the notebook's page leave the largest swing out."""
+    tower = (
+        '<robot name="r"><link name="base"/><link name="load"><inertial><origin xyz="0 0 -0.2"/><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="{0}" type="continuous">'
+        '<parent link="base"/><child link="load"/><axis xyz="{1}"/></joint></robot>'
+    )
+    for name, axis in (("turntable", "0 0 1"), ("swing", "1 0 0")):
+        path = tmp_path / f"{name}.urdf"
+        path.write_text(tower.format(name, axis))
+        scene = pp.Scene(model=pp.UrdfModel(path), effects=[pp.effects.Gravity()], duration=0.1)
+        run = pp.Trajectory.load(pp.simulate(scene, samples=3).save(tmp_path / "run.npz"))
+        path.unlink()
+        assert repr(run).startswith(f"Trajectory of {name}.urdf")
+        assert "largest swing" not in run._repr_html_()
+
+
 def test_plot_on_own_axes() -> None:
     """Two quantities on the axes given; the figure of the run without names."""
     from matplotlib.figure import Figure

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 
@@ -31,7 +32,10 @@ REFERENCE_JOINTS = 400  # states times joints that the reference_route is given:
 
 
 def crosscheck(
-    scene: Scene, states: int = 1000, seed: int = 0, routes: Mapping[str, HandRoute] | None = None
+    scene: Scene | str | Path,
+    states: int = 1000,
+    seed: int = 0,
+    routes: Mapping[str, HandRoute] | None = None,
 ) -> CheckReport:
     """Compare the routes on random states: all angles, rates up to 100 rad/s; the worst are computed in 50 digits too.
 

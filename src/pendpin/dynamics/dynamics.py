@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -21,7 +22,7 @@ from pendpin.errors import InputError
 from pendpin.model import kinematics
 from pendpin.model.bodies import with_gravity
 from pendpin.model.build import Model, build
-from pendpin.scene import Scene
+from pendpin.scene import Scene, chosen_scene
 from pendpin.trajectory import Reactions
 
 Form = Literal["any", "angles", "directions"]  # of the state
@@ -193,8 +194,9 @@ def without_compiling(engine: Engine) -> Literal["pinocchio", "chain"]:
     return "chain" if isinstance(engine, LongChain | Directions) else "pinocchio"
 
 
-def bind(scene: Scene) -> Dynamics:
-    """The dynamics of a scene. Raises InputError for a model that cannot be simulated."""
+def bind(scene: Scene | str | Path) -> Dynamics:
+    """The dynamics of a scene, or of that of a file. Raises InputError for a model that cannot be simulated."""
+    scene = chosen_scene(scene)
     method = scene.solver.method
     form: Form = "directions" if method == "taylor" else "angles" if method in ON_ANGLES else "any"
     return Dynamics(build(scene.model), scene.effects, scene.solver.engine, form, scene.start.time)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ from pendpin.integrators.taylor import Taylor
 from pendpin.model import kinematics
 from pendpin.model.build import FARTHEST, Model, build
 from pendpin.records import LARGEST
-from pendpin.scene import Scene, Start
+from pendpin.scene import Scene, Start, chosen_scene
 from pendpin.simulation.batches import Series, side_by_side
 from pendpin.simulation.limits import ends_well
 from pendpin.simulation.processes import cores, spread
@@ -70,7 +71,7 @@ class Ensemble:
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # overflow is reported as an error of the run
 def simulate_many(
-    scene: Scene,
+    scene: Scene | str | Path,
     positions: ArrayLike,
     velocities: ArrayLike,
     *,
@@ -89,7 +90,7 @@ def simulate_many(
     The rows of a start that ends early are NaN from there on; `stats.failures` holds the reason.
     Raises InputError for starts or a scene that cannot be run; Interrupted (Ctrl-C), with the result so far as `partial`.
     """
-    scene = scene.with_solver(method=method, tolerance=tolerance)
+    scene = chosen_scene(scene).with_solver(method=method, tolerance=tolerance)
     dynamics = bind(scene)
     q, v = _starts(dynamics.model, scene, positions, velocities)
     workers = _workers(workers, len(q))

@@ -152,7 +152,7 @@ def _trust(run: Any) -> str:
 def _extremes(run: Any) -> str:
     found = summary(run)
     parts = [f"at rest from {found['at rest from']}"] if "at rest from" in found else []
-    parts += [f"largest swing {found['largest swing']}"] * ("largest swing" in found)
+    parts += [f"largest swing {found['largest swing']}"] if "largest swing" in found else []
     if "R3 largest" in found:
         parts.append(f"tension R3 from {found['R3 least'].value:.4g} to {found['R3 largest']}")
     parts += [f"{name} {figure}" for name, figure in found.items() if name.startswith("period")][:1]

@@ -31,6 +31,8 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
     reactions = Reactions(*(read_array(file, name, universal) for name in Reactions._fields)) if universal else None
     kinds = [name.removeprefix("work_") for name in file.headers if name.startswith("work_")]
     work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
+    if work and set(work) != {str(effect.get("kind")) for effect in scene.get("effects") or ()}:
+        raise ValueError("its works are not those of its scene's effects")
     found |= {"events": read_events(file, joints)}
     return found | {"joints": joints, "rods": reactions, "work": work, "stats": stats, "scene": scene}
 
@@ -44,11 +46,12 @@ def event_arrays(events: Sequence[Event]) -> dict[str, NDArray[Any]]:
 
 def read_events(file: ArrayFile, joints: Sequence[str] | None = None) -> tuple[Event, ...]:
     """The events in a file, of these joints if they are given. Raises ValueError for such as cannot have been."""
-    if "event_t" not in file.headers:
+    if not any(name.startswith("event_") for name in file.headers):
         return ()
     t = read_array(file, "event_t", (_length(file, "event_t", 0),))
     names, kinds = (read_array(file, name, ("events",), text=True) for name in ("event_joint", "event_kind"))
-    if not len(t) == len(names) == len(kinds) or not set(names) <= set(joints or names) or not set(kinds) <= set(KINDS):
+    known = set(names) <= set(joints or names) and set(kinds) <= set(KINDS)
+    if not len(t) == len(names) == len(kinds) or not known or np.any(np.diff(t) < 0):
         raise ValueError("the arrays of events do not fit together")
     return tuple(map(Event, t.tolist(), names.tolist(), kinds.tolist()))
 
