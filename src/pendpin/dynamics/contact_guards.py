@@ -36,7 +36,7 @@ class Guards:
         """The guards (n, m) at times t (n,) and states y (n, size)."""
         if self.mode.holds:
             y = np.concatenate([y[:, : 2 * len(self.mode.held)], self.contacts.hold(t, y, self.mode)], 1)
-        return self.turned * y[:, self.place] + self.offset
+        return self.turned * y.take(self.place, 1) + self.offset
 
     def land(self, q: Array, v: Array, fired: Mask) -> Array:
         """Set in q, v (nv,) what fired guards (m,) say exactly. Returns the way (nv,) in which joints start, or 0."""

@@ -34,18 +34,17 @@ class Scales(NamedTuple):
     torque: Array  # (nv,) N m, N
 
 
-@dataclass(frozen=True, eq=False)
-class Mode:
+class Mode(NamedTuple):
     """Which joints are held, and which way the others slide, from one event to the next."""
 
     held: Mask  # (nv,)
     sign: Array  # (nv,) -1 or 1, the way that a sliding joint slides; 0 where there is no friction
     torque: Array  # (nv,) N m, the size of the torques that act: what holding torques are rounded by
 
-    @cached_property
+    @property
     def holds(self) -> bool:
         """Whether any joint is held."""
-        return bool(self.held.any())
+        return np.count_nonzero(self.held) > 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +147,7 @@ class Contacts:
         side = np.where(q[at] >= self.upper[at], -1.0, 1.0)  # the ways the stops push
         for _ in range(20 * len(q) + 20):
             into = side * v[at]
-            if not (into < 0).any():
+            if not any(x < 0 for x in into.tolist()):
                 return v
             v = self._impact(q, v, at[into <= 0], side[into <= 0], t)
         raise RunError(f"{t:g} s after the start, impacts on several stops at once do not end")
@@ -182,7 +181,7 @@ class Contacts:
 
     def _too_small(self, q: Array, v: Array, joints: Indices, side: Array, t: float) -> Mask:
         """Which of k joints (k,), pushed to their sides (k,), would bounce by no more than REST; q, v (nv,)."""
-        back = -side * self.engine.accelerate(t, q, v, np.zeros_like(v))[joints]
+        back = -side * self.engine.accelerate(t, q, v, np.zeros(len(v)))[joints]
         return v[joints] ** 2 <= 2 * REST * self.length[joints] * np.maximum(back, 0.0)
 
     def choose(self, t: float, q: Array, v: Array, scales: Scales, loose: Array | float = 0.0) -> Mode:

@@ -4,7 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +24,7 @@ INSTANT = 1e-12  # of a step: times no farther from an event happen with it
 Guards = Callable[[Array, Array], Array]  # t (n,), y (n, size) -> (n, m), what an event brings down to 0
 
 
-@dataclass(frozen=True, eq=False)
-class SegmentToEvent:
+class SegmentToEvent(NamedTuple):
     """A segment of motion up to an event or to its end."""
 
     t: float
@@ -36,8 +35,7 @@ class SegmentToEvent:
     failure: str | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Steps:
+class Steps(NamedTuple):
     """Some steps, one after another, with their interpolation; k may be 0 where a failure comes at once."""
 
     bounds: Array  # (k + 1,) s, where the steps begin and end

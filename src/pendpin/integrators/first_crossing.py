@@ -8,7 +8,6 @@ interpolant then show whether it crosses zero, and where.
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -35,8 +34,7 @@ _COEFFICIENTS = np.linalg.inv(_VALUES)
 _SLOPE = chebyshev.chebder(np.eye(DEGREE + 1))  # of the coefficients, those of the derivative
 
 
-@dataclass(frozen=True, eq=False)
-class Crossing:
+class Crossing(NamedTuple):
     """The earliest crossing of several functions."""
 
     t: float

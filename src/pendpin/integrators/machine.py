@@ -6,7 +6,7 @@ CyRK has this interface for Numba; no Numba function is compiled here.
 import ctypes
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,6 +34,7 @@ class AdaptiveInMachineCode(EventIntegrator):
     def __init__(self, method: str, tolerance: float) -> None:
         self.method, self.tolerance = NAMES[method], tolerance
         self._method, self._tolerance = cyrk.METHODS[self.method], np.array([tolerance])
+        self._rtol = np.maximum(self._tolerance, LEAST_RTOL)
         self._error: BaseException | None = None
         self.version = version(self.library)
         self.event_library = self.library if self.method in ONE_STEP else "scipy"
@@ -61,8 +62,8 @@ class AdaptiveInMachineCode(EventIntegrator):
         if self.method not in ONE_STEP:
             return super().stepper(scales, first_step, longest, derivative)
         self._error = None
-        rtol = np.maximum(self._tolerance, LEAST_RTOL)
-        call = Call(self._method, self.block.code().address, self.block, rtol, self.tolerance * scales, longest)
+        tolerances = self._rtol, self.tolerance * scales
+        call = Call(self._method, self.block.code().address, self.block, *tolerances, longest)
         return InMachineCode(call, first_step, self._raised)
 
     def _raised(self) -> None:
@@ -121,8 +122,7 @@ class InMachineCode(Stepper):
         return self.call.solved(y, t, end, self.first_step).states(y)[-1] if end > t else y
 
 
-@dataclass(frozen=True, eq=False)
-class Call:
+class Call(NamedTuple):
     """The arguments of CyRK's solver that stay the same."""
 
     method: int

@@ -5,7 +5,7 @@ import os
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -72,8 +72,8 @@ class RunState:
         n = self.n + len(samples)
         self.room[self.n : n] = samples
         self.log[self.logged :] = happened or ()
-        counts = {"steps": self.steps + steps, "evaluations": self.evaluations + evaluations, "logged": len(self.log)}
-        return replace(self, n=n, carried=carried, events=self.events + (happened is not None), **counts)
+        counts = (self.steps + steps, self.evaluations + evaluations, self.events + (happened is not None))
+        return RunState(self.room, n, carried, *counts, self.seconds, self.log, len(self.log))
 
 
 @dataclass(frozen=True)
