@@ -44,7 +44,7 @@ class Mode(NamedTuple):
     @property
     def holds(self) -> bool:
         """Whether any joint is held."""
-        return np.count_nonzero(self.held) > 0
+        return bool(np.count_nonzero(self.held))
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,9 +200,8 @@ class Contacts:
         for rounding in (ROUNDING, 1e3 * ROUNDING, 1e6 * ROUNDING):
             held, sign = resting & (sign == 0), sign.copy()
             for _ in range(50 + 10 * len(q) ** 2):
-                mode = Mode(held.copy(), sign.copy(), scales.torque)
-                a, holding = self.accelerate(t, q, v, mode)
-                mode = Mode(mode.held, mode.sign, self._torques(holding, scales))
+                a, holding = self.accelerate(t, q, v, Mode(held, sign, scales.torque))
+                mode = Mode(held, sign, self._torques(holding, scales))
                 unfit = self._beyond(q, holding, mode, rounding) | self._backwards(q, a, mode, resting, rounding)
                 if not unfit.any():
                     return mode
@@ -220,11 +219,12 @@ class Contacts:
 
     def _backwards(self, q: Array, a: Array, mode: Mode, resting: Mask, rounding: float) -> Mask:
         """Joints at rest (nv,) that would start against their acceleration a (nv,)."""
-        if not (starting := resting & ~mode.held).any():
-            return starting
+        pushed = a * mode.sign
+        if not (backwards := resting & ~mode.held & (pushed < 0)).any():
+            return backwards
         columns = np.abs(self.engine.compliance(q, np.flatnonzero(resting)))
         others = _OTHERS * (np.abs(a) / self.length).max() * self.length
-        return starting & (a * mode.sign < -rounding * (columns @ mode.torque[resting] + others))
+        return backwards & (pushed < -rounding * (columns @ mode.torque[resting] + others))
 
     # --- what is large and what is small ----------------------------------------------------------------------------
 

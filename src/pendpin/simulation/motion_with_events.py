@@ -103,7 +103,7 @@ class LoopWithEvents(IntegrationLoop):
 
     def _stepper(self, longest: float, mode: Mode) -> Stepper:
         """The method, with steps up to `longest` in s."""
-        if mode.held.all():
+        if all(mode.held.tolist()):
             return AtRest(longest)
         if self._block:
             self.contacts.enter(mode)
