@@ -67,11 +67,11 @@ class Revolute(AngleEngine):
         """ABA for accelerations (n, nv), then RNEA for wrenches (n, joints, 6), state by state."""
         a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
         extra, externals = np.zeros(q.shape) if torque is None else torque, self._externals(t, q, v)
-        rnea, reactions = pinocchio().rnea, [self._data.f[joint] for joint in range(1, self._pin.njoints)]
+        rnea, reactions = pinocchio().rnea, [self._data.f[joint].vector for joint in range(1, self._pin.njoints)]
         for i in range(len(q)):
             a[i] = self.accelerate(t[i], q[i], v[i], extra[i], externals[i])
             rnea(self._pin, self._data, q[i], v[i], a[i], *externals[i])
-            wrench[i] = [reaction.vector for reaction in reactions]  # they follow the data
+            wrench[i] = reactions  # they follow the data
         return Sample(a, wrench)
 
     def _externals(self, t: Array, q: Array, v: Array) -> list[tuple[list, ...]]:

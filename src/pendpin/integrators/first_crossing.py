@@ -6,7 +6,6 @@ interpolant then show whether it crosses zero, and where.
 """
 
 import math
-from collections import Counter
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -52,7 +51,7 @@ class _Interval(NamedTuple):
     end: float
     series: Array  # (DEGREE + 1, m), the interpolants
     floor: Array  # (m,)
-    reaching: Mask  # (m,) the functions that may
+    reaching: list[int]  # the functions that may
     resolved: bool  # whether the interpolants of these leave out less than the floor
 
 
@@ -63,10 +62,10 @@ def first_crossing(sample: Functions, bounds: Array, floor: Array) -> Crossing |
     crossing are searched. None if there is none: then no function was below -floor, but for what its interpolant leaves
     out (`UNSEEN`). A function may start at 0 or below; it crosses where it next falls below -floor.
     """
-    waiting, looks = _intervals(sample, bounds, floor), Counter[int]()
+    waiting, looks = _intervals(sample, bounds, floor), dict[int, int]()
     while waiting:
         part = waiting.pop()
-        looks[part.place] += 1
+        looks[part.place] = looks.get(part.place, 0) + 1
         a, b, whole = part.begin, part.end, float(bounds[part.place + 1] - bounds[part.place])
         jumps = b - a <= SHORTEST * whole or looks[part.place] > MOST
         if not (part.resolved or jumps):
@@ -79,7 +78,7 @@ def first_crossing(sample: Functions, bounds: Array, floor: Array) -> Crossing |
 def _crossing(part: _Interval, jumps: bool, together: float) -> Crossing | None:
     """The first crossing in an interval with those no more than `together` in s after it."""
     seek, scale, floor = _drop if jumps else _root, 2 / (part.end - part.begin), part.floor.tolist()
-    found = {k: seek(part.series[:, k], floor[k]) for k in part.reaching.nonzero()[0].tolist()}
+    found = {k: seek(part.series[:, k], floor[k]) for k in part.reaching}
     which = min(found, key=lambda k: found[k][0])
     x, slope = found[which]
     if x == math.inf:
@@ -105,14 +104,13 @@ def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None
     inside = series[:, 0] + sizes[:, 0] - whole
     least = np.where(sizes[:, 1] > curved, np.minimum(values[:, 0], values[:, -1]), inside)
     floors = np.maximum(floor, ROUNDING * whole)
-    reaching = least < unseen - floors
-    return [
-        _Interval(
-            *(i if place is None else place, float(bounds[i]), float(bounds[i + 1])),
-            *(series[i], floors[i], reaching[i], not (reaching[i] & (unseen[i] > floors[i])).any()),
-        )
-        for i in sorted(set(reaching.nonzero()[0].tolist()), reverse=True)
-    ]
+    reaching, found = least < unseen - floors, list[_Interval]()
+    for i in sorted(set(reaching.nonzero()[0].tolist()), reverse=True):
+        which = reaching[i].nonzero()[0].tolist()
+        resolved = all(unseen[i, k] <= floors[i, k] for k in which)
+        ends = float(bounds[i]), float(bounds[i + 1])
+        found.append(_Interval(i if place is None else place, *ends, series[i], floors[i], which, resolved))
+    return found
 
 
 def _root(coefficients: Array, floor: float) -> tuple[float, float]:
