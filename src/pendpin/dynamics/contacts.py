@@ -146,10 +146,11 @@ class Contacts:
         at = ((q >= self.upper) | (q <= self.lower)).nonzero()[0]
         side = np.where(q[at] >= self.upper[at], -1.0, 1.0)  # the ways the stops push
         for _ in range(20 * len(q) + 20):
-            into = side * v[at]
-            if not any(x < 0 for x in into.tolist()):
+            away = side * v[at]
+            if not any(x < 0 for x in away.tolist()):
                 return v
-            v = self._impact(q, v, at[into <= 0], side[into <= 0], t)
+            touching = away <= 0
+            v = self._impact(q, v, at[touching], side[touching], t)
         raise RunError(f"{t:g} s after the start, impacts on several stops at once do not end")
 
     def _impact(self, q: Array, v: Array, joints: Indices, side: Array, t: float) -> Array:
