@@ -1,6 +1,5 @@
 """Guards: functions of time and state that fall to 0 when a joint stops, hits a stop or starts to slide."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,12 +37,11 @@ class Guards:
             y = np.concatenate([y[:, : 2 * len(self.mode.held)], self.contacts.hold(t, y, self.mode)], 1)
         return self.turned * y.take(self.place, 1) + self.offset
 
-    def land(self, q: Array, v: Array, fired: Mask) -> Array:
-        """Set in q, v (nv,) what fired guards (m,) say exactly. Returns the way (nv,) in which joints start, or 0."""
+    def land(self, q: Array, v: Array, fired: list[int]) -> Array:
+        """Set in q, v (nv,) what fired guards say exactly. Returns the way (nv,) in which joints start, or 0."""
         loose = np.zeros(len(v))
-        if self.mode.holds:
-            v[self.mode.held] = 0.0
-        for kind, joint in self._of(fired):
+        v[self.mode.held] = 0.0
+        for kind, joint in zip(self.kind[fired].tolist(), self.joint[fired].tolist(), strict=True):
             if kind == RATE:
                 v[joint] = 0.0
             elif kind in (UPPER, LOWER):
@@ -52,20 +50,16 @@ class Guards:
                 loose[joint] = -1.0 if kind == MOST else 1.0
         return loose
 
-    def _of(self, fired: Mask) -> Iterator[tuple[int, int]]:
-        """Kind and joint of the guards (m,) that fired."""
-        return zip(self.kind[fired].tolist(), self.joint[fired].tolist(), strict=True)
-
-    def changes(self, q: Array, fired: Mask, held: Mask) -> list[tuple[int, str]]:
+    def changes(self, q: Array, fired: list[int], held: Mask) -> list[tuple[int, str]]:
         """The joints to which something happened at an event, and what (of pendpin.trajectory.KINDS).
 
-        At positions q (nv,), by the guards (m,) that fired and the joints (nv,) that are held then.
+        At positions q (nv,), by the guards that fired and the joints (nv,) that are held then.
         """
         found: dict[int, str] = {}
         for joint in (held != self.mode.held).nonzero()[0].tolist():
             ends = not self.contacts.lower[joint] < q[joint] < self.contacts.upper[joint]
             found[joint] = "stick" if held[joint] else "release" if ends else "slip"
-        for kind, joint in self._of(fired):
+        for kind, joint in zip(self.kind[fired].tolist(), self.joint[fired].tolist(), strict=True):
             if kind in (UPPER, LOWER):
                 found[joint] = "stop"
             elif kind == RATE and not held[joint]:

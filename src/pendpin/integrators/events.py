@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
+from pendpin.arrays import Array
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine_code import Block
 from pendpin.integrators.base import LEAST_RTOL, NOT_FINITE, Integrator, returning
@@ -31,7 +31,7 @@ class SegmentToEvent(NamedTuple):
     y: Array  # the state there
     samples: Array  # (n, size), the states at the output times on the way
     steps: int
-    fired: Mask | None = None  # which guards came down to 0; None if none did
+    fired: list[int] | None = None  # which guards came down to 0; None if none did
     failure: str | None = None
 
 

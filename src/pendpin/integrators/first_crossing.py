@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from pendpin.arrays import Array, Mask
+from pendpin.arrays import Array
 
 DEGREE = 9  # of the interpolants: those of dop853 have degree 7, so that the last two coefficients vanish
 UNSEEN = 4.0  # times the larger of the last two coefficients: the bound on what the interpolant leaves out
@@ -39,7 +39,7 @@ class Crossing(NamedTuple):
     t: float
     place: int  # of the interval in which it is
     which: int  # the function that crosses first
-    fired: Mask  # (m,) those that cross then
+    fired: list[int]  # those that cross then
     slope: float  # of the first, per s; -inf if it jumps
 
 
@@ -83,8 +83,8 @@ def _crossing(part: _Interval, jumps: bool, together: float) -> Crossing | None:
     x, slope = found[which]
     if x == math.inf:
         return None
-    t, fired = min(max(part.begin + (x + 1) / scale, part.begin), part.end), np.zeros(len(floor), bool)
-    fired[[k for k, (place, _) in found.items() if place <= x + scale * together]] = True
+    t = min(max(part.begin + (x + 1) / scale, part.begin), part.end)
+    fired = [k for k, (place, _) in found.items() if place <= x + scale * together]
     return Crossing(t, part.place, which, fired, slope * scale)
 
 

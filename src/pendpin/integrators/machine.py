@@ -34,7 +34,6 @@ class AdaptiveInMachineCode(EventIntegrator):
     def __init__(self, method: str, tolerance: float) -> None:
         self.method, self.tolerance = NAMES[method], tolerance
         self._method, self._tolerance = cyrk.METHODS[self.method], np.array([tolerance])
-        self._rtol = np.maximum(self._tolerance, LEAST_RTOL)
         self._error: BaseException | None = None
         self.version = version(self.library)
         self.event_library = self.library if self.method in ONE_STEP else "scipy"
@@ -62,9 +61,9 @@ class AdaptiveInMachineCode(EventIntegrator):
         if self.method not in ONE_STEP:
             return super().stepper(scales, first_step, longest, derivative)
         self._error = None
-        tolerances = self._rtol, self.tolerance * scales
-        call = Call(self._method, self.block.code().address, self.block, *tolerances, longest)
-        return InMachineCode(call, first_step, self._raised)
+        atol, rtol = self.tolerance * scales, np.maximum(self._tolerance, LEAST_RTOL)
+        call = Call(self._method, self.block.code().address, self.block, rtol, atol, first_step, longest)
+        return InMachineCode(call, self._raised)
 
     def _raised(self) -> None:
         """Raise what the progress callback has raised."""
@@ -82,8 +81,8 @@ class AdaptiveInMachineCode(EventIntegrator):
     def _solved(self, y: Array, times: Array, first_step: float, longest: float) -> tuple[Array, int, str | None]:
         """The states (n, size), the steps and the failure, from y (size,) at `times` (n,) in s, by CyRK."""
         tolerance = self._tolerance
-        call = Call(self._method, self.block.code().address, self.block, tolerance, tolerance, longest)
-        found = call.solved(y, times[0], times[-1], first_step, times)
+        call = Call(self._method, self.block.code().address, self.block, tolerance, tolerance, first_step, longest)
+        found = call.solved(y, times[0], times[-1], times)
         return found.states(y), found.steps, found.failure
 
 
@@ -92,34 +91,33 @@ class InMachineCode(Stepper):
     """A method of CyRK on equations in machine code, in their present mode."""
 
     call: "Call"
-    first_step: float  # s
     raised: Callable[[], None]  # raises what the progress callback raised
 
     def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
         """Steps from y (size,), some at a time, more and more: those behind an event are made in vain."""
-        step, span = self.first_step, max(FEWEST, WINDOW / self.call.block.function.operations) * self.first_step
+        call, span = self.call, max(FEWEST, WINDOW / self.call.block.function.operations) * self.call.first_step
         while t < end:
             stop = end if end - t < 2 * span else t + span
-            part = self._part(t, y, stop, step)
+            part = self._part(call, t, y, stop)
             yield part
             if part.failure:
                 return
-            step, span = float(np.diff(part.bounds).max()), GROWTH * span
+            call, span = call._replace(first_step=float(np.diff(part.bounds).max())), GROWTH * span
             t, y = float(part.bounds[-1]), part.states[-1]
 
-    def _part(self, t: float, y: Array, end: float, step: float) -> Steps:
+    def _part(self, call: "Call", t: float, y: Array, end: float) -> Steps:
         """All steps from y (size,) at t to `end`; the good ones again after a failure, when CyRK does not interpolate."""
-        found = self.call.solved(y, t, end, step, dense=True)
+        found = call.solved(y, t, end, dense=True)
         self.raised()
         states, _, failure = finite_part(found.states(y), 0, found.failure)
         bounds = found.times(t)[: len(states)]
         if failure and len(bounds) > 1:
-            found = self.call.solved(y, t, bounds[-1], step, dense=True)
+            found = call.solved(y, t, bounds[-1], dense=True)
         return Steps(bounds, states, found.inside, failure)
 
     def state_at(self, t: float, y: Array, end: float) -> Array:
         """The last state (size,)."""
-        return self.call.solved(y, t, end, self.first_step).states(y)[-1] if end > t else y
+        return self.call.solved(y, t, end).states(y)[-1] if end > t else y
 
 
 class Call(NamedTuple):
@@ -130,14 +128,13 @@ class Call(NamedTuple):
     block: Block
     rtol: Array  # (1,)
     atol: Array  # (1,) or (size,)
+    first_step: float
     longest: float
 
-    def solved(
-        self, y: Array, t: float, end: float, first_step: float, times: Array | None = None, dense: bool = False
-    ) -> "Solution":
+    def solved(self, y: Array, t: float, end: float, times: Array | None = None, dense: bool = False) -> "Solution":
         """The solution from y (size,) at t to `end`, at `times` (n,) or where the steps end."""
         y = np.ascontiguousarray(y)
-        first_step = min(first_step, (end - t) / 2, self.longest)  # CyRK refuses more than a half
+        first_step = min(self.first_step, (end - t) / 2, self.longest)  # CyRK refuses more than a half
         at = (None, 0) if times is None else (times.ctypes.data, len(times))
         found = cyrk.library().solve(
             *(self.address, t, end, address(y), len(y), self.method, 0, 0),

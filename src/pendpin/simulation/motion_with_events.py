@@ -124,8 +124,7 @@ class LoopWithEvents(IntegrationLoop):
             loose = guards.land(*self._angles(y), found.fired)
             self._strike(found.t, y)
             mode = self.contacts.choose(found.t, *self._angles(y), self.scales, loose)
-        if mode.holds:
-            y[self.nv : 2 * self.nv][mode.held] = 0.0
+        y[self.nv : 2 * self.nv][mode.held] = 0.0
         return y, mode
 
     def _angles(self, y: Array) -> tuple[Array, Array]:
