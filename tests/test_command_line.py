@@ -60,6 +60,21 @@ def test_robots_by_name(capfd: pytest.CaptureFixture) -> None:
     assert pp.Trajectory.load("run.npz").scene["model"]["name"] == "double_pendulum"
 
 
+def test_the_energy_in_json(capfd: pytest.CaptureFixture) -> None:
+    """A drift where energy is conserved; where it is not, the works that were asked for and how they balance."""
+    friction = str(Path(__file__).parents[1] / "examples" / "friction.toml")
+    found = []
+    for arguments in (("--duration", "0.5"), (friction,), (friction, "--energy-balance")):
+        assert run_main("run", *arguments, "--json") == 0
+        found.append(json.loads(capfd.readouterr().out))
+    kept, lost, balanced = found
+    assert kept["energy_drift"] < 1e-9
+    assert lost["energy_drift"] is None
+    assert "work" not in lost
+    assert balanced["energy_balance"] < 1e-8
+    assert balanced["work"]["gravity"] == pytest.approx(-balanced["work"]["dry_friction"], rel=1e-6)
+
+
 def test_version_help_and_lists(capfd: pytest.CaptureFixture) -> None:
     """Each ends well and says what it should."""
     for arguments, says in [

@@ -174,6 +174,29 @@ def test_methods_that_may_step_over_a_jump_say_so(method: str) -> None:
     assert not any("jumps" in note for note in run_of(Gravity(), method=method, duration=0.5).stats.notes)
 
 
+class Controller:
+    """A controller whose method does not read the time."""
+
+    def torque(self, t, q, v):
+        return -v
+
+
+@pytest.mark.parametrize(
+    ("law", "reads"),
+    [
+        (lambda t, q, v: -v, False),
+        (lambda t, q, v: -v * np.cos(t), True),
+        (lambda *state: -state[2], True),
+        (partial(lambda k, t, q, v: -k * v, 2.0), True),
+        (Controller().torque, False),
+    ],
+)
+def test_a_function_that_does_not_read_the_time_is_not_sampled(law, reads: bool) -> None:
+    """A function of one's own too; one whose code does not tell is sampled."""
+    notes = run_of(Gravity(), Torque(law), method="dop853", duration=0.1).stats.notes
+    assert any("does not declare" in note for note in notes) == reads
+
+
 def test_paces_join() -> None:
     """The corners of all, and the shortest time of each piece."""
     pace = together([Pace(np.array([2.0]), np.array([1.0, np.inf])), Pace(np.array([1.0, 2.0]), np.array([9, 0.5, 9]))])

@@ -23,7 +23,11 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
 
     stats = trajectory.stats
     if as_json:
-        found = {"energy_drift": trajectory.energy().drift, "crosscheck": report and report.worst.relative}
+        drift = trajectory.energy().drift if stats.conservative else None
+        found: dict[str, Any] = {"energy_drift": drift, "crosscheck": report and report.worst.relative}
+        if trajectory.work:
+            found["work"] = {kind: float(work[-1]) for kind, work in trajectory.work.items()}
+            found["energy_balance"] = trajectory.imbalance
         figures = {name: figure._asdict() for name, figure in trajectory.summary().items()}
         found |= {"crosscheck_ok": report and report.ok, "summary": figures}
         found |= {"joint_events": [event._asdict() for event in trajectory.events]}

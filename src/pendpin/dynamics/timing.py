@@ -3,7 +3,7 @@
 import dis
 from collections.abc import Callable, Sequence
 from functools import cache
-from types import CodeType
+from types import CodeType, MethodType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.dynamics.binding import body_wrench, field_since, joint_torque, since, surroundings
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect
+from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Torque
 from pendpin.effects.pace import Pace, intervals_for, measured, together
 from pendpin.errors import InputError
 
@@ -73,15 +73,17 @@ def _owner(effect: Effect, name: str) -> type:
 
 
 def _reads_time(effect: Effect, name: str) -> bool:
-    """Whether the code of an effect's method reads its first argument, the time."""
-    code = getattr(vars(_owner(effect, name))[name], "__code__", None)
-    return code is None or _reads_first(code)
+    """Whether the code of an effect's method, or of the function of a Torque, reads the time."""
+    given = isinstance(effect, Torque)
+    function = effect.function if given else vars(_owner(effect, name))[name]
+    code, behind_self = getattr(function, "__code__", None), not given or isinstance(function, MethodType)
+    return code is None or _reads(code, int(behind_self))
 
 
 @cache
-def _reads_first(code: CodeType) -> bool:
-    """Whether a method's code reads its first argument behind self."""
-    return any(step.argval == code.co_varnames[1] for step in dis.get_instructions(code))
+def _reads(code: CodeType, place: int) -> bool:
+    """Whether a function's code reads an argument, by its place; one without it, such as f(*args), may."""
+    return code.co_argcount <= place or any(s.argval == code.co_varnames[place] for s in dis.get_instructions(code))
 
 
 def _declared(effect: Effect, name: str, start: float, duration: float, negligible: float) -> Pace | None:
