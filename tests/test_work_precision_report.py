@@ -15,7 +15,7 @@ from pendpin.analysis import simulators
 from pendpin.analysis.work_precision import processor_time, references
 from pendpin.analysis.work_precision.figure import save_cost_plot
 from pendpin.analysis.work_precision.references import by_elliptic_functions
-from pendpin.analysis.work_precision.report import CostReport, Curve, Point
+from pendpin.analysis.work_precision.report import CostReport, Curve, Point, row
 from pendpin.model.build import build
 from pendpin.model.kinematics import tip_distance
 from test_work_precision import THICK, THIN, needs_heyoka, scene
@@ -66,6 +66,14 @@ def test_the_words_say_what_the_numbers_say() -> None:
     assert "At 1e-04: cheap 10 ms, other 1 s, 100 times as long." in words
     assert "At 1e-06: fine" in words
     assert "no other simulator reaches it" in words
+
+
+def test_a_row_without_a_run_says_why() -> None:
+    """What refused the methods, where none ran; the time, where one did."""
+    refused = Curve("taylor", "", "tolerance", (), failures=("taylor takes no stops",))
+    slow = curve("rk4", (1e-2, 1.0))
+    assert row([refused], 1e-3, 0.0).take == "taylor takes no stops"
+    assert row([refused, slow], 1e-3, 0.0).take == "no method reaches it in the time allowed"
 
 
 def test_the_figure_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,10 +16,8 @@ from pendpin.errors import RunError
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
-DIED = (
-    "a worker process has ended unexpectedly; in a script put the call under "
-    '`if __name__ == "__main__":`; if memory ran out, take fewer workers'
-)
+GUARD = 'in a script put the call under `if __name__ == "__main__":`'
+DIED = f"a worker process has ended unexpectedly; {GUARD}; if memory ran out, take fewer workers"
 
 
 def cores() -> int:

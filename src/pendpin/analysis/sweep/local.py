@@ -18,6 +18,7 @@ from distributed import Nanny, Scheduler, SpecCluster, Worker
 from tornado.ioloop import PeriodicCallback
 
 from pendpin.errors import RunError
+from pendpin.simulation.processes import GUARD
 
 STARTS = 5  # tries
 RENEWED = 3  # s between two looks at the processes
@@ -99,7 +100,7 @@ def _started(workers: int, stopped: Event) -> Any:
                 silence_logs=logging.CRITICAL,  # type: ignore[arg-type]
                 shutdown_on_close=False,  # at the end of the process: the context does it
             )
-    raise RunError(f"workers: {workers} processes could not be started")
+    raise RunError(f"workers: {workers} processes could not be started; {GUARD}")
 
 
 def _block_interrupts() -> None:

@@ -118,10 +118,17 @@ def row(curves: Sequence[Curve], accuracy: float, known: float) -> CostRow:
     peer = min(((c, p) for c, p in met if c.peer), key=lambda pair: pair[1].seconds, default=None)
     other = {"peer": peer[0].name, "peer_seconds": peer[1].seconds} if peer else {}
     if best is None:
-        return CostRow(accuracy, **other, why="no method reaches it in the time allowed")
+        return CostRow(accuracy, **other, why=_why([curve for curve in curves if not curve.peer]))
     curve, point = best
     first = (point.first_seconds, point.seconds)
     return CostRow(accuracy, curve.name, curve.kind, point.setting, *first, **_once(met, point), **other)
+
+
+def _why(own: Sequence[Curve]) -> str:
+    """Why no run meets an accuracy: where no run of any method reached its end, the first reason."""
+    if own and all(curve.failures and not curve.points for curve in own):
+        return own[0].failures[0]
+    return "no method reaches it in the time allowed"
 
 
 def _once(met: list[tuple[Curve, Point]], best: Point) -> dict[str, Any]:
