@@ -244,6 +244,19 @@ def test_particular_starts() -> None:
         pp.Start.conical(windy, angle=0.5)
 
 
+def test_runs_of_no_sample_and_of_the_start_alone(tmp_path: Path) -> None:
+    """Where nothing was crossed there is nothing to draw, save or continue; a run of its start alone goes on."""
+    none = pp.simulate(SCENES["damped"], samples=31, energy_balance=True).crossings("theta_1", level=50.0)
+    assert (len(none.t), none.energy().drift, none.imbalance) == (0, 0.0, 0.0)
+    for asked in (none.plot, none.animate, lambda: none.save(tmp_path / "a.npz"), lambda: none.extend(1.0)):
+        with pytest.raises(pp.InputError, match="no samples, as nothing was crossed"):
+            asked()
+    assert none.plot("theta_1") is not None
+    assert not list(tmp_path.iterdir())
+    start = pp.simulate(builtin_scene(), times=[0.0])
+    assert start.extend(1.0).t.tolist() == [0.0, 1.0]
+
+
 def test_every_function_takes_the_path_of_a_scene() -> None:
     """As `simulate` does; what is neither a scene nor a path is refused in one line."""
     path = EXAMPLES / "single_rod.toml"

@@ -112,7 +112,7 @@ def _longer(run: Trajectory, duration: float) -> Scene:
         return scene.replace({"solver.samples": round(count * total / scene.duration) + 1}, duration=total)
     old, end = scene.clock, scene.start.time + scene.duration
     spacing = scene.duration / max(1, len(old) - 1)
-    new = end + duration * np.arange(1, (count := max(1, round(duration / spacing))) + 1) / count
+    new = end + duration * np.arange(1, (count := max(1, round(duration / spacing) if spacing else 1)) + 1) / count
     times = (*old.tolist(), *(new if new[0] > old[-1] else new[1:]).tolist())
     return scene.replace(
         {"solver.samples": None, "solver.times": times}, duration=max(total, times[-1] - scene.start.time)

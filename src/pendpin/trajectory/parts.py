@@ -20,6 +20,11 @@ def exchanged(kinetic: Array, *others: Array) -> Array:
     return np.maximum.reduce([least, so_far(kinetic), *ranges])
 
 
+def share(error: Array, scale: Array) -> float:
+    """The largest of energy errors (n,) over the energy exchanged (n,) at the end; 0 without samples."""
+    return float(error.max() / scale[-1]) if len(error) else 0.0
+
+
 class Reactions(NamedTuple):
     """Joint reactions on each rod of a universal joint, (n, rods): R1, R2, R3 in N, M3, Mc in N m (DESIGN in docs)."""
 
@@ -58,7 +63,7 @@ class Energy(NamedTuple):
     @property
     def drift(self) -> float:
         """Largest departure of the total from its start, divided by the energy exchanged."""
-        return float(np.abs(self.total - self.total[0]).max() / self.exchanged[-1])
+        return share(np.abs(self.total - self.total[:1]), self.exchanged)
 
 
 KINDS = ("stick", "reverse", "slip", "stop", "release")

@@ -14,7 +14,7 @@ from pendpin.files import open_arrays, refuse_other_format, write_whole
 from pendpin.late import from_above
 from pendpin.records import LARGEST
 from pendpin.trajectory.columns import Place, column, columns
-from pendpin.trajectory.parts import Energy, Event, Reactions, Stats, exchanged
+from pendpin.trajectory.parts import Energy, Event, Reactions, Stats, exchanged, share
 from pendpin.trajectory.presentation import Summary, page, summary, text, title
 from pendpin.trajectory.reading import ARRAYS, FORMAT, event_arrays, read_fields
 from pendpin.trajectory.tables import to_csv, to_pandas
@@ -89,6 +89,13 @@ class Trajectory:
         rods = [np.empty(0)] * len(Reactions._fields) if self.rods is None else list(self.rods)
         return [getattr(self, name) for name in ARRAYS] + rods + [self.work[kind] for kind in sorted(self.work)]
 
+    @property
+    def _sampled(self) -> Self:
+        """This run. Raises InputError if it is one without samples, as of crossings that there are not."""
+        if not len(self.t):
+            raise InputError("this run has no samples, as nothing was crossed")
+        return self
+
     def reactions(self) -> Reactions:
         """R1, R2, R3, M3, Mc of every rod on a universal joint. Raises InputError where the model has none."""
         if self.rods is None:
@@ -104,12 +111,12 @@ class Trajectory:
         """The largest difference of the change of kinetic energy and the works, divided by the energy exchanged."""
         if not self.work:
             return 0.0
-        return float(np.abs(self.unbalanced).max() / exchanged(self.kinetic, *self.work.values())[-1])
+        return share(np.abs(self.unbalanced), exchanged(self.kinetic, *self.work.values()))
 
     @property
     def unbalanced(self) -> Array:
         """The change of kinetic energy that no work explains, (n,) in J."""
-        return self.kinetic - self.kinetic[0] - sum(work - work[0] for work in self.work.values())
+        return self.kinetic - self.kinetic[:1] - sum(work - work[:1] for work in self.work.values())
 
     def tips(self) -> Array:
         """The far end of each rod, (n, rods, 3) in m, world frame W."""
@@ -121,7 +128,7 @@ class Trajectory:
         Integrated from the sample before, by the run's own method and setting; at the instant of an impact the state
         after it. Raises InputError for other times, and where the run's scene cannot be built again.
         """
-        return from_above("Trajectory.at")(self, times)
+        return from_above("Trajectory.at")(self._sampled, times)
 
     def crossings(self, name: str, level: float = 0.0, direction: int = 0) -> "Trajectory":
         """The run at the instants at which a quantity crosses a level: upwards (1), downwards (-1) or both ways (0).
@@ -129,14 +136,14 @@ class Trajectory:
         Found between the samples, each to the accuracy of the run. An angle counts its turns: it is not wrapped. There
         may be none. Raises InputError.
         """
-        return from_above("Trajectory.crossings")(self, name, level, direction)
+        return from_above("Trajectory.crossings")(self._sampled, name, level, direction)
 
     def extend(self, duration: float) -> "Trajectory":
         """The run continued for another duration in s, with samples as dense as before.
 
         With rk4 and euler the result is, bit for bit, that of one long run; with other methods within the run's tolerance.
         """
-        return from_above("Trajectory.extend")(self, duration)
+        return from_above("Trajectory.extend")(self._sampled, duration)
 
     def summary(self) -> Summary:
         """The largest angle of any rod from straight down, the tip's way sideways, rest; extremes of R1, R2, R3, M3.
@@ -158,15 +165,15 @@ class Trajectory:
 
         Without `ax` a new Figure is returned: a panel for each unit; without names too, the figure of the run.
         """
-        return from_above("Trajectory.plot")(self, names, ax)
+        return from_above("Trajectory.plot")(self if names else self._sampled, names, ax)
 
     def animate(self) -> Any:
         """The motion as an Animation, which shows itself in a notebook; .save("x.html"), "x.gif" or "x.mp4"."""
-        return from_above("Trajectory.animate")(self)
+        return from_above("Trajectory.animate")(self._sampled)
 
     def show(self, viewer: Any) -> Any:
         """Play the run in a viewer that is there: a meshcat.Visualizer, or Pinocchio's MeshcatVisualizer."""
-        return from_above("Trajectory.show")(self, viewer)
+        return from_above("Trajectory.show")(self._sampled, viewer)
 
     def configurations(self, pin_model: Any) -> Array:
         """q as a pin.Model takes it, (n, nq): continuous joints as cosine and sine, joints that are locked in place."""
@@ -190,7 +197,9 @@ class Trajectory:
     def save(self, path: str | Path) -> Path:
         """Write everything to an .npz file, whole or not at all. Raises InputError where that cannot be."""
         refuse_other_format(Path(path), ".npz")
-        arrays: dict[str, Any] = {name: getattr(self, name) for name in ARRAYS} | {"joints": np.array(self.joints)}
+        arrays: dict[str, Any] = {name: getattr(self._sampled, name) for name in ARRAYS} | {
+            "joints": np.array(self.joints)
+        }
         if self.rods is not None:
             arrays |= self.rods._asdict()
         arrays |= {f"work_{kind}": work for kind, work in self.work.items()}
