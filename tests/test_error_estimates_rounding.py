@@ -14,6 +14,7 @@ import pendpin as pp
 from laws import law
 from pendpin import effects as fx
 from pendpin.equations import exact
+from pendpin.simulation.run import run_scene
 from test_error_estimates import REDUCED, claim_holds, swing, true_error
 
 # --- 3: rounding ----------------------------------------------------------------------------------------------------
@@ -120,6 +121,30 @@ def _heavy(*case: Any) -> Any:
 def test_rounding_on_the_way_counts(method: str, accuracy: float) -> None:
     """Let go 1e-6 rad from upright it comes round to 1e-6 rad from upright: rounding at the bottom decides when it falls."""
     claim_holds(swing(math.pi + 1e-6, 13.0, 31), method, accuracy)
+
+
+@pytest.mark.parametrize(
+    ("theta", "duration", "method", "accuracy"),
+    [
+        (2.6, 20.0, "gauss6", 1e-10),  # finer than another method can tell: it went on and on once
+        (2.6, 20.0, "gauss6", 3e-12),
+        (3.1, 8.0, "gauss6", 1e-10),  # just above what rounding does: the same
+        (2.6, 20.0, "radau", 1e-10),
+    ],
+)
+def test_a_search_ends_where_nothing_is_gained(
+    monkeypatch: pytest.MonkeyPatch, theta: float, duration: float, method: str, accuracy: float
+) -> None:
+    """A few runs decide: the accuracy is met or refused, however close it is to what rounding allows."""
+    count = [0]
+
+    def counted(*arguments: Any, **options: Any) -> pp.Trajectory:
+        count[0] += 1
+        return run_scene(*arguments, **options)
+
+    monkeypatch.setattr("pendpin.simulation.accuracy.runs.run_scene", counted)
+    claim_holds(swing(theta, duration, 41), method, accuracy)
+    assert count[0] <= 10
 
 
 @pytest.mark.parametrize("method", ["auto", "dop853", "rk4"])

@@ -11,6 +11,9 @@ from pendpin.scene import least_tolerance
 LOOSEST = 1e-2  # tolerance of a first run
 MOST_STEPS = 1e7  # of one run
 TAYLOR = "taylor"
+RUNGE_KUTTA = ("dop853", "rk45", "rk23")  # their steps change with their first one
+IMPLICIT = ("radau", "bdf", "lsoda", "gauss2", "gauss4", "gauss6")  # may agree on a wrong way across a jump
+STEADY = ("radau", "bdf", "lsoda", TAYLOR)  # methods that show by themselves what rounding does
 WHOLE = 1.0 - 1e-9  # rounding of a number of steps
 ORDERS = {"gauss2": 2.0, "gauss4": 4.0, "gauss6": 6.0, "rk4": 4.0, "euler": 1.0}
 POWERS = {"dop853": 9.0, "rk45": 6.0, "rk23": 4.0, "radau": 6.0, "bdf": 7.0, "lsoda": 14.0}  # of the step, at most
@@ -56,6 +59,21 @@ class Refinement:
         """
         factor = (coarse / fine) ** self.order
         return min(factor, more ** POWERS[self.method]) if self.method in POWERS else factor
+
+    def too_many(self, steps: float, seconds: float) -> str:
+        """What is said of a run of more than MOST_STEPS."""
+        order = f" is of order {self.order:g} and" if self.spacing else ""
+        return (
+            f"{self.method}{order} would take about {steps:.0e} steps, {_duration(seconds)}; take a method of higher order, "
+            "such as dop853"
+        )
+
+
+def _duration(seconds: float) -> str:
+    for unit, size in (("days", 86_400.0), ("hours", 3_600.0), ("minutes", 60.0)):
+        if seconds > 2 * size:
+            return f"about {seconds / size:.0f} {unit}"
+    return f"about {seconds:.0f} s"
 
 
 def by_tolerance(method: str, accuracy: float, turned: float = 1.0) -> Refinement:

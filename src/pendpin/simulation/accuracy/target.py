@@ -18,7 +18,7 @@ from pendpin.scene import Scene
 from pendpin.simulation.accuracy import rounding
 from pendpin.simulation.accuracy.estimate import DISAGREEMENT, NOISE, SMALL, Estimate, Gaps, estimate
 from pendpin.simulation.accuracy.methods import independent, refinement_of, with_method
-from pendpin.simulation.accuracy.refinement import MOST_STEPS, Refinement
+from pendpin.simulation.accuracy.refinement import IMPLICIT, MOST_STEPS, RUNGE_KUTTA, STEADY, Refinement
 from pendpin.simulation.accuracy.runs import Attempt, Runs, alike, at_rest, extent, gap, length_of
 from pendpin.simulation.limits import Deadline
 from pendpin.trajectory import Trajectory
@@ -30,16 +30,13 @@ MARGIN = 4.0  # by which the next error should be below the target
 NEGLIGIBLE = 1e-3  # of the target: smaller gaps need not be small compared with the motion
 LAST_NEGLIGIBLE = 0.1  # the same, of runs that cannot be finer
 LEAST_OF_ANOTHER = 1e-13  # tolerance of another method
-OF_ANOTHER = 1e-2  # of the target, over what the motion magnifies errors by: the tolerance of another method, at most
+OF_ANOTHER = 1e-3  # of the target, over what the motion magnifies errors by: the tolerance of another method, at most
 HARMLESS = 0.1  # of the target: a bound on rounding that needs no measurement
 HOPELESS = 10.0  # times the target: rounding of a coarse run that no finer run needs to confirm
 UNSTABLE = 1e-11  # rounding error of a motion that magnifies errors ten thousand times: no claim is below NEGLIGIBLE
 GROWING = 1e-13  # rounding error of a motion that magnifies errors a hundred times and more
 SAFETY = 6.0  # times the estimate there: its errors follow no law (measured near unstable rests, up to 5.1)
-IMPLICIT = ("radau", "bdf", "lsoda", "gauss2", "gauss4", "gauss6")  # may agree on a wrong way across a jump
-RUNGE_KUTTA = ("dop853", "rk45", "rk23")  # their steps change with their first one
 OTHER_STEPS = 4.0  # times the distance of a run with other steps: the error of a motion that magnifies errors
-STEADY = ("radau", "bdf", "lsoda", "taylor")  # methods that show by themselves what rounding does
 SURE = 1e-12  # tolerance of a run whose motion is as stable as the true one
 EPS = float(np.finfo(float).eps)
 
@@ -117,9 +114,13 @@ class _Search:
         """The last run, if its error (n,) is within the target. Raises RunError with the reason if no other can do it."""
         if error[-1] <= self.target:
             return self.result(max(float(error[-1]), NEGLIGIBLE * self.target * self._unstable()))
-        if self.finest or (self.rounding is not None and self.rounding[-1] > self.target):
+        if self.finest or self._rounding_is_too_large():
             raise self._refused(error, reason)
         return None
+
+    def _rounding_is_too_large(self) -> bool:
+        """Whether rounding alone keeps every claim above the target."""
+        return self.rounding is not None and self._claimed(self.rounding)[-1] > self.target
 
     def _hardly_moves(self) -> bool:
         """Whether the last run moves less than rounding errors may do, or than the target.
@@ -130,9 +131,18 @@ class _Search:
         return extent(self.last.run, self.length) <= max(NOISE * float(self.rounding[-1]), self.target)
 
     def _may_damp(self) -> bool:
-        """Whether implicit steps may damp what grows: all runs then fall behind alike, and their gaps say little."""
+        """Whether implicit steps may damp what grows: all runs then fall behind alike, and their gaps say little.
+
+        The steps that an accuracy below the reach of another method needs are too short for that.
+        """
         assert self.rounding is not None
-        return self.refinement.method in IMPLICIT and self.rounding[-1] > GROWING
+        grows = self.rounding[-1] > GROWING and self._of_another() > LEAST_OF_ANOTHER
+        return bool(grows) and self.refinement.method in IMPLICIT
+
+    def _of_another(self) -> float:
+        """The tolerance of another method whose error is small beside the target, where it has one so small."""
+        assert self.rounding is not None
+        return OF_ANOTHER * self.target * EPS / max(float(self.rounding[-1]), EPS)
 
     def _unstable(self) -> bool:
         """Whether the motion magnifies errors so much that they follow no law."""
@@ -169,7 +179,11 @@ class _Search:
         negligible = self.target * (LAST_NEGLIGIBLE if self.finest else NEGLIGIBLE)
         known = np.full(len(gaps.first), EPS) if self.rounding is None else self.rounding
         found = estimate(gaps, extent(self.last.run, self.length), known, negligible)
-        return replace(found, error=SAFETY * found.error) if self._unstable() else found
+        return replace(found, error=self._claimed(found.error))
+
+    def _claimed(self, error: Array) -> Array:
+        """The error (n,) to claim for an estimate."""
+        return SAFETY * error if self._unstable() else error
 
     def _against_other_steps(self) -> Array:
         """The error (n,) of the last run, from its distance to a run of the same tolerance that begins with other steps."""
@@ -181,10 +195,8 @@ class _Search:
         self._measure_rounding(self.last)
         assert self.rounding is not None
         method = next(method for method in independent(self.scene) if method != self.refinement.method)
-        tolerance = OF_ANOTHER * self.target * EPS / max(float(self.rounding[-1]), EPS)
-        if self.refinement.spacing is None:
-            tolerance = min(tolerance, self.last.setting)
-        other = self.runs.run(self.scene.by(method, max(tolerance, LEAST_OF_ANOTHER)))
+        own = self.last.setting if self.refinement.spacing is None else 1.0
+        other = self.runs.run(self.scene.by(method, max(min(own, self._of_another()), LEAST_OF_ANOTHER)))
         apart = gap(self.last.run, other, self.length, len(self.runs.times))
         return DISAGREEMENT * apart + self.rounding
 
@@ -214,7 +226,7 @@ class _Search:
         needed = other.run.stats.steps * factor**power
         if needed > MOST_STEPS:
             seconds = needed * other.run.stats.seconds / max(other.run.stats.steps, 1)
-            raise self._refused(np.full(len(self.runs.times), np.inf), self._too_many(needed, seconds))
+            raise self._refused(np.full(len(self.runs.times), np.inf), self.refinement.too_many(needed, seconds))
         return float(np.clip(factor, self.refinement.smallest, FARTHEST))
 
     def _refuse_chaos(self) -> None:
@@ -256,7 +268,7 @@ class _Search:
     def _reason(self, verdict: Estimate) -> str:
         """Why no other run can meet the target."""
         gaps, stats = verdict.gaps, self.last.run.stats
-        if self.rounding is not None and self.rounding[-1] > self.target:
+        if self._rounding_is_too_large():
             return (
                 "rounding errors of the start and of the steps grow beyond that before the end, as in chaotic and unstable "
                 "motions: no setting meets it over the whole run"
@@ -273,13 +285,6 @@ class _Search:
             )
         return f"{stats.setting} is the finest of {stats.method}"
 
-    def _too_many(self, steps: float, seconds: float) -> str:
-        order = f" is of order {self.refinement.order:g} and" if self.refinement.spacing else ""
-        return (
-            f"{self.refinement.method}{order} would take about {steps:.0e} steps, {_duration(seconds)}; take a method "
-            "of higher order, such as dop853"
-        )
-
     def _refused(self, error: Array, why: str) -> RunError:
         """The error with its reason and the time up to which the target is met; error (n,) over the length."""
         run = self.last.run
@@ -291,10 +296,3 @@ class _Search:
         further = "" if self.finest else "; a finer setting reaches further"
         message = f"accuracy {self.target:g} is not met: {why}; {setting}{further}"
         return RunError(message, self.result(float(last) if np.isfinite(last) else None))
-
-
-def _duration(seconds: float) -> str:
-    for unit, size in (("days", 86_400.0), ("hours", 3_600.0), ("minutes", 60.0)):
-        if seconds > 2 * size:
-            return f"about {seconds / size:.0f} {unit}"
-    return f"about {seconds:.0f} s"
