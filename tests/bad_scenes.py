@@ -174,7 +174,7 @@ WHOLE: dict[str, tuple[Content, str]] = {
     "nested 400 deep": (f"{SCENE}x = {'[' * 400}{']' * 400}", "scene.toml: solver.x: unknown key"),
     "40,000 unknown keys": (
         "".join(f"k{i} = 1\n" for i in range(40_000)),
-        "start, effects, solver, data (and 40000 more: model, k1, k2, ...)",
+        "start, effects, solver, data (and 40000 more: model, k1, k10, ...)",
     ),
     "a pipe": (os.mkfifo, "scene.toml: cannot be read: it is a pipe, not a file"),
     "a device": (lambda path: path.symlink_to("/dev/zero"), "scene.toml: cannot be read: it is a device, not a file"),

@@ -139,9 +139,12 @@ def plain(value: Any, depth: int = 8) -> Any:
 def fault_text(faults: list[Any], record: type) -> str:
     """The first of pydantic's faults with data of a class, as `key path: what is wrong`, or its name without a path."""
     fault = min(faults, key=lambda f: f["type"] in {"missing", "too_short"})  # often the echo of another fault
-    if fault["type"] == "extra_forbidden":  # whatever order they were given in
-        beside = [f for f in faults if f["type"] == fault["type"] and f["loc"][:-1] == fault["loc"][:-1]]
-        fault = min(beside, key=lambda f: f["loc"])
+    unknown = sorted(
+        (f for f in faults if f["type"] == "extra_forbidden"), key=lambda f: [str(part) for part in f["loc"]]
+    )
+    faults = [f for f in faults if f["type"] != "extra_forbidden"] + unknown  # whatever order they were given in
+    if fault["type"] == "extra_forbidden":
+        fault = next(f for f in unknown if f["loc"][:-1] == fault["loc"][:-1])
     path = _path(fault) or record.__name__
     others = list(dict.fromkeys(_path(f) for f in faults if f["type"] != "too_short" and _path(f) not in ("", path)))
     shown_paths = ", ".join([*others[:MOST_PATHS], *["..."] * (len(others) > MOST_PATHS)])

@@ -20,6 +20,7 @@ from pendpin.engines import AngleEngine
 from pendpin.engines.machine_code import Block
 from pendpin.errors import RunError
 
+LITTLE = 1e-2  # of the fastest joint: rates into stops that a series of impacts leaves when its limit is taken
 REST = 1e-12  # rad, or of the length of a slide: a bounce that would go no farther ends in rest on the stop
 ROUNDING = 1e-12  # of the torques: what a held joint may exceed its limits by
 _OTHERS = 1e-2  # of the largest torque, for the joints on which smaller ones act
@@ -142,16 +143,41 @@ class Contacts:
     # --- at an event ------------------------------------------------------------------------------------------------
 
     def strike(self, q: Array, v: Array, t: float) -> Array:
-        """The rates (nv,) after the impacts of all joints that move into their stops. RunError if these never end."""
+        """The rates (nv,) after the impacts of all joints that move into their stops. RunError if these never end.
+
+        Joints that kick each other may bounce without end, less and less: then what is left ends in their limit.
+        """
         at = ((q >= self.upper) | (q <= self.lower)).nonzero()[0]
         side = np.where(q[at] >= self.upper[at], -1.0, 1.0)  # the ways the stops push
-        for _ in range(20 * len(q) + 20):
+        for count in range(50 * len(q) + 50):
             away = side * v[at]
             if not any(x < 0 for x in away.tolist()):
-                return v
+                return v if count or not len(at) else self._without_rounding(v, at)
             touching = away <= 0
             v = self._impact(q, v, at[touching], side[touching], t)
-        raise RunError(f"{t:g} s after the start, impacts on several stops at once do not end")
+        if (self.length[at] * side * v[at]).min() < -LITTLE * (self.length * np.abs(v)).max():
+            raise RunError(f"{t:g} s after the start, impacts on several stops at once do not end")
+        return self._without_bounce(q, v, at, side)
+
+    def _without_rounding(self, v: Array, joints: Indices) -> Array:
+        """The rates v (nv,), with 0 for those joints whose rate is rounding: such a joint would strike its stop for ever."""
+        moving, after = self.length * np.abs(v), v.copy()
+        after[joints[moving[joints] <= ROUNDING * moving.max()]] = 0.0
+        return after
+
+    def _without_bounce(self, q: Array, v: Array, joints: Indices, side: Array) -> Array:
+        """The rates (nv,) after one impact without restitution, from q, v (nv,): stops push k joints to their sides (k,).
+
+        The impulses p >= 0 leave the least kinetic energy (Moreau): p'Ap / 2 + b'p, with the compliance A and the rates b.
+        """
+        from scipy.optimize import nnls
+
+        columns = self.engine.compliance(q, joints)
+        root = np.linalg.cholesky(side[:, None] * columns[joints] * side)
+        impulse = nnls(root.T, -np.linalg.solve(root, side * v[joints]))[0]
+        after = v + columns @ (side * impulse)
+        after[joints[(impulse > 0) | (side * after[joints] < 0)]] = 0.0  # exactly: what is below 0 is rounding
+        return after
 
     def _impact(self, q: Array, v: Array, joints: Indices, side: Array, t: float) -> Array:
         """The rates (nv,) after one simultaneous impact, from q, v (nv,): the stops push k joints to their sides (k,)."""
