@@ -56,3 +56,18 @@ def test_every_public_name_explains_itself(name: str) -> None:
     assert thing.__doc__
     assert thing.__doc__[0].isupper()
     assert "Annotated[" not in shown
+
+
+def test_every_function_takes_the_path_of_a_scene() -> None:
+    """As `simulate` does; what is neither a scene nor a path is refused in one line."""
+    path = TOP / "examples" / "single_rod.toml"
+    scene = pp.load_scene(path)
+    assert np.array_equal(
+        pp.bind(path).acceleration(0.0, [0.1, 0.2], [0.3, 0.4]),
+        pp.bind(scene).acceleration(0.0, [0.1, 0.2], [0.3, 0.4]),
+    )
+    assert pp.crosscheck(str(path), states=2).ok
+    assert pp.simulate_many(path, [[0.1, 0.2]], [[0.0, 0.0]], workers=1).q.shape == (1, 601, 2)
+    for function in (pp.bind, pp.crosscheck, lambda given: pp.simulate_many(given, [[0.1, 0.2]], [[0.0, 0.0]])):
+        with pytest.raises(pp.InputError, match="is not a Scene, nor the path of a scene file"):
+            function({"duration": 1.0})

@@ -257,21 +257,6 @@ def test_runs_of_no_sample_and_of_the_start_alone(tmp_path: Path) -> None:
     assert start.extend(1.0).t.tolist() == [0.0, 1.0]
 
 
-def test_every_function_takes_the_path_of_a_scene() -> None:
-    """As `simulate` does; what is neither a scene nor a path is refused in one line."""
-    path = EXAMPLES / "single_rod.toml"
-    scene = pp.load_scene(path)
-    assert np.array_equal(
-        pp.bind(path).acceleration(0.0, [0.1, 0.2], [0.3, 0.4]),
-        pp.bind(scene).acceleration(0.0, [0.1, 0.2], [0.3, 0.4]),
-    )
-    assert pp.crosscheck(str(path), states=2).ok
-    assert pp.simulate_many(path, [[0.1, 0.2]], [[0.0, 0.0]], workers=1).q.shape == (1, 601, 2)
-    for function in (pp.bind, pp.crosscheck, lambda given: pp.simulate_many(given, [[0.1, 0.2]], [[0.0, 0.0]])):
-        with pytest.raises(pp.InputError, match="is not a Scene, nor the path of a scene file"):
-            function({"duration": 1.0})
-
-
 def test_a_model_of_pinocchios_own() -> None:
     """A pin.Model with continuous joints moves like the URDF that it was read from."""
     import pinocchio as pin
