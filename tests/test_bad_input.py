@@ -85,3 +85,14 @@ def test_processes_are_among_the_cases() -> None:
     names = [case.name for case in CASES]
     assert set(IN_A_PROCESS) <= set(names)
     assert len(set(names)) == len(names) >= 60
+
+
+def test_unknown_keys_are_listed_in_one_order() -> None:
+    """Whatever the order in which they are given: that of a scene that was changed is its own."""
+    said = []
+    for keys in (("torque", "amplitude", "frequency", "phase"), ("phase", "frequency", "amplitude", "torque")):
+        with pytest.raises(pendpin.InputError) as caught:
+            pendpin.Scene(effects=[{"kind": "gravity"} | dict.fromkeys(keys, 1.0)])
+        said.append(str(caught.value))
+    assert said[0] == said[1]
+    assert "effects[0].amplitude: unknown key" in said[0]
