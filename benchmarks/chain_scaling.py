@@ -1,4 +1,5 @@
-"""Time and memory of one evaluation of a chain, accelerations and all reactions, against its number of rods.
+"""Time and memory of one evaluation of a chain against its number of rods: accelerations alone in machine code, which
+integrates motions, and accelerations with all reactions by other routes.
 
 Each row is measured in a process of its own: peak memory beyond what the process had after its imports, then the
 minimum time of repeated calls after a warm-up. Run it on an idle machine: python benchmarks/chain_scaling.py
@@ -65,7 +66,28 @@ def by_pinocchio(n: int) -> Callable[[], object]:
     return lambda: pin.rnea(model, data, q, v, pin.aba(model, data, q, v, tau))
 
 
+def in_machine_code(radius: float) -> Callable[[int], Callable[[], object]]:
+    """Compiled equations: y' of the state, as an integrator calls it, for one call."""
+
+    def of_rods(n: int) -> Callable[[], object]:
+        from pendpin import Chain, Rod
+        from pendpin.dynamics.dynamics import Dynamics
+        from pendpin.effects import Gravity
+        from pendpin.model.build import build
+
+        model = build(Chain(rods=[Rod(length=1.0, mass=1.0, radius=radius)], copies=max(n, 2)))
+        engine = Dynamics(model, (Gravity(),), "compiled", "angles" if radius else "directions").engine
+        y = engine.pack(*(x.reshape(-1) for x in state(max(n, 2))))
+        block, dy = engine.block(), np.empty_like(y)
+        call, given = block.code().call, (dy.ctypes.data, 0.0, y.ctypes.data, block.address, None)
+        return lambda: (call(*given), block, y, dy)
+
+    return of_rods
+
+
 ROUTES = {
+    "machine code, thick rods": (in_machine_code(0.01), (3, 10, 30, 100, 300, 1000, 10_000, 100_000)),
+    "machine code, thin rods": (in_machine_code(0.0), (3, 10, 30, 100, 300, 1000, 10_000, 100_000)),
     "reactions, O(n)": (by_reactions, (10, 100, 1000, 10_000)),
     "directions (thin), O(n)": (in_directions, (10, 100, 1000, 10_000)),
     "Pinocchio aba + rnea": (by_pinocchio, (10, 100, 200)),
@@ -93,7 +115,7 @@ def measure(route: str, n: int) -> tuple[float, float]:
 
 def main() -> None:
     """Print the table, and how the time per rod grows from 1,000 to 10,000 rods."""
-    table = Table(title="one evaluation: accelerations and all reactions")
+    table = Table(title="one evaluation: accelerations; but for machine code with all reactions")
     for title in ("route", "rods", "us", "us per rod", "MB"):
         table.add_column(title, justify="left" if title == "route" else "right")
     per_rod = {}
@@ -102,12 +124,12 @@ def main() -> None:
             for n in sizes:
                 seconds, memory = pool.apply(measure, (route, n))
                 per_rod[route, n] = seconds / n
-                table.add_row(route, f"{n:,}", f"{seconds * 1e6:,.0f}", f"{seconds / n * 1e6:.2f}", f"{memory:,.1f}")
+                table.add_row(route, f"{n:,}", f"{seconds * 1e6:,.0f}", f"{seconds / n * 1e6:.3f}", f"{memory:,.1f}")
     growth = per_rod["reactions, O(n)", 10_000] / per_rod["reactions, O(n)", 1000]
     console = Console()
     console.print(table)
     console.print(f"time per rod at 10,000 rods over that at 1,000: {growth:.2f} (bound 1.5)")
-    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "pin"))
+    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "pin", "llvmlite"))
     console.print(f"{packages}, Python {platform.python_version()}, {platform.machine()}")
 
 

@@ -11,24 +11,30 @@ import argparse
 import ast
 import random
 import time
+from collections import Counter
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import sympy as sp
 
-from pendpin.analysis.doctor.checking.evaluation import Context, evaluate
-from pendpin.analysis.doctor.checking.mechanics import RODS, Pendulum, Quantities
-from pendpin.analysis.doctor.checking.residuals import TOLERANCE, Equation, free_states, random_states, relative_error
-from pendpin.analysis.doctor.diagnose import diagnose
-from pendpin.analysis.doctor.mending.laws import standing
-from pendpin.analysis.doctor.reading.documents import unwrapped
-from pendpin.analysis.doctor.reading.grammar import parse
-from pendpin.analysis.doctor.reading.names import MATRICES, VECTORS
-from pendpin.analysis.doctor.reading.tree import Unread, symbols
+from pendpin.doctor.checking.evaluation import Context, evaluate
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
+from pendpin.doctor.diagnose import diagnose
+from pendpin.doctor.mending.laws import standing
+from pendpin.doctor.reading.documents import read_text, unwrapped
+from pendpin.doctor.reading.grammar import parse
+from pendpin.doctor.reading.names import Vocabulary
+from pendpin.doctor.reading.tree import Unread, symbols
+from pendpin.doctor.recognition import read
+from pendpin.doctor.systems.base import Quantities, System, free_states, random_states
+from pendpin.doctor.systems.known import SPECS
+from pendpin.doctor.systems.rod import RODS
+from pendpin.doctor.systems.rod_names import MATRICES, VECTORS
 from printed.algebra import rewritten
 from printed.changes import changed
 from printed.notations import NOTATIONS, PRINTED, noted
+from printed.sheets import texts
 
 FOLDER = Path(__file__).with_name("printed")
 
@@ -52,7 +58,8 @@ class Independent(Quantities):
     """Every symbol an independent random number or vector: what is printed counts, not what holds in mechanics."""
 
     def __init__(self) -> None:
-        self.rod, self.xp, self.base, self._known = "thin", np, {"theta": np.zeros(40)}, {}
+        super().__init__({"theta": np.zeros(40)}, System(SPECS["thin"]), np)
+        self._known = {}
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Random, but always the same for a name."""
@@ -68,11 +75,12 @@ class Independent(Quantities):
 
 
 WORLD = Independent()
+WORDS = Vocabulary(SPECS["thin"].words, {}, frozenset(SPECS["thin"].state))
 
 
 def left_over(text: str) -> np.ndarray:
     """Left minus right of an equation, every symbol independent."""
-    sides = parse(text)[0]
+    sides = parse(text, WORDS)[0]
     meanings = {name: "rG" if name == "r" else name for side in sides for name in symbols(side)}
     try:
         values = [
@@ -89,8 +97,8 @@ def same(first: str, second: str, rod: str = "") -> bool:
     found = _proportional(left_over(first), left_over(second))
     if found or not rod:
         return found
-    world = free_states(Pendulum(rod))
-    pairs = [[evaluate(side, Context(world, {})).ravel() for side in parse(text)[0]] for text in (first, second)]
+    world = free_states(System(SPECS[rod]))
+    pairs = [[evaluate(side, Context(world, {})).ravel() for side in parse(text, WORDS)[0]] for text in (first, second)]
     return all(a.shape == b.shape and np.allclose(a, b, rtol=1e-9) for a, b in zip(*pairs, strict=True))
 
 
@@ -138,9 +146,9 @@ def fails(text: str, rod: str) -> bool:
     This is asked of the truth in plain notation; one that cannot be evaluated is wrong.
     """
     errors = []
-    for equation in Equation(tuple(parse(text)[0])).readings():
+    for equation in Equation(tuple(parse(text, WORDS)[0])).readings(WORDS):
         try:
-            errors.append(relative_error(equation, random_states(Pendulum(rod))))
+            errors.append(relative_error(equation, random_states(System(SPECS[rod]))))
         except Unread:
             continue
     return min(errors, default=1.0) > TOLERANCE
@@ -200,9 +208,72 @@ def _healed(text: str, good: str) -> bool:
     mend = next((finding.mends[0] for finding in found.wrong if finding.mends), None)
     if mend is None:
         return False
-    meant = Equation(tuple(parse(unwrapped(good)[0])[0]), meanings=mend.equation.meanings, frame=mend.equation.frame)
-    a, b = (standing(equation, found.pendulum)[0] for equation in (meant, mend.equation))
+    meant = Equation(
+        tuple(parse(unwrapped(good)[0], WORDS)[0]), meanings=mend.equation.meanings, frame=mend.equation.frame
+    )
+    a, b = (standing(equation, found.system)[0] for equation in (meant, mend.equation))
     return a.shape == b.shape and bool(np.abs(a - b).max() < 1e-7)
+
+
+def sheets(show: bool) -> dict[str, int]:
+    """The verdicts on whole texts of right equations, ten systems in ten notations."""
+    counts: Counter[str] = Counter()
+    for title, notation, text, _ in texts():
+        found = diagnose(text)
+        counts.update(finding.verdict for finding in found.findings)
+        for finding in found.findings if show else ():
+            if finding.verdict in ("fails", "not checked"):
+                print(f"{title} [{notation}] {finding.verdict}: {finding.latex}\n  {finding.remark}")
+    return dict(counts)
+
+
+def planted(count: int, seed: int, show: bool) -> tuple[int, int, int]:
+    """Of texts with one fault: how often that equation fails, its true mend is first, and another one is accused."""
+    chance = random.Random(seed)
+    right = texts()
+    found = first = accused = done = 0
+    while done < count:
+        title, notation, text, equations = chance.choice(right)
+        i = chance.randrange(len(equations))
+        kind, new = changed(equations[i], chance)
+        if not kind or new.count(" = ") != 1 or same_text(equations[i], new):
+            continue
+        done += 1
+        [(_, _, wrong, _)] = texts(lambda k, line, i=i, new=new: new if k == i else line, title, notation)
+        report = diagnose(wrong)
+        finding = report.findings[i]
+        found += finding.verdict == "fails"
+        accused += sum(f.verdict == "fails" for f in report.findings) - (finding.verdict == "fails")
+        good = bool(finding.mends) and as_before(finding.mends[0].equation, text, i, report.system)
+        first += good
+        if show and not good:
+            print(f"{title} [{notation}] {kind}: {equations[i]} -> {new}\n  {finding.verdict} {finding.condition}")
+    return found, first, accused
+
+
+def same_text(first: str, second: str) -> bool:
+    """Whether two equations in Python text are proportional, every symbol a positive number of its own."""
+    pairs = [[sp.sympify(side) for side in text.split(" = ")] for text in (first, second)]
+    names = sorted({symbol.name for pair in pairs for side in pair for symbol in side.free_symbols})
+    ratios = []
+    for seed in (1, 2, 3):
+        values = dict(zip(map(sp.Symbol, names), np.random.default_rng(seed).uniform(0.3, 2, len(names)), strict=True))
+        a, b = ([float(side.subs(values)) for side in pair] for pair in pairs)
+        ratios.append((a[0] - a[1]) / (b[0] - b[1]) if b[0] != b[1] else np.inf)
+    return bool(np.ptp(ratios) < 1e-9)
+
+
+def as_before(mended: Equation, text: str, index: int, system: System) -> bool:
+    """Whether a mended equation is the right one, off the true motion too."""
+    original = read(read_text(text), {}).equations[index]
+    for equation, _ in original.readings():
+        try:
+            a, b = (standing(one, system)[0] for one in (equation, mended))
+        except (Unread, KeyError):
+            continue
+        if a.shape == b.shape and np.abs(a - b).max() < 1e-7:
+            return True
+    return False
 
 
 def main() -> None:
@@ -212,6 +283,7 @@ def main() -> None:
     arguments.add_argument("--rewritings", type=int, default=100)
     arguments.add_argument("--seed", type=int, default=0)
     arguments.add_argument("--by-hand", action="store_true", help="also those written by hand")
+    arguments.add_argument("--sheets", type=int, default=-1, help="whole texts: how many with a planted fault")
     arguments.add_argument("--show", action="store_true", help="print what is not found")
     options = arguments.parse_args()
     began = time.process_time()
@@ -226,6 +298,10 @@ def main() -> None:
         print(
             f"by hand: {held} of {right} right equations hold; the true mend of {wrong} wrong ones is first in {healed}"
         )
+    if options.sheets >= 0:
+        print(f"right equations in whole texts: {sheets(options.show)}")
+        found, first, accused = planted(options.sheets, options.seed, options.show)
+        print(f"{options.sheets} texts with a fault: {found} found, {first} mended first, {accused} others accused")
     bad, total = rewritings(options.rewritings, options.seed, options.show)
     print(
         f"{total} right equations rewritten: {bad} said to fail or not read; "

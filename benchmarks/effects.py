@@ -20,6 +20,7 @@ from pendpin import effects as fx
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Compiled
 from pendpin.integrators.machine import AdaptiveInMachineCode
+from pendpin.scene import method_of
 
 REPETITIONS = 9
 RODS = (1, 3, 10, 30)
@@ -65,7 +66,7 @@ def in_a_run(optimised: bool, given: pp.Scene) -> Callable[[], float]:
     assert isinstance(dynamics.engine, Compiled)
     if optimised:
         dynamics.engine.function.code(MANY)  # as after so many evaluations
-    integrator = AdaptiveInMachineCode("dop853", 1e-9)
+    integrator = AdaptiveInMachineCode(method_of("dop853"), 1e-9)
     derivative, count = integrator.equations(dynamics.engine, lambda t: None)
     y = dynamics.engine.pack(*start(given))
     times = np.array([0.0, given.duration])

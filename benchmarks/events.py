@@ -139,7 +139,7 @@ def main(draws: int = 100, seed: int = 0) -> None:
             missed += lost
             table.add_row(kind, method, str(draws), str(lost), f"{max(draw.error for draw in found):.1e}", unit)
     Console().print(table)
-    sys.exit(missed > 0)
+    sys.exit(int(missed > 0))
 
 
 if __name__ == "__main__":

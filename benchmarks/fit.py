@@ -81,7 +81,7 @@ def _guess(draw: np.random.Generator, truth: pp.Scene) -> pp.Scene:
 
 def true_value(scene: pp.Scene, key: str) -> float:
     """The number at a key path of the truth."""
-    from pendpin.analysis.fit.parameters import free_parameters
+    from pendpin.fitting.parameters import free_parameters
 
     return float(free_parameters(scene, [key]).guess[0])
 

@@ -11,7 +11,7 @@ from json import loads
 from pathlib import Path
 from typing import Any
 
-from pendpin.analysis.hardcases.base import GROUPS
+from pendpin.hardcases.base import GROUPS
 
 PAGE = Path(__file__).parents[1] / "docs" / "hard_cases.md"
 

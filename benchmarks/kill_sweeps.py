@@ -17,7 +17,7 @@ import numpy as np
 import psutil
 
 from kill import process
-from pendpin.analysis.sweep.store import load
+from pendpin.sweeps.store import load
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "double_pendulum.toml"
 STORE, WHOLE = Path("map.zarr"), Path("whole.zarr")

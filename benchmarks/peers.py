@@ -16,12 +16,12 @@ from rich.console import Console
 from rich.table import Table
 
 import pendpin as pp
-from pendpin.analysis.simulators import base
-from pendpin.analysis.work_precision.cost import cost
-from pendpin.analysis.work_precision.figure import save_cost_plot
-from pendpin.analysis.work_precision.report import CostReport, time_text
 from pendpin.scene import builtin_scene
 from pendpin.simulation import loop
+from pendpin.simulators import base
+from pendpin.work_precision.cost import cost
+from pendpin.work_precision.figure import save_cost_plot
+from pendpin.work_precision.report import CostReport, time_text
 
 ERRORS = (1e-3, 1e-6, 1e-9)
 REPETITIONS = 5

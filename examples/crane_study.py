@@ -9,10 +9,10 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 import pendpin as pp
-from pendpin.analysis.sweep.figure import save_map
 from pendpin.effects import FrameEffect
 from pendpin.effects.pace import Pace
 from pendpin.records import Number, Positive
+from pendpin.sweeps.figure import save_map
 
 LENGTHS = np.linspace(5.0, 25.0, 41)  # m
 RAMPS = np.linspace(1.0, 12.0, 45)  # s

@@ -87,7 +87,7 @@ MODELS = {
     "path with a null byte": (
         SCENE,
         '[model]\nkind = "urdf"\npath = "a\\u0000b"',
-        r"a\x00b: cannot be read: embedded null",
+        r"a\x00b: cannot be read: a null byte in the path",
     ),
     "path of a folder": (SCENE, '[model]\nkind = "urdf"\npath = ""', ".: cannot be read: it is a folder, not a file"),
     "path without end": (SCENE, f'[model]\nkind = "urdf"\npath = "{"p" * 5000}"', "cannot be read: File name too long"),

@@ -16,17 +16,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import EPS, Array
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.effects import Drag, Motor, Push, Rotation, Support
 from pendpin.engines import Compiled
 from pendpin.equations.chain.kinematics import along
 from pendpin.model.build import FLIP
-from pendpin.scene import Scene
-from pendpin.simulation.accuracy.refinement import ORDERS
+from pendpin.scene import Scene, method_of
 from pendpin.trajectory import Trajectory, exchanged
 
-EPS = float(np.finfo(float).eps)
 STATES = 40  # samples at which slopes are taken
 FEW = 6  # samples at which rates are taken
 LEAST = 1e-7  # of a difference: below, rounding is larger
@@ -113,7 +111,7 @@ def _energies_of_thin(dynamics: Dynamics, d: Array, rate: Array) -> Array:
 
 
 def _of_step(scene: Scene, dynamics: Dynamics, run: Trajectory, size: float) -> float:
-    h, order = run.stats.step, ORDERS[run.stats.method]
+    h, order = run.stats.step, method_of(run.stats.method).order
     assert h is not None
     driven = [rate for effect in scene.effects for rate in _rates_of(effect)]
     fastest = max([_fastest(dynamics, *state) for state in _states(run, FEW)] + driven)

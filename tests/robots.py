@@ -12,11 +12,12 @@ import numpy as np
 import pinocchio as pin
 
 import pendpin as pp
+from pendpin.arrays import EPS
 from pendpin.equations.numbers import exact
 from pendpin.equations.recursion import accelerations, wrenches
 from pendpin.model.bodies import tree_of
 from pendpin.model.read_urdf import read_urdf
-from rounding import EPS, terms
+from rounding import terms
 
 FOLDER = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"
 GRAVITY = pp.effects.Gravity()

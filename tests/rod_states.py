@@ -3,10 +3,9 @@
 import numpy as np
 from hypothesis import strategies as st
 
+from pendpin.arrays import EPS
 from pendpin.equations import lagrange
 from pendpin.equations.base import RodInertia, RodSolution
-
-EPS = np.finfo(float).eps
 
 
 def between(low, high):

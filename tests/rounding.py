@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-EPS = np.finfo(float).eps
 ROUNDINGS = 20  # for each joint: turning by a matrix, moving to another origin and adding take about so many
 
 

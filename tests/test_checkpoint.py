@@ -48,6 +48,7 @@ METHODS |= {
     "driven": (scene(THICK, fx.Support(amplitude=(0.1, 0.0, 0.2), frequency=7.0)), {"tolerance": 1e-9}),
     "chain engine": (scene(engine="chain", duration=2.0), {"tolerance": 1e-7}),
     "spherical joints": (scene(THIN), {"tolerance": 1e-10}),
+    "between samples": (scene(THIN, duration=9.0, samples=3), {"tolerance": 1e-8}),
     "directions": (scene(THIN, engine="chain", duration=2.0), {"tolerance": 1e-8}),
     "contacts": (scene(THICK, *CONTACTS), {"tolerance": 1e-8}),
     "contacts and energy_balance": (
@@ -69,6 +70,7 @@ def short_segments(monkeypatch: pytest.MonkeyPatch) -> None:
     """Segments of a few dozen evaluations, so that short runs have many."""
     monkeypatch.setattr(smooth_motion, "EVALUATIONS", 160)
     monkeypatch.setattr(smooth_motion, "LEAST_EVALUATIONS", 16)
+    monkeypatch.setattr(smooth_motion, "NUMBERS", 600)
 
 
 def killing(loop: type[IntegrationLoop], after: int) -> Any:

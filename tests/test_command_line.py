@@ -2,6 +2,7 @@
 
 import json
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -31,6 +32,15 @@ def test_set_duration_samples_and_a_table(folder: Path, capfd: pytest.CaptureFix
     head, *rows = (folder / "mine.csv").read_text().splitlines()
     assert tuple(head.split(",")) == run.names
     np.testing.assert_array_equal([float(row.split(",")[1]) for row in rows], run["theta_1"])
+
+
+def test_python_runs_the_package() -> None:
+    """`python -m pendpin` is the command line, exit status and errors included."""
+    command = (sys.executable, "-m", "pendpin")
+    new = subprocess.run([*command, "new", "single_rod"], capture_output=True, text=True, check=True)
+    assert new.stdout == (examples_folder() / "single_rod.toml").read_text()
+    wrong = subprocess.run([*command, "rnu"], capture_output=True, text=True)
+    assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)
 
 
 @pytest.mark.parametrize(

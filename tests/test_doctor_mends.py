@@ -50,7 +50,10 @@ def test_the_mend_holds_and_is_the_simplest(wrong, right):
 def test_a_missing_term_is_none_that_makes_the_equation_say_nothing():
     """A balance put in for the acceleration that it is solved for would give ddphi = ddphi."""
     wrong = "ddphi = -dtheta**2*sin(phi)*cos(phi)"
-    assert first_mend(wrong) == f"{wrong} - 3*g*cos(theta)*sin(phi)/(2*l)"
+    (finding,) = pp.diagnose([wrong]).findings
+    assert (finding.verdict, finding.condition) == ("holds if", "there is no gravity")
+    assert finding.mends[0].latex == f"{wrong} - 3*g*cos(theta)*sin(phi)/(2*l)"
+    assert first_mend(wrong, rod="thin") == finding.mends[0].latex  # who names the system means the general motion
 
 
 def test_in_which_motions_an_equation_fails():
@@ -61,9 +64,11 @@ def test_in_which_motions_an_equation_fails():
 
 
 def test_far_fetched_mends_are_not_named():
-    (finding,) = pp.diagnose(["ddphi = g*m*sin(theta)**3 + l*dtheta"]).findings
+    wrong = ["ddphi = g*m*sin(theta)**3 + l*dtheta"]
+    (finding,) = pp.diagnose(wrong, rod="thin").findings
     assert (finding.verdict, finding.mends) == ("fails", ())
-    assert "no simple mend found" in str(pp.diagnose(["ddphi = g*m*sin(theta)**3 + l*dtheta"]))
+    assert "no simple mend found" in str(pp.diagnose(wrong, rod="thin"))
+    assert verdicts(pp.diagnose(wrong)) == ["not checked"]  # nothing says that it is about a rod at all
 
 
 def test_sympy_expressions_are_read():

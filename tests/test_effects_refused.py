@@ -143,9 +143,10 @@ def test_a_file_of_positions_is_relative_to_the_scene(tmp_path: Path) -> None:
 
 
 def test_a_run_beyond_the_file_does_not_go_on(tmp_path: Path) -> None:
-    """Where a copy of the scene lasts longer than its positions, the run ends in an error."""
+    """Where a copy of the scene lasts longer than its positions, the run is refused: a table ends with its file."""
     (tmp_path / "track.csv").write_text(TRACK)
     (tmp_path / "scene.toml").write_text(f'{SCENE}[[effects]]\nkind = "support"\ncsv = "track.csv"\n')
     scene = pp.load_scene(tmp_path / "scene.toml").model_copy(update={"duration": 3.0})
-    with pytest.raises(pp.RunError):
-        pp.simulate(scene)
+    for engine in ("pinocchio", "compiled"):
+        with pytest.raises(pp.InputError, match=r"effects\[\d\]: "):
+            pp.simulate(scene.with_solver(engine=engine))

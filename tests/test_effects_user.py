@@ -8,7 +8,7 @@ import pytest
 
 import pendpin as pp
 from effect_cases import MODELS, on_both, states
-from pendpin.analysis.crosscheck import along
+from pendpin.crosschecks.crosscheck import along
 from pendpin.dynamics.binding import bodies_of
 from pendpin.engines import Revolute, Spherical
 from pendpin.graphics.run_drawing import drawing_of

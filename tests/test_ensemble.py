@@ -10,6 +10,7 @@ import pendpin as pp
 from pendpin.arrays import Array
 from pendpin.effects import Gravity, Stop
 from pendpin.scene import Scene, builtin_scene
+from pendpin.simulation import processes
 from pendpin.simulation.processes import spread
 
 ROD = builtin_scene().model_copy(update={"duration": 3.0})
@@ -160,6 +161,22 @@ def test_nonsense_is_refused(q: object, v: object, given: dict, said: str) -> No
     with pytest.raises(pp.InputError, match=said) as caught:
         pp.simulate_many(ROD, q, v, **given)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("scene", [STOPPED, ROD], ids=["stops", "no stops"])
+def test_no_process_starts_unless_workers_ask_for_it(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process would run a plain script again; with `workers` it may."""
+
+    def refused(*_: object) -> None:
+        raise AssertionError("a process was asked for")
+
+    monkeypatch.setattr(processes, "ProcessPoolExecutor", refused)
+    scene = scene.model_copy(update={"duration": 0.1}).with_solver(method="dop853")
+    many = pp.simulate_many(scene, *starts(5))
+    assert np.isfinite(many.q).all()
+    assert many.stats.workers == 1
+    with pytest.raises(AssertionError, match="a process was asked for"):
+        pp.simulate_many(scene, *starts(5), workers=2)
 
 
 def test_processes_end_when_nobody_listens() -> None:

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 import rounding
 from laws import law
+from pendpin.arrays import EPS
 from pendpin.equations import balances, lagrange, newton_euler
 from pendpin.equations.base import RodInertia, RodSolution
 from rod_states import (
-    EPS,
     angles,
     any_rod,
     assert_equal,

@@ -11,9 +11,11 @@ import pendpin as pp
 from laws import law
 from pendpin import effects as fx
 from pendpin.equations import exact
-from pendpin.simulation.accuracy.estimate import SMALL, Gaps, estimate
-from pendpin.simulation.accuracy.refinement import by_step, by_tolerance
-from pendpin.simulation.accuracy.runs import Runs, alike
+from pendpin.scene import method_of
+from pendpin.simulation.accuracy.estimate import Gaps, estimate_error
+from pendpin.simulation.accuracy.refinement import refine_by_step, refine_by_tolerance
+from pendpin.simulation.accuracy.runs import Runs, are_equal
+from pendpin.simulation.accuracy.thresholds import ESTIMATE
 from pendpin.simulation.limits import Deadline
 
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.02)
@@ -80,18 +82,18 @@ def test_fixed_steps_are_those_taken(method: str, samples: int | None) -> None:
 )
 def test_finer_steps_differ(method: str, duration: float, samples: int, wanted: int, factor: float) -> None:
     """Every next step is a whole fraction of the spacing and shorter; the error promised to fall falls at least so much."""
-    refinement = by_step(method, np.linspace(0, duration, samples), wanted)
+    refinement = refine_by_step(method, np.linspace(0, duration, samples), wanted)
     finer = refinement.finer(refinement.first, factor)
     counts = [refinement.spacing / step for step in (refinement.first, finer)]
     assert np.allclose(counts, np.round(counts), rtol=1e-12)
     assert round(counts[1]) > round(counts[0])
-    assert refinement.promised(refinement.first, finer) >= factor * (1 - 1e-6)
+    assert refinement.predict_fall(refinement.first, finer) >= factor * (1 - 1e-6)
 
 
 @given(st.sampled_from(["dop853", "taylor", "bdf"]), st.floats(1e-15, 0.1), st.floats(1.0, 1e3))
 def test_three_tolerances_differ(method: str, accuracy: float, factor: float) -> None:
     """From the first to the third, before the least is reached, each by at least three."""
-    refinement = by_tolerance(method, accuracy)
+    refinement = refine_by_tolerance(method, accuracy)
     second = refinement.finer(refinement.first, refinement.usual)
     third = refinement.finer(second, factor)
     assert refinement.least <= third <= second / 3 <= refinement.first / 9
@@ -134,21 +136,72 @@ def test_the_estimate_is_an_upper_bound(seed, size, promised, pace, scatter, off
     """Errors in any directions, each off its power law by up to the scatter, so that gaps may be small by accident."""
     assume(promised**pace > 1.2 * scatter)
     random = np.random.default_rng(seed)
-    errors, norm = [], SMALL * size / 2
+    errors, norm = [], ESTIMATE.small * size / 2
     for k in range(3):
         way = random.normal(size=3) if random.random() < 0.5 or not errors else errors[-1][-1]
         errors.append(np.linspace(0, 1, 20)[:, None] * norm * way / np.linalg.norm(way))
         norm *= scatter * promised ** -(pace if k else 1.0) * 10 ** (-3 * off[k % 2])
     one, two = (np.maximum.accumulate(np.linalg.norm(a - b, axis=-1)) for a, b in pairwise(errors))
-    found = estimate(Gaps(one, two, (promised, promised), pace, scatter), size, np.full(20, 1e-16), 0.0)
+    found = estimate_error(Gaps(one, two, (promised, promised), pace, scatter), size, np.full(20, 1e-16), 0.0)
     assert found.error[-1] >= np.linalg.norm(errors[-1], axis=-1).max()
+
+
+@given(st.floats(1e-9, 1e-2), st.floats(1e-9, 1.0), st.floats(20.0, 1e3), st.floats(1.0, 2.5))
+def test_runs_that_agree_by_accident_are_no_evidence(gap: float, accident: float, fall: float, scatter: float) -> None:
+    """However small the last gap: the error is not below what the first one says, nor below what the last one says."""
+    last = accident * gap / fall**0.85
+    found = estimate_error(
+        Gaps(np.array([gap]), np.array([last]), (fall, fall), 0.85, scatter), 1.0, np.full(1, 1e-16), 0.0
+    ).error[-1]
+    assert found >= gap / fall * scatter / fall
+    assert found >= last * scatter / fall
+    assert found <= ESTIMATE.disagreement * gap + 1e-15
+
+
+@given(st.floats(1e-12, 1e-3), st.floats(1e-12, 1e-3), st.floats(1.0, 10.0))
+def test_an_estimate_never_falls_and_holds_rounding(gap: float, rounding: float, safety: float) -> None:
+    """Along a run the error only grows; the rounding is added once, beside the part of the gaps with its margin."""
+    gaps = Gaps(np.array([gap, gap, 0.0]), np.array([gap, gap / 50, 0.0]) / 50, (50.0, 50.0), 0.85, 1.0)
+    noise = np.full(3, rounding)
+    plain, safe = (estimate_error(gaps, 1e3 * (gap + rounding), noise, 0.0, margin).error for margin in (1.0, safety))
+    assert (np.diff(plain) >= 0).all()
+    assert (plain >= rounding).all()
+    np.testing.assert_allclose(safe - rounding, safety * (plain - rounding), rtol=1e-6, atol=1e-12 * rounding)
+
+
+@given(st.floats(1e-15, 1e-6), st.floats(1.0, 3.0))
+def test_gaps_of_rounding_need_not_fall(rounding: float, above: float) -> None:
+    """The last gap is within the noise: it says that no finer setting helps, not that the method fails its order."""
+    noise = ESTIMATE.noise * rounding
+    gaps = Gaps(np.array([above * noise]), np.array([0.9 * noise]), (100.0, 100.0), 0.85, 1.0)
+    verdict = estimate_error(gaps, 1.0, np.full(1, rounding), 0.0)
+    assert verdict.small
+    assert verdict.regular
+    assert rounding < verdict.error[-1] <= 2 * above * noise
+
+
+@given(st.floats(0.1, 1.0), st.floats(1.1, 1.9), st.floats(2.1, 1e3))
+def test_runs_are_lost_where_large_gaps_do_not_fall(gap: float, slow: float, fast: float) -> None:
+    """Large gaps that fall belong to runs that are only coarse."""
+    for fall, lost in ((slow, True), (fast, False)):
+        gaps = Gaps(np.array([fall * gap]), np.array([gap]), (100.0, 100.0), 0.85, 1.0)
+        assert estimate_error(gaps, gap, np.full(1, 1e-16), 0.0).lost == lost
+
+
+@given(st.sampled_from(["dop853", "rk45", "rk23", "radau", "bdf", "lsoda"]), st.floats(1.0, 1.5), st.floats(1.0, 1e4))
+def test_a_tolerance_that_takes_no_more_steps_promises_nothing(method: str, more: float, ratio: float) -> None:
+    """The promised fall is that of the tolerance or that of the steps, whichever is less."""
+    refinement = refine_by_tolerance(method, 1e-6)
+    assert refinement.predict_fall(1e-6 * ratio, 1e-6, 1.0) == 1.0
+    assert refinement.predict_fall(1e-6 * ratio, 1e-6, more) <= more ** method_of(method).steepest
+    assert refinement.predict_fall(1e-6 * ratio, 1e-6) == pytest.approx(ratio)
 
 
 @given(st.floats(1e-12, 1e-2), st.floats(1.0, 1.3))
 def test_settings_that_change_nothing_are_no_evidence(gap: float, promised: float) -> None:
     """Runs whose steps are the same, because a fast effect bounds them, agree and may both be wrong."""
     gaps = Gaps(np.array([gap]), np.array([gap / 30]), (30.0, promised), 0.7, 2.0)
-    assert estimate(gaps, 1.0, np.full(1, 1e-16), 0.0).error[-1] == np.inf
+    assert estimate_error(gaps, 1.0, np.full(1, 1e-16), 0.0).error[-1] == np.inf
 
 
 @pytest.mark.parametrize("method", ["dop853", "rk45", "lsoda"])
@@ -169,15 +222,16 @@ def test_steps_that_an_effect_bounds(method: str, samples: int) -> None:
 def test_gaps_of_the_size_of_the_motion_say_nothing(seed: int, size: float) -> None:
     """Whatever their ratios: neither a small gap after a large one nor falling gaps are evidence."""
     one, two = np.random.default_rng(seed).uniform(0, 1, 2) * [10 * size, size]
-    gaps = Gaps(np.array([0.0, max(one, SMALL * size * 1.01)]), np.array([0.0, two]), (10.0, 10.0), 0.85, 1.0)
-    assert estimate(gaps, size, np.full(2, 1e-16), 0.0).error[-1] == np.inf
+    gaps = Gaps(np.array([0.0, max(one, ESTIMATE.small * size * 1.01)]), np.array([0.0, two]), (10.0, 10.0), 0.85, 1.0)
+    assert estimate_error(gaps, size, np.full(2, 1e-16), 0.0).error[-1] == np.inf
 
 
 @given(st.floats(1e-10, 1e-3), st.floats(0.5, 3.0))
 def test_gaps_that_do_not_fall_are_not_extrapolated(gap: float, ratio: float) -> None:
     """The error is then several times the larger gap, not a tenth of the smaller."""
     gaps = Gaps(np.array([gap]), np.array([gap / ratio]), (30.0, 30.0), 0.85, 1.0)
-    assert estimate(gaps, 1.0, np.full(1, 1e-16), 0.0).error[-1] >= 5 * gap
+    error = estimate_error(gaps, 1.0, np.full(1, 1e-16), 0.0).error[-1]
+    assert 5 * gap <= error <= ESTIMATE.disagreement * gap * max(1.0, 1 / ratio) * (1 + 1e-5)
 
 
 def test_a_run_is_not_compared_with_itself() -> None:
@@ -185,7 +239,7 @@ def test_a_run_is_not_compared_with_itself() -> None:
     free = swing(0.1, 3.0, 101, 1.0).model_copy(update={"effects": ()})  # at a constant rate: exact for every method
     runs = Runs(free, False, lambda t: None, Deadline(None))
     one = runs.run(free.by("dop853", 1e-4))
-    assert not alike(one, runs.unlike(free.by("dop853", 1e-4), one)) or one.stats.steps < 10
+    assert not are_equal(one, runs.run_differently(free.by("dop853", 1e-4), one)) or one.stats.steps < 10
     for method in ("taylor", "dop853", "lsoda"):
         run = pp.simulate(free, method=method, accuracy=1e-9)
         assert np.abs(run.q[:, 0] - 0.1 - run.t).max() <= 1e-9

@@ -1,12 +1,17 @@
 """Events are found by turning points as well as by signs, at their times, in any unit: against exact solutions."""
 
+import runpy
+import subprocess
+import sys
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from scipy import optimize
+from scipy.integrate import quad
 
 import pendpin as pp
 import scenes
@@ -16,6 +21,7 @@ from pendpin.integrators.first_crossing import first_crossing
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))
 INERTIA = ROD.rods[0].properties.I1 + 0.25  # kg m² about the joint
+G = 9.81
 METHODS = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
 
 
@@ -167,6 +173,91 @@ def test_beating_motors_loosen_a_joint_when_they_can(method, frequency, beat, sh
     assert abs(run.v[-1, 0] - exact) * INERTIA / (static - kinetic) < 1e-9  # s
 
 
+@law(20)
+@given(
+    method=st.sampled_from(METHODS),
+    tolerance=st.floats(-12, -3).map(lambda x: 10**x),
+    restitution=st.sampled_from([0.0, 0.1, 0.3, 0.5, 0.7]),
+    height=st.floats(-4, 0).map(lambda x: 10**x),
+    torque=st.floats(-2, 2).map(lambda x: 10**x),
+    unit=st.integers(-6, 6).map(lambda power: 4.0**power),
+    limit=st.sampled_from([0.0, 0.3, -2.0]),
+    side=st.sampled_from([-1.0, 1.0]),
+    time=st.sampled_from([0.0, -50.0, 1e6]),
+)
+@example("lsoda", 1e-6, 0.5, 0.3, 2.0, 1.0, 0.0, -1.0, 0.0)  # 16,301 events once
+@example("bdf", 1e-6, 0.5, 0.3, 2.0, 1.0, 0.0, -1.0, 0.0)  # more than 200 at once
+@example("lsoda", 1e-9, 0.5, 0.3, 2.0, 1.0, 0.0, -1.0, 0.0)
+def test_every_method_has_the_same_bounces(
+    method, tolerance, restitution, height, torque, unit, limit, side, time
+) -> None:
+    """A constant torque onto a stop: n impacts, the last of which would go less than 1e-12 rad; then exact rest.
+
+    Whatever the method, its tolerance, the unit of time, the time of the start, the place of the stop and its side.
+    """
+    last = -np.inf if restitution == 0 else np.log(1e-12 / height) / (2 * np.log(restitution))
+    assume(abs(last - round(last)) > 0.05 if restitution else True)  # 2 log(e) times this: 4 % of the least height
+    impacts = 1 if restitution == 0 else int(np.floor(last)) + 1
+    a = torque / unit**2 / INERTIA
+    fall = np.sqrt(2 * height / a)
+    rest = fall * (1 + 2 * sum(restitution**k for k in range(1, impacts)))
+    stop = Stop(**{"upper" if side > 0 else "lower": side * limit}, restitution=restitution, joints=["theta"])
+    effects = (Motor(joint="theta", torque=side * torque / unit**2), stop)
+    run = run_of(
+        *effects, q=(side * (limit - height),), duration=1.1 * rest, method=method, tolerance=tolerance, time=time
+    )
+    assert [event.kind for event in run.events] == ["stop"] * impacts
+    rounding = (
+        100 * np.spacing(abs(limit)) / 1e-12 * np.sqrt(8e-12 / a)
+    )  # of the place of the stop, in the last bounces
+    off = 2 * np.spacing(abs(time)) + rounding
+    assert run.events[-1].t - time == pytest.approx(rest, rel=30 * tolerance + 1e-14, abs=off)
+    assert run.v[-1, 0] == 0
+    assert run.q[-1, 0] == side * limit
+
+
+def time_to_rest(top: float, stop: float, restitution: float, impacts: int) -> float:
+    """When a rod let go at `top` has its last impact on a stop: the energy of each flight is known, its time an integral."""
+    square = G / 2 / INERTIA * 2  # of the rate: this times the difference of the cosines
+
+    def fall(top: float) -> float:
+        """From rest at `top` to the stop: with theta = top - x², the integrand has no singularity."""
+        rate = lambda x: np.sqrt(2 * square * np.sin(top - x**2 / 2) * np.sinc(x**2 / 2 / np.pi) / 2)  # noqa: E731
+        return quad(lambda x: 2 / rate(x), 0, np.sqrt(top - stop), epsabs=0, epsrel=1e-12)[0]
+
+    time, rise = fall(top), np.cos(stop) - np.cos(top)
+    for _ in range(impacts - 1):
+        rise *= restitution**2
+        time += 2 * fall(np.arccos(np.cos(stop) - rise))
+    return time
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_a_rod_that_bounces_on_its_stop_comes_to_rest(method: str, tolerance: float) -> None:
+    """Let go at 1 rad onto a stop at 0.3 rad, the rates after impacts a geometric series until 21: by every method."""
+    stop = Stop(lower=0.3, restitution=0.5, joints=["theta"])
+    run = run_of(Gravity(), stop, q=(1.0,), method=method, tolerance=tolerance, duration=3.0)
+    assert len(run.events) == 21
+    assert run.v[-1, 0] == 0
+    assert run.q[-1, 0] == 0.3
+    off = 3e-9  # the last bounces take 1e-6 s, and the place of the stop is rounded to 1e-4 of them
+    if tolerance <= 1e-6:
+        assert run.events[-1].t == pytest.approx(time_to_rest(1.0, 0.3, 0.5, 21), abs=100 * tolerance + off)
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 8.6e-7, 1e-8])
+def test_bounces_are_integrated_to_an_accuracy(accuracy: float) -> None:
+    """Also where a coarse run of the search has tiny bounces."""
+    stop = Stop(lower=0.3, restitution=0.5, joints=["theta"])
+    start = pp.Start(positions={"theta": 1.0})
+    scene = pp.Scene(duration=3.0, model=ROD, start=start, effects=[Gravity(), stop])
+    run = pp.simulate(scene, method="radau", accuracy=accuracy)
+    assert run.stats.error is not None
+    assert run.stats.error <= accuracy
+    assert run.q[-1, 0] == 0.3
+
+
 POWERS = st.integers(-20, 20).map(lambda power: 2.0**power)
 RATES, ANGLES = (  # rad/s, rad; none so small that its products lose digits
     st.floats(low, high).map(lambda x: round(x, 12)) for low, high in ((-1.0, 1.0), (-0.45, 0.35))
@@ -285,3 +376,24 @@ def test_files_from_before_runs_had_events(tmp_path) -> None:
     np.savez(tmp_path / "old.npz", **{name: array for name, array in arrays.items() if not name.startswith("event_")})
     old = pp.Trajectory.load(tmp_path / "old.npz")
     assert (old.events, old.stats) == ((), run.stats)
+
+
+@pytest.mark.parametrize("missed", [True, False])
+def test_the_benchmark_ends_with_its_status(missed: bool, monkeypatch: pytest.MonkeyPatch, capfd) -> None:
+    """Status 1 where a draw is missed, 0 where none is, and nothing but the table is printed."""
+    path = Path(__file__).parents[1] / "benchmarks" / "events.py"
+    benchmark = runpy.run_path(str(path))
+    draw = benchmark["Draw"](np.bool_(missed), np.float64(0.0))
+    monkeypatch.setitem(benchmark["main"].__globals__, "KINDS", {"none": (lambda random, method: draw, "s")})
+    with pytest.raises(SystemExit) as ended:
+        benchmark["main"](1)
+    assert (type(ended.value.code), ended.value.code) == (int, int(missed))
+    assert "False" not in capfd.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_benchmark_misses_nothing() -> None:
+    """A few draws of every kind by every method."""
+    path = Path(__file__).parents[1] / "benchmarks" / "events.py"
+    done = subprocess.run([sys.executable, path, "2", "1"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")

@@ -8,13 +8,13 @@ import pytest
 
 import pendpin as pp
 from fit_scenes import ANGLE, ANGLES, NOISE, ROD, scene_of, swings_of
-from pendpin.analysis.fit import explain_residual
-from pendpin.analysis.fit.equations import compile_equations
-from pendpin.analysis.fit.fitting import given_offsets, prepare
-from pendpin.analysis.fit.motion import motions
-from pendpin.analysis.fit.parameters import checked, free_parameters, substituted
 from pendpin.cli import main
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
+from pendpin.fitting import explain_residual
+from pendpin.fitting.equations import compile_equations
+from pendpin.fitting.fitting import fixed_offsets, prepare
+from pendpin.fitting.motion import motions
+from pendpin.fitting.parameters import free_parameters, replace_checked, substitute
 from pendpin.scene import Data
 
 
@@ -52,7 +52,7 @@ def test_the_truth_is_within_its_errors(single) -> None:
     truth, table = single
     free = ["model.rods[0].inertia", "effects[1].coefficient", "effects[2].kinetic", "effects[3].coefficient"]
     right = free_parameters(truth, free)
-    guess = substituted(truth, right.keys, [1.2 * value for value in right.guess.tolist()], checked)
+    guess = substitute(truth, right.keys, [1.2 * value for value in right.guess.tolist()], replace_checked)
     fit = pp.fit(guess, table, free, hold_out=table)
     assert fit.explained, fit.verdict
     assert set(fit.undetermined) == {"model.rods[0].inertia[1]", "model.rods[0].inertia[2]"}  # no part in a plane swing
@@ -76,7 +76,7 @@ def test_zeros_are_in_the_unit_of_the_data(single, tmp_path: Path) -> None:
         pp.fit(scene, table | {"a1": table["a1"] * factor}, "effects[1].coefficient")
         for scene, factor in ((truth, 1.0), (turned, 180 / np.pi))
     ]
-    key, zeros = "data.offsets.a1", [given_offsets(prepare(fit.scene, table, "friction", False)) for fit in fits]
+    key, zeros = "data.offsets.a1", [fixed_offsets(prepare(fit.scene, table, "friction", False)) for fit in fits]
     assert fits[1].values[key] == pytest.approx(2.0, abs=4 * fits[1].errors[key])
     assert [fit.values[key] for fit in fits] == pytest.approx(np.array([1, 180 / np.pi]) * zeros[0], rel=1e-6)
     assert [fit.errors[key] for fit in fits] == pytest.approx(

@@ -7,10 +7,10 @@ import pytest
 
 import pendpin as pp
 from fit_scenes import ANGLE, scene_of
-from pendpin.analysis.fit.data import read_swings
-from pendpin.analysis.fit.parameters import free_parameters
-from pendpin.analysis.fit.sensors import sensors_of
 from pendpin.effects import DryFriction
+from pendpin.fitting.data import read_swings
+from pendpin.fitting.parameters import free_parameters
+from pendpin.fitting.sensors import sensors_of
 from pendpin.model.build import build
 from pendpin.scene import Data
 

@@ -6,12 +6,12 @@ from json import loads
 import pytest
 
 from pendpin import effects as fx
-from pendpin.analysis import hardcases
-from pendpin.analysis.hardcases import CASES, hard
-from pendpin.analysis.hardcases.base import GROUPS, THICK, Case, scene
-from pendpin.analysis.hardcases.running import outcome
+from pendpin import hardcases
 from pendpin.cli import main
 from pendpin.errors import InputError, Interrupted
+from pendpin.hardcases import CASES, hard
+from pendpin.hardcases.base import GROUPS, THICK, Case, scene
+from pendpin.hardcases.running import outcome
 from pendpin.simulation.simulate import simulate
 
 CLAIMS = [(case, method) for case in CASES.values() for method in case.methods]

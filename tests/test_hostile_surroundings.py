@@ -27,7 +27,8 @@ from pendpin import InputError, Trajectory
 from pendpin.files import write_whole
 from run_files import meta, run_file
 
-COMMAND = [sys.executable, "-c", "from pendpin.cli import main; main()"]
+# -P: as for the installed command, the working folder is no place to import from; Python 3.13.0 fails if it was removed
+COMMAND = [sys.executable, "-P", "-c", "from pendpin.cli import main; main()"]
 SETTINGS = {"COLUMNS", "DISPLAY", "HOME", "MPLBACKEND", "MPLCONFIGDIR", "PYTHONIOENCODING", "PYTHONUNBUFFERED", "TERM"}
 # no HOME, no DISPLAY, no TERM: in all that follows
 PLAIN = {name: value for name, value in os.environ.items() if name not in SETTINGS and not name.startswith("LC_")}

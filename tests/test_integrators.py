@@ -13,8 +13,11 @@ import pendpin as pp
 from effect_cases import EFFECTS
 from pendpin import effects as fx
 from pendpin.dynamics.dynamics import Dynamics
+from pendpin.integrators.base import Integrator, StepPlan
+from pendpin.integrators.choice import integrator_class, integrator_for
 from pendpin.integrators.gauss import Gauss, rule
 from pendpin.model.build import build
+from pendpin.scene import FIXED_METHODS, METHODS, method_of
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.limits import Deadline
 from pendpin.simulation.run import run_scene
@@ -25,7 +28,7 @@ THICK = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.1),))
 TWO = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.1), pp.Rod(length=0.7, mass=0.5, radius=0.05)))
 THIN = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),))
 THIN_TWO = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0), pp.Rod(length=0.7, mass=0.5)))
-ORDERS = {"euler": 1, "rk4": 4, "gauss2": 2, "gauss4": 4, "gauss6": 6}
+ORDERS = {name: METHODS[name].order for name in FIXED_METHODS}
 STEPS = {"euler": 1 / 512, "rk4": 1 / 64, "gauss2": 1 / 64, "gauss4": 1 / 32, "gauss6": 1 / 32}  # s, the largest
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed: pip install heyoka")
 
@@ -87,6 +90,56 @@ def test_measured_order(method: str, case: str) -> None:
     orders = [np.log2(a / b) for a, b in pairwise(errors) if b > 2e-12]
     assert len(orders) > 0
     assert np.abs(np.array(orders) - ORDERS[method]).max() < 0.1
+
+
+def conical(theta: float = 0.5) -> tuple[pp.Dynamics, np.ndarray, Callable[[float], np.ndarray]]:
+    """A thin rod whose tip goes round a circle: its dynamics, its state at 0, and the tip (3,) at a time in s, exact."""
+    dynamics = Dynamics(build(THIN), (GRAVITY,), form="angles")
+    rate = np.sqrt(9.81 / (2 / 3 * np.cos(theta)))  # 2 l / 3 is the length of the equivalent point mass
+    level, down = np.sin(theta), -np.cos(theta)
+    state = np.array([theta, 0.0, 0.0, rate * np.sin(theta)])
+
+    def tip(t: float) -> np.ndarray:
+        return np.array([level * np.sin(rate * t), -level * np.cos(rate * t), down])
+
+    return dynamics, state, tip
+
+
+@pytest.mark.parametrize("name", [name for name, method in METHODS.items() if method.order is not None])
+@pytest.mark.parametrize("compiled", [False, True], ids=["called from Python", "compiled"])
+def test_every_method_has_the_order_of_its_record(name: str, compiled: bool) -> None:
+    """Steps of h and of h/2 on the exact conical motion: the errors differ by 2 to the order, for all in the table.
+
+    An adaptive method gets a tolerance that it always meets and h as its longest step.
+    """
+    method, (dynamics, y, tip) = METHODS[name], conical()
+    if compiled:
+        if not method.machine_code or find_spec("llvmlite") is None:
+            return
+        dynamics = dynamics.in_machine_code()
+    longest = 0.5 / max(1, 9 - method.order) ** 1.5 / 2
+    end, errors = 1.0, []
+    for halvings in range(3):
+        h = end / (np.ceil(end / longest) * 2**halvings)
+        setting = {"step": h} if method.setting == "step" else {"tolerance": 0.1}
+        integrator = integrator_for(scene(THIN, method=name, **setting), dynamics)
+        derivative, _ = integrator.equations(dynamics.engine, lambda t: None)
+        segment = integrator.integrate(derivative, y, np.array([0.0, end]), StepPlan(first=h, longest=h))
+        q = segment.y[-1, :2]
+        reached = np.array([np.sin(q[1]), -np.sin(q[0]) * np.cos(q[1]), -np.cos(q[0]) * np.cos(q[1])])
+        errors.append(float(np.linalg.norm(reached - tip(end))))
+    measured = np.log2(errors[-2] / errors[-1])
+    assert abs(measured - method.order) < 0.1, errors
+
+
+def test_every_record_has_its_class_and_a_color_of_its_own() -> None:
+    """A record leads to the class that integrates; a name without a record cannot be run."""
+    assert all(issubclass(integrator_class(method), Integrator) for method in METHODS.values())
+    assert len({method.color for method in METHODS.values()}) == len(METHODS)
+    assert sorted(method.price_rank for method in METHODS.values()) == list(range(len(METHODS)))
+    heun = scene(THIN).model_copy(update={"solver": scene(THIN).solver.model_copy(update={"method": "heun"})})
+    with pytest.raises(pp.InputError, match=r"solver\.method: .*heun.*dop853"):
+        pp.simulate(heun)
 
 
 @pytest.mark.parametrize("method", ["dop853", "rk45", "radau", pytest.param("taylor", marks=needs_heyoka)])
@@ -171,7 +224,7 @@ def test_a_step_is_symplectic(method: str, model: pp.Chain) -> None:
     form, nv = dynamics.engine.canonical(), len(dynamics.model.joints)
 
     def step(x: np.ndarray) -> np.ndarray:
-        integrator = Gauss(method, 0.1)
+        integrator = Gauss(method_of(method), 0.1)
         derivative, _ = integrator.equations(dynamics.engine, lambda t: None)
         y = np.concatenate([x[:nv], form.velocity(*np.split(x, 2))])
         end = integrator.integrate(derivative, y, np.array([0.0, 0.1])).y[-1]

@@ -26,7 +26,8 @@ class TestTaylor:
             scene(THIN, q=(0.9, 0.0), v=(0.5, 0.0), duration=100.0, samples=6), method="taylor", tolerance=1e-18
         )
         angle = planar(0.9, 0.5, 2 / 3, 9.81, run.t)
-        assert np.abs(2 * np.sin((run.q[:, 0] - angle) / 2)).max() < 1e-13
+        turned = 100.0 * np.sqrt(9.81 * 1.5)  # rad, of its phase, whose rounding the elliptic functions repeat
+        assert np.abs(2 * np.sin((run.q[:, 0] - angle) / 2)).max() < 4 * np.finfo(float).eps * turned
 
     def test_spherical_swing_is_the_elliptic_one(self):
         run = pp.simulate(scene(THIN, duration=100.0, samples=2001), method="taylor", tolerance=1e-18)

@@ -173,3 +173,52 @@ def test_runs_are_compared_by_what_they_hold(tmp_path: Any) -> None:
     assert one != pp.simulate(swing(duration=1.0))  # without works
     assert one != "a run"
     assert one in [other, again]
+
+
+# --- where a run stopped --------------------------------------------------------------------------------------------
+
+BLOWS_UP = 0.5  # s
+
+
+def growing(samples: int | None) -> pp.Scene:
+    """A rod that a torque drives by its rate cubed: v = 1 / sqrt(1 - 2 t) has no value at BLOWS_UP."""
+    inertia = ROD.properties.I1 + ROD.properties.m * ROD.properties.h**2
+    torque = pp.effects.Torque(lambda t, q, v: np.clip(inertia * v**3, -1e200, 1e200), joints=["theta"])
+    start, solver = pp.Start(velocities=(1.0, 0.0)), pp.Solver(samples=samples)
+    return swing(duration=4.0, start=start, effects=(torque,), solver=solver)
+
+
+@pytest.mark.parametrize("method", ["rk23", "lsoda", "radau", "bdf"])
+@pytest.mark.parametrize("samples", [2, 3, None])
+def test_a_failure_names_its_own_time_and_rate(method: str, samples: int | None) -> None:
+    """However few the samples: not the last of them is named, but where the steps became too short."""
+    with pytest.raises(
+        pp.RunError, match=r"the run ended at t = \S+ s of 4 s: .*; fastest there: theta, at "
+    ) as caught:
+        pp.simulate(growing(samples), method=method, tolerance=1e-8)
+    words = str(caught.value).split()
+    t, rate = float(words[words.index("=") + 1]), float(words[-2])
+    assert t == pytest.approx(BLOWS_UP, abs=1e-3)
+    assert rate > 100.0
+    assert caught.value.partial.t[-1] <= t
+
+
+def test_a_run_that_stalls_keeps_its_samples_and_names_the_place(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Patience that ends inside a segment: the samples before that are integrated again, and the place is named."""
+    stalls = 3.2
+    monkeypatch.setattr(clock, "process_time", lambda: clock.now)
+    monkeypatch.setattr(
+        limits, "LONGEST", 4 * limits.WINDOW
+    )  # s: 3 s of the run in a window are fast enough, 0.1 s are not
+
+    def tick(t: float) -> None:
+        clock.now += 0.6 * limits.WINDOW * (t > stalls)
+
+    scene = swing(duration=10.0, solver=pp.Solver(engine="pinocchio", method="rk23", tolerance=1e-10))
+    with pytest.raises(Halted, match="it advanced") as caught:
+        pp.simulate(scene, progress=tick)
+    whole = pp.simulate(scene).q
+    words, partial = str(caught.value).split(), caught.value.partial
+    assert float(words[words.index("=") + 1]) == pytest.approx(stalls, abs=0.5)
+    assert stalls - 0.5 < partial.t[-1] < 10.0
+    np.testing.assert_allclose(partial.q, whole[: len(partial.t)], rtol=0, atol=1e-6)

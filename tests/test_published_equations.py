@@ -32,7 +32,8 @@ FAULTS = {
 @pytest.mark.parametrize("version", FAULTS)
 def test_which_equations_fail(rows, version):
     assert {name for (name, second), row in rows.items() if second == version and not row.ok} == FAULTS[version]
-    assert all(row.relative > 0.1 for (name, second), row in rows.items() if second == version and not row.ok)
+    # of the size of the vector that a component belongs to: far above rounding, 1e-16
+    assert all(row.relative > 5e-3 for (name, second), row in rows.items() if second == version and not row.ok)
 
 
 def test_pendpins_own_routes_stay_within_the_bound(rows):

@@ -1,6 +1,7 @@
 """A slice of the campaign of random scenes; and its reference_route sees what it is there to see."""
 
 import os
+import re
 import signal
 from collections.abc import Callable
 from dataclasses import replace
@@ -195,12 +196,15 @@ def test_slow_equations_look_at_the_clock_often(solver: dict[str, Any]) -> None:
     assert len(seen) > run.stats.evaluations / 200
 
 
-def test_a_late_start_and_the_time_of_a_failure() -> None:
-    """What is said about a failure does not mix two clocks."""
+@pytest.mark.parametrize("step", [5.0, 7.0, 10.0, 20.0])
+def test_a_late_start_and_the_time_of_a_failure(step: float) -> None:
+    """What is said about a failure does not mix two clocks: whether or not the stage equations have a solution there."""
     start = {"time": 1e6, "positions": {"theta": 1.0, "phi": 1.0}, "velocities": {"theta": 30.0}}
-    solver = {"method": "gauss4", "step": 20.0, "samples": 2}
-    with pytest.raises(pp.RunError, match=r"t = 1000000 s of 1000020 s: .* 0 s after the start"):
+    solver = {"method": "gauss4", "step": step, "samples": 2}
+    with pytest.raises(pp.RunError, match=r"t = 1000000 s of 1000020 s: ") as error:
         pp.simulate(pp.Scene(**swing(duration=20.0, start=start, solver=solver).scene))
+    since = re.findall(r"([\d.e+]+) s after the start", str(error.value))
+    assert all(0 <= float(seconds) <= 20 for seconds in since)
 
 
 def test_a_rod_held_by_friction_alone_has_reactions() -> None:
@@ -241,5 +245,5 @@ def test_a_run_keeps_what_is_before_a_sample_without_a_solution(monkeypatch: pyt
 
     monkeypatch.setattr(Revolute, "evaluate", singular)
     with pytest.raises(pp.RunError, match=r"ended at t = 0.5 s of 1 s: no finite reactions") as error:
-        pp.simulate(pp.Scene(**SWING.scene))
+        pp.simulate(pp.Scene(**SWING.scene).with_solver(engine="pinocchio"))
     assert np.allclose(error.value.partial.t, np.linspace(0, 0.5, 6))

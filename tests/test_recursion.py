@@ -15,11 +15,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from laws import law
+from pendpin.arrays import EPS
 from pendpin.equations.numbers import exact, symbols
 from pendpin.equations.recursion import accelerations, wrenches
 from pendpin.equations.trees import Tree
 from pendpin.model.bodies import tree_of
-from rounding import EPS, ROUNDINGS, terms
+from rounding import ROUNDINGS, terms
 
 GRAVITY = np.array([0.0, 0.0, -9.81])  # m/s²
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed: pip install heyoka")

@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from bad_input import ROD, URDF_SCENE, edited, run_main
+from pendpin.arrays import EPS
 from pendpin.model.build import Model, build
 from pendpin.scene import robots as named
 from robots import compare, robot, robot_files
-from rounding import EPS, ROUNDINGS, terms
+from rounding import ROUNDINGS, terms
 
 GRAVITY = (pp.effects.Gravity(),)
 # a cause each: continuous joints, mimic, inertia off the triangle and negative ones, massless fingers, m v x v

@@ -7,7 +7,7 @@ import pytest
 
 import pendpin as pp
 from bad_input import run_main
-from pendpin.analysis.crosscheck import along
+from pendpin.crosschecks.crosscheck import along
 from pendpin.equations.chain import solution
 
 FAR = """

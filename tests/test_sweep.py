@@ -8,18 +8,32 @@ import pytest
 
 import pendpin as pp
 from pendpin import effects as fx
-from pendpin.analysis.sweep import plan
-from pendpin.analysis.sweep.cases import run_block, run_case
-from pendpin.analysis.sweep.sensitivity import indices, sobol_plan
-from pendpin.analysis.sweep.task import Block, Task
-from pendpin.analysis.sweep.vectors import vectors_of
 from pendpin.dynamics.symbols import staying_zero
+from pendpin.sweeps import plan
+from pendpin.sweeps.cases import run_block, run_case
+from pendpin.sweeps.sensitivity import indices, sobol_plan
+from pendpin.sweeps.task import Block, Task
+from pendpin.sweeps.vectors import vectors_of
 from sweep_scenes import KEYS, ROD, scene
 
 pytest.importorskip("xarray")
 pytest.importorskip("heyoka")
 
 # --- what a case gives ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("count", [1, 2])
+@pytest.mark.parametrize("effects", [(), (fx.Gravity(),), (fx.Gravity(), fx.Viscous(coefficient=0.1))])
+def test_rods_at_rest_are_swept(count: int, effects: tuple) -> None:
+    """Nothing moves, in any case of a sweep: no swing, no turn, and each rod's joint carries what hangs on it."""
+    hanging = pp.Scene(duration=1.0, model=pp.Chain(rods=(ROD,) * count), effects=effects)
+    names = ["swing", "flip_time", "R3_1.max" if count > 1 else "R3.max"]
+    for measures in (names[:2], names):
+        found = pp.sweep(hanging, {"model.rods[0].mass": [0.5, 1.0]}, measures)
+        assert (found["swing"].values == 0).all()
+        assert np.isnan(found["flip_time"].values).all()
+    weights = 9.81 * (np.array([0.5, 1.0]) + (count - 1) * ROD.mass)
+    np.testing.assert_allclose(found[names[2]].values, weights if effects else 0.0, rtol=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -16,13 +16,13 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import law
-from pendpin.analysis.sweep import plan, workers
-from pendpin.analysis.sweep import sweep as sweeps
-from pendpin.analysis.sweep.cases import run_block
-from pendpin.analysis.sweep.figure import doubtful_cells
-from pendpin.analysis.sweep.store import Blocks, load
-from pendpin.analysis.sweep.task import LOOSER, Task
 from pendpin.errors import Interrupted
+from pendpin.sweeps import plan, workers
+from pendpin.sweeps import sweep as sweeps
+from pendpin.sweeps.cases import run_block
+from pendpin.sweeps.figure import doubtful_cells
+from pendpin.sweeps.store import Blocks, load
+from pendpin.sweeps.task import LOOSER, Task
 from sweep_scenes import KEYS, assert_same, scene, small, stop_after
 
 pytest.importorskip("xarray")

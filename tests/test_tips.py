@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin import effects as fx
-from pendpin.analysis.significance import significance
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.model.build import build
+from pendpin.significance.significance import significance
 
 INERTIA = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.2"/>'
 

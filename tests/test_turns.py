@@ -12,6 +12,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.engines import AngleEngine
 from pendpin.equations.chain.angles import refined
+from pendpin.simulation import smooth_motion
 
 METHODS: tuple[dict[str, Any], ...] = (
     {"tolerance": 1e-11},
@@ -75,6 +76,36 @@ def test_directions_and_angles_count_alike(count: int, tilt: float, rate: float,
         assert isinstance(pp.bind(scene).engine, AngleEngine) == bool(effects)
     if np.abs(np.cos(runs[1].q[:, 1::2])).min() > 0.05:
         assert np.abs(runs[0].q - runs[1].q).max() < 1e-5
+
+
+@pytest.mark.parametrize("how", METHODS, ids=lambda how: how.get("method", "auto"))
+def test_segments_may_end_between_samples(how: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two thin rods over poles, with 2 and with 41 samples: in segments of 50 states as in one."""
+    start = pp.Start(positions=(0.4, 1.2, -0.3, 0.2), velocities=(9.0, 3.0, -4.0, 12.0))
+    ends = []
+    for numbers, samples in ((smooth_motion.NUMBERS, 41), (smooth_motion.NUMBERS, 2), (600, 2), (600, 41)):
+        monkeypatch.setattr(smooth_motion, "NUMBERS", numbers)
+        scene = pp.Scene(duration=1.0, model=thin(2), start=start, effects=(fx.Gravity(),))
+        run = pp.simulate(scene, samples=samples, **how)
+        assert run.t.tolist() == np.linspace(0, 1, samples).tolist()
+        ends.append(run.q[-1])
+    assert np.ptp(ends, 0).max() < 1e-4
+
+
+def test_turns_are_counted_however_many_there_are() -> None:
+    """Four hundred thousand radians between two samples: more states than one segment holds."""
+    pytest.importorskip("heyoka")
+    scene = pp.Scene(duration=1400.0, model=thin(1), start=pp.Start(velocities=(300.0, 0.0)))
+    run = pp.simulate(scene, samples=2, method="taylor", tolerance=1e-15)
+    assert run.q[-1] == pytest.approx([420_000.0, 0.0], abs=1e-4)
+
+
+@pytest.mark.parametrize("how", [METHODS[0], METHODS[-1]], ids=["auto", "taylor"])
+def test_too_many_turns_to_count_are_refused(how: dict[str, Any]) -> None:
+    """At once, and not after as many steps; NaN and inf never come out."""
+    scene = pp.Scene(duration=10.0, model=thin(1), start=pp.Start(velocities=(1e12, 0.0)))
+    with pytest.raises(pp.PendpinError, match="too far between samples to count their turns"):
+        pp.simulate(scene, samples=2, **how)
 
 
 def test_ensembles_count_turns() -> None:

@@ -12,12 +12,13 @@ import pytest
 import pendpin as pp
 from bad_input import run_main
 from pendpin import effects as fx
-from pendpin.analysis.work_precision import cost as work_precision
-from pendpin.analysis.work_precision import processor_time, references
-from pendpin.analysis.work_precision.cost import cost
-from pendpin.analysis.work_precision.references import by_elliptic_functions, by_runge_kutta, by_series, reference
-from pendpin.analysis.work_precision.report import CostReport, CostRow, Curve
 from pendpin.engines import Compiled
+from pendpin.simulation import processor_time
+from pendpin.work_precision import cost as work_precision
+from pendpin.work_precision import references
+from pendpin.work_precision.cost import cost
+from pendpin.work_precision.references import by_elliptic_functions, by_runge_kutta, by_series, reference
+from pendpin.work_precision.report import CostReport, CostRow, Curve
 from scenes import scene_of
 
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="not installed: heyoka")

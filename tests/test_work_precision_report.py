@@ -11,13 +11,14 @@ import pytest
 
 import pendpin as pp
 from bad_input import contents
-from pendpin.analysis import simulators
-from pendpin.analysis.work_precision import processor_time, references
-from pendpin.analysis.work_precision.figure import save_cost_plot
-from pendpin.analysis.work_precision.references import by_elliptic_functions
-from pendpin.analysis.work_precision.report import CostReport, Curve, Point, row
+from pendpin import simulators
 from pendpin.model.build import build
 from pendpin.model.kinematics import tip_distance
+from pendpin.simulation import processor_time
+from pendpin.work_precision import references
+from pendpin.work_precision.figure import save_cost_plot
+from pendpin.work_precision.references import by_elliptic_functions
+from pendpin.work_precision.report import CostReport, Curve, Point, row
 from test_work_precision import THICK, THIN, needs_heyoka, scene
 
 # --- the report -----------------------------------------------------------------------------------------------------

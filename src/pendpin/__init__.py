@@ -8,31 +8,33 @@ from pendpin.versions import VERSION
 
 if TYPE_CHECKING:
     from pendpin import effects
-    from pendpin.analysis.crosscheck import crosscheck
-    from pendpin.analysis.doctor.diagnose import diagnose
-    from pendpin.analysis.fit import Fit, fit
-    from pendpin.analysis.sweep.sweep import sweep
-    from pendpin.analysis.work_precision.cost import cost
+    from pendpin.agreement.validate import validate
+    from pendpin.crosschecks.crosscheck import crosscheck
+    from pendpin.doctor.diagnose import diagnose
     from pendpin.dynamics.dynamics import Dynamics, bind
     from pendpin.errors import InputError, MissingLibrary, PendpinError, RunError
+    from pendpin.fitting import Fit, fit
     from pendpin.scene import Chain, Rod, Scene, Solver, Start, UrdfModel, load_scene
     from pendpin.simulation.ensemble import Ensemble, simulate_many
     from pendpin.simulation.simulate import simulate
+    from pendpin.sweeps.sweep import sweep
     from pendpin.trajectory import Trajectory
+    from pendpin.work_precision.cost import cost
 
 __version__ = VERSION
 
 _HOMES = {
-    "analysis.crosscheck": ("crosscheck",),
-    "analysis.doctor.diagnose": ("diagnose",),
-    "analysis.fit": ("Fit", "fit"),
-    "analysis.work_precision.cost": ("cost",),
+    "agreement.validate": ("validate",),
+    "crosschecks.crosscheck": ("crosscheck",),
+    "doctor.diagnose": ("diagnose",),
+    "fitting": ("Fit", "fit"),
+    "work_precision.cost": ("cost",),
     "dynamics.dynamics": ("Dynamics", "bind"),
     "errors": ("InputError", "MissingLibrary", "PendpinError", "RunError"),
     "scene": ("Chain", "Rod", "Scene", "Solver", "Start", "UrdfModel", "load_scene"),
     "simulation.ensemble": ("Ensemble", "simulate_many"),
     "simulation.simulate": ("simulate",),
-    "analysis.sweep.sweep": ("sweep",),
+    "sweeps.sweep": ("sweep",),
     "trajectory": ("Trajectory",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
@@ -62,6 +64,7 @@ __all__ = [
     "simulate",
     "simulate_many",
     "sweep",
+    "validate",
 ]
 
 

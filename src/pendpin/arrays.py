@@ -21,6 +21,8 @@ else:  # help() shows these names, and not what numpy makes of them
     Array = Mask = Indices = np.ndarray
     ArrayLike = Any  # numbers, or lists of them
 
+EPS = float(np.finfo(float).eps)  # 2.2e-16: the distance of 1 from the next double, twice the error of one rounding
+TINY = float(np.finfo(float).tiny)  # 2.2e-308: smaller doubles have fewer digits
 _NO_CHARACTERS = c_char * 0  # also where there are none
 _NEXT = np.array([1, 2, 0])
 _UPPER = np.triu(np.ones((3, 3), dtype=bool))
@@ -40,13 +42,12 @@ def address(x: Array) -> int:
     return addressof(_NO_CHARACTERS.from_buffer(x))  # type: ignore[arg-type]  # an array is a buffer
 
 
-def subdivided(times: Array, parts: int) -> Array:
-    """Times (n,) with each interval cut into so many equal parts: (n - 1) parts + 1 of them, the given ones to the bit."""
-    out = np.repeat(times, parts)[: (len(times) - 1) * parts + 1]
-    if parts > 1:
-        inner = np.diff(times)[:, None] * (np.arange(parts) / parts)
-        out[:-1] += inner.reshape(-1)
-    return out
+def subdivided(times: Array, parts: ArrayLike) -> Array:
+    """Times (n,) with each interval cut into equal parts, so many of each (n - 1,) or of all; the given ones to the bit."""
+    parts = np.broadcast_to(parts, len(times) - 1)
+    before = np.cumsum(parts) - parts
+    shares = (np.arange(parts.sum()) - np.repeat(before, parts)) / np.repeat(parts, parts)
+    return np.append(np.repeat(times[:-1], parts) + np.repeat(np.diff(times), parts) * shares, times[-1])
 
 
 def applied(M: Array, x: Array) -> Array:

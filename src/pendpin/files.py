@@ -2,6 +2,7 @@
 
 import csv
 import os
+import shutil
 import sys
 import tempfile
 import warnings
@@ -92,8 +93,8 @@ def _reading() -> Iterator[None]:
         yield
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}") from None
-    except ValueError as error:  # a null byte in the path
-        raise InputError(f"cannot be read: {error}") from None
+    except ValueError:  # open() refuses nothing else about a path
+        raise InputError("cannot be read: a null byte in the path") from None
 
 
 def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> Path:
@@ -104,6 +105,30 @@ def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> Path:
     """
     _write(path, write, keep=True)
     return path
+
+
+def write_folder(path: Path, fill: Callable[[Path], object]) -> Path:
+    """Make a new folder through a neighbour that takes its name at the end, so that it is there whole or not at all.
+
+    `fill` writes the files into the folder that it gets. Raises InputError where the name is taken, or the path, folder
+    or disk refuses.
+    """
+    if os.path.lexists(path):
+        raise InputError(f"{path}: it exists already; give the name of a new folder")
+    if not path.absolute().parent.is_dir():
+        raise InputError(f"{path}: cannot be made: there is no folder {shown(str(path.parent))}")
+    made = None
+    try:
+        made = Path(tempfile.mkdtemp(dir=path.absolute().parent, prefix=f".{path.name[:16]}."))
+        fill(made)
+        made.chmod(0o777 & ~_umask())
+        os.rename(made, path)
+        return path
+    except (OSError, ValueError) as error:  # ValueError: a null byte in the path
+        raise InputError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None
+    finally:
+        if made is not None:
+            shutil.rmtree(made, ignore_errors=True)
 
 
 def folder_of(name: str) -> Path:

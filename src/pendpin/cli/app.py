@@ -17,10 +17,12 @@ from pendpin.cli.commands.fit import fit
 from pendpin.cli.commands.hard import hard
 from pendpin.cli.commands.new import new
 from pendpin.cli.commands.plot import plot
+from pendpin.cli.commands.reference import reference
 from pendpin.cli.commands.run import run
 from pendpin.cli.commands.schema import schema
 from pendpin.cli.commands.sweep import map_, sweep
 from pendpin.cli.commands.urdf import urdf
+from pendpin.cli.commands.validate import validate
 from pendpin.cli.commands.view import view
 from pendpin.cli.streams import drop_output, finish_output, prepare_streams, say
 from pendpin.errors import Note, PendpinError, one_line
@@ -103,6 +105,22 @@ def options(
     """The 3D compound pendulum and chains of rods: simulate, cross-check, draw, animate."""
 
 
-for command in (run, check, view, plot, effects, cost, fit, hard, doctor, urdf, new, schema, sweep):
+for command in (
+    run,
+    check,
+    view,
+    plot,
+    effects,
+    cost,
+    fit,
+    hard,
+    validate,
+    reference,
+    doctor,
+    urdf,
+    new,
+    schema,
+    sweep,
+):
     app.command()(command)
 app.command("map")(map_)

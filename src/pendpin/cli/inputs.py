@@ -121,8 +121,8 @@ def print_notes(scene: "Scene", strict: bool) -> None:
 
 def print_binding(scene: "Scene", stats: "Stats") -> None:
     """Print what acts in a scene, and what one evaluation of its run calls."""
-    from pendpin.analysis.explain import explain
     from pendpin.dynamics.dynamics import bind
+    from pendpin.dynamics.explanation import explain
 
     for line in explain(bind(scene), stats):
         print(line)

@@ -4,13 +4,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pendpin.analysis.crosscheck_report import CheckReport, CheckRow
-    from pendpin.analysis.doctor.diagnosis import Diagnosis
-    from pendpin.analysis.fit import Fit
-    from pendpin.analysis.hardcases import Case, HardReport
-    from pendpin.analysis.significance import EffectsReport
-    from pendpin.analysis.work_precision.report import CostReport, CostRow, Curve
+    from pendpin.agreement.published import Case as Published
+    from pendpin.agreement.validate import AgreementReport
+    from pendpin.crosschecks.report import CheckReport, CheckRow
+    from pendpin.doctor.diagnosis import Diagnosis
+    from pendpin.fitting import Fit
+    from pendpin.hardcases import Case, HardReport
+    from pendpin.significance.significance import EffectsReport
     from pendpin.trajectory import Trajectory
+    from pendpin.work_precision.report import CostReport, CostRow, Curve
 
 
 SHOWN = ("at rest from", "largest swing", "farthest sideways", "R3 largest")
@@ -123,7 +125,7 @@ COST_WIDTHS = (8, 34, 9, 16, 30, 0)
 
 def print_cost_row(row: "CostRow", peers: bool) -> None:
     """A line of the table of accuracies, at once; the coarsest accuracy brings the head."""
-    from pendpin.analysis.work_precision.report import ACCURACIES, time_text
+    from pendpin.work_precision.report import ACCURACIES, time_text
 
     if row.accuracy >= max(ACCURACIES):
         head = ["accuracy", "take this", "first run", "each further run"]
@@ -156,7 +158,7 @@ def print_cost(report: "CostReport", as_json: bool) -> None:
 
 def _print_methods(report: "CostReport") -> None:
     """The time of every method at some errors, and its run that meets the accuracy."""
-    from pendpin.analysis.work_precision.report import ACCURACIES, time_text
+    from pendpin.work_precision.report import ACCURACIES, time_text
 
     errors = [error for error in ACCURACIES if error >= report.error]
     head = ["error:", *(f"{error:.0e}" for error in errors)]
@@ -171,7 +173,7 @@ def _print_methods(report: "CostReport") -> None:
 
 
 def _cost_row(curve: "Curve", errors: list[float], accuracy: float) -> list[str]:
-    from pendpin.analysis.work_precision.report import time_text
+    from pendpin.work_precision.report import time_text
 
     times = (curve.seconds_at(error) for error in errors)
     point = curve.point_at(accuracy)
@@ -185,14 +187,9 @@ def print_fit(found: "Fit", as_json: bool) -> None:
     if as_json:
         print_json(found.as_dict())
         return
-    rows = [[key, f"{value:.6g}{found.unit(key)}", _error_of(found, key)] for key, value in found.values.items()]
-    print_table(["", "value", "standard error"], rows)
+    print_table(["", "value", "standard error"], [list(row) for row in found.rows()])
     for line in found.words():
         print(line)
-
-
-def _error_of(found: "Fit", key: str) -> str:
-    return f"{found.errors[key]:.2g}" if key in found.errors else "not determined"
 
 
 def print_cases(cases: "list[Case]", as_json: bool) -> None:
@@ -217,6 +214,41 @@ def print_hard(report: "HardReport", as_json: bool) -> None:
     claims = [outcome for outcome in report.outcomes if outcome.claimed]
     if claims:
         print(f"{len(claims)} claims, {len(report.broken)} broken, {sum(o.seconds for o in claims):.0f} s")
+
+
+def print_agreement(report: "AgreementReport", as_json: bool) -> None:
+    """Of each published quantity the method that differs most; what was left out; the counts."""
+    if as_json:
+        print_json(report.to_json())
+        return
+    cases = [row.case for row in report.worst]
+    rows = [
+        [
+            "" if i and r.case == cases[i - 1] else r.case,
+            r.quantity,
+            f"{r.bound:.0e} {r.unit}",
+            r.shown,
+            r.method,
+            "ok" if r.holds else "BROKEN",
+        ]
+        for i, r in enumerate(report.worst)
+    ]
+    print_table(["case", "quantity", "bound", "largest difference", "by", ""], rows)
+    for row in report.comparisons:
+        if row.failure:
+            print(f"{row.case} by {row.method}: {row.failure}")
+    for line in report.left_out:
+        print(f"left out: {line}")
+    print(f"{len(report.comparisons)} comparisons, {len(report.broken)} beyond their bounds")
+
+
+def print_published(cases: "dict[str, Published]", as_json: bool) -> None:
+    """The published cases with what they compare and where the numbers come from."""
+    if as_json:
+        print_json([{"case": name} | case.model_dump(mode="json") for name, case in cases.items()])
+        return
+    rows = [[name, case.title, case.origin, case.source] for name, case in cases.items()]
+    print_table(["case", "motion", "numbers by", "source"], rows)
 
 
 def _percent(added: float | None) -> str:
@@ -258,7 +290,7 @@ def print_diagnosis(diagnosis: "Diagnosis", as_json: bool) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    from pendpin.analysis.doctor.reports.text import lines
+    from pendpin.doctor.reports.text import lines
 
     console = Console()
     for line in lines(diagnosis):

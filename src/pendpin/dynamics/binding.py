@@ -59,7 +59,7 @@ def bind_loads(
             torque = joint_torque(model, effect, where, xp, numbers)
             torques.append(_readable(effect, where, xp, since(start, effect, torque, numbers)))
         elif isinstance(effect, BodyEffect):
-            bodies = bodies or Bodies(*map(numbers, bodies_of(model)))
+            bodies = bodies or Bodies(*map(numbers.bodies, bodies_of(model)))
             wrench = body_wrench(model, effect, where, xp, numbers, bodies)
             wrenches.append(_readable(effect, where, xp, since(start, effect, wrench, numbers)))
     complete = surroundings(effects, xp, start, numbers)
@@ -149,6 +149,9 @@ def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np, nu
     if effect.on is None:
         return torques
     chosen = chosen_joints(model, effect.on, where)
+    if numbers.by_rod:
+        share = numbers.joints(np.isin(np.arange(nv), chosen))
+        return lambda t, q, v: share * torques(t, q, v)
 
     def torque(t: float, q: Array, v: Array) -> Array:
         found = torques(t, q[chosen], v[chosen])
@@ -168,6 +171,9 @@ def body_wrench(
     if effect.on is None:
         return lambda t, motion: wrench(t, bodies, motion)
     chosen = chosen_bodies(model, effect.on, where)
+    if numbers.by_rod:
+        share = numbers.bodies(np.isin(np.arange(len(model.bodies)), chosen)[:, None])
+        return lambda t, motion: tuple(share * part for part in wrench(t, bodies, motion))
     some, n = bodies.of(chosen), len(bodies.mass)
 
     def scattered(found: Array) -> Array:

@@ -5,27 +5,31 @@ A structure is what remains of a scene when its numbers are taken out: joints, k
 
 import time
 from collections import OrderedDict
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from functools import partial
 from importlib.util import find_spec
 from threading import Lock
 
 from pendpin.dynamics.acting import plain_arithmetic
 from pendpin.dynamics.parameters import Parameters
-from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record
+from pendpin.dynamics.samples import Sampler, parameters_of_samples, record_samples
+from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, record_by_rod, records_by_rod
 from pendpin.effects import Effect
-from pendpin.engines import Compiled, CompiledEquations, Engine
+from pendpin.engines import Compiled, CompiledEquations, Engine, Values
+from pendpin.engines.tape import Recording
 from pendpin.errors import InputError, MissingLibrary
+from pendpin.model.build import Model
 
-MAX_COMPILED = 200  # joints: a hundred rods compile in some four seconds
+MOST_WRITTEN_OUT = 200  # joints, of equations that are no loop over rods
 MOST_KNOWN = 128  # structures that are kept; the one that was not asked for longest goes
 _known: OrderedDict[Hashable, CompiledEquations] = OrderedDict()
 _lock = Lock()
 
 
-def compilable(effects: Sequence[Effect], joints: int) -> bool:
-    """Whether `auto` may compile a scene: llvmlite is there, and all effects are pendpin's own and run on symbols."""
-    return plain_arithmetic(effects) and joints <= MAX_COMPILED and find_spec("llvmlite") is not None
+def compilable(model: Model, effects: Sequence[Effect]) -> bool:
+    """Whether `auto` compiles a scene: llvmlite is there, and all effects are pendpin's own and run on symbols."""
+    few = model.chain is not None or len(model.joints) <= MOST_WRITTEN_OUT
+    return few and plain_arithmetic(effects) and find_spec("llvmlite") is not None
 
 
 def compiled(engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION) -> Compiled:
@@ -35,8 +39,6 @@ def compiled(engine: Engine, effects: Sequence[Effect], start: float, asked: Ask
     """
     if find_spec("llvmlite") is None:
         raise MissingLibrary("solver.engine: \"compiled\" needs llvmlite: pip install 'pendpin[fast]'")
-    if len(engine.model.joints) > MAX_COMPILED:
-        raise InputError(f'solver.engine: "compiled" takes up to {MAX_COMPILED // 2} rods, or {MAX_COMPILED} joints')
     for i, effect in enumerate(effects):
         if not effect.symbolic:
             raise InputError(
@@ -44,26 +46,50 @@ def compiled(engine: Engine, effects: Sequence[Effect], start: float, asked: Ask
                 'take solver.engine = "auto"'
             )
     begin = time.perf_counter()
-    equations, parameters = equations_of(engine, effects, start, asked=asked)
-    return Compiled(engine, equations, parameters.values, parameters.tables, time.perf_counter() - begin)
+    by_rod = records_by_rod(engine, effects)
+    if not by_rod and len(engine.model.joints) > MOST_WRITTEN_OUT:
+        raise InputError(
+            f'solver.engine: "compiled" takes up to {MOST_WRITTEN_OUT} joints, and longer chains with built-in effects only'
+        )
+    equations, parameters = equations_of(engine, effects, start, asked=asked, by_rod=by_rod)
+    values = Values(parameters.values, parameters.values_of_rods)
+    return Compiled(engine, equations, values, parameters.tables, time.perf_counter() - begin)
 
 
 def equations_of(
-    engine: Engine, effects: Sequence[Effect], start: float, still: tuple[int, ...] = (), asked: Asked = MOTION
+    engine: Engine,
+    effects: Sequence[Effect],
+    start: float,
+    still: tuple[int, ...] = (),
+    asked: Asked = MOTION,
+    by_rod: bool = False,
 ) -> tuple[CompiledEquations, Parameters]:
     """The equations of an engine's state with effects that run on symbols, and the values of their parameters.
 
-    The places `still` of the state are 0.
+    The places `still` of the state are 0. `by_rod`: those of one rod of a chain, which are loops as machine code.
     """
-    parameters = parameters_of(engine, effects, start, asked)
-    key = (parameters.structure, still)
+    parameters = parameters_of(engine, effects, start, asked, by_rod)
+    recorded = partial(record_by_rod if by_rod else partial(record, still=still), engine, effects, start, asked=asked)
+    return _looked_up((parameters.structure, still), recorded, parameters), parameters
+
+
+def sampler_of(engine: Engine, effects: Sequence[Effect], start: float) -> Sampler:
+    """The samples of a chain in machine code, at times since `start` in s."""
+    parameters = parameters_of_samples(engine, effects, start)
+    equations = _looked_up(parameters.structure, partial(record_samples, engine, effects, start), parameters)
+    block = equations.function.block(
+        parameters.values, parameters.values_of_rods, parameters.tables, lambda seconds: None
+    )
+    return Sampler(engine.model, block)
+
+
+def _looked_up(key: Hashable, record: Callable[[], Recording], parameters: Parameters) -> CompiledEquations:
+    """The equations of a structure, new ones if they are not known."""
     with _lock:
         found = _known.get(key)
         if found is None:
-            found = _known[key] = CompiledEquations(
-                partial(record, engine, effects, start, still, asked), len(parameters.tables)
-            )
+            found = _known[key] = CompiledEquations(record, len(parameters.tables))
         _known.move_to_end(key)
         while len(_known) > MOST_KNOWN:
             _known.popitem(last=False)
-    return found, parameters
+    return found

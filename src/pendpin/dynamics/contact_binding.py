@@ -32,7 +32,7 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
         slide, hold = effect.resistance()
         static[joints] += hold
         if isinstance(effect, DryFriction) and effect.stribeck is not None:
-            falling.append((joints, effect))
+            falling.append((np.isin(np.arange(nv), joints).astype(float), effect))
         if slide:
             kinetic.setdefault(effect.kind, np.zeros(nv))[joints] += slide
         low, high, back = effect.limits()

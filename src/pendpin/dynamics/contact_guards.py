@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices, Mask
+from pendpin.arrays import EPS, Array, Indices, Mask
 from pendpin.dynamics.contacts import ROUNDING, Contacts, Mode, Scales
 
-EPS = 1e-15  # of a position or a rate of order one
+FEW_ROUNDINGS = 4.5 * EPS  # of a position or a rate of order one
 SMALL = 1e-2  # of the tolerance: a guard so little below 0 is no event
 
 # The kinds of guards: the rates of sliding joints; the distances of free joints to their stops; and of held joints the
@@ -74,9 +74,9 @@ def guards_of(contacts: Contacts, q: Array, mode: Mode, scales: Scales, toleranc
     there = np.isfinite(offsets) & (mode.held == _WHERE_HELD)
     there[RATE] &= (mode.sign != 0) & (contacts.static > 0)
     kind, joint = there.nonzero()
-    rates, near = max(SMALL * tolerance, EPS) * scales.rate, SMALL * tolerance * scales.position
+    rates, near = max(SMALL * tolerance, FEW_ROUNDINGS) * scales.rate, SMALL * tolerance * scales.position
     slack = ROUNDING * mode.torque
-    floors = np.array([rates, near + EPS * np.abs(upper), near + EPS * np.abs(lower), slack, slack])
+    floors = np.array([rates, near + FEW_ROUNDINGS * np.abs(upper), near + FEW_ROUNDINGS * np.abs(lower), slack, slack])
     turned = np.where(kind == RATE, mode.sign[joint], _TURNED[kind])
     place = _AMONG[kind] * len(q) + joint
     return Guards(contacts, mode, kind, joint, place, turned, offsets[kind, joint], floors[kind, joint])

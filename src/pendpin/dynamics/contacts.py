@@ -20,8 +20,9 @@ from pendpin.engines import AngleEngine
 from pendpin.engines.machine_code import Block
 from pendpin.errors import RunError
 
-LITTLE = 1e-2  # of the fastest joint: rates into stops that a series of impacts leaves when its limit is taken
-REST = 1e-12  # rad, or of the length of a slide: a bounce that would go no farther ends in rest on the stop
+SHRINKS = 50.0  # a joint: exponent of the decay of the rates in a series of impacts, before its limit is taken
+MOST_IMPACTS = 20_000  # at one time
+PATIENCE = 10  # changes of several stops that do not help, before one at a time is changed, which always ends
 ROUNDING = 1e-12  # of the torques: what a held joint may exceed its limits by
 _OTHERS = 1e-2  # of the largest torque, for the joints on which smaller ones act
 _LOOKS = 9  # times at which the loads are evaluated for the scales
@@ -61,7 +62,7 @@ class Contacts:
     restitution: Array  # (2, nv), at the lower and at the upper limit
     sliding: tuple[tuple[str, Array], ...]  # the kinds of effects that rub, and how much of `kinetic` is theirs
     stopping: Array  # (2, nv) of text, the kind of effect that sets each limit
-    falling: tuple[tuple[Indices, DryFriction], ...] = ()  # friction that falls with speed, and the joints it is on
+    falling: tuple[tuple[Array, DryFriction], ...] = ()  # friction that falls with speed: 1 for the joints it is on
     block: Block | None = None  # of the equations with these contacts in machine code, if they are used
 
     # --- while nothing happens --------------------------------------------------------------------------------------
@@ -73,10 +74,8 @@ class Contacts:
     def rubbing(self, v: Array, sign: Array, xp: Any = np) -> list[tuple[str, Array]]:
         """The torques of sliding friction (..., nv) by kind of effect, where joints slide in the ways `sign` (nv,)."""
         sizes = list(self.sliding)
-        for joints, effect in self.falling:
-            size = np.zeros_like(v)
-            size[..., joints] = effect.sliding(v[..., joints], xp) - effect.kinetic
-            sizes.append((effect.kind, size))
+        for share, effect in self.falling:
+            sizes.append((effect.kind, share * (effect.sliding(v, xp) - effect.kinetic)))
         return [(kind, 0.0 - size * sign) for kind, size in sizes]
 
     @cached_property
@@ -91,17 +90,14 @@ class Contacts:
 
     def with_numbers(self, numbers: Numbers) -> "Contacts":
         """The contacts with the numbers of sliding friction mapped by `numbers`."""
-        for joints, _ in self.falling:
-            numbers.constant(joints)
-        sliding = tuple((kind, numbers(size)) for kind, size in self.sliding)
-        return replace(
-            self, sliding=sliding, falling=tuple((at, numbers.effect(effect)) for at, effect in self.falling)
-        )
+        sliding = tuple((kind, numbers.joints(size)) for kind, size in self.sliding)
+        falling = tuple((numbers.joints(share), numbers.effect(effect)) for share, effect in self.falling)
+        return replace(self, sliding=sliding, falling=falling)
 
     def accelerate(self, t: float, q: Array, v: Array, mode: Mode) -> tuple[Array, Array]:
         """Accelerations (nv,) and the torques (nv,) that hold the held joints."""
         if self.block:
-            y = np.zeros((1, self.block.function.size))
+            y = np.zeros((1, self.block.size))
             y[0, : 2 * len(q)] = np.concatenate([q, v])
             rates, holding = self._evaluated(np.array([t]), y, mode)
             return rates[0, len(q) : 2 * len(q)], holding[0]
@@ -142,74 +138,52 @@ class Contacts:
 
     # --- at an event ------------------------------------------------------------------------------------------------
 
+    def at_stops(self, q: Array) -> tuple[Indices, Array]:
+        """The joints (k,) that are at their stops, and the ways (k,) in which these push, -1 or 1; at positions q (nv,)."""
+        joints = ((q >= self.upper) | (q <= self.lower)).nonzero()[0]
+        return joints, np.where(q[joints] >= self.upper[joints], -1.0, 1.0)
+
     def strike(self, q: Array, v: Array, t: float) -> Array:
         """The rates (nv,) after the impacts of all joints that move into their stops. RunError if these never end.
 
-        Joints that kick each other may bounce without end, less and less: then what is left ends in their limit.
+        Joints that kick each other may bounce without end, less and less. In the limit all that strike without end are at
+        rest relative to their stops. All impulses are theirs, so that one impact without restitution has the same result,
+        however many impacts came before it.
         """
-        at = ((q >= self.upper) | (q <= self.lower)).nonzero()[0]
-        side = np.where(q[at] >= self.upper[at], -1.0, 1.0)  # the ways the stops push
-        for count in range(50 * len(q) + 50):
-            away = side * v[at]
-            if not any(x < 0 for x in away.tolist()):
-                return v if count or not len(at) else self._without_rounding(v, at)
-            touching = away <= 0
-            v = self._impact(q, v, at[touching], side[touching], t)
-        if (self.length[at] * side * v[at]).min() < -LITTLE * (self.length * np.abs(v)).max():
-            raise RunError(f"{t:g} s after the start, impacts on several stops at once do not end")
-        return self._without_bounce(q, v, at, side)
-
-    def _without_rounding(self, v: Array, joints: Indices) -> Array:
-        """The rates v (nv,), with 0 for those joints whose rate is rounding: such a joint would strike its stop for ever."""
-        moving, after = self.length * np.abs(v), v.copy()
-        after[joints[moving[joints] <= ROUNDING * moving.max()]] = 0.0
-        return after
-
-    def _without_bounce(self, q: Array, v: Array, joints: Indices, side: Array) -> Array:
-        """The rates (nv,) after one impact without restitution, from q, v (nv,): stops push k joints to their sides (k,).
-
-        The impulses p >= 0 leave the least kinetic energy (Moreau): p'Ap / 2 + b'p, with the compliance A and the rates b.
-        """
-        from scipy.optimize import nnls
-
-        columns = self.engine.compliance(q, joints)
-        root = np.linalg.cholesky(side[:, None] * columns[joints] * side)
-        impulse = nnls(root.T, -np.linalg.solve(root, side * v[joints]))[0]
-        after = v + columns @ (side * impulse)
-        after[joints[(impulse > 0) | (side * after[joints] < 0)]] = 0.0  # exactly: what is below 0 is rounding
-        return after
-
-    def _impact(self, q: Array, v: Array, joints: Indices, side: Array, t: float) -> Array:
-        """The rates (nv,) after one simultaneous impact, from q, v (nv,): the stops push k joints to their sides (k,)."""
-        columns, before = self.engine.compliance(q, joints), v[joints]
-        target = -self.restitution[(side < 0).astype(int), joints] * before
-        pushing = np.arange(len(joints))
-        while True:  # fewer and fewer push
-            impulse = np.zeros(len(joints))
-            impulse[pushing] = _solved(columns[joints[pushing]][:, pushing], (target - before)[pushing])
-            pulls = side * impulse < 0
-            if not pulls.any():
+        joints, side = self.at_stops(q)
+        if not (side * v[joints] < 0).any():
+            return v
+        columns, back = self.engine.compliance(q, joints), self.restitution[(side < 0).astype(int), joints]
+        fastest = (self.length * np.abs(v)).max()
+        for _ in range(_impacts_before_the_limit(back)):
+            away = side * v[joints]
+            if not (away < 0).any():
+                return v
+            if (self.length[joints] * away).min() >= -ROUNDING * fastest:
                 break
-            pushing = pushing[~pulls[pushing]]
-        after = v + columns @ impulse
-        after[joints[pushing]] = target[pushing]
-        after[joints[self._too_small(q, after, joints, side, t)]] = 0.0
+            touching = away <= 0
+            v = _impact(v, columns[:, touching], joints[touching], side[touching], back[touching])
+        else:
+            if (back == 1).all():
+                raise RunError(f"{t:g} s after the start, impacts on several stops at once do not end")
+        return _impact(v, columns, joints, side, np.zeros(len(joints)))
+
+    def rest(self, q: Array, v: Array, joints: Indices) -> Array:
+        """The rates (nv,) after impulses on k joints (k,) that end their rates; the others follow by the mass matrix."""
+        columns = self.engine.compliance(q, joints)
+        after = v - columns @ _solved(columns[joints], v[joints])
+        after[joints] = 0.0
         return after
 
     def taken(self, q: Array, before: Array, after: Array) -> dict[str, float]:
         """The work in J of the impulses by kind of effect, from the rates (nv,) before and after an impact."""
-        joints = np.flatnonzero((q >= self.upper) | (q <= self.lower))
+        joints, _ = self.at_stops(q)
         impulse = _solved(self.engine.compliance(q, joints)[joints], (after - before)[joints])
         work, kinds = (
             impulse * (before + after)[joints] / 2,
             self.stopping[(q >= self.upper).astype(int), range(len(q))],
         )
         return {kind: float(work[kinds[joints] == kind].sum()) for kind in dict.fromkeys(kinds[joints])}
-
-    def _too_small(self, q: Array, v: Array, joints: Indices, side: Array, t: float) -> Mask:
-        """Which of k joints (k,), pushed to their sides (k,), would bounce by no more than REST; q, v (nv,)."""
-        back = -side * self.engine.accelerate(t, q, v, np.zeros(len(v)))[joints]
-        return v[joints] ** 2 <= 2 * REST * self.length[joints] * np.maximum(back, 0.0)
 
     def choose(self, t: float, q: Array, v: Array, scales: Scales, loose: Array | float = 0.0) -> Mode:
         """Which joints at rest are held, and in which direction the others start to slide; q, v (nv,).
@@ -280,3 +254,49 @@ class Contacts:
 def _solved(A: Array, b: Array) -> Array:
     """The solution (k,) of A x = b for A (k, k): of one equation without LAPACK, which takes ten times as long."""
     return b / A[0] if len(b) == 1 else np.linalg.solve(A, b)
+
+
+def _impact(v: Array, columns: Array, joints: Indices, side: Array, back: Array) -> Array:
+    """The rates (nv,) after one simultaneous impact, from v (nv,): the stops push k joints to their sides (k,).
+
+    By impulses p >= 0, with the columns (nv, k) of the compliance. A joint that is pushed leaves with its rate before times
+    `back` (k,), the restitution; one that is not pushed, because the others carry it away, leaves faster.
+    """
+    away = side * v[joints]
+    bounce = back * np.maximum(-away, 0.0)
+    impulse = _pushes(side[:, None] * columns[joints] * side, bounce - away)
+    after = v + columns @ (side * impulse)
+    after[joints] = side * np.where(impulse > 0, bounce, np.maximum(side * after[joints], bounce)) + 0.0
+    return after
+
+
+def _pushes(A: Array, b: Array) -> Array:
+    """The p >= 0 (k,) with A p >= b for which only those rows are equal whose p is above 0; A (k, k) positive definite.
+
+    Block principal pivoting: all that do not fit change, or one of them where that does not help (L. Portugal, J. Júdice,
+    L. Vicente, Math. Comp. 63 (1994), 625).
+    """
+    size = np.sqrt(np.diag(A))
+    A, b = A / np.outer(size, size), b / size
+    pushing, fewest, patience = np.ones(len(b), bool), len(b) + 1, PATIENCE
+    for _ in range(50 + 10 * len(b) ** 2):
+        p = np.zeros(len(b))
+        if pushing.any():
+            p[pushing] = _solved(A[pushing][:, pushing], b[pushing])
+        unfit = np.where(pushing, p < -ROUNDING * np.abs(p).max(), A @ p < b - ROUNDING * np.abs(b).max())
+        count = int(unfit.sum())
+        if not count:
+            return np.maximum(p, 0.0) / size
+        fewest, patience = (count, PATIENCE) if count < fewest else (fewest, patience - 1)
+        pushing ^= unfit if patience >= 0 else np.arange(len(b)) == np.flatnonzero(unfit)[-1]
+    raise RunError("the search for the stops that push does not end")
+
+
+def _impacts_before_the_limit(back: Array) -> int:
+    """After how many impacts a series has no end, or leaves nothing; k joints at their stops, their restitutions (k,).
+
+    An impact shrinks the space of the rates by the factor `back`. A series ends because the rates turn in this space, and
+    those that turn shrink together: of 2 joints by sqrt(back) an impact. A series that ends later leaves less than rounding.
+    """
+    loss = 1.0 - float(back.max())
+    return MOST_IMPACTS if loss == 0 else int(min(MOST_IMPACTS, SHRINKS * (len(back) + 1) / loss))

@@ -11,10 +11,11 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.dynamics.acting import acting, chosen_bodies, chosen_joints, in_order, plain_arithmetic
 from pendpin.dynamics.binding import bind_loads, bodies_of, surroundings
-from pendpin.dynamics.compiling import compiled
+from pendpin.dynamics.compiling import compilable, compiled, sampler_of
 from pendpin.dynamics.contact_binding import bind_contacts
 from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.powers import Accounts
+from pendpin.dynamics.samples import Sampler
 from pendpin.dynamics.symbols import Asked
 from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
@@ -22,12 +23,8 @@ from pendpin.errors import InputError
 from pendpin.model import kinematics
 from pendpin.model.bodies import with_gravity
 from pendpin.model.build import Model, build
-from pendpin.scene import Scene, chosen_scene
+from pendpin.scene import METHODS, Form, Scene, chosen_scene
 from pendpin.trajectory import Reactions
-
-Form = Literal["any", "angles", "directions"]  # of the state
-
-ON_ANGLES = ("euler", "gauss2", "gauss4", "gauss6")  # methods whose state is q and its rates or momenta
 
 Potential = Callable[[Array, Array], Array]  # q (n, nv), poses (n, bodies, 4, 4) -> J (n,)
 
@@ -53,6 +50,7 @@ class Dynamics:
         self.engine: Engine = self.compiled() if engine == "compiled" else self._base
         self.potentials = potentials(model, effects)
         self.conservative = all(potential is not None for potential in self.potentials)
+        self.sampler: Sampler | None = None  # of samples in machine code, where these are used
         if model.pin is not None:
             self.model = replace(model, pin=with_gravity(model.pin, self.loads.constant))
 
@@ -69,6 +67,11 @@ class Dynamics:
         changed = copy(self)
         changed.engine = self.compiled()
         return changed
+
+    def use_compiled_samples(self) -> None:
+        """Compute samples in machine code where that is possible: those of chains with pendpin's own effects."""
+        if self.model.chain is not None and compilable(self.model, self.effects):
+            self.sampler = sampler_of(self._base, self.effects, self.start)
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
         """q'' (nv,) at time t. Raises InputError for arrays of another shape."""
@@ -198,8 +201,25 @@ def bind(scene: Scene | str | Path) -> Dynamics:
     """The dynamics of a scene, or of that of a file. Raises InputError for a model that cannot be simulated."""
     scene = chosen_scene(scene)
     method = scene.solver.method
-    form: Form = "directions" if method == "taylor" else "angles" if method in ON_ANGLES else "any"
+    form = METHODS[method].state if method in METHODS else "any"
     return Dynamics(build(scene.model), scene.effects, scene.solver.engine, form, scene.start.time)
+
+
+def loads_at(dynamics: Dynamics, q: Array, v: Array) -> tuple[Array | None, Array | None]:
+    """What the effects exert at each state: torques (n, nv), and wrenches (n, joints, 6) at the joints, in their frames."""
+    loads, tau, external = dynamics.loads, None, None
+    if loads.torque is not None:
+        tau = np.array([loads.torque(0.0, *state) for state in zip(q, v, strict=True)])
+    if loads.wrench is not None:
+        engine = Revolute(dynamics.model, loads)
+        external = np.zeros((*q.shape, 6))
+        for i, state in enumerate(np.concatenate([q, v], -1)):
+            motion = engine.motion(state)
+            forces, moments = loads.wrench(0.0, motion)
+            for body, R, force, moment in zip(dynamics.model.bodies, motion.rotation, forces, moments, strict=True):
+                linear = R.T @ force
+                external[i, body.joint] += np.concatenate([linear, R.T @ moment + np.cross(body.com, linear)])
+    return tau, external
 
 
 def reactions(model: Model, q: Array, wrench: Array, xp: Any = np) -> Reactions | None:

@@ -5,7 +5,7 @@ effects.
 """
 
 from collections.abc import Callable, Hashable
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -20,9 +20,19 @@ AnEffect = TypeVar("AnEffect", bound=Effect)
 class Numbers:
     """Passes numbers on unchanged: for equations on floats."""
 
+    by_rod: ClassVar[bool] = False  # whether the equations see one rod of a chain that may have any number of them
+
     def __call__(self, x: Any) -> Any:
         """A number or an array of numbers as the equations see it; None stays None."""
         return x
+
+    def joints(self, x: Array) -> Array:
+        """Numbers (n, ...) of all joints, as `self(x)`; those of one rod's joints, (2, ...), if equations are by rod."""
+        return self(x)
+
+    def bodies(self, x: Array) -> Array:
+        """Numbers (n, ...) of all bodies; of one rod, (1, ...), if equations are by rod."""
+        return self(x)
 
     def constant(self, x: Any) -> None:
         """Note what the equations take as it is."""
@@ -49,6 +59,11 @@ class Parameters(Numbers):
     def structure(self) -> tuple[Hashable, ...]:
         """What has to agree for two scenes to have the same equations but for the values."""
         return tuple(self._structure)
+
+    @property
+    def values_of_rods(self) -> Array:
+        """The parameters that each of n rods has its own value of, (k, n)."""
+        return np.empty((0, 1))
 
     def __call__(self, x: Any) -> Any:
         """As `Numbers`, with a parameter for each number that is not 0."""
@@ -91,6 +106,48 @@ class Parameters(Numbers):
             self.tables.append(Table(times, rows))
         self._structure.append(("table", place, width))
         return super().table(times, rows) if tape is None else lambda t: tape.row(place, width, t)
+
+
+class RodParameters(Parameters):
+    """Parameters of a chain of n rods, whose equations are recorded for one rod: the same for every n.
+
+    A number that is 0 for all rods is 0 by structure.
+    """
+
+    by_rod: ClassVar[bool] = True
+
+    def __init__(self, rods: int, tape: Tape | None = None) -> None:
+        super().__init__(tape)
+        self.rods, self.columns = rods, list[Array]()
+
+    @property
+    def values_of_rods(self) -> Array:
+        """As `Parameters`."""
+        return np.array(self.columns).reshape(-1, self.rods)
+
+    def joints(self, x: Array) -> Array:
+        """As `Numbers`, from the numbers (2 n, ...) of theta and phi of every rod."""
+        return self._of_rod(np.reshape(np.asarray(x, float), (self.rods, 2, *np.shape(x)[1:])))
+
+    def bodies(self, x: Array) -> Array:
+        """As `Numbers`, from the numbers (n, ...) of every rod."""
+        return self._of_rod(np.asarray(x, float)[:, None])
+
+    def _of_rod(self, x: Array) -> Array:
+        """The numbers (k, ...) of one rod, from those (n, k, ...) of all."""
+        present = (x != 0).any(0)
+        self._structure.append((x.shape[1:], present.tobytes()))
+        begin = len(self.columns)
+        self.columns += list(x[:, present].T)
+        if self._tape is None:
+            return x[0]
+        out = np.zeros(x.shape[1:], dtype=object)
+        out[present] = [self._tape.parameter(place, by_rod=True) for place in range(begin, len(self.columns))]
+        return out
+
+    def input_of_rod(self, part: int, place: int) -> Any:
+        """One of two inputs of each rod, from the first or the second half of all."""
+        return 0.0 if self._tape is None else self._tape.input_of_rod(part, place)
 
 
 GIVEN = Numbers()

@@ -11,6 +11,7 @@ from pendpin.dynamics.acting import in_order
 from pendpin.dynamics.binding import bodies_of, body_wrench, field_since, joint_torque, since, surroundings
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, JointEffect, Motion
+from pendpin.equations.passes import total
 from pendpin.model.build import Model
 
 
@@ -53,7 +54,7 @@ def powers(
 ) -> Powered:
     """The power in W for each account, as a function of the state. Contacts have none here."""
     ordered, complete = in_order(effects), surroundings(effects, xp, start, numbers)
-    bodies = Bodies(*map(numbers, bodies_of(model)))
+    bodies = Bodies(*map(numbers.bodies, bodies_of(model)))
     found: list[tuple[int, Power]] = []
     for (effect, where), account in zip(ordered, accounts.places, strict=True):
         if account is not None and (power := _power(model, effect, where, start, complete, bodies, xp, numbers)):
@@ -81,13 +82,13 @@ def _power(
     """The power in W of one effect; None for one that acts through events."""
     if isinstance(effect, JointEffect):
         torque = since(start, effect, joint_torque(model, effect, where, xp, numbers), numbers)
-        return lambda state: torque(state.t, state.q, state.v) @ state.v
+        return lambda state: total(torque(state.t, state.q, state.v) * state.v, xp)
     if isinstance(effect, FieldEffect):
         field = field_since(start, effect, "field", xp, numbers)
 
         def of_field(state: State) -> Any:
             velocities = state.motion.velocities(bodies.com)
-            return bodies.mass @ (velocities * state.motion.fixed(field(state.t))).sum(-1)
+            return total(bodies.mass * (velocities * state.motion.fixed(field(state.t))).sum(-1), xp)
 
         return of_field
     if not isinstance(effect, BodyEffect):
@@ -96,6 +97,6 @@ def _power(
 
     def power(state: State) -> Any:
         force, moment = wrench(state.t, complete(state.t, state.motion))
-        return (force * state.motion.velocities(bodies.com) + moment * state.motion.spin).sum()
+        return total(force * state.motion.velocities(bodies.com) + moment * state.motion.spin, xp)
 
     return power

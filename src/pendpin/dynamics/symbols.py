@@ -5,24 +5,30 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, cross
+from pendpin.arrays import Array, Indices, cross
+from pendpin.dynamics.acting import plain_arithmetic
 from pendpin.dynamics.binding import bind_loads
 from pendpin.dynamics.contacts import Contacts
-from pendpin.dynamics.parameters import Numbers, Parameters
+from pendpin.dynamics.parameters import Numbers, Parameters, RodParameters
 from pendpin.dynamics.powers import Accounts, Powered, State, powers
 from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Directions, Engine, Loads
 from pendpin.engines.external_forces import centres_of, in_joint_frames
 from pendpin.engines.tape import Recording, Tape, Term, recorded
+from pendpin.engines.tape_passes import recorded_by_rod
 from pendpin.equations import newton_euler, recursion, thin_recursion, trees
 from pendpin.equations.base import RodInertia
+from pendpin.equations.passes import outward, total
 from pendpin.equations.trees import Tree
 from pendpin.model.bodies import tree_of
-from pendpin.model.build import SIGNS, Model
+from pendpin.model.build import SIGNS, Model, tree_of_chain
 
 Right = Callable[[Any, Array], tuple[list[Any], list[Any]]]  # t, y (size,) -> y' and what else is computed, all terms
 Rubbing = Callable[[Array], list[tuple[str, Array]]]  # v (nv,) -> kinds of effects and torques (nv,)
 Acceleration = Callable[[Any, Array, Array], Array]  # t, q, v (nv,) -> q'' (nv,)
+PARTS = 2  # of a chain's state: angles and rates, or directions and angular velocities
+JOINTS = 2  # of a rod
+WRITTEN_OUT = 3  # rods, up to which code without a loop takes less time: the first and the last rod lack a neighbour
 
 
 class Asked(NamedTuple):
@@ -33,6 +39,29 @@ class Asked(NamedTuple):
 
 
 MOTION = Asked()
+
+
+def records_by_rod(engine: Engine, effects: Sequence[Effect]) -> bool:
+    """Whether the equations are recorded for one rod: a chain of several, and effects whose laws are pendpin's own.
+
+    Those see each rod for itself; what a user's law reads is not known.
+    """
+    chain = engine.model.chain
+    return chain is not None and chain.n > WRITTEN_OUT and plain_arithmetic(effects)
+
+
+def record_by_rod(engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION) -> Recording:
+    """As `record`, for one rod of a chain: the same for any number of rods."""
+    tape, chain = Tape(), engine.model.chain
+    assert chain is not None
+    numbers = RodParameters(chain.n, tape)
+    right = _right_hand_side(engine, effects, start, asked, numbers, recorded_by_rod(tape))
+    in_directions = isinstance(engine, Directions)
+    y = tape.state_of_rod(PARTS, 3 if in_directions else 2)
+    results, more = right(tape.time(), y)
+    of_rod, others = results[: len(y)], results[len(y) :]
+    inputs = 4 if asked.contacts else 0
+    return Recording(tape, others, [], inputs, int(in_directions), PARTS, len(y) // PARTS, of_rod, more)
 
 
 def record(
@@ -49,7 +78,7 @@ def record(
     y[list(still)] = 0.0
     results, more = right(tape.time(), y)
     directions = engine.chain.n if isinstance(engine, Directions) else 0
-    return Recording(tape, results, size, more, 2 * nv if asked.contacts else 0, directions)
+    return Recording(tape, results, more, 2 * nv if asked.contacts else 0, directions, width=size)
 
 
 def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: Sequence[int]) -> tuple[int, ...]:
@@ -69,9 +98,12 @@ def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: 
     return still
 
 
-def parameters_of(engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION) -> Parameters:
+def parameters_of(
+    engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION, by_rod: bool = False
+) -> Parameters:
     """The parameters of these equations, and their structure, without the equations."""
-    parameters = Parameters()
+    chain = engine.model.chain
+    parameters = RodParameters(chain.n) if by_rod and chain else Parameters()
     _right_hand_side(engine, effects, start, asked, parameters, np)
     return parameters
 
@@ -84,11 +116,12 @@ def _right_hand_side(
     A single rod in fields alone goes by the closed form (measured at 12 digits: 15 % less time than the recursion).
     """
     model = engine.model
-    numbers.constant((engine.name, model.joints, tuple(body.link for body in model.bodies), asked.accounts))
+    names = () if numbers.by_rod else (model.joints, tuple(body.link for body in model.bodies))
+    numbers.constant((isinstance(engine, Directions), numbers.by_rod, *names, asked.accounts))
     loads = bind_loads(model, effects, xp, start, numbers)
     powered = asked.accounts and powers(model, effects, asked.accounts, start, xp, numbers)
     if isinstance(engine, Directions):
-        return _in_directions(engine, loads, powered, numbers)
+        return _in_directions(engine, loads, powered, numbers, xp)
     assert isinstance(engine, AngleEngine)
     alone = len(model.joints) == 2 and len(model.rods) == 1 and model.rods[0].inertia is not None
     if alone and not any((loads.torque, loads.wrench, *asked)):
@@ -115,7 +148,8 @@ def _one_rod(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Accele
 
 def _of_tree(model: Model, loads: Loads, asked: Asked, powered: Powered | None, numbers: Parameters, xp: Any) -> Right:
     """The rates of any tree, by the articulated-body recursion, and the torques (nv,) that hold held joints."""
-    tree, nv = _with_numbers(tree_of(model.pin), numbers), len(model.joints)
+    tree = tree_with_numbers(model, numbers)
+    nv = len(tree.parents)
     external = None if loads.wrench is None else external_wrenches(model, loads, numbers, tree, xp)
     rubbing, held = _contacts(asked.contacts, nv, numbers, xp)
 
@@ -126,10 +160,10 @@ def _of_tree(model: Model, loads: Loads, asked: Asked, powered: Powered | None, 
         tau = sum(taus[1:], taus[0]) if taus else None
         wrenches = external and external(t, q, v)
         a, holding = recursion.with_held_joints(tree, q, v, loads.field(t), held, tau, wrenches, xp)
-        work = powered(State(t, q, v, lambda: _motion(model, loads, tree, q, v, xp))) if powered else []
+        work = powered(State(t, q, v, lambda: motion_in_links(model, loads, tree, q, v, xp))) if powered else []
         if asked.accounts:
             for kind, torque in rubs:
-                work[asked.accounts.kinds.index(kind)] += torque @ v
+                work[asked.accounts.kinds.index(kind)] += total(torque * v, xp)
         return [*v, *a, *work], list(holding) if asked.contacts else []
 
     return right
@@ -139,23 +173,32 @@ def _contacts(contacts: Contacts | None, nv: int, numbers: Parameters, xp: Any) 
     """The torques of sliding friction (nv,) by kind, as a function of v (nv,), and which joints are held: the inputs."""
     if contacts is None:
         return lambda v: [], [None] * nv
-    numbers.constant(("contacts", contacts.holding.tobytes()))
-    on_tape, ways = contacts.with_numbers(numbers), np.array([numbers.input(nv + i) for i in range(nv)])
-    held = [numbers.input(i) if can else None for i, can in enumerate(contacts.holding)]
-    return lambda v: on_tape.rubbing(v, ways, xp), held
+    on_tape = contacts.with_numbers(numbers)
+    if isinstance(numbers, RodParameters):
+        holding = np.asarray(contacts.holding.reshape(-1, nv).any(0))
+        flags, ways = ([numbers.input_of_rod(part, i) for i in range(nv)] for part in range(2))
+    else:
+        holding = contacts.holding
+        flags, ways = ([numbers.input(part * nv + i) for i in range(nv)] for part in range(2))
+    numbers.constant(("contacts", holding.tobytes()))
+    held = [flag if can else None for flag, can in zip(flags, holding, strict=True)]
+    return lambda v: on_tape.rubbing(v, np.array(ways), xp), held
 
 
-def _with_numbers(tree: Tree, numbers: Parameters) -> Tree:
-    """The tree with its numbers as parameters; the directions of its axes stay constants."""
-    for part in (tree.parents, tree.kinds, tree.axes, tree.rotations):
+def tree_with_numbers(model: Model, numbers: Parameters) -> Tree:
+    """The tree of a model with its numbers as parameters; by rod, that of one. The directions of its axes are constants."""
+    tree = tree_of_chain(model.chain) if numbers.by_rod and model.chain else tree_of(model.pin)
+    kept = slice(JOINTS if numbers.by_rod else None)
+    constants = tree.parents[kept], tree.kinds[kept], tree.axes[kept], tree.rotations[kept]
+    for part in constants:
         numbers.constant(part)
-    changing = ("translations", "masses", "coms", "inertias")
-    return tree._replace(**{name: numbers(getattr(tree, name)) for name in changing})
+    changing = tree.translations, tree.masses, tree.coms, tree.inertias
+    return Tree(*constants, *map(numbers.joints, changing))
 
 
-def _motion(model: Model, loads: Loads, tree: Tree, q: Array, v: Array, xp: Any) -> Motion:
+def motion_in_links(model: Model, loads: Loads, tree: Tree, q: Array, v: Array, xp: Any) -> Motion:
     """The motion of the bodies: in their link frames, which takes fewer operations, unless a user's effects need W."""
-    joints = np.array([body.joint for body in model.bodies])
+    joints = _bodies_joints(model, tree)
     if loads.wrench is not None and loads.together is None:
         return Motion(*trees.motions(tree, q, v, xp)).of(joints)
     origin, velocity, spin, into_links = trees.motions_in_links(tree, q, v, xp)
@@ -165,39 +208,52 @@ def _motion(model: Model, loads: Loads, tree: Tree, q: Array, v: Array, xp: Any)
 
 def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, xp: Any) -> Acceleration:
     """Wrenches on the links, (n, 6), at the joints' origins, in the joints' frames."""
-    joints, com = [body.joint for body in model.bodies], numbers(centres_of(model.bodies))
+    joints, com = _bodies_joints(model, tree), numbers.bodies(centres_of(model.bodies))
     wrench = loads.wrench
     assert wrench is not None
 
     def external(t: Any, q: Array, v: Array) -> Array:
-        motion, out = _motion(model, loads, tree, q, v, xp), np.zeros((len(model.joints), 6), dtype=object)
+        motion, out = motion_in_links(model, loads, tree, q, v, xp), np.zeros((len(tree.parents), 6), dtype=object)
         out[joints] = in_joint_frames(com, motion, *wrench(t, motion))
         return out
 
     return external
 
 
-def _in_directions(engine: Directions, loads: Loads, powered: Powered | None, numbers: Parameters) -> Right:
+def _bodies_joints(model: Model, tree: Tree) -> Indices:
+    """The joints that move the bodies: the second of the two in the tree of one rod."""
+    joints = np.array([body.joint for body in model.bodies])
+    return joints[joints < len(tree.parents)]
+
+
+def _in_directions(engine: Directions, loads: Loads, powered: Powered | None, numbers: Parameters, xp: Any) -> Right:
     """d' = omega x d and omega' = d x d'', in I: regular everywhere."""
-    chain = thin_recursion.ThinRods(*(numbers(getattr(engine.chain, name)) for name in thin_recursion.ThinRods._fields))
-    size = 6 * engine.chain.n
+    rods = (getattr(engine.chain, name) for name in thin_recursion.ThinRods._fields)
+    chain = thin_recursion.ThinRods(*map(numbers.bodies, rods))
+    size = 6 * len(chain.m)
 
     def right(t: Any, y: Array) -> tuple[list[Any], list[Any]]:
         d, omega = (part.reshape(-1, 3) for part in np.split(y[:size], 2))
-        rate, external = cross(omega, d), ()
-        motion = thin_motion(chain.l[:, None], d, rate, omega)
+        rate, force, moment = cross(omega, d), None, None
+        motion = thin_motion(chain.l[:, None], d, rate, omega, xp)
         if loads.wrench is not None:
-            external = tuple(part * SIGNS for part in loads.wrench(t, motion))
-        turning = thin_recursion.turning(chain, d, rate, loads.field(t) * SIGNS, *external)
+            force, moment = (part * SIGNS for part in loads.wrench(t, motion))
+        turning = thin_recursion.turning(chain, d, rate, loads.field(t) * SIGNS, force, moment, xp)
         work = powered(State(t, d, omega, lambda: motion)) if powered else []
         return [*rate.reshape(-1), *turning.reshape(-1), *work], []
 
     return right
 
 
-def thin_motion(length: Array, d: Array, rate: Array, omega: Array) -> Motion:
+def thin_motion(length: Array, d: Array, rate: Array, omega: Array, xp: Any = np) -> Motion:
     """The motion of n thin rods from d, d', omega (n, 3) in I; of the axes only z = -d is set, the others are 0."""
-    origin, velocity = (np.concatenate([np.zeros((1, 3)), np.cumsum(length * x, 0)[:-1]]) for x in (d, rate))
+
+    def sums(x: Array) -> Array:
+        """The sum (n, 3) of the rows of x before each."""
+        parents = range(-1, len(x) - 1)
+        return np.stack(outward(lambda i, before: (before + x[i], before), np.zeros(3), parents, xp))
+
+    origin, velocity = sums(length * d), sums(length * rate)
     axes = np.zeros((len(d), 3, 3), dtype=object)
     axes[..., 2] = -d * SIGNS
     return Motion(origin * SIGNS, axes, velocity * SIGNS, omega * SIGNS)

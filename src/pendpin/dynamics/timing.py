@@ -1,21 +1,18 @@
 """How fast the effects of a scene change during a run: where the integration restarts, and its longest steps."""
 
-import dis
 from collections.abc import Callable, Sequence
-from functools import cache
-from types import CodeType, MethodType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.binding import body_wrench, field_since, joint_torque, since, surroundings
+from pendpin.dynamics.declared import declared_pace, law_name
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Torque
-from pendpin.effects.pace import Pace, intervals_for, measured, together
-from pendpin.errors import InputError
+from pendpin.effects import BodyEffect, Effect, FieldEffect, JointEffect, Torque
+from pendpin.effects.pace import Pace, intervals_for, measured, together, without_jumps
 
-SAMPLES = intervals_for(1024)  # of an effect that cannot say how fast it changes: intervals over the run
+SAMPLES = intervals_for(1024)  # of an effect that does not declare its pace: intervals over the run
 NEGLIGIBLE = 1e-10  # of an effect, for methods without a tolerance
 
 
@@ -24,14 +21,14 @@ class Timing(NamedTuple):
 
     pace: Pace  # of all effects at once
     fastest: tuple[tuple[str, float], ...]  # each effect that changes with time, and its shortest time in s
-    sampled: tuple[str, ...]  # the effects that could not say
+    sampled: tuple[tuple[str, str], ...]  # each effect that does not declare its pace, and by which name it can
 
     def notes(self, duration: float, step: float | None) -> tuple[str, ...]:
         """Notes on a run of `duration` s, with a fixed step in s if it has one."""
         said = [
             f"{name} does not declare how fast it changes with time: it was sampled every {duration / SAMPLES:.3g} s, "
-            "and shorter changes may be missed; give it a `pace`"
-            for name in self.sampled
+            f"and shorter changes may be missed; give it a `{declared}`"
+            for name, declared in self.sampled
         ]
         said += [
             f"{name} changes within {shortest:.3g} s: take a smaller step than {step:g} s"
@@ -47,82 +44,47 @@ def timing(
     """The pace of a scene's effects over a run from q, v (nv,), of `duration` s."""
     paces, fastest, sampled = [], [], []
     for i, effect in enumerate(effects):
-        name, function = f"effects[{i}] ({effect.kind})", _METHODS.get(_interface(effect))
-        if function is None or not duration or not _reads_time(effect, function):
+        if law_name(effect) is None or not duration or (isinstance(effect, FieldEffect) and effect.constant):
             continue
-        pace = _declared(effect, function, dynamics.start, duration, tolerance or NEGLIGIBLE)
+        name = f"effects[{i}] ({effect.kind})"
+        pace = declared_pace(effect, dynamics.start, duration, tolerance or NEGLIGIBLE)
         if pace is None:
-            sampled.append(name)
+            sampled.append((name, "shortest` or `steady" if isinstance(effect, Torque) else "pace"))
             pace = _sampled(dynamics, effects, i, q, v, duration, tolerance or NEGLIGIBLE)
         paces.append(pace)
         fastest.append((name, float(np.min(pace.shortest))))
     return Timing(together(paces), tuple(fastest), tuple(sampled))
 
 
-_METHODS = {FrameEffect: "acceleration", FieldEffect: "field", JointEffect: "torques", BodyEffect: "wrench"}
-
-
-def _interface(effect: Effect) -> type[Effect] | None:
-    """The interface of an effect that depends on time; None for a contact."""
-    return next((interface for interface in _METHODS if isinstance(effect, interface)), None)
-
-
-def _owner(effect: Effect, name: str) -> type:
-    """The class that defines a method of an effect."""
-    return next(kind for kind in type(effect).__mro__ if name in vars(kind))
-
-
-def _reads_time(effect: Effect, name: str) -> bool:
-    """Whether the code of an effect's method, or of the function of a Torque, reads the time."""
-    given = isinstance(effect, Torque)
-    function = effect.function if given else vars(_owner(effect, name))[name]
-    code, behind_self = getattr(function, "__code__", None), not given or isinstance(function, MethodType)
-    return code is None or _reads(code, int(behind_self))
-
-
-@cache
-def _reads(code: CodeType, place: int) -> bool:
-    """Whether a function's code reads an argument, by its place; one without it, such as f(*args), may."""
-    return code.co_argcount <= place or any(s.argval == code.co_varnames[place] for s in dis.get_instructions(code))
-
-
-def _declared(effect: Effect, name: str, start: float, duration: float, negligible: float) -> Pace | None:
-    """The pace that an effect declares; None if a subclass overrides the method but not its pace."""
-    if not issubclass(_owner(effect, "pace"), _owner(effect, name)):
-        return None
-    moved, early = effect.since(start)
-    pace = moved.pace(early, early + duration, negligible)
-    if pace is None:
-        return None
-    corners, shortest = np.asarray(pace.corners, float), np.asarray(pace.shortest, float)
-    rises = corners.ndim == 1 and np.isfinite(corners).all() and (np.diff(corners) > 0).all()
-    if not rises or shortest.shape != (len(corners) + 1,) or not (shortest > 0).all():
-        raise InputError(
-            f"{effect.kind}: its pace has corners {corners.tolist()} and shortest times {shortest.tolist()}: corners have "
-            "to rise, shortest times to be above 0, one more than corners"
-        )
-    return Pace(corners - early, shortest)
-
-
 def _sampled(
     dynamics: Dynamics, effects: Sequence[Effect], i: int, q: Array, v: Array, duration: float, negligible: float
 ) -> Pace:
-    """The pace of one effect from its values at two states: the start q, v (nv,) and one away from it."""
-    t, away = np.linspace(0.0, duration, SAMPLES + 1), np.sin(1.0 + np.arange(len(q)))
-    values = _values(dynamics, effects, i)
-    samples = [[values(time, q, v), values(time, q + away, v + away)] for time in t]
-    return measured(t, np.nan_to_num(np.array(samples, float).reshape(len(t), -1)), negligible)
+    """The pace of one effect from its values at three states: the start q, v (nv,) and one on either side of it.
+
+    An effect may act on one side only, and not at rest; no direction of the joints is special. Where it jumps, the
+    integration restarts at the jump itself.
+    """
+    away = np.sin(1.0 + np.arange(len(q)))
+    acting = [action(dynamics, effects, i, q + side * away, v + side * away) for side in (0.0, 1.0, -1.0)]
+
+    def values(time: float) -> Array:
+        return np.nan_to_num(np.concatenate([act(time) for act in acting]))
+
+    t = np.linspace(0.0, duration, SAMPLES + 1)
+    samples = np.array([values(float(time)) for time in t])
+    places, others = without_jumps(values, t, samples, negligible)
+    return together([measured(t, others, negligible), Pace(places, np.full(len(places) + 1, np.inf))])
 
 
-def _values(dynamics: Dynamics, effects: Sequence[Effect], i: int) -> Callable[[float, Array, Array], Any]:
-    """What an effect exerts at a time since the start and a state q, v (nv,)."""
+def action(dynamics: Dynamics, effects: Sequence[Effect], i: int, q: Array, v: Array) -> Callable[[float], Array]:
+    """What one of the effects exerts at a state q, v (nv,), flat, as a function of the time since the start in s."""
     effect, start, model, where = effects[i], dynamics.start, dynamics.model, f"effects[{i}]"
     if isinstance(effect, FieldEffect):
-        field = field_since(start, effect, "field")
-        return lambda t, q, v: field(t)
+        return field_since(start, effect, "field")
     if isinstance(effect, JointEffect):
-        return since(start, effect, joint_torque(model, effect, where))
+        torque = since(start, effect, joint_torque(model, effect, where))
+        return lambda t: torque(t, q, v)
     assert isinstance(effect, BodyEffect)
     wrench, complete = since(start, effect, body_wrench(model, effect, where)), surroundings(effects, start=start)
-    engine = dynamics.engine
-    return lambda t, q, v: wrench(t, complete(t, engine.motion(engine.pack(q, v))))
+    motion = dynamics.engine.motion(dynamics.engine.pack(q, v))
+    return lambda t: np.concatenate(wrench(t, complete(t, motion))).ravel()

@@ -47,8 +47,8 @@ class Effect(Record):
     def pace(self, begin: float, end: float, negligible: float) -> Pace | None:
         """How fast the effect changes with time from `begin` to `end`, in s, where positions and rates do not change.
 
-        Changes below `negligible` times the largest value may be left out. None if the pace is not known: the run then
-        samples the effect, if it reads the time, and adds a note.
+        Changes below `negligible` times the largest value may be left out; `pendpin.effects.pace.STEADY` if time makes no
+        difference. None if the effect does not declare it: the run then samples it, and adds a note.
         """
         return None
 

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from pendpin.arrays import Array
 from pendpin.effects.base import JointEffect, OnJoints
-from pendpin.effects.pace import Pace
+from pendpin.effects.pace import STEADY, Pace
 from pendpin.records import NotNegative, Number, Positive
 
 
@@ -26,6 +26,10 @@ class Viscous(OnJoints):
         """-coefficient v, (k,) N m."""
         return -self.coefficient * v
 
+    def pace(self, begin: float, end: float, negligible: float) -> Pace:
+        """Time makes no difference."""
+        return STEADY
+
 
 class Spring(OnJoints):
     """A linear spring at the joint: tau = -stiffness (q - rest), potential stiffness (q - rest)² / 2.
@@ -42,6 +46,10 @@ class Spring(OnJoints):
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
         """-stiffness (q - rest), (k,) N m."""
         return -self.stiffness * (q - self.rest)
+
+    def pace(self, begin: float, end: float, negligible: float) -> Pace:
+        """Time makes no difference."""
+        return STEADY
 
     def potential(self, q: Array, xp: Any = np) -> Any:
         """stiffness (q - rest)² / 2, summed over the joints, J; q is (n, nv) in rad."""

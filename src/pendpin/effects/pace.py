@@ -1,6 +1,6 @@
 """How fast an effect changes with time, so that no step of an integration jumps over it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +10,8 @@ from pendpin.arrays import Array
 DECAY = 3.0  # a signal is resolved where its distance to polynomials of degree 4 falls so much from interval to half
 STEP = 0.25  # of a resolved interval: the longest step that cannot jump over it
 RESTART = 8.0  # steps, about what a break of the integration costs
+STEEP, BESIDE = 4.0, 8  # a change that may be a jump: over the median of so many changes before and after it
+MOST_JUMPS = 64  # located; a signal with more is rough everywhere, and its steps are short anyway
 
 
 class Pace(NamedTuple):
@@ -34,6 +36,9 @@ class Pace(NamedTuple):
     def at(self, t: Array) -> Array:
         """The shortest time in s right after each of the times t (n,) in s."""
         return np.asarray(self.shortest)[np.searchsorted(self.corners, t, "right")]
+
+
+STEADY = Pace.even(np.inf)  # of an effect to which time makes no difference
 
 
 def together(paces: Sequence[Pace]) -> Pace:
@@ -67,6 +72,36 @@ def measured(t: Array, values: Array, negligible: float, rounding: float | Array
         resolved.append(resolved[-1].reshape(-1, 2).all(1) & (DECAY * halves.max(1) <= own))
         distances.append(own)
     return _joined(float(t[0]), *_pieces(t, distances, resolved))
+
+
+def without_jumps(values: Callable[[float], Array], t: Array, samples: Array, negligible: float) -> tuple[Array, Array]:
+    """The times (n,) in s at which a signal jumps, and its samples (m, k) at rising times t (m,) in s less the jumps.
+
+    Each time is the first floating-point number after its jump. A jump is a change between two samples that does not
+    become smaller from interval to half.
+    """
+    changes, samples = np.abs(np.diff(samples, axis=0)).max(1), samples.copy()
+    around = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(changes, BESIDE), 2 * BESIDE + 1), axis=1)
+    steep = np.flatnonzero((changes > negligible * np.abs(samples).max(initial=0.0)) & (changes > STEEP * around))
+    places = []
+    for i in steep[np.argsort(-changes[steep], kind="stable")][:MOST_JUMPS]:
+        place, before, after = _halved(values, float(t[i]), float(t[i + 1]))
+        if np.abs(after - before).max() > changes[i] / 2:
+            places.append(place)
+            samples[i + 1 :] -= after - before
+    return np.unique(places), samples
+
+
+def _halved(values: Callable[[float], Array], a: float, b: float) -> tuple[float, Array, Array]:
+    """Where between a and b in s a signal changes most: a time, and the values just before it and at it."""
+    before, after = values(a), values(b)
+    while a < (middle := a + (b - a) / 2) < b:
+        value = values(middle)
+        if np.abs(value - before).max() > np.abs(after - value).max():
+            b, after = middle, value
+        else:
+            a, before = middle, value
+    return b, before, after
 
 
 def _distances(t: Array, values: Array, floor: Array, count: int) -> Array:

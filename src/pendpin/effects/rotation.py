@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from pendpin.arrays import Array, applied, cross
 from pendpin.effects.base import Bodies, BodyEffect, Motion
+from pendpin.effects.pace import STEADY, Pace
 from pendpin.records import Number, Vector
 
 EARTH = 7.292115e-5  # rad/s, Earth's rate of the World Geodetic System 1984
@@ -61,6 +62,10 @@ class Rotation(BodyEffect):
         v = motion.velocity + cross(motion.spin, lever) + motion.fixed(motion.pivot_velocity)
         force = -bodies.mass[:, None] * cross(omega, 2 * v + cross(omega, r))
         return force, cross(omega + 2 * motion.spin, _spread(bodies, motion, omega))
+
+    def pace(self, begin: float, end: float, negligible: float) -> Pace:
+        """Time makes no difference: the rate is constant."""
+        return STEADY
 
     def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
         """J, of the centrifugal force: minus half the integral of |Omega x r|² dm."""

@@ -50,8 +50,8 @@ class Engine(ABC):
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
         """Positions and velocities (n, nv) from states y (n, size) at t (n,); `near` (nv,): positions at the first."""
 
-    def denser(self, t: Array, y: Array, steps: int) -> float:
-        """How many times as dense states y (n, size) at t (n,) must be for `unpack`; up to 1 they are dense enough.
+    def density(self, y: Array) -> float:
+        """The states per second that `unpack` needs to count all turns, by states y (n, size) of the motion.
 
         An engine whose state does not hold angles reads them from state to state, and must follow how the rods turn.
         """

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Hashable, Sequence
 from functools import cached_property
 from threading import Lock
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -51,6 +51,13 @@ class CompiledEquations:
         return Function(self.recording, self._tables)
 
 
+class Values(NamedTuple):
+    """The values of parameters."""
+
+    shared: Sequence[float]
+    of_rods: Array  # (k, n), of each of the n rods; (0, n) where there are none
+
+
 class Compiled(Engine):
     """The state, poses and wrenches of another engine, and y' by machine code, with one set of parameters."""
 
@@ -58,7 +65,7 @@ class Compiled(Engine):
     symbolic = False
 
     def __init__(
-        self, base: Engine, equations: CompiledEquations, values: Sequence[float], tables: Sequence[Table], took: float
+        self, base: Engine, equations: CompiledEquations, values: Values, tables: Sequence[Table], took: float
     ) -> None:
         super().__init__(base.model, base.loads)
         self.base, self.equations, self.name = base, equations, f"{base.name}, compiled"
@@ -68,7 +75,7 @@ class Compiled(Engine):
     @property
     def size(self) -> int:
         """How many numbers the state has."""
-        return self.equations.recording.size
+        return self.function.sizes(self._values.of_rods.shape[1]).state
 
     @property
     def function(self) -> Function:
@@ -80,7 +87,7 @@ class Compiled(Engine):
 
     def block(self) -> Block:
         """The arguments of the function for one run."""
-        return self.function.block(self._values, self._tables, self._took)
+        return self.function.block(*self._values, self._tables, self._took)
 
     def _took(self, seconds: float) -> None:
         self.compile_seconds += seconds
@@ -93,9 +100,9 @@ class Compiled(Engine):
         """Positions and velocities (n, nv) by the base engine."""
         return self.base.unpack(t, y, near)
 
-    def denser(self, t: Array, y: Array, steps: int) -> float:
-        """The density of states y (n, size) that the base engine needs."""
-        return self.base.denser(t, y, steps)
+    def density(self, y: Array) -> float:
+        """The states per second that the base engine needs, by states y (n, size)."""
+        return self.base.density(y)
 
     def project(self, y: Array) -> Array:
         """The projection (size,) of the base engine."""

@@ -6,24 +6,26 @@ from typing import Any
 
 from pendpin.engines.machine_steps import Many, Steps
 
+OPTIMISATION = 2  # of 3; the tape is already simplified
+LONG = 4000  # operations without a loop, beyond which optimising takes over 0.15 s: its time grows with their square
 Rate = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 
 
 class Code:
-    """One compilation of a function.
+    """A function, compiled from its text with so many operations.
 
     `call` is for Python, `address` for compiled integrators, `steps` of rk4, `many` evaluates many states.
     """
 
-    def __init__(self, text: str, optimisation: int) -> None:
-        self._library = _compiled(text, optimisation)
+    def __init__(self, text: str, operations: int) -> None:
+        self._library = compile_text(text, OPTIMISATION if operations <= LONG else 0)
         self.address = self._library.get_function_address("rate")
         self.call = Rate(self.address)
         self.steps = Steps(self._library.get_function_address("steps"))
         self.many = Many(self._library.get_function_address("many"))
 
 
-def _compiled(code: str, optimisation: int) -> Any:
+def compile_text(code: str, optimisation: int = OPTIMISATION) -> Any:
     """The code in memory, for this processor. Its functions live as long as what is returned."""
     import llvmlite.binding as llvm
 

@@ -1,4 +1,7 @@
-"""Loops around a function, as machine code: steps of the classical Runge-Kutta method, and evaluations at many states."""
+"""Loops around a function, as machine code: steps of the classical Runge-Kutta method, and evaluations at many states.
+
+How many numbers a state has, and how many unit vectors it begins with, is in the cells STATE, MORE and UNITS of a block.
+"""
 
 import ctypes
 
@@ -12,14 +15,23 @@ Many = ctypes.CFUNCTYPE(
     None, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p
 )
 
-_CODE = """
+STEPS = """
+define internal i64 @whole(ptr %blocks, i64 %cell) {                         ; a whole number of a block
+  %block = load ptr, ptr %blocks
+  %at = getelementptr i64, ptr %block, i64 %cell
+  %value = load i64, ptr %at
+  ret i64 %value
+}
+
 define void @many(i64 %n, ptr %t, ptr %y, ptr %block, ptr %dy, ptr %more) {
 entry:
+  %size = call i64 @whole(ptr %block, i64 STATE)
+  %size_more = call i64 @whole(ptr %block, i64 MORE)
   br label %next
 next:
   %i = phi i64 [ 0, %entry ], [ %after, %next ]
-  %row = mul i64 %i, SIZE
-  %row_more = mul i64 %i, MORE
+  %row = mul i64 %i, %size
+  %row_more = mul i64 %i, %size_more
   %at = getelementptr double, ptr %t, i64 %i
   %time = load double, ptr %at
   %state = getelementptr double, ptr %y, i64 %row
@@ -33,7 +45,7 @@ done:
   ret void
 }
 
-define internal void @along(ptr %out, ptr %y, double %h, ptr %k) {           ; out = y + h k
+define internal void @along(i64 %size, ptr %out, ptr %y, double %h, ptr %k) { ; out = y + h k
 entry:
   br label %next
 next:
@@ -47,15 +59,15 @@ next:
   %sum = fadd double %value, %change
   store double %sum, ptr %to
   %after = add i64 %i, 1
-  %more = icmp slt i64 %after, SIZE
+  %more = icmp slt i64 %after, %size
   br i1 %more, label %next, label %done
 done:
   ret void
 }
 
-define internal void @unit(ptr %y) {                                         ; each of the first UNITS vectors of 3
+define internal void @unit(i64 %units, ptr %y) {                             ; each of the first vectors of 3
 entry:
-  %some = icmp slt i64 0, UNITS
+  %some = icmp slt i64 0, %units
   br i1 %some, label %next, label %done
 next:
   %i = phi i64 [ 0, %entry ], [ %after, %next ]
@@ -84,7 +96,7 @@ next:
   store double %uy, ptr %py
   store double %uz, ptr %pz
   %after = add i64 %i, 1
-  %more = icmp slt i64 %after, UNITS
+  %more = icmp slt i64 %after, %units
   br i1 %more, label %next, label %done
 done:
   ret void
@@ -92,10 +104,12 @@ done:
 
 define void @steps(ptr %y, double %t, double %h, i64 %count, ptr %block, ptr %k1) {
 entry:
-  %k2 = getelementptr double, ptr %k1, i64 SIZE
-  %k3 = getelementptr double, ptr %k2, i64 SIZE
-  %k4 = getelementptr double, ptr %k3, i64 SIZE
-  %inner = getelementptr double, ptr %k4, i64 SIZE
+  %size = call i64 @whole(ptr %block, i64 STATE)
+  %units = call i64 @whole(ptr %block, i64 UNITS)
+  %k2 = getelementptr double, ptr %k1, i64 %size
+  %k3 = getelementptr double, ptr %k2, i64 %size
+  %k4 = getelementptr double, ptr %k3, i64 %size
+  %inner = getelementptr double, ptr %k4, i64 %size
   %half = fmul double %h, 0.5
   %sixth = fdiv double %h, 6.0
   br label %next
@@ -107,17 +121,17 @@ next:
   %middle = fadd double %begin, %half
   %end = fadd double %begin, %h
   call void @rate(ptr %k1, double %begin, ptr %y, ptr %block, ptr null)
-  call void @along(ptr %inner, ptr %y, double %half, ptr %k1)
+  call void @along(i64 %size, ptr %inner, ptr %y, double %half, ptr %k1)
   call void @rate(ptr %k2, double %middle, ptr %inner, ptr %block, ptr null)
-  call void @along(ptr %inner, ptr %y, double %half, ptr %k2)
+  call void @along(i64 %size, ptr %inner, ptr %y, double %half, ptr %k2)
   call void @rate(ptr %k3, double %middle, ptr %inner, ptr %block, ptr null)
-  call void @along(ptr %inner, ptr %y, double %h, ptr %k3)
+  call void @along(i64 %size, ptr %inner, ptr %y, double %h, ptr %k3)
   call void @rate(ptr %k4, double %end, ptr %inner, ptr %block, ptr null)
-  call void @along(ptr %k2, ptr %k2, double 1.0, ptr %k3)
-  call void @along(ptr %k1, ptr %k1, double 2.0, ptr %k2)
-  call void @along(ptr %k1, ptr %k1, double 1.0, ptr %k4)
-  call void @along(ptr %y, ptr %y, double %sixth, ptr %k1)
-  call void @unit(ptr %y)
+  call void @along(i64 %size, ptr %k2, ptr %k2, double 1.0, ptr %k3)
+  call void @along(i64 %size, ptr %k1, ptr %k1, double 2.0, ptr %k2)
+  call void @along(i64 %size, ptr %k1, ptr %k1, double 1.0, ptr %k4)
+  call void @along(i64 %size, ptr %y, ptr %y, double %sixth, ptr %k1)
+  call void @unit(i64 %units, ptr %y)
   %after = add i64 %i, 1
   %more = icmp slt i64 %after, %count
   br i1 %more, label %next, label %done
@@ -125,8 +139,3 @@ done:
   ret void
 }
 """
-
-
-def steps_code(size: int, more: int, directions: int) -> str:
-    """The code, for a function `rate` of states (size,) that begin with unit vectors in space, and further results."""
-    return _CODE.replace("SIZE", str(size)).replace("MORE", str(more)).replace("UNITS", str(directions))

@@ -67,14 +67,11 @@ class Thin(Engine):
             reading = angles.read(d, rate, bend, near)
         return reading
 
-    def denser(self, t: Array, y: Array, steps: int) -> float:
-        """The density at which no rod turns more than TURN relative to the one above, from y (n, size) at t (n,)."""
-        if len(y) < 2:
-            return 0.0
+    def density(self, y: Array) -> float:
+        """The states per second between which no rod turns more than TURN relative to the one above; y (n, size)."""
         speed = self.speeds(y)
         speed[:, 1:] += speed[:, :-1].copy()
-        turn = float((np.maximum(speed[1:], speed[:-1]).max(1) * np.diff(t)).max())
-        return max(turn / TURN, steps / (len(y) - 1))
+        return float(speed.max()) / TURN
 
     def bend(self, t: Array, d: Array, rate: Array) -> Array:
         """d'' (n, rods, 3) in I, at times (n,)."""

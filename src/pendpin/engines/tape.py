@@ -4,6 +4,9 @@ A tape is a list of operations, each distinct one once. They start from the time
 numbers of its scene), tables over time, and inputs that change between the segments of a run. What depends on parameters
 alone is `fixed`: it is computed once for a set of parameters, not at every evaluation. Numbers that are 0 or 1 by structure
 are plain floats and are simplified away.
+
+A tape of a chain of any length holds the operations of one rod (`by_rod`): they start from that rod's state, parameters
+and inputs, and from what passes along the chain carry from rod to rod (tape_passes.py).
 """
 
 from collections.abc import Callable, Sequence
@@ -20,6 +23,8 @@ from pendpin.equations.numbers import FUNCTIONS
 _MOST_FACTORS = 8  # up to which a whole power is written out
 _COMMUTING = ("add", "mul", "min", "max")
 _OPERANDS = {"row": 2, "entry": 2, "roots": 4}  # where those of an operation end, if constants follow
+LEAVES = ("time", "state", "parameter", "input", "number", "carried", "last")  # operations without operands
+_NONE = np.empty((0, 1))
 _ON_FLOATS: dict[str, Callable[..., Any]] = {
     "add": np.add,
     "sub": np.subtract,
@@ -39,6 +44,8 @@ class Tape:
     def __init__(self) -> None:
         self.operations: list[tuple[Any, ...]] = []
         self.fixed: list[bool] = []  # whether an operation depends on parameters alone
+        self.by_rod: list[bool] = []  # whether it has a value for each rod
+        self.passes: list[Pass] = []
         self._places: dict[tuple[Any, ...], int] = {}
 
     def time(self) -> "Term":
@@ -49,13 +56,30 @@ class Tape:
         """The state y (size,)."""
         return np.array([self._at(("state", i)) for i in range(size)], dtype=object)
 
-    def parameter(self, place: int) -> "Term":
-        """One of the run's parameters."""
-        return self._at(("parameter", place), fixed=True)
+    def state_of_rod(self, parts: int, width: int) -> Array:
+        """The state (parts width,) of a rod, in a state with `parts` of `width` numbers for each rod."""
+        cells = [(part, i) for part in range(parts) for i in range(width)]
+        return np.array([self._at(("state", *cell), by_rod=True) for cell in cells], dtype=object)
+
+    def parameter(self, place: int, by_rod: bool = False) -> "Term":
+        """One of the run's parameters, or of those that each rod has its own value of."""
+        return self._at(("parameter", place, by_rod), fixed=True, by_rod=by_rod)
 
     def input(self, place: int) -> "Term":
         """One of the numbers that change within a run, between its segments."""
         return self._at(("input", place))
+
+    def input_of_rod(self, part: int, place: int) -> "Term":
+        """One of two inputs of a rod, from the first or second half of the inputs of all rods."""
+        return self._at(("input", part, place), by_rod=True)
+
+    def carried(self, number: int, place: int) -> "Term":
+        """What a pass, by its number, carries from rod to rod."""
+        return self._at(("carried", number, place), by_rod=True)
+
+    def last(self, number: int, place: int) -> "Term":
+        """What a pass carries when it has come to its end."""
+        return self._at(("last", number, place))
 
     def row(self, table: int, width: int, t: Any) -> Array:
         """The row (width,) of a table that holds at the time t."""
@@ -71,35 +95,46 @@ class Tape:
         operands = [x.place if type(x) is Term else self.placed(x) for x in given]  # one or two
         if name in _COMMUTING:
             operands.sort()
-        return self._at((name, *operands), self.fixed[operands[0]] and self.fixed[operands[-1]])
+        first, last = operands[0], operands[-1]
+        fixed, by_rod = self.fixed[first] and self.fixed[last], self.by_rod[first] or self.by_rod[last]
+        return self._at((name, *operands), fixed, by_rod)
 
     def fixed_operands(self, results: Sequence[int]) -> list[int]:
         """The fixed operations, but for plain numbers, that others or the results themselves take directly."""
         used = {
-            x for place in self.needed(results) if not self.fixed[place] for x in operands_of(self.operations[place])
+            x for place in self.needed(results) if not self.fixed[place] for x in self._sources(self.operations[place])
         }
         return sorted(x for x in used.union(results) if self.fixed[x] and self.operations[x][0] != "number")
 
     def needed(self, results: Sequence[int]) -> list[int]:
-        """The operations that some results take, in order."""
-        wanted = [False] * len(self.operations)
-        for place in results:
-            wanted[place] = True
-        for place in reversed(range(len(wanted))):  # operands come before what is computed from them
-            if wanted[place]:
-                for operand in operands_of(self.operations[place]):
-                    wanted[operand] = True
+        """The operations that some results take, in order: operands come before what is computed from them."""
+        wanted, left = [False] * len(self.operations), list(results)
+        while left:
+            place = left.pop()
+            if not wanted[place]:
+                wanted[place] = True
+                left.extend(self._sources(self.operations[place]))
         return [place for place, is_wanted in enumerate(wanted) if is_wanted]
 
-    def values(self, places: Sequence[int], parameters: Sequence[float]) -> dict[int, float]:
-        """What fixed operations come to."""
-        known: dict[int, float] = {}
+    def _sources(self, operation: tuple[Any, ...]) -> Sequence[int]:
+        """The places of all that an operation is computed from, on this rod and on others."""
+        if operation[0] in {"carried", "last"}:
+            cell = self.passes[operation[1]].cells[operation[2]]
+            return cell.first, cell.next
+        return operands_of(operation)
+
+    def values(self, places: Sequence[int], parameters: Sequence[float], of_rods: Array = _NONE) -> dict[int, Any]:
+        """What fixed operations come to: numbers, or arrays (n,) of those with parameters of n rods, of_rods (k, n)."""
+        known: dict[int, Any] = {}
         for place in self.needed(places):
             name, *operands = self.operations[place]
-            if name in {"parameter", "number"}:
-                known[place] = parameters[operands[0]] if name == "parameter" else operands[0]
+            if name == "parameter":
+                known[place] = (of_rods if operands[1] else parameters)[operands[0]]
+            elif name == "number":
+                known[place] = operands[0]
             else:
-                known[place] = float(_ON_FLOATS[name](*(known[x] for x in operands)))
+                found = _ON_FLOATS[name](*(known[x] for x in operands))
+                known[place] = found if self.by_rod[place] else float(found)
         return known
 
     def placed(self, x: Any) -> int:
@@ -108,37 +143,69 @@ class Tape:
 
     def _entries(self, operation: tuple[Any, ...], width: int) -> Array:
         """The results (width,) of an operation that has several."""
-        first = self._at(operation).place
-        return np.array([self._at(("entry", first, i)) for i in range(width)], dtype=object)
+        by_rod = any(self.by_rod[x] for x in operands_of(operation))
+        first = self._at(operation, by_rod=by_rod).place
+        return np.array([self._at(("entry", first, i), by_rod=by_rod) for i in range(width)], dtype=object)
 
-    def _at(self, operation: tuple[Any, ...], fixed: bool = False) -> "Term":
+    def _at(self, operation: tuple[Any, ...], fixed: bool = False, by_rod: bool = False) -> "Term":
         place = self._places.setdefault(operation, len(self.operations))
         if place == len(self.operations):
             self.operations.append(operation)
             self.fixed.append(fixed)
+            self.by_rod.append(by_rod)
         return Term(self, place)
 
 
+class Cell(NamedTuple):
+    """A number that a pass carries: its places on the tape."""
+
+    first: int  # at the rod where the pass begins
+    next: int  # on the way from a rod to the next
+
+
+class Pass(NamedTuple):
+    """A pass over all rods, from the support to the tip or back."""
+
+    inward: bool
+    cells: list[Cell]
+
+
 class Recording(NamedTuple):
-    """Equations on a tape: y' (size,) of a state y, and what else is computed with it."""
+    """Equations on a tape: y' of a state y, and what else is computed with it.
+
+    With `parts`, of a chain of any length: a state has so many parts, each with a row of numbers for every rod, and then
+    the others. `of_rod` and `more_of_rod` are the results of one rod.
+    """
 
     tape: Tape
-    results: list[Any]  # (size,), terms or numbers
-    size: int
+    results: list[Any]  # terms or numbers
     more: Sequence[Any] = ()  # further results
-    inputs: int = 0  # how many inputs there are
-    directions: int = 0  # how many unit vectors in space the state begins with
+    inputs: int = 0  # how many inputs there are, of a rod if there are parts
+    directions: int = 0  # how many unit vectors in space the state begins with, of a rod if there are parts
+    parts: int = 0
+    width: int = 0  # how many numbers a state has; with parts, each part for a rod
+    of_rod: Sequence[Any] = ()
+    more_of_rod: Sequence[Any] = ()
+
+    @property
+    def size(self) -> int:
+        """How many numbers a state has that is of no chain."""
+        return self.size_of(1)
+
+    def size_of(self, rods: int) -> int:
+        """How many numbers a state has, of a chain of so many rods."""
+        return rods * self.parts * self.width + len(self.results) if self.parts else self.width
 
     @property
     def places(self) -> list[int]:
-        """The places of the results (size,)."""
+        """The places of the results that are of no rod."""
         return [self.tape.placed(x) for x in self.results]
 
 
 def operands_of(operation: tuple[Any, ...]) -> tuple[int, ...]:
     """The places of what an operation is computed from."""
     name = operation[0]
-    if name in {"time", "state", "parameter", "input", "number"}:
+    if name in LEAVES:
         return ()
     return operation[1 : _OPERANDS.get(name)]
 
@@ -224,7 +291,8 @@ def _is(x: Any, number: int) -> bool:
 @cache
 def recorded() -> Any:
     """The functions of the number type (as in pendpin.equations.numbers), over object arrays of terms and numbers."""
-    functions = {name: np.frompyfunc(_recording(name), 1, 1) for name in FUNCTIONS}
+    recording = {name: _recording(name) for name in FUNCTIONS} | {"sin": _sine, "cos": _cosine}
+    functions = {name: np.frompyfunc(function, 1, 1) for name, function in recording.items()}
     pairs = {name: np.frompyfunc(_recording(name[:3]), 2, 1) for name in ("minimum", "maximum")}
     return SimpleNamespace(asarray=np.asarray, weighted_roots=_weighted_roots, **functions, **pairs)
 
@@ -235,6 +303,25 @@ def _recording(name: str) -> Callable[..., Any]:
         return terms[0].tape.record(name, *given) if terms else float(_ON_FLOATS[name](*given))
 
     return function
+
+
+def _sine(x: Any) -> Any:
+    """sin x, of -x as -sin x: the function of the angle itself."""
+    own = _unsigned(x)
+    return _recording("sin")(x) if own is x else -_recording("sin")(own)
+
+
+def _cosine(x: Any) -> Any:
+    """cos x, of -x as cos x."""
+    return _recording("cos")(_unsigned(x))
+
+
+def _unsigned(x: Any) -> Any:
+    """What a term is minus of, else the term or number."""
+    if type(x) is Term:
+        name, *operands = x.tape.operations[x.place]
+        return Term(x.tape, operands[0]) if name == "neg" else x
+    return x
 
 
 def _weighted_roots(A: Array, B: Array, C: Array, points: Array, weights: Array) -> Array:

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array, applied, centripetal, dot, gyroscopic, outer, skew, symmetric, transposed
+from pendpin.equations.passes import inward, outward
 from pendpin.equations.trees import Joint, Tree, joints_at, prepared
 
 _UNIT = np.eye(3)
@@ -69,14 +70,14 @@ def wrenches(
     """
     tree, signs = prepared(tree, xp)
     joints = joints_at(tree, signs * q, xp)
-    carried = _inertial(tree, joints, signs * v, signs * a, field, external)
-    for i, joint in reversed(list(enumerate(joints))):
-        if joint.parent >= 0:
-            force = applied(joint.R, carried[i].force)
-            moment = applied(joint.R, carried[i].moment) + np.cross(joint.r, force)
-            parent = carried[joint.parent]
-            carried[joint.parent] = _Wrench(parent.force + force, parent.moment + moment)
-    return np.stack([np.concatenate(wrench, -1) for wrench in carried], -2)
+    needed = _inertial(tree, joints, signs * v, signs * a, field, external, xp)
+
+    def pass_on(i: int, wrench: _Wrench) -> tuple[_Wrench, Array]:
+        force = applied(joints[i].R, wrench.force)
+        moment = applied(joints[i].R, wrench.moment) + np.cross(joints[i].r, force)
+        return _Wrench(force, moment), np.concatenate(wrench, -1)
+
+    return np.stack(inward(pass_on, needed, _joined, tree.parents, xp), -2)
 
 
 def accelerations(
@@ -108,33 +109,35 @@ def with_held_joints(
     tree, signs = prepared(tree, xp)
     joints = joints_at(tree, signs * q, xp)
     torques = np.zeros(len(joints)) if tau is None else signs * tau
-    needed = _inertial(tree, joints, signs * v, np.zeros(len(joints)), field, external)
+    needed = _inertial(tree, joints, signs * v, np.zeros(len(joints)), field, external, xp)
     bodies = [_rigid(tree, i, wrench) for i, wrench in enumerate(needed)]
-    answers: dict[int, _Answer] = {}
-    for i, joint in reversed(list(enumerate(joints))):
-        rest, answers[i] = _released(joint, bodies[i], torques[..., i : i + 1])
+
+    def release(i: int, body: _Body) -> tuple[_Body, _Answer]:
+        rest, answer = _released(joints[i], body, torques[..., i : i + 1])
         if held[i] is not None:
-            rest = _Body(*(held[i] * x + (1 - held[i]) * y for x, y in zip(bodies[i], rest, strict=True)))
-        if joint.parent >= 0:
-            bodies[joint.parent] = _joined(bodies[joint.parent], _seen_from_parent(joint, rest))
-    a, holding = _outward(joints, answers, held)
+            rest = _Body(*(held[i] * x + (1 - held[i]) * y for x, y in zip(body, rest, strict=True)))
+        return _seen_from_parent(joints[i], rest), answer
+
+    a, holding = _outward(tree, joints, inward(release, bodies, _joined, tree.parents, xp), held, xp)
     return signs * a, signs * holding
 
 
 # --- Newton-Euler ---------------------------------------------------------------------------------------------------
 
 
-def _inertial(tree: Tree, joints: list[Joint], v: Array, a: Array, field: Array, external: Any) -> list[_Wrench]:
+def _inertial(
+    tree: Tree, joints: list[Joint], v: Array, a: Array, field: Array, external: Any, xp: Any
+) -> list[_Wrench]:
     """The force and moment that each link needs for v, a (..., n), less the external ones (..., n, 6)."""
-    moving = {-1: _LinkMotion(np.zeros(3), np.zeros(3), -field, np.zeros((3, 3)))}
-    out = []
-    for i, joint in enumerate(joints):
-        moving[i] = _moved(joint, moving[joint.parent], v[..., i, None], a[..., i, None])
-        needed = _newton_euler(tree.masses[i], tree.coms[i], tree.inertias[i], moving[i])
+
+    def move(i: int, parent: _LinkMotion) -> tuple[_LinkMotion, _Wrench]:
+        moving = _moved(joints[i], parent, v[..., i, None], a[..., i, None])
+        needed = _newton_euler(tree.masses[i], tree.coms[i], tree.inertias[i], moving)
         if external is not None:
             needed = _Wrench(needed.force - external[..., i, :3], needed.moment - external[..., i, 3:])
-        out.append(needed)
-    return out
+        return moving, needed
+
+    return outward(move, _LinkMotion(np.zeros(3), np.zeros(3), -field, np.zeros((3, 3))), tree.parents, xp)
 
 
 def _moved(joint: Joint, parent: _LinkMotion, v: Array, qdd: Array) -> _LinkMotion:
@@ -181,9 +184,10 @@ def _released_first(joint: Joint, body: _Body, tau: Array) -> tuple[_Body, _Answ
     axis, across = joint.axis, joint.across
     column = applied(body.A, axis)
     inertia = dot(axis, column)
-    drive = (tau - dot(axis, body.first)) / inertia
+    inverse = 1 / inertia  # one division, and products
+    drive = (tau - dot(axis, body.first)) * inverse
     first, second = applied(across, column), applied(transposed(body.B), axis)
-    answer = _Answer(drive, first / inertia, second / inertia, inertia)
+    answer = _Answer(drive, first * inverse, second * inverse, inertia)
     rest = _Body(
         symmetric(across @ body.A @ across - outer(first, answer.first)),
         across @ body.B - outer(first, answer.second),
@@ -205,13 +209,14 @@ def _seen_from_parent(joint: Joint, body: _Body) -> _Body:
     return _Body(symmetric(A - B @ x + x @ transposed(moved)), moved, C, moment, force)
 
 
-def _outward(joints: list[Joint], answers: dict[int, _Answer], held: Sequence[Any]) -> tuple[Array, Array]:
+def _outward(
+    tree: Tree, joints: list[Joint], answers: list[_Answer], held: Sequence[Any], xp: Any
+) -> tuple[Array, Array]:
     """Joint accelerations (..., n) beyond those at zero qdd, from the base to the tips, and holding torques (..., n)."""
-    moving = {-1: (np.zeros(3), np.zeros(3))}  # alpha and a of each link
-    out, holding = [], []
-    for i, joint in enumerate(joints):
-        answer, to_child = answers[i], transposed(joint.R)
-        alpha, a = moving[joint.parent]
+
+    def move(i: int, parent: tuple[Array, Array]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        joint, answer, to_child = joints[i], answers[i], transposed(joints[i].R)
+        alpha, a = parent
         alpha, a = applied(to_child, alpha), applied(to_child, a + np.cross(alpha, joint.r))
         first, second = (alpha, a) if joint.turns else (a, alpha)
         along = answer.drive - dot(answer.first, first) - dot(answer.second, second)
@@ -220,16 +225,17 @@ def _outward(joints: list[Joint], answers: dict[int, _Answer], held: Sequence[An
         if held[i] is not None:
             torque, qdd = -held[i] * answer.inertia * qdd, (1 - held[i]) * qdd
             along = carried + qdd
-        out.append(qdd)
-        holding.append(torque)
         first = applied(joint.across, first) + joint.axis * along
-        moving[i] = (first, second) if joint.turns else (second, first)
-    return np.concatenate(out, -1), np.concatenate(holding, -1)
+        return (first, second) if joint.turns else (second, first), (qdd, torque)
+
+    found = outward(move, (np.zeros(3), np.zeros(3)), tree.parents, xp)
+    a, holding = (np.concatenate(parts, -1) for parts in zip(*found, strict=True))
+    return a, holding
 
 
-def _joined(one: _Body, other: _Body) -> _Body:
-    """The sum of two bodies."""
-    return _Body(*(x + y for x, y in zip(one, other, strict=True)))
+def _joined(one: Any, other: Any) -> Any:
+    """The sum of two bodies, or of two wrenches."""
+    return one._make(x + y for x, y in zip(one, other, strict=True))
 
 
 def _swapped(body: _Body) -> _Body:

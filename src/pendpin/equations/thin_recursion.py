@@ -10,12 +10,14 @@ at every position, so nothing is singular at phi = ±pi/2. A is made symmetric a
 antisymmetric part would grow threefold from rod to rod.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.arrays import Array, applied, dot, outer, symmetric
 from pendpin.equations.chain.inertia import ChainInertia
+from pendpin.equations.passes import inward, outward
 
 _UNIT = np.eye(3)
 
@@ -33,10 +35,18 @@ class _Answer(NamedTuple):
     """How a rod turns with its joint's acceleration a: u = P Y (c - B a)."""
 
     P: Array  # (3, 3)
-    Y: Array  # (3, 3), K^-1 P; 1 / J for the last rod, where K = J
+    Y: Array  # (3, 3), K^-1 P
     c: Array  # (3,)
     B: Array  # (3, 3), m h + l A'
+    hanging: "_Hanging"  # the chain from the rod on
     inward: Array  # (3,), |d'|² d
+
+
+class _Hanging(NamedTuple):
+    """The force F = A a + b on a joint from which a chain hangs."""
+
+    A: Array  # (3, 3), symmetric
+    b: Array  # (3,)
 
 
 def turning(
@@ -46,40 +56,67 @@ def turning(
     field: Array,
     force: Array | None = None,
     moment: Array | None = None,
+    xp: Any = np,
 ) -> Array:
     """omega' = d x d'' (n, 3) in I, rad/s², from unit directions d (n, 3), rates d' (n, 3) in 1/s, and a field (3,) in I.
 
     force and moment (n, 3), external, in N and N m, the moment about the centre of mass and normal to the rod.
     """
-    n, answers = len(d), []
-    A, b = np.zeros((3, 3)), np.zeros(3)  # of what hangs on the tip
-    for i in reversed(range(n)):
+    return turning_and_forces(chain, d, rate, field, force, moment, xp)[0]
+
+
+def turning_and_forces(
+    chain: ThinRods | ChainInertia,
+    d: Array,
+    rate: Array,
+    field: Array,
+    force: Array | None = None,
+    moment: Array | None = None,
+    xp: Any = np,
+) -> tuple[Array, Array]:
+    """As `turning`, and the force (n, 3) in N on each rod at its joint."""
+
+    def release(i: int, hanging: _Hanging) -> tuple[_Hanging, _Answer]:
         m, h, length, J = chain.m[i], chain.h[i], chain.l[i], chain.I1[i] + chain.m[i] * chain.h[i] ** 2
+        A, b = hanging
         f = m * field + (0.0 if force is None else force[i])
-        inward = d[i] * dot(rate[i], rate[i])
+        inward_part = d[i] * dot(rate[i], rate[i])
         B = m * h * _UNIT + length * A
         P = _UNIT - outer(d[i], d[i])
-        Y = _UNIT / J if i == n - 1 else _inverse(J * _UNIT + length**2 * (P @ A @ P)) @ P
-        c = h * f + length * (length * applied(A, inward) - b)
+        Y = _inverse(J * _UNIT + length**2 * (P @ A @ P)) @ P
+        c = h * f + length * (length * applied(A, inward_part) - b)
         if moment is not None:
             c = c + np.cross(moment[i], d[i])
-        answers.append(_Answer(P, Y, c, B, inward))
         through = B @ P @ Y
-        A, b = symmetric(m * _UNIT + A - through @ B), applied(through, c) - applied(B, inward) + b - f
-    return _outward(chain, d, answers[::-1])
+        A, b = symmetric(m * _UNIT + A - through @ B), applied(through, c) - applied(B, inward_part) + b - f
+        hanging = _Hanging(A, b)
+        return hanging, _Answer(P, Y, c, B, hanging, inward_part)
+
+    parents = range(-1, len(d) - 1)
+    nothing = _Hanging(np.zeros((3, 3)), np.zeros(3))
+    return _outward(chain, d, inward(release, [nothing] * len(d), _joined, parents, xp), parents, xp)
+
+
+def _joined(one: _Hanging, other: _Hanging) -> _Hanging:
+    """The sum of two."""
+    return _Hanging(one.A + other.A, one.b + other.b)
 
 
 def _inverse(M: Array) -> Array:
     """The inverse of a symmetric (3, 3) matrix, by cofactors."""
     cofactors = np.stack([np.cross(M[1], M[2]), np.cross(M[2], M[0]), np.cross(M[0], M[1])])
-    return cofactors / dot(M[0], cofactors[0])
+    return cofactors * (1 / dot(M[0], cofactors[0]))
 
 
-def _outward(chain: ThinRods | ChainInertia, d: Array, answers: list[_Answer]) -> Array:
-    """omega' (n, 3) in rad/s², from the support to the last rod."""
-    a, out = np.zeros(3), []
-    for i, (P, Y, c, B, inward) in enumerate(answers):
+def _outward(
+    chain: ThinRods | ChainInertia, d: Array, answers: list[_Answer], parents: Sequence[int], xp: Any
+) -> tuple[Array, Array]:
+    """omega' (n, 3) in rad/s² and forces (n, 3) in N, from the support to the last rod."""
+
+    def move(i: int, a: Array) -> tuple[Array, tuple[Array, Array]]:
+        P, Y, c, B, (A, b), inward_part = answers[i]
         u = applied(Y, c - applied(B, a))
-        a = a + chain.l[i] * (applied(P, u) - inward)
-        out.append(np.cross(d[i], u))
-    return np.stack(out)
+        return a + chain.l[i] * (applied(P, u) - inward_part), (np.cross(d[i], u), applied(A, a) + b)
+
+    turning, forces = zip(*outward(move, np.zeros(3), parents, xp), strict=True)
+    return np.stack(turning), np.stack(forces)

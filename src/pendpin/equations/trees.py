@@ -9,6 +9,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array, applied, dot, skew, transposed
+from pendpin.equations.passes import outward
 
 _UNIT = np.eye(3)
 
@@ -92,19 +93,22 @@ def motions_in_links(
     """
     tree, signs = prepared(tree, xp)
     joints, rates = joints_at(tree, signs * q, xp), signs * v
-    moving: dict[int, tuple[Array, ...]] = {-1: (np.zeros(3),) * 3}
-    for i, joint in enumerate(joints):
-        origin, velocity, spin = moving[joint.parent]
+
+    def move(i: int, parent: tuple[Array, ...]) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+        joint, (origin, velocity, spin) = joints[i], parent
         at_joint = (origin + joint.r, velocity + np.cross(spin, joint.r), spin)
         origin, velocity, spin = (applied(transposed(joint.R), x) for x in at_joint)
         own = joint.axis * rates[i]
-        moving[i] = (origin, velocity, spin + own) if joint.turns else (origin, velocity + own, spin)
+        moving = (origin, velocity, spin + own) if joint.turns else (origin, velocity + own, spin)
+        return moving, moving
 
     def into_links(vector: Array) -> Array:
-        turned = {-1: vector}
-        for i, joint in enumerate(joints):
-            turned[i] = applied(transposed(joint.R), turned[joint.parent])
-        return np.stack([turned[i] for i in range(len(joints))])
+        def turn(i: int, parent: Array) -> tuple[Array, Array]:
+            turned = applied(transposed(joints[i].R), parent)
+            return turned, turned
 
-    origin, velocity, spin = (np.stack(part) for part in zip(*(moving[i] for i in range(len(joints))), strict=True))
+        return np.stack(outward(turn, vector, tree.parents, xp))
+
+    links = outward(move, (np.zeros(3),) * 3, tree.parents, xp)
+    origin, velocity, spin = (np.stack(part) for part in zip(*links, strict=True))
     return origin, velocity, spin, into_links

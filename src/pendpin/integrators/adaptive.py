@@ -3,25 +3,37 @@
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Derivative
-from pendpin.integrators.base import FREE, LEAST_RTOL, NOT_FINITE, Segment, StepPlan, finite_part, returning
+from pendpin.integrators import machine
+from pendpin.integrators.base import FREE, LEAST_RTOL, NOT_FINITE, Integrator, Segment, StepPlan, finite_part, returning
 from pendpin.integrators.events import EventIntegrator
+from pendpin.scene import Method, Scene
 from pendpin.versions import version
-
-NAMES = {"dop853": "DOP853", "rk45": "RK45", "rk23": "RK23", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 
 
 class Adaptive(EventIntegrator):
-    """A method of `NAMES` with one tolerance, relative and absolute (rad, rad/s) alike."""
+    """A method of CyRK and SciPy with one tolerance, relative and absolute (rad, rad/s) alike."""
 
-    def __init__(self, method: str, tolerance: float) -> None:
-        self.method, self.tolerance = NAMES[method], tolerance
+    @classmethod
+    def for_scene(cls, scene: Scene, dynamics: Dynamics) -> Integrator:
+        """The method with the scene's tolerance; its loop in machine code where the equations are compiled."""
+        if dynamics.engine.compiles and machine.available():
+            return machine.AdaptiveInMachineCode.for_scene(scene, dynamics)
+        return super().for_scene(scene, dynamics)
+
+    def __init__(self, method: Method, setting: float) -> None:
+        super().__init__(method, setting)
         try:
             import CyRK
         except ImportError:
             from scipy import integrate
 
-            self.library, self._solve, self._scipy_method = "scipy", self._scipy, getattr(integrate, self.method)
+            self.library, self._solve, self._scipy_method = (
+                "scipy",
+                self._scipy,
+                getattr(integrate, method.library_name),
+            )
         else:
             self.library, self._solve, self._cyrk_solve = "CyRK", self._cyrk, CyRK.pysolve_ivp
         self.version = version(self.library)
@@ -39,7 +51,7 @@ class Adaptive(EventIntegrator):
             derivative,
             (times[0], times[-1]),
             np.ascontiguousarray(y),
-            method=self.method,
+            method=self.method.library_name,
             t_eval=np.ascontiguousarray(times),
             rtol=self.tolerance,
             atol=self.tolerance,

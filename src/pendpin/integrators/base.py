@@ -4,15 +4,20 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, Indices
+from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import RunError
+from pendpin.scene import Method, Scene, method_of
 from pendpin.trajectory import Event
 
 LEAST_RTOL = 2.3e-14  # SciPy raises smaller ones to 100 times the rounding, with a warning
+ROUNDING = 4.0  # units in the last place of a time: lsoda starts no step that is shorter than two of them
+SHORTEST = 1e-150  # s, the square of which is still a number that it can divide by
 NOT_FINITE = "the acceleration is not a finite number"
 
 Memory = Mapping[str, Array]  # arrays that a method keeps from segment to segment
@@ -40,6 +45,14 @@ class Segment:
     memory: Memory = field(default_factory=dict)
 
 
+class Stop(NamedTuple):
+    """The last state before an integration had to stop, between two samples."""
+
+    t: float  # s since the start
+    q: Array  # (nv,)
+    v: Array  # (nv,)
+
+
 @dataclass(frozen=True, eq=False)
 class Run:
     """An integrated motion at the output times that were reached."""
@@ -57,6 +70,7 @@ class Run:
     version: str
     compile_seconds: float = 0.0
     failure: RunError | None = None  # why it ended early
+    stop: Stop | None = None  # where, if that is after the last sample
     notes: tuple[str, ...] = ()  # what a reader of the run should know
     happened: tuple[Event, ...] = ()  # at the events; t in s since the start
 
@@ -65,7 +79,7 @@ class Run:
         torque = None if self.torque is None else self.torque[:count]
         arrays = {"t": self.t[:count], "q": self.q[:count], "v": self.v[:count], "work": self.work[:count]}
         happened = tuple(one for one in self.happened if one.t <= self.t[count - 1])
-        return replace(self, **arrays, torque=torque, failure=RunError(why), happened=happened)
+        return replace(self, **arrays, torque=torque, failure=RunError(why), happened=happened, stop=None)
 
 
 class Integrator(ABC):
@@ -75,6 +89,18 @@ class Integrator(ABC):
     version: str
     compile_seconds: float = 0.0
     step: float | None = None  # s, of a method with a fixed one
+
+    def __init__(self, method: Method, setting: float) -> None:
+        """`setting`: the tolerance, or the step in s, whichever the method's record names."""
+        self.method, self.setting = method, setting
+
+    @classmethod
+    def for_scene(cls, scene: Scene, dynamics: Dynamics) -> "Integrator":
+        """The integrator with the setting of scene.solver, for these dynamics. Raises InputError for what it cannot run."""
+        method = method_of(scene.solver.method)
+        setting = scene.solver.step if method.setting == "step" else scene.solver.tolerance
+        assert setting is not None
+        return cls(method, setting)
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The derivative of an engine and a function that counts evaluations. `progress` is called with t and may raise.
@@ -89,7 +115,30 @@ class Integrator(ABC):
 
     @abstractmethod
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
-        """The states (n, size) at `times` (n,) in s, from y (size,) at times[0]."""
+        """The states (n, size) at `times` (n,) in s, rising and apart (`separate`), from y (size,) at times[0]."""
+
+    def states_at(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
+        """As `integrate`, at any times (n,) that do not fall: those no farther apart than rounding share a state."""
+        apart = separate(times)
+        if len(apart) == 1:
+            kept = {name: (plan.memory or {}).get(name, first) for name, first in self.memory(y).items()}
+            return Segment(np.tile(y, (len(times), 1)), 0, memory=kept)
+        if len(apart) == len(times):
+            return self.integrate(derivative, y, times, plan)
+        segment = self.integrate(derivative, y, times[apart], plan)
+        place = np.searchsorted(apart, np.arange(len(times)), "right") - 1
+        return replace(segment, y=segment.y[place[place < len(segment.y)]])
+
+
+def separate(times: Array) -> Indices:
+    """Where times (n,) that do not fall are farther than rounding behind the last such time; the first is one."""
+    places = [0]
+    if len(times) == 1 or (np.diff(times) > np.maximum(ROUNDING * np.spacing(times[1:]), SHORTEST)).all():
+        return np.arange(len(times))
+    for i, t in enumerate(times.tolist()):
+        if t - times[places[-1]] > max(ROUNDING * math.ulp(t), SHORTEST):
+            places.append(i)
+    return np.array(places)
 
 
 def returning(derivative: Derivative) -> Callable[[float, Array], Array]:

@@ -1,51 +1,48 @@
 """From a scene's solver to its integrator."""
 
+from importlib import import_module
 from importlib.util import find_spec
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import EPS, Array
 from pendpin.dynamics.acting import built_in
+from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import Dynamics, bind, without_compiling
 from pendpin.engines import Derivative
 from pendpin.errors import InputError, choices
-from pendpin.integrators import machine, prices
-from pendpin.integrators.adaptive import NAMES, Adaptive
+from pendpin.integrators import cyrk
 from pendpin.integrators.base import Integrator
-from pendpin.integrators.events import ONE_STEP
-from pendpin.integrators.fixed import RungeKutta4, SemiImplicitEuler, refuse_steps
-from pendpin.integrators.gauss import STAGES, Gauss
-from pendpin.integrators.taylor import Taylor
-from pendpin.scene import Method, Scene
+from pendpin.integrators.fixed import refuse_steps
+from pendpin.scene import EVENT_METHODS, Method, Scene, method_of
+from pendpin.scene.methods import MULTISTEP
 
 LARGE = 100  # numbers in a state, above which no Jacobian is computed
 STIFF = 3e5  # decay rate times duration, above which explicit steps are too many (about 6 of it to a step of dop853)
 LONG = 1e5  # rad that the fastest motion goes through: beyond, the Taylor method keeps more digits
 FEW_JOINTS = 4  # up to which it does so at no more cost
-STEP = float(np.sqrt(np.finfo(float).eps))  # of differences
+STEP = EPS**0.5  # of differences
 WIDER = 16.0  # times those steps, to tell a slope from a jump
-POWERS = 8
-ON_COMPILED = ("rk4", *NAMES)  # methods whose loops run in machine code
+POWER_STEPS = 8  # of the power method: its rate is right within a few tenths
 OVERDAMPED = 0.5  # decay over the fastest rate: what swings as fast as it decays has to be followed anyway
 
 
 def integrator_for(scene: Scene, dynamics: Dynamics) -> Integrator:
     """The integrator of a scene's method, with its setting. Raises InputError for a scene that the method cannot run."""
     solver = scene.solver
-    method, step = solver.method, solver.step
-    if dynamics.contacts is not None and method not in NAMES:
-        raise InputError(f"solver.method: {method} takes no stops and no dry friction; these do: {choices(NAMES)}")
-    if step is not None:
-        refuse_steps(scene.times, step)
-        if method in STAGES:
-            return Gauss(method, step)
-        return RungeKutta4(step) if method == "rk4" else SemiImplicitEuler(step)
-    assert solver.tolerance is not None
-    if method == "taylor":
-        return Taylor(dynamics.effects, solver.tolerance, scene.start.time)
-    if dynamics.engine.compiles and machine.available():
-        return machine.AdaptiveInMachineCode(method, solver.tolerance)
-    return Adaptive(method, solver.tolerance)
+    method = method_of(solver.method)
+    if dynamics.contacts is not None and not method.handles_events:
+        these = choices(EVENT_METHODS)
+        raise InputError(f"solver.method: {method.name} takes no stops and no dry friction; these do: {these}")
+    if solver.step is not None:
+        refuse_steps(scene.times, solver.step)
+    return integrator_class(method).for_scene(scene, dynamics)
+
+
+def integrator_class(method: Method) -> type[Integrator]:
+    """The class that a method's record names, imported now: heyoka and CyRK load only for the methods that need them."""
+    module, _, name = method.integrator.partition(":")
+    return getattr(import_module(f"pendpin.integrators.{module}"), name)
 
 
 def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: int = FEW_JOINTS) -> bool:
@@ -60,34 +57,40 @@ def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: i
     )
 
 
-def automatic(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool = False) -> tuple[Method, str]:
-    """The cheapest method and engine (pendpin.integrators.prices) where none is named, for a run from q, v (nv,).
+def automatic(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool = False) -> tuple[str, str]:
+    """The method and engine where none is named, for a run from q, v (nv,).
 
     radau where something decays too fast to be followed, by the eigenvalues of the equations' slopes at the start; the
-    Taylor method over long horizons, where it takes the scene; else dop853; on compiled equations where these pay. The
-    choice depends on the scene alone.
+    Taylor method over long horizons, where it takes the scene; else dop853; on compiled equations wherever there are any:
+    compiling takes less time than importing what calls equations from Python. The choice depends on the scene alone, so
+    that the same scene gives the same bits whatever a process has compiled before.
     """
-    solver, duration, method = scene.solver, scene.duration, scene.solver.method
-    if method not in {"auto", *ON_COMPILED} or (method != "auto" and solver.engine != "auto"):
+    solver, method = scene.solver, scene.solver.method
+    if method == "auto":
+        method = _automatic_method(scene, dynamics, q, v, energy_balance)
+    if solver.engine != "auto" or not method_of(method).machine_code:
         return method, solver.engine
+    if dynamics.contacts is not None and method_of(method).family == MULTISTEP:
+        return method, without_compiling(dynamics.engine)
+    compiles = compilable(dynamics.model, dynamics.effects) and cyrk.installed()
+    return method, "compiled" if compiles else without_compiling(dynamics.engine)
+
+
+def _automatic_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool) -> str:
+    """The method of a run from q, v (nv,) that does not name one."""
     y = dynamics.engine.pack(q, v)
     decay, fastest = _rates(dynamics, y, STEP)
-    stiff = decay * duration > STIFF and decay > OVERDAMPED * fastest and not _jumps(dynamics, y, decay)
-    turns = (decay if stiff else fastest) * duration / (2 * np.pi)
-    if method == "auto":
-        if not stiff and fastest * duration > LONG and taylor_takes(scene, dynamics, energy_balance):
-            return "taylor", solver.engine
-        method = "radau" if stiff else "dop853"
-    if solver.engine != "auto":
-        return method, solver.engine
-    if dynamics.contacts is not None and NAMES.get(method) not in ONE_STEP:
-        return method, without_compiling(dynamics.engine)
-    return method, prices.cheapest_engine(scene.with_solver(method=method), dynamics, turns)
+    if decay * scene.duration > STIFF and decay > OVERDAMPED * fastest and not _jumps(dynamics, y, decay):
+        return "radau"
+    is_long = fastest * scene.duration > LONG
+    return "taylor" if is_long and taylor_takes(scene, dynamics, energy_balance) else "dop853"
 
 
 def uncompiled(scene: Scene) -> Scene:
     """The scene on the engine that it runs on if its equations are not compiled, unless it names its engine."""
-    if scene.solver.engine != "auto" or scene.solver.method not in ON_COMPILED:
+    if scene.solver.engine != "auto" or (
+        scene.solver.method != "auto" and not method_of(scene.solver.method).machine_code
+    ):
         return scene
     return scene.with_solver(engine=without_compiling(bind(scene).engine))
 
@@ -117,7 +120,7 @@ def _fastest(derivative: Derivative, y: Array) -> float:
     base, rate, size = np.empty_like(y), np.empty_like(y), STEP * max(1.0, float(np.linalg.norm(y)))
     derivative(base, 0.0, y)
     direction, growth = np.cos(np.arange(len(y))), []  # without a symmetry by which a motion would be missed
-    for _ in range(POWERS):
+    for _ in range(POWER_STEPS):
         direction /= max(float(np.linalg.norm(direction)), 1e-300)
         derivative(rate, 0.0, y + size * direction)
         direction = (rate - base) / size

@@ -8,15 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, Mask
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine_code import Block
-from pendpin.integrators.base import LEAST_RTOL, NOT_FINITE, Integrator, returning
+from pendpin.integrators.base import LEAST_RTOL, NOT_FINITE, ROUNDING, SHORTEST, Integrator, returning
 from pendpin.integrators.first_crossing import Crossing, first_crossing
+from pendpin.scene.methods import MULTISTEP, Method
 
-_ORDERS = {"DOP853": 8, "RK45": 5, "RK23": 3, "Radau": 5, "BDF": 1, "LSODA": 1}  # of a method's first step
-ONE_STEP = ("DOP853", "RK45", "RK23", "Radau")  # whose steps CyRK makes; its others are less exact after a restart
-MULTISTEP = 0.01  # of the tolerance: that of BDF and LSODA, which begin anew with order 1 at every event
+OF_MULTISTEP = 0.01  # of the tolerance: that of BDF and LSODA, which begin anew with order 1 at every event
 REFINEMENTS = 4  # of the time of an event, with the state integrated anew
 NEAR = 1e-7  # of a step: a correction of the time so small is made without integrating anew
 INSTANT = 1e-12  # of a step: times no farther from an event happen with it
@@ -42,6 +41,13 @@ class Steps(NamedTuple):
     states: Array  # (k + 1, size) there
     inside: Callable[[Array], Array]  # t (n,) -> (n, size)
     failure: str | None = None  # of the step after these
+
+
+class StateScales(NamedTuple):
+    """What errors of the numbers of a state are compared with."""
+
+    size: Array  # (size,), of each number: what is of order one
+    relative: Mask  # (size,), whether errors may be larger where the number itself is: not of positions near a stop
 
 
 class Stepper(ABC):
@@ -74,20 +80,24 @@ class AtRest(Stepper):
 
 @dataclass(frozen=True, eq=False)
 class OnSciPy(Stepper):
-    """A method of SciPy; its first step follows from the rates of the motion."""
+    """A method of SciPy; its first step follows from the rates of the motion.
 
-    name: str
+    SciPy has one relative tolerance. Where it must not count for some number, the change of the state since the
+    start is integrated.
+    """
+
+    method: Method
     tolerance: float
-    scales: Array  # (size,), of each number of the state: what is of order one
+    scales: StateScales
     first_step: float  # s
     longest: float  # s, of a step
     derivative: Derivative
 
     def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
         """The steps of SciPy's solver from y (size,), one at a time."""
-        solver = self._solver(t, y, end)
+        solver, origin = self._solver(t, y, end)
         while solver.status == "running":
-            begin, before = solver.t, solver.y.copy()
+            begin, before = solver.t, origin + solver.y
             try:
                 failure = solver.step()
             except FloatingPointError:
@@ -95,58 +105,68 @@ class OnSciPy(Stepper):
             if failure:
                 yield Steps(np.array([begin]), before[None], lambda s: np.empty((0, len(y))), failure)
                 return
-            yield Steps(np.array([begin, solver.t]), np.stack([before, solver.y]), _transposed(solver.dense_output()))
+            states = np.stack([before, origin + solver.y])
+            yield Steps(np.array([begin, solver.t]), states, _transposed(solver.dense_output(), origin))
 
     def state_at(self, t: float, y: Array, end: float) -> Array:
         """The state (size,) at the end of the solver's steps."""
         if end <= t:
             return y
-        solver = self._solver(t, y, end)
+        solver, origin = self._solver(t, y, end)
         while solver.status == "running":
             solver.step()
-        return solver.y
+        return origin + solver.y
 
-    def _solver(self, t: float, y: Array, end: float) -> Any:
-        """SciPy's solver from y (size,) at t to `end`, s."""
+    def _solver(self, t: float, y: Array, end: float) -> tuple[Any, Array]:
+        """SciPy's solver from y (size,) at t to `end`, s, and the origin (size,) from which it counts the state."""
         from scipy import integrate  # late: it takes 0.2 s
 
-        tolerance = self.tolerance
-        if self.name not in ONE_STEP:
-            tolerance = max(MULTISTEP * tolerance, min(tolerance, LEAST_RTOL))
-        return getattr(integrate, self.name)(
-            returning(self.derivative),
+        (size, relative), rates, origin = self.scales, returning(self.derivative), np.zeros_like(y)
+        if not relative.all():
+            size, origin = size + np.where(relative, np.abs(y), 0.0), y
+        solver = getattr(integrate, self.method.library_name)(
+            lambda t, change: rates(t, origin + change),
             t,
-            y,
+            y - origin,
             end,
-            rtol=max(tolerance, LEAST_RTOL),
-            atol=tolerance * self.scales,
+            rtol=max(self.tolerance, LEAST_RTOL),
+            atol=self.tolerance * size,
             max_step=self.longest,
             first_step=min(self.first_step, self.longest, end - t),
         )
+        return solver, origin
 
 
 class EventIntegrator(Integrator):
     """A method with a tolerance whose steps can be searched for events."""
 
-    method: str  # SciPy's name of it
-    tolerance: float
     event_library = "scipy"  # that makes the steps up to events
+
+    def __init__(self, method: Method, setting: float) -> None:
+        self.method, self.tolerance = method, setting
 
     def compiled_for_events(self, engine: Engine, progress: ProgressCallback) -> Block | None:
         """The equations with contacts in machine code; None if the method calls them from Python."""
         return None
 
-    def stepper(self, scales: Array, first_step: float, longest: float, derivative: Derivative) -> Stepper:
-        """The steps with tolerances relative to scales (size,)."""
-        return OnSciPy(self.method, self.tolerance, scales, first_step, longest, derivative)
+    def stepper(self, scales: StateScales, first_step: float, longest: float, derivative: Derivative) -> Stepper:
+        """The steps with tolerances relative to scales."""
+        return OnSciPy(self.method, self.step_tolerance, scales, first_step, longest, derivative)
+
+    @property
+    def step_tolerance(self) -> float:
+        """The tolerance of the steps up to an event."""
+        if self.method.family == MULTISTEP:
+            return max(OF_MULTISTEP * self.tolerance, min(self.tolerance, LEAST_RTOL))
+        return self.tolerance
 
     def first_step(self, rate: float) -> float:
         """The first step in s for a motion with this rate in 1/s."""
-        return self.tolerance ** (1 / (_ORDERS[self.method] + 1)) / rate
+        return self.tolerance ** (1 / (self.method.restart_order + 1)) / rate
 
 
-def _transposed(dense: Callable[[Array], Array]) -> Callable[[Array], Array]:
-    return lambda t: dense(t).T
+def _transposed(dense: Callable[[Array], Array], origin: Array) -> Callable[[Array], Array]:
+    return lambda t: origin + dense(t).T
 
 
 def integrate_to_event(
@@ -179,7 +199,7 @@ def integrate_to_event(
 
 def instant(t: float, length: float) -> float:
     """How far from an event at t, found in a step of a length, times count as its instant, s."""
-    return max(INSTANT * length, 4 * math.ulp(t))
+    return max(INSTANT * length, ROUNDING * math.ulp(t), SHORTEST)
 
 
 def _event(guards: Guards, floor: Array, part: Steps) -> Crossing | None:

@@ -103,7 +103,8 @@ def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None
     whole, curved = (_SUMS @ sizes).swapaxes(0, 1)
     inside = series[:, 0] + sizes[:, 0] - whole
     least = np.where(sizes[:, 1] > curved, np.minimum(values[:, 0], values[:, -1]), inside)
-    floors = np.maximum(floor, ROUNDING * whole)
+    change = sizes[:, 1] + 4 * sizes[:, 2]  # of the function, where time changes by half an interval
+    floors = np.maximum(floor, np.maximum(ROUNDING * whole, 2 * np.spacing(np.abs(end)) / (end - begin) * change))
     reaching, found = least < unseen - floors, list[_Interval]()
     for i in sorted(set(reaching.nonzero()[0].tolist()), reverse=True):
         which = reaching[i].nonzero()[0].tolist()

@@ -11,6 +11,7 @@ from pendpin.arrays import Array
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import InputError, shown
 from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Segment, StepPlan, finite_part
+from pendpin.scene import Method
 
 MAX_STEPS = 1e9
 LOOK_EVERY = 1024  # steps between two checks that the numbers are finite
@@ -50,9 +51,9 @@ def refuse_steps(times: Array, step: float) -> None:
 class FixedStep(Integrator):
     """A method with a fixed step; each interval of output times is divided into equal steps not longer than it."""
 
-    def __init__(self, step: float) -> None:
-        self._step, self.library, self.version = step, "numpy", np.__version__
-        self.step = step
+    def __init__(self, method: Method, setting: float) -> None:
+        self._step, self.library, self.version = setting, "numpy", np.__version__
+        self.step = setting
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size), each interval of output times cut into equal steps."""
@@ -98,7 +99,7 @@ class RungeKutta4(FixedStep):
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
         """Classical Runge-Kutta steps of y (size,), in machine code on a compiled engine."""
         block = self._block
-        if block is None or len(y) != block.function.size:
+        if block is None or len(y) != block.size:
             return super().advancing(derivative, y)
         steps, work = block.code().steps, np.empty(5 * len(y))
 

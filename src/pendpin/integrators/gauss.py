@@ -12,19 +12,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, lapack
+from pendpin.arrays import EPS, Array, lapack
 from pendpin.engines import Canonical, Derivative, Engine, ProgressCallback
 from pendpin.integrators.base import FREE, Integrator, Memory, Segment, StepPlan
 from pendpin.integrators.fixed import intervals
+from pendpin.scene import Method
 from pendpin.versions import version
 
-STAGES = {"gauss2": 1, "gauss4": 2, "gauss6": 3}
 MOST_ITERATIONS = 40
 STEPS = 2  # whose stages are kept for the extrapolation
 CALLBACK_STEPS = 16  # between two calls of the progress callback: a step takes 0.1 ms, at worst a hundred times that
 PATIENCE = 8  # iterations with the first matrix; then each has its own
 UNSOLVED = "the stage equations are not solved"
-EPS = np.finfo(float).eps
 
 
 class Rule(NamedTuple):
@@ -76,9 +75,9 @@ class Gauss(Integrator):
     fields only. If that does not converge, every iteration gets its own matrix with all slopes. Sums are compensated.
     """
 
-    def __init__(self, method: str, step: float) -> None:
-        self._step, self.rule = step, rule(STAGES[method])
-        self.step = step
+    def __init__(self, method: Method, setting: float) -> None:
+        self._step, self.rule = setting, rule(method.stages)
+        self.step = setting
         self.library, self.version = "pinocchio", version("pin")
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:

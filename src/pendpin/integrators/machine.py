@@ -14,9 +14,10 @@ from pendpin.arrays import Array, address
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine_code import Block
 from pendpin.integrators import cyrk
-from pendpin.integrators.adaptive import NAMES
 from pendpin.integrators.base import FREE, LEAST_RTOL, Segment, StepPlan, finite_part
-from pendpin.integrators.events import ONE_STEP, EventIntegrator, Stepper, Steps
+from pendpin.integrators.events import EventIntegrator, StateScales, Stepper, Steps
+from pendpin.scene import Method
+from pendpin.scene.methods import MULTISTEP
 from pendpin.versions import version
 
 _MEGABYTES = 2000  # that its output may take
@@ -31,12 +32,12 @@ class AdaptiveInMachineCode(EventIntegrator):
 
     library = "CyRK"
 
-    def __init__(self, method: str, tolerance: float) -> None:
-        self.method, self.tolerance = NAMES[method], tolerance
-        self._method, self._tolerance = cyrk.METHODS[self.method], np.array([tolerance])
+    def __init__(self, method: Method, setting: float) -> None:
+        super().__init__(method, setting)
+        self._method, self._tolerance = cyrk.METHODS[method.library_name], np.array([setting])
         self._error: BaseException | None = None
         self.version = version(self.library)
-        self.event_library = self.library if self.method in ONE_STEP else "scipy"
+        self.event_library = self.library if method.family != MULTISTEP else "scipy"
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The equations of a compiled engine, which the loops call directly."""
@@ -56,12 +57,12 @@ class AdaptiveInMachineCode(EventIntegrator):
         self.block.on_progress(self._stop)
         return self.block
 
-    def stepper(self, scales: Array, first_step: float, longest: float, derivative: Derivative) -> Stepper:
-        """The steps with tolerances relative to scales (size,): of methods of one step by CyRK."""
-        if self.method not in ONE_STEP:
+    def stepper(self, scales: StateScales, first_step: float, longest: float, derivative: Derivative) -> Stepper:
+        """The steps with tolerances relative to scales: of methods of one step by CyRK."""
+        if self.method.family == MULTISTEP:
             return super().stepper(scales, first_step, longest, derivative)
         self._error = None
-        atol, rtol = self.tolerance * scales, np.maximum(self._tolerance, LEAST_RTOL)
+        atol, rtol = self.tolerance * scales.size, np.maximum(self.tolerance * scales.relative, LEAST_RTOL)
         call = Call(self._method, self.block.code().address, self.block, rtol, atol, first_step, longest)
         return InMachineCode(call, self._raised)
 
@@ -95,7 +96,7 @@ class InMachineCode(Stepper):
 
     def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
         """Steps from y (size,), some at a time, more and more: those behind an event are made in vain."""
-        call, span = self.call, max(FEWEST, WINDOW / self.call.block.function.operations) * self.call.first_step
+        call, span = self.call, max(FEWEST, WINDOW / self.call.block.operations) * self.call.first_step
         while t < end:
             stop = end if end - t < 2 * span else t + span
             part = self._part(call, t, y, stop)
@@ -126,7 +127,7 @@ class Call(NamedTuple):
     method: int
     address: int
     block: Block
-    rtol: Array  # (1,)
+    rtol: Array  # (1,) or (size,)
     atol: Array  # (1,) or (size,)
     first_step: float
     longest: float

@@ -11,13 +11,13 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.compiling import equations_of
-from pendpin.dynamics.dynamics import refuse_nonsmooth
+from pendpin.dynamics.dynamics import Dynamics, refuse_nonsmooth
 from pendpin.effects import Effect
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.tape import Recording
 from pendpin.errors import InputError, MissingLibrary
-from pendpin.integrators.adaptive import NAMES
 from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Memory, Segment, StepPlan
+from pendpin.scene import EVENT_METHODS, Scene
 from pendpin.versions import version
 
 MAX_JOINTS = 20  # ten rods compile in about half a minute
@@ -33,6 +33,12 @@ class Taylor(Integrator):
 
     Its state is kept from segment to segment without projection, so that no digits are lost between them.
     """
+
+    @classmethod
+    def for_scene(cls, scene: Scene, dynamics: Dynamics) -> "Taylor":
+        """The method with the scene's tolerance and time of start."""
+        assert scene.solver.tolerance is not None
+        return cls(dynamics.effects, scene.solver.tolerance, scene.start.time)
 
     def __init__(self, effects: Sequence[Effect], tolerance: float, start: float = 0.0) -> None:
         try:
@@ -58,23 +64,26 @@ class Taylor(Integrator):
         """The states (n, size) from the series of each step."""
         series, before, size = self._integrator, self._steps, len(self._integrator.state)
         if len(y) > size:
-            raise InputError("energy_balance: taylor does not integrate work; these methods do: " + ", ".join(NAMES))
+            raise InputError(
+                "energy_balance: taylor does not integrate work; these methods do: " + ", ".join(EVENT_METHODS)
+            )
         series.time, series.state[:] = times[0], (plan.memory or self.memory(y))["series"]
         if plan.first is None:
             self._set_out(min(float(times[1] - times[0]), plan.longest))
-        states, failure = y[None], None
-        while len(states) < len(times) and failure is None:
+        states, done, failure = [y[None]], 1, None
+        while done < len(times) and failure is None:
             if not np.isfinite(series.time):  # a coefficient overflows
-                return Segment(states, self._steps - before, NOT_FINITE, self.memory(y))
+                return Segment(np.concatenate(states), self._steps - before, NOT_FINITE, self.memory(y))
             self._progress(series.time)
-            ahead = np.concatenate([[series.time], times[len(states) :]])
+            ahead = np.concatenate([[series.time], times[done:]])
             outcome, _, _, steps, _, found = series.propagate_grid(
                 ahead, max_steps=STEPS_AT_ONCE, max_delta_t=SERIES * plan.longest
             )
-            states, self._steps = np.concatenate([states, found[1:]]), self._steps + steps
+            states.append(found[1:])
+            done, self._steps = done + len(found) - 1, self._steps + steps
             if outcome == self._heyoka.taylor_outcome.err_nf_state:
                 failure = NOT_FINITE
-        return Segment(states, self._steps - before, failure, {"series": series.state.copy()})
+        return Segment(np.concatenate(states), self._steps - before, failure, {"series": series.state.copy()})
 
     def _set_out(self, end: float) -> None:
         """A first step by all coefficients: by the last two, as heyoka's are, it may go far beyond where series converge.

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
+from pendpin.arrays import EPS, TINY, Array, Mask
 from pendpin.equations.chain.inertia import ChainInertia
+from pendpin.equations.trees import Tree
 from pendpin.errors import InputError, choices, find, shown
 from pendpin.model.bodies import (
     Body,
@@ -30,7 +31,7 @@ FLIP = np.diag([1.0, -1.0, -1.0])  # W to the inertial frame I, and a rod's link
 SIGNS = np.diag(FLIP)
 DATA_BYTES_PER_CUBE = 32  # Pinocchio's Data grows like nv³: docs/pinocchio_notes.md
 MAX_DATA_BYTES = 1e9
-SINGULAR = 4 * np.finfo(float).eps  # for each joint: the least eigenvalue of a mass matrix with a unit diagonal
+SINGULAR = 4 * EPS  # for each joint: the least eigenvalue of a mass matrix with a unit diagonal
 ROUNDING = 1e-12  # of a body's inertia: what rounding may leave below zero
 CONFIGURATIONS = 200  # at which a mass matrix with negative inertia in it has to be positive definite
 UNPROVED = f"negative inertia: the mass matrix is positive definite at {CONFIGURATIONS} positions; others are not known"
@@ -140,6 +141,28 @@ def _from_chain(chain: Chain) -> Model:
     on_joints = tuple(RodJoint(link, j, j + 1, FLIP, 1.0, FLIP, rod.properties) for j, rod, link in links)
     bodies = tuple(_chain_body(rod, link, j + 1) for j, rod, link in links)
     return Model(joints, pin, ChainInertia(m, h, length, I1, I2, I3), on_joints, bodies, findings=tuple(findings))
+
+
+def tree_of_chain(chain: ChainInertia) -> Tree:
+    """The plain data of a chain: two joints for each rod, as `model.pin` has them, for any number of rods."""
+    n, zero = chain.n, np.zeros(chain.n)
+    inertias = np.zeros((2 * n, 3, 3))
+    inertias[1::2] = np.stack([chain.I1, chain.I2, chain.I3], -1)[:, None] * np.eye(3)
+    return Tree(
+        parents=tuple(range(-1, 2 * n - 1)),
+        kinds=("revolute",) * (2 * n),
+        axes=np.tile([[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]], (n, 1)),
+        rotations=np.tile(np.eye(3), (2 * n, 1, 1)),
+        translations=_along_z(-np.concatenate([[0.0], chain.l[:-1]]), zero),
+        masses=np.stack([zero, chain.m], -1).reshape(-1),
+        coms=_along_z(zero, -chain.h),
+        inertias=inertias,
+    )
+
+
+def _along_z(of_theta: Array, of_phi: Array) -> Array:
+    """Vectors (2 n, 3) along z for the joints theta and phi of each rod, from their lengths (n,)."""
+    return np.stack([of_theta, of_phi], -1).reshape(-1, 1) * [0.0, 0.0, 1.0]
 
 
 def _pin_chain(rods: tuple[Rod, ...], names: tuple[tuple[str, str, str], ...]) -> Any:
@@ -257,7 +280,7 @@ def _refuse_singular(M: Array, joints: tuple[str, ...], where: str, remedy: str 
 
 def _least_eigenvalue(M: Array) -> tuple[float, int]:
     """Of a mass matrix (nv, nv) scaled to a diagonal of 1 or -1, and the joint that moves most in its direction."""
-    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(M)), np.finfo(float).tiny))
+    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(M)), TINY))
     values, vectors = np.linalg.eigh(scale[:, None] * M * scale)
     return float(values[0]), int(np.argmax(np.abs(vectors[:, 0])))
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import TINY, Array
 from pendpin.model.bodies import twist_of
 
 ROUNDING = 1e-12  # of the numbers in an inertia: what rounding may leave below zero
@@ -36,7 +36,7 @@ def _missing(b: Array) -> float:
     """The least n in kg m² at which b (6, 6) + n |omega|² is not negative; inf if there is none."""
     linear, mixed, turning = b[:3, :3], b[:3, ROTATION], b[ROTATION, ROTATION]
     values, axes = np.linalg.eigh(linear)
-    small = values < ROUNDING * max(np.abs(linear).max(), np.finfo(float).tiny)
+    small = values < ROUNDING * max(np.abs(linear).max(), TINY)
     coupling = axes.T @ mixed
     negative = (values < -ROUNDING * np.abs(linear).max()).any()
     if negative or np.abs(coupling[small]).max(initial=0.0) > ROUNDING * np.abs(b).max():

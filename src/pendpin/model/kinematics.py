@@ -24,6 +24,27 @@ def joint_poses(model: Model, q: Array) -> Array:
     return _joint_poses(model, q, range(len(model.joints)))
 
 
+def joint_frame(model: Model, q: Array, joint: int) -> Array:
+    """The pose (n, 4, 4) in W of what one joint moves, at its origin, from q (n, nv); W itself for joint -1."""
+    if joint < 0:
+        return np.tile(np.eye(4), (len(q), 1, 1))
+    if model.chain is None:
+        return _joint_poses(model, q, [joint])[:, 0]
+    rod, is_phi = divmod(joint, 2)
+    pose = poses(model, q)[:, rod]
+    if is_phi:
+        return pose
+    cross, (c, s) = pose.copy(), (np.cos(q[:, joint + 1]), np.sin(q[:, joint + 1]))  # phi turned back, about +y
+    x, z = pose[:, :3, 0], pose[:, :3, 2]
+    cross[:, :3, 0], cross[:, :3, 2] = c[:, None] * x - s[:, None] * z, s[:, None] * x + c[:, None] * z
+    return cross
+
+
+def parent_joint(model: Model, joint: int) -> int:
+    """The joint that moves the parent of a joint; -1 where that is W."""
+    return joint - 1 if model.chain is not None else model.pin.parents[joint + 1] - 1  # pyright: ignore[reportOptionalMemberAccess]
+
+
 def _joint_poses(model: Model, q: Array, joints: Sequence[int]) -> Array:
     """The poses (n, joints, 4, 4) of what some joints move, from q (n, nv)."""
     forward = pinocchio().forwardKinematics
@@ -158,5 +179,7 @@ def poses_and_energy(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
 
 def field_potential(model: Model, link_poses: Array, field: Array) -> Array:
     """Potential energy (n,) in J of the bodies in a uniform field (3,) m/s², W; zero at W's origin."""
-    weights = [-body.mass * np.outer([*field, 0.0], [*body.com, 1.0]) for body in model.bodies]
+    centres = np.array([[*body.com, 1.0] for body in model.bodies])
+    masses = np.array([body.mass for body in model.bodies])
+    weights = -masses[:, None, None] * (np.array([*field, 0.0])[:, None] * centres[:, None])
     return np.einsum("ni,i->n", link_poses.reshape(len(link_poses), -1), np.ravel(weights))

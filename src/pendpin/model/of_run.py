@@ -1,11 +1,16 @@
 """What the model of a run says of it, where the model can still be built."""
 
-from pendpin.arrays import Array
-from pendpin.errors import InputError
+import numpy as np
+
+from pendpin.arrays import Array, ArrayLike, applied, cross, transposed
+from pendpin.errors import InputError, not_one_of, shown
 from pendpin.model import kinematics
 from pendpin.model.build import Model, build
 from pendpin.scene import Scene
 from pendpin.trajectory import Trajectory
+
+FRAMES = ("world", "parent", "child")
+SIDES = {"child": 1.0, "parent": -1.0}  # action, and reaction
 
 
 def model_of(run: Trajectory) -> Model:
@@ -15,6 +20,34 @@ def model_of(run: Trajectory) -> Model:
     if model.joints != run.joints or len(model.bodies) != run.tip.shape[1]:
         raise InputError("the run does not fit its model: its file has changed since, or is another of the same name")
     return model
+
+
+def express_wrench(run: Trajectory, joint: str, frame: str, point: ArrayLike | None, on: str) -> Array:
+    """The wrench (n, 6) of a joint in a frame and at a point; as `Trajectory.express`."""
+    for name, value, choices in (("frame", frame, FRAMES), ("on", on, SIDES)):
+        if value not in choices:
+            raise InputError(f"{name}: {not_one_of(value, choices)}")
+    model = model_of(run)
+    at = model.index(joint, "express")
+    child = kinematics.joint_frame(model, run.q, at)
+    base = {"child": at, "parent": kinematics.parent_joint(model, at), "world": -1}[frame]
+    axes, origin = np.split(kinematics.joint_frame(model, run.q, base)[:, :3], [3], axis=2)
+    turn = transposed(axes) @ child[:, :3, :3]
+    force, moment = (applied(turn, part) for part in np.split(run.wrench[:, at], 2, axis=1))
+    if point is not None:
+        arm = applied(transposed(axes), child[:, :3, 3] - origin[..., 0]) - _point(point)
+        moment = moment + cross(arm, force)
+    return SIDES[on] * np.concatenate([force, moment], axis=1)
+
+
+def _point(point: ArrayLike) -> Array:
+    try:
+        numbers = np.asarray(point, float)
+    except (TypeError, ValueError):
+        numbers = np.empty(0)
+    if numbers.shape != (3,) or not np.isfinite(numbers).all():
+        raise InputError(f"point: {shown(point)} is not three finite numbers, in m")
+    return numbers
 
 
 def slides_of(run: Trajectory) -> frozenset[str]:

@@ -2,12 +2,13 @@
 
 May import: effects, equations and the ground.
 To add a kind of model: a record in models.py, and the function that builds it in model/build.py. To add a setting of the
-integration: a field in solver.py.
+integration: a field in solver.py; a method: a record in methods.py.
 """
 
 from pendpin.scene.data import Data
 from pendpin.scene.files import chosen_scene, load_scene, scene_of
+from pendpin.scene.methods import EVENT_METHODS, FIXED_METHODS, METHODS, Form, Method, method_of
 from pendpin.scene.models import AnyModel, Chain, PinModel, Rod, UrdfModel
 from pendpin.scene.scene import Scene, builtin_scene, urdf_folder
-from pendpin.scene.solver import FIXED_METHODS, AdaptiveMethod, FixedMethod, Method, Solver, least_tolerance
+from pendpin.scene.solver import Solver, least_tolerance
 from pendpin.scene.start import Start, Values

@@ -15,9 +15,10 @@ from pendpin.files import folder_of
 from pendpin.keypaths import parsed
 from pendpin.records import NotNegative, Record
 from pendpin.scene.data import Data
+from pendpin.scene.methods import FIXED_METHODS
 from pendpin.scene.models import AnyModel, UrdfModel
 from pendpin.scene.replacing import changed, default_of
-from pendpin.scene.solver import FIXED_METHODS, MAX_SAMPLES, Solver
+from pendpin.scene.solver import MAX_SAMPLES, Solver
 from pendpin.scene.start import Start
 from pendpin.scene.toml import write_toml
 
@@ -135,12 +136,16 @@ class Scene(Record):
 
     @model_validator(mode="after")
     def _effects_last(self) -> Self:
+        self.refuse_short_effects()
+        return self
+
+    def refuse_short_effects(self) -> None:
+        """Raise ValueError for an effect that ends before the run, as a file of positions: a copy may last longer."""
         for i, effect in enumerate(self.effects):
             try:
                 effect.check(self.start.time, self.start.time + self.duration)
             except ValueError as error:
                 raise ValueError(f"effects[{i}]: {error}") from None
-        return self
 
 
 def builtin_scene() -> Scene:

@@ -1,22 +1,29 @@
 """How a scene is integrated, and how often its motion is recorded."""
 
 from itertools import pairwise
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, Field, ValidationInfo, WithJsonSchema, field_validator
 from pydantic_core import PydanticKnownError
 
 from pendpin.errors import choices
 from pendpin.records import Number, Positive, Record
+from pendpin.scene.methods import FIXED_METHODS, METHODS, NAMES
 
-AdaptiveMethod = Literal["dop853", "rk45", "rk23", "radau", "bdf", "lsoda"]
-FixedMethod = Literal["gauss2", "gauss4", "gauss6", "rk4", "euler"]
-Method = Literal["auto", AdaptiveMethod, "taylor", FixedMethod]
-
-FIXED_METHODS = get_args(FixedMethod)
-METHODS = ("auto", *get_args(AdaptiveMethod), "taylor", *FIXED_METHODS)
 TOLERANCE = 1e-10  # unless another is given
+LEAST_TOLERANCE = 1e-14  # where the method is still to be chosen
 MAX_SAMPLES = 2_000_000
+
+
+def _refuse_unknown(name: str) -> str:
+    if name not in NAMES:
+        raise PydanticKnownError("literal_error", {"expected": ", ".join(NAMES)})
+    return name
+
+
+MethodName = Annotated[
+    str, Field(strict=True), AfterValidator(_refuse_unknown), WithJsonSchema({"type": "string", "enum": list(NAMES)})
+]
 
 
 class Solver(Record):
@@ -27,7 +34,7 @@ class Solver(Record):
     both: pendpin finds the tolerance or step that meets it, and with method "auto" the method too.
     """
 
-    method: Method = Field("auto", description=f"{choices(METHODS)} (docs/accuracy.md)")
+    method: MethodName = Field("auto", description=f"{choices(NAMES)} (docs/accuracy.md)")
     engine: Literal["auto", "pinocchio", "chain", "compiled"] = Field(
         "auto", description="which equations compute the accelerations: auto, pinocchio, chain, compiled"
     )
@@ -104,7 +111,7 @@ class Solver(Record):
 
 def least_tolerance(method: str) -> float:
     """The smallest tolerance that a method takes."""
-    return 1e-18 if method == "taylor" else 1e-14
+    return METHODS[method].least_tolerance if method in METHODS else LEAST_TOLERANCE
 
 
 def _none_beside_accuracy(value: float | None) -> None:

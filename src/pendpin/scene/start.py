@@ -1,10 +1,9 @@
 """When, where and how fast the motion starts."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from pendpin.late import from_above
 from pendpin.records import Number, Record
 
 Values = Annotated[
@@ -22,15 +21,17 @@ class Start(Record):
     unit: Literal["radians", "degrees"] = Field("radians", description="of the angles and their rates")
 
     @classmethod
-    def at_rest(cls, scene: Any) -> Self:
+    def at_rest(cls, scene: Any) -> "Start":
         """The stable equilibrium of a scene nearest to its start's positions, with the effects as they are at the start.
 
         Friction is left out. Raises InputError if there is no equilibrium.
         """
-        return from_above("Start.at_rest")(scene)
+        from pendpin.simulation.starts import at_rest
+
+        return at_rest(scene)
 
     @classmethod
-    def conical(cls, scene: Any, angle: float) -> Self:
+    def conical(cls, scene: Any, angle: float) -> "Start":
         """The steady cone of a single rod about the vertical, at an angle from it in rad: the tip runs round a circle.
 
         The rate Omega follows from Omega² cos(angle) = m g h / (I1 + m h²). Exact for a rod without inertia about its
@@ -39,4 +40,6 @@ class Start(Record):
         I3 / (I1 + m h²) sin(angle) tan²(angle); beyond 1 % of the angle that is noted. Raises InputError for scenes
         without a cone.
         """
-        return from_above("Start.conical")(scene, angle)
+        from pendpin.simulation.starts import conical
+
+        return conical(scene, angle)

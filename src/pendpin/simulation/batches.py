@@ -150,17 +150,27 @@ class Series:
     def _alone(self, case: Cases, times: Array) -> Motions:
         """One case, with enough states between times (n,) to read its angles."""
         found, needed = self._attempt(case, times, parts := 1)
-        while needed[0] > 1 and not self.stopped.is_set():
-            parts = math.ceil(parts * needed[0])
-            if parts * len(times) > MOST_STATES:
+        while needed[0] > parts and not self.stopped.is_set():
+            if needed[0] * len(times) > MOST_STATES:
                 found.q[:, 1:] = np.nan
                 break
-            found, needed = self._attempt(case, times, parts)
+            found, needed = self._attempt(case, times, parts := math.ceil(needed[0]))
         return found
 
     def _attempt(self, cases: Cases, times: Array, parts: int) -> tuple[Motions, Array]:
-        """The motions, and by how much finer (c,) each interval of the times has to be cut than into `parts`."""
-        order, fine, y = self._by_energy(cases), subdivided(times, parts), self._packed(cases)
+        """The motions, and into how many parts (c,) the intervals of the times have to be cut at least."""
+        fine = subdivided(times, parts)
+        if len(self._moving) and len(fine) > 1:
+            rows, steps, flips = self._integrate(cases, fine)
+        else:  # all at rest, for good, or the start alone: heyoka refuses no equations and no interval
+            rows = np.repeat(self._with_zeros(self._packed(cases))[:, None], len(fine), axis=1)
+            steps, flips = np.zeros(len(rows)), np.full(len(rows), np.nan)
+        q, v, needed = self._read(rows, steps, cases, fine, parts)
+        return Motions(q, v, flips, steps), needed
+
+    def _integrate(self, cases: Cases, fine: Array) -> tuple[Array, Array, Array]:
+        """States (c, n, size) at the fine times (n,), steps (c,), first passages (c,) in s; NaN where a case ends early."""
+        order, y = self._by_energy(cases), self._packed(cases)
         rows = np.full((len(y), len(fine), self._recording.size), np.nan)
         steps, flips = np.full((2, len(y)), np.nan)
         series = self._take()
@@ -175,8 +185,7 @@ class Series:
         finally:
             with self._lock:
                 self._spare.append(series)
-        q, v, needed = self._read(rows, steps, cases, fine, parts)
-        return Motions(q, v, flips, steps), needed
+        return rows, steps, flips
 
     def _with_zeros(self, states: Array) -> Array:
         """The whole states (..., size) from what moves of them (..., moving)."""
@@ -202,14 +211,15 @@ class Series:
         return np.array([self.engine.pack(*start) for start in zip(cases.q, cases.v, strict=True)])[:, self._moving]
 
     def _read(self, rows: Array, steps: Array, cases: Cases, fine: Array, parts: int) -> tuple[Array, Array, Array]:
-        """Positions and rates (c, n, nv) from states (c, n, size), and how much closer they have to be (c,)."""
+        """Positions and rates (c, n, nv) from states (c, n, size), and into how many parts intervals have to be cut (c,)."""
         (c, nv), needed = cases.q.shape, np.zeros(len(rows))
         if self.engine.on_angles:
             return rows[..., :nv], rows[..., nv:], needed
         q, v = np.full((2, c, (len(fine) - 1) // parts + 1, nv), np.nan)
         q[:, 0], v[:, 0] = cases.q, cases.v
         for i in np.flatnonzero(np.isfinite(rows).all((1, 2))):
-            needed[i] = self.engine.denser(fine, rows[i], int(steps[i]))
+            turns = self.engine.density(rows[i]) * np.diff(fine).max()
+            needed[i] = parts * max(turns, steps[i] / max(len(fine) - 1, 1))
             q[i, 1:], v[i, 1:] = (x[::parts][1:] for x in self.engine.unpack(fine, rows[i], cases.q[i]))
         return q, v, needed
 

@@ -5,7 +5,7 @@ import os
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from pendpin.scene import Scene
 from pendpin.trajectory import Event, event_arrays, read_array, read_events
 from pendpin.versions import VERSION, installed
 
-FORMAT = 2
+FORMAT = 3
 EVERY = 5.0  # s of wall time between two saves, unless another is given
 LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # on which the numbers of a run depend
 REMEDY = "delete it or name another file"
@@ -59,6 +59,10 @@ class RunState:
     def complete(self) -> bool:
         """Whether there is a sample for every output time."""
         return self.n == len(self.room)
+
+    def cut(self, n: int) -> "RunState":
+        """The state with the first n samples; it cannot be continued."""
+        return replace(self, n=n)
 
     def grown(
         self,

@@ -5,18 +5,19 @@ from dataclasses import replace
 import numpy as np
 
 from pendpin.arrays import Array, ArrayLike
-from pendpin.dynamics.dynamics import bind
 from pendpin.errors import InputError, RunError, shown
 from pendpin.integrators import Run
 from pendpin.scene import Scene, scene_of
 from pendpin.simulation.checkpoint import Saver
-from pendpin.simulation.loop import integrate_to_end, task_of
+from pendpin.simulation.integration import integrate_to_end
+from pendpin.simulation.loop import task_of
 from pendpin.simulation.motion_with_events import loop_of
-from pendpin.simulation.run import fill_in
+from pendpin.simulation.run import bind_for_run, fill_in
 from pendpin.trajectory import Trajectory, joined, samples_of
 
 COUNTS = ("steps", "evaluations", "events", "seconds")  # of stats, that add up
 ROUNDING = 1e-9  # of the distance of samples
+ALL = 1_000_000_000  # output times
 
 
 class Continuation:
@@ -24,9 +25,10 @@ class Continuation:
 
     def __init__(self, run: Trajectory, scene: Scene | None = None) -> None:
         self.run, self.scene = run, scene or scene_of(run)
-        self.dynamics = bind(self.scene)
+        self.dynamics = bind_for_run(self.scene)
         task, _ = task_of(self.scene, self.dynamics, run.q[0], run.v[0], bool(run.work), lambda t: None)
         self._loop = loop_of(task)
+        self._loop.first_segment = ALL  # of a piece: the run has shown what they cost
         self._loop.begin(run.q[0], run.v[0])  # all pieces share the scales of the run
 
     def piece(self, sample: int, times: Array) -> Run:
@@ -105,8 +107,8 @@ def _longer(run: Trajectory, duration: float) -> Scene:
     """The run's scene with a longer duration, and samples as dense as they are."""
     scene = scene_of(run)
     total, samples = scene.duration + duration, scene.solver.samples
-    if scene.solver.times is None and samples is None:
-        return scene.replace(duration=total)
+    if scene.solver.times is None and (samples is None or scene.duration == 0):  # the start alone has no density
+        return scene.replace({"solver.samples": None}, duration=total)
     count = (samples or 1) - 1
     if scene.solver.times is None and abs(count * total / scene.duration % 1 - 0.5) > 0.5 - ROUNDING:
         return scene.replace({"solver.samples": round(count * total / scene.duration) + 1}, duration=total)

@@ -3,22 +3,17 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import root_scalar
 
-from pendpin.arrays import Array, Indices
+from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
 from pendpin.simulation.continuation import Continuation
+from pendpin.simulation.sign_changes import Changes, Quantity, resolved, sign_changes
 from pendpin.trajectory import Trajectory, samples_of
 
 JUMP = 1e-3  # of the offsets around it: what is still on the other side has not crossed but jumps
 AFTER = 1e-13  # of the times: how far behind a jump the state is taken
-SHARES = np.arange(1, 8) / 8  # of an interval: where the quantity is looked at
-LEVELS = 5  # of looks, each 8 times as close as the last
-OFF = 0.1  # of what a joint moves in all: samples that explain each other so well are dense
-EPS = float(np.finfo(float).eps)
-STEPS = 2.0  # looks to a step of a run whose samples are not
-FEWEST = 2  # looks between two samples that are worth it
-MOST = 200_000  # looks at a run with few samples
+CLOSE = 2.0  # units in the last place of an instant: two ends of an interval so close are one
+MOST = 120  # times an interval is cut: a jump is found by halving
 
 
 def crossings(run: Trajectory, name: str, level: float, direction: int) -> Trajectory:
@@ -27,92 +22,76 @@ def crossings(run: Trajectory, name: str, level: float, direction: int) -> Traje
         raise InputError(f"level: {shown(level)} is not a finite number")
     if direction not in {-1, 0, 1}:
         raise InputError(f"direction: {shown(direction)} is not 1 (upwards), -1 (downwards) or 0 (both)")
-    more = Continuation(_with_more_samples(run))
-    times, offset = _looked_at(more, name, level, more.run[name] - level)
-    signs = _signs(offset)
-    changed = np.flatnonzero(signs[1:] * signs[:-1] < 0)
-    chosen = [i for i in changed if direction in {0, int(signs[i + 1])}]
-    instants = np.unique([_instant(more, name, level, times[i : i + 2], offset[i : i + 2]) for i in chosen])
+    run[name]  # an unknown name is refused before anything is integrated
+
+    def offset(rows: Trajectory) -> Array:
+        return rows[name] - level
+
+    more = Continuation(resolved(run))
+    changes = sign_changes(more, offset)
+    chosen = np.isin(np.sign(changes.after), [direction] if direction else [-1, 1])
+    instants = np.unique(_instants(more, offset, Changes(*(x[chosen] for x in changes))))
     if not len(instants):
         return replace(samples_of(run, slice(0, 0)), stats=replace(run.stats, steps=0, evaluations=0, events=0))
     return more.at(instants)
 
 
-def _with_more_samples(run: Trajectory) -> Trajectory:
-    """The run; if its samples do not tell where it went between them, with samples at half its steps.
+def first_crossings(run: Trajectory, quantities: list[Quantity]) -> Array:
+    """The first instant in s at which each of k quantities changes its sign, (k,); NaN for one that never does."""
+    more, first = Continuation(resolved(run)), np.full(len(quantities), np.nan)
+    for i, quantity in enumerate(quantities):
+        changes = Changes(*(x[:1] for x in sign_changes(more, quantity)))
+        if len(changes.begin):
+            first[i] = _instants(more, quantity, changes)[0]
+    return first
 
-    Raises InputError if these would be too many.
+
+def _instants(more: Continuation, quantity: Quantity, changes: Changes) -> Array:
+    """The instants (k,) of sign changes; of a jump, the instant after it.
+
+    All at once, by inverse quadratic interpolation or halving (T. R. Chandrupatla, Advances in Engineering Software 28
+    (1997)).
     """
-    intervals = len(run.t) - 1
-    looks = int(np.ceil(STEPS * run.stats.steps / max(intervals, 1)))
-    if looks < FEWEST or _dense(run):
-        return run
-    if looks * intervals > MOST:
-        raise InputError(
-            f"crossings: {len(run.t)} samples are too few for a run of {run.stats.steps} steps; "
-            f"run it with samples = {run.stats.steps}"
-        )
-    shares = np.arange(looks) / looks
-    between = (run.t[:-1, None] + shares * np.diff(run.t)[:, None]).reshape(-1)
-    return Continuation(run).at(np.unique(np.append(between, run.t[-1])))
-
-
-def _dense(run: Trajectory) -> bool:
-    """Whether the samples show the motion between them: no joint goes further there than it goes in all.
-
-    And positions follow from the rates at the samples, and rates from accelerations, within a tenth of that.
-    """
-    dt = np.diff(run.t)[:, None]
-    for x, rate in ((run.q, run.v), (run.v, run.a)):
-        size = np.maximum(np.ptp(x, 0), EPS * np.abs(x).max())
-        off = np.abs(np.diff(x, axis=0) - dt * (rate[1:] + rate[:-1]) / 2)
-        if (dt * np.abs(rate).max(0) > size).any() or (off > OFF * size).any():
-            return False
-    return True
-
-
-def _looked_at(more: Continuation, name: str, level: float, offset: Array) -> tuple[Array, Array]:
-    """Times and offsets (m,): the samples, and places between those, closer and closer to where it turns back near 0."""
-    times = more.run.t
-    for _ in range(LEVELS):
-        places = _turns_near(offset)
-        if not len(places):
+    a, b, fa, fb = (x.copy() for x in (changes.begin, changes.end, changes.before, changes.after))
+    share, open_ = fa / (fa - fb), np.ones(len(a), bool)
+    for _ in range(MOST):
+        least = CLOSE * np.spacing(np.maximum(np.abs(a), np.abs(b))) / np.maximum(np.abs(b - a), 1e-300)
+        open_ &= (least < 0.5) & (fa != 0) & (fb != 0)
+        if not open_.any():
             break
-        between = np.unique(times[places, None] + SHARES * (times[places + 1] - times[places])[:, None])
-        together = np.concatenate([times, between])
-        order = np.argsort(together, kind="stable")
-        times, offset = together[order], np.concatenate([offset, more.at(between)[name] - level])[order]
-    return times, offset
+        t = a + np.clip(share, least, 1 - least) * (b - a)
+        f = fa.copy()
+        f[open_] = _values(more, quantity, t[open_])
+        same = np.sign(f) == np.sign(fa)
+        c, fc = np.where(same, a, b), np.where(same, fa, fb)
+        b, fb = np.where(open_ & ~same, a, b), np.where(open_ & ~same, fa, fb)
+        a, fa = np.where(open_, t, a), np.where(open_, f, fa)
+        share = _next_share((a, b, c), (fa, fb, fc))
+    return _behind_jumps(changes, (a, b), (fa, fb))
 
 
-def _turns_near(offset: Array) -> Indices:
-    """Intervals (k,) beside a local minimum of |offset| (n,) that is close to 0, with one sign on both sides."""
-    before, size, after = np.abs(offset[:-2]), np.abs(offset[1:-1]), np.abs(offset[2:])
-    same = (offset[1:-1] * offset[:-2] > 0) & (offset[1:-1] * offset[2:] > 0)
-    near = size <= np.maximum(before, after) - size
-    turns = np.flatnonzero(same & near & (size <= before) & (size <= after)) + 1
-    return np.unique(np.concatenate([turns - 1, turns]).astype(np.intp))
+def _values(more: Continuation, quantity: Quantity, t: Array) -> Array:
+    """The quantity at times (k,) in any order."""
+    times, place = np.unique(t, return_inverse=True)
+    return quantity(more.at(times))[place]
 
 
-def _signs(offset: Array) -> Array:
-    """Signs (n,); a sample on the level counts to the side that the quantity comes from."""
-    signs = np.sign(offset)
-    for i in np.flatnonzero(signs == 0):
-        signs[i] = signs[i - 1] if i else 0.0
-    return signs
+@np.errstate(divide="ignore", invalid="ignore")
+def _next_share(t: tuple[Array, Array, Array], f: tuple[Array, Array, Array]) -> Array:
+    """Where to cut between the first two of three times: at the zero of the quadratic through all, if it is monotone."""
+    (a, b, c), (fa, fb, fc) = t, f
+    xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+    smooth = (phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi)
+    quadratic = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+    return np.where(smooth & np.isfinite(quadratic), quadratic, 0.5)
 
 
-def _instant(more: Continuation, name: str, level: float, bracket: Array, offset: Array) -> float:
-    """The instant of the one crossing in a bracket of times (2,): of a jump, the instant after it."""
-    after = np.sign(offset[1])
-
-    def value(t: float) -> float:
-        return float(more.at(np.array([t]))[name][0] - level)
-
-    begin, end = bracket
-    if offset[0] == 0:
-        return float(begin)
-    instant = float(root_scalar(value, bracket=(begin, end), method="brentq", xtol=1e-15 * max(1.0, abs(end))).root)
-    off = value(instant)
-    jumped = off * after < 0 and abs(off) > JUMP * np.abs(offset).max()
-    return min(float(end), instant + AFTER * max(float(end - begin), abs(instant))) if jumped else instant
+def _behind_jumps(changes: Changes, t: tuple[Array, Array], f: tuple[Array, Array]) -> Array:
+    """The better of the two ends of each interval; behind it where the quantity has jumped and not passed 0."""
+    nearer = np.abs(f[0]) <= np.abs(f[1])
+    instant, off = np.where(nearer, *t), np.where(nearer, *f)
+    jumped = (off * changes.after < 0) & (
+        np.abs(off) > JUMP * np.maximum(np.abs(changes.before), np.abs(changes.after))
+    )
+    behind = instant + AFTER * np.maximum(changes.end - changes.begin, np.abs(instant))
+    return np.where(jumped, np.minimum(changes.end, behind), instant)

@@ -1,8 +1,9 @@
 """Many starts of one scene at once.
 
 A smooth scene of few joints is compiled once, as Taylor series of several starts side by side in SIMD vectors, each with
-its own steps; threads share the starts. Any other scene is simulated start by start, in processes. docs/accuracy.md
-lists the alternatives that were measured.
+its own steps; threads share the starts. Any other scene is simulated start by start, in this process, or in several if
+`workers` asks for them: a process runs the script that started it again. docs/accuracy.md lists the alternatives that
+were measured.
 """
 
 from collections.abc import Callable, Sequence
@@ -84,8 +85,8 @@ def simulate_many(
 
     method and tolerance replace those of scene.solver; with method "auto" smooth scenes of up to MOST_JOINTS joints
     use taylor. Each row equals the result of `simulate` for that start within the tolerance and does not depend on the
-    others. `workers` is the number of threads or processes; all processors by default. `progress` is called with the
-    number of finished starts.
+    others. taylor runs in threads, by default on all processors; other methods run in this process, or in `workers`
+    processes: a script then needs `if __name__ == "__main__":`. `progress` is called with the number of finished starts.
 
     The rows of a start that ends early are NaN from there on; `stats.failures` holds the reason.
     Raises InputError for starts or a scene that cannot be run; Interrupted (Ctrl-C), with the result so far as `partial`.
@@ -93,16 +94,17 @@ def simulate_many(
     scene = chosen_scene(scene).with_solver(method=method, tolerance=tolerance)
     dynamics = bind(scene)
     q, v = _starts(dynamics.model, scene, positions, velocities)
-    workers = _workers(workers, len(q))
+    threads, processes = _workers(workers, len(q))
     scene = _with_method(scene, dynamics, q[0], v[0])
     dynamics = bind(scene)
     integrator = None if scene.solver.accuracy or scene.solver.method == "auto" else integrator_for(scene, dynamics)
     table = _Table(q, v, len(scene.times), progress)
-    result = partial(table.ensemble, scene, dynamics.model.joints, workers)
+    in_series = isinstance(integrator, Taylor)
+    result = partial(table.ensemble, scene, dynamics.model.joints, threads if in_series else processes)
     try:
-        if isinstance(integrator, Taylor):
-            _by_series(scene, integrator, table, workers)
-        _one_by_one(scene, table, workers)
+        if in_series:
+            _by_series(scene, integrator, table, threads)
+        _one_by_one(scene, table, processes)
     except (KeyboardInterrupt, Interrupted):
         reason = f"stopped by the user after {table.done.sum()} of {len(q)} starts"
         raise Interrupted(reason, result("not run: stopped by the user")) from None
@@ -157,12 +159,13 @@ def _numbers(name: str, given: ArrayLike, model: Model, most: float) -> Array:
     return rows
 
 
-def _workers(given: int | None, starts: int) -> int:
+def _workers(given: int | None, starts: int) -> tuple[int, int]:
+    """How many threads, and how many processes, run the starts."""
     if given is None:
-        return min(cores(), starts)
+        return min(cores(), starts), 1
     if not isinstance(given, int) or isinstance(given, bool) or given < 1:
         raise InputError(f"workers: {shown(given)} is not a whole number above 0")
-    return min(given, starts)
+    return min(given, starts), min(given, starts)
 
 
 # --- what is done ---------------------------------------------------------------------------------------------------

@@ -14,9 +14,11 @@ from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted
 from pendpin.records import LARGEST
 from pendpin.trajectory import Trajectory, exchanged
+from pendpin.trajectory.parts import ROUNDING
 
 WINDOW = 5.0  # s of processor time between two checks of the progress of a run
 LONGEST = 86_400.0  # s of processor time that a run may still need: a day
+BACK = 1e-5  # of the duration: so long before it stalls a run advances fast, and its state shows why it will stall
 OFF = 0.1  # of the energy exchanged: largest energy error of a valid run
 
 MOST_BUSY = 4.0  # how many times as long as its processor time a computation may take, among others
@@ -70,8 +72,14 @@ class Deadline:
         return found[0]
 
 
+class Stalled(Halted):
+    """A run that hardly advances any more; up to `t`, in s since its start, it advanced at a usable pace."""
+
+    t = 0.0
+
+
 class Patience:
-    """A progress callback that raises Halted at the deadline, or if the rest of the run would take days.
+    """A progress callback that raises Halted at the deadline, or Stalled if the rest of the run would take days.
 
     `reserve` returns the time in s to complete the samples up to a time t; it must be left before the deadline.
     """
@@ -93,13 +101,16 @@ class Patience:
         self._marked = min(self._marked, now)
 
     def _refuse_days(self, now: float) -> None:
-        """Raise Halted if the rest takes longer than LONGEST at the pace of the last window."""
+        """Raise Stalled if the rest takes longer than LONGEST at the pace of the last window."""
         gained, took = self._reached - self._before, now - self._marked
         rest = self._duration - self._reached
         if rest * took > LONGEST * gained:
             days = rest * took / gained / LONGEST if gained > 0 else np.inf
             how_long = f"about {days:.0e} days" if np.isfinite(days) else "for ever"
-            raise Halted(f"it advanced {gained:.1e} s in the last {took:.0f} s: the rest would take {how_long}")
+            error = Stalled(f"it advanced {gained:.1e} s in the last {took:.0f} s: the rest would take {how_long}")
+            error.t = self._before - BACK * self._duration
+            self._marked = now  # what is integrated again gets a window of its own
+            raise error
         self._marked, self._before = now, self._reached
 
 
@@ -109,13 +120,19 @@ def balanced(trajectory: Trajectory) -> int:
     That is the drift of the total energy if every effect has a potential, and the imbalance if the works are known.
     A run from rest exchanges little at first, so the last such sample counts, not the first that is not.
     """
-    energy, works = trajectory.energy(), trajectory.work.values()
+    energy, works, least = trajectory.energy(), trajectory.work.values(), ROUNDING * _largest(_energy_terms(trajectory))
     bad = np.zeros(len(trajectory.t), dtype=bool)
     if trajectory.stats.conservative:
-        bad |= _largest(energy.total - energy.total[0]) > OFF * energy.exchanged
+        bad |= _largest(energy.total - energy.total[0]) > OFF * np.maximum(energy.exchanged, least)
     if works:
-        bad |= _largest(trajectory.unbalanced) > OFF * exchanged(trajectory.kinetic, *works)
+        bad |= _largest(trajectory.unbalanced) > OFF * np.maximum(exchanged(trajectory.kinetic, *works), least)
     return int(np.flatnonzero(~bad)[-1]) + 1
+
+
+def _energy_terms(trajectory: Trajectory) -> Array:
+    """The size of the terms of a potential energy, (n,) in J: they round also where they cancel, as in a horizontal rod."""
+    force, moment = (np.linalg.norm(x, axis=-1).max(1) for x in np.split(trajectory.wrench, 2, -1))
+    return moment + force * np.linalg.norm(trajectory.tip, axis=-1).max(1, initial=0.0)
 
 
 def _largest(x: Array) -> Array:
@@ -130,6 +147,8 @@ def ends_well(dynamics: Dynamics, q: Array, v: Array) -> Mask:
         return good
     ends = [rows[good][:, [0, -1]].reshape(-1, q.shape[2]) for rows in (q, v)]
     kinetic, potential = (energy.reshape(-1, 2) for energy in dynamics.energies(*ends))
+    elsewhere = dynamics.energies(ends[0] + 1.0, np.zeros_like(ends[1]))[1].reshape(-1, 2)
+    least = ROUNDING * np.abs(elsewhere).max(1)  # the potential at the ends may vanish, its rounding does not
     off = np.abs(np.diff(kinetic + potential))[:, 0]
-    good[good] = off <= OFF * exchanged(kinetic.T, potential.T)[-1]
+    good[good] = off <= OFF * np.maximum(exchanged(kinetic.T, potential.T)[-1], least)
     return good

@@ -1,9 +1,6 @@
-"""The integration loop: segment by segment to the end of the run. The run can be saved after each segment."""
+"""The interface of the integration loops: a run is integrated segment by segment, and can be saved after each."""
 
-import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,10 +10,10 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import Timing, timing
 from pendpin.effects.pace import Pace
 from pendpin.engines import ProgressCallback
-from pendpin.errors import Halted, Interrupted, RunError
+from pendpin.errors import RunError
 from pendpin.integrators import Integrator, Run, integrator_for
 from pendpin.scene import Scene
-from pendpin.simulation.checkpoint import RunState, Saver
+from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.energy_balance import EnergyBalance
 
 
@@ -46,6 +43,7 @@ class IntegrationLoop(ABC):
 
     library: str
     version: str
+    first_segment = 1  # output times of it, as long as nothing is known of what they cost
 
     def __init__(self, task: Task) -> None:
         self.integrator, self.dynamics, self.balance = task.integrator, task.dynamics, task.balance
@@ -73,39 +71,3 @@ class IntegrationLoop(ABC):
         counts = (done.steps, done.evaluations, done.events, done.seconds)
         run = Run(*arrays, *counts, self.library, self.version, compiling)
         return replace(run, failure=error, happened=tuple(done.log[: done.logged]))
-
-
-def integrate_to_end(
-    loop: IntegrationLoop, q: Array, v: Array, saver: Saver, between: Callable[[RunState], RunState] | None = None
-) -> Run:
-    """Integrate from q, v (nv,), or from the saved state, to the end. A failed or halted run keeps what was integrated.
-
-    `between` changes the state between two segments.
-    """
-    done, error = saver.resume(loop.begin(q, v)), None
-
-    def clock() -> float:
-        return time.perf_counter() - loop.engine.compile_seconds  # which is counted apart
-
-    before, begin = done.seconds, clock()
-
-    def timed(state: RunState) -> RunState:
-        return replace(state, seconds=before + clock() - begin)
-
-    while error is None and not done.complete:
-        try:
-            done, failure = loop.go_on(between(done) if between else done)
-            error = RunError(failure) if failure else None
-            if error is None and saver.due:
-                saver.save(timed(done))
-        except KeyboardInterrupt:
-            error = Interrupted("stopped by the user")
-        except np.linalg.LinAlgError as fault:
-            error = RunError(f"{fault}; give the rod a radius, or remove the torque about theta")
-        except RunError as fault:
-            error = fault
-    done = timed(done)
-    if error is None or isinstance(error, Halted):
-        with suppress(Halted):  # the previous save remains
-            saver.save(done)
-    return loop.outcome(done, error)

@@ -8,9 +8,18 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.dynamics.contact_guards import Guards, guards_of
 from pendpin.dynamics.contacts import Contacts, Mode, Scales
+from pendpin.dynamics.falls import LowFall, falls_of, rates_and_mode
 from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative
 from pendpin.errors import InputError, RunError
-from pendpin.integrators.events import AtRest, EventIntegrator, SegmentToEvent, Stepper, instant, integrate_to_event
+from pendpin.integrators.events import (
+    AtRest,
+    EventIntegrator,
+    SegmentToEvent,
+    StateScales,
+    Stepper,
+    instant,
+    integrate_to_event,
+)
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.loop import IntegrationLoop, Task
 from pendpin.simulation.smooth_motion import SmoothLoop
@@ -19,6 +28,7 @@ from pendpin.versions import version
 
 SAMPLES_A_SEGMENT = 64  # output times of a segment
 MOST_AT_ONCE = 200.0  # events at the same time
+LANDED = 2.0  # of the time of a fall: where a segment ends if the joint has not come down, as the forces have changed
 WAYS = 64  # in which joints may slide, for which guards are kept
 
 
@@ -41,10 +51,9 @@ class LoopWithEvents(IntegrationLoop):
         t = float(self.times[0])
         y = np.concatenate([q, v, np.zeros(self.accounts)])
         try:
-            self._strike(t, y)
+            self._scales = self._scales or self.contacts.scales(self.times, *self._angles(y))
+            mode = self._meet(t, y)
             y[2 * self.nv :] = 0.0  # the work of an impact at the start is not counted
-            scales = self._scales = self._scales or self.contacts.scales(self.times, *self._angles(y))
-            mode = self.contacts.choose(t, *self._angles(y), scales)
             first = self._rows(y[None], self.times[:1], mode)[0]
         except (RunError, np.linalg.LinAlgError) as error:
             raise InputError(f"start: {error}") from None
@@ -60,7 +69,9 @@ class LoopWithEvents(IntegrationLoop):
             return done.grown(rows, done.carried, 0, 0), None
         corner = int(self.pace.corners.searchsorted(t, "right"))
         end = float(min(times[-1:].tolist() + self.pace.corners[corner : corner + 1].tolist()))
-        guards, stepper = self._guards(y, mode), self._stepper(float(self.pace.shortest[corner]), mode)
+        fall = self._low_fall(t, y, mode)
+        end = end if fall is None else min(end, t + LANDED * fall.longest)
+        guards, stepper = self._guards(y, mode, fall), self._stepper(float(self.pace.shortest[corner]), mode, fall)
         found = integrate_to_event(stepper, guards.values, guards.floor, t, y, end, times)
         happened: list[Event] | None = None
         rows, failure = self._rows(found.samples, times[: len(found.samples)], mode), found.failure
@@ -90,40 +101,53 @@ class LoopWithEvents(IntegrationLoop):
         assert self._scales is not None
         return self._scales
 
-    def _guards(self, y: Array, mode: Mode) -> Guards:
+    def _low_fall(self, t: float, y: Array, mode: Mode) -> LowFall | None:
+        """The falls of joints near their stops; None if there are none."""
+        if not self.contacts.stops or all(mode.held.tolist()):
+            return None
+        q, v = self._angles(y)
+        return falls_of(self.contacts, t, q, v, mode).low(t, q, self.scales, self._method.step_tolerance)
+
+    def _guards(self, y: Array, mode: Mode, fall: LowFall | None) -> Guards:
         """The guards of a mode from the state y (size,) on."""
-        if not mode.holds:
+        if fall is None and not mode.holds:
             return self._guards_by_ways(mode.sign.tobytes())
-        return guards_of(self.contacts, y[: self.nv], mode, self.scales, self._method.tolerance)
+        scales = self.scales if fall is None else fall.scales
+        return guards_of(self.contacts, y[: self.nv], mode, scales, self._method.tolerance)
 
     def _guards_of_ways(self, ways: bytes) -> Guards:
         """The guards where no joint is held, for the ways (nv,) that joints slide: nothing else matters to them."""
         mode = Mode(np.zeros(self.nv, bool), np.frombuffer(ways), self.scales.torque)
         return guards_of(self.contacts, np.zeros(self.nv), mode, self.scales, self._method.tolerance)
 
-    def _stepper(self, longest: float, mode: Mode) -> Stepper:
-        """The method, with steps up to `longest` in s."""
+    def _stepper(self, longest: float, mode: Mode, fall: LowFall | None) -> Stepper:
+        """The method, with steps up to `longest` in s; those of a fall are as short as it."""
         if all(mode.held.tolist()):
             return AtRest(longest)
         if self._block:
             self.contacts.enter(mode)
-        return self._method.stepper(*self._sizes, longest, self._derivative(mode))
+        sizes, rate = self._sizes
+        if fall is not None:
+            size = np.concatenate([fall.scales.position, fall.scales.rate, sizes.size[2 * self.nv :]])
+            relative = sizes.relative.copy()
+            relative[: self.nv] = ~fall.joints
+            sizes, rate = StateScales(size, relative), max(rate, 1.0 / fall.shortest)
+        return self._method.stepper(sizes, self._method.first_step(rate), longest, self._derivative(mode))
 
     @cached_property
-    def _sizes(self) -> tuple[Array, float]:
-        """What is of order one for each number of the state (size,), and the first step of a segment in s."""
+    def _sizes(self) -> tuple[StateScales, float]:
+        """What is of order one for each number of the state (size,), and the rate of the motion in 1/s."""
         scales = self.scales
         work = np.full(self.accounts, (scales.torque * scales.position).max())
-        rate = float((scales.rate / scales.position).max())
-        return np.concatenate([scales.position, scales.rate, work]), self._method.first_step(rate)
+        size = np.concatenate([scales.position, scales.rate, work])
+        return StateScales(size, np.ones(len(size), bool)), float((scales.rate / scales.position).max())
 
     def _after(self, found: SegmentToEvent, guards: Guards) -> tuple[Array, Mode]:
         """The state (size,) and the mode at the start of the next segment."""
         y, mode = found.y.copy(), guards.mode
         if found.fired is not None:
             loose = guards.land(*self._angles(y), found.fired)
-            self._strike(found.t, y)
-            mode = self.contacts.choose(found.t, *self._angles(y), self.scales, loose)
+            mode = self._meet(found.t, y, loose)
         y[self.nv : 2 * self.nv][mode.held] = 0.0
         return y, mode
 
@@ -131,12 +155,10 @@ class LoopWithEvents(IntegrationLoop):
         """Positions and rates (nv,) of a state y (size,)."""
         return y[: self.nv], y[self.nv : 2 * self.nv]
 
-    def _strike(self, t: float, y: Array) -> None:
-        """Change the state (size,) by the impacts that are due, with their loss in the energy balance."""
-        if not self.contacts.stops:
-            return
+    def _meet(self, t: float, y: Array, loose: Array | float = 0.0) -> Mode:
+        """The mode after the impacts that are due; they change the state y (size,), their loss the energy balance."""
         q, v = self._angles(y)
-        after = self.contacts.strike(q, v, t)
+        after, mode = rates_and_mode(self.contacts, t, q, v, self.scales, loose)
         if self.balance is not None and not np.array_equal(after, v):
             before, then = self.dynamics.energies(np.stack([q, q]), np.stack([v, after]))[0]
             taken = self.contacts.taken(q, v, after)
@@ -144,6 +166,7 @@ class LoopWithEvents(IntegrationLoop):
             for kind, work in taken.items():
                 y[2 * self.nv + self.balance.kinds.index(kind)] += work
         v[:] = after
+        return mode
 
     def _derivative(self, mode: Mode) -> Derivative:
         contacts, balance, nv = self.contacts, self.balance, self.nv

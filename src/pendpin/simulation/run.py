@@ -10,6 +10,7 @@ from pendpin.arrays import Array
 from pendpin.dynamics.acting import built_in
 from pendpin.dynamics.contact_binding import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind, reactions
+from pendpin.effects.pace import Pace, together
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
 from pendpin.integrators import Run, automatic
@@ -18,18 +19,19 @@ from pendpin.integrators.taylor import Taylor
 from pendpin.model import kinematics
 from pendpin.model.build import start_state
 from pendpin.records import LARGEST
-from pendpin.scene import Scene
+from pendpin.scene import Scene, method_of
 from pendpin.simulation.checkpoint import Checkpoint, FileSaver, RunState, Saver, identity
 from pendpin.simulation.energy_balance import EnergyBalance
+from pendpin.simulation.integration import integrate_to_end
 from pendpin.simulation.limits import Deadline, Patience, balanced
-from pendpin.simulation.loop import integrate_to_end, task_of
+from pendpin.simulation.loop import task_of
 from pendpin.simulation.motion_with_events import loop_of
 from pendpin.trajectory import Reactions, Stats, Trajectory
 
 PART, LEAST = 1 << 11, 64  # rods, and samples, completed at once: what they need stays in a processor's fast memory
+AUTOMATIC = ("auto", "compiled")  # engines with which samples are computed in machine code
 NEAR_POLE = 0.3  # of cos(phi)
 LONG_ENOUGH = 5e-3  # s, of a measurement of the time to complete samples
-JUMPS_MISSED = ("radau", "bdf")
 SLACK = 1.2  # margin on that time
 START_OVERFLOWS = f"start: positions, rates, forces or energies beyond {LARGEST:g}, too large to compute with"
 TOO_LARGE = f"its numbers grow beyond {LARGEST:g}"
@@ -44,9 +46,13 @@ def run_scene(
     deadline: Deadline,
     checkpoint: Checkpoint | None = None,
     between: Callable[[RunState], RunState] | None = None,
+    longest: float = np.inf,
 ) -> Trajectory:
-    """The motion of a scene by its method and tolerance or step; as `simulate`, and `between` as in the loop, which see."""
-    dynamics = bind(scene)
+    """The motion of a scene by its method and tolerance or step; as `simulate`, and `between` as in the loop, which see.
+
+    `longest` in s limits the steps of a method without a fixed one.
+    """
+    dynamics = bind_for_run(scene)
     q, v = start_state(dynamics.model, scene.start)
     start = _at_start(q, v)
     _refuse_overflow(dynamics, start)
@@ -61,6 +67,7 @@ def run_scene(
             saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name))
         patience = Patience(scene.duration, deadline, _reserve(scene, dynamics, start, deadline), progress)
         task, found = task_of(scene, dynamics, q, v, energy_balance, patience)
+        task = replace(task, pace=together([task.pace, Pace.even(longest)]))
         compiles = dynamics.engine.compiles or isinstance(task.integrator, Taylor)
         loop = deadline.waits_for(lambda: loop_of(task), compiles)
     except Halted as error:
@@ -70,10 +77,22 @@ def run_scene(
     return _finished(scene, dynamics, task.balance, run, saver.note, alone=between is None)
 
 
+def bind_for_run(scene: Scene) -> Dynamics:
+    """The dynamics of a scene; samples are computed in machine code unless the scene names another engine."""
+    try:
+        scene.refuse_short_effects()
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    dynamics = bind(scene)
+    if scene.solver.engine in AUTOMATIC:
+        dynamics.use_compiled_samples()
+    return dynamics
+
+
 def _of_jumps(scene: Scene) -> tuple[str, ...]:
     """A note on methods that may step over a jump: a difference across it looks like a fast decay, which they damp."""
     method = scene.solver.method
-    if method not in JUMPS_MISSED or built_in(scene.effects):
+    if not method_of(method).damps or built_in(scene.effects):
         return ()
     return (f"{method} may be wrong where a function of your own jumps, as sign(v) does: compare with dop853",)
 
@@ -86,7 +105,7 @@ def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_ba
     changed = scene.with_solver(method=method, engine=engine)
     if engine == "compiled" and scene.solver.engine == "auto":
         return changed, dynamics.in_machine_code()
-    return changed, bind(changed) if method == "taylor" else dynamics
+    return changed, bind_for_run(changed) if method == "taylor" else dynamics
 
 
 def _finished(
@@ -110,7 +129,8 @@ def _finished(
     if run.failure is None:
         return trajectory
     end = scene.start.time + scene.duration
-    reason = f"the run ended at t = {trajectory.t[-1]:.10g} s of {end:.10g} s: {run.failure}"
+    stop = trajectory.t[-1] if run.stop is None else scene.start.time + run.stop.t
+    reason = f"the run ended at t = {stop:.10g} s of {end:.10g} s: {run.failure}"
     more = _remedy(dynamics, run) + (note if isinstance(run.failure, Halted) else "")
     raise run.failure.said(reason + more, trajectory)
 
@@ -139,17 +159,17 @@ def _solvable(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, r
 
 def _remedy(dynamics: Dynamics, run: Run) -> str:
     """A likely reason of a failure: a thin rod near the pole with a torque about its joint; else the fastest joint."""
-    model, v = dynamics.model, np.abs(run.v[-1])
+    model, (q, v) = dynamics.model, (run.q[-1], run.v[-1]) if run.stop is None else (run.stop.q, run.stop.v)
     if isinstance(run.failure, Interrupted):
         return ""
     if model.chain is not None and dynamics.engine.on_angles:
-        near = (np.abs(np.cos(run.q[-1, 1::2])) < NEAR_POLE) & (model.chain.I3 == 0)
+        near = (np.abs(np.cos(q[1::2])) < NEAR_POLE) & (model.chain.I3 == 0)
         if near.any():
             rod = model.rods[int(np.argmax(near))].link
             return f"; {rod} is thin and near phi = 90 degrees, where nothing resists a torque about theta: give it a radius"
     if str(run.failure) == ENERGY_ERROR:
         return ""
-    return f"; fastest there: {model.joints[int(np.argmax(v))]}, at {v.max():.3g} (rad/s)"
+    return f"; fastest there: {model.joints[int(np.argmax(np.abs(v)))]}, at {np.abs(v).max():.3g} (rad/s)"
 
 
 def _at_start(q: Array, v: Array) -> Run:
@@ -225,7 +245,19 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
 def _completed(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | None = None) -> tuple[Array, ...]:
     """Of states q, v (n, nv) at t (n,): accelerations, wrenches, kinetic energy, potentials, tips and reactions."""
     model = dynamics.model
-    a, wrench = dynamics.engine.evaluate(t, q, v, torque)
-    poses, kinetic = kinematics.poses_and_energy(model, q, v)
+    a, wrench, poses, kinetic = _sampled(dynamics, t, q, v, torque)
     rods = reactions(model, q, wrench) or ()
     return a, wrench, kinetic, dynamics.potentials_at(q, poses), kinematics.tips(model, poses), *rods
+
+
+def _sampled(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | None) -> tuple[Array, ...]:
+    """Accelerations, wrenches, poses and kinetic energy of states q, v (n, nv) at t (n,), in machine code where it serves.
+
+    Where that finds no finite number, the engine's own equations say why.
+    """
+    if dynamics.sampler is not None:
+        found = dynamics.sampler(t, q, v, torque)
+        if all(np.isfinite(part).all() for part in found):
+            return found
+    a, wrench = dynamics.engine.evaluate(t, q, v, torque)
+    return a, wrench, *kinematics.poses_and_energy(dynamics.model, q, v)

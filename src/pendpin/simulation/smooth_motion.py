@@ -1,14 +1,15 @@
 """A motion without contacts, integrated segment by segment; a segment is a number of output times."""
 
-import math
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
-from pendpin.arrays import Array, subdivided
+from pendpin.arrays import Array, Indices, subdivided
+from pendpin.engines import Derivative
 from pendpin.errors import RunError
 from pendpin.integrators import Memory, Segment, StepPlan
+from pendpin.integrators.base import SHORTEST
 from pendpin.integrators.fixed import steps_in
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.loop import IntegrationLoop, Task
@@ -16,15 +17,21 @@ from pendpin.simulation.loop import IntegrationLoop, Task
 EVALUATIONS = 20_000  # in a segment, about: an interrupt loses at most these
 LEAST_EVALUATIONS = 2_000  # of a large model, whose evaluations take longer
 SMALL = 2  # joints: those of a model with EVALUATIONS in a segment
-FIRST_SEGMENT = 1  # output times
 FIRST_STEPS = 2  # that it takes at least, the first of them a small one
+FIRST_CHANGE = 0.2  # rad, or rad/s, from state to state at the start, before it is measured how fast rods turn
 GROWTH = 256  # of the output times of a segment, where the states that it needs are not known
-MARGIN = 1.25  # of the states in the next segment, over those that this one needed
-MOST_STATES = 4_000_000  # in a segment
+MARGIN = 1.25  # of the density of states in the next segment, over that which this one needed
+NUMBERS = 100_000  # in the states of a segment: a processor's fast memory holds what is computed while angles are read
+MOST_STATES = 1e9  # between two output times, from which turns are counted; a hundred thousand swings take 1e6
+MOST_PARTS = 1e12  # of an interval: a segment ends before there are as many
+BESIDE = 4 * float(np.finfo(float).eps)  # of the time, so far from a corner its side is certain in spite of rounding
 
 
 class SmoothLoop(IntegrationLoop):
-    """A scene without contacts. The length of a segment is chosen from the evaluations that the last one took."""
+    """A scene without contacts. The length of a segment is chosen from the evaluations that the last one took.
+
+    Where angles are read from directions, a segment may end between two output times: it holds so many states and no more.
+    """
 
     def __init__(self, task: Task) -> None:
         super().__init__(task)
@@ -37,77 +44,122 @@ class SmoothLoop(IntegrationLoop):
 
     def begin(self, q: Array, v: Array) -> RunState:
         """The first sample, from q, v (nv,)."""
-        y = self.engine.pack(q, v)
+        y, work = self.engine.pack(q, v), np.zeros(self.accounts)
         carried = {
+            "t": np.array(float(self.times[0])),
+            "q": q,
             "y": y,
-            "ahead": np.array(float(FIRST_SEGMENT)),
+            "work": work,
+            "ahead": np.array(float(self.first_segment)),
             "first_step": np.array(0.0),
-            "parts": np.array(self._first_parts(y)),
+            "density": np.array(self._first_density(y)),
             **self.integrator.memory(y),
         }
-        return RunState.at_start(np.concatenate([q, v, np.zeros(self.accounts)]), len(self.times), carried)
+        return RunState.at_start(np.concatenate([q, v, work]), len(self.times), carried)
 
-    def _first_parts(self, y: Array) -> float:
-        """How many states the first interval should have, from the state (size,) at the start."""
-        t = self.times[: FIRST_SEGMENT + 1]
-        needed = self.engine.denser(t, np.tile(y, (len(t), 1)), FIRST_STEPS)
-        return float(np.clip(math.ceil(needed), 1, MOST_STATES))
+    def _first_density(self, y: Array) -> float:
+        """The states per second from which the first angles should be read, from the state (size,) at the start."""
+        if self.engine.on_angles or len(self.times) < 2:
+            return 0.0
+        rate = np.zeros(len(y) + self.accounts)
+        self._derivative(rate, float(self.times[0]), np.concatenate([y, np.zeros(self.accounts)]))
+        change = float(np.nan_to_num(np.abs(rate[: len(y)])).max()) / FIRST_CHANGE
+        return max(
+            self.engine.density(y[None]), change, FIRST_STEPS / max(float(self.times[1] - self.times[0]), SHORTEST)
+        )
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
         """One segment; its number of output times follows from the evaluations of the last one."""
-        y, ahead, first_step = done.carried["y"], int(done.carried["ahead"]), float(done.carried["first_step"])
-        span, last = self.times[done.n - 1 :][: ahead + 1], done.samples[-1]
+        carried, n = done.carried, len(done.carried["y"])
+        due = self.times[done.n :][: int(carried["ahead"])]
+        span = np.concatenate([carried["t"][None], due])
         self.progress(float(span[0]))
-        before, start = self._evaluations(), np.concatenate([y, last[2 * self.nv :]])
-        segment, parts, needed = self._read_closely(
-            start, span, int(done.carried["parts"]), first_step or None, done.carried
-        )
+        before = self._evaluations()
+        segment, times, at, density = self._read_closely(span, carried)
         took = self._evaluations() - before
-        states, work = (x[::parts] for x in np.split(segment.y, [len(y)], axis=1))
-        fine = subdivided(span, parts)[: len(segment.y)]
-        q, v = (x[::parts][1:] for x in self.engine.unpack(fine, segment.y[:, : len(y)], last[: self.nv]))
-        ahead = max(1, min(ahead * self._budget // max(took, 1), GROWTH * ahead if needed else len(self.times)))
-        carried = {
+        states, work = segment.y[:, :n], segment.y[:, n:]
+        q, v = self.engine.unpack(times[: len(states)], states, carried["q"])
+        at = at[at < len(states)]
+        ahead = max(1, len(at)) * self._budget // max(took, 1)
+        more = {
+            "t": times[len(states) - 1],
+            "q": q[-1],
             "y": states[-1] if self.integrator.step else self.engine.project(states[-1]),
-            "ahead": np.array(float(ahead)),
-            "first_step": np.array((span[-1] - span[0]) / max(segment.steps, 1)),
-            "parts": np.array(float(max(1, math.ceil(MARGIN * parts * needed)))),
+            "work": work[-1],
+            "ahead": np.array(float(max(1, min(ahead, GROWTH * len(due) if density else len(self.times))))),
+            "first_step": (times[-1] - times[0]) / segment.steps if segment.steps else carried["first_step"],
+            "density": np.array(MARGIN * density),
             **segment.memory,
         }
-        return done.grown(np.concatenate([q, v, work[1:]], 1), carried, segment.steps, took), segment.failure
+        rows = np.concatenate([q[at], v[at], work[at]], 1)
+        return done.grown(rows, more, segment.steps, took), segment.failure
 
-    def _read_closely(
-        self, y: Array, span: Array, parts: int, first_step: float | None, memory: Memory
-    ) -> tuple[Segment, int, float]:
-        """A segment from y (size,) over `span` (n,), with more states between output times if angles are read from them.
+    def _read_closely(self, span: Array, carried: Memory) -> tuple[Segment, Array, Array, float]:
+        """A segment over `span` (n,), or over its beginning, with more states if angles are read from them.
 
-        Also returns the number of parts of each interval, and by what factor there should have been more.
+        Also returns the times (k,) of its states, where output times are among these, and how dense they have to be.
         """
-        step = self.integrator.step
-        whole = steps_in(span[1] - span[0], step) if step else 0  # steps in an interval
+        start, density = np.concatenate([carried["y"], carried["work"]]), float(carried["density"])
+        first_step, room = float(carried["first_step"]) or None, NUMBERS // len(start) + 1
         while True:
-            parts = parts if not step else 1 if parts == 1 else whole  # else the steps would change
-            segment = self._integrate(y, subdivided(span, parts), first_step, memory)
-            states = segment.y[:, : len(memory["y"])]
-            needed = self.engine.denser(subdivided(span, parts)[: len(states)], states, segment.steps)
-            wanted = math.ceil(parts * needed)
-            if segment.failure or wanted <= parts or (step and parts == whole):
-                return segment, parts, needed
-            if wanted * len(span) > MOST_STATES:
-                raise RunError("thin rods turn too far between samples to count their turns: take more samples")
-            parts = wanted
+            parts = self._parts(span, density)
+            at = np.cumsum(parts)
+            if at[0] > room:
+                times = span[0] + (span[1] - span[0]) * (np.arange(room + 1) / at[0])
+            else:
+                count = np.searchsorted(at, room, "right")
+                times = subdivided(span[: count + 1], parts[:count])
+            segment = self._integrate(start, times, first_step, carried)
+            needed = self._density(span, times, segment, len(carried["y"]))
+            if segment.failure or (self._parts(span, needed) <= parts).all():
+                return segment, times, at, needed
+            density = MARGIN * needed
+
+    def _density(self, span: Array, times: Array, segment: Segment, size: int) -> float:
+        """The states per second that a segment needs at times (k,) over a beginning of `span` (n,): at least one a step.
+
+        Raises RunError where a rod turns too often to be followed.
+        """
+        if self.engine.on_angles:
+            return 0.0
+        turning = self.engine.density(segment.y[:, :size])
+        if turning * float(np.diff(span).max()) > MOST_STATES:
+            raise RunError("thin rods turn too far between samples to count their turns: take more samples")
+        return max(turning, segment.steps / max(float(times[-1] - times[0]), SHORTEST))
+
+    def _parts(self, span: Array, density: float) -> Indices:
+        """How many parts each interval of `span` (n,) is cut into, (n - 1,): one, or all its steps where these are fixed."""
+        step, intervals = self.integrator.step, np.diff(span)
+        parts = np.ceil(np.clip(density * intervals, 1.0, MOST_PARTS)).astype(int)
+        if step:
+            parts = np.array([steps_in(dt, step) if more > 1 else 1 for dt, more in zip(intervals, parts, strict=True)])
+        return parts
 
     def _integrate(self, y: Array, span: Array, first_step: float | None, memory: Memory) -> Segment:
         """Integrate from y (size,) over the output times `span` (n,); restart at each corner of the pace."""
         corners = self.pace.corners[(self.pace.corners > span[0]) & (self.pace.corners < span[-1])]
         bounds, rows, steps = np.concatenate([span[:1], corners, span[-1:]]), y[None], 0
-        first_step = None if span[0] in self.pace.corners else first_step
+        first_step, done = None if span[0] in self.pace.corners else first_step, 1
         for (begin, end), longest in zip(pairwise(bounds), self.pace.at(bounds[:-1]), strict=True):
-            due = span[(span > begin) & (span <= end)]
+            due = span[done : (done := int(np.searchsorted(span, end, "right")))]
             times = np.concatenate([[begin], due, [] if len(due) and due[-1] == end else [end]])
-            part = self.integrator.integrate(self._derivative, y, times, StepPlan(first_step, float(longest), memory))
+            plan = StepPlan(first_step, float(longest), memory)
+            part = self.integrator.states_at(self._one_sided(begin, end), y, times, plan)
             rows, steps = np.concatenate([rows, part.y[1 : len(due) + 1]]), steps + part.steps
             if part.failure or end == span[-1]:
                 return replace(part, y=rows, steps=steps)
             y, memory, first_step = part.y[-1], part.memory, None
         raise AssertionError
+
+    def _one_sided(self, begin: float, end: float) -> Derivative:
+        """The derivative between two times in s; at one that is a corner of the pace, as on this side of it.
+
+        An effect may jump there. What it does on the other side would spoil the order of a method with fixed steps.
+        """
+        at_begin, at_end = np.isin([begin, end], self.pace.corners)
+        if not (at_begin or at_end):
+            return self._derivative
+        margin = BESIDE * (abs(self.dynamics.start) + abs(end))
+        low, high = begin + at_begin * margin, end - at_end * margin
+        derivative = self._derivative
+        return lambda dy, t, y: derivative(dy, max(low, min(t, high)), y)

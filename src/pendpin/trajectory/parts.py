@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import TINY, Array
 
 ROUNDING = 1e-9  # of a potential energy or work: a motion that exchanges less is lost in their rounding
 
@@ -15,7 +15,7 @@ def exchanged(kinetic: Array, *others: Array) -> Array:
 
     The largest kinetic energy, or the range of the potential energy or of a work (n,) if that is larger.
     """
-    so_far, least = np.maximum.accumulate, np.full_like(kinetic, np.finfo(float).tiny)
+    so_far, least = np.maximum.accumulate, np.full_like(kinetic, TINY)
     ranges = [np.maximum(so_far(x) + so_far(-x), ROUNDING * so_far(np.abs(x))) for x in others]
     return np.maximum.reduce([least, so_far(kinetic), *ranges])
 

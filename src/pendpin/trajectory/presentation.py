@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.errors import PendpinError, one_line
-from pendpin.late import from_above
+from pendpin.errors import one_line
 
 MOST_PERIODS = 4  # joints
 MOST_LETTERS = 90  # of a title
@@ -48,9 +47,8 @@ def summary(run: Any) -> Summary:
     if not len(run.t):
         return Summary()
     found, half = {}, np.searchsorted(run.t, (run.t[0] + run.t[-1]) / 2)
-    swings = swing(run)
     for name, values, unit in (
-        *([] if np.isnan(swings).any() else [("largest swing", np.degrees(swings), "degrees")]),
+        *([] if np.isnan(run.swing).any() else [("largest swing", np.degrees(run.swing), "degrees")]),
         ("farthest sideways", np.hypot(*run.tip[:, -1, :2].T), "m"),
     ):
         found[name] = _extreme(values[:, None], run.t, np.max, unit, [""])
@@ -68,14 +66,6 @@ def summary(run: Any) -> Summary:
     found["energy at the start"] = Figure(float(energy[0]), "J")
     found["energy at the end"] = Figure(float(energy[-1]), "J")
     return Summary(found)
-
-
-def swing(run: Any) -> Array:
-    """The largest angle of any rod from hanging straight down, (n,) rad; NaN where none can swing or the model is gone."""
-    try:
-        return from_above("Trajectory.swings")(run)
-    except PendpinError:
-        return np.full(len(run.t), np.nan)
 
 
 def _rest(run: Any) -> dict[str, Figure]:

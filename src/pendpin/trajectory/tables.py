@@ -7,7 +7,7 @@ from typing import IO, Any
 import numpy as np
 
 from pendpin.files import refuse_other_format, write_whole
-from pendpin.late import optional
+from pendpin.libraries import optional
 
 ROWS_AT_ONCE = 4096
 

@@ -11,7 +11,6 @@ import numpy as np
 from pendpin.arrays import Array, ArrayLike
 from pendpin.errors import InputError, PendpinError
 from pendpin.files import open_arrays, refuse_other_format, write_whole
-from pendpin.late import from_above
 from pendpin.records import LARGEST
 from pendpin.trajectory.columns import Place, column, columns
 from pendpin.trajectory.parts import Energy, Event, Reactions, Stats, exchanged, share
@@ -68,10 +67,22 @@ class Trajectory:
     @cached_property
     def slides(self) -> frozenset[str] | None:
         """The names of the prismatic joints; None where the model cannot be built again, as when its URDF is gone."""
+        from pendpin.model.of_run import slides_of
+
         try:
-            return from_above("Trajectory.slides")(self)
+            return slides_of(self)
         except PendpinError:
             return None
+
+    @cached_property
+    def swing(self) -> Array:
+        """The largest angle of any rod from hanging straight down, (n,) rad; NaN as `slides` and where none can swing."""
+        from pendpin.model.of_run import swings_of
+
+        try:
+            return swings_of(self)
+        except PendpinError:
+            return np.full(len(self.t), np.nan)
 
     def __eq__(self, other: object) -> bool:
         """Whether another run is of the same scene and holds the same numbers."""
@@ -102,6 +113,18 @@ class Trajectory:
             raise InputError("this model has no universal joint, so no R1, R2, R3, M3; see .wrench for every joint")
         return self.rods
 
+    def express(self, joint: str, frame: str = "world", point: ArrayLike | None = None, on: str = "child") -> Array:
+        """The wrench of a joint in a frame and at a point of your choice, (n, 6): force in N, then moment in N m.
+
+        frame: "world" (W), "parent" (of the link that the joint hangs on) or "child" (of the link that it moves, as in
+        `wrench`). point: (3,) in m, in that frame; the joint's origin if absent. on: "child" for what the parent exerts
+        on the child, "parent" for the reaction. Raises InputError for other names, and where the run's model cannot
+        be built again.
+        """
+        from pendpin.model.of_run import express_wrench
+
+        return express_wrench(self._sampled, joint, frame, point, on)
+
     def energy(self) -> Energy:
         """Kinetic and potential energy over time."""
         return Energy(self.kinetic, self.potential)
@@ -128,7 +151,9 @@ class Trajectory:
         Integrated from the sample before, by the run's own method and setting; at the instant of an impact the state
         after it. Raises InputError for other times, and where the run's scene cannot be built again.
         """
-        return from_above("Trajectory.at")(self._sampled, times)
+        from pendpin.simulation.continuation import at
+
+        return at(self._sampled, times)
 
     def crossings(self, name: str, level: float = 0.0, direction: int = 0) -> "Trajectory":
         """The run at the instants at which a quantity crosses a level: upwards (1), downwards (-1) or both ways (0).
@@ -136,14 +161,18 @@ class Trajectory:
         Found between the samples, each to the accuracy of the run. An angle counts its turns: it is not wrapped. There
         may be none. Raises InputError.
         """
-        return from_above("Trajectory.crossings")(self._sampled, name, level, direction)
+        from pendpin.simulation.crossings import crossings
+
+        return crossings(self._sampled, name, level, direction)
 
     def extend(self, duration: float) -> "Trajectory":
         """The run continued for another duration in s, with samples as dense as before.
 
         With rk4 and euler the result is, bit for bit, that of one long run; with other methods within the run's tolerance.
         """
-        return from_above("Trajectory.extend")(self._sampled, duration)
+        from pendpin.simulation.continuation import extend
+
+        return extend(self._sampled, duration)
 
     def summary(self) -> Summary:
         """The largest angle of any rod from straight down, the tip's way sideways, rest; extremes of R1, R2, R3, M3.
@@ -165,25 +194,35 @@ class Trajectory:
 
         Without `ax` a new Figure is returned: a panel for each unit; without names too, the figure of the run.
         """
-        return from_above("Trajectory.plot")(self if names else self._sampled, names, ax)
+        from pendpin.graphics.figure import plot
+
+        return plot(self if names else self._sampled, names, ax)
 
     def animate(self) -> Any:
         """The motion as an Animation, which shows itself in a notebook; .save("x.html"), "x.gif" or "x.mp4"."""
-        return from_above("Trajectory.animate")(self._sampled)
+        from pendpin.graphics.animation import Animation
+
+        return Animation(self._sampled)
 
     def show(self, viewer: Any) -> Any:
         """Play the run in a viewer that is there: a meshcat.Visualizer, or Pinocchio's MeshcatVisualizer."""
-        return from_above("Trajectory.show")(self._sampled, viewer)
+        from pendpin.graphics.viewers import show
+
+        return show(self._sampled, viewer)
 
     def configurations(self, pin_model: Any) -> Array:
         """q as a pin.Model takes it, (n, nq): continuous joints as cosine and sine, joints that are locked in place."""
-        return from_above("Trajectory.configurations")(self, pin_model)
+        from pendpin.model.configurations import configurations
+
+        return configurations(self, pin_model)
 
     def __repr__(self) -> str:
         return text(self)
 
     def _repr_html_(self) -> str:
-        return page(self, from_above("Trajectory.page")(self))
+        from pendpin.graphics.animation import frame_of
+
+        return page(self, frame_of(self))
 
     @property
     def sound(self) -> int:

@@ -26,7 +26,7 @@ def check(
 
     The table has a line for each route and a column for each quantity, with the worst difference in each cell.
     """
-    from pendpin.analysis.crosscheck import crosscheck
+    from pendpin.crosschecks.crosscheck import crosscheck
 
     chosen = scene_with(scene, urdf, lock or (), mimic, changes or ())
     with inside(place_named(urdf or scene)):

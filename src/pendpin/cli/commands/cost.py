@@ -32,8 +32,8 @@ def cost(
     """Say which method to take for an accuracy and what it costs, in about 20 s; with --thorough, error against time."""
     from functools import partial
 
-    from pendpin.analysis.work_precision.cost import cost as measure
-    from pendpin.analysis.work_precision.figure import save_cost_plot
+    from pendpin.work_precision.cost import cost as measure
+    from pendpin.work_precision.figure import save_cost_plot
 
     chosen = read_scene(scene)
     refuse_outputs([scene, *files_of(chosen)], plot=plot)

@@ -16,11 +16,18 @@ def doctor(
         Path, typer.Argument(help="Equations: LaTeX, Markdown, plain text, or TOML with a table named equations.")
     ],
     rod: Annotated[
-        str | None, typer.Option(help="point, thin, uniform, symmetric or general; found from the symbols if absent.")
+        str | None,
+        typer.Option(
+            help="point, thin, uniform, symmetric or general; or plane, double, acrobot, cart-pole, polar. Found if absent."
+        ),
     ] = None,
     convention: Annotated[
         str | None, typer.Option(help="theta-ccw, phi-reversed, z-up, swapped, separated by commas; found if absent.")
     ] = None,
+    symbols: Annotated[
+        str | None, typer.Option(help="What the text's own symbols are, as in alpha=theta,A=J_1.")
+    ] = None,
+    scene: Annotated[Path | None, typer.Option(help="A scene of a chain of rods that the equations are about.")] = None,
     html: Annotated[Path | None, typer.Option(help="Where to write the report as one HTML page.")] = None,
     json: Json = False,
 ) -> None:
@@ -28,14 +35,14 @@ def doctor(
 
     The exit status is 0 only if at least one equation could be read and each one that was read is right.
     """
-    from pendpin.analysis.doctor.diagnose import diagnose_file
+    from pendpin.doctor.diagnose import diagnose_file
 
     refuse_outputs([file], html=html)
     with waiting("reading", hidden=json) as progress:
-        diagnosis = diagnose_file(file, rod, convention, progress)
+        diagnosis = diagnose_file(file, rod, convention, progress, symbols, scene)
     print_diagnosis(diagnosis, json)
     if html:
-        from pendpin.analysis.doctor.reports.page import write_report
+        from pendpin.doctor.reports.page import write_report
 
         print_files([write_report(html, diagnosis)], json)
     if not diagnosis.ok:

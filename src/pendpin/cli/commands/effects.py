@@ -19,7 +19,7 @@ def effects(
     json: Json = False,
 ) -> None:
     """Show what each effect changes and costs, and which effects the scene needs at an accuracy."""
-    from pendpin.analysis.significance import significance
+    from pendpin.significance.significance import significance
 
     chosen = read_scene(scene)
     with waiting("comparing runs with and without each effect", hidden=json):

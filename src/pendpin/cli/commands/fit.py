@@ -37,8 +37,8 @@ def fit(
     json: Json = False,
 ) -> None:
     """Fit free numbers of a scene to measured swings: values with errors, and what the data cannot tell."""
-    from pendpin.analysis.fit import explain_residual as explained
-    from pendpin.analysis.fit import fit as fitted
+    from pendpin.fitting import explain_residual as explained
+    from pendpin.fitting import fit as fitted
 
     chosen = read_scene(scene)
     refuse_outputs([scene, *data, *(hold_out or []), *files_of(chosen)], plot=plot, scene=out)

@@ -61,7 +61,7 @@ def run(
     Without SCENE the built-in rod is run, and run.html and run.png are written beside run.npz. If a run with
     a checkpoint was killed or stopped, the same command continues it.
     """
-    from pendpin.analysis.crosscheck import along
+    from pendpin.crosschecks.crosscheck import along
     from pendpin.simulation.checkpoint import resumable
 
     chosen = lasting(scene_with(scene, urdf, lock or (), mimic, changes or ()), duration, samples)

@@ -14,7 +14,7 @@ from pendpin.cli.tables import print_files, print_json, print_table
 from pendpin.errors import InputError, inside
 
 if TYPE_CHECKING:
-    from pendpin.analysis.sweep.plan import Plan
+    from pendpin.sweeps.plan import Plan
 
 VARY = "KEY=FROM:TO:COUNT or KEY=1,2,5; with --sample KEY=LOW:HIGH or KEY=normal(MEAN,DEVIATION). May be repeated."
 MEASURE = "What is measured, such as swing, flip_time, theta_1.max or flip_time.spread. May be repeated."
@@ -51,8 +51,8 @@ def sweep(
     json: Json = False,
 ) -> None:
     """Run a scene with many sets of numbers and measure each run."""
-    from pendpin.analysis.sweep.sweep import sweep as run
     from pendpin.scene import load_scene
+    from pendpin.sweeps.sweep import sweep as run
 
     refuse_outputs([scene, cases], csv=csv, plot=plot, store=None if out is None or out.exists() else out)
     plan = _plan(vary or [], cases, in_pairs, sample, sampling, sobol, seed)
@@ -78,8 +78,8 @@ def map_(
     json: Json = False,
 ) -> None:
     """Show what a sweep has found so far."""
-    from pendpin.analysis.sweep.figure import chosen
-    from pendpin.analysis.sweep.store import load
+    from pendpin.sweeps.figure import chosen
+    from pendpin.sweeps.store import load
 
     refuse_outputs([], csv=csv, plot=plot)
     found = load(store)
@@ -89,8 +89,8 @@ def map_(
 def _plan(
     vary: list[str], cases: Path | None, in_pairs: bool, sample: int | None, sampling: str, sobol: int | None, seed: int
 ) -> "Plan":
-    from pendpin.analysis.sweep import plan as plans
-    from pendpin.analysis.sweep.sensitivity import sobol_plan
+    from pendpin.sweeps import plan as plans
+    from pendpin.sweeps.sensitivity import sobol_plan
 
     if sum(map(bool, (cases, in_pairs, sample, sobol))) > 1:
         raise InputError("give one of --cases, --zip, --sample and --sobol")
@@ -108,8 +108,8 @@ def _plan(
 
 def _show(found: Any, files: list[Path], json: bool, shares: Callable[[], dict[str, Any]] = dict) -> None:
     """Print what was found, and the files written; `shares` may raise InputError, when the rest is there."""
-    from pendpin.analysis.sweep.figure import names_of
-    from pendpin.analysis.sweep.table import summary
+    from pendpin.sweeps.figure import names_of
+    from pendpin.sweeps.table import summary
 
     count, waiting, failed = (int(n) for n in summary(found))
     rows = {name: _range(found[name].values) for name in names_of(found)}
@@ -130,8 +130,8 @@ def _show(found: Any, files: list[Path], json: bool, shares: Callable[[], dict[s
 
 
 def _written(found: Any, csv: Path | None, plot: Path | None, measure: str | None) -> list[Path]:
-    from pendpin.analysis.sweep.figure import save_map
-    from pendpin.analysis.sweep.table import write_table
+    from pendpin.sweeps.figure import save_map
+    from pendpin.sweeps.table import write_table
 
     return [*([write_table(found, csv)] if csv else []), *([save_map(found, plot, measure)] if plot else [])]
 
@@ -155,9 +155,9 @@ def _reasons(found: Any) -> list[tuple[str, int]]:
 
 def _shares(found: Any, vary: list[str], seed: int) -> dict[str, Any]:
     """Sobol' indices of each measure, by key."""
-    from pendpin.analysis.sweep.figure import names_of
-    from pendpin.analysis.sweep.plan import read_spreads
-    from pendpin.analysis.sweep.sensitivity import indices
+    from pendpin.sweeps.figure import names_of
+    from pendpin.sweeps.plan import read_spreads
+    from pendpin.sweeps.sensitivity import indices
 
     spreads = read_spreads(vary)
     return {name: indices(spreads, found[name].values, seed) for name in names_of(found)}

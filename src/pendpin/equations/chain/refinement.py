@@ -18,7 +18,7 @@ from pendpin.equations.chain.system import RodLoads, System
 PASSES = 15  # two are the rule, three to six with thin rods above thick ones; more mean a nearly singular state
 ROUNDING = 1e-15, 1e-10  # relative size of a correction: certainly rounding only; rounding if it shrinks no more
 NEGLIGIBLE = 1e-20  # relative size of a correction that is not worth a pass
-TINY = 1e-300  # keeps a chain at rest without loads from dividing by 0
+LEAST_SIZE = 1e-300  # keeps a chain at rest without loads from dividing by 0
 
 
 class Step(NamedTuple):
@@ -177,7 +177,7 @@ def _relative(system: System, linear: Array, step: Step, x: Array, turn: Array) 
 def _share(n: int, change: Array, x: Array, floor: Array) -> float:
     """Largest entry of change (i, K) over that of x (i, K) and floor (K,), in the worst of the states."""
     top, bottom = np.abs(change).max(0), np.maximum(np.abs(x).max(0), floor)
-    return float((top.reshape(-1, n).max(1) / (bottom.reshape(-1, n).max(1) + TINY)).max())
+    return float((top.reshape(-1, n).max(1) / (bottom.reshape(-1, n).max(1) + LEAST_SIZE)).max())
 
 
 def _projected(last: float, ratio: float) -> bool:

@@ -14,12 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pendpin.arrays import Array
-
-SLOWEST = 0.5  # of the expected power: gaps that fall more slowly give no estimate
-SMALL = 0.1  # of the motion: larger gaps give no estimate
-DISAGREEMENT = 10.0  # times the larger gap: the error of runs that agree, but not as their order promises
-SMALLEST_FALL = 2.0  # of large gaps that still fall
-NOISE = 4.0  # times the rounding: smaller gaps need not fall
+from pendpin.simulation.accuracy.thresholds import ESTIMATE
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +36,7 @@ class Gaps:
     @property
     def distinct(self) -> bool:
         """Whether the settings are so far apart that the errors must fall, and the gaps bound them."""
-        return min(self.promised) ** self.pace > (1 + 1 / DISAGREEMENT) * self.scatter
+        return min(self.promised) ** self.pace > (1 + 1 / ESTIMATE.disagreement) * self.scatter
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,26 +51,27 @@ class Estimate:
     @property
     def lost(self) -> bool:
         """Whether the gaps are large and do not fall: the runs have nothing in common at their ends."""
-        return not self.small and self.gaps.fallen < SMALLEST_FALL
+        return not self.small and self.gaps.fallen < ESTIMATE.smallest_fall
 
 
-def estimate(gaps: Gaps, size: float, rounding: Array, negligible: float) -> Estimate:
+def estimate_error(gaps: Gaps, size: float, rounding: Array, negligible: float, safety: float = 1.0) -> Estimate:
     """The error from the gaps, the size of the motion, the rounding error (n,), and a gap that is always small enough.
 
-    All are divided by the length.
+    All are divided by the length. The error that follows from the gaps is multiplied by `safety`.
     """
-    one, two, noise = gaps.first, gaps.second, NOISE * rounding
-    larger = np.maximum(one, two)
-    small = (larger <= max(SMALL * size, negligible)) | (larger <= noise)
+    noise, slowest = ESTIMATE.noise * rounding, ESTIMATE.slowest * gaps.pace
+    larger = np.maximum(gaps.first, gaps.second)
+    small = (larger <= max(ESTIMATE.small * size, negligible)) | (larger <= noise)
     with np.errstate(all="ignore"):
-        power = np.where(one <= noise, gaps.pace, np.log(one / two) / np.log(gaps.promised[0]))
-        regular = (power >= SLOWEST * gaps.pace) | (two <= noise)
-        error = np.where(regular, _bound(gaps, np.clip(power, SLOWEST * gaps.pace, 1.0)), np.inf)
-    error = np.where(small & gaps.distinct, np.minimum(error, DISAGREEMENT * larger), np.inf) + rounding
-    return Estimate(gaps, np.maximum.accumulate(error), bool(small[-1]), bool(regular[-1]))
+        seen = np.log(gaps.first / gaps.second) / np.log(gaps.promised[0])
+        power = np.where(gaps.first <= noise, gaps.pace, seen)
+        regular = (power >= slowest) | (gaps.second <= noise)
+        error = np.where(regular, _bound_error(gaps, np.clip(power, slowest, 1.0)), np.inf)
+    error = np.where(small & gaps.distinct, np.minimum(error, ESTIMATE.disagreement * larger), np.inf)
+    return Estimate(gaps, np.maximum.accumulate(safety * error + rounding), bool(small[-1]), bool(regular[-1]))
 
 
-def _bound(gaps: Gaps, power: Array) -> Array:
+def _bound_error(gaps: Gaps, power: Array) -> Array:
     """The error (n,) from both gaps, which have fallen with a power (n,) of what is promised."""
     scatter, powers = gaps.scatter, (power, np.minimum(power, gaps.pace))
     before, last = (np.maximum(promised**p, scatter) for promised, p in zip(gaps.promised, powers, strict=True))

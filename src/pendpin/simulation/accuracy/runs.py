@@ -9,17 +9,15 @@ from pendpin.arrays import Array
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
 from pendpin.model.build import Model, build
-from pendpin.model.kinematics import chain_length, marks, tip_distance
-from pendpin.scene import FIXED_METHODS, Scene, UrdfModel
+from pendpin.model.kinematics import chain_length, marks, poses, tip_distance, tips
+from pendpin.scene import FIXED_METHODS, Scene, scene_of
+from pendpin.simulation.accuracy.thresholds import SAMPLE
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.limits import Deadline
 from pendpin.simulation.run import ENERGY_ERROR, run_scene
 from pendpin.trajectory import Trajectory, samples_of
 
 Between = Callable[[RunState], RunState]
-
-INTERVALS = 64  # at least, between times at which runs are compared
-MOST_DENSER = 3  # times that samples are doubled for a run that differs
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,75 +36,84 @@ class Runs:
         self._options, self.seconds = (energy_balance, progress, deadline), 0.0
         self.scene, self.every = scene, 1
         intervals = len(scene.times) - 1
-        while 0 < self.every * intervals < INTERVALS and _apart(_with_samples(scene, 2 * self.every)):
+        while 0 < self.every * intervals < SAMPLE.intervals and _are_apart(_sample_closely(scene, 2 * self.every)):
             self.every *= 2
 
     @property
     def times(self) -> Array:
         """When runs are compared, (n,) in s since the start: the output times and, where these are few, times between."""
-        return _with_samples(self.scene, self.every).times
+        return _sample_closely(self.scene, self.every).times
 
-    def run(self, scene: Scene, denser: int = 1, between: Between | None = None) -> Trajectory:
-        """A run of a scene with a method and its setting; if too coarse, it may end early. `between`: as in the loop."""
+    def run(self, scene: Scene, denser: int = 1, between: Between | None = None, longest: float = np.inf) -> Trajectory:
+        """A run of a scene with a method and its setting; if too coarse, it may end early. `between`: as in the loop.
+
+        `longest` in s limits its steps.
+        """
+        if scene.solver.step is not None and scene.solver.step > longest:
+            scene = scene.by(scene.solver.method, longest)
+        close = _sample_closely(scene, self.every * denser)
         try:
-            found = run_scene(_with_samples(scene, self.every * denser), *self._options, between=between)
+            run = run_scene(close, *self._options, between=between, longest=longest)
         except Halted as error:
-            raise type(error)(str(error), self.at_output_times(_thinned(error.partial, denser))) from None
+            raise type(error)(str(error), self.keep_output_times(_thin_out(error.partial, denser))) from None
         except RunError as error:
-            found, coarse = error.partial, scene.solver.method in FIXED_METHODS
-            if not coarse and found.stats.stopped != ENERGY_ERROR:
-                raise self._failed(found, denser, str(error)) from None
-        self.seconds += found.stats.seconds
-        return _thinned(found, denser)
+            run, coarse = error.partial, scene.solver.method in FIXED_METHODS
+            if not coarse and run.stats.stopped != ENERGY_ERROR:
+                raise self._describe_failure(run, denser, str(error)) from None
+        self.seconds += run.stats.seconds
+        return _thin_out(run, denser)
 
-    def _failed(self, run: Trajectory, denser: int, why: str) -> RunError:
+    def _describe_failure(self, run: Trajectory, denser: int, why: str) -> RunError:
         """The error of a search in which a run ends early for another reason than that it is coarse."""
         target, stats = self.scene.solver.accuracy, run.stats
         message = f"accuracy {target:g} is not met: with {stats.method}, {stats.setting}, {why}"
-        return RunError(message, self.at_output_times(_thinned(run, denser)))
+        return RunError(message, self.keep_output_times(_thin_out(run, denser)))
 
-    def unlike(self, scene: Scene, before: Trajectory) -> Trajectory:
+    def run_differently(self, scene: Scene, before: Trajectory) -> Trajectory:
         """A run that differs from the one before: with denser samples if the first try is equal to it."""
-        found = self.run(scene)
-        for doublings in range(MOST_DENSER):
-            if not alike(before, found):
+        run = self.run(scene)
+        for doublings in range(SAMPLE.doublings):
+            if not are_equal(before, run):
                 break
-            found = self.run(scene, 2 << doublings)
-        return found
+            run = self.run(scene, 2 << doublings)
+        return run
 
-    def at_output_times(self, run: Trajectory) -> Trajectory:
+    def keep_output_times(self, run: Trajectory) -> Trajectory:
         """The run at the output times only."""
         own = self.scene.solver.model_dump(mode="json", include={"samples", "times"})
         scene = run.scene | {"solver": run.scene["solver"] | own}
-        return replace(_thinned(run, self.every), scene=scene)
+        return replace(_thin_out(run, self.every), scene=scene)
 
 
-def alike(one: Trajectory, other: Trajectory) -> bool:
+def are_equal(one: Trajectory, other: Trajectory) -> bool:
     """Whether two runs have the same steps and results."""
     return one.stats.steps == other.stats.steps and np.array_equal(one.q, other.q) and np.array_equal(one.v, other.v)
 
 
-def at_rest(run: Trajectory) -> bool:
+def is_at_rest(run: Trajectory) -> bool:
     """Whether all rates and accelerations are 0."""
     return not (run.v.any() or run.a.any())
 
 
-def points(run: Trajectory) -> Array:
+def compute_points(run: Trajectory) -> Array:
     """The points by which runs are compared, (n, bodies, 3) m in W: see `kinematics.marks`."""
-    model = run.scene["model"]
-    if model["kind"] == "chain":
+    if run.scene["model"]["kind"] == "chain":
         return run.tips()
-    return marks(build(run.source.model if run.source else UrdfModel(**model)), run.tips(), run.q)
+    return marks(_rebuild_model(run), run.tips(), run.q)
 
 
-def gap(one: Trajectory, other: Trajectory, length: float, count: int) -> Array:
+def _rebuild_model(run: Trajectory) -> Model:
+    return build(scene_of(run).model)
+
+
+def measure_gap(one: Trajectory, other: Trajectory, length: float, count: int) -> Array:
     """The largest distance of tips so far, over a length, at each of `count` times; inf after the end of a run."""
     n = min(len(one.t), len(other.t))
-    distance = tip_distance(points(one)[:n], points(other)[:n], length)
+    distance = tip_distance(compute_points(one)[:n], compute_points(other)[:n], length)
     return np.maximum.accumulate(np.append(distance, np.full(count - n, np.inf)))
 
 
-def _with_samples(scene: Scene, every: int) -> Scene:
+def _sample_closely(scene: Scene, every: int) -> Scene:
     """The scene with `every` intervals in place of each interval of output times."""
     if every == 1:
         return scene
@@ -119,20 +126,32 @@ def _with_samples(scene: Scene, every: int) -> Scene:
     return scene.model_copy(update={"solver": scene.solver.model_copy(update=new)})
 
 
-def extent(run: Trajectory, length: float) -> float:
+def compute_speeds(run: Trajectory, length: float) -> Array:
+    """The largest speed of a tip so far (n,), over a length, 1/s."""
+    model, rates = _rebuild_model(run), np.abs(run.v).max(initial=0.0)
+    if not rates:
+        return np.zeros(len(run.t))
+    after, before = (
+        marks(model, tips(model, poses(model, q)), q)
+        for q in (run.q + x * run.v for x in (SAMPLE.step / rates, -SAMPLE.step / rates))
+    )
+    return np.maximum.accumulate(tip_distance(after, before, length)) * rates / (2 * SAMPLE.step)
+
+
+def compute_extent(run: Trajectory, length: float) -> float:
     """The largest distance of a tip from its start, over a length."""
-    return float(tip_distance(points(run), points(run)[:1], length).max())
+    return float(tip_distance(compute_points(run), compute_points(run)[:1], length).max())
 
 
-def length_of(model: Model, run: Trajectory) -> float:
+def choose_length(model: Model, run: Trajectory) -> float:
     """The length that errors are divided by, m: the largest possible distance of a tip from W's origin; else the actual."""
     return chain_length(model) or float(np.linalg.norm(run.tips(), axis=-1).max()) or 1.0
 
 
-def _apart(scene: Scene) -> bool:
+def _are_apart(scene: Scene) -> bool:
     """Whether all samples have different times as doubles."""
     return bool((np.diff(scene.clock) > 0).all())
 
 
-def _thinned(run: Trajectory, every: int) -> Trajectory:
+def _thin_out(run: Trajectory, every: int) -> Trajectory:
     return run if every == 1 else samples_of(run, slice(None, None, every))

@@ -8,23 +8,16 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices, Mask
+from pendpin.arrays import EPS, Array, Indices, Mask
 from pendpin.model.build import Model
 from pendpin.model.kinematics import chain_length, marks, of_each, poses, tip_distance, tips
 from pendpin.scene import Scene
-from pendpin.simulation.accuracy.estimate import Gaps, estimate
-from pendpin.simulation.accuracy.refinement import LOOSEST, TAYLOR, by_tolerance
-from pendpin.simulation.accuracy.rounding import EPS, START
+from pendpin.simulation.accuracy.estimate import Gaps, estimate_error
+from pendpin.simulation.accuracy.refinement import TAYLOR, refine_by_tolerance
 from pendpin.simulation.accuracy.runs import Runs
-from pendpin.simulation.accuracy.target import NEGLIGIBLE
+from pendpin.simulation.accuracy.thresholds import ESTIMATE, ROUNDING, SETTING, VECTOR
 from pendpin.simulation.batches import Cases, Motions, Series
 from pendpin.simulation.limits import Deadline
-
-FINEST = 1e-9  # finer targets are near to rounding, which target.py measures
-COARSER = 10.0  # times the target: the first tolerance
-FINER = 100.0  # from one tolerance to the next
-MOST_SERIES = 5
-STEP_ERROR = 1e-3  # of its tolerance: the least error of a step of the series, beside which rounding is seen
 
 
 class Ladder:
@@ -33,9 +26,9 @@ class Ladder:
     def __init__(self, scene: Scene, make: Callable[[float], Series]) -> None:
         self._target, runs = scene.solver.accuracy or 0.0, Runs(scene, False, lambda t: None, Deadline(None))
         self._times, self._every = runs.times, runs.every
-        self._refinement = by_tolerance(TAYLOR, self._target)
-        first = min(COARSER * self._target, LOOSEST)
-        settings = [first / FINER**i for i in range(MOST_SERIES)]
+        self._refinement = refine_by_tolerance(TAYLOR, self._target)
+        first = min(VECTOR.coarser * self._target, SETTING.loosest)
+        settings = [first / VECTOR.finer**i for i in range(VECTOR.most_series)]
         self.series = [make(setting) for setting in settings if setting >= self._refinement.least]
 
     def run(self, cases: Cases) -> tuple[Motions, Motions, Mask]:
@@ -67,11 +60,13 @@ class Ladder:
             length = chain_length(model) or float(np.linalg.norm(fine, axis=-1).max()) or 1.0
             pairs = ((coarse, middle), (middle, fine))
             first, second = (np.maximum.accumulate(tip_distance(*pair, length)) for pair in pairs)
-            gaps = Gaps(first, second, (FINER, FINER), self._refinement.pace, self._refinement.scatter)
-            rounding = START * EPS * (1 + np.abs(found[-1].q[i]).max() + first / (STEP_ERROR * coarsest))
+            gaps = Gaps(first, second, (VECTOR.finer, VECTOR.finer), self._refinement.pace, self._refinement.scatter)
+            rounding = (
+                ROUNDING.start_units * EPS * (1 + np.abs(found[-1].q[i]).max() + first / (VECTOR.step_error * coarsest))
+            )
             size = float(tip_distance(fine, fine[:1], length).max())
             alike = not second.any() and np.abs(found[-1].v[i]).any()  # says nothing of the error
-            error = estimate(gaps, size, rounding, NEGLIGIBLE * self._target).error[-1]
+            error = estimate_error(gaps, size, rounding, ESTIMATE.negligible * self._target).error[-1]
             met[i] = error <= self._target and not alike
         return met
 

@@ -1,0 +1,53 @@
+"""Writes the table and the picture of docs/agreement.md.
+
+python benchmarks/agreement.py          # some minutes: every case by every method
+python benchmarks/agreement.py --quick  # dop853 alone, and nothing is written
+"""
+
+import sys
+from pathlib import Path
+
+from pendpin.agreement.page import draw_motions
+from pendpin.agreement.published import published_cases
+from pendpin.agreement.validate import AgreementReport, validate
+from pendpin.graphics.figure import write_figure
+
+DOCS = Path(__file__).parents[1] / "docs"
+MARKS = ("<!-- table -->\n", "<!-- end of table -->")
+
+
+def table(report: AgreementReport) -> list[str]:
+    """A row for each published quantity: bound, the best and the worst difference with their methods."""
+    lines = ["| case | quantity | bound | smallest difference | largest difference |", "|---|---|---|---|---|"]
+    for worst in report.worst:
+        rows = [row for row in report.comparisons if (row.case, row.quantity) == (worst.case, worst.quantity)]
+        best = min(rows, key=lambda row: row.difference if row.difference is not None else float("inf"))
+        cells = (worst.case, worst.quantity, f"{worst.bound:.0e} {worst.unit}")
+        lines.append(f"| {' | '.join(cells)} | {best.shown}, {best.method} | {worst.shown}, {worst.method} |")
+    return lines
+
+
+def sources() -> list[str]:
+    """Where the numbers of each case come from."""
+    return [
+        f"- **{name}**: {case.title}. Numbers by {case.origin}. {case.source}.{' ' + case.note if case.note else ''}"
+        for name, case in published_cases().items()
+    ]
+
+
+def main() -> int:
+    """Run the cases and rewrite the page's table, list and picture."""
+    quick = "--quick" in sys.argv
+    report = validate(methods=["dop853"] if quick else None, progress=print)
+    lines = [*table(report), "", *sources(), "", *(f"- Left out: {line}." for line in report.left_out)]
+    print("\n".join(lines))
+    if not quick:
+        path = DOCS / "agreement.md"
+        head, rest = path.read_text().split(MARKS[0])
+        path.write_text(head + MARKS[0] + "\n".join(lines) + "\n" + MARKS[1] + rest.split(MARKS[1])[1])
+        write_figure(DOCS / "images" / "agreement.png", lambda: draw_motions(list(published_cases())))
+    return int(bool(report.broken))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

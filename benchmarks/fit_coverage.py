@@ -1,0 +1,129 @@
+"""How often 95 % intervals of a fit hold the truth, for noise with a memory: a table for docs/fit.md.
+
+    nice -n 10 python benchmarks/fit_coverage.py 200 coverage.jsonl  # linear fits of each kind; seconds to minutes each
+    nice -n 10 python benchmarks/fit_coverage.py 20 fits.jsonl --fits  # whole fits, a second or more each
+
+One rod with viscous and dry friction and the zero of its sensor, at 100 samples a second. The noise is of first order:
+each sample remembers rho of the one before; "mixed" is rho = 0.98 and white noise of the same size. A linear fit takes the
+derivatives of one whole fit, so that many cost what one did. The same command goes on where it was stopped.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import lfilter
+
+import pendpin as pp
+from pendpin.effects import DryFriction, Gravity, Viscous
+from pendpin.fitting.honesty import Certainty, certainty
+from pendpin.scene import Data
+
+SIZES = {"2 x 400": (2, 4.0), "4 x 1000": (4, 10.0), "10 x 400": (10, 4.0), "10 x 2000": (10, 20.0)}
+NOISES = ("0", "0.5", "0.9", "0.98", "mixed")
+RATE, SIZE = 100, 1e-4  # samples a second, rad
+FREE = ["model.rods[0].inertia[0]", "effects[1].coefficient", "effects[2].kinetic"]
+
+
+def noise_of(kind: str, shape: tuple[int, ...], draw: np.random.Generator) -> np.ndarray:
+    """Noise of variance 1 along the last axis."""
+    if kind == "mixed":
+        return (noise_of("0", shape, draw) + noise_of("0.98", shape, draw)) / np.sqrt(2)
+    rho, new = float(kind), draw.normal(0, 1, shape)
+    new[..., 1:] *= np.sqrt(1 - rho**2)
+    return np.asarray(lfilter([1.0], [1.0, -rho], new, axis=-1))
+
+
+def measured(segments: int, seconds: float) -> tuple[pp.Scene, dict[str, np.ndarray]]:
+    """A rod, and its swings without noise."""
+    truth = pp.Scene(
+        duration=seconds,
+        model=pp.Chain(rods=[pp.Rod(length=0.2, mass=0.1, radius=0.005)]),
+        effects=[Gravity(), Viscous(coefficient=5e-5), DryFriction(kinetic=1e-4)],
+        solver=pp.Solver(samples=round(RATE * seconds), tolerance=1e-11),
+        data=Data(segment="segment", columns={"a": ("theta",)}),
+    )
+    starts = np.random.default_rng(3).uniform(0.5, 1.5, segments)
+    runs = [pp.simulate(truth.replace(start=pp.Start(positions={"theta": float(x)}))) for x in starts]
+    segment = np.repeat(np.arange(segments), len(runs[0].t))
+    columns = {"t": np.concatenate([run.t for run in runs]), "a": np.concatenate([run.q[:, 0] for run in runs])}
+    return truth, columns | {"segment": segment}
+
+
+class LinearFits:
+    """Fits of noise alone, linear about one whole fit: starts, numbers and zero."""
+
+    def __init__(self, scene: pp.Scene, table: dict[str, np.ndarray]) -> None:
+        draw = np.random.default_rng(0)
+        fit = pp.fit(scene, table | {"a": table["a"] + draw.normal(0, SIZE, len(table["a"]))}, FREE)
+        x, p, solved = fit.solution.x, fit.solution.problem, fit.solution.solved
+        J = p.by_unknowns(x, solved.starts, solved.r, central=True)
+        self.problem, self.J = p, solved.rest(J)[:, :, None, :]
+        self.starts, self.seen = solved.Q[:, :, None, :], ~np.isnan(p.batch.y.transpose(2, 0, 1))
+        self.inverse = np.linalg.pinv((self.J * p.scale).reshape(-1, len(x)), rcond=1e-5) * p.scale[:, None]
+        gradients = fit.setting.free.gradients(fit.solution.z)
+        self.keys = [key for key in fit.setting.free.keys if key in fit.errors] + ["zero"]
+        rows = [
+            np.append(row, 0.0) for key, row in zip(fit.setting.free.keys, gradients, strict=True) if key in fit.errors
+        ]
+        self.gradients = [*rows, np.eye(len(x))[-1]]
+
+    def deviations(self, kind: str, draw: np.random.Generator) -> tuple[list[float], Certainty]:
+        """Of each number, its error over its standard error."""
+        seen, p = self.seen[..., 0], self.problem
+        r = np.where(seen, noise_of(kind, seen.shape, draw), 0.0)[:, :, None]
+        r = r - self.starts[:, :, 0] @ (self.starts[:, :, 0].transpose(0, 2, 1) @ r)
+        change = -self.inverse @ r.reshape(-1)
+        r = r + self.J[:, :, 0] @ change[:, None]
+        known = certainty(r, self.J, self.starts, p.scale, p.batch.swing, p.batch.t, self.seen)
+        return [float(g @ change / known.error(g)) for g in self.gradients], known
+
+
+def linear_row(fits: LinearFits, kind: str, draw: np.random.Generator) -> dict:
+    """One linear fit."""
+    z, known = fits.deviations(kind, draw)
+    return {"z": z, "enough": known.enough, "keys": fits.keys}
+
+
+def whole_row(scene: pp.Scene, table: dict[str, np.ndarray], kind: str, draw: np.random.Generator) -> dict:
+    """One whole fit."""
+    segments = len(np.unique(table["segment"]))
+    noise = SIZE * noise_of(kind, (segments, len(table["t"]) // segments), draw).reshape(-1)
+    fit = pp.fit(scene, table | {"a": table["a"] + noise}, FREE)
+    truth = dict(zip(FREE, (scene.model.rods[0].properties.I1, 5e-5, 1e-4), strict=True)) | {"data.offsets.a": 0.0}
+    z = [(fit.values[key] - truth[key]) / fit.errors[key] for key in truth if key in fit.errors]
+    return {"z": z, "enough": fit.solution.certainty.enough, "keys": [key for key in truth if key in fit.errors]}
+
+
+def line_of(rows: list[dict]) -> str:
+    """A line of the table."""
+    good = [row["z"] for row in rows if row["enough"]]
+    numbers = np.array(good) if good else np.zeros((0, 1))
+    covered = ", ".join(f"{100 * x:.0f}" for x in (np.abs(numbers) < 1.96).mean(0)) if good else "-"
+    pooled = f"{100 * (np.abs(numbers) < 1.96).mean():.1f}" if good else "-"
+    return f"| {rows[0]['size']} | {rows[0]['noise']} | {covered} | {pooled} | {len(rows) - len(good)} of {len(rows)} |"
+
+
+def main() -> None:
+    """Fill the file and print the table."""
+    count, file, whole = int(sys.argv[1]), Path(sys.argv[2]), "--fits" in sys.argv
+    rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    sizes = [size for size in SIZES if not whole or size != "10 x 2000"]
+    print("| samples | noise | covered, % of each number | of all | without errors |\n|---|---|---|---|---|")
+    for size in sizes:
+        scene, table = measured(*SIZES[size])
+        fits = None if whole else LinearFits(scene, table)
+        for kind in NOISES:
+            done = [row for row in rows if (row["size"], row["noise"]) == (size, kind)]
+            for case in range(len(done), count):
+                draw = np.random.default_rng([NOISES.index(kind), case])
+                row = linear_row(fits, kind, draw) if fits else whole_row(scene, table, kind, draw)
+                done.append(row | {"size": size, "noise": kind})
+                with file.open("a") as out:
+                    out.write(json.dumps(done[-1]) + "\n")
+            print(line_of(done), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,177 @@
+"""Every published case by every method that can run it, and once to a target accuracy, against the published numbers."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from pendpin.agreement.published import Case, Quantity, published_cases
+from pendpin.errors import InputError, Interrupted, MissingLibrary, PendpinError, brief, not_one_of
+from pendpin.model.build import build
+from pendpin.model.kinematics import scale
+from pendpin.scene import METHODS
+from pendpin.simulation.simulate import simulate
+from pendpin.trajectory import Trajectory
+
+# Errors of these settings are a hundred times below the tightest bound of the cases that use them; a case names others.
+USUAL = {
+    "dop853": 1e-11,
+    "rk45": 1e-11,
+    "rk23": 1e-9,
+    "radau": 1e-10,
+    "bdf": 1e-10,
+    "lsoda": 1e-11,
+    "taylor": 1e-16,
+    "gauss2": 2e-4,
+    "gauss4": 2e-3,
+    "gauss6": 5e-3,
+    "rk4": 1e-3,
+    "euler": 5e-6,
+}
+TO_ACCURACY = "accuracy"  # in place of a method: the run whose estimate of its own error is tested too
+
+Progress = Callable[[str], None]  # called with the case and method that begin
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One published quantity against one run."""
+
+    case: str
+    source: str
+    quantity: str
+    unit: str
+    method: str
+    bound: float
+    difference: float | None  # None where the run failed
+    failure: str | None = None
+
+    @property
+    def holds(self) -> bool:
+        """Whether the difference is within the bound; False for NaN."""
+        return self.difference is not None and bool(self.difference <= self.bound)
+
+    @property
+    def shown(self) -> str:
+        """The difference with its unit, in a table."""
+        return "failed" if self.difference is None else f"{self.difference:.1e} {self.unit}"
+
+
+@dataclass(frozen=True, repr=False)
+class AgreementReport:
+    """The comparisons so far, and what was left out with the reasons."""
+
+    comparisons: tuple[Comparison, ...]
+    left_out: tuple[str, ...] = ()
+    stopped: bool = False  # True if the user stopped it before the end
+
+    def __repr__(self) -> str:
+        rows = "; ".join(f"{row.case}, {row.quantity}: {row.shown}" for row in self.worst)
+        return brief(f"{len(self.comparisons)} comparisons, {len(self.broken)} broken. {rows}")
+
+    @property
+    def broken(self) -> tuple[Comparison, ...]:
+        """The comparisons beyond their bounds."""
+        return tuple(row for row in self.comparisons if not row.holds)
+
+    @property
+    def worst(self) -> tuple[Comparison, ...]:
+        """Of each quantity the method that differs most; a run that failed counts as that."""
+        worst: dict[tuple[str, str], Comparison] = {}
+        for row in self.comparisons:
+            before = worst.setdefault((row.case, row.quantity), row)
+            if before.difference is not None and not (row.difference or np.inf) <= before.difference:
+                worst[row.case, row.quantity] = row
+        return tuple(worst.values())
+
+    @property
+    def fault(self) -> str | None:
+        """The broken comparisons in one line; None if all hold."""
+        if not self.broken:
+            return None
+        return "broken: " + "; ".join(map(_line, self.broken))
+
+    def to_json(self) -> list[dict[str, Any]]:
+        """A list of plain records, one for each comparison."""
+        return [asdict(row) | {"holds": row.holds} for row in self.comparisons]
+
+
+def _line(row: Comparison) -> str:
+    where = f"{row.case}, {row.quantity}, by {row.method}"
+    return f"{where}: {row.failure or f'{row.difference:.3g} {row.unit} is above {row.bound:.3g}'}"
+
+
+def validate(
+    names: Sequence[str] = (), methods: Sequence[str] | None = None, progress: Progress = lambda what: None
+) -> AgreementReport:
+    """Run published cases and compare them with their published numbers.
+
+    names: of the cases, all if empty. methods: the methods to run them by, all that can run a case if None. "accuracy"
+    stands for a run to the case's target accuracy, whose claimed error is added to the bound of places. After Ctrl-C
+    the report holds the comparisons so far. Raises InputError for unknown names.
+    """
+    cases = _chosen(names)
+    for method in methods or ():
+        if method not in (*METHODS, TO_ACCURACY):
+            raise InputError(f"methods: {not_one_of(method, (*METHODS, TO_ACCURACY))}")
+    rows: list[Comparison] = []
+    left_out: list[str] = []
+    try:
+        for name, case in cases.items():
+            for method in methods or (TO_ACCURACY, *METHODS):
+                if method in case.leave_out:
+                    left_out.append(f"{name} by {method}: {case.leave_out[method]}")
+                    continue
+                progress(f"{name} by {method}")
+                rows.extend(_compared(name, case, method, left_out))
+    except (KeyboardInterrupt, Interrupted):
+        return AgreementReport(tuple(rows), tuple(left_out), stopped=True)
+    return AgreementReport(tuple(rows), tuple(left_out))
+
+
+def _chosen(names: Sequence[str]) -> dict[str, Case]:
+    cases = published_cases()
+    for name in names:
+        if name not in cases:
+            raise InputError(f"validate: case {not_one_of(name, cases)}; `pendpin validate --list` shows all")
+    return {name: cases[name] for name in names or cases}
+
+
+def _compared(name: str, case: Case, method: str, left_out: list[str]) -> Iterator[Comparison]:
+    """The comparisons of a case by one method; a failed run is one for each quantity."""
+    run, failure = None, None
+    try:
+        run = _run(case, method)
+    except MissingLibrary as error:
+        left_out.append(f"{name} by {method}: {error}")
+        return
+    except Interrupted:
+        raise
+    except PendpinError as error:
+        failure = str(error)
+    for quantity in case.quantities:
+        bound = quantity.bound + _claim(quantity, run)
+        difference = None if run is None else largest_difference(quantity, run)
+        shown = f"accuracy {case.accuracy:g}" if method == TO_ACCURACY else method
+        yield Comparison(name, case.source, quantity.name, quantity.unit, shown, bound, difference, failure)
+
+
+def _run(case: Case, method: str) -> Trajectory:
+    if method == TO_ACCURACY:
+        return simulate(case.scene, times=case.times, accuracy=case.accuracy)
+    setting = case.settings.get(method, USUAL[method])
+    return simulate(case.scene.by(method, setting), times=case.times)
+
+
+def _claim(quantity: Quantity, run: Trajectory | None) -> float:
+    """What a run's own estimate adds to the bound of a place, in m: its claim is a part of the length."""
+    if run is None or run.stats.error is None or quantity.of not in ("centre of mass", "tip"):
+        return 0.0
+    return run.stats.error * scale(build(run.source.model))
+
+
+def largest_difference(quantity: Quantity, run: Trajectory) -> float:
+    """The largest difference of any published number to the run at the same time, in the quantity's unit."""
+    samples = np.searchsorted(run.t, quantity.times - 1e-12 * run.t[-1])
+    return float(np.abs(quantity.observed(run)[samples] - quantity.published).max())

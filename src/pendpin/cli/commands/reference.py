@@ -1,0 +1,36 @@
+"""Reference numbers for other engines' tests: pendpin reference."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pendpin.cli.inputs import place_named, print_notes, scene_with
+from pendpin.cli.options import Changes, Json, SceneFile, UrdfFile
+from pendpin.cli.progress import waiting
+from pendpin.cli.tables import print_files, print_json
+from pendpin.errors import inside
+
+
+def reference(
+    out: Annotated[Path, typer.Option(help="A new folder for the model files and the numbers.")],
+    scene: SceneFile = None,
+    urdf: UrdfFile = None,
+    changes: Changes = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    json: Json = False,
+) -> None:
+    """Write what another engine's tests need: the model as URDF, MJCF and SDF, and numbers with error bounds."""
+    from pendpin.agreement.reference import write_reference
+
+    chosen = scene_with(scene, urdf, (), None, changes or ())
+    with inside(place_named(urdf or scene)):
+        print_notes(chosen, strict=False)
+        with waiting("50 digits", hidden=json):
+            made = write_reference(chosen, out, seed)
+    if json:
+        print_json({"path": str(made.path), "files": made.files, "left_out": made.left_out})
+        return
+    print_files([made.path / name for name in made.files])
+    for name, why in made.left_out.items():
+        print(f"{name} is left out: {why}")

@@ -1,0 +1,123 @@
+"""The verdict on an equation: at random states first, then by proof; and Lagrangians that give the same motion."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendpin.doctor.checking import exact
+from pendpin.doctor.checking.evaluation import evaluate
+from pendpin.doctor.checking.residuals import (
+    TOLERANCE,
+    Equation,
+    relative_error,
+    residuals,
+    residuals_and_sizes,
+    slopes,
+)
+from pendpin.doctor.reading.tree import Node
+from pendpin.doctor.systems.base import Quantities, Spec, System, Values, free_states, random_base, random_states
+
+EXACT_STATES = 60
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether an equation holds, whether that is proved, and the error relative to its terms."""
+
+    holds: bool
+    proved: bool
+    error: float
+    remark: str = ""
+
+
+def check(equation: Equation, system: System) -> Verdict:
+    """Whether an equation holds on every true motion: at random states first, then by proof. Raises Unread."""
+    error = relative_error(equation, random_states(system))
+    if error > TOLERANCE:
+        difference, sure = harmless(equation, system)
+        return Verdict(True, sure, 0.0, difference) if difference else Verdict(False, True, error)
+    if not system.spec.analytic:
+        return Verdict(True, False, error, "compared with the scene's dynamics at 60 random states")
+    try:
+        proved = proves(equation, system)
+    except exact.Unprovable:
+        return Verdict(_holds_in_50_digits(equation, system), False, error)
+    return Verdict(proved, True, error)
+
+
+def proves(equation: Equation, system: System) -> bool:
+    """Whether sympy's polynomials reduce every residual to 0. Raises Unprovable where they cannot tell."""
+    quantities = exact.polynomial_states(system, True)
+    values = [row[0] for rows, _ in residuals(equation, quantities) for row in rows]
+    if not equation.floats:
+        return all(value.zero for value in values)
+    moved = [row[0] for rows in slopes(equation, quantities, None) for row in rows]
+    pairs = zip(values, moved, strict=True)
+    return all(value.zero if slope.zero else exact.constant(value / slope, system.spec) for value, slope in pairs)
+
+
+def _holds_in_50_digits(equation: Equation, system: System) -> bool:
+    xp = exact.fifty_digits()
+    base = {name: xp.asarray(values) for name, values in random_base(system.spec, EXACT_STATES, seed=1).items()}
+    quantities = Quantities(base, system, xp, true=True)
+    return all(abs(x) < 1e-30 for rows, _ in residuals_and_sizes(equation, quantities) for x in np.asarray(rows).flat)
+
+
+def harmless(equation: Equation, system: System) -> tuple[str, bool]:
+    """How a Lagrangian differs from T - V where that changes no equation of motion, and whether that is proved."""
+    lone = [side for side in equation.sides if side.kind == "symbol" and equation.meaning(side.value) == "L"]
+    others = [side for side in equation.sides if side not in lone]
+    if not lone or not others or equation.names & set(system.spec.unknowns):
+        return "", False
+    states = free_states(system)
+    factors = [_factor(_motion(side, equation, states), _motion(lone[0], equation, states)) for side in others]
+    if not all(factors):
+        return "", False
+    times = "" if factors[0] == "1" else " times a constant"
+    words = f"it is T - V{times} up to a total derivative, which changes no equation of motion"
+    return words, system.spec.analytic and _proves_motion(equation, lone[0], others, system)
+
+
+def _proves_motion(equation: Equation, lone: Node, others: list[Node], system: System) -> bool:
+    """Whether Euler and Lagrange's equations of two Lagrangians are proved to be the same but for a constant."""
+    try:
+        states = exact.polynomial_states(system, False)
+        true = _motion(lone, equation, states)[:, 0]
+        for side in others:
+            motion = _motion(side, equation, states)[:, 0]
+            ratio = motion[0] / true[0]
+            same = all((m - ratio * t).zero for m, t in zip(motion, true, strict=True))
+            if not (same and exact.constant(ratio, system.spec)):
+                return False
+    except exact.Unprovable:
+        return False
+    return True
+
+
+def euler_lagrange(lagrangian: Node, spec: Spec) -> list[Node]:
+    """The left sides of Euler and Lagrange's equations, one for each coordinate."""
+    place = (lagrangian.outer[0], lagrangian.outer[0])
+    by = lambda node, name: Node("derivative", lagrangian.span, name, (node,))  # noqa: E731
+    return [
+        Node("sum", lagrangian.span, (1, -1), (by(by(lagrangian, f"d{q}"), "t"), by(lagrangian, q)), (place, place))
+        for q in spec.coordinates
+    ]
+
+
+def _motion(side: Node, equation: Equation, quantities: Quantities) -> Values:
+    """Euler and Lagrange's left sides of an expression, (coordinates, n)."""
+    context = equation.context(quantities)
+    return np.stack([evaluate(left, context) for left in euler_lagrange(side, quantities.spec)])
+
+
+def _factor(motion: Values, true: Values) -> str:
+    """1, or "constant": what a Lagrangian's equations are of the true ones; empty where they are no positive multiple.
+
+    States of the second half share their parameters with the first, and nothing else.
+    """
+    with np.errstate(all="ignore"):
+        ratio = motion / true
+    first, second = np.split(ratio, 2, axis=1)
+    if not (ratio > 0).all() or np.abs(ratio - ratio[0]).max() > 1e-8 or np.abs(first - second).max() > 1e-8:
+        return ""
+    return "1" if np.abs(ratio - 1).max() < 1e-8 else "constant"

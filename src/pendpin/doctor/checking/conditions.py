@@ -1,0 +1,225 @@
+"""Special cases: conditions under which an equation that is not true in general may well be meant.
+
+A condition counts where the text says so, or where the equation does not contain what the condition sets to 0: an equation
+without phi may be about the motion at phi = 0; one with phi is not.
+"""
+
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
+
+import numpy as np
+
+from pendpin.doctor.checking.evaluation import evaluate, norm
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals_and_sizes
+from pendpin.doctor.reading.tree import Node, Unread, symbols, walk
+from pendpin.doctor.systems.base import Quantities, System, random_states
+from pendpin.doctor.systems.known import SPECIAL
+
+SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
+FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
+TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A special case: `instead` gives parts of the state or parameters a value; `stated` is how a text says it.
+
+    `free` says that it need not be stated where the equation contains nothing that changes with `instead`.
+    """
+
+    words: str
+    instead: tuple[tuple[str, float], ...] = ()
+    stated: str = "^$"
+    system: System | None = None
+    free: bool = True
+    absent: frozenset[str] = frozenset()  # names that an equation on it does not contain
+
+
+def conditions(system: System) -> list[Condition]:
+    """The special cases of a system, the usual ones first."""
+    spec = system.spec
+    at_rest = tuple((name, 0.0) for name in spec.rates)
+    down = tuple((name, 0.0) for name in spec.state)
+    found = [Condition("at rest", at_rest, r"\bat rest\b|\bstatic|equilibrium|stands? still|does not move")]
+    found += [Condition("at rest, hanging straight down", down, r"straight down|at rest|equilibrium|hang")]
+    if len(spec.coordinates) > 1 and spec.kind in SPECIAL:
+        for name in spec.coordinates:
+            held = ((name, 0.0), (f"d{name}", 0.0))
+            letter = rf"(?:\$|for |at |with |,)\s*\\?{name}\s*=\s*0|planar|in (?:a|the|one) plane|plane motion"
+            found.append(Condition(f"{name} = 0 throughout", held, letter))
+            found.append(Condition(f"{name} = 0", held[:1], letter))
+            found.append(Condition(f"{name} is constant", held[1:], rf"{name}'? is constant|conical"))
+    if "g" in spec.parameters:
+        weightless = r"(?:without|no|zero) (?:gravity|field)|weightless|(?:field|gravity|force)-free|\bg\s*=\s*0"
+        found.append(Condition("there is no gravity", (("g", 0.0),), weightless))
+    for words, kind, stated, absent in SPECIAL.get(spec.kind, ()):
+        other = replace(system, spec=kind)
+        found.append(Condition(words, (), stated, other, absent=frozenset(absent)))
+    if spec.kind in SPECIAL:
+        found.append(Condition("at the pole, phi = ±90°", (("phi", np.pi / 2),), r"\bpole|pi\s*/\s*2", free=False))
+    return found
+
+
+def holds_as_stated(equation: Equation, system: System, context: str) -> str:
+    """The condition that the words around an equation state and under which it holds; empty where there is none."""
+    if rounded(equation, system):
+        return "the printed digits are rounded"
+    for meaning, words in _other_points(equation, system, context):
+        with suppress(Unread):
+            if relative_error(meaning, random_states(_upwards(system, context))) < TOLERANCE:
+                return words
+    stated = (condition for condition in conditions(system) if _says(condition, context))
+    found = next((c.words for c in stated if _holds_under(equation, system, c)), "")
+    return found or (_small_angles(equation, system) if re.search(r"small|linear|first order|approx", context) else "")
+
+
+def _other_points(equation: Equation, system: System, context: str) -> Iterator[tuple[Equation, str]]:
+    """The equation with x, y, z as the tip's, or with z upwards, where the words around it say so."""
+    up = " with z upwards" if _upwards(system, context) != system else ""
+    names = equation.names & {"x", "y", "z"}
+    if names and re.search(r"\btip\b", context):
+        tip = {name: f"{name}T" for name in names}
+        yield replace(equation, meanings=equation.meanings | tip), f"x, y, z are the tip's{up}"
+    if up:
+        yield equation, "z points upwards"
+
+
+def _upwards(system: System, context: str) -> System:
+    says = re.search(r"\bz\$? (?:points )?up|upwards|in \$?W\b|\bworld\b", context)
+    return replace(system, convention=replace(system.convention, z="up")) if says else system
+
+
+def holds_if(equation: Equation, system: System, neighbours: list[Equation], chosen: bool) -> str:
+    """A condition that nothing states, under which an equation holds that does not contain what it makes vanish.
+
+    Neighbours that contain it show that the text is not about the special case, and so does a system that was `chosen`;
+    but a reaction at rest may stand in any text.
+    """
+    for condition in conditions(system):
+        if _may_mean(condition, equation, system) and _holds_under(equation, system, condition):
+            others = sum(not _may_mean(condition, other, system) for other in neighbours)
+            special = condition.system is not None
+            if _is_static(condition, equation, system) or ((special or others < FEW) and not chosen):
+                return condition.words
+    return _small_angles(equation, system)
+
+
+def _is_static(condition: Condition, equation: Equation, system: System) -> bool:
+    """Whether it is about a reaction of a system at rest."""
+    still = set(system.spec.rates) <= {name for name, _ in condition.instead}
+    lone = {equation.meaning(side.value) for side in equation.sides if side.kind == "symbol"}
+    loads = {name for name in system.spec.unknowns if not name.startswith("dd")}
+    return still and bool(lone & (loads | {"Mc"}))
+
+
+def _says(condition: Condition, context: str) -> bool:
+    return bool(re.search(condition.stated, context, re.IGNORECASE))
+
+
+def _may_mean(condition: Condition, equation: Equation, system: System) -> bool:
+    """Whether an equation contains nothing that the condition makes vanish."""
+    names = mentioned(equation)
+    if condition.system is not None:
+        return condition.free and not names & condition.absent
+    changing = set().union(*(dependents(system, name) for name, _ in condition.instead))
+    return condition.free and not names & changing
+
+
+def mentioned(equation: Equation) -> set[str]:
+    """The names in an equation but for one that stands alone on a side."""
+    lone = {side.value for side in equation.sides if side.kind == "symbol"}
+    several = len(equation.sides) > 1
+    names: set[str] = set()
+    for side in equation.sides:
+        names |= set() if several and side.kind == "symbol" and side.value in lone else symbols(side)
+    for _ in range(4):
+        names |= set().union(*(symbols(equation.definitions[n]) for n in names & set(equation.definitions)))
+    return {equation.meaning(name) for name in names}
+
+
+@cache
+def dependents(system: System, name: str) -> frozenset[str]:
+    """The quantities that change with a coordinate, rate or parameter, but for accelerations and reactions."""
+    here, there = random_states(system), random_states(system, ((name, 0.321),))
+    changing = {name, f"d{name}", f"dd{name}"}
+    for other in system.spec.formulas:
+        try:
+            if other not in system.spec.unknowns and np.abs(here[other] - there[other]).max() > 1e-9:
+                changing.add(other)
+        except (KeyError, Unread):
+            continue
+    return frozenset(changing)
+
+
+def _holds_under(equation: Equation, system: System, condition: Condition) -> bool:
+    """Whether an equation holds in a special case in which its terms do not vanish."""
+    special = condition.system or system
+    here, full = random_states(special, condition.instead), random_states(special)
+    try:
+        if relative_error(equation, here, full) > TOLERANCE:
+            return False
+        return _zero_is_said(equation) or not _vanishes(equation, here, full)
+    except Unread:
+        return False
+
+
+def _zero_is_said(equation: Equation) -> bool:
+    """Whether it says that one quantity is 0."""
+    kinds = {side.kind for side in equation.sides}
+    return any(side.kind == "number" and not side.value for side in equation.sides) and kinds == {"symbol", "number"}
+
+
+def _vanishes(equation: Equation, here: Quantities, full: Quantities) -> bool:
+    """Whether the condition makes a side vanish that does not vanish in general, or all terms."""
+    if max(np.abs(size).max() for _, size in residuals_and_sizes(equation, here)) < TRIVIAL:
+        return True
+    for side in equation.sides:
+        values = [norm(evaluate(side, equation.context(quantities))).max() for quantities in (here, full)]
+        if values[0] < TRIVIAL < values[1]:
+            return True
+    return False
+
+
+def rounded(equation: Equation, system: System) -> bool:
+    """Whether a side is a number with printed digits, and the other side comes to it when it is rounded."""
+    numbers = [side for side in equation.sides if side.kind == "number" and side.value.denominator > 1]
+    if len(numbers) != 1 or equation.names:
+        return False
+    digits = len(str(float(numbers[0].value)).partition(".")[2])
+    rows = [rows for rows, _ in residuals_and_sizes(equation, random_states(system))]
+    return max(float(norm(row).max()) for row in rows) <= 0.5000001 * 10.0**-digits
+
+
+def _small_angles(equation: Equation, system: System) -> str:
+    """In words, whether an equation without circular functions holds to the first order: its error shrinks."""
+    parts = [part for side in equation.sides for part in walk(side)]
+    parts += [p for name in equation.names & set(equation.definitions) for p in walk(equation.definitions[name])]
+    angles = set(system.spec.coordinates) & {equation.meaning(part.value) for part in parts if part.kind == "symbol"}
+    if any(part.kind == "function" and part.value != "sqrt" for part in parts) or not angles:
+        return ""
+    try:
+        errors = [relative_error(equation, random_states(system, scale=size)) for size in SMALL]
+    except Unread:
+        return ""
+    small = errors[0] < 10 * SMALL[0] and errors[1] < 0.2 * errors[0]
+    return "the angles are small, to the first order" if small else ""
+
+
+def loads_at_zero(equation: Equation, system: System, unknown: set[str]) -> str:
+    """The unknown symbols without which an equation holds, such as a torque or a damping, in words; empty for none."""
+    if not any(name.startswith("dd") for name in equation.names) or any("arrow" in name for name in unknown):
+        return ""
+    zeros = {name: Node("number", (0, 0), Fraction(0)) for name in unknown}
+    bare = replace(equation, definitions=equation.definitions | zeros)
+    try:
+        here = random_states(system)
+        sides = sum(1 for rows, size in residuals_and_sizes(bare, here) if np.abs(size).min() > 0)
+        if sides and relative_error(bare, here) < TOLERANCE:
+            return " and ".join(f"{name.lstrip('?')} = 0" for name in sorted(unknown))
+    except Unread:
+        pass
+    return ""

@@ -1,0 +1,84 @@
+"""The dimensions of expressions: powers of kg, m and s, and which terms do not agree."""
+
+from fractions import Fraction
+
+from pendpin.doctor.checking.residuals import Equation
+from pendpin.doctor.reading.tree import Node
+from pendpin.doctor.systems.base import Spec
+
+Dimension = tuple[Fraction, ...]  # powers of kg, m, s
+NONE: Dimension = (Fraction(0), Fraction(0), Fraction(0))
+
+WHOLE = {"sqrt": Fraction(1, 2), "norm": Fraction(1), "transpose": Fraction(1)}  # functions of what is no pure number
+
+
+class Disagreement(Exception):
+    """Terms of different dimensions are added or set equal; the message names them."""
+
+
+def dimension(node: Node, definitions: dict[str, Node], spec: Spec, depth: int = 0) -> Dimension | None:
+    """Powers of kg, m and s; None for what fits anything (0, or a name that is not known). Raises Disagreement."""
+    parts = [dimension(child, definitions, spec, depth) for child in node.children]
+    match node.kind:
+        case "number":
+            return NONE if node.value else None
+        case "symbol":
+            if node.value in definitions and depth < 20:
+                return dimension(definitions[node.value], definitions, spec, depth + 1)
+            found = spec.dimensions.get(node.value)
+            return None if found is None else tuple(map(Fraction, found))
+        case "sum" | "matrix":
+            return common(parts)
+        case "product":
+            total = NONE
+            for operator, part in zip(node.value, parts, strict=True):
+                if part is None:
+                    return None
+                total = tuple(a - b if operator == "/" else a + b for a, b in zip(total, part, strict=True))
+            return total
+        case "power":
+            return _times(parts[0], node.value)
+        case "function" if node.value in WHOLE:
+            return _times(parts[0], WHOLE[node.value])
+        case "function":
+            common([parts[0], NONE])
+            return NONE
+        case _:
+            return None
+
+
+def _times(of: Dimension | None, factor: Fraction) -> Dimension | None:
+    return None if of is None else tuple(factor * power for power in of)
+
+
+def common(parts: list[Dimension | None]) -> Dimension | None:
+    """The dimension that all have. Raises Disagreement."""
+    known = [part for part in parts if part is not None]
+    for part in known:
+        if part != known[0]:
+            raise Disagreement(f"{unit(known[0])} and {unit(part)}")
+    return known[0] if known else None
+
+
+def unit(dimension: Dimension) -> str:
+    """A dimension as a unit."""
+    names = {(1, 2, -2): "N m", (1, 1, -2): "N", (1, 2, 0): "kg m²", (0, 0, 0): "a pure number"}
+    plain = (int(dimension[0]), int(dimension[1]), int(dimension[2]))
+    if plain in names and plain == dimension:
+        return names[plain]
+    parts = (f"{symbol}{_raised(power)}" for symbol, power in zip(("kg", "m", "s"), dimension, strict=True) if power)
+    return " ".join(parts)
+
+
+def _raised(power: Fraction) -> str:
+    digits = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    return "" if power == 1 else str(power).translate(digits) if power.denominator == 1 else f"^({power})"
+
+
+def of_equation(equation: Equation, spec: Spec) -> tuple[Dimension | None, str]:
+    """The dimension that all sides have, and in words which do not agree, empty where all do."""
+    chosen = {name: Node("symbol", (0, 0), other) for name, other in equation.meanings.items() if name != other}
+    try:
+        return common([dimension(side, equation.definitions | chosen, spec) for side in equation.sides]), ""
+    except Disagreement as found:
+        return None, str(found)

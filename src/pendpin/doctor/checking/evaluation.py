@@ -1,0 +1,274 @@
+"""Trees to numbers: scalars, vectors and tensors, for any type of number."""
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from pendpin.doctor.reading.names import CONSTANTS
+from pendpin.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
+from pendpin.doctor.systems.base import Quantities, Values, cross, dot
+from pendpin.doctor.systems.rod import AXES, turned
+
+LARGEST = 12  # rows and columns of a matrix
+Known = dict[int, Values]  # the value of every node, by id
+Instead = Mapping[int, Values | Callable[[Values], Values]]  # what nodes, by id, are changed to
+
+
+class Context:
+    """Quantities, and what the text defines itself; `frame` is the frame that columns of components belong to.
+
+    `meanings` replaces names that can mean two things; `tensors` says that 3 x 3 matrices hold components of a tensor;
+    `floats` that a constant may be added, so that one which is not known is 0.
+    """
+
+    def __init__(
+        self,
+        quantities: Quantities,
+        definitions: dict[str, Node],
+        frame: str = "B",
+        meanings: dict[str, str] | None = None,
+        tensors: bool = False,
+        floats: bool = False,
+    ) -> None:
+        self.quantities, self.definitions, self.frame = quantities, definitions, frame
+        self.meanings, self.tensors, self.floats, self._open = meanings or {}, tensors, floats, set[str]()
+        self._defined: dict[str, Values] = {}
+
+    def over(self, quantities: Quantities) -> "Context":
+        """The same readings at other states."""
+        return Context(quantities, self.definitions, self.frame, self.meanings, self.tensors, self.floats)
+
+    def meaning(self, name: str) -> str:
+        """What a name stands for in this reading."""
+        return self.meanings.get(name, name)
+
+    def symbol(self, name: str, place: int) -> Values:
+        """The value of a symbol. Raises Unread for one without a meaning."""
+        name = self.meaning(name)
+        if name in self._defined:
+            return self._defined[name]
+        if name in self.definitions:
+            if name in self._open:
+                raise Unread(f"{name.lstrip('?')} is defined by itself", place)
+            self._open.add(name)
+            try:
+                self._defined[name] = evaluate(self.definitions[name], self)
+            finally:
+                self._open.discard(name)
+            return self._defined[name]
+        if name == "pi":
+            return self.quantities.number(1) * self.quantities.xp.pi
+        if name in CONSTANTS and self.floats:
+            return self.quantities.number(0)
+        if name not in self.quantities:
+            raise Unread(
+                f"the symbol {name.lstrip('?')} is not known: say what it is with --symbols, or in a definition", place
+            )
+        try:
+            return self.quantities[name]
+        except KeyError as missing:
+            raise Unread(f"{missing.args[0]} has no meaning for {self.quantities.spec.title}", place) from None
+
+    def means_constant(self, node: Node) -> bool:
+        """Whether a symbol stands for what does not move."""
+        name = self.meaning(node.value)
+        inside = self.definitions.get(name)
+        if inside is not None and name not in self._open:
+            return all(self.meaning(part) in self.quantities.spec.still for part in symbols(inside))
+        return name in self.quantities.spec.still
+
+    def constant(self, value: Fraction) -> Values:
+        """A number, for every state."""
+        top, bottom = (self.quantities.number(part) for part in (value.numerator, value.denominator))
+        return top if value.denominator == 1 else top / bottom
+
+
+def evaluate(node: Node, context: Context, known: Known | None = None, instead: Instead | None = None) -> Values:
+    """The value of a tree; those of its parts go to `known`. `instead` gives nodes, by id, another value.
+
+    Or it gives a function of the node's own value. Raises Unread where numbers and vectors are mixed.
+    """
+    change = instead.get(id(node)) if instead else None
+    if isinstance(change, np.ndarray):
+        return change
+    if node.kind == "derivative":
+        value = derivative(node, context)
+    else:
+        parts = [evaluate(child, context, known, instead) for child in node.children]
+        value = _value(node, parts, context)
+    if change is not None:
+        value = change(value)
+    if known is not None:
+        known[id(node)] = value
+    return value
+
+
+def _value(node: Node, parts: list[Values], context: Context) -> Values:
+    match node.kind:
+        case "number":
+            return context.constant(node.value)
+        case "symbol":
+            return context.symbol(node.value, node.span[0])
+        case "sum":
+            return _sum(node, parts)
+        case "product":
+            return _product(node, parts)
+        case "power":
+            return power(parts[0], node.value, node.span[0], context)
+        case "function":
+            return function(node.value, parts[0], node.span[0], context)
+        case _:
+            return _matrix(node, parts, context)
+
+
+def derivative(node: Node, context: Context) -> Values:
+    """A derivative in time or by a coordinate or rate. Raises Unread for one by anything else."""
+    name, quantities = context.meaning(node.value), context.quantities
+    if name not in ("t", *quantities.spec.state):
+        raise Unread(f"a derivative by {name.lstrip('?')} is not read", node.span[0])
+    if all(context.means_constant(part) for part in walk(node.children[0]) if part.kind in ("symbol", "derivative")):
+        raise Unread("the derivative of a constant", node.span[0])
+    try:
+        return quantities.derivative(lambda q: evaluate(node.children[0], context.over(q)), name)
+    except KeyError:
+        raise Unread("the rate of an acceleration or reaction is not known", node.span[0]) from None
+
+
+def _product(node: Node, parts: list[Values]) -> Values:
+    """Factors from left to right, but a tensor and the vector behind it first, as in omega x I omega."""
+    factors = list(zip(node.value, parts, node.children, strict=True))
+    for i in range(len(factors) - 2, -1, -1):
+        (operator, first, child), (joint, second, _) = factors[i : i + 2]
+        if first.ndim == 3 and second.ndim == 2 and joint in "*.":
+            factors[i : i + 2] = [(operator, multiply(first, second, joint, child.span[0]), child)]
+    value = factors[0][1]
+    for operator, part, child in factors[1:]:
+        value = multiply(value, part, operator, child.span[0])
+    return value
+
+
+def _sum(node: Node, parts: list[Values]) -> Values:
+    shape = max((part.shape[:-1] for part in parts), key=len)
+    total: Any = 0
+    for sign, part, child in zip(node.value, parts, node.children, strict=True):
+        if part.shape[:-1] != shape and not (child.kind == "number" and child.value == 0):
+            raise Mismatch("a number is added to a vector", child.span[0])
+        total = total + part if sign > 0 else total - part
+    return total
+
+
+def multiply(a: Values, b: Values, operator: str, place: int) -> Values:
+    """A product of scalars, vectors and tensors, as far as it has a meaning. Raises Unread."""
+    if operator == "/":
+        if b.ndim != 1:
+            raise Mismatch("a division by a vector", place)
+        with np.errstate(all="ignore"):
+            return a / b
+    if 1 in (a.ndim, b.ndim):
+        return a * b
+    if a.shape[-2] != b.shape[0]:
+        raise Mismatch("a product of vectors of different lengths", place)
+    if operator == "x" and a.shape[:-1] == b.shape[:-1] == (3,):
+        return cross(a, b)
+    if a.ndim == 2 and b.ndim == 3:
+        return _row_times(a, b)
+    if a.ndim == 3:
+        return np.stack([dot(row, b) for row in a]) if b.ndim == 2 else np.stack([_row_times(row, b) for row in a])
+    if b.ndim == 2 and operator in "*.":
+        return dot(a, b)
+    raise Mismatch("a product of vectors that has no meaning", place)
+
+
+def _row_times(row: Values, matrix: Values) -> Values:
+    return np.stack([dot(row, matrix[:, j]) for j in range(matrix.shape[1])])
+
+
+def power(base: Values, exponent: Fraction, place: int, context: Context) -> Values:
+    """A power; the square of a vector is that of its length. Raises Unread."""
+    if base.ndim > 1:
+        if exponent != 2 or base.ndim != 2:
+            raise Mismatch("a power of a vector", place)
+        return dot(base, base)
+    with np.errstate(all="ignore"):
+        if exponent.denominator == 2:
+            base, exponent = context.quantities.xp.sqrt(base), exponent * 2
+        whole = int(exponent)
+        value = base ** abs(whole) if whole else context.quantities.number(1)
+        return context.quantities.number(1) / value if whole < 0 else value
+
+
+def function(name: str, x: Values, place: int, context: Context) -> Values:
+    """A function of a number. Raises Unread for a vector."""
+    if name == "transpose" and x.ndim > 1:
+        return x.swapaxes(0, 1) if x.ndim == 3 else x
+    if name == "norm" and x.ndim == 2:
+        x, name = dot(x, x), "sqrt"
+    if x.ndim != 1:
+        raise Mismatch(f"{name} of a vector", place)
+    with np.errstate(all="ignore"):
+        return _FUNCTIONS[name](x, context.quantities.xp, context.quantities.number(1))
+
+
+_FUNCTIONS: dict[str, Callable[[Values, Any, Values], Values]] = {
+    "sin": lambda x, xp, one: xp.sin(x),
+    "cos": lambda x, xp, one: xp.cos(x),
+    "tan": lambda x, xp, one: xp.sin(x) / xp.cos(x),
+    "sec": lambda x, xp, one: one / xp.cos(x),
+    "csc": lambda x, xp, one: one / xp.sin(x),
+    "cot": lambda x, xp, one: xp.cos(x) / xp.sin(x),
+    "norm": lambda x, xp, one: xp.sqrt(x * x),
+    "sqrt": lambda x, xp, one: xp.sqrt(x),
+    "transpose": lambda x, xp, one: x,
+}
+
+
+def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
+    quantities = context.quantities
+    if node.value == (3, 3):
+        if any(part.ndim != 1 for part in parts):
+            raise Unread("a matrix of vectors", node.span[0])
+        rows = np.stack([np.stack(parts[i : i + 3]) for i in (0, 3, 6)])
+        return turned(quantities, rows) if context.tensors else rows
+    framed = AXES[context.frame][0] in quantities  # a system in a plane has no frames: its columns are lists
+    if node.value == (3, 1) and framed and all(part.ndim == 1 for part in parts):
+        axes = AXES[context.frame]
+        return sum(
+            (part * quantities[axis] for part, axis in zip(parts, axes, strict=True)), start=quantities.number(0)
+        )
+    if node.value == (3, 1) and all(part.ndim == 2 for part in parts) and not context.tensors:
+        return np.stack(parts)
+    rows, columns = node.value
+    if 1 < rows <= LARGEST and columns <= LARGEST and all(part.ndim == 1 for part in parts):
+        lines = [np.stack(parts[i * columns : (i + 1) * columns]) for i in range(rows)]
+        return np.stack(parts) if columns == 1 else np.stack(lines)
+    raise Unread("a matrix of this size, or one of vectors", node.span[0])
+
+
+def scale(node: Node, context: Context, known: Known) -> Values:
+    """The size of the terms that make up a value (n,): sums are taken without their signs. Floats only."""
+    match node.kind:
+        case "sum":
+            return sum((scale(child, context, known) for child in node.children), start=np.zeros(1))
+        case "product":
+            value: Any = 1.0
+            with np.errstate(all="ignore"):
+                for operator, child in zip(node.value, node.children, strict=True):
+                    value = value / norm(known[id(child)]) if operator == "/" else value * scale(child, context, known)
+            return value
+        case "power" if node.value > 0:
+            return scale(node.children[0], context, known) ** float(node.value)
+        case "matrix":
+            return sum((scale(child, context, known) for child in node.children), start=np.zeros(1))
+        case "derivative":  # its terms are of the size of those below it, where a rate is of the size of 1
+            inside = Known()
+            evaluate(node.children[0], context, inside)
+            return norm(known[id(node)]) + scale(node.children[0], context, inside)
+        case _:
+            return norm(known[id(node)])
+
+
+def norm(value: Values) -> Values:
+    """The size of scalars, vectors and tensors, (n,)."""
+    return np.sqrt((value * value).sum(tuple(range(value.ndim - 1)))) if value.ndim > 1 else np.abs(value)

@@ -1,0 +1,158 @@
+"""The convention and the kind of rod that a text is about: given in words, or what explains most of its equations."""
+
+from itertools import product
+from typing import Any
+
+from pendpin.doctor.checking.residuals import TOLERANCE
+from pendpin.doctor.patients import Printed, candidates
+from pendpin.doctor.reading.names import CONSTANTS
+from pendpin.doctor.reading.tree import Unread, symbols, walk
+from pendpin.doctor.systems.base import Convention, System
+from pendpin.doctor.systems.known import SPECS
+from pendpin.errors import InputError, not_one_of
+
+MOST_SEARCHED = 300  # parts of an equation whose convention is searched
+
+CONVENTIONS: dict[str, dict[str, Any]] = {
+    "standard": {},
+    "theta-ccw": {"theta": -1},
+    "phi-reversed": {"phi": -1},
+    "z-up": {"z": "up"},
+    "z-mirrored": {"z": "mirrored"},
+    "swapped": {"swapped": True},
+    "b3-up": {"along": -1},
+    "transposed": {"transposed": True},
+}
+OTHER_WORDS = {"theta-counterclockwise": "theta-ccw", "theta-reversed": "theta-ccw", "phi-cw": "phi-reversed"}
+OTHER_WORDS |= {"phi-clockwise": "phi-reversed", "mirrored": "z-mirrored", "b3-joint": "b3-up"}
+
+
+def conventions_of(text: str) -> Convention:
+    """A convention in words: theta-ccw, phi-reversed, z-up, swapped, b3-up, with commas; or standard. Raises InputError."""
+    changes: dict[str, Any] = {}
+    for part in filter(None, (p.strip().lower().replace("=", "-").replace(" ", "-") for p in text.split(","))):
+        name = part.replace("counter-clockwise", "counterclockwise")
+        name = OTHER_WORDS.get(name, name)
+        if name not in CONVENTIONS:
+            raise InputError(f"convention: {not_one_of(part, tuple(CONVENTIONS))}")
+        changes |= CONVENTIONS[name]
+    return Convention(**changes)
+
+
+def _all_conventions() -> list[Convention]:
+    flags = product((1, -1), (1, -1), (False, True), ("down", "up", "mirrored"), (1, -1), (False, True))
+    every = [Convention(*flag) for flag in flags]
+    return sorted(every, key=lambda c: len([w for w in c.words.split(", ") if w]) + 0.1 * (c.z == "mirrored"))
+
+
+def _holds(one: Printed, system: System) -> bool | None:
+    """Whether an equation holds at random states; None for one that cannot be read or tells little of the convention."""
+    parts = [part for sides, _ in one.ways[:1] for side in sides for part in walk(side)]
+    silent = any(part.kind == "derivative" or part.value in CONSTANTS for part in parts)
+    if one.defines or len(parts) > MOST_SEARCHED or silent:
+        return None
+    try:
+        return candidates(one, system)[0][2] < TOLERANCE
+    except Unread:
+        return None
+
+
+def find_convention(equations: list[Printed], rod: str) -> tuple[Convention, list[str]]:
+    """The convention that a text was written in, and remarks.
+
+    It is the usual one, unless another explains two equations more: what explains all but no two more is a remark.
+    """
+    usual = Convention()
+    verdicts = [(one, _holds(one, System(SPECS[rod]))) for one in equations]
+    right = [one for one, holds in verdicts if holds]
+    wrong = [one for one, holds in verdicts if holds is False]
+    if not wrong:
+        return usual, []
+    healed = {c: sum(_holds(one, System(SPECS[rod], c)) is True for one in wrong) for c in _all_conventions()}
+    some = {c: n for c, n in healed.items() if n > 1 or n == len(wrong)}
+    held = {c: n + sum(_holds(one, System(SPECS[rod], c)) is True for one in right) for c, n in some.items()}
+    best = max(held, key=lambda convention: held[convention], default=usual)
+    read = len(right) + len(wrong)
+    if held.get(best, 0) >= max(len(right) + 2, 0.6 * read):
+        return best, []
+    if held.get(best, 0) == read:
+        return usual, [f"All equations hold if {best.words}; if that is meant, give it as the convention."]
+    return usual, []
+
+
+INERTIAS = {"I1", "I2", "I3", "J1", "J2", "J3"}
+
+
+def most_general_rod(equations: list[Printed]) -> str:
+    """The kind of rod that a text is about: the symbols tell, unless more equations hold for any rod."""
+    likely = likely_rod(equations)
+    names = set().union(*(equation.names for one in equations for equation, _ in list(one.readings())[:1]))
+    if not names & {"h", "J1", "J2", "J3"}:
+        return likely
+    rods = dict.fromkeys((likely, "general", "symmetric"))
+    held = {rod: sum(_holds(one, System(SPECS[rod])) is True for one in equations) for rod in rods}
+    return max(rods, key=lambda rod: held[rod])
+
+
+def likely_rod(equations: list[Printed]) -> str:
+    """The kind of rod that a text is about.
+
+    What is stated counts first: an inertia about the axis that is 0, or h or an inertia given by l. Then the symbols: h, or
+    inertias without a length, call for any rod; r, or an inertia about the axis, for a uniform one; else it is thin.
+    """
+    names: set[str] = set()
+    for one in equations:
+        for equation, _ in list(one.readings())[:1]:
+            names |= equation.names
+    if any(_says_slender(one) for one in equations):
+        return "thin"
+    uniform = "uniform" if "r" in names else "thin"
+    if any(_says_uniform(one) for one in equations):
+        return uniform
+    if "h" in names or (names & INERTIAS and "l" not in names):
+        return "general" if any(_numbered(one) for one in equations) else "symmetric"
+    if uniform == "thin" and names & {"I3", "J3"}:
+        held = {rod: sum(_holds(one, System(SPECS[rod])) is True for one in equations) for rod in ("uniform", "thin")}
+        return "uniform" if held["thin"] < held["uniform"] + 2 else "thin"
+    return "point" if uniform == "thin" and _fits_point(equations) else uniform
+
+
+def _fits_point(equations: list[Printed]) -> bool:
+    """Whether two equations or more tell a point mass at the tip from a thin rod, and all of these hold for the point."""
+    verdicts = [[_holds(one, System(SPECS[rod])) for rod in ("point", "thin")] for one in equations]
+    telling = [point for point, thin in verdicts if point is not thin]
+    return len(telling) > 1 and all(telling)
+
+
+def _numbered(one: Printed) -> bool:
+    """Whether an equation tells the two transverse inertias apart: it has an index, or the tensor."""
+    parts = [part for sides, _ in one.ways[:1] for side in sides for part in walk(side)]
+    inertias = [part.written for part in parts if part.written and part.written.letter in "IJ"]
+    return any(written.index[:1] in (*"12xy",) or written.styled for written in inertias)
+
+
+def _lone(one: Printed) -> tuple[set[str], set[str]]:
+    """The symbols and numbers that are all of a side of an equation, and all its names."""
+    sides = one.ways[0][0] if one.ways else ()
+    if len(sides) < 2:
+        return set(), set()
+    return {str(side.value) for side in sides if side.kind in ("symbol", "number")}, set().union(*map(symbols, sides))
+
+
+def _says_slender(one: Printed) -> bool:
+    """Whether an equation sets the inertia or moment about the rod's axis to 0."""
+    lone, _ = _lone(one)
+    return "0" in lone and bool(lone & {"I3", "J3", "M3", "Mc", "r"})
+
+
+def _says_uniform(one: Printed) -> bool:
+    """Whether an equation gives h or an inertia by the length."""
+    lone, names = _lone(one)
+    return "l" in names and "h" not in names - lone and bool(lone & {"h", "inertia", *INERTIAS})
+
+
+def single_conventions() -> list[Convention]:
+    """The conventions that differ from the usual one in one way."""
+    return [
+        convention for convention in _all_conventions() if len(convention.words.split(", ")) == 1 and convention.words
+    ]

@@ -1,0 +1,120 @@
+"""The way in: equations as text, file, table or sympy expressions; or functions that compute what equations would."""
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pendpin.doctor.checking.exact import need_sympy
+from pendpin.doctor.diagnosis import Diagnosis, examine
+from pendpin.doctor.reading.documents import MOST_BYTES, Document, read_text, read_toml, statements
+from pendpin.errors import InputError, inside, shown
+from pendpin.files import read_whole
+from pendpin.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    from pendpin.doctor.black_box import Comparison
+
+MOST_ALONE = 20_000  # characters of a text that may be one equation
+_MARKED = re.compile(r"\\\[|\\\(|\$|\\begin\{|```math|\n")
+
+
+def diagnose(
+    equations: Any,
+    *,
+    rod: str | None = None,
+    symbols: Mapping[str, Any] | None = None,
+    scene: Scene | None = None,
+    convention: str | None = None,
+    accelerations: Callable[..., Any] | None = None,
+    reactions: Callable[..., Any] | None = None,
+    progress: Callable[[str], object] = lambda what: None,
+) -> "Diagnosis | Comparison":
+    """Check the equations of a rod on a universal joint, and mend those that fail (docs/doctor.md).
+
+    `equations` is a text in LaTeX, Markdown or plain notation, a Path of such a file or of a TOML file, a list of texts
+    and sympy expressions or Eq, or a mapping of names to these. `rod` is "point" (a mass at the tip), "thin" (uniform,
+    I3 = 0), "uniform" (radius r), "symmetric" (h, I1 = I2, I3) or "general" (h, I1, I2, I3); left out, the
+    symbols tell; or one of the other systems, "plane", "double", "acrobot", "cart-pole", "polar". `symbols` gives names of
+    your own, such as {"alpha": "theta", "A": "J_1"}; `scene` is a chain of rods that the equations are about.
+    `convention` says how the text differs from docs/derivation.md: "theta-ccw", "phi-reversed", "z-up", "swapped",
+    "b3-up", "transposed", several with commas, or "standard"; left out, it is found.
+
+    With a Scene in place of equations, `accelerations(q, v)` and `reactions(q, v)` are compared with the scene's own at
+    random states. Raises InputError for what cannot be read at all, MissingLibrary without sympy.
+    """
+    if isinstance(equations, Scene):
+        from pendpin.doctor.black_box import compare
+
+        return compare(equations, accelerations, reactions)
+    if accelerations is not None or reactions is not None:
+        raise InputError("accelerations and reactions are compared with a Scene: give one as the first argument")
+    need_sympy()
+    document = _document(equations)
+    own = {name: _plain(value) for name, value in (symbols or {}).items()}
+    if not document.statements:
+        raise InputError("no equation is found: an equation holds an equals sign")
+    choices = {"rod": rod, "symbols": own, "convention": convention, "scene": scene}
+    return examine(document, choices, progress)
+
+
+def diagnose_file(
+    path: Path,
+    rod: str | None = None,
+    convention: str | None = None,
+    progress: Callable[[str], object] = lambda what: None,
+    symbols: str | None = None,
+    scene: Path | None = None,
+) -> Diagnosis:
+    """The diagnosis of a file; its errors name it. `symbols` is text such as alpha=theta,A=J_1. Raises InputError."""
+    own, chain = _pairs(symbols or ""), load_scene(scene) if scene else None
+    with inside(str(path)):
+        found = diagnose(path, rod=rod, convention=convention, symbols=own, scene=chain, progress=progress)
+    assert isinstance(found, Diagnosis)
+    return found
+
+
+def _pairs(text: str) -> dict[str, str]:
+    """The symbols of alpha=theta,A=J_1. Raises InputError."""
+    pairs = [part.partition("=") for part in re.split(r",(?![^()]*\))", text) if part.strip()]
+    for name, equals, value in pairs:
+        if not (name.strip() and equals and value.strip()):
+            raise InputError(f"--symbols: {shown(name)}: write name=meaning, as in alpha=theta,A=J_1")
+    return {name.strip(): value.strip() for name, _, value in pairs}
+
+
+def _document(equations: Any) -> Document:
+    if isinstance(equations, Path):
+        return _file(equations)
+    if isinstance(equations, str):
+        if len(equations) > MOST_BYTES:
+            raise InputError(f"larger than the {MOST_BYTES / 1e6:g} MB that equations may have")
+        found = read_text(equations) if _MARKED.search(equations) else None
+        alone = "=" in equations and len(equations) < MOST_ALONE
+        return found if found and (found.statements or not alone) else Document(tuple(statements([equations])))
+    if isinstance(equations, Mapping):
+        return Document(tuple(statements({str(name): _plain(value) for name, value in equations.items()})))
+    if isinstance(equations, Iterable) and not isinstance(equations, bytes):
+        return Document(tuple(statements([_plain(value) for value in equations])))
+    return Document(tuple(statements([_plain(equations)])))
+
+
+def _file(path: Path) -> Document:
+    with inside(str(path)):
+        data = read_whole(path, MOST_BYTES, "a derivation")
+    if path.suffix.lower() == ".toml":
+        return read_toml(data, str(path))
+    return read_text(data.decode(errors="replace"))
+
+
+def _plain(value: Any) -> str:
+    """A text as it is, a number or sympy expression as plain text. Raises InputError for anything else."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, int | float):
+        return repr(value)
+    from pendpin.doctor.reading.from_sympy import text_of
+
+    if (text := text_of(value)) is None:
+        raise InputError(f"{shown(value)} is neither text nor an expression of sympy")
+    return text

@@ -1,0 +1,267 @@
+"""The doctor's main line: a document in, a verdict and mends for each of its equations out."""
+
+from collections import defaultdict
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from pendpin.doctor.checking.check import check
+from pendpin.doctor.checking.circumstances import scaling, when
+from pendpin.doctor.checking.conditions import holds_as_stated, holds_if, loads_at_zero
+from pendpin.doctor.checking.dimensions import of_equation
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
+from pendpin.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, styles_of
+from pendpin.doctor.mending.monomials import Printer
+from pendpin.doctor.patients import Candidate, Printed, candidates, kind_of
+from pendpin.doctor.reading.documents import Document
+from pendpin.doctor.reading.tokens import is_latex
+from pendpin.doctor.reading.tree import Mismatch, Unread
+from pendpin.doctor.recognition import UNKNOWN, Reading, read
+from pendpin.doctor.systems.base import System, random_states
+from pendpin.errors import brief
+
+MOST_READINGS = 3  # of an equation that fails, whose mends are compared
+FAR = 10.0  # the cost of no mend at all
+MOST_HOPELESS = 10  # equations without a mend, after which two changes are no longer tried
+NEIGHBOURS = 3  # equations that hold in a reading, so that another one in the same reading may be called wrong
+VERDICTS = ("holds", "holds if", "fails", "not checked")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Finding:
+    """What is found about one equation. `verdict` is one of VERDICTS; `condition` says when it holds."""
+
+    number: int
+    latex: str
+    place: str
+    kind: str
+    verdict: str
+    condition: str = ""
+    proved: bool = False
+    error: float = 0.0  # relative to its terms
+    remark: str = ""
+    when: str = ""
+    scaling: str = ""
+    dimensions: str = ""
+    mends: tuple[Mend, ...] = ()
+    equation: Equation | None = None
+
+    def __repr__(self) -> str:
+        return brief(f"Finding: equation {self.number}, {self.place}, {self.kind}: {self.verdict}. {self.latex}")
+
+
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """One mend that heals several equations."""
+
+    old: str
+    new: str
+    numbers: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis:
+    """Every equation with its verdict, for the system that they were checked for; `unknown` says that there is none."""
+
+    findings: tuple[Finding, ...]
+    system: System
+    title: str
+    remarks: tuple[str, ...] = ()
+    shared: tuple[Shared, ...] = ()
+
+    @cached_property
+    def harm(self) -> Any:
+        """What the wrong equations do when they are solved; None where they cannot be. Computed when it is asked for."""
+        from pendpin.doctor.reports.harm import harm_of
+
+        return harm_of(self)
+
+    @property
+    def ok(self) -> bool:
+        """Whether some equation, no definition, holds, if only under a condition, and none fails."""
+        verdicts = {finding.verdict for finding in self.findings if finding.kind != "definition"}
+        return bool(verdicts & {"holds", "holds if"}) and "fails" not in verdicts
+
+    @property
+    def system_is_known(self) -> bool:
+        """Whether the equations are about a system that pendpin knows."""
+        return self.title != UNKNOWN
+
+    @property
+    def wrong(self) -> tuple[Finding, ...]:
+        """The equations that fail."""
+        return tuple(finding for finding in self.findings if finding.verdict == "fails")
+
+    def __repr__(self) -> str:
+        found = "; ".join(f"{finding.number} {finding.verdict}" for finding in self.findings)
+        return brief(
+            f"Diagnosis of {len(self.findings)} equations, {len(self.wrong)} wrong: {found}; print() shows all"
+        )
+
+    def __str__(self) -> str:
+        """The report as text."""
+        from pendpin.doctor.reports.text import text
+
+        return text(self)
+
+    def to_json(self) -> list[dict[str, Any]]:
+        """The findings for machines (docs/doctor.md)."""
+        from pendpin.doctor.reports.text import records
+
+        return records(self)
+
+
+def examine(document: Document, choices: dict[str, Any], progress: Callable[[str], object]) -> Diagnosis:
+    """Check every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
+    reading = read(document, choices)
+    doctor = _Doctor(reading, _styles(reading))
+    firsts = []
+    for one in reading.equations:
+        progress(f"equation {one.number}")
+        firsts.append(doctor.first(one))
+    right = (found for found, _ in firsts if found.verdict == "holds" and found.kind != "definition")
+    neighbours = [found.equation for found in right if found.equation]
+    findings: list[Finding] = []
+    for one, (found, tried) in zip(reading.equations, firsts, strict=True):
+        if tried:
+            progress(f"equation {one.number}")
+            hopeless = sum(not f.mends and f.verdict in ("fails", "not checked") and bool(f.when) for f in findings)
+            found = doctor.second(found, one, tried, hopeless < MOST_HOPELESS, neighbours)
+        findings.append(found)
+    return Diagnosis(tuple(findings), reading.system, reading.title, reading.remarks, _shared(findings))
+
+
+@dataclass(frozen=True)
+class _Doctor:
+    """Who examines the equations of a document, as it was read, and knows how it prints quantities."""
+
+    reading: Reading
+    styles: dict[str, str]
+
+    @property
+    def system(self) -> System:
+        """What the equations are about."""
+        return self.reading.system
+
+    def first(self, one: Printed) -> tuple[Finding, list[Candidate]]:
+        """The verdict on an equation, or its readings where none holds."""
+        found = Finding(one.number, one.latex, one.statement.place, "unread", "not checked", remark=one.reason)
+        if one.reason:
+            return found, []
+        try:
+            readings = candidates(one, self.system)[:MOST_READINGS]
+            verdict = check(readings[0][0], self.system)
+        except Unread as error:
+            if said := self.reading.says(one):
+                return replace(found, kind="condition", remark=said), []
+            if isinstance(error, Mismatch):
+                return self._mismatched(found, one, error.reason), []
+            return self._unread(found, one, error.reason), []
+        equation = readings[0][0]
+        found = replace(found, kind="definition" if one.defines else kind_of(equation, self.system.spec))
+        if verdict.holds:
+            remark = _joined(one.remark, verdict.remark)
+            found = replace(found, verdict="holds", remark=remark, equation=equation, error=verdict.error)
+            return replace(found, proved=verdict.proved), []
+        for equation, _ in one.readings():
+            if condition := holds_as_stated(equation, self.system, one.statement.context):
+                found = replace(found, verdict="holds if", condition=condition, equation=equation, remark=one.remark)
+                return found, []
+        if said := self.reading.says(one):
+            return replace(found, kind="condition", remark=said), []
+        return found, readings
+
+    def second(
+        self, found: Finding, one: Printed, readings: list[Candidate], pairs: bool, neighbours: list[Equation]
+    ) -> Finding:
+        """The verdict on an equation of which no reading holds: it fails if a small change mends it, or others hold."""
+        for equation, tight, _ in readings:
+            if condition := holds_if(equation, self.system, neighbours, self.reading.chosen):
+                healed = mends(*self._patient(one, equation, tight), False)
+                found = replace(found, verdict="holds if", condition=condition, equation=equation)
+                return replace(found, mends=tuple(healed), remark=one.remark)
+        healed = [mends(*self._patient(one, equation, tight), pairs) for equation, tight, _ in readings]
+        costs = [some[0].cost + 0.1 * rank if some else FAR + rank for rank, some in enumerate(healed)]
+        best = costs.index(min(costs))
+        equation, _, error = readings[best]
+        system = self.system
+        found = replace(
+            found,
+            verdict="fails",
+            proved=True,
+            error=error,
+            when=when(equation, system),
+            scaling=scaling(equation, system),
+            dimensions=of_equation(equation, system.spec)[1],
+            mends=tuple(healed[best]),
+            remark=_joined(one.remark, self._special(equation)),
+            equation=equation,
+        )
+        if self.reading.unknown or not (healed[best] or self.reading.chosen or len(neighbours) >= NEIGHBOURS):
+            reason = (
+                f"it does not hold for {system.spec.title}, and nothing says that it is meant to: {self.reading.remedy}"
+            )
+            return replace(found, verdict="not checked", remark=reason, mends=(), proved=False)
+        return found
+
+    def _unread(self, found: Finding, one: Printed, reason: str) -> Finding:
+        """An equation that has no value: it may define a symbol, or hold where an unknown load is 0."""
+        if one.defines and not one.unknown - {one.defines}:
+            return replace(
+                found, verdict="holds", kind="definition", remark=f"it says what {one.defines.lstrip('?')} is"
+            )
+        if len(one.unknown) == 1:
+            for equation, _ in one.readings():
+                if condition := loads_at_zero(equation, self.system, one.unknown):
+                    return replace(found, verdict="holds if", condition=condition, kind="equation of motion")
+        return replace(found, remark=reason)
+
+    def _mismatched(self, found: Finding, one: Printed, reason: str) -> Finding:
+        """An equation that mixes numbers and vectors: wrong if a small change makes it hold, else not read."""
+        sides = one.ways[0][0]
+        if self.reading.unknown or (sides[0].kind == "symbol" and len(sides) == 2 and not self.reading.chosen):
+            return replace(found, remark=reason)
+        for equation, tight in list(one.readings())[:2]:
+            if healed := mends_of_mismatch(*self._patient(one, equation, tight)):
+                found = replace(found, verdict="fails", proved=True, error=1.0, when="in every motion")
+                kind = kind_of(healed[0].equation, self.system.spec)
+                return replace(found, kind=kind, mends=tuple(healed), remark=reason)
+        return replace(found, remark=reason)
+
+    def _patient(self, one: Printed, equation: Equation, tight: bool) -> tuple[Patient, Printer]:
+        """One reading of an equation, and what prints as the equation does, and else as its document."""
+        latex, own = is_latex(one.text), styles_of(list(equation.sides), one.text)
+        patient = Patient(equation, one.text, one.index, tight, self.system, one.words, one.alone)
+        return patient, Printer(latex, {**self.styles, **own} if latex else own, self.system.spec)
+
+    def _special(self, equation: Equation) -> str:
+        """Which convention would make an equation that fails right."""
+        for convention in self.reading.conventions:
+            with suppress(Unread):
+                if relative_error(equation, random_states(replace(self.system, convention=convention))) < TOLERANCE:
+                    return f"it holds if {convention.words}"
+        return ""
+
+
+def _joined(*remarks: str) -> str:
+    return "; ".join(filter(None, remarks))
+
+
+def _styles(reading: Reading) -> dict[str, str]:
+    """How a document prints its quantities: as where each is seen first."""
+    found: dict[str, str] = {}
+    for one in reversed([one for one in reading.equations if one.ways and is_latex(one.text)]):
+        found |= styles_of(list(one.ways[0][0]), one.text)
+    return found
+
+
+def _shared(findings: list[Finding]) -> tuple[Shared, ...]:
+    """First mends that are the same in several equations."""
+    groups: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for finding in findings:
+        for mend in finding.mends[:1]:
+            if finding.verdict == "fails" and mend.old and mend.new:
+                groups[mend.old, mend.new].append(finding.number)
+    return tuple(Shared(*pair, tuple(numbers)) for pair, numbers in groups.items() if len(numbers) > 1)

@@ -1,0 +1,290 @@
+"""From statements to equations that can be checked: every reading of a text, and the likeliest of them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+from pendpin.doctor.checking.dimensions import of_equation
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
+from pendpin.doctor.reading.documents import Statement
+from pendpin.doctor.reading.grammar import lone, parse
+from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary
+from pendpin.doctor.reading.tokens import tokens
+from pendpin.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
+from pendpin.doctor.systems.base import Spec, System, random_states
+from pendpin.doctor.systems.known import SPECS
+
+MOST_BRACKETS = 120  # places that are tried for a missing one
+MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked
+COORDINATES = {"x", "y", "z"}
+
+
+THIN = System(SPECS["thin"])
+Candidate = tuple[Equation, bool, float]  # whether 3g/2l is read as 3g/(2l), and the relative error
+
+
+@dataclass(frozen=True, eq=False)
+class Printed:
+    """One equation of a statement, read from `text`, which may hold a bracket more than was printed."""
+
+    statement: Statement
+    number: int
+    latex: str  # as printed
+    text: str
+    index: int
+    words: Vocabulary
+    ways: tuple[tuple[tuple[Node, ...], bool], ...] = ()  # sides, and whether 3g/2l is read as 3g/(2l)
+    reason: str = ""  # why it cannot be read
+    remark: str = ""
+    defines: str = ""  # the symbol that it gives a meaning to
+    definitions: dict[str, Node] = field(default_factory=dict)
+    alone: bool = True  # no other equation stands in its text
+
+    def readings(self) -> Iterator[tuple[Equation, bool]]:
+        """Every way to read it, the likeliest first."""
+        for sides, tight in self.ways:
+            for equation in Equation(sides, definitions=self.definitions).readings(self.words):
+                yield equation, tight
+
+    @property
+    def unknown(self) -> set[str]:
+        """The symbols in it that have no meaning."""
+        names = set().union(*(symbols(side) for side in self.ways[0][0])) if self.ways else set()
+        return {name for name in names if name.startswith("?") and not self._defined(name)} - CONSTANTS
+
+    def _defined(self, name: str) -> bool:
+        return name in self.definitions or name.rpartition("_")[0] in self.definitions
+
+
+def printed(
+    statements: tuple[Statement, ...], given: dict[str, Node], usual: dict[str, Node], words: Vocabulary
+) -> list[Printed]:
+    """The equations of some statements, numbered, with the symbols that the text defines.
+
+    A symbol has the meaning that the last definition before it gave it, or the first one after it, or the `usual` one.
+    """
+    found: list[Printed] = []
+    for statement in statements:
+        found += _of_statement(statement, len(found) + 1, words)
+    used = set().union(*(symbols(side) for one in found for sides, _ in one.ways[:1] for side in sides))
+    usual = {name: meaning for name, meaning in usual.items() if name in used}
+    made = [(i, *definition) for i, one in enumerate(found) for definition in _definitions(one, given)]
+    entries = []
+    for i, one in enumerate(found):
+        known: dict[str, Node] = {}
+        for place, name, meaning in reversed(made):
+            if place > i:
+                known[name] = meaning
+        for place, name, meaning in made:
+            if place <= i:
+                known[name] = meaning
+        own = [name for place, name, _ in made if place == i]
+        entries.append(replace(one, definitions=usual | known | given, defines=own[0] if own else ""))
+    return entries
+
+
+def _of_statement(statement: Statement, number: int, words: Vocabulary) -> list[Printed]:
+    """Its equations, or one that tells why it cannot be read."""
+    try:
+        text, remark, equations = _parsed(statement.text, words)
+    except Unread as error:
+        return [Printed(statement, number, statement.text, statement.text, 0, words, reason=error.reason)]
+    several = len(equations) > 1
+    return [
+        Printed(
+            replace(statement, place=statement.line_of(sides[0].outer[0])),
+            number + i,
+            text[sides[0].outer[0] : sides[-1].outer[1]].strip() if several else statement.text,
+            text,
+            i,
+            words,
+            _ways(statement, text, i, sides, words),
+            remark=remark,
+            alone=not several,
+        )
+        for i, sides in enumerate(equations)
+        if len(sides) > 1 or statement.name or not statement.place.startswith("line")
+    ] or [Printed(statement, number, text, text, 0, words, reason="no equation: it has one side only")]
+
+
+def _parsed(text: str, words: Vocabulary) -> tuple[str, str, list[list[Node]]]:
+    """A text, with the bracket that is missing, a remark on that, and its equations. Raises Unread."""
+    remark = ""
+    try:
+        equations = parse(text, words)
+    except RecursionError:
+        raise Unread("nested too deeply") from None
+    except Unread as error:
+        mended = _with_bracket(text, error.bracket)
+        if mended is None:
+            raise Unread(f"{error.reason} (character {error.place + 1})") from None
+        text, remark = mended
+        equations = parse(text, words)
+    nodes = sum(1 for sides in equations for side in sides for _ in walk(side))
+    if nodes > MOST_NODES or max(map(len, equations), default=0) > MOST_SIDES:
+        raise Unread("too long to be checked: write it as several equations")
+    return text, remark, equations
+
+
+def _definitions(one: Printed, given: dict[str, Node]) -> list[tuple[str, Node]]:
+    """The symbols without a meaning that stand alone on a side of an equation, and what they are."""
+    if not one.ways:
+        return []
+    sides = list(one.ways[0][0])
+    fresh = [s for s in sides if s.kind == "symbol" and s.value.startswith("?") and s.value not in given]
+    others = [side for side in sides if side not in fresh]
+    for symbol in fresh:
+        meanings = [s for s in others if symbol.value not in symbols(s) and s.kind != "number"]
+        meanings.sort(key=lambda side: any(name.startswith("?") for name in symbols(side)))
+        settled = symbol.value not in CONSTANTS and bool(meanings)
+        if meanings and (symbol is sides[0] or settled or len(sides) > 2):
+            return [(other.value, meanings[0]) for other in fresh]
+    return []
+
+
+def _ways(
+    statement: Statement, text: str, index: int, sides: list[Node], words: Vocabulary
+) -> tuple[tuple[tuple[Node, ...], bool], ...]:
+    """The sides, also with 3g/2l read as 3g/(2l), and with the statement's name as the left side."""
+    ways = [(tuple(sides), False)]
+    if "/" in text:
+        ways.append((tuple(parse(text, words, tight=True)[index]), True))
+    if len(sides) == 1 and statement.name:
+        named = _name(statement.name, words)
+        ways = [((left, *s), tight) for s, tight in ways for left in named] + ways
+    return tuple(ways)
+
+
+def _name(name: str, words: Vocabulary) -> list[Node]:
+    """A key as the left side of an equation, if it is the name of a quantity."""
+    try:
+        found = lone(name, words)
+    except Unread:
+        return []
+    known = found and found.kind == "symbol" and not found.value.startswith("?")
+    return [replace(found, span=(0, 0))] if found and known else []
+
+
+@lru_cache(maxsize=500)
+def _with_bracket(text: str, bracket: str) -> tuple[str, str] | None:
+    """A text with the bracket that is missing, where that makes an equation of vectors or numbers; and a remark."""
+    if not bracket:
+        return None
+    candidates = []
+    for place in [*[token.start for token in tokens(text)][1 : MOST_BRACKETS + 1], len(text)]:
+        fixed = text[:place] + bracket + text[place:]
+        if (size := _error_of(fixed)) is not None:
+            around = f"{text[max(0, place - 10) : place]}{bracket}{text[place : place + 10]}"
+            candidates.append((size, fixed, f"the bracket {bracket} is missing; it is read as ...{around}..."))
+    if not candidates:
+        return None
+    return min(candidates, key=lambda c: c[0])[1:]
+
+
+def _error_of(text: str) -> float | None:
+    """The least error of a text's first equation over its meanings for a rod; None where it cannot be read."""
+    words = Vocabulary(THIN.spec.words, {}, frozenset(THIN.spec.state))
+    try:
+        sides = parse(text, words)[0]
+    except (Unread, IndexError):
+        return None
+    errors = []
+    for equation in Equation(tuple(sides)).readings(words):
+        try:
+            if not of_equation(equation, THIN.spec)[1]:
+                errors.append(relative_error(equation, random_states(THIN)))
+        except Unread:
+            continue
+    return min(errors, default=None)
+
+
+def holding(one: Printed, system: System) -> Equation | None:
+    """The reading of an equation that holds; None where none does, or where it says what a symbol is."""
+    if one.defines and len(one.ways[0][0]) == 2:
+        return None
+    try:
+        equation, _, error = candidates(one, system)[0]
+    except Unread:
+        return None
+    return equation if error < TOLERANCE else None
+
+
+def candidates(one: Printed, system: System) -> list[Candidate]:
+    """The reading that holds, or else those that have a meaning, the likeliest first. Raises Unread."""
+    found: dict[float, tuple[tuple[bool, float], Candidate]] = {}  # by the error: equal ones come to the same
+    reasons: list[Unread] = []
+    for rank, (equation, tight) in enumerate(one.readings()):
+        try:
+            error = relative_error(equation, random_states(system))
+        except Unread as unread:
+            reasons.append(unread)
+            continue
+        if error < TOLERANCE:
+            return [(equation, tight, error)]
+        order = (bool(of_equation(equation, system.spec)[1]), float(rank))
+        known = found.get(round(error, 9))
+        if known is None or order < known[0]:
+            found[round(error, 9)] = (order, (equation, tight, error))
+    if not found:
+        mixed = [reason for reason in reasons if isinstance(reason, Mismatch)]
+        raise (mixed or reasons or [Unread("it has no meaning")])[0]
+    listed = [candidate for _, candidate in sorted(found.values(), key=lambda pair: pair[0])]
+    if _of_the_tip(listed[0][0], system):
+        raise Unread(
+            "x, y, z may belong to the tip, for which it holds, or to the centre of mass, for which it fails: say which"
+        )
+    return listed
+
+
+def _of_the_tip(equation: Equation, system: System) -> bool:
+    """Whether a condition on coordinates, none of them alone on a side, holds for the tip."""
+    lone = {side.value for side in equation.sides}
+    if not equation.names & COORDINATES or lone & COORDINATES or equation.meanings.keys() - COORDINATES:
+        return False
+    tip = replace(equation, meanings={name: f"{name}T" for name in COORDINATES})
+    return relative_error(tip, random_states(system)) < TOLERANCE
+
+
+def kind_of(equation: Equation, spec: Spec) -> str:
+    """What an equation is about, in a word or two."""
+    names = equation.names
+    first = equation.sides[0]
+    lone = str(equation.meanings.get(first.value, first.value)) if first.kind == "symbol" else ""
+    for kind, members in KINDS:
+        if lone in members:
+            return kind
+    if any(name.startswith("C_") for name in names):
+        return "direction cosines"
+    if names & {"M3", "Mc", "M1", "M2", "M"} or _is_moment(equation, spec):
+        return "moment balance"
+    if names & {"R1", "R2", "R3", "R"}:
+        return "force balance"
+    if names & {"L", "T", "V", "E"}:
+        return "energy"
+    if names & {"ddtheta", "ddphi", "alpha", "wd1", "wd2", "wd3"}:
+        return "equation of motion"
+    return "relation"
+
+
+def _is_moment(equation: Equation, spec: Spec) -> bool:
+    found, disagreement = of_equation(equation, spec)
+    if disagreement:
+        return bool(equation.names & {"I1", "I2", "I3"})
+    return found == (1, 2, -2) and bool(equation.names & {"R1", "R2", "R3", "R", "ddtheta", "ddphi", "alpha"})
+
+
+KINDS: tuple[tuple[str, set[str]], ...] = (
+    ("unit vectors", UNIT_VECTORS),
+    ("angular velocity", {"omega", "w1", "w2", "w3", "wx", "wy", "wz"}),
+    ("angular acceleration", {"alpha", "wd1", "wd2", "wd3", "wdx", "wdy", "wdz"}),
+    ("position", {"rG", "rT", "x", "y", "z", "xT", "yT", "zT", "h"}),
+    ("velocity", {"vG", "vx", "vy", "vz", "vc1", "vc2", "vc3", "speed"}),
+    ("acceleration", {"aG", "ax", "ay", "az", "ac1", "ac2", "ac3"}),
+    ("explicit acceleration", {"ddtheta", "ddphi"}),
+    ("reaction", {"R", "R1", "R2", "R3", "M3", "Mc", "M", "M1", "M2"}),
+    ("kinetic energy", {"T"}),
+    ("potential energy", {"V"}),
+    ("Lagrangian", {"L"}),
+    ("energy", {"E"}),
+    ("inertia", {"inertia", "I1", "I2", "I3", "J1", "J2", "J3"}),
+)

@@ -1,0 +1,286 @@
+"""What a text is about: the names that it uses, the system that it describes, and in which convention."""
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import Any
+
+from pendpin.doctor.checking.conditions import loads_at_zero
+from pendpin.doctor.conventions import conventions_of, find_convention, most_general_rod, single_conventions
+from pendpin.doctor.patients import Printed, holding, printed
+from pendpin.doctor.reading.documents import Document
+from pendpin.doctor.reading.grammar import lone
+from pendpin.doctor.reading.legend import legend
+from pendpin.doctor.reading.names import Vocabulary, Written, of_word, raw
+from pendpin.doctor.reading.tree import Node, Unread, symbols, walk
+from pendpin.doctor.systems.base import Convention, Spec, System
+from pendpin.doctor.systems.known import SPECS
+from pendpin.doctor.systems.planar import FAMILIES
+from pendpin.doctor.systems.rod import RODS
+from pendpin.doctor.systems.scene import scene_spec
+from pendpin.errors import InputError, not_one_of, shown
+
+Name = tuple[str, str]  # a letter and its index
+Renamed = dict[Name, Written]
+Said = Sequence[tuple[str, tuple[Written, ...]]]  # what the text says of its symbols
+
+ANGLE_LETTERS = {"theta", "phi", "alpha", "beta", "psi", "gamma", "q", "varphi", "vartheta", "delta"}
+MOST_COUNTED = 60  # equations that tell which system a text is about
+UNKNOWN = "no system that pendpin knows"
+RARELY = 5  # times that a letter stands more often than another that is a slip
+NEARLY = 0.99  # of what may hold: the search ends
+SURE = 0.6  # of what may hold: no other system is tried then
+FEW = 3  # equations: fewer, none of which holds, may all be wrong
+# words of texts about systems that pendpin does not know
+FOREIGN = re.compile(
+    r"\b(?:roll\w*|dis[ck]|wheel|spring|elastic|hoop|bead|pulley|satellite|planet|orbit\w*|spool|ladder|gyroscope|"
+    r"spinning top|projectile|rocket|charge|oscillator|beam|plate|fluid|Atwood|Kepler)\b",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """The equations of a document as they are read. `chosen` says that the user named the system."""
+
+    equations: list[Printed]
+    system: System
+    title: str
+    remarks: tuple[str, ...] = ()
+    chosen: bool = False
+    unknown: bool = False
+    conventions: tuple[Convention, ...] = ()  # others, under one of which an equation may be right
+
+    @property
+    def remedy(self) -> str:
+        """What to write so that more is checked."""
+        return "say which system it is with --rod, or what its symbols are with --symbols"
+
+    def says(self, one: Printed) -> str:
+        """What an equation says that is no law: a state, or a choice of parameters; empty for what may be a law."""
+        sides, spec = one.ways[0][0], self.system.spec
+        names = [_names(side) for side in sides]
+        if all(side.kind == "symbol" for side in sides) and any("q_i" in inside for inside in names):
+            return "it says what a name stands for"
+        every = set().union(*names)
+        if every <= spec.still and all(_is_multiple(side) for side in sides):
+            return "it chooses a parameter: nothing to check"
+        values = [side for side, inside in zip(sides, names, strict=True) if not inside]
+        lone = all(side.kind == "symbol" for side in sides if side not in values)
+        states = {*spec.state, *(name for name in spec.formulas if name.startswith(("sin", "cos")))}
+        if values and not one.statement.name and ((lone and len(every) == 1) or every <= states) and not one.defines:
+            return "it gives a state or a value, and no law: nothing to check"
+        return ""
+
+
+def _is_multiple(node: Node) -> bool:
+    """Whether an expression is a number times one symbol at most."""
+    inside = [part for part in walk(node) if part.kind == "symbol"]
+    return len(inside) <= 1 and all(part.kind in ("symbol", "number", "product", "power") for part in walk(node))
+
+
+def _names(node: Node) -> set[str]:
+    return symbols(node) - {"pi"}
+
+
+def read(document: Document, choices: dict[str, Any]) -> Reading:
+    """The equations of a document, read as those of the system that they fit best. Raises InputError."""
+    kind, convention = choices.get("rod") or document.rod, choices.get("convention") or document.convention
+    if kind is not None and kind not in (*RODS, *FAMILIES):
+        raise InputError(f"rod: {not_one_of(kind, (*RODS, *FAMILIES))}")
+    table = {**document.symbols, **choices.get("symbols", {})}
+    if scene := choices.get("scene"):
+        return _as_scene(document, table, scene)
+    rod = _as_rod(document, table, kind if kind in RODS else None, convention)
+    best, most = rod, _held(rod) + 0.5 if kind not in FAMILIES else -1.0
+    sure = kind in RODS or convention is not None or rod.unknown or most > SURE * _most(rod)
+    for other in () if sure else chain(_renamed_rods(document, table, rod), _others(document, table, kind)):
+        if (held := _held(other)) > most:
+            best, most = other, held
+        if most > NEARLY * _most(best):
+            break
+    best = replace(best, chosen=kind is not None)
+    return best if best.chosen or best.unknown else _doubted(best, int(most), document)
+
+
+def _as_scene(document: Document, table: dict[str, str], scene: Any) -> Reading:
+    """The equations read as those of the chain of a scene."""
+    spec = scene_spec(scene)
+    words, given = read_symbols(table, spec, {}, list(legend(document.text)))
+    equations = printed(document.statements, given, {}, words)
+    return Reading(equations, System(spec), spec.title, (), True)
+
+
+def _as_rod(document: Document, table: dict[str, str], rod: str | None, convention: str | None) -> Reading:
+    """The equations read as those of a rod on a universal joint."""
+    words, given = read_symbols(table, SPECS["thin"], {}, list(legend(document.text)))
+    usual = {f"?{letter}": lone(f"{name}(phi)", words) for letter, name in (("s", "sin"), ("c", "cos"))}
+    equations = printed(document.statements, given, {k: v for k, v in usual.items() if v}, words)
+    kind = rod or most_general_rod(equations)
+    base, remarks = (conventions_of(convention), []) if convention is not None else find_convention(equations, kind)
+    if rod is None and kind == "point":
+        text = "These are equations of a point mass on a massless rod or string"
+        remarks.insert(0, f"{text}; for a rod with mass write --rod thin.")
+    if base.words:
+        remarks.insert(0, f"The text has its own convention: {base.words}.")
+    system = System(SPECS[kind], base)
+    title = system.spec.title
+    chained = rod is None and len(re.findall(r"\\(?:up|down)arrow|\bchain\b", document.text)) > 3
+    if chained:
+        title = "a chain of rods, each equation as one of a single rod"
+        remarks.insert(0, "This text is about a chain of rods: give the chain as --scene to have it checked.")
+    conventions = tuple(single_conventions()) if convention is None else ()
+    return Reading(equations, system, title, tuple(remarks), rod is not None, chained, conventions)
+
+
+def _renamed_rods(document: Document, table: dict[str, str], rod: Reading) -> Iterator[Reading]:
+    """The equations as those of a rod whose angles have other names."""
+    moving, _ = _letters(document, table)
+    letters = [name for name in sorted(moving) if name[0] in ANGLE_LETTERS and name[1] in ("", "1", "2")]
+    if len(letters) != 2 or {"theta", "phi"} <= {name[0] for name in letters}:
+        return
+    for first, second in (letters, letters[::-1]):
+        renamed = {first: Written("theta"), second: Written("phi")}
+        words, given = read_symbols(table, rod.system.spec, renamed)
+        equations = printed(document.statements, given, {}, words)
+        spec = SPECS[most_general_rod(equations)]
+        option = f"{'_'.join(first).rstrip('_')}=theta,{'_'.join(second).rstrip('_')}=phi"
+        words_of = f"The angles are read so that most equations hold; confirm it with --symbols {option}."
+        yield Reading(equations, System(spec), spec.title, (words_of,))
+
+
+def _others(document: Document, table: dict[str, str], kind: str | None) -> Iterator[Reading]:
+    """The equations read as those of each other system whose coordinates the text may have."""
+    moving, mentioned = _letters(document, table)
+    said = list(legend(document.text))
+    for family, specs in FAMILIES.items():
+        if kind not in (None, family):
+            continue
+        for renamed in _renamings(family, moving, mentioned):
+            letters = {name[0] for name in mentioned}
+            general = "h" in letters and bool(letters & {"I", "J"}) and family != "polar"
+            for spec in (spec for spec in specs if not general or " any" in spec.kind):
+                words, given = read_symbols(table, spec, renamed, said)
+                equations = printed(document.statements, given, {}, words)
+                yield Reading(equations, System(spec), spec.title)
+
+
+def _letters(document: Document, table: dict[str, str]) -> tuple[Counter[Name], Counter[Name]]:
+    """The letters, with their indices, whose rates the text has, and all that it has, each with how often."""
+    words, _ = read_symbols(table, replace(SPECS["thin"], words=raw), {})
+    moving, every = Counter[Name](), Counter[Name]()
+    for one in printed(document.statements, {}, {}, words):
+        for node in (part for sides, _ in one.ways[:1] for side in sides for part in walk(side)):
+            if node.kind == "symbol" and node.written:
+                name = (node.written.letter, node.written.index)
+                every[name] += 1
+                moving[name] += node.written.dots > 0
+            if node.kind == "derivative":
+                moving.update((p.written.letter, p.written.index) for p in walk(node) if p.written)
+    return +moving, every
+
+
+def _renamings(family: str, moving: Counter[Name], mentioned: Counter[Name]) -> Iterator[Renamed]:
+    """How the letters of a text may stand for the coordinates of a system: none, or each way that has them all."""
+    angles = [name for name in sorted(mentioned) if name[0] in ANGLE_LETTERS]
+    turning = [name for name in angles if name in moving] or angles
+    single, pair = [n for n in turning if n[1] in ("", "1", "0")], [n for n in turning if n[1] in ("1", "2")]
+    usual = sorted(turning, key=lambda name: -mentioned[name])
+    if family in ("plane", "cart-pole") and usual[1:] and mentioned[usual[0]] > RARELY * mentioned[usual[1]]:
+        turning = single = usual[:1]  # another letter may be a slip
+    if family == "plane" and len(turning) == 1:
+        yield {single[0]: Written("theta")} if single else {}
+    elif family in ("double", "acrobot") and len(turning) == 2:
+        first, second = pair if len(pair) == 2 else turning
+        yield {first: Written("theta", 0, "1"), second: Written("theta", 0, "2")}
+        if len(pair) != 2:
+            yield {second: Written("theta", 0, "1"), first: Written("theta", 0, "2")}
+    elif family == "polar" and len(turning) == 2 and not pair:
+        for first, second in (turning, turning[::-1]):
+            yield {first: Written("theta"), second: Written("phi")}
+    elif family == "cart-pole":
+        slides = [name for name in sorted(moving) if name[0] in "xsqzp" and name[1] in ("", "1", "c")]
+        if slides and len(turning) == 1 and turning[0] not in slides:
+            yield {slides[0]: Written("x"), turning[0]: Written("theta")}
+        if {("q", "1"), ("q", "2")} <= moving.keys():
+            yield {("q", "1"): Written("x"), ("q", "2"): Written("theta")}
+
+
+def _held(reading: Reading) -> float:
+    """How many equations hold, those of motion and energy, which say most, twice."""
+    total = 0.0
+    telling = {name for name in reading.system.spec.unknowns if name.startswith("dd")} | {"T", "V", "L"}
+    for one in reading.equations[:MOST_COUNTED]:
+        equation = holding(one, reading.system)
+        if equation is not None:
+            total += 2.0 if equation.names & telling else 1.0
+        elif len(one.unknown) == 1 and one.ways:
+            total += any(loads_at_zero(e, reading.system, one.unknown) != "" for e, _ in one.readings())
+    return total
+
+
+def _most(reading: Reading) -> float:
+    """How much would hold if every equation did."""
+    return 2.0 * sum(1 for one in reading.equations[:MOST_COUNTED] if not one.defines)
+
+
+def _doubted(reading: Reading, held: int, document: Document) -> Reading:
+    """The same, as of no system that pendpin knows where too little of the text holds in the best one."""
+    read = [one for one in reading.equations if one.ways and not one.defines]
+    foreign = bool(FOREIGN.search(document.text)) or bool(_strange(reading))
+    if held or not read or (len(read) < FEW and not foreign):
+        return reading
+    words = "No system that pendpin knows fits this text"
+    return replace(reading, title=UNKNOWN, remarks=(f"{words}: {reading.remedy}.",), unknown=True)
+
+
+def _strange(reading: Reading) -> set[str]:
+    """The letters with rates that have no meaning in a system."""
+    parts = [p for one in reading.equations for sides, _ in one.ways[:1] for side in sides for p in walk(side)]
+    moved = [p for p in parts if p.kind == "derivative" and p.children[0].kind == "symbol"]
+    unknown = {str(p.children[0].value) for p in moved if str(p.children[0].value).startswith("?")}
+    return unknown - {one.defines for one in reading.equations}
+
+
+def read_symbols(
+    table: dict[str, str], spec: Spec, renamed: Renamed, said: Said = ()
+) -> tuple[Vocabulary, dict[str, Node]]:
+    """The words of a system, with symbols that are given as other names, or as expressions. Raises InputError."""
+    named = {name for written in renamed.values() for name in spec.words(written)[:1]} & set(spec.coordinates)
+    words = Vocabulary(spec.words, dict(renamed), frozenset(spec.state), frozenset(named))
+    for symbol, printed_names in said:
+        left = _key(symbol)
+        right = next((other for other in printed_names if spec.words(other)), None)
+        if left is None or right is None or (left.letter, left.index) in renamed:
+            continue
+        if words(left)[0] in {
+            *spec.state,
+            *spec.still,
+        }:  # it has a meaning of its own, which a phrase misread may not take
+            continue
+        words.renamed[left.letter, left.index] = right
+    found: dict[str, Node] = {}
+    for name, text in table.items():
+        try:
+            left, right = _key(name), lone(str(text), words)
+        except Unread as error:
+            raise InputError(f"symbols.{name}: {error.reason}") from None
+        if left is None:
+            raise InputError(f"symbols.{name}: {shown(name)} is not one symbol")
+        if right is None:
+            raise InputError(f"symbols.{name}: {shown(text)} is not one expression")
+        if right.kind == "symbol" and right.written and not left.dots:
+            words.renamed[left.letter, left.index] = right.written
+        else:
+            found[words(left)[0]] = right
+    return words, found
+
+
+def _key(name: str) -> Written | None:
+    """The name on the left of an entry of symbols; any word of letters is one."""
+    if re.fullmatch(r"[A-Za-z]{2,}\d*", name):
+        return of_word(name) or Written(name)
+    found = lone(name, Vocabulary(raw))
+    return found.written if found is not None and found.kind == "symbol" else None

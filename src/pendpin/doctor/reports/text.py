@@ -1,0 +1,182 @@
+"""A diagnosis as text and as records for machines."""
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from pendpin.doctor.checking import exact
+from pendpin.doctor.checking.residuals import Equation, residuals
+from pendpin.doctor.diagnosis import VERDICTS, Diagnosis, Finding
+from pendpin.doctor.mending.mends import Mend
+from pendpin.doctor.reading.tree import Unread
+from pendpin.doctor.systems.base import Quantities, System, dot
+from pendpin.doctor.systems.rod import AXES
+from pendpin.errors import one_line
+
+STYLES = {"holds": "green", "holds if": "green", "fails": "bold red", "not checked": "yellow"}
+MOST_PRINTED = 20_000  # characters of an equation in a record
+Line = tuple[str, str]  # text and its style
+
+
+def records(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """One record an equation: number, latex, kind, verdict, proved, error, mends (docs/doctor.md)."""
+    return [_record(finding, diagnosis) for finding in diagnosis.findings]
+
+
+def _record(finding: Finding, diagnosis: Diagnosis) -> dict[str, Any]:
+    error = finding.error if np.isfinite(finding.error) else 1e300
+    return {
+        "number": finding.number,
+        "latex": shortened(finding.latex, MOST_PRINTED),
+        "kind": finding.kind,
+        "verdict": finding.verdict,
+        "condition": finding.condition,
+        "proved": finding.proved,
+        "error": error,
+        "mends": [
+            {
+                "latex": mend.latex,
+                "words": mend.words,
+                "residual": residual(mend.equation, diagnosis.system),
+            }
+            for mend in finding.mends
+        ],
+        "place": finding.place,
+        "remark": finding.remark,
+        "when": finding.when,
+        "scaling": finding.scaling,
+        "dimensions": finding.dimensions,
+    }
+
+
+def residual(equation: Equation, system: System) -> str:
+    """Left minus right as text for sympy, in the coordinates, parameters and reactions of the text.
+
+    Of several equal sides the first two that are not the same for every motion; of vectors the components along b1, b2, b3.
+    Empty for what is no fraction of polynomials in these and their sines and cosines.
+    """
+    if not system.spec.analytic:
+        return ""
+    quantities = exact.polynomial_states(system, False)
+    try:
+        found = [_text(rows, quantities) for rows, _ in residuals(equation, quantities)]
+    except (Unread, exact.Unprovable):
+        return ""
+    return next((text for text in found if re.search(r"[a-z1-9]", text.replace("Matrix", ""))), found[0])
+
+
+def _text(rows: Any, quantities: Quantities) -> str:
+    """The rows of a residual; "sin theta" is a generator of the polynomials."""
+    if len(rows) == 3:
+        rows = [dot(np.asarray(rows), quantities[axis]) for axis in AXES["B"]]
+    entries = ["0" if row[0].zero else f"({row[0].num})/({row[0].den})" for row in rows]
+    entries = [re.sub(r"\b(sin|cos) (\w+)", r"\1(\2)", entry.removesuffix("/(1)")) for entry in entries]
+    width = {4: 2, 9: 3}.get(len(rows), 1)
+    lines = (", ".join(entries[i : i + width]) for i in range(0, len(rows), width))
+    return entries[0] if len(rows) == 1 else f"Matrix([{', '.join(f'[{line}]' for line in lines)}])"
+
+
+def text(diagnosis: Diagnosis) -> str:
+    """The whole report as plain text."""
+    return "\n".join("".join(part for part, _ in line) for line in lines(diagnosis))
+
+
+def lines(diagnosis: Diagnosis) -> Iterator[list[Line]]:
+    """The report line by line, each in parts with their styles."""
+    yield [(f"Read as equations of {diagnosis.title}." if diagnosis.system_is_known else diagnosis.remarks[0], "bold")]
+    for remark in diagnosis.remarks[0 if diagnosis.system_is_known else 1 :]:
+        yield [(remark, "")]
+    for finding in diagnosis.findings:
+        yield from _of_finding(finding)
+    yield []
+    for shared in diagnosis.shared:
+        yield [(shared_words(shared.old, shared.new, shared.numbers), "bold")]
+    if diagnosis.harm is not None:
+        yield from ([(line, "")] for line in diagnosis.harm.words)
+    yield [(summary(diagnosis), "bold")]
+
+
+def summary(diagnosis: Diagnosis) -> str:
+    """How many equations hold, fail and could not be read."""
+    verdicts = [finding.verdict for finding in diagnosis.findings]
+    counts = [verdicts.count(verdict) for verdict in VERDICTS]
+    words = ("hold", "hold under a condition", "fail", "are not checked")
+    counted = ", ".join(
+        f"{count} {word}" for count, word in zip(counts, words, strict=True) if count or word != words[1]
+    )
+    return f"Of {len(verdicts)} equations {counted}; for {diagnosis.title}."
+
+
+def shared_words(old: str, new: str, numbers: tuple[int, ...]) -> str:
+    """One mend of several equations, in words."""
+    listed = ", ".join(map(str, numbers[:-1])) + f" and {numbers[-1]}"
+    return f"{new} for {old} heals equations {listed}{known(old, new)}."
+
+
+def known(old: str, new: str) -> str:
+    """What is known of a change that is often needed."""
+    short = [
+        t.replace(" ", "").replace("{", "").replace("}", "").replace("*", "").replace("\\frac", "") for t in (old, new)
+    ]
+    if short[0] in ("ml^23", "ml^2/3", "ml2/3") and short[1] in ("ml^212", "ml^2/12", "ml2/12"):
+        return ": m l²/3 is the inertia about the joint, m l²/12 that about G"
+    if short[1] in ("ml^23", "ml^2/3", "ml2/3") and short[0] in ("ml^212", "ml^2/12", "ml2/12"):
+        return ": m l²/12 is the inertia about G, m l²/3 that about the joint"
+    return ""
+
+
+def _of_finding(finding: Finding) -> Iterator[list[Line]]:
+    head: list[Line] = [(f"{finding.number:3} ", ""), (finding.verdict, STYLES[finding.verdict])]
+    printed = one_line(finding.latex)
+    if finding.verdict == "not checked":
+        yield [*head, (f"  {finding.place}: {one_line(finding.remark)}: {shortened(printed, 60)}", "")]
+        return
+    condition = f" {finding.condition}" * bool(finding.condition)
+    yield [*head, (f"{condition}  {finding.kind}: {shortened(printed, 300)}", "")]
+    if finding.verdict == "fails":
+        yield [(f"      {finding.place}: {failure(finding)}", "")]
+        yield from _of_mends(finding.mends)
+    elif finding.remark or not (finding.proved or finding.condition or finding.kind == "definition"):
+        yield [("      " + (finding.remark or "not proved, but it holds to 30 digits at 60 random states"), "dim")]
+    elif finding.mends:
+        yield [("      without that condition: ", "dim"), (finding.mends[0].words, "")]
+
+
+def failure(finding: Finding) -> str:
+    """How an equation fails, in words."""
+    parts = [f"off by {finding.error:.2g} of its terms, {finding.when}"]
+    if finding.scaling:
+        parts.append(f"in proportion to {finding.scaling}")
+    if finding.dimensions:
+        parts.append(f"dimensions do not agree: {finding.dimensions}")
+    if finding.remark:
+        parts.append(finding.remark)
+    return "; ".join(parts)
+
+
+def _of_mends(mends: tuple[Mend, ...]) -> Iterator[list[Line]]:
+    if not mends:
+        yield [("      no simple mend found", "yellow")]
+    for rank, mend in enumerate(mends):
+        yield [("      mend: " if not rank else "      or:   ", "green"), (mend.words + known(mend.old, mend.new), "")]
+        yield [("            ", ""), *_marked(mend)]
+
+
+def _marked(mend: Mend) -> list[Line]:
+    """The mended equation, its changed characters marked."""
+    parts, shift = [], 0
+    place, end_of_it = mend.span
+    for start, end, new in sorted(mend.splices):
+        parts.append((mend.text[place : start + shift], ""))
+        place = start + shift + len(new)
+        parts.append((mend.text[start + shift : place], "reverse"))
+        shift += len(new) - (end - start)
+    parts.append((mend.text[place:end_of_it], ""))
+    return [(" ".join(part.split("\n")), style) for part, style in parts if part]
+
+
+def shortened(text: str, most: int) -> str:
+    """A text, cut where it is longer."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."

@@ -1,0 +1,238 @@
+"""A system of mechanics as the doctor needs it: names, random states, and every quantity computed when it is asked for."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pendpin.doctor.reading.names import Written
+from pendpin.doctor.reading.tree import Unread
+
+Values = NDArray[Any]  # (n,), (k, n) or (k, j, n): scalars, vectors, matrices, at n states
+Formula = Callable[["Quantities"], Values]
+Words = Callable[[Written], tuple[str, ...]]
+Dimension = tuple[int, int, int]  # powers of kg, m, s
+
+STATES = 60  # half of them share the parameters of the other half
+STEP = 1e-3  # of the inner of two derivatives: the eighth order leaves 1e-12 of functions that vary within 0.1 rad
+DIGITS_STEP = "1e-6"  # the same in 50 digits: 1e-40
+MOST_NESTED = 3  # derivatives of derivatives
+STENCIL = ((1, 4, 5), (2, -1, 5), (3, 4, 105), (4, -1, 280))  # central differences of eighth order
+
+
+@dataclass(frozen=True)
+class Convention:
+    """How a text on a rod differs from the convention of docs/derivation.md."""
+
+    theta: int = 1  # -1: counter-clockwise positive
+    phi: int = 1  # -1: reversed
+    swapped: bool = False  # phi is the first angle, theta the second
+    z: str = "down"  # "up": y and z of I reversed; "mirrored": z alone
+    along: int = 1  # -1: b3 points from the tip to the joint, and b2, a2, a3 are reversed with it
+    transposed: bool = False  # direction cosine matrices with rows and columns exchanged
+
+    @property
+    def words(self) -> str:
+        """The differences, in words; empty where there are none."""
+        found = {
+            "theta is positive counter-clockwise": self.theta < 0,
+            "phi is reversed": self.phi < 0,
+            "the names of the angles are swapped": self.swapped,
+            "z points up": self.z != "down",
+            "b3 points from the tip to the joint": self.along < 0,
+            "direction cosine matrices are transposed": self.transposed,
+        }
+        return ", ".join(text for text, differs in found.items() if differs)
+
+
+@dataclass(frozen=True, eq=False)
+class Spec:
+    """What is true of a kind of system.
+
+    `solve` gives the unknowns, accelerations and reactions, of the true motion. `families` are names that are written one
+    for another; `sums` and `differences` what a missing factor or term may be.
+    """
+
+    kind: str
+    title: str  # as in "for a uniform thin rod"
+    coordinates: tuple[str, ...]
+    parameters: tuple[str, ...]
+    unknowns: tuple[str, ...]
+    formulas: Mapping[str, Formula]
+    solve: Callable[["Quantities"], dict[str, Values]]
+    words: Words
+    dimensions: Mapping[str, Dimension]
+    printed: Mapping[str, str]  # the names in LaTeX
+    still: frozenset[str]  # what does not move
+    common: tuple[str, ...] = ()  # names that any other may have been mistaken for
+    families: tuple[tuple[str, ...], ...] = ()
+    vectors: frozenset[str] = frozenset()
+    matrices: frozenset[str] = frozenset()
+    directions: tuple[str, ...] = ()
+    moving: tuple[str, ...] = ()  # atoms of monomials: rates, sines and cosines
+    extra: tuple[str, ...] = ()  # atoms of which one may stand in a monomial
+    sums: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
+    laws: Callable[["Quantities"], list[Values]] = lambda q: []
+    values: Mapping[str, float] = field(default_factory=dict)  # parameters that are numbers
+    analytic: bool = True  # whether its formulas take complex numbers and symbols
+
+    @property
+    def angles(self) -> tuple[str, ...]:
+        """The coordinates that are angles."""
+        return tuple(name for name in self.coordinates if self.dimensions[name] == (0, 0, 0))
+
+    @property
+    def rates(self) -> tuple[str, ...]:
+        """The rates of the coordinates."""
+        return tuple(f"d{name}" for name in self.coordinates)
+
+    @property
+    def state(self) -> tuple[str, ...]:
+        """Coordinates and rates."""
+        return (*self.coordinates, *self.rates)
+
+
+@dataclass(frozen=True)
+class System:
+    """What the equations of a text are about, in the convention of the text."""
+
+    spec: Spec
+    convention: Convention = Convention()
+
+    @property
+    def kind(self) -> str:
+        """Its name in --rod and --system."""
+        return self.spec.kind
+
+
+class Quantities:
+    """Every quantity by its name, computed once and when it is asked for.
+
+    `base` holds arrays (n,) of the coordinates, rates and parameters, and of the unknowns where they are free; `xp` the
+    functions of their number type. `true` says that the unknowns are those of the true motion.
+    """
+
+    def __init__(self, base: Mapping[str, Values], system: System, xp: Any, true: bool = False, depth: int = 0) -> None:
+        self.system, self.xp, self.base, self.true, self.depth = system, xp, base, true, depth
+        self.spec, self.convention = system.spec, system.convention
+        self.shape = np.shape(base[system.spec.coordinates[0]])
+        self._known: dict[str, Values] = dict(base)
+        self._moved: dict[tuple[str, int], Quantities] = {}
+
+    def __getitem__(self, name: str) -> Values:
+        """A quantity: scalars (n,), vectors (3, n) and tensors (3, 3, n) in I. Raises KeyError for an unknown name."""
+        if name not in self._known:
+            if self.true and name in self.spec.unknowns:
+                self._known |= self.spec.solve(self)
+            elif name in self.spec.formulas:
+                self._known[name] = self.spec.formulas[name](self)
+            elif name[:1] == "d" and name[1:] in self and name[1:] not in self.base:
+                self._known[name] = self.derivative(lambda q: q[name[1:]], "t")
+            else:
+                raise KeyError(name)
+        return self._known[name]
+
+    def __contains__(self, name: str) -> bool:
+        """Whether a name has a meaning."""
+        spec = self.spec
+        known = name in self._known or name in spec.formulas or (self.true and name in spec.unknowns)
+        return known or (name[:1] == "d" and name[1:] in self and name[1:] not in self.base)
+
+    def number(self, value: int) -> Values:
+        """A whole number, for every state."""
+        return self.xp.asarray(np.full(self.shape, value, dtype=object if self.xp is not np else float))
+
+    def direction(self, variable: str) -> dict[str, Values]:
+        """How the state moves: along the motion for t, or one coordinate or rate alone."""
+        if variable != "t":
+            return {variable: self.number(1)}
+        names = self.spec.coordinates
+        return {name: self[f"d{name}"] for name in names} | {f"d{name}": self[f"dd{name}"] for name in names}
+
+    def derivative(self, function: Formula, variable: str) -> Values:
+        """The derivative of a function of the state, in time along the motion or by a coordinate or rate.
+
+        Of real numbers by a complex step, which has no rounding; within that by central differences. Of polynomials by
+        the rules. Raises Unread where the rate of an acceleration or reaction is needed and not known.
+        """
+        if self.depth == MOST_NESTED:
+            raise Unread(f"more than {MOST_NESTED} derivatives of each other")
+        if hasattr(self.xp, "derivative"):
+            return self.xp.derivative(self, function, variable)
+        real = self.spec.analytic and self.xp is np and not np.iscomplexobj(next(iter(self.base.values())))
+        if real:
+            return np.imag(function(self._at(variable, 0, 1e-30j))) / 1e-30
+        step = STEP if self.xp is np else self.xp.asarray(DIGITS_STEP)
+        total: Any = 0
+        for k, above, below in STENCIL:
+            there, back = (function(self._at(variable, i, i * step)) for i in (k, -k))
+            total = total + (there - back) * self.number(above) / self.number(below)
+        return total / step
+
+    def _at(self, variable: str, index: int, step: Any) -> "Quantities":
+        """The quantities at a state moved by a step; the unknowns are solved for again, or not known there."""
+        if (variable, index) not in self._moved:
+            base = {name: value for name, value in self.base.items() if not self._gone(name, variable)}
+            zero = 0 * step  # so that all are complex where one is
+            base = {name: value + zero for name, value in base.items()} if np.iscomplexobj(step) else base
+            base |= {name: self[name] + rate * step for name, rate in self.direction(variable).items()}
+            self._moved[variable, index] = Quantities(base, self.system, self.xp, self.true, self.depth + 1)
+        return self._moved[variable, index]
+
+    def _gone(self, name: str, variable: str) -> bool:
+        return variable == "t" and name in self.spec.unknowns
+
+
+def solved(known: Quantities) -> Quantities:
+    """The same states with the accelerations and reactions that the true motion has."""
+    base = {name: value for name, value in known.base.items() if name not in known.spec.unknowns}
+    return Quantities(base, known.system, known.xp, true=True)
+
+
+@cache
+def random_states(
+    system: System, instead: tuple[tuple[str, float], ...] = (), doubled: str = "", scale: float = 1.0
+) -> Quantities:
+    """Quantities at random states of the true motion.
+
+    `instead` gives parts of the state or parameters a value, `doubled` doubles a parameter, and `scale` shrinks the state.
+    """
+    base = random_base(system.spec, STATES)
+    base |= {name: base[name] * scale for name in system.spec.state}
+    base |= {name: np.full(STATES, value) for name, value in instead if name in base}
+    if doubled:
+        base[doubled] = 2 * base[doubled]
+    return Quantities(base, system, np, true=True)
+
+
+def random_base(spec: Spec, count: int, seed: int = 0) -> dict[str, Values]:
+    """Random states (count,): angles off the axes, rates of both signs, parameters between 0.5 and 2."""
+    random = np.random.default_rng(seed)
+    half = count // 2
+    base = {name: random.uniform(0.15, 1.4, count) * random.choice([-1, 1], count) for name in spec.state}
+    for name in spec.parameters:
+        base[name] = np.tile(np.exp(random.uniform(-0.7, 0.7, half)), 2)
+        if name in spec.values:
+            base[name] = np.full(count, spec.values[name])
+    return base
+
+
+@cache
+def free_states(system: System) -> Quantities:
+    """Quantities at random states in which accelerations and reactions are random too, off the true motion."""
+    random = np.random.default_rng(3)
+    free = {name: random.uniform(0.5, 2, STATES) for name in system.spec.unknowns}
+    return Quantities(random_base(system.spec, STATES, seed=2) | free, system, np)
+
+
+def dot(a: Values, b: Values) -> Values:
+    """Of two vectors (3, n)."""
+    return (a * b).sum(0)
+
+
+def cross(a: Values, b: Values) -> Values:
+    """Of two vectors (3, n)."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

@@ -1,0 +1,83 @@
+"""Single operations of a tape in LLVM's intermediate language."""
+
+import struct
+from collections.abc import Iterator, Sequence
+
+DECLARED = """
+declare double @llvm.sqrt.f64(double)
+declare double @llvm.exp.f64(double)
+declare double @llvm.log.f64(double)
+declare double @llvm.sin.f64(double)
+declare double @llvm.cos.f64(double)
+declare double @llvm.pow.f64(double, double)
+declare double @tan(double)
+declare double @tanh(double)
+declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)
+
+define internal i64 @row(ptr %times, i64 %rows, double %t) noinline {
+entry:
+  br label %look
+look:                                             ; the last of the rows that begins at or before t
+  %low = phi i64 [ 0, %entry ], [ %low2, %next ]
+  %high = phi i64 [ %rows, %entry ], [ %high2, %next ]
+  %gap = sub i64 %high, %low
+  %more = icmp sgt i64 %gap, 1
+  br i1 %more, label %next, label %done
+next:
+  %sum = add i64 %low, %high
+  %middle = lshr i64 %sum, 1
+  %at = getelementptr double, ptr %times, i64 %middle
+  %begin = load double, ptr %at
+  %later = fcmp ogt double %begin, %t
+  %low2 = select i1 %later, i64 %low, i64 %middle
+  %high2 = select i1 %later, i64 %middle, i64 %high
+  br label %look
+done:
+  ret i64 %low
+}
+"""
+_BINARY = {"add": "fadd contract", "sub": "fsub contract", "mul": "fmul contract", "div": "fdiv"}
+_COMPARED = {"min": "olt", "max": "ogt"}
+_INTRINSIC = ("sqrt", "exp", "log", "sin", "cos", "pow")
+
+
+def number(x: float) -> str:
+    """A constant, to the bit."""
+    return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
+
+
+def load(name: str, array: str, cell: str, kind: str = "double") -> Iterator[str]:
+    """A number of an array, by its cell."""
+    yield f"  %at_{name} = getelementptr double, ptr %{array}, i64 {cell}"
+    yield f"  %{name} = load {kind}, ptr %at_{name}"
+
+
+def store(value: str, name: str, array: str, cell: str) -> Iterator[str]:
+    """Write a number to a cell of an array; `name` is that of its address."""
+    yield f"  %{name} = getelementptr double, ptr %{array}, i64 {cell}"
+    yield f"  store double {value}, ptr %{name}"
+
+
+def arithmetic(result: str, name: str, operands: Sequence[str]) -> Iterator[str]:
+    """An operation on numbers. A product in a sum may go without its own rounding, as a fused operation."""
+    both = ", ".join(operands)
+    if name in _BINARY:
+        yield f"  %{result} = {_BINARY[name]} double {both}"
+    elif name == "neg":
+        yield f"  %{result} = fneg double {both}"
+    elif name in _COMPARED:
+        yield f"  %c_{result} = fcmp {_COMPARED[name]} double {both}"
+        yield f"  %{result} = select i1 %c_{result}, double {operands[0]}, double {operands[1]}"
+    else:
+        function = f"llvm.{name}.f64" if name in _INTRINSIC else name
+        yield f"  %{result} = call double @{function}({', '.join('double ' + x for x in operands)})"
+
+
+def table_row(place: int, t: str, cell: int, width: int) -> Iterator[str]:
+    """The address %row of the row of a table that holds at a time; `cell` of the block is the first of the table's."""
+    yield from load(f"times{place}", "block", str(cell), "ptr")
+    yield from load(f"rows{place}", "block", str(cell + 1), "ptr")
+    yield from load(f"many{place}", "block", str(cell + 2), "i64")
+    yield f"  %which{place} = call i64 @row(ptr %times{place}, i64 %many{place}, double {t})"
+    yield f"  %first{place} = mul i64 %which{place}, {width}"
+    yield f"  %row{place} = getelementptr double, ptr %rows{place}, i64 %first{place}"

@@ -1,0 +1,254 @@
+"""The text of a function in LLVM's intermediate language: what is computed once, loops over the rods, what follows them."""
+
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
+
+from pendpin.engines import machine_quadrature
+from pendpin.engines.machine_lines import DECLARED, arithmetic, load, number, store, table_row
+from pendpin.engines.machine_steps import STEPS
+from pendpin.engines.machine_trigonometry import WIDE, trigonometry_code
+from pendpin.engines.schedule import Schedule
+from pendpin.engines.tape import Recording
+
+EVERY = 4096  # calls between two of the progress callback; a power of 2
+# The first cells of a block: the count of calls, the progress callback, how many rods there are, where loops leave numbers
+# for later ones, where the numbers of the rods are, how long states and further results are, how many unit vectors there are
+CALLS, CALLBACK, RODS, SCRATCH, NUMBERS, STATE, MORE, UNITS = range(8)
+HEADER = 8
+TABLE = 3  # cells of a table: addresses of its times and its rows, and how many there are
+
+
+class Places(NamedTuple):
+    """Where results are on the tape."""
+
+    others: list[int]  # of no rod
+    more: list[int]
+    of_rod: list[int]
+    more_of_rod: list[int]
+
+    @staticmethod
+    def of(recording: Recording) -> "Places":
+        """Those of a recording."""
+        parts = recording.results, recording.more, recording.of_rod, recording.more_of_rod
+        return Places(*([recording.tape.placed(x) for x in part] for part in parts))
+
+    @property
+    def all(self) -> list[int]:
+        """All of them."""
+        return [place for part in self for place in part]
+
+
+class Text:
+    """The text of a recording's function."""
+
+    def __init__(self, recording: Recording, tables: int, places: Places) -> None:
+        self.tape, self.places, self.schedule = recording.tape, places, Schedule(recording.tape, places.all)
+        fixed = self.tape.fixed_operands(places.all)
+        self.fixed = [place for place in fixed if not self.tape.by_rod[place]]
+        self.fixed_of_rod = {place: cell for cell, place in enumerate(x for x in fixed if self.tape.by_rod[x])}
+        self.inputs_at = HEADER + TABLE * tables + len(self.fixed)
+        self._width = recording.width
+        self._has_trigonometry = any(map(self.schedule.is_trigonometric, self.schedule.needed))
+        stored = len(self.schedule.stored) + len(places.more_of_rod)
+        self.scratch_of_rod = 2 * self._width * self._has_trigonometry + stored  # numbers in the scratch memory
+        self._quadratures: dict[Any, str] = {}  # names of functions, by points and weights
+
+    def __str__(self) -> str:
+        return "\n".join(self._lines())
+
+    def _lines(self) -> Iterator[str]:
+        tape, schedule = self.tape, self.schedule
+        yield DECLARED
+        yield "define void @rate(ptr noalias %dy, double %t, ptr noalias %y, ptr %blocks, ptr noalias %more) {"
+        for place in schedule.needed:
+            if tape.operations[place][0] == "roots":  # here: in a loop the stack would grow
+                yield f"  %row{place} = alloca double, i64 {len(tape.operations[place][-1])}"
+        yield _REPORTING
+        for cell, place in enumerate(self.fixed, self.inputs_at - len(self.fixed)):
+            yield from load(f"v{place}", "block", str(cell))
+        once = [place for place in schedule.needed if not (tape.by_rod[place] or tape.fixed[place])]
+        yield from self._computed(place for place in once if place not in schedule.late)
+        if schedule.loops:
+            yield from self._loops()
+        yield from self._computed(place for place in once if place in schedule.late)
+        yield from self._results()
+        yield "  ret void\n}"
+        if self._has_trigonometry:
+            yield trigonometry_code()
+        yield STEPS.replace("STATE", str(STATE)).replace("MORE", str(MORE)).replace("UNITS", str(UNITS))
+        if self._quadratures:
+            yield machine_quadrature.DECLARED
+        for rule, name in self._quadratures.items():
+            yield machine_quadrature.quadrature_code(name, *rule)
+
+    def _results(self) -> Iterator[str]:
+        """Store the results that are of no rod, behind those of the rods."""
+        yield f"  %of_rods = mul i64 %rods, {len(self.places.of_rod)}"
+        yield "  %others = getelementptr double, ptr %dy, i64 %of_rods"
+        for i, place in enumerate(self.places.others):
+            yield from store(self._name(place), f"other{i}", "others", str(i))
+        if self.places.more:
+            yield f"  %more_of_rods = mul i64 %rods, {len(self.places.more_of_rod)}"
+            yield "  %behind = getelementptr double, ptr %more, i64 %more_of_rods"
+            yield "  %wanted = icmp ne ptr %more, null"
+            yield "  br i1 %wanted, label %further, label %end\nfurther:"
+            for i, place in enumerate(self.places.more):
+                yield from store(self._name(place), f"more{i}", "behind", str(i))
+            yield "  br label %end\nend:"
+
+    # --- loops --------------------------------------------------------------------------------------------------------
+
+    def _loops(self) -> Iterator[str]:
+        """The loops over the rods; further results go to the scratch memory where they are not wanted."""
+        yield f"  %part = mul i64 %rods, {self._width}"
+        yield f"  %inputs = getelementptr double, ptr %block, i64 {self.inputs_at}"
+        yield "  %last = sub i64 %rods, 1"
+        yield "  %sines = getelementptr double, ptr %scratch, i64 0"
+        yield f"  %in_part = add i64 %part, {WIDE}"
+        yield "  %cosines = getelementptr double, ptr %sines, i64 %in_part"
+        yield f"  %angles = mul i64 %in_part, {2 * self._has_trigonometry}"
+        yield "  %stored = getelementptr double, ptr %scratch, i64 %angles"
+        if self._has_trigonometry:
+            yield "  call void @trigonometry(ptr %y, i64 %part, ptr %sines, ptr %cosines)"
+        yield f"  %stored_of_rods = mul i64 %rods, {len(self.schedule.stored)}"
+        yield "  %aside = getelementptr double, ptr %stored, i64 %stored_of_rods"
+        yield "  %unwanted = icmp eq ptr %more, null"
+        yield "  %further_of_rods = select i1 %unwanted, ptr %aside, ptr %more"
+        loops = self.schedule.loops
+        labels = ["go", *(f"loop{loop}" for loop in loops), "after"]
+        yield f"  br label %{labels[1]}"
+        for loop, before, behind in zip(loops, labels, labels[2:], strict=False):
+            yield from self._loop(loop, before, behind)
+        yield "after:"
+
+    def _loop(self, loop: int, before: str, behind: str) -> Iterator[str]:
+        """A loop over the rods, outward or inward, between code with the labels `before` and `behind`."""
+        schedule, inward = self.schedule, loop % 2 == 0
+        begin, end, step = ("%last", "0", "-1") if inward else ("0", "%last", "1")
+        yield f"loop{loop}:"
+        yield f"  %i{loop} = phi i64 [ {begin}, %{before} ], [ %next{loop}, %loop{loop} ]"
+        for place, cell in schedule.carried(loop):
+            first, following = self._name(cell.first), self._name(cell.next, loop)
+            yield f"  %v{place} = phi double [ {first}, %{before} ], [ {following}, %loop{loop} ]"
+        rows = (
+            ("stored", len(schedule.stored)),
+            ("numbers", len(self.fixed_of_rod)),
+            ("more", len(self.places.more_of_rod)),
+        )
+        for name, width in rows:
+            yield f"  %{name}_at{loop} = mul i64 %i{loop}, {width}"
+            array = "further_of_rods" if name == "more" else name
+            yield f"  %{name}{loop} = getelementptr double, ptr %{array}, i64 %{name}_at{loop}"
+        yield f"  %row_at{loop} = mul i64 %i{loop}, {self._width}"
+        for place in schedule.read(loop):
+            yield from self._read(place, loop)
+        yield from self._computed((place for place in schedule.needed if schedule.loop.get(place) == loop), loop)
+        yield from self._of_rod(loop)
+        yield f"  %next{loop} = add i64 %i{loop}, {step}"
+        yield f"  %done{loop} = icmp eq i64 %i{loop}, {end}"
+        yield f"  br i1 %done{loop}, label %{behind}, label %loop{loop}"
+
+    def _read(self, place: int, loop: int) -> Iterator[str]:
+        """Read what an earlier loop left, a number of the rod, its state or an input."""
+        name, (kind, *rest) = f"v{place}_{loop}", self.tape.operations[place]
+        if place in self.schedule.stored:
+            yield from load(name, f"stored{loop}", str(self.schedule.stored[place]))
+        elif place in self.fixed_of_rod:
+            yield from load(name, f"numbers{loop}", str(self.fixed_of_rod[place]))
+        else:
+            array = {"state": "y", "input": "inputs", "sin": "sines", "cos": "cosines"}[kind]
+            part, cell = self.tape.operations[rest[0]][1:] if kind in {"sin", "cos"} else rest
+            yield from self._cell(name, array, part, cell, loop)
+            yield f"  %{name} = load double, ptr %at_{name}"
+
+    def _cell(self, name: str, array: str, part: int, cell: int, loop: int) -> Iterator[str]:
+        """The address %at_{name} of a rod's number in a part of an array."""
+        yield f"  %begin_{name} = mul i64 %part, {part}"
+        yield f"  %row_{name} = add i64 %begin_{name}, %row_at{loop}"
+        yield f"  %cell_{name} = add i64 %row_{name}, {cell}"
+        yield f"  %at_{name} = getelementptr double, ptr %{array}, i64 %cell_{name}"
+
+    def _of_rod(self, loop: int) -> Iterator[str]:
+        """Store the results of the rod that are known in a loop, and what later loops read."""
+        schedule, places = self.schedule, self.places
+        for i, place in enumerate(places.of_rod):
+            if schedule.known(place) == loop:
+                yield from self._cell(f"result{i}", "dy", *divmod(i, self._width), loop)
+                yield f"  store double {self._name(place, loop)}, ptr %at_result{i}"
+        for i, place in enumerate(places.more_of_rod):
+            if schedule.known(place) == loop:
+                yield from store(self._name(place, loop), f"further{i}", f"more{loop}", str(i))
+        for place, cell in schedule.stored.items():
+            if schedule.loop[place] == loop:
+                yield from store(self._name(place, loop), f"kept{place}", f"stored{loop}", str(cell))
+
+    # --- operations ---------------------------------------------------------------------------------------------------
+
+    def _computed(self, places: Iterable[int], loop: int = 0) -> Iterator[str]:
+        for place in places:
+            yield from self._operation(place, loop)
+
+    def _operation(self, place: int, loop: int) -> Iterator[str]:
+        name, *operands = self.tape.operations[place]
+        if name in {"carried", "last"}:
+            return
+        if name == "time":
+            yield f"  %v{place} = fsub double %t, 0.0"
+        elif name == "state":
+            yield from load(f"v{place}", "y", str(operands[0]))
+        elif name == "input":
+            yield from load(f"v{place}", "block", str(self.inputs_at + operands[0]))
+        elif name == "row":
+            yield from table_row(place, self._name(operands[0], loop), HEADER + TABLE * operands[1], operands[2])
+        elif name == "roots":
+            *terms, rule = *(self._name(x, loop) for x in operands[:3]), tuple(operands[3:])
+            quadrature = self._quadratures.setdefault(rule, f"quadrature{len(self._quadratures)}")
+            yield f"  call void @{quadrature}({', '.join(f'double {x}' for x in terms)}, ptr %row{place})"
+        elif name == "entry":
+            yield from load(f"v{place}", f"row{operands[0]}", str(operands[1]))
+        else:
+            yield from arithmetic(f"v{place}", name, [self._name(x, loop) for x in operands])
+
+    def _name(self, place: int, loop: int = 0) -> str:
+        """An operand in a loop, or outside of loops."""
+        name, *rest = self.tape.operations[place]
+        if name == "number":
+            return number(rest[0])
+        if name == "last":
+            cell = self.tape.passes[rest[0]].cells[rest[1]].next
+            return self._name(cell, self.schedule.loop.get(cell, 0))
+        if self.tape.by_rod[place] and self.schedule.loop.get(place) != loop:
+            return f"%v{place}_{loop}"
+        return f"%v{place}"
+
+
+_REPORTING = f"""
+  %block = load ptr, ptr %blocks
+  %before = load i64, ptr %block
+  %count = add i64 %before, 1
+  store i64 %count, ptr %block
+  %rods_at = getelementptr i64, ptr %block, i64 {RODS}
+  %rods = load i64, ptr %rods_at
+  %scratch_at = getelementptr ptr, ptr %block, i64 {SCRATCH}
+  %scratch = load ptr, ptr %scratch_at
+  %numbers_at = getelementptr ptr, ptr %block, i64 {NUMBERS}
+  %numbers = load ptr, ptr %numbers_at
+  %part_of_count = and i64 %count, {EVERY - 1}
+  %due = icmp eq i64 %part_of_count, 0
+  br i1 %due, label %report, label %go
+report:                                           ; count the call; every EVERY-th time call the progress callback
+  %place = getelementptr ptr, ptr %block, i64 {CALLBACK}
+  %callback = load ptr, ptr %place
+  %none = icmp eq ptr %callback, null
+  br i1 %none, label %go, label %ask
+ask:
+  %answer = call i32 %callback(double %t)
+  %on = icmp eq i32 %answer, 0
+  br i1 %on, label %go, label %stop
+stop:
+  %state_at = getelementptr i64, ptr %block, i64 {STATE}
+  %state = load i64, ptr %state_at
+  %bytes = mul i64 %state, 8
+  call void @llvm.memset.p0.i64(ptr %dy, i8 -1, i64 %bytes, i1 false)
+  ret void
+go:"""

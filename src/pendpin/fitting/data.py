@@ -1,0 +1,205 @@
+"""Measured swings: read from a CSV as the scene's [data] table says, in pieces that are integrated side by side."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.errors import InputError, choices, did_you_mean, inside, shown
+from pendpin.files import csv_table, read_whole
+from pendpin.scene import Data
+
+MOST_BYTES = 200_000_000
+FEWEST = 8  # samples of a segment
+MOST_SAMPLES = 20_000  # of a segment that says no more with more of them
+ONE_PERCENT = 0.01  # of the spread of a column: samples that differ by less are at rest
+_JUMP = 0.9 * 2 * math.pi  # rad from one sample to the next: the angle was wrapped
+
+
+class Swing(NamedTuple):
+    """One uninterrupted motion."""
+
+    name: str
+    t: Array  # (m,) s, rising
+    y: Array  # (m, columns) rad or m; NaN where a sensor gave nothing
+    rows: Array  # (m,) the line of each sample in its file, or its number
+    source: str  # what these count, as "lab.csv: line"
+    missing: int  # cells without a number
+
+    def __repr__(self) -> str:
+        return f"Swing {shown(self.name)}: {len(self.t)} samples"
+
+    def part(self, chosen: Any) -> "Swing":
+        """Some of its samples."""
+        return self._replace(t=self.t[chosen], y=self.y[chosen], rows=self.rows[chosen])
+
+
+class Batch(NamedTuple):
+    """P pieces of swings, padded to the longest: M times."""
+
+    swing: Array  # (P,) which swing a piece is of
+    t: Array  # (M, P) s; the last time again where a piece is over
+    y: Array  # (M, columns, P); NaN where there is nothing
+    longest: float  # s: swings are cut into pieces no longer than this
+
+
+def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
+    """The swings of a CSV file, of several, or of a mapping of columns to numbers (a pandas table is one).
+
+    Raises InputError with the file, line and column of what is wrong.
+    """
+    if isinstance(data, str | Path):
+        with inside(str(data)):
+            columns, lines = _read_csv(Path(data), table)
+            return _swings(columns, table, np.array(lines), f"{data}: line")
+    if isinstance(data, Sequence):
+        swings = tuple(swing for one in data for swing in read_swings(one, table))
+        _refuse_twice(swings)
+        return swings
+    if not isinstance(data, Mapping) and not hasattr(data, "keys"):
+        raise InputError(f"data: {shown(data)} is not the path of a CSV file, nor a table of columns")
+    with inside("data"):
+        names = list(data.keys())
+        columns = {name: np.asarray(data[_column(names, name)]) for name in _needed_columns(table)}
+        return _swings(columns, table, np.arange(1, len(columns[table.time]) + 1), "sample")
+
+
+def spread_of(swings: Sequence[Swing]) -> Array:
+    """The standard deviation of each column (columns,), rad or m."""
+    return np.nanstd(np.concatenate([swing.y for swing in swings]), 0)
+
+
+def thin_out(swings: Sequence[Swing], spacing: float) -> tuple[Swing, ...]:
+    """Swings of more than `MOST_SAMPLES` with every so many of their samples, these being up to `spacing` in s apart."""
+    thinned = []
+    for swing in swings:
+        closest = float(np.median(np.diff(swing.t)))
+        thin = min(math.ceil(len(swing.t) / MOST_SAMPLES), int(spacing / closest))
+        thinned.append(swing.part(slice(None, None, max(1, thin))))
+    return tuple(thinned)
+
+
+def cut_pieces(swings: Sequence[Swing], longest: float) -> tuple[Swing, ...]:
+    """The swings cut into pieces of equal lengths, none longer than `longest` in s."""
+    pieces = []
+    for swing in swings:
+        count = max(1, math.ceil((swing.t[-1] - swing.t[0]) / longest - 1e-9))
+        count = min(count, max(1, len(swing.t) // FEWEST))
+        edges = np.round(np.linspace(0, len(swing.t), count + 1)).astype(int)
+        pieces += [swing.part(slice(a, b)) for a, b in pairwise(edges)]
+    return tuple(pieces)
+
+
+def batch(swings: Sequence[Swing], longest: float, thin: int = 1) -> Batch:
+    """The swings in pieces of at most `longest` s, every `thin`-th sample of them, side by side."""
+    cut = [(k, piece.part(slice(None, None, thin))) for k, s in enumerate(swings) for piece in cut_pieces([s], longest)]
+    most = max(len(piece.t) for _, piece in cut)
+    t = np.array([np.pad(piece.t, (0, most - len(piece.t)), mode="edge") for _, piece in cut]).T
+    pads = [((0, most - len(piece.t)), (0, 0)) for _, piece in cut]
+    y = np.array([np.pad(p.y, pad, constant_values=np.nan) for (_, p), pad in zip(cut, pads, strict=True)])
+    columns = np.ascontiguousarray(y.transpose(1, 2, 0))
+    return Batch(np.array([k for k, _ in cut]), np.ascontiguousarray(t), columns, longest)
+
+
+# --- reading --------------------------------------------------------------------------------------------------------
+
+
+def _needed_columns(table: Data) -> list[str]:
+    return [table.time, *([table.segment] if table.segment else []), *table.columns]
+
+
+def _column(names: list[str], name: str) -> str:
+    if name in names:
+        return name
+    raise InputError(f"there is no column {shown(name)} among: {choices(names[:20])}{did_you_mean(name, names)}")
+
+
+def _read_csv(path: Path, table: Data) -> tuple[dict[str, Array], list[int]]:
+    """The columns (N,) that the table wants, numbers, or text for segments; and the line of each sample."""
+    names, rows = csv_table(read_whole(path, MOST_BYTES, "measured data"))
+    places = {name: names.index(_column(names, name)) for name in _needed_columns(table)}
+    columns = {
+        name: np.array([_cell(row[place], name, line, table) for line, row in rows]) for name, place in places.items()
+    }
+    return columns, [line for line, _ in rows]
+
+
+def _cell(text: str, name: str, line: int, table: Data) -> Any:
+    if name == table.segment:
+        return text.strip()
+    if not text.strip() and name != table.time:
+        return math.nan
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"line {line}, column {name}: {shown(text)} is not a number") from None
+
+
+def _swings(columns: dict[str, Array], table: Data, numbers: Array, source: str) -> tuple[Swing, ...]:
+    """The swings of columns (N,), angles turned to rad; tips stay in m. `numbers` (N,) count the samples of `source`."""
+
+    def place_of(sample: int) -> str:
+        return f"{source.rpartition(': ')[2]} {numbers[sample]}"
+
+    try:
+        t = np.asarray(columns[table.time], float)
+        y = np.array([np.asarray(columns[name], float) for name in table.columns]).T
+    except (TypeError, ValueError):
+        raise InputError("a column holds what are no numbers, or columns differ in length") from None
+    if not np.isfinite(t).all():
+        raise InputError(f"{place_of(int(np.argmin(np.isfinite(t))))}, column {table.time}: no time")
+    if np.isinf(y).any():
+        row, column = np.argwhere(np.isinf(y))[0]
+        raise InputError(f"{place_of(int(row))}, column {list(table.columns)[column]}: an infinite number")
+    angles = np.array([not isinstance(measured, str) for measured in table.columns.values()])
+    if table.unit == "degrees":
+        y = np.where(angles, np.radians(y), y)
+    labels = np.asarray(columns[table.segment]).astype(str) if table.segment else np.full(len(t), "1")
+    names = list(dict.fromkeys(labels.tolist()))
+    rows = [np.flatnonzero((labels == name) & ~np.isnan(y).all(1)) for name in names]  # where a sensor gave something
+    missing = [int(np.isnan(y[labels == name]).sum()) for name in names]
+    swings = tuple(Swing(n, t[i], y[i], numbers[i], source, k) for n, i, k in zip(names, rows, missing, strict=True))
+    for swing, row in zip(swings, rows, strict=True):
+        _refuse_odd(swing, table, angles, lambda i, row=row: place_of(int(row[i])))
+    if not swings:
+        raise InputError("no samples")
+    _refuse_twice(swings)
+    return swings
+
+
+def _refuse_twice(swings: Sequence[Swing]) -> None:
+    """Refuse swings that share samples of a motion: these would count twice in the errors."""
+    rows = np.concatenate([np.column_stack([swing.y, swing.t]) for swing in swings])  # (N, columns + 1)
+    order = np.lexsort(rows.T)
+    same = np.flatnonzero((np.diff(rows[order], axis=0) == 0).all(1))
+    if len(same) < FEWEST or not (rows[order[same]].std(0) > ONE_PERCENT * np.nanstd(rows, axis=0))[:-1].any():
+        return  # few by chance, or many at rest
+    names = np.repeat([swing.name for swing in swings], [len(swing.t) for swing in swings])
+    one, other = names[order[same[0] : same[0] + 2]]
+    raise InputError(f"segments {one} and {other} share {len(same)} samples; leave them out of one")
+
+
+def _refuse_odd(swing: Swing, table: Data, angles: Array, place_of: Callable[[int], str]) -> None:
+    """Refuse a swing too short, with times that fall, or with wrapped angles; `angles` (columns,) are no tips."""
+    where = f"segment {swing.name}"
+    if len(swing.t) < FEWEST:
+        raise InputError(f"{where} has {len(swing.t)} samples; a segment needs {FEWEST} at least")
+    if (late := np.diff(swing.t) <= 0).any():
+        i = int(np.argmax(late))
+        other = "" if table.segment else "; where another swing begins there, name a column of segments in [data]"
+        raise InputError(
+            f"{place_of(i + 1)}, column {table.time}: {swing.t[i + 1]:.10g} s does not come after {swing.t[i]:.10g} s{other}"
+        )
+    for k, name in enumerate(table.columns):
+        seen = ~np.isnan(swing.y[:, k])
+        jumps = np.abs(np.diff(swing.y[seen, k])) > _JUMP
+        if angles[k] and jumps.any():
+            at = int(np.flatnonzero(seen)[1:][int(np.argmax(jumps))])
+            raise InputError(
+                f"{place_of(at)}, column {name}: it jumps by a turn before {swing.t[at]:g} s; "
+                "unwrap the angle, or check data.unit"
+            )

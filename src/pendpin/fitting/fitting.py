@@ -1,0 +1,291 @@
+"""From a scene with guesses and measured swings to a fitted scene with error bars."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.errors import InputError
+from pendpin.fitting.data import Swing, batch, cut_pieces, read_swings, spread_of, thin_out
+from pendpin.fitting.equations import Equations, compile_equations
+from pendpin.fitting.guess import (
+    Regression,
+    first_state,
+    joint_angles,
+    natural_scale,
+    nearest_to_guess,
+    regress,
+    regression,
+    time_scale,
+)
+from pendpin.fitting.honesty import Certainty, certainty, sensor_noise
+from pendpin.fitting.parameters import Free, free_parameters
+from pendpin.fitting.search import Problem, Search, Solved, Starts, solve_starts
+from pendpin.fitting.sensors import sensors_of
+from pendpin.model.build import build
+from pendpin.scene import Data, Scene
+
+STEP = 0.3  # of the time scale: the longest step of a search; a quarter of that for what is reported
+SMOOTHING = 0.7  # of the time scale, to either side: local polynomials
+SHORT = 12.6  # time scales: about one period, the length of the first pieces
+FAR, LAST = 20, 3  # steps at most, of the search and over all samples
+COARSE = 1e-3  # of the sum of squares: what a step gains that still pays before the last search
+HOLD = 1e-3  # weight of the guess, in units of the noise, for what the data do not determine
+MOST_CHANGE = 0.3  # of the logarithm of a positive number: its natural scale is not above this
+ROUGHLY = 100.0  # times its size: how far a friction may be from its guess, where a body may be by its size
+OFFSET = 0.01  # rad or m: natural scale of a zero
+NEAR = 0.3  # of the spread of a column: residuals from which whole swings can be searched
+MOST_GROWTH = 1e3  # of a disturbance of a start: pieces are cut where the motion forgets its start
+MOST_WEIGHT = 10.0  # between the best and the worst explained piece
+NOISE_ALONE = 0.95  # of the spread of every column: noise in which nothing can be seen to move
+ROBUST = 1.345  # standard deviations: P. Huber, Robust Statistics (1981)
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What does not change during a fit."""
+
+    scene: Scene
+    table: Data
+    free: Free
+    equations: Equations
+    sensors: Array  # (columns, outputs)
+    swings: tuple[Swing, ...]
+    pace: float  # s, the time scale of the data
+    noise: Array  # (columns,) rad or m
+    columns: tuple[str, ...]
+    robust: bool
+
+    @property
+    def shift(self) -> Array:
+        """How the zeros of the columns shift joint angles, (n, columns); tips' zeros are left out."""
+        n = len(self.equations.joints)
+        angles = self.sensors[:, :n]
+        return np.linalg.pinv(angles) if self.sensors.shape[1] == n else np.zeros((n, len(angles)))
+
+    @cached_property
+    def angles(self) -> tuple[Swing, ...]:
+        """The swings of the joints that move (n,), from the columns."""
+        return joint_angles(self.equations, self.sensors, self.swings, self.free.start)
+
+    @cached_property
+    def regression(self) -> Regression:
+        """The accelerations that the data show, for equation error."""
+        return regression(self.equations, self.shift, self.angles, SMOOTHING * self.pace)
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The unknowns that explain the data best, with what is known of them."""
+
+    problem: Problem  # with every sample of the data
+    x: Array  # (nx,)
+    solved: Solved
+    certainty: Certainty
+
+    @property
+    def z(self) -> Array:
+        """The search coordinates (nz,)."""
+        return self.problem.split(self.x)[0]
+
+    @property
+    def offsets(self) -> Array:
+        """The zeros of the columns (columns,)."""
+        return self.problem.split(self.x)[1]
+
+
+def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = False) -> Setting:
+    """Read the data and compile the equations. Raises InputError for what is wrong with scene, data or keys."""
+    if scene.data is None:
+        raise InputError("data: the scene has no [data] table, which says what the columns of the CSV file measure")
+    model = build(scene.model)
+    sensors = sensors_of(scene.data, model)
+    swings = read_swings(data, scene.data)
+    parameters = free_parameters(scene, free)
+    equations = compile_equations(scene, parameters, sensors.joints)
+    seen = sensor_noise(swings)
+    noise = np.full(len(seen), scene.data.noise) if scene.data.noise else np.maximum(seen, 1e-12)
+    pace = time_scale(swings, seen)
+    if not np.isfinite(pace):
+        raise InputError("data: nothing moves in the columns that are measured")
+    if (seen > NOISE_ALONE * spread_of(swings)).all():
+        raise InputError(
+            "data: neighbouring samples differ as much as any two: the columns hold noise, or a motion too fast for them"
+        )
+    names = tuple(scene.data.columns)
+    outputs, swings = sensors.of(equations.joints), thin_out(swings, STEP / 4 * pace)
+    return Setting(scene, scene.data, parameters, equations, outputs, swings, pace, noise, names, robust)
+
+
+def change_scene(setting: Setting, scene: Scene, free: str | Sequence[str]) -> Setting:
+    """The same data with another scene and other free numbers."""
+    parameters = free_parameters(scene, free)
+    equations = compile_equations(scene, parameters, sensors_of(setting.table, build(scene.model)).joints)
+    return replace(setting, scene=scene, free=parameters, equations=equations)
+
+
+def fixed_offsets(setting: Setting) -> Array:
+    """The zeros of columns that are not free, (columns,) in rad or m."""
+    offsets = setting.table.offsets
+    if isinstance(offsets, str):
+        return np.zeros(len(setting.columns))
+    if unknown := [name for name in offsets if name not in setting.columns]:
+        raise InputError(f"data.offsets.{unknown[0]}: there is no such column among: {', '.join(setting.columns)}")
+    return np.array([offsets.get(name, 0.0) * setting.table.in_si(name)[0] for name in setting.columns])
+
+
+def solve(setting: Setting, progress: Progress) -> Solution:
+    """The unknowns that explain the data best: by equation error, by short pieces, then by whole swings."""
+    problem = _problem(setting)
+    progress("a start by equation error")
+    x = _by_equation_error(setting, problem)
+    guesses = (x, problem.prior)  # noise spoils accelerations first
+    near = next((guess for guess in guesses if _follows(setting, problem, guess)), None)
+    if near is not None:
+        x = near
+    else:
+        progress("short pieces")
+        problem = _rescale(setting, problem, x)
+        x, _, _ = Search(problem, Starts(x, _states(setting, problem, x))).run(FAR, COARSE)
+    progress("whole swings")
+    problem = _rescale(setting, _whole_swings(setting, problem, x), x)
+    x, solved, _ = Search(problem, Starts(x, _states(setting, problem, x))).run(FAR, COARSE)
+    problem = replace(_rescale(setting, problem, x), still=np.zeros(len(x), bool))
+    problem = _weigh(setting, problem, solved)
+    x, solved, _ = Search(problem, Starts(x, solved.starts)).run(FAR)
+    p = problem
+    x = nearest_to_guess(setting.regression, x, p.prior, _guess_sizes(setting, p), p.scale, p.lower, p.upper)
+    progress("error bars")
+    return _finish(setting, problem, x, solved)
+
+
+def start_states(setting: Setting, offsets: Array, swings: Sequence[Swing], longest: float) -> Array:
+    """First guesses of the starts (2n, P) of all pieces of swings of joint angles, from the samples at their beginnings."""
+    shift = setting.shift @ offsets
+    states = (first_state(piece, SMOOTHING * setting.pace) for piece in cut_pieces(swings, longest))
+    return np.array([np.concatenate([q - shift, rate]) for q, rate in states]).T
+
+
+# --- the parts of a search ------------------------------------------------------------------------------------------
+
+
+def _problem(setting: Setting) -> Problem:
+    """The problem in short pieces, with the guesses as the prior."""
+    count = len(setting.columns)
+    many = count if setting.table.offsets == "free" else 0
+    free, none = setting.free, np.full(many, np.inf)
+    return Problem(
+        setting.equations,
+        setting.sensors,
+        batch(setting.swings, SHORT * setting.pace, search_thin(setting)),
+        1 / setting.noise,
+        np.concatenate([np.where(free.positive | (free.start == 0), 1.0, np.abs(free.start)), np.full(many, OFFSET)]),
+        np.concatenate([free.lower, -none]),
+        np.concatenate([free.upper, none]),
+        np.concatenate([free.start, np.zeros(many)]),
+        HOLD,
+        fixed_offsets(setting),
+        STEP * setting.pace * 1.01,
+        np.pad(free.speeds, (0, many)),
+    )
+
+
+def _states(setting: Setting, problem: Problem, x: Array) -> Array:
+    """First guesses of the starts (2n, P) at unknowns x (nx,): rad, rad/s."""
+    return start_states(setting, problem.split(x)[1], setting.angles, problem.batch.longest)
+
+
+def restart(setting: Setting, problem: Problem) -> Problem:
+    """A problem with the equations of a setting, its numbers as the prior, and the data and weights of another."""
+    fresh = _problem(setting)
+    kept = {"still": problem.still, "batch": problem.batch, "weights": problem.weights, "share": problem.share}
+    return _rescale(setting, replace(fresh, **kept), fresh.prior)
+
+
+def search_thin(setting: Setting) -> int:
+    """Every how many samples the search looks at: samples a step apart say as much as all."""
+    spacing = np.median(np.concatenate([np.diff(swing.t) for swing in setting.swings]))
+    return max(1, int(STEP * setting.pace / spacing))
+
+
+def _by_equation_error(setting: Setting, problem: Problem) -> Array:
+    """The unknowns (nx,) that explain the accelerations best, from the guesses."""
+    p = _rescale(setting, problem, problem.prior)
+    return regress(setting.regression, p.prior, p.scale, p.lower, p.upper, p.still)
+
+
+def _rescale(setting: Setting, problem: Problem, x: Array) -> Problem:
+    """The problem with natural scales at unknowns x (nx,); those that change nothing keep the one they have."""
+    z, offsets = problem.split(x)
+    natural = natural_scale(setting.regression, z, offsets)
+    scale = problem.scale.copy()
+    scale[: len(z)] = np.where(natural > 0, natural, scale[: len(z)])
+    positive = np.pad(setting.free.positive, (0, len(x) - len(z)))
+    scale = np.where(positive, np.minimum(scale, MOST_CHANGE), scale)
+    return replace(problem, scale=scale)
+
+
+def _guess_sizes(setting: Setting, problem: Problem) -> Array:
+    """The sizes (nx,) of the guesses: how far a number that the data do not determine may be from them.
+
+    Those of frictions and drags are larger, because bodies are weighed and measured before a fit, frictions seldom.
+    """
+    sizes = np.where(problem.prior != 0, np.abs(problem.prior), problem.scale)
+    sizes[: problem.nz] = np.where(setting.free.positive, 1.0, sizes[: problem.nz])
+    sizes[: problem.nz] *= np.where(setting.free.dissipation(setting.scene), ROUGHLY, 1.0)
+    return sizes
+
+
+def _follows(setting: Setting, problem: Problem, x: Array) -> bool:
+    """Whether the motions at unknowns x (nx,) follow whole swings well enough for a search to begin there."""
+    spread = spread_of(setting.swings)
+    whole = replace(_whole_swings(setting, problem, x), weights=1 / np.sqrt(NEAR**2 * spread**2 + setting.noise**2))
+    r = solve_starts(whole, x, _states(setting, whole, x)).r
+    return bool((r**2).sum() < (~np.isnan(whole.batch.y)).sum())
+
+
+def _whole_swings(setting: Setting, problem: Problem, x: Array) -> Problem:
+    """The problem with whole swings, cut where a motion has forgotten its start at unknowns x (nx,)."""
+    longest = max(swing.t[-1] - swing.t[0] for swing in setting.swings)
+    while True:
+        whole = replace(problem, batch=batch(setting.swings, longest, search_thin(setting)))
+        _, J = whole.by_starts(x, _states(setting, whole, x))
+        growth = np.abs(J.reshape(len(J), -1, len(setting.columns), J.shape[-1]) / whole.weights[:, None])
+        growth[..., len(setting.equations.joints) :] /= 2 * setting.pace
+        if growth.max() <= MOST_GROWTH or longest <= SHORT * setting.pace:
+            return whole
+        longest /= 2
+
+
+def _weigh(setting: Setting, problem: Problem, solved: Solved) -> Problem:
+    """Weights by what is left over: each column and each piece counts by the inverse of its residuals."""
+    seen = ~np.isnan(problem.batch.y)
+    M, columns, P = seen.shape
+    r = solved.r.reshape(P, M, columns).transpose(1, 2, 0) / problem.weights[:, None]
+    mean = lambda axis: np.sqrt((r**2).sum(axis) / np.maximum(seen.sum(axis), 1))  # noqa: E731
+    weights = 1 / np.maximum(mean((0, 2)), setting.noise)
+    piece = np.sqrt(((r * weights[:, None]) ** 2).sum((0, 1)) / np.maximum(seen.sum((0, 1)), 1))
+    share = np.ones_like(r) / np.clip(piece / np.median(piece), 1 / MOST_WEIGHT, MOST_WEIGHT)
+    if setting.robust:
+        size = np.abs(r * weights[:, None] * share)
+        share = share * np.sqrt(np.minimum(1.0, ROBUST / np.maximum(size, 1e-300)))
+    return replace(problem, weights=weights, share=share)
+
+
+def _finish(setting: Setting, problem: Problem, x: Array, solved: Solved) -> Solution:
+    """The solution over all samples, in finer steps, from unknowns x (nx,), and what is known of it."""
+    pieces = batch(setting.swings, problem.batch.longest)
+    full = replace(problem, batch=pieces, share=1.0, largest_step=STEP / 4 * setting.pace)
+    solved = solve_starts(full, x, solved.starts)
+    full = _weigh(setting, full, solved)
+    x, solved, J = Search(full, Starts(x, solved.starts)).run(LAST, central=True)
+    shape = (len(J), -1, len(setting.columns))
+    rest = solved.rest(solved.r[..., None]).reshape(shape)
+    Q, seen = solved.Q.reshape(*shape, solved.Q.shape[-1]), ~np.isnan(pieces.y.transpose(2, 0, 1))
+    worth = certainty(rest, J.reshape(*shape, len(x)), Q, full.scale, pieces.swing, pieces.t, seen)
+    return Solution(full, x, solved, worth)

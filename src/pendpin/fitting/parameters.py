@@ -1,0 +1,285 @@
+"""The free numbers of a scene, named by their key paths, and the coordinates in which the search moves them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import annotated_types
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.effects import Drag, DryFriction, Viscous
+from pendpin.equations.numbers import symbols
+from pendpin.errors import InputError, not_one_of, shown
+from pendpin.keypaths import parsed
+from pendpin.records import Record
+from pendpin.scene import Chain, Rod, Scene
+
+_MOMENTS = np.ones((3, 3)) - np.eye(3)  # I = _MOMENTS S with S the second moments of mass along b1, b2, b3
+_LEAST = 1e-6  # of the guess of a positive number
+_NEGLIGIBLE = 1e-9  # of the largest second moment: the rod is thin
+
+
+@dataclass(frozen=True, eq=False)
+class Free:
+    """Free numbers and their search coordinates z (nz,): values = transform x(z), z within bounds.
+
+    x is exp(z) where a number is positive, else z.
+
+    A rod's three inertias move through its second moments of mass, none of them negative, so that a real body has
+    them; a static friction moves through its excess over the kinetic one.
+    """
+
+    keys: tuple[str, ...]  # K key paths of single numbers
+    guess: Array  # (K,)
+    transform: Array  # (K, nz)
+    positive: Array  # (nz,) whether a coordinate is the logarithm
+    start: Array  # (nz,)
+    lower: Array  # (nz,)
+    upper: Array  # (nz,)
+
+    def values(self, z: Any) -> Any:
+        """The numbers (K,) at search coordinates (nz,), floats or symbols."""
+        x = np.array([_exp(c) if log else c for c, log in zip(z, self.positive, strict=True)])
+        return (
+            self.transform @ x
+        )  # and no difference from the guess: rounding would bring static below kinetic friction
+
+    @property
+    def speeds(self) -> Array:
+        """Whether a coordinate (nz,) is a Stribeck speed, which only whole swings tell from friction at rest."""
+        rows = [key.endswith(".stribeck") for key in self.keys]
+        return np.asarray(self.transform[rows].any(0))
+
+    def dissipation(self, scene: Scene) -> Array:
+        """Whether a coordinate (nz,) is that of a friction or a drag."""
+        places = {i for i, effect in enumerate(scene.effects) if isinstance(effect, Viscous | DryFriction | Drag)}
+        rows = [home == "effects" and place in places for home, place, _, _ in map(_parse, self.keys)]
+        return np.asarray(self.transform[rows].any(0))
+
+    def gradients(self, z: Array) -> Array:
+        """The derivatives (K, nz) of the numbers by the search coordinates."""
+        return self.transform * np.where(self.positive, np.exp(z), 1.0)
+
+
+def free_parameters(scene: Scene, free: str | Sequence[str]) -> Free:
+    """The free numbers that key paths and the short forms "physics" and "friction" name.
+
+    Raises InputError for a key that is no number of the scene, or one that a fit cannot free.
+    """
+    keys = _expand(scene, [free] if isinstance(free, str) else list(free))
+    guess = np.array([_number(scene, key) for key in keys])
+    columns, positive, start, lower, upper = [], [], [], [], []
+    for rows, matrix, first, low, high in _groups(scene, keys, guess):
+        guess[rows] = matrix @ np.asarray(first)  # of a body that cannot be, one that can
+        for column, z, least, most in zip(matrix.T, first, low, high, strict=True):
+            full = np.zeros(len(keys))
+            full[rows] = column
+            columns.append(full)
+            positive.append(0 < least <= _LEAST * z and most == np.inf)  # not a static friction, which has a floor
+            start.append(np.log(z) if positive[-1] else z)
+            lower.append(-np.inf if positive[-1] else least)
+            upper.append(most)
+    transform = np.array(columns).T.reshape(len(keys), len(columns))
+    return Free(tuple(keys), guess, transform, *map(np.array, (positive, start, lower, upper)))
+
+
+def _exp(x: Any) -> Any:
+    return np.exp(x) if isinstance(x, float) else symbols().exp(x)
+
+
+def substitute(scene: Scene, keys: Sequence[str], values: Sequence[Any], make: Callable[..., Any]) -> Scene:
+    """The scene with other numbers at some key paths; `make(record, changes)` makes each changed record."""
+    rods, effects = list(scene.model.rods) if isinstance(scene.model, Chain) else [], list(scene.effects)
+    changes: dict[tuple[str, int], dict[str, Any]] = {}
+    for key, value in zip(keys, values, strict=True):
+        home, place, name, part = _parse(key)
+        fields = changes.setdefault((home, place), {})
+        if part is None:
+            fields[name] = value
+        else:
+            record = rods[place] if home == "model.rods" else effects[place]
+            fields.setdefault(name, list(_field(record, name)))[part] = value
+    for (home, place), fields in changes.items():
+        records = rods if home == "model.rods" else effects
+        fields = {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}
+        records[place] = make(records[place], fields)
+    model = make(scene.model, {"rods": tuple(rods)}) if rods else scene.model
+    return make(scene, {"model": model, "effects": tuple(effects)})
+
+
+def replace_unchecked(record: Record, changes: dict[str, Any]) -> Any:
+    """A copy of a record with other values, symbols among them, that nobody checks."""
+    fields = {name: getattr(record, name) for name in type(record).model_fields}
+    return type(record).model_construct(**(fields | changes))
+
+
+def replace_checked(record: Record, changes: dict[str, Any]) -> Any:
+    """A copy of a record with other values, checked. Raises InputError."""
+    return type(record)(**(record.given() | changes))
+
+
+# --- key paths ------------------------------------------------------------------------------------------------------
+
+
+def _parse(key: str) -> tuple[str, int, str, int | None]:
+    """The home of a free number, rods or effects, the place there, the field, and the place in that, if it is a list."""
+    match parsed(key):
+        case ("model", "rods", int(place), str(name)):
+            return "model.rods", place, name, None
+        case ("model", "rods", int(place), str(name), int(part)):
+            return "model.rods", place, name, part
+        case ("effects", int(place), str(name)):
+            return "effects", place, name, None
+        case ("effects", int(place), str(name), int(part)):
+            return "effects", place, name, part
+    raise InputError(
+        f"free: {shown(key)} is no number of a rod or an effect, such as model.rods[0].com or effects[1].coefficient, "
+        'nor "physics" or "friction"'
+    )
+
+
+def _expand(scene: Scene, texts: list[str]) -> list[str]:
+    """Key paths of single numbers, each once, in the order given."""
+    keys: list[str] = []
+    for key in (key.strip() for text in texts for key in text.split(",")):
+        for name in _short_form(scene, key):
+            keys += [k for k in _single_numbers(scene, name) if k not in keys]
+    if not keys:
+        raise InputError("free: nothing is free: name key paths such as model.rods[0].com")
+    return keys
+
+
+def _short_form(scene: Scene, key: str) -> list[str]:
+    if key not in {"physics", "friction"}:
+        return [key]
+    bodies = _bodies(scene.model) if isinstance(scene.model, Chain) and key == "physics" else []
+    torques = [f"effects[{i}].{name}" for i, effect in enumerate(scene.effects) for name in _dissipation(effect)]
+    if not bodies + torques:
+        raise InputError(f'free: "{key}": the scene has no rods, friction or drag that could be free')
+    return bodies + torques
+
+
+def _bodies(chain: Chain) -> list[str]:
+    """What a rod's motion shows of its body: centre of mass, inertia, and its length where another rod hangs there."""
+    rods = len(chain.rods)
+    bodies = [f"model.rods[{i}].{name}" for i in range(rods) for name in ("com", "inertia")]
+    return bodies + [f"model.rods[{i}].length" for i in range(rods if chain.copies > 1 else rods - 1)]
+
+
+def _dissipation(effect: Any) -> list[str]:
+    """The parameters of a friction or drag that the short forms free."""
+    if isinstance(effect, Viscous):
+        return ["coefficient"]
+    if isinstance(effect, DryFriction):
+        return ["kinetic", "static", "stribeck"] if effect.stribeck is not None else ["kinetic"]
+    if isinstance(effect, Drag):
+        return ["coefficient", "linear"] if "linear" in effect.model_fields_set else ["coefficient"]
+    return []
+
+
+def _single_numbers(scene: Scene, key: str) -> list[str]:
+    value, part = _value(scene, key), _parse(key)[3]
+    if part is None and isinstance(value, tuple):
+        return [f"{key}[{i}]" for i in range(len(value))]
+    return [key]
+
+
+def _record(scene: Scene, key: str) -> Any:
+    home, place, _, _ = _parse(key)
+    if home == "model.rods" and not isinstance(scene.model, Chain):
+        raise InputError(f'free: {key}: only the rods of a model of kind "chain" can be free, not links of a URDF')
+    records = scene.model.rods if home == "model.rods" else scene.effects  # pyright: ignore[reportAttributeAccessIssue]
+    if place >= len(records):
+        raise InputError(f"free: {key}: the scene has {len(records)} {home.removeprefix('model.')}, counted from 0")
+    return records[place]
+
+
+def _field(record: Any, name: str) -> Any:
+    """The value of a field; of a rod's absent centre of mass and inertia those of a uniform rod."""
+    value = getattr(record, name)
+    if value is None and isinstance(record, Rod):
+        bare = Rod(length=record.length, mass=record.mass or 1.0, radius=record.radius).properties
+        return bare.h if name == "com" else tuple(x * (record.mass > 0) for x in (bare.I1, bare.I2, bare.I3))
+    return value
+
+
+def _value(scene: Scene, key: str) -> Any:
+    record, (_, _, name, part) = _record(scene, key), _parse(key)
+    fields = [field for field in type(record).model_fields if field not in {"kind", "joints", "link", "joint"}]
+    if name not in fields:
+        raise InputError(f"free: {key}: {not_one_of(name, fields)}")
+    value = _field(record, name)
+    if value is None:
+        raise InputError(f"free: {key}: the scene gives no value to start from: set it to a guess")
+    if part is not None:
+        if not isinstance(value, tuple) or part >= len(value):
+            raise InputError(f"free: {key}: there is no entry [{part}] in {shown(value)}")
+        return value[part]
+    return value
+
+
+def _number(scene: Scene, key: str) -> float:
+    value = _value(scene, key)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"free: {key}: {shown(value)} is not a number")
+    return float(value)
+
+
+# --- search coordinates ---------------------------------------------------------------------------------------------
+
+
+def _groups(scene: Scene, keys: list[str], guess: Array):
+    """Rows of `keys` that move together, the matrix to them, start and bounds of their coordinates; guess (K,)."""
+    place = {key: row for row, key in enumerate(keys)}
+    done: set[int] = set()
+    for key, row in place.items():
+        home, i, name, _ = _parse(key)
+        rows = [place.get(f"{home}[{i}].inertia[{k}]", -1) for k in range(3)]
+        if row in done:
+            continue
+        if home == "model.rods" and name == "inertia" and min(rows) >= 0:
+            done.update(rows)
+            yield rows, *_second_moments(guess[rows])
+        elif home == "effects" and name == "kinetic" and f"effects[{i}].static" in place:
+            both = [row, place[f"effects[{i}].static"]]
+            done.update(both)
+            kinetic, static = guess[both]
+            yield both, np.array([[1.0, 0], [1, 1]]), [kinetic, static - kinetic], [0.0, 0.0], [np.inf, np.inf]
+        elif not (name == "static" and f"effects[{i}].kinetic" in place):
+            yield [row], np.eye(1), [guess[row]], *([bound] for bound in _bounds(scene, key))
+
+
+def _second_moments(inertia: Array) -> tuple[Array, Array, Array, Array]:
+    """The matrix from second moments of mass to inertias (3,), kg m², these moments, and their bounds."""
+    moments = np.linalg.solve(_MOMENTS, inertia)
+    moments = np.where(moments > _NEGLIGIBLE * moments.max(), moments, 0.0)
+    some = moments > 0
+    return _MOMENTS[:, some], moments[some], np.zeros(some.sum()), np.full(some.sum(), np.inf)
+
+
+def _bounds(scene: Scene, key: str) -> tuple[float, float]:
+    record, (_, _, name, part) = _record(scene, key), _parse(key)
+    if isinstance(record, Rod) and name == "inertia":
+        others = np.delete(np.array(_field(record, name)), part or 0)
+        return float(abs(others[0] - others[1])), float(others.sum())
+    lower, upper = -np.inf, np.inf
+    for limit in _limits(type(record).model_fields[name]):
+        if isinstance(limit, annotated_types.Gt):
+            lower = max(lower, _LEAST * _number(scene, key))  # a positive number stays one
+        elif isinstance(limit, annotated_types.Ge) and limit.ge == 0:
+            lower = max(lower, float(limit.ge))  # pyright: ignore[reportArgumentType]
+    if isinstance(record, DryFriction) and name == "kinetic" and record.static is not None:
+        upper = record.static
+    if isinstance(record, DryFriction) and name == "static":
+        lower = record.kinetic
+    return lower, upper
+
+
+def _limits(field: Any) -> list[Any]:
+    """The limits in a field's type, however deep."""
+    limits, queue = [], [*field.metadata, field.annotation]
+    while queue:
+        limits.append(item := queue.pop())
+        queue += [*getattr(item, "__metadata__", ()), *getattr(item, "__args__", ()), *getattr(item, "metadata", ())]
+    return limits

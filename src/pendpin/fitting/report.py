@@ -1,0 +1,271 @@
+"""The result of a fit: numbers with errors, what they are worth, predictions of other swings, as text and as JSON."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array, Mask
+from pendpin.errors import InputError, brief
+from pendpin.fitting.combinations import Combination
+from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
+from pendpin.fitting.fitting import Setting, Solution, start_states
+from pendpin.fitting.guess import joint_angles
+from pendpin.fitting.honesty import NOISY, WHITE, outliers
+from pendpin.fitting.search import solve_starts
+from pendpin.scene import Chain, Scene
+
+CHECK = "check the units of angles and times, and what the columns measure"
+WIDER = 1.2  # times: said from there on
+MOSTLY = 0.5  # of the spread of a column: residuals beside which there is little motion
+POOR = 0.05  # of the spread of a column: residuals of a model that misses something large
+
+
+class Prediction(NamedTuple):
+    """What a fitted model says of swings, their starts being fitted on the first part of each."""
+
+    swings: tuple[Swing, ...]  # measured
+    predicted: tuple[Array, ...]  # (m, columns) rad or m, of each swing
+    compared: tuple[Array, ...]  # (m,) whether a sample counts: those after the part that the start was fitted on
+    columns: tuple[str, ...]
+    units: tuple[str, ...]  # rad or m, of each column
+
+    def __repr__(self) -> str:
+        return f"Prediction of {len(self.swings)} swings: rms {self.listed(self.rms)}, largest {self.listed(self.max)}"
+
+    def listed(self, values: dict[str, float]) -> str:
+        """A number of each column with its unit, in a line."""
+        return ", ".join(
+            f"{name} {values[name]:.3g} {unit}" for name, unit in zip(self.columns, self.units, strict=True)
+        )
+
+    def errors(self) -> Array:
+        """Predicted less measured, over the samples that count, (N, columns)."""
+        parts = zip(self.swings, self.predicted, self.compared, strict=True)
+        return np.concatenate([(predicted - swing.y)[compared] for swing, predicted, compared in parts])
+
+    @property
+    @np.errstate(over="ignore")  # of motions that grow without bound
+    def rms(self) -> dict[str, float]:
+        """The root of the mean square error of each column, rad or m."""
+        return dict(zip(self.columns, np.sqrt(np.nanmean(self.errors() ** 2, 0)).tolist(), strict=True))
+
+    @property
+    def part(self) -> float:
+        """The largest rms of a column over the standard deviation of what was measured there."""
+        return float(max(np.array(list(self.rms.values())) / spread_of(self.swings)))
+
+    def follows(self, noise: Array) -> bool:
+        """Whether it follows the motion: errors are below half of it, or are noise (columns,), rad or m."""
+        return self.part <= MOSTLY or bool((np.array(list(self.rms.values())) <= NOISY * noise).all())
+
+    @property
+    def max(self) -> dict[str, float]:
+        """The largest error of each column, rad or m."""
+        return dict(zip(self.columns, np.nanmax(np.abs(self.errors()), 0).tolist(), strict=True))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit:
+    """A fitted scene and what is known of its numbers.
+
+    values and errors (standard errors) are by key path. What the data do not determine is in `undetermined` and has no
+    error: its value is the one nearest to your guess of all that fit the data equally well. There are
+    no errors where the model does not follow the motion at all, or where the data are too short for them. Zeros of columns
+    are in the unit of [data]; residuals and noise in rad, or m for tips.
+    """
+
+    scene: Scene  # with the fitted numbers
+    values: dict[str, float]
+    errors: dict[str, float]
+    covariance: Array  # (len(errors), len(errors)), in the order of errors
+    undetermined: tuple[str, ...]
+    combinations: tuple[Combination, ...]  # what is determined of the undetermined
+    train: Prediction  # every sample counts
+    hold_out: Prediction | None
+    noise: dict[str, float]  # of the sensors, by column
+    white: float  # probability of so much correlation in white residuals
+    inflation: float  # of the standard errors by correlated residuals
+    seconds: float
+    setting: Setting
+    solution: Solution
+    parts: tuple[Any, ...] = ()  # what each part of the model is worth, where it was asked
+
+    @property
+    def residuals(self) -> tuple[Swing, ...]:
+        """Fitted less measured, swing by swing, (m, columns)."""
+        pairs = zip(self.train.swings, self.train.predicted, strict=True)
+        return tuple(swing._replace(y=predicted - swing.y) for swing, predicted in pairs)
+
+    @property
+    def explained(self) -> bool:
+        """Whether the model explains the data: what is left over is no larger than the noise, and white."""
+        loud = any(rms > NOISY * self.noise[name] for name, rms in self.train.rms.items())
+        return not loud and self.white > WHITE
+
+    def predict(self, data: Any, start: float = 0.1) -> Prediction:
+        """What the fitted model says of other swings; their starts are fitted on the first part `start` of each."""
+        return predict(self.setting, self.solution, read_swings(data, self.setting.table), start)
+
+    def plot(self, path: Any = None) -> Any:
+        """A figure of measured and fitted angles, residuals and their autocorrelation; written to `path` if given."""
+        from pendpin.fitting.figure import plot
+
+        return plot(self, path)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The report as plain data, for JSON."""
+        held = self.hold_out and {"rms": self.hold_out.rms, "max": self.hold_out.max}
+        return {
+            "values": {key: None if key in self.undetermined else value for key, value in self.values.items()},
+            "errors": self.errors,
+            "undetermined": list(self.undetermined),
+            "combinations": {c.name: {"value": c.value, "error": c.error, "unit": c.unit} for c in self.combinations},
+            "seconds": self.seconds,
+            "train": {"rms": self.train.rms},
+            "hold_out": held,
+            "explained": self.explained,
+            "verdict": self.verdict,
+            "parts": [asdict(part) | {"needed": part.needed} for part in self.parts],
+        }
+
+    @property
+    def verdict(self) -> str:
+        """Whether the model explains the data, in a sentence."""
+        rms, part = self.train.rms, self.train.part
+        if not np.isfinite(part):
+            return f"The model cannot explain the data at all: its motions grow without bound; {CHECK}."
+        worst = max(rms, key=lambda name: rms[name] / self.noise[name])
+        unit = dict(zip(self.train.columns, self.train.units, strict=True))[worst]
+        times = (
+            f"residuals of {worst} are {rms[worst]:.3g} {unit}, {rms[worst] / self.noise[worst]:.3g} times the noise"
+        )
+        if part > MOSTLY and rms[worst] <= NOISY * self.noise[worst]:
+            return f"These data tell little: {100 * part:.2g} % of what moves in them is noise of the sensors."
+        if self.explained:
+            return "The model explains the data: what is left over is white and no larger than the noise."
+        if rms[worst] <= NOISY * self.noise[worst]:
+            return f"The model cannot explain the data: residuals are small, but correlated (p = {self.white:.1g})."
+        what = f"{times}, {100 * part:.2g} % of the motion, and correlated"
+        if part > POOR:
+            return f"The model cannot explain the data at all: {what}; {CHECK}."
+        return f"The model cannot explain the data: {what}; something is missing."
+
+    def __repr__(self) -> str:
+        return brief(f"Fit of {len(self.values)} numbers; {'; '.join(self.lines())}")
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines())
+
+    def lines(self) -> list[str]:
+        """The report as lines of text."""
+        width = max(map(len, self.values))
+        rows = self.rows()
+        lines = [f"{key:{width}}  {value}{f' +- {error}' if value and error else error}" for key, value, error in rows]
+        return lines + self.words()
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Key path, value and standard error of each free number as text; a number that is not determined has no value."""
+        rows = []
+        for key, value in self.values.items():
+            unit = self.unit(key)
+            error = f"{self.errors[key]:.2g}{unit}" if key in self.errors else ""
+            unsure = key in self.undetermined
+            rows.append((key, "", "not determined") if unsure else (key, f"{value:.6g}{unit}", error))
+        return rows
+
+    def unit(self, key: str) -> str:
+        """Behind the zero of a column, the unit of [data]; other numbers are in those of the scene."""
+        column = key.removeprefix("data.offsets.")
+        return f" {self.setting.table.in_si(column)[1]}" if column != key else ""
+
+    def _odd_samples(self) -> list[str]:
+        """How many cells hold no number, and which samples stand out."""
+        missing = sum(swing.missing for swing in self.train.swings)
+        said = [f"Cells without a number, which are skipped: {missing}."] if missing else []
+        if far := outliers(self.residuals, spread_of(self.train.swings)):
+            size, swing, sample, column = far[0]
+            name, unit = self.train.columns[column], self.train.units[column]
+            many = "1 sample stands out" if len(far) == 1 else f"{len(far)} samples stand out, the farthest"
+            less = (
+                "They count less." if self.setting.robust else "Correct or remove them, or use --robust (robust=True)."
+            )
+            said.append(f"{many} by {size:.3g} {unit}: {swing.source} {swing.rows[sample]}, column {name}. {less}")
+        return said
+
+    def words(self) -> list[str]:
+        """What the numbers are worth, as lines of text."""
+        rows = [self.verdict, *self._odd_samples()]
+        if not isinstance(self.scene.model, Chain):
+            rows.append('Masses and inertias are those of the URDF: a fit frees those of rods (kind = "chain") only.')
+        if self.undetermined:
+            rows.append(
+                f"Not determined by these data: {', '.join(self.undetermined)}. Do not free those that you can weigh or "
+                "measure. The fitted scene holds, of all values that fit equally well, those nearest to your guess."
+            )
+        if self.combinations:
+            rows.append("Only these combinations of them are determined:")
+            rows += [f"  {combination}" for combination in self.combinations]
+        if not self.solution.certainty.enough:
+            certainty = self.solution.certainty
+            rows.append(
+                f"No standard errors: residuals stay correlated for {certainty.memory:.2g} s, too long for "
+                f"{certainty.duration:.3g} s of data. Measure for longer, or mend the model."
+            )
+        if self.errors and self.inflation > WIDER:
+            rows.append(
+                f"Standard errors are up to {self.inflation:.3g} times wider because the residuals are correlated."
+            )
+        rows.append("Fitted: rms " + self.train.listed(self.train.rms))
+        if self.hold_out:
+            held = self.hold_out
+            rows.append(f"Held out: rms {held.listed(held.rms)}; largest {held.listed(held.max)}")
+        return [*rows, *(str(part) for part in self.parts), f"{self.seconds:.1f} s"]
+
+
+def _units(setting: Setting) -> tuple[str, ...]:
+    """Of each column: m for a tip, else rad."""
+    return tuple("m" if isinstance(setting.table.columns[name], str) else "rad" for name in setting.columns)
+
+
+def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
+    """What the fit itself says of the swings that it was made from."""
+    p, starts = solution.problem, solution.solved.starts
+    columns = (
+        p.predicted(np.repeat(solution.z[:, None], starts.shape[1], 1), starts, p.batch.t) + solution.offsets[:, None]
+    )
+    predicted = []
+    for k, swing in enumerate(setting.swings):
+        own = np.flatnonzero(p.batch.swing == k)
+        pieces = zip(own, cut_pieces([swing], p.batch.longest), strict=True)
+        predicted.append(np.concatenate([columns[: len(piece.t), :, place] for place, piece in pieces]))
+    compared = tuple(np.ones(len(swing.t), bool) for swing in setting.swings)
+    return Prediction(setting.swings, tuple(predicted), compared, setting.columns, _units(setting))
+
+
+def compared_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
+    """Which samples (m,) of each swing are compared: those after its first part `start`. Raises InputError."""
+    if not 0 < start < 1:
+        raise InputError(f"hold_out_start: {start:g} is not between 0 and 1: it is the part that a start is fitted on")
+    compared = [swing.t > swing.t[0] + start * (swing.t[-1] - swing.t[0]) for swing in swings]
+    for late, swing in zip(compared, swings, strict=True):
+        late[:FEWEST] = False
+        if not late.any():
+            raise InputError(f"segment {swing.name}: too few samples to fit a start and compare the rest")
+    return compared
+
+
+def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start: float) -> Prediction:
+    """As `Fit.predict`."""
+    swings = thin_out(swings, solution.problem.largest_step)
+    compared = compared_samples(swings, start)
+    heads = [swing.part(~late) for swing, late in zip(swings, compared, strict=True)]
+    problem = replace(solution.problem, batch=batch(heads, np.inf), share=1.0)
+    angles = joint_angles(setting.equations, setting.sensors, heads, solution.z)
+    solved = solve_starts(problem, solution.x, start_states(setting, solution.offsets, angles, np.inf), 20)
+    full = batch(swings, np.inf)
+    z = np.repeat(solution.z[:, None], len(swings), 1)
+    columns = problem.predicted(z, solved.starts, full.t) + solution.offsets[:, None]
+    predicted = tuple(columns[: len(swing.t), :, k] for k, swing in enumerate(swings))
+    return Prediction(tuple(swings), predicted, tuple(compared), setting.columns, _units(setting))

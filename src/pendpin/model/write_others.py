@@ -1,0 +1,192 @@
+"""A model as MJCF and as SDF, for other engines; write_urdf.py writes URDF.
+
+Both formats get the model as Pinocchio has it: a tree of joints, each with the body that it moves. In MJCF a massless body
+between two joints at one point is left out, and both joints belong to the body below it. In SDF such a pair of
+perpendicular hinges is one universal joint.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.equations.trees import Tree
+from pendpin.errors import InputError
+from pendpin.model.bodies import pinocchio, tree_of
+from pendpin.model.build import Model
+
+Element = ElementTree.Element
+
+LEAST = "1e-15"  # kg, kg m²: MuJoCo refuses moving bodies with less
+POINT = 1e-12  # of a unit vector or a length in m: what rounding may leave of a translation or a rotation
+
+
+class _Link(NamedTuple):
+    """What one or two joints at one point move."""
+
+    joints: tuple[int, ...]  # in the order in which they turn
+    parent: int  # the joint that moves what it hangs on; -1 for the world
+    R: Array  # (3, 3), the pose of its frame in the parent's
+    r: Array  # (3,) m
+
+    @property
+    def body(self) -> int:
+        """The joint whose body it is."""
+        return self.joints[-1]
+
+
+def _links(tree: Tree) -> list[_Link]:
+    """The bodies with a mass or an inertia; massless ones between two joints at one point are joined with the next."""
+    links, above = [], dict[int, int]()
+    for i, parent in enumerate(tree.parents):
+        if parent >= 0 and _only_turns(tree, parent) and _at_same_place(tree, i):
+            above[i] = parent
+    merged = set(above.values())
+    for i in range(len(tree.parents)):
+        if i in merged:
+            continue
+        first = above.get(i, i)
+        joints = (first, i) if first != i else (i,)
+        links.append(_Link(joints, tree.parents[first], tree.rotations[first], tree.translations[first]))
+    return links
+
+
+def _only_turns(tree: Tree, i: int) -> bool:
+    """Whether a joint's body has neither mass nor inertia, and carries one joint only."""
+    massless = tree.masses[i] == 0 and not tree.inertias[i].any()
+    return massless and tree.kinds[i] == "revolute" and tree.parents.count(i) == 1
+
+
+def _at_same_place(tree: Tree, i: int) -> bool:
+    """Whether a joint has the frame of the joint before it."""
+    apart = np.abs(tree.translations[i]).max(), np.abs(tree.rotations[i] - np.eye(3)).max()
+    return max(apart) <= POINT and tree.kinds[i] == "revolute"
+
+
+def _refuse_massless(tree: Tree, links: Sequence[_Link], names: Sequence[str], format_name: str) -> None:
+    for link in links:
+        if not tree.masses[link.body] > 0:
+            raise InputError(f"{format_name} takes no massless body, and joint {names[link.body]} moves one")
+
+
+def _numbers(values: Iterable[float]) -> str:
+    return " ".join(repr(float(value) + 0.0) for value in np.ravel(np.asarray(values, float)))
+
+
+# --- MJCF -----------------------------------------------------------------------------------------------------------
+
+
+def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
+    """The model as MJCF, with a uniform field (3,) m/s² and viscous damping of joints, N m s/rad, by name.
+
+    Raises InputError for a body without a mass, which MuJoCo refuses.
+    """
+    tree, names = tree_of(model.pin), model.joints
+    links = _links(tree)
+    _refuse_massless(tree, links, names, "MJCF")
+    root = Element("mujoco", model="pendpin")
+    options = {"angle": "radian", "boundmass": LEAST, "boundinertia": LEAST, "autolimits": "false"}
+    ElementTree.SubElement(root, "compiler", options)
+    flags = ElementTree.SubElement(ElementTree.SubElement(root, "option", gravity=_numbers(gravity)), "flag")
+    flags.set("contact", "disable")
+    places = {-1: ElementTree.SubElement(root, "worldbody")}
+    for link in links:
+        body = ElementTree.SubElement(places[link.parent], "body", name=f"moved_by_{names[link.body]}")
+        body.set("pos", _numbers(link.r))
+        body.set("quat", _numbers(_quaternion(link.R)))
+        _mjcf_inertial(body, tree, link.body)
+        for joint in link.joints:
+            kind = "hinge" if tree.kinds[joint] == "revolute" else "slide"
+            hinge = ElementTree.SubElement(body, "joint", name=names[joint], type=kind, axis=_numbers(tree.axes[joint]))
+            if names[joint] in damping:
+                hinge.set("damping", repr(damping[names[joint]]))
+        places[link.body] = body
+    return _text(root)
+
+
+def _mjcf_inertial(body: Element, tree: Tree, i: int) -> None:
+    I = tree.inertias[i]  # noqa: E741
+    inertial = ElementTree.SubElement(body, "inertial", pos=_numbers(tree.coms[i]), mass=repr(float(tree.masses[i])))
+    if np.count_nonzero(I - np.diag(np.diag(I))):
+        inertial.set("fullinertia", _numbers((I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2])))
+    else:
+        inertial.set("diaginertia", _numbers(np.diag(I)))
+
+
+def _quaternion(R: Array) -> Array:
+    """The unit quaternion w, x, y, z of a rotation."""
+    from scipy.spatial.transform import Rotation
+
+    return np.roll(Rotation.from_matrix(R).as_quat(), 1)
+
+
+# --- SDF ------------------------------------------------------------------------------------------------------------
+
+
+def sdf(model: Model, damping: Mapping[str, float]) -> str:
+    """The model as SDF 1.9, hung on the world, with viscous damping of joints, N m s/rad, by name.
+
+    Two perpendicular hinges at one point are one universal joint, named by both with __ between. Gravity belongs to an
+    SDF world and is not in the model. Raises InputError for a body with no mass or a moment of inertia of 0.
+    """
+    tree, names = tree_of(model.pin), model.joints
+    links = _links(tree)
+    _refuse_massless(tree, links, names, "SDF")
+    root = Element("sdf", version="1.9")
+    out = ElementTree.SubElement(root, "model", name="pendpin")
+    link_of = {-1: "world"} | {link.body: f"moved_by_{names[link.body]}" for link in links}
+    for link in links:
+        if np.linalg.eigvalsh(tree.inertias[link.body]).min() <= 0:
+            raise InputError(f"SDF takes no moment of inertia of 0, and joint {names[link.body]} moves such a body")
+        _sdf_link(out, tree, link, link_of)
+        _sdf_joint(out, tree, link, link_of, names, damping)
+    return _text(root)
+
+
+def _sdf_link(out: Element, tree: Tree, link: _Link, link_of: Mapping[int, str]) -> None:
+    element = ElementTree.SubElement(out, "link", name=link_of[link.body])
+    pose = ElementTree.SubElement(element, "pose")
+    if link.parent >= 0:
+        pose.set("relative_to", link_of[link.parent])
+    pose.text = _numbers([*link.r, *_roll_pitch_yaw(link.R)])
+    inertial = ElementTree.SubElement(element, "inertial")
+    ElementTree.SubElement(inertial, "pose").text = _numbers([*tree.coms[link.body], 0, 0, 0])
+    ElementTree.SubElement(inertial, "mass").text = repr(float(tree.masses[link.body]))
+    inertia = ElementTree.SubElement(inertial, "inertia")
+    for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+        cell = ElementTree.SubElement(inertia, f"i{'xyz'[i]}{'xyz'[j]}")
+        cell.text = repr(float(tree.inertias[link.body][i, j]))
+
+
+def _sdf_joint(
+    out: Element,
+    tree: Tree,
+    link: _Link,
+    link_of: Mapping[int, str],
+    names: Sequence[str],
+    damping: Mapping[str, float],
+) -> None:
+    kind = "universal" if len(link.joints) == 2 else tree.kinds[link.body]
+    if kind == "universal" and abs(tree.axes[link.joints[0]] @ tree.axes[link.joints[1]]) > POINT:
+        raise InputError(f"SDF's universal joint has perpendicular axes; those of {names[link.body]} are not")
+    name = "__".join(names[joint] for joint in link.joints)
+    joint = ElementTree.SubElement(out, "joint", name=name, type=kind)
+    ElementTree.SubElement(joint, "parent").text = link_of[link.parent]
+    ElementTree.SubElement(joint, "child").text = link_of[link.body]
+    for i, tag in zip(link.joints, ("axis", "axis2"), strict=False):
+        axis = ElementTree.SubElement(joint, tag)
+        ElementTree.SubElement(axis, "xyz").text = _numbers(tree.axes[i])
+        if names[i] in damping:
+            ElementTree.SubElement(ElementTree.SubElement(axis, "dynamics"), "damping").text = repr(damping[names[i]])
+
+
+def _roll_pitch_yaw(R: Array) -> Array:
+    """The angles about the fixed axes x, y, z of a rotation."""
+    return pinocchio().rpy.matrixToRpy(R)
+
+
+def _text(root: Element) -> str:
+    ElementTree.indent(root)
+    return f'<?xml version="1.0"?>\n{ElementTree.tostring(root, encoding="unicode")}\n'

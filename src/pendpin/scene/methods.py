@@ -1,0 +1,153 @@
+"""The integration methods: one record each, in one table, with everything that is true of a method in every run.
+
+To add a method: a class in pendpin/integrators and a record below. The scene's validation, the choice of an integrator,
+the search for an accuracy, the comparison of costs and the figures read the record; a law in tests/test_integrators.py
+measures the order that it states.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pendpin.errors import InputError, not_one_of
+
+Form = Literal["any", "angles", "directions"]  # of the state; "angles" never carries thin rods as directions
+
+EXPLICIT, IMPLICIT, MULTISTEP = "explicit Runge-Kutta", "implicit Runge-Kutta", "linear multistep"
+COLLOCATION, SERIES, SPLITTING = "Gauss-Legendre collocation", "Taylor series", "symplectic splitting"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """What is true of a method in every run."""
+
+    name: str
+    integrator: str  # module and class in pendpin.integrators
+    family: str  # one of the six above
+    setting: Literal["tolerance", "step"]
+    order: float | None  # of convergence in the step; None where the method varies it
+    stages: int = 1  # evaluations in a step; of collocation, its points
+    state: Form = "any"  # what it can integrate
+    library_name: str = ""  # in CyRK and SciPy
+    damps: bool = False  # L-stable: what decays fast is damped in one step, and so is what only looks like a decay
+    machine_code: bool = False  # whether its loop runs in machine code on compiled equations
+    least_tolerance: float = 1e-14  # a few times the rounding error of one step
+    # Both measured on random scenes by benchmarks/goal.py, with a margin: the search for an accuracy rests on them.
+    steepest: float = math.inf  # the highest power of the step with which the error falls between two tolerances
+    scatter: float = 1.5  # the largest factor between an error and the power law through its neighbours
+    color: str  # in figures
+    price_rank: int  # comparisons begin with the methods that are most often the cheapest
+
+    @property
+    def implicit(self) -> bool:
+        """Whether its steps solve equations: they may be long where a motion is stiff, and may agree on a wrong one."""
+        return self.family in (IMPLICIT, MULTISTEP, COLLOCATION)
+
+    @property
+    def symplectic(self) -> bool:
+        """Whether its energy error stays bounded over long horizons, at a fixed step."""
+        return self.family in (COLLOCATION, SPLITTING)
+
+    @property
+    def steps_follow_the_first(self) -> bool:
+        """Whether another first step changes all later ones: of explicit methods that choose their steps."""
+        return self.family == EXPLICIT and self.setting == "tolerance"
+
+    @property
+    def shows_rounding(self) -> bool:
+        """Whether a run that is pushed off by its rounding error shows what rounding does: its steps hardly change."""
+        return self.setting == "tolerance" and self.family != EXPLICIT
+
+    @property
+    def handles_events(self) -> bool:
+        """Whether its steps can be searched for events: all adaptive methods but the series."""
+        return bool(self.library_name)
+
+    @property
+    def restart_order(self) -> float:
+        """The order of its first step after a start or an event: a multistep method has no history there."""
+        return 1.0 if self.order is None else self.order
+
+
+def _adaptive(name: str, library_name: str, family: str, order: float | None, **facts: Any) -> Method:
+    return Method(
+        name=name,
+        integrator="adaptive:Adaptive",
+        setting="tolerance",
+        library_name=library_name,
+        family=family,
+        order=order,
+        machine_code=True,
+        **facts,
+    )
+
+
+def _collocation(stages: int, **facts: Any) -> Method:
+    order = 2 * stages
+    return Method(
+        name=f"gauss{order}",
+        integrator="gauss:Gauss",
+        family=COLLOCATION,
+        setting="step",
+        order=order,
+        stages=stages,
+        state="angles",  # it integrates positions and momenta
+        **facts,
+    )
+
+
+_RECORDS = (
+    _adaptive("dop853", "DOP853", EXPLICIT, 8, stages=12, steepest=9, scatter=2.5, color="#2b6cb0", price_rank=0),
+    _adaptive("rk45", "RK45", EXPLICIT, 5, stages=6, steepest=6, color="#63a4d8", price_rank=3),
+    _adaptive("rk23", "RK23", EXPLICIT, 3, stages=3, steepest=4, color="#a3c9e8", price_rank=9),
+    _adaptive("radau", "Radau", IMPLICIT, 5, stages=3, steepest=6, damps=True, color="#6b46c1", price_rank=5),
+    _adaptive("bdf", "BDF", MULTISTEP, None, steepest=7, scatter=2.5, damps=True, color="#9f7aea", price_rank=8),
+    _adaptive("lsoda", "LSODA", MULTISTEP, None, steepest=14, scatter=3, color="#2f855a", price_rank=2),
+    Method(
+        name="taylor",
+        integrator="taylor:Taylor",
+        family=SERIES,
+        setting="tolerance",
+        order=None,
+        state="directions",
+        least_tolerance=1e-18,  # its sums are compensated
+        scatter=2.5,
+        color="#d9622b",
+        price_rank=1,
+    ),
+    _collocation(1, color="#d69e2e", price_rank=10),
+    _collocation(2, color="#b7791f", price_rank=7),
+    _collocation(3, color="#744210", price_rank=6),
+    Method(
+        name="rk4",
+        integrator="fixed:RungeKutta4",
+        family=EXPLICIT,
+        setting="step",
+        order=4,
+        stages=4,
+        machine_code=True,
+        color="#718096",
+        price_rank=4,
+    ),
+    Method(
+        name="euler",
+        integrator="fixed:SemiImplicitEuler",
+        family=SPLITTING,
+        setting="step",
+        order=1,
+        state="angles",
+        color="#a0aec0",
+        price_rank=11,
+    ),
+)
+METHODS = {record.name: record for record in _RECORDS}
+NAMES = ("auto", *METHODS)  # what a scene may ask for
+FIXED_METHODS = tuple(name for name, record in METHODS.items() if record.setting == "step")
+EVENT_METHODS = tuple(name for name, record in METHODS.items() if record.handles_events)
+
+
+def method_of(name: str) -> Method:
+    """The record of a method. Raises InputError for a name that no record has."""
+    if name not in METHODS:
+        raise InputError(f"solver.method: {not_one_of(name, tuple(METHODS))}")
+    return METHODS[name]

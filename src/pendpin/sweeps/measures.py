@@ -1,0 +1,264 @@
+"""What is measured of each run of a sweep: a number by name, or a function of the run.
+
+A name is one of `MEASURES`, or a series of a run with a statistic, such as theta_1.max or R3_2.rms; with `.spread` behind
+it, the difference between the run and one at a tolerance 100 times looser: what can be believed of the measure.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of, shown
+from pendpin.model.build import Model
+from pendpin.model.kinematics import of_each, poses, swings, tip_distance, tips
+from pendpin.model.of_run import swings_of
+from pendpin.scene import Scene, Start
+from pendpin.simulation.crossings import first_crossings
+from pendpin.simulation.simulate import run_to_setting
+from pendpin.trajectory import Trajectory
+
+SETTLED = 0.02  # of the largest distance from the final state: the usual two per cent
+UNSETTLED = 0.9  # of the run: what settles later may not have settled
+PERIOD_LEVEL = 0.0  # rad: a period ends where the first joint's angle rises through it
+SPREAD = ".spread"
+PIECES = 50  # of a run, for a Lyapunov exponent
+
+Function = Callable[[Trajectory], float]
+
+
+class Motion(NamedTuple):
+    """What a sweep in vectors has of c runs before their forces and energies are computed."""
+
+    models: Sequence[Model]  # (c,)
+    t: Array  # (n,) s; the start and the end alone, where that is enough for all measures
+    q: Array  # (c, n, nv)
+    v: Array  # (c, n, nv)
+    flips: Array  # (c,) s, NaN if there is none
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number of a run, or of the run and a looser one; `of_motion` where positions and rates say it all."""
+
+    name: str
+    unit: str
+    function: Function | None = None
+    pair: Callable[[Trajectory, Trajectory], float] | None = None
+    of_motion: Callable[[Motion], Array] | None = None
+    of_motions: Callable[[Motion, Motion], Array] | None = None
+    series: str = ""  # the quantity of a run, for a statistic of one
+    ends: bool = False  # whether `of_motion` or `of_motions` looks at the start and the end alone
+
+    @property
+    def two(self) -> bool:
+        """Whether it compares two runs."""
+        return self.pair is not None
+
+
+def measure(given: str | Function) -> Measure:
+    """A measure by its name, or a function of a run. Raises InputError for an unknown name."""
+    if callable(given):
+        return Measure(getattr(given, "__name__", "function"), "", given)
+    if not isinstance(given, str):
+        raise InputError(f"measure: {shown(given)} is neither a name nor a function of a run")
+    if given.endswith(SPREAD):
+        return _spread(measure(given.removesuffix(SPREAD)))
+    if given in MEASURES:
+        return MEASURES[given]
+    series, _, statistic = given.rpartition(".")
+    if series and statistic in STATISTICS:
+        unit = "s" if statistic == "argmax" else ""
+        statistics = STATISTICS[statistic]
+        return Measure(
+            *(given, unit, lambda run: float(statistics(run.t, run[series]))),
+            of_motion=_of_angle(series, statistics),
+            series=series,
+            ends=statistic == "final",
+        )
+    if series:
+        raise InputError(f"measure: {given}: {not_one_of(statistic, (*STATISTICS, SPREAD[1:]))}")
+    raise InputError(
+        f"measure: {not_one_of(given, MEASURES)}; nor a series of a run with one of: "
+        f"{choices(f'.{name}' for name in STATISTICS)}, such as theta_1.max"
+    )
+
+
+def measured(m: Measure, run: Trajectory, looser: Trajectory) -> float:
+    """The measure of a run, or of a run and a looser one. Raises RunError for a function that fails."""
+    try:
+        value = m.pair(run, looser) if m.pair else m.function(run) if m.function else math.nan
+        if isinstance(value, str):
+            raise TypeError(f"it returns the text {shown(value)}, not a number")
+        return float(value)
+    except PendpinError:
+        raise
+    except Exception as error:  # of a function that the user gave
+        raise RunError(f"{m.name}: {type(error).__name__}: {error}") from None
+
+
+def _of_angle(series: str, statistic: Callable[[Array, Array], Array]) -> Callable[[Motion], Array]:
+    """A statistic (c,) of a joint's angle. Raises LookupError for any other series, which needs the whole run."""
+    return lambda motion: statistic(
+        motion.t, motion.q[..., {name: i for i, name in enumerate(motion.models[0].joints)}[series]]
+    )
+
+
+def _spread(of: Measure) -> Measure:
+    if of.function is None:
+        raise InputError(f"measure: {of.name}{SPREAD}: {of.name} is a comparison of two runs already")
+    function, of_motion = of.function, of.of_motion
+    both = of_motion and (lambda one, other: _difference(of_motion(one), of_motion(other)))
+
+    def pair(run: Trajectory, looser: Trajectory) -> float:
+        return float(_difference(np.array(function(run)), np.array(function(looser))))
+
+    return Measure(of.name + SPREAD, of.unit, pair=pair, of_motions=both, series=of.series, ends=of.ends)
+
+
+def _difference(one: Array, other: Array) -> Array:
+    """|one - other| (c,); 0 where neither exists, inf where one does."""
+    gap = np.abs(one - other)
+    return np.where(np.isnan(one) & np.isnan(other), 0.0, np.where(np.isnan(gap), math.inf, gap))
+
+
+def _mean(t: Array, x: Array) -> Array:
+    """The mean over the times (n,) s of series x (..., n)."""
+    return np.trapezoid(x, t, axis=-1) / (t[-1] - t[0]) if len(t) > 1 else x[..., 0]
+
+
+STATISTICS: dict[str, Callable[[Array, Array], Array]] = {  # of the times (n,) and series (..., n)
+    "max": lambda t, x: np.max(x, -1),
+    "min": lambda t, x: np.min(x, -1),
+    "final": lambda t, x: x[..., -1],
+    "mean": _mean,
+    "rms": lambda t, x: np.sqrt(_mean(t, x**2)),
+    "argmax": lambda t, x: t[np.argmax(x, -1)],
+}
+
+
+# --- measures of a whole run ----------------------------------------------------------------------------------------
+
+
+def swing(run: Trajectory) -> float:
+    """The largest angle of any rod, joint to tip, from hanging straight down, rad; NaN where none can swing."""
+    return float(swings_of(run).max())
+
+
+def _swings(motion: Motion) -> Array:
+    """`swing` of each of the c runs, (c,) rad."""
+    return of_each(lambda model, q: swings(model, poses(model, q)), motion.models, motion.q).max(-1)
+
+
+def period(run: Trajectory) -> float:
+    """The mean time between two rises of the first joint's angle through 0, s; NaN with fewer than two."""
+    rises = run.crossings(run.joints[0], level=PERIOD_LEVEL, direction=+1).t
+    return float((rises[-1] - rises[0]) / (len(rises) - 1)) if len(rises) > 1 else math.nan
+
+
+def energy_drift(run: Trajectory) -> float:
+    """The largest change of the total energy over the energy exchanged; NaN where energy is not conserved."""
+    return run.energy().drift if run.stats.conservative else math.nan
+
+
+def settling_time(run: Trajectory) -> float:
+    """The time from which all angles stay within 2 % of their largest distance from where they end, s.
+
+    NaN for a motion that gets there only in the last tenth of the run: it may not settle.
+    """
+    return float(_settled(run.t, run.q[None])[0])
+
+
+def _settled(t: Array, q: Array) -> Array:
+    """Settling times (c,) of angles q (c, n, nv), s; NaN where they lie in the last tenth of the run."""
+    away = np.abs(q - q[:, -1:]).max(-1)
+    late = away > SETTLED * away.max(-1, keepdims=True)
+    after = late.shape[1] - np.argmax(late[:, ::-1], -1)  # behind the last that is too far away
+    times = np.where(late.any(-1), t[np.minimum(after, len(t) - 1)] - t[0], 0.0)
+    return np.where(times > UNSETTLED * (t[-1] - t[0]), math.nan, times)
+
+
+def flip_time(run: Trajectory) -> float:
+    """The first time at which a rod passes over the top, s from the start; NaN if none does.
+
+    A rod is over the top where the sum of the theta angles, or of the phi angles, from the support down to it passes an
+    odd multiple of pi, either way.
+    """
+    sums = [partial(_over_the_top, places) for places in accumulated(run.joints)]
+    return float(np.fmin.reduce(first_crossings(run, sums)) - run.t[0])
+
+
+def _over_the_top(places: list[int], run: Trajectory) -> Array:
+    """The cosine (n,) of half a sum of angles, which changes its sign at the odd multiples of pi."""
+    return np.cos(run.q[:, places].sum(1) / 2)
+
+
+def accumulated(joints: tuple[str, ...]) -> list[list[int]]:
+    """The places of the joints whose angles add up to that of each rod: theta_1, theta_1 + theta_2, ...; so for phi."""
+    sums: list[list[int]] = []
+    for axis in ("theta", "phi"):
+        places = [i for i, name in enumerate(joints) if name.partition("_")[0] == axis]
+        sums += [places[: k + 1] for k in range(len(places))]
+    return sums or [[i] for i in range(len(joints))]
+
+
+def lyapunov(run: Trajectory) -> float:
+    """The largest Lyapunov exponent over the run, 1/s: the mean rate at which a small difference grows.
+
+    By pairs of runs (G. Benettin et al., Meccanica 15 (1980)): in each of PIECES parts of the time a run sets out beside
+    this one, and its distance at the end, in rad and rad/s, sets the next start after it is made small again.
+    """
+    scene, ends = Scene(**run.scene), np.unique(np.linspace(0, len(run.t) - 1, PIECES + 1).astype(int))
+    states = np.concatenate([run.q, run.v], 1)
+    small = max(1e-7, math.sqrt(run.stats.tolerance or 0.0))
+    apart_by, growth = np.full(states.shape[1], small / math.sqrt(states.shape[1])), 0.0
+    for begin, end in pairwise(ends):
+        q, v = np.split(states[begin] + apart_by, 2)
+        start = Start(time=float(run.t[begin]), positions=tuple(q.tolist()), velocities=tuple(v.tolist()))
+        solver = scene.solver.model_copy(update={"samples": 2})
+        given = {"start": start, "duration": float(run.t[end] - run.t[begin]), "solver": solver}
+        other = run_to_setting(scene.model_copy(update=given))
+        apart_by = np.concatenate([other.q[-1], other.v[-1]]) - states[end]
+        grown = float(np.linalg.norm(apart_by))
+        growth += math.log(grown / small)
+        apart_by *= small / grown
+    return growth / float(run.t[-1] - run.t[0])
+
+
+def divergence(run: Trajectory, looser: Trajectory) -> float:
+    """The distance of the tips at the end between the run and one 100 times looser, over the largest tip distance."""
+    if len(run.t) != len(looser.t):
+        return math.inf
+    return float(_tips_apart(run.tip[-1:], looser.tip[-1:])[0])
+
+
+def _divergence_of_motions(motion: Motion, looser: Motion) -> Array:
+    """`divergence` of each of the c runs, (c,)."""
+    return _tips_apart(*(_tips_of(m, m.q[:, -1:])[:, 0] for m in (motion, looser)))
+
+
+def _tips_of(motion: Motion, q: Array) -> Array:
+    """The tips (c, n, rods, 3) m in W at positions q (c, n, nv) of its c runs."""
+    return of_each(lambda model, q: tips(model, poses(model, q)), motion.models, q)
+
+
+def _tips_apart(one: Array, other: Array) -> Array:
+    """The largest distance (c,) of tips (c, rods, 3) m over the largest distance from W's origin."""
+    size = np.linalg.norm(one, axis=-1).max(-1)
+    return tip_distance(one, other, 1.0) / np.where(size > 0, size, 1.0)
+
+
+MEASURES = {
+    "swing": Measure("swing", "rad", swing, of_motion=_swings),
+    "period": Measure("period", "s", period),
+    "energy_drift": Measure("energy_drift", "", energy_drift),
+    "settling_time": Measure("settling_time", "s", settling_time, of_motion=lambda m: _settled(m.t, m.q)),
+    "flip_time": Measure("flip_time", "s", flip_time, of_motion=lambda motion: motion.flips, ends=True),
+    "lyapunov": Measure("lyapunov", "1/s", lyapunov),
+    "divergence": Measure("divergence", "", pair=divergence, of_motions=_divergence_of_motions, ends=True),
+}

@@ -1,0 +1,298 @@
+"""The results of a sweep, in memory or in a Zarr store that is written block by block, each whole or not at all.
+
+A store holds a variable for each measure over the dimensions of the plan, `why`, the coordinates, and `done`: for each block
+0, or a checksum of its values, which is written behind them. A block whose values have another checksum is run again.
+"""
+
+import json
+import os
+import shutil
+import warnings
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.errors import InputError, shown
+from pendpin.sweeps.plan import CASE, Plan
+from pendpin.sweeps.task import Block, Task, versions
+
+FORMAT = 2
+NOT_RUN = "not run"  # why a case of a block that is not done has no measures
+REMEDY = "delete it or name another store"
+
+
+class Blocks:
+    """How the cases are cut: block i is the cases from i * size on, whole rows of the trailing dimensions."""
+
+    def __init__(self, shape: tuple[int, ...], wanted: int) -> None:
+        self.shape, self.count = shape, int(np.prod(shape))
+        trailing = np.cumprod([1, *shape[::-1]])[::-1]  # cases behind one place of each dimension, and of all
+        axis = int(np.argmax(trailing[1:] <= max(wanted, 1)))  # the first whose single places are small enough
+        along = max(1, min(shape[axis], wanted // int(trailing[axis + 1])))
+        self.chunks = (1,) * axis + (along,) + shape[axis + 1 :]
+        self.grid = tuple(-(-n // c) for n, c in zip(shape, self.chunks, strict=True))
+        self.blocks = int(np.prod(self.grid))
+
+    @classmethod
+    def of(cls, shape: tuple[int, ...], chunks: tuple[int, ...]) -> "Blocks":
+        """The cut with these chunks."""
+        return cls(shape, int(np.prod(chunks)))
+
+    def region(self, block: int) -> tuple[slice, ...]:
+        """Where a block is, as slices of the dimensions."""
+        places = np.unravel_index(block, self.grid)
+        return tuple(
+            slice(int(i) * c, min((int(i) + 1) * c, n)) for i, c, n in zip(places, self.chunks, self.shape, strict=True)
+        )
+
+    def span(self, block: int) -> tuple[int, int]:
+        """The first case of a block, and the one behind its last, in C order."""
+        region = self.region(block)
+        first = int(np.ravel_multi_index([s.start for s in region], self.shape))
+        return first, first + int(np.prod([s.stop - s.start for s in region]))
+
+
+class Memory:
+    """Results that stay in this process."""
+
+    def __init__(self, task: Task, blocks: Blocks) -> None:
+        self.task, self.blocks = task, blocks
+        shape = task.plan.shape
+        self._values = {m.name: np.full(shape, np.nan) for m in task.chosen}
+        self._why = np.full(shape, "", dtype=object)
+        self._done = np.zeros(blocks.blocks, bool)
+
+    def left(self) -> list[int]:
+        """The blocks that are not done."""
+        return np.flatnonzero(~self._done).tolist()
+
+    def put(self, block: int, found: Block) -> None:
+        """Take over the results of a block."""
+        region = self.blocks.region(block)
+        shape = tuple(s.stop - s.start for s in region)
+        for (_, array), column in zip(self._values.items(), found.values.T, strict=True):
+            array[region] = column.reshape(shape)
+        self._why[region] = found.why.reshape(shape)
+        self._done[block] = True
+
+    def dataset(self) -> Any:
+        """The xarray.Dataset of what is done; the rest is NaN, with the reason "not run"."""
+        import xarray
+
+        for block in self.left():
+            self._why[self.blocks.region(block)] = NOT_RUN
+        dims = tuple(self.task.plan.dims)
+        variables = {name: (dims, array) for name, array in self._values.items()} | {"why": (dims, self._why)}
+        return described(xarray.Dataset(variables, coordinates(self.task)), self.task)
+
+
+class Store:
+    """Results in a Zarr store; made anew, or gone on with where it is there. Raises InputError where that cannot be."""
+
+    def __init__(self, task: Task, path: Path, wanted: int) -> None:
+        self.task, self.path = task, path
+        with _one_line(path):
+            if new := not path.exists():
+                _create(task, Blocks(task.plan.shape, wanted), path)
+            import zarr
+
+            self._group: Any = zarr.open_group(str(path), mode="r+")
+            _refuse_another(self._group.attrs, task)
+            if not new:
+                load(path)  # sound, before the work begins
+            self.blocks = Blocks.of(task.plan.shape, tuple(self._group["why"].chunks))
+
+    def left(self) -> list[int]:
+        """The blocks that are not done."""
+        with _one_line(self.path):
+            return _left({name: self._group[name][...] for name in _stored(self._group.attrs)}, self.blocks)
+
+    def put(self, block: int, found: Block) -> None:
+        """Write the results of a block, then that it is done."""
+        region = self.blocks.region(block)
+        shape = tuple(s.stop - s.start for s in region)
+        with _one_line(self.path):
+            group = self._group
+            for m, column in zip(self.task.chosen, found.values.T, strict=True):
+                group[m.name][region] = column.reshape(shape)
+            if any(found.why):
+                group["why"][region] = found.why.reshape(shape)
+            group["done"][block] = _checksum(found.values.T, found.why)
+
+    def dataset(self) -> Any:
+        """The xarray.Dataset of the store, read when it is asked for."""
+        return load(self.path)
+
+
+def load(path: Path) -> Any:
+    """The xarray.Dataset of a store, finished or not. Raises InputError for anything else."""
+    with _one_line(path, "read"), _quiet():
+        import xarray
+
+        if not path.is_dir():
+            raise InputError("there is no store of a sweep")
+        found = xarray.open_zarr(str(path), consolidated=False, chunks=None)
+        _refuse_foreign(found.attrs)
+        keys = tuple(found.attrs["keys"])
+        plan = Plan(keys, {key: found[key].values for key in keys}, CASE not in found.dims)
+        if plan.identity != found.attrs["cases"]:
+            raise InputError(f"the numbers that are varied are damaged; {REMEDY}")
+        blocks, dims = Blocks.of(plan.shape, found["why"].encoding["chunks"]), found["why"].dims
+        arrays = {name: found[name].values for name in _stored(found.attrs)}
+        arrays["why"] = arrays["why"].astype(object)
+        for block in _left(arrays, blocks):
+            for name in found.attrs["measures"]:
+                arrays[name][blocks.region(block)] = np.nan
+            arrays["why"][blocks.region(block)] = NOT_RUN
+        names = [*found.attrs["measures"], "why"]
+        return found[names].assign({name: (dims, arrays[name], found[name].attrs) for name in names})
+
+
+def _stored(attributes: Any) -> list[str]:
+    """The arrays of a store that hold results."""
+    return [*attributes["measures"], "why", "done"]
+
+
+def _left(arrays: Mapping[str, Array], blocks: Blocks) -> list[int]:
+    """The blocks that are not done, or have not the checksum of their values, from arrays (dims), and done (blocks,)."""
+    *measures, why, done = arrays.values()
+
+    def sound(block: int) -> bool:
+        region = blocks.region(block)
+        return _checksum([values[region].ravel() for values in measures], why[region].ravel()) == done[block]
+
+    return [block for block in range(blocks.blocks) if not done[block] or not sound(block)]
+
+
+def _checksum(measures: Iterable[Array], why: Array) -> int:
+    """A number above 0 of the values of a block's measures (cases,) and its reasons (cases,)."""
+    found = zlib.crc32("\n".join(why.tolist()).encode())
+    for values in measures:
+        found = zlib.crc32(np.where(np.isnan(values), np.nan, values).tobytes(), found)  # one NaN, whatever its bits
+    return found + 1
+
+
+def _refuse_foreign(attributes: Any) -> None:
+    """Raises InputError for the attributes of what is no store of a sweep."""
+    if attributes.get("pendpin_sweep") != FORMAT:
+        raise InputError(f"it is no store of a sweep, or of another version; {REMEDY}")
+
+
+def _refuse_another(attributes: Any, task: Task) -> None:
+    """Raises InputError for the attributes of a store of another sweep."""
+    _refuse_foreign(attributes)
+    for name, value in _identity(task).items():
+        if attributes.get(name) != value:
+            raise InputError(f"it holds another sweep: {_change(name, attributes.get(name), value)}; {REMEDY}")
+
+
+def coordinates(task: Task) -> dict[str, Any]:
+    """The coordinates of a sweep's result: the values of each key."""
+    plan = task.plan
+    if plan.grid:
+        return {key: (key, plan.values[key]) for key in plan.keys}
+    dimension = next(iter(plan.dims))
+    return {dimension: np.arange(plan.count)} | {key: (dimension, plan.values[key]) for key in plan.keys}
+
+
+def described(dataset: Any, task: Task) -> Any:
+    """The dataset with units and with what was run."""
+    for name, unit in task.units.items():
+        dataset[name].attrs["units"] = unit
+    dataset.attrs.update(_identity(task), pendpin_sweep=FORMAT)
+    return dataset
+
+
+def _identity(task: Task) -> dict[str, Any]:
+    """What has to be the same for a sweep to be gone on with."""
+    return {
+        "scene": json.dumps(task.scene.recorded(), sort_keys=True),
+        "keys": list(task.plan.keys),
+        "cases": task.plan.identity,
+        "measures": [m.name for m in task.chosen],
+        "versions": json.dumps(versions(), sort_keys=True),
+    }
+
+
+def _change(name: str, there: Any, here: Any) -> str:
+    """How the identity of a store and that of this sweep differ, in words."""
+    if name == "cases":
+        return "its cases have other numbers"
+    if name in ("scene", "versions"):
+        there, here = ({} if text is None else _leaves(json.loads(text)) for text in (there, here))
+        name = next(key for key in {**here, **there} if there.get(key) != here.get(key))
+        there, here = there.get(name), here.get(name)
+    return f"{name}: {shown(there, 40)} there and {shown(here, 40)} here"
+
+
+def _leaves(given: Any, path: str = "") -> dict[str, Any]:
+    """The numbers and texts of nested tables and lists, by key path."""
+    if isinstance(given, dict):
+        parts = [(f"{path}.{name}" if path else name, part) for name, part in given.items()]
+    elif isinstance(given, list):
+        parts = [(f"{path}[{i}]", part) for i, part in enumerate(given)]
+    else:
+        return {path: given}
+    return {key: leaf for place, part in parts for key, leaf in _leaves(part, place).items()}
+
+
+def _create(task: Task, blocks: Blocks, path: Path) -> None:
+    """Make an empty store beside its place, then put it there."""
+    import zarr
+
+    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    shutil.rmtree(draft, ignore_errors=True)
+    try:
+        with _quiet():
+            group = zarr.open_group(str(draft), mode="w")
+            group.attrs.update({**_identity(task), "pendpin_sweep": FORMAT})
+            names = list(task.plan.dims)
+            for m in task.chosen:
+                _array(group, m.name, blocks.shape, blocks.chunks, "f8", np.nan, names)
+            _array(group, "why", blocks.shape, blocks.chunks, str, "", names)
+            _array(group, "done", (blocks.blocks,), (1,), "i8", 0, ["block"])
+            for name, value in coordinates(task).items():
+                dimension, values = value if isinstance(value, tuple) else (name, value)
+                _array(group, name, values.shape, values.shape, values.dtype.str, 0, [dimension])[:] = values
+            for name, unit in task.units.items():
+                group[name].attrs["units"] = unit
+        try:
+            draft.rename(path)
+        except OSError:
+            if not path.exists():  # else another command was faster
+                raise
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+
+
+def _array(
+    group: Any, name: str, shape: tuple[int, ...], chunks: tuple[int, ...], dtype: Any, fill: Any, names: list[str]
+) -> Any:
+    return group.create_array(name, shape=shape, chunks=chunks, dtype=dtype, fill_value=fill, dimension_names=names)
+
+
+@contextmanager
+def _one_line(path: Path, done: str = "written") -> Iterator[None]:
+    """What goes wrong with the store, a full disk or a file that is gone, is an InputError that names it."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
+    except Exception as error:  # Zarr and its codecs raise many kinds
+        if isinstance(error, OSError) and error.strerror:
+            raise InputError(f"{path}: cannot be {done}: {error.strerror}") from None
+        reason = str(error).partition("\n")[0]
+        raise InputError(f"{path}: it is no sound store of a sweep ({reason}); {REMEDY}") from None
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Zarr warns of text, which other readers of the format may lack."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield

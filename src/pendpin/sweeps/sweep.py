@@ -1,0 +1,141 @@
+"""One scene with many sets of numbers: every case is run and measured."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import Any
+
+from pendpin.arrays import ArrayLike
+from pendpin.errors import InputError, Interrupted, RunError, shown
+from pendpin.files import refuse_targets
+from pendpin.libraries import optional
+from pendpin.scene import Scene, chosen_scene
+from pendpin.simulation.batches import WIDTH
+from pendpin.simulation.processes import cores
+from pendpin.sweeps import plan as plans
+from pendpin.sweeps.cases import run_block
+from pendpin.sweeps.measures import Function
+from pendpin.sweeps.plan import Plan
+from pendpin.sweeps.store import Blocks, Memory, Store
+from pendpin.sweeps.task import EXTRA, Task, checked
+from pendpin.sweeps.vectors import vectors_of
+from pendpin.sweeps.workers import FOUND, in_threads, local_cluster, on_cluster, remote_cluster
+
+WORKERS_EACH = 8  # processes for each processor, at most
+BLOCK_SECONDS = 3.0  # of a block
+FEWEST_BLOCKS = 8  # for each worker, so that none waits long for the last
+LARGEST_BLOCK = 20_000  # cases
+
+Progress = Callable[[int, int], None]  # cases done, cases in all
+
+
+def sweep(
+    scene: Scene | str | Path,
+    vary: Mapping[str, ArrayLike] | Plan,
+    measure: Sequence[str | Function] | str | Function = ("swing",),
+    *,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    dask: str | None = None,
+    method: str | None = None,
+    tolerance: float | None = None,
+    accuracy: float | None = None,
+    progress: Progress = lambda done, count: None,
+) -> Any:
+    """The measures of every case of a scene, as an xarray.Dataset with a dimension for each number that is varied.
+
+    `vary` maps key paths of numbers of the scene (`model.rods[0].length`, `start.positions.theta_1`) to their values: a
+    grid; or it is a Plan (pendpin.sweeps.plan: pairs, samples, cases_of). `measure` names what is measured of each
+    run (docs/sweep.md lists the names), or is a function of a Trajectory. method, tolerance and accuracy stand in for
+    those of the scene.
+
+    A case that cannot be run is NaN, with the reason in the variable `why`. With `out`, a Zarr store is written block by
+    block; the same call goes on with it after an interrupt and ends with the same numbers. The work is done by threads of
+    this process, by `workers` processes on this machine, or by the Dask cluster at the address `dask`.
+
+    Raises InputError for keys, measures or a store that cannot be used; Interrupted (Ctrl-C) with the Dataset so far as
+    `partial`; MissingLibrary without the extra `sweep`.
+    """
+    for library in ("xarray", "zarr"):
+        optional(library, "a sweep", EXTRA)
+    given = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
+    setting = {name: value for name, value in given.items() if value is not None}
+    plan = vary if isinstance(vary, Plan) else plans.grid(vary)
+    chosen = chosen_scene(scene)
+    if setting or "solver.accuracy" not in plan.keys:  # beside an accuracy a scene has no tolerance
+        chosen = chosen.with_solver(**setting)
+    task = checked(Task(chosen, plan, _measures(measure)))
+    _check_place(workers, dask)
+    if not isinstance(out, str | Path | None):
+        raise InputError(f"out: {shown(out)} is not the path of a store")
+    new = out is None or not Path(out).exists()
+    if out is not None and new:
+        refuse_targets([Path(out)], [])
+    size = _block_size(task, workers or cores()) if new else 1
+    results = Memory(task, Blocks(plan.shape, size)) if out is None else Store(task, Path(out), size)
+    _run(task, results, workers, dask, progress)
+    return results.dataset()
+
+
+def _measures(given: Any) -> tuple[str | Function, ...]:
+    """One measure or several. Raises InputError for none."""
+    wanted = (given,) if isinstance(given, str) or not isinstance(given, Sequence) else tuple(given)
+    if not wanted:
+        raise InputError("measure: nothing is measured; name a number of a run, such as swing")
+    return wanted
+
+
+def _check_place(workers: int | None, dask: str | None) -> None:
+    """Raises InputError for a number of workers or an address that cannot be."""
+    most = WORKERS_EACH * cores()
+    if workers is not None and (type(workers) is not int or not 1 <= workers <= most):
+        wanted = f"a count from 1 to {most}, {WORKERS_EACH} for each processor"
+        raise InputError(f"workers: {shown(workers)} is not {wanted}")
+    if dask is not None and not isinstance(dask, str):
+        raise InputError(f"dask: {shown(dask)} is no address, such as tcp://host:8786")
+    if workers is not None and dask is not None:
+        raise InputError("workers: the cluster of `dask` has its own; give one of both")
+
+
+def _run(task: Task, results: Memory | Store, workers: int | None, dask: str | None, progress: Progress) -> None:
+    blocks, count = results.blocks, task.plan.count
+    left = results.left()
+    done = count - sum(end - begin for begin, end in map(blocks.span, left))
+    try:
+        progress(done, count)
+        with ExitStack() as stack:
+            for block, values in stack.enter_context(closing(_found(task, left, blocks, workers, dask, stack))):
+                results.put(block, values)
+                begin, end = blocks.span(block)
+                done += end - begin
+                progress(done, count)
+    except (KeyboardInterrupt, Interrupted):
+        again = "; the same sweep goes on from there" if isinstance(results, Store) else ""
+        raise Interrupted(f"stopped by the user after {done} of {count} cases{again}", results.dataset()) from None
+    except RunError as error:
+        raise RunError(str(error), results.dataset()) from None
+
+
+def _found(
+    task: Task, left: list[int], blocks: Blocks, workers: int | None, dask: str | None, stack: ExitStack
+) -> FOUND:
+    """The results of the blocks that are left, as they come; a cluster ends with the stack."""
+    if not left:
+        return in_threads(task, left, blocks.span, 1)
+    if dask is not None:
+        return on_cluster(task, left, blocks.span, stack.enter_context(remote_cluster(dask)))
+    if workers is not None and workers > 1:
+        return on_cluster(task, left, blocks.span, stack.enter_context(local_cluster(workers)))
+    return in_threads(task, left, blocks.span, workers or cores())
+
+
+def _block_size(task: Task, workers: int) -> int:
+    """How many cases make a block of a few seconds."""
+    few = min(WIDTH if vectors_of(task) else 1, task.plan.count)
+    run_block(task, 0, 1)  # what is compiled or imported is not counted
+    begin = time.perf_counter()
+    run_block(task, 0, few)
+    each = max((time.perf_counter() - begin) / few, 1e-6)
+    fair = -(-task.plan.count // (FEWEST_BLOCKS * workers))
+    return max(1, min(int(BLOCK_SECONDS / each), fair, LARGEST_BLOCK))

@@ -1,0 +1,39 @@
+"""What a sweep found as a table: counts of its cases, and every case as a row of a CSV file."""
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.files import write_whole
+from pendpin.sweeps.store import NOT_RUN
+
+
+def summary(found: Any) -> Array:
+    """How many cases there are, how many were not run, how many could not be: (3,)."""
+    why = found["why"].values
+    return np.array([why.size, (why == NOT_RUN).sum(), ((why != "") & (why != NOT_RUN)).sum()])
+
+
+def write_table(found: Any, path: Path) -> Path:
+    """Write every case as a row of a CSV file, whole or not at all: its numbers, its measures, why it has none."""
+    keys = [str(key) for key in found.attrs["keys"]]
+    names = [str(name) for name in found.data_vars]
+    grids = [found[key].broadcast_like(found["why"]).transpose(*found["why"].dims).values for key in keys]
+    rows = zip(*(grid.ravel() for grid in grids), *(found[name].values.ravel() for name in names), strict=True)
+
+    def write(file: Any) -> None:
+        text = io.TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)
+        writer = csv.writer(text)
+        writer.writerow([*keys, *names])
+        writer.writerows([_cell(x) for x in row] for row in rows)
+        text.detach()
+
+    return write_whole(path, write)
+
+
+def _cell(x: Any) -> str:
+    return x if isinstance(x, str) else repr(float(x))

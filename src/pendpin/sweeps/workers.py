@@ -1,0 +1,126 @@
+"""Who runs a sweep's blocks: threads of this process, a local Dask cluster, or a cluster that the user runs."""
+
+import warnings
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from typing import Any
+
+from pendpin.errors import InputError, RunError
+from pendpin.libraries import optional
+from pendpin.sweeps.cases import run_block
+from pendpin.sweeps.task import EXTRA, Block, Task, versions
+
+AHEAD = 3  # blocks given out for each worker, which bounds the memory
+DEATHS = 100  # of workers, until a block is given up
+CONNECTING = 10  # s
+PATIENCE = 60  # s without a block, until it is asked whether workers are left
+FOUND = Generator[tuple[int, Block], None, None]  # blocks, as they come
+
+Span = Callable[[int], tuple[int, int]]  # the cases of a block
+
+
+def in_threads(task: Task, blocks: Sequence[int], span: Span, workers: int) -> FOUND:
+    """The blocks' results from threads of this process. Close the iterator to stop."""
+    pool = ThreadPoolExecutor(workers)
+    running: dict[Any, int] = {}
+    left = iter(blocks)
+    try:
+        while True:
+            while len(running) < workers + 1 and (block := next(left, None)) is not None:
+                running[pool.submit(run_block, task, *span(block))] = block
+            if not running:
+                return
+            for done in wait(running, return_when=FIRST_COMPLETED).done:
+                yield running.pop(done), done.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def on_cluster(task: Task, blocks: Sequence[int], span: Span, client: Any) -> FOUND:
+    """The blocks' results from the workers of a Dask cluster; a block of a lost worker is run again by another."""
+    from distributed import wait as first_of
+
+    shared, left = client.submit(Task, task.scene, task.plan, task.measures, pure=False), iter(blocks)
+    places: dict[str, int] = {}
+
+    def submit() -> Any:
+        block = next(left, None)
+        if block is None:
+            return None
+        future = client.submit(run_block, shared, *span(block), pure=False, retries=DEATHS)
+        places[future.key] = block
+        return future
+
+    count = AHEAD * max(1, len(client.scheduler_info()["workers"]))
+    running = {future for _ in range(count) if (future := submit()) is not None}
+    while running:
+        try:
+            now: Any = first_of(running, timeout=PATIENCE, return_when="FIRST_COMPLETED")
+        except TimeoutError:
+            if not client.scheduler_info()["workers"]:
+                raise RunError("every worker of the cluster is lost; give the same command again to go on") from None
+            continue
+        running -= now.done
+        for future in now.done:
+            try:
+                found = future.result()
+            except Exception as error:
+                raise RunError(f"a worker of the cluster failed: {type(error).__name__}: {error}") from None
+            yield places.pop(future.key), found
+        running |= {future for _ in now.done if (future := submit()) is not None}
+
+
+@contextmanager
+def local_cluster(workers: int) -> Iterator[Any]:
+    """A client of a cluster of processes on this machine, gone afterwards."""
+    dask, distributed = _libraries()
+    settings = {
+        "distributed.scheduler.allowed-failures": DEATHS,
+        "distributed.worker.daemon": True,
+        "distributed.logging.distributed": "critical",
+        "distributed.comm.timeouts.connect": CONNECTING,
+    }
+    with dask.config.set(settings):
+        from pendpin.sweeps.local import cluster_of
+
+        with cluster_of(workers) as cluster, distributed.Client(cluster) as client:
+            yield client
+
+
+@contextmanager
+def remote_cluster(address: str) -> Iterator[Any]:
+    """A client of a cluster that runs already. Raises InputError where none answers, or workers have other libraries."""
+    dask, distributed = _libraries()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of versions that matter to nobody; ours are checked below
+            client = distributed.Client(address, timeout=CONNECTING)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(f"dask: no cluster answers at {address}: {error}") from None
+    with dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}), client:
+        if not client.scheduler_info()["workers"]:
+            raise InputError(f"dask: the cluster at {address} has no workers; start one: dask worker {address}")
+        _check_versions(client)
+        yield client
+
+
+def _check_versions(client: Any) -> None:
+    """Raises InputError for workers with other versions than here, or without pendpin: their bits may differ."""
+    own = versions()
+    try:
+        found = client.run(versions)
+    except Exception as error:
+        raise InputError(f"dask: a worker cannot run pendpin: {error}; install pendpin[fast] there") from None
+    for worker, theirs in found.items():
+        for name, version in own.items():
+            if theirs.get(name) != version:
+                raise InputError(
+                    f"dask: the worker {worker} has {name} {theirs.get(name) or 'not at all'}, and this process {version}: "
+                    "install the same versions"
+                )
+
+
+def _libraries() -> tuple[Any, Any]:
+    dask, distributed = (optional(name, "a sweep on a cluster", EXTRA) for name in ("dask", "distributed"))
+    return dask, distributed

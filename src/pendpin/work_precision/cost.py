@@ -1,0 +1,289 @@
+"""Work and precision: every method, and other simulators, over a series of tolerances or steps."""
+
+import os
+import platform
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.dynamics import bind
+from pendpin.engines import Compiled
+from pendpin.errors import Halted, InputError, Interrupted, PendpinError, RunError, not_one_of, one_line
+from pendpin.integrators import FEW_JOINTS, uncompiled
+from pendpin.model.build import Model, build
+from pendpin.model.kinematics import marks, poses, scale, tip_distance, tips
+from pendpin.scene import FIXED_METHODS, METHODS, Scene, least_tolerance
+from pendpin.simulation.processor_time import Budget, halting
+from pendpin.simulation.simulate import run_to_setting
+from pendpin.versions import installed
+from pendpin.work_precision.references import (
+    LARGE,
+    QUICK,
+    SOLUTIONS,
+    Reference,
+    reference,
+    refuse_other_equations,
+)
+from pendpin.work_precision.report import ACCURACIES, COMPILED, CostReport, CostRow, row
+from pendpin.work_precision.series import Climb, Series, Trial, steps, tolerances
+
+if TYPE_CHECKING:
+    from pendpin.simulators import Peer
+
+OTHERS = ("scipy", "mujoco", "drake")  # those that most often reach an accuracy come first
+ACCURACY = 1e-9
+SAMPLES = 201  # output times of a comparison, unless the scene asks for fewer, or for others and it is thorough
+KNOWN = 0.1  # of the accuracy: largest error of the reference
+REPETITIONS = 3
+BUDGET = 1.0  # s, of the slowest run of a method
+LIMIT = 18.0  # s of processor time in all, unless thorough; Python and its libraries start besides
+OF_REFERENCE = 1.2  # s of it, at most, for each run of a reference
+WORTH = (0.01, 3.0)  # s, and times the cheapest first run: longer runs are not tried, unless thorough
+SEVERAL_JOINTS = 6  # from more on, thorough series of taylor take every fourth tolerance
+LIBRARIES = ("pendpin", "pin", "numpy", "scipy", "CyRK", "heyoka", "mujoco", "drake")
+
+
+@dataclass(frozen=True, eq=False)
+class _Bench:
+    """What all series share."""
+
+    scene: Scene  # up to the reference's horizon
+    known: Reference
+    model: Model
+    first_step: float  # s, of series of steps
+    thorough: bool
+
+    def error_of(self, found: Array) -> float:
+        """The largest distance of tips (n, rods, 3) to the reference, over the length."""
+        return float(tip_distance(self.known.tips, found, scale(self.model)).max())
+
+
+def cost(
+    scene: Scene,
+    *,
+    methods: Sequence[str] | str | None = None,
+    accuracy: float = ACCURACY,
+    peers: bool = False,
+    thorough: bool = False,
+    repetitions: int = REPETITIONS,
+    budget: float = BUDGET,
+    progress: Callable[[str], None] = lambda what: None,
+    answered: Callable[[CostRow], None] = lambda row: None,
+) -> CostReport:
+    """Which of `methods` (all, if absent) to take for an accuracy, and what it costs; with `peers` beside other simulators.
+
+    The accuracies are 1e-3, 1e-6, 1e-9, 1e-12 and `accuracy`; the report's `rows` answer for each, and `answered` is
+    called with each row when it is measured. All takes about 20 s of processor time, 40 with `peers`: methods that
+    cannot become the cheapest are not run to their end, and where a reference would take long, only the first part of
+    the scene is compared. `thorough` measures all methods at all settings, on the whole scene, as long as that takes.
+
+    The error is the largest distance of any tip to its reference during the run, divided by the chain's length. The
+    comparison ends where the reference is off by more than a tenth of `accuracy`, as in chaotic motion. Each time is the
+    least of `repetitions` runs after a first one; a series ends where its next run would take more than `budget` s.
+    `progress` is called with the name of what is being measured. An interrupt ends the measurement; the report holds
+    what was measured until then. Raises InputError for an unknown method, or where there is no reference.
+    """
+    methods = [methods] if isinstance(methods, str) else methods
+    _check(scene, methods, accuracy, peers)
+    limit = Budget(np.inf if thorough else LIMIT * (1 + peers))
+    progress("the reference")
+    bench = _bench(scene, accuracy, thorough)
+    own = [_method(bench, method) for method in methods or _suited(bench)]
+    others = [_peer(bench, peer) for peer in (_peers(bench.scene) if peers else ())]
+    others.sort(key=lambda one: OTHERS.index(one.name.split()[0]))
+    climb = Climb(bench.error_of, repetitions, budget, thorough, progress)
+    rows: list[CostRow] = []
+    try:
+        for found in _answers(bench, climb, own, others, accuracy, limit):
+            rows.append(found)
+            answered(found)
+        for one in own + others if thorough else ():
+            climb.up_to(one, bench.known.error, budget, limit)
+    except (KeyboardInterrupt, Interrupted):
+        return _report(bench, own + others, rows, accuracy, repetitions, _missing(peers), interrupted=True)
+    return _report(bench, own + others, rows, accuracy, repetitions, _missing(peers), interrupted=False)
+
+
+def _check(scene: Scene, methods: Sequence[str] | None, accuracy: float, peers: bool) -> None:
+    """Refuse, before anything is measured, what cannot be."""
+    for method in methods or ():
+        if method not in _compared():
+            raise InputError(f"methods: {not_one_of(method, _compared())}")
+    if not 0 < accuracy < 1:
+        raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
+    if peers:
+        _peers(scene)
+
+
+def _answers(
+    bench: _Bench, climb: Climb, own: list[Series], others: list[Series], accuracy: float, limit: Budget
+) -> Iterator[CostRow]:
+    """The row of each accuracy, from coarse to fine; the time that is left is shared among those that can be answered."""
+    accuracies, known = sorted({*ACCURACIES, accuracy}, reverse=True), bench.known.error
+    for i, error in enumerate(accuracies):
+        wanted = max(sum(other >= known for other in accuracies[i:]), 1)
+        _contest(climb, bench, own, error, Budget(limit.left / wanted / (2 if others else 1)))
+        _contest(climb, bench, others, error, Budget(limit.left / (2 * wanted - 1)))
+        yield row([one.curve for one in own + others], error, known)
+
+
+def _report(
+    bench: _Bench,
+    series: list[Series],
+    rows: list[CostRow],
+    accuracy: float,
+    repetitions: int,
+    missing: tuple[str, ...],
+    interrupted: bool,
+) -> CostReport:
+    known = bench.known
+    return CostReport(
+        subject=_subject(bench.model),
+        curves=tuple(one.curve for one in series),
+        accuracy=accuracy,
+        error=known.error,
+        solutions=known.solutions,
+        duration=known.duration,
+        horizon=known.horizon,
+        halted=known.halted,
+        machine=machine(),
+        versions={name: version for name, version in installed(*LIBRARIES).items() if version},
+        repetitions=repetitions,
+        thorough=bench.thorough,
+        interrupted=interrupted,
+        missing=missing,
+        rows=tuple(rows),
+    )
+
+
+def _bench(scene: Scene, accuracy: float, thorough: bool) -> _Bench:
+    samples = scene.solver.samples or (SAMPLES if scene.duration else 1)
+    scene = scene.with_solver(method="auto", samples=samples if thorough else min(samples, SAMPLES))
+    solutions, limit = (SOLUTIONS, np.inf) if thorough else (QUICK, OF_REFERENCE)
+    known = reference(scene, KNOWN * accuracy, solutions, limit)
+    solver = scene.solver.model_copy(update={"samples": len(known.t)})
+    scene = scene.model_copy(update={"duration": known.horizon, "solver": solver})
+    pilot = run_to_setting(scene.by("dop853", 1e-3))
+    if not thorough:
+        refuse_other_equations(scene, pilot)
+    first_step = scene.duration / max(pilot.stats.steps, len(known.t) - 1, 1)
+    return _Bench(scene, known, build(scene.model), first_step, thorough)
+
+
+def _subject(model: Model) -> str:
+    count, name = (len(model.rods), "rod") if model.rods else (len(model.joints), "joint")
+    return f"{count} {name}{'s' if count > 1 else ''}"
+
+
+def _contest(climb: Climb, bench: _Bench, series: Iterable[Series], error: float, limit: Budget) -> None:
+    """Every series up to one error, as far as it is worth it beside the cheapest of them."""
+    if error < bench.known.error:
+        return
+    best = np.inf
+    for one in series:
+        least, times = WORTH
+        worth = climb.budget if bench.thorough else min(max(least, times * best), climb.budget)
+        climb.up_to(one, error, worth, limit)
+        best = min(best, one.first_at(error) or np.inf)
+
+
+# --- series -------------------------------------------------------------------------------------------------------
+
+
+def _compared() -> tuple[str, ...]:
+    """All methods, those that are most often the cheapest first; then those on compiled equations once more without."""
+    ranked = sorted(METHODS.values(), key=lambda method: method.price_rank)
+    compiled = [method.name for method in ranked if method.machine_code and not method.damps]
+    best = [f"{method.name}{COMPILED}" if method.name in compiled else method.name for method in ranked]
+    return (*best, *compiled)
+
+
+def _suited(bench: _Bench) -> Iterator[str]:
+    """All methods; unless thorough, without those that take minutes on so many joints before anything can stop them."""
+    joints = len(bench.model.joints)
+    for method in _compared():
+        implicit = METHODS[method.removesuffix(COMPILED)].implicit
+        slow = (method == "taylor" and joints > FEW_JOINTS) or (implicit and joints > LARGE)
+        if bench.thorough or not slow:
+            yield method
+
+
+def _method(bench: _Bench, method: str) -> Series:
+    name, fixed = method.removesuffix(COMPILED), method.removesuffix(COMPILED) in FIXED_METHODS
+    stride = 4 if name == "taylor" and len(bench.model.joints) > SEVERAL_JOINTS else 1
+    settings = steps(bench.first_step) if fixed else tolerances(least_tolerance(name), stride)
+    return Series(method, "", "step" if fixed else "tolerance", settings, _run_of(bench, method))
+
+
+def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Trial]:
+    name, scene = method.removesuffix(COMPILED), bench.scene
+    if name != method:
+        scene = scene.with_solver(engine="compiled")
+
+    def run(setting: float, stop: float) -> Trial:
+        begin = time.perf_counter()
+        try:
+            found = run_to_setting(uncompiled(scene.by(name, setting)), progress=halting(stop))
+        except Interrupted:
+            raise
+        except PendpinError as error:
+            hopeless = not isinstance(error, RunError)
+            seconds = stop if isinstance(error, Halted) else time.perf_counter() - begin
+            return Trial(None, seconds, failure=one_line(str(error)), hopeless=hopeless)
+        stats = found.stats
+        return Trial(
+            marks(bench.model, found.tips(), found.q),
+            *(stats.seconds, stats.steps, stats.evaluations),
+            max(stats.compile_seconds, _compiled_in(scene)),
+            f"{stats.library} {stats.version}",
+        )
+
+    return run
+
+
+def _compiled_in(scene: Scene) -> float:
+    """The s in which this process compiled the scene's equations, in whichever run that was; 0 if they are not compiled."""
+    engine = bind(scene).engine
+    return engine.equations.compile_seconds if isinstance(engine, Compiled) else 0.0
+
+
+def _peers(scene: Scene) -> "tuple[Peer, ...]":
+    from pendpin.simulators import peers
+
+    return peers(scene)
+
+
+def _missing(peers: bool) -> tuple[str, ...]:
+    """The other simulators that were asked for and are not installed."""
+    from pendpin.simulators import missing
+
+    return missing() if peers else ()
+
+
+def _peer(bench: _Bench, peer: "Peer") -> Series:
+    def run(setting: float, stop: float) -> Trial:
+        found = peer.run(setting, stop)
+        if found.failure is not None:
+            return Trial(None, found.seconds, failure=found.failure)
+        positions = marks(bench.model, tips(bench.model, poses(bench.model, found.q)), found.q)
+        return Trial(positions, found.seconds, found.steps, found.evaluations)
+
+    settings = steps(bench.first_step) if peer.kind == "step" else tolerances(1e-14)
+    return Series(peer.name, peer.library, peer.kind, settings, run, peer=True)
+
+
+# --- the machine ----------------------------------------------------------------------------------------------------
+
+
+def machine() -> str:
+    """The processor, how many there are, and the Python."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(errors="replace").splitlines() if info.is_file() else []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    name = names[0] if names else platform.processor() or platform.machine()
+    return f"{name}, {os.cpu_count()} cores, Python {platform.python_version()}"

@@ -1,0 +1,168 @@
+"""Error against time as one figure: the cheapest method of each tool, and what its next digit costs; or all methods."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendpin.graphics.figure import write_figure
+from pendpin.scene import METHODS
+from pendpin.work_precision.report import CostReport, Curve
+
+TOOLS = {"pendpin": "#D55E00", "mujoco": "#0072B2", "drake": "#009E73", "scipy": "#7A3E9D"}  # in every figure
+NAMES = {"mujoco": "MuJoCo", "drake": "Drake", "scipy": "SciPy"}
+PALE = "#cbd5e0"
+DIGITS = (1e-3, 1e-9)  # errors between which the price of a digit is the mean
+APART = 0.05  # of the axes' height: distance of names
+PEERS = {"mujoco": "#c53030", "drake": "#285e61", "scipy": "#4a5568"}
+MARKS = "osD^vP*X"
+FRONT = "#f6e05e"
+
+
+def save_cost_plot(report: CostReport, path: str | Path, full: bool = False) -> Path:
+    """Write the figure to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
+    return write_figure(path, lambda: draw_all(report) if full else draw_cost(report))
+
+
+def draw_cost(report: CostReport) -> Any:
+    """The cheapest method of pendpin and of each other simulator in strong colours, all others pale behind them."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10, 6.2), layout="constrained")
+    ax, prices = figure.subplots(1, 2, width_ratios=(3.4, 1))
+    best = _cheapest(report)
+    for curve in report.curves:
+        if curve not in best.values():
+            ax.plot(*_drawn(curve, report.error), color=PALE, linewidth=1, zorder=1)
+    for tool, curve in best.items():
+        look = {"linewidth": 3.2 if tool == "pendpin" else 2.2, "zorder": 3, "marker": "o", "ms": 4}
+        ax.plot(*_drawn(curve, report.error), color=TOOLS[tool], **look)
+    _frame(ax, report)
+    _name_lines(ax, best, report.error)
+    _draw_prices(prices, best)
+    _write_about(figure, ax, report)
+    return figure
+
+
+def draw_all(report: CostReport) -> Any:
+    """All methods: error across, falling to the right; seconds up; a line for each."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10, 6.2), layout="constrained")
+    ax = figure.subplots()
+    shown = [curve for curve in report.curves if any(point.error < 1 for point in curve.points)]
+    for i, curve in enumerate(sorted(shown, key=lambda curve: curve.peer)):
+        _line(ax, curve, report.error, i)
+    _front(ax, report)
+    _frame(ax, report)
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
+    _write_about(figure, ax, report)
+    return figure
+
+
+def _write_about(figure: Any, ax: Any, report: CostReport) -> None:
+    title = f"What accuracy costs: {report.subject}, {report.horizon:.3g} s"
+    ax.set_title(title, loc="left", fontsize=13, fontweight="bold")
+    figure.supxlabel(f"{report.machine}; {report.versions_text}", fontsize=7, color="#4a5568")
+
+
+# --- the cheapest of each tool ------------------------------------------------------------------------------------
+
+
+def _cheapest(report: CostReport) -> dict[str, Curve]:
+    """The curve of each tool that meets the accuracy of interest in the least time; if none does, the most accurate."""
+    best = {}
+    for tool in TOOLS:
+        curves = [curve for curve in report.curves if _tool(curve) == tool and _drawn(curve, report.error)[0]]
+        if curves:
+            best[tool] = min(curves, key=lambda curve: _rank(curve, report.accuracy))
+    return best
+
+
+def _tool(curve: Curve) -> str:
+    return curve.name.split()[0] if curve.peer else "pendpin"
+
+
+def _rank(curve: Curve, accuracy: float) -> tuple[float, float]:
+    seconds = curve.seconds_at(accuracy)
+    return (0.0, seconds) if seconds is not None else (1.0, min(point.error for point in curve.points))
+
+
+def _drawn(curve: Curve, least: float) -> tuple[list[float], list[float]]:
+    """The errors below 1 that the reference can tell, and their times in s."""
+    points = [point for point in curve.points if least < point.error < 1]
+    return [point.error for point in points], [point.seconds for point in points]
+
+
+def _name_lines(ax: Any, best: dict[str, Curve], least: float) -> None:
+    """The name of each tool and its method at the end of its line, so far apart that all can be read."""
+    low, high = np.log10(ax.get_ylim())
+    ends = sorted((np.log10(_drawn(curve, least)[1][-1]), tool) for tool, curve in best.items())
+    height = -np.inf
+    for end, tool in ends:
+        height = max(end, height + APART * (high - low))
+        curve, x = best[tool], _drawn(best[tool], least)[0][-1]
+        name = f"{NAMES.get(tool, tool)}  {curve.name.removeprefix(tool).strip()}"
+        style = {"color": TOOLS[tool], "fontsize": 10.5, "fontweight": "bold", "va": "center", "ha": "right"}
+        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1}
+        ax.annotate(name, (x, 10**height), (-4, 13), textcoords="offset points", bbox=box, zorder=4, **style)
+
+
+def _draw_prices(ax: Any, best: dict[str, Curve]) -> None:
+    """A bar for each tool: how many times as long a run takes that is ten times as accurate."""
+    prices = {tool: price for tool, curve in reversed(best.items()) if (price := _next_digit(curve))}
+    names, more = [NAMES.get(tool, tool) for tool in prices], [max(price - 1, 0.0) for price in prices.values()]
+    bars = ax.barh(names, more, 0.55, 1.0, color=[TOOLS[tool] for tool in prices])
+    ax.bar_label(bars, [f"{price:.2f} x" for price in prices.values()], padding=4, fontsize=11)
+    ax.set_xlim(1, 1 + 1.3 * max([0.1, *more]))
+    ax.set_title("the next digit takes", fontsize=10, loc="left")
+    ax.spines[["top", "right", "bottom"]].set_visible(False)
+    ax.tick_params(left=False, bottom=False, labelbottom=False)
+    ax.set_box_aspect(1.2)
+
+
+def _next_digit(curve: Curve) -> float | None:
+    """The mean factor of time from one decade of error to the next within DIGITS; None if fewer than two are met."""
+    decades = [error for k in range(17) if DIGITS[1] * 0.99 <= (error := 10.0**-k) <= DIGITS[0] * 1.01]
+    times = [seconds for error in decades if (seconds := curve.seconds_at(error)) is not None]
+    return (times[-1] / times[0]) ** (1 / (len(times) - 1)) if len(times) > 1 else None
+
+
+# --- all methods --------------------------------------------------------------------------------------------------
+
+
+def _line(ax: Any, curve: Curve, floor: float, index: int) -> None:
+    points = [point for point in curve.points if point.error < 1]
+    known = [point for point in points if point.error > floor]
+    name = curve.name.split()[0]
+    color = PEERS.get(name, "#4a5568") if curve.peer else METHODS[name].color
+    dash = "--" if curve.peer else "-." if curve.name.endswith("compiled") else "-"
+    style: dict[str, Any] = {"linestyle": dash, "linewidth": 1.1 if curve.peer else 1.7}
+    errors, seconds = [point.error for point in known], [point.seconds for point in known]
+    ax.plot(errors, seconds, marker=MARKS[index % len(MARKS)], ms=4.5, color=color, label=curve.name, **style)
+
+
+def _front(ax: Any, report: CostReport) -> None:
+    """The least time at every error, of all curves, as a broad band behind the lines."""
+    errors = np.geomspace(0.3, max(report.error, 1e-16), 200)
+    best = [report.best(float(error), None) for error in errors]
+    pairs = [(error, found[1]) for error, found in zip(errors, best, strict=True) if found]
+    if pairs:
+        look = {"color": FRONT, "linewidth": 9, "alpha": 0.55, "zorder": 0, "solid_capstyle": "round"}
+        ax.plot(*zip(*pairs, strict=True), label="cheapest", **look)
+
+
+def _frame(ax: Any, report: CostReport) -> None:
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    left, right = 1.0, report.error / 3
+    ax.set_xlim(left, right)  # errors fall to the right
+    ax.axvspan(report.error, right, color="#edf2f7", zorder=-1)
+    note = {"transform": ax.get_xaxis_transform(), "fontsize": 8, "va": "bottom", "ha": "left"}
+    ax.text(report.error, 0.02, " the reference\n knows no better", color="#718096", rotation=90, **note)
+    ax.axvline(report.accuracy, color="#1a202c", linewidth=0.9, linestyle=":")
+    ax.text(report.accuracy, 0.01, f" asked: {report.accuracy:g}", **note)
+    ax.set_xlabel("largest error of a tip over the run, over the chain's length  (more accurate to the right)")
+    ax.set_ylabel("time of the run, s  (compiling apart)")
+    ax.grid(alpha=0.25, linewidth=0.6)
+    ax.spines[["top", "right"]].set_visible(False)

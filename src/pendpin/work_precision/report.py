@@ -1,0 +1,255 @@
+"""Error against time as data: points, curves, and sentences about them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import EPS
+from pendpin.errors import brief
+
+ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)  # that every report answers for
+COMPILED = " compiled"  # after the name of a method: on the compiled engine
+ONCE = 2.0  # times dearer is the first run of what is cheapest in the long run, if another method is named for a single run
+
+
+@dataclass(frozen=True)
+class Point:
+    """One run: its setting, its error, its cost."""
+
+    setting: float  # the tolerance, or the step in s
+    error: float  # largest tip distance to the reference during the run, divided by the chain's length
+    seconds: float  # of integration with its sampling: the least of some repetitions, warm-up and compiling apart
+    steps: int
+    evaluations: int
+    compile_seconds: float = 0.0  # before the first run
+
+    @property
+    def first_seconds(self) -> float:
+        """Of the first run, compiling included, s."""
+        return self.seconds + self.compile_seconds
+
+
+@dataclass(frozen=True, repr=False)
+class Curve:
+    """One method, or one method of another simulator, from coarse to fine."""
+
+    name: str
+    library: str
+    kind: str  # of its settings: "tolerance" or "step"
+    points: tuple[Point, ...]
+    failures: tuple[str, ...] = ()  # why runs did not reach the end
+    peer: bool = False
+
+    def __repr__(self) -> str:
+        errors = ", ".join(f"{point.error:.1e} at {point.setting:.0e}" for point in self.points)
+        return brief(f"Curve of {self.name}, error at each {self.kind}: {errors or 'none'}")
+
+    @property
+    def compile_seconds(self) -> float:
+        """The longest time of compiling, s."""
+        return max((point.compile_seconds for point in self.points), default=0.0)
+
+    def point_at(self, error: float) -> Point | None:
+        """The cheapest point that meets this error."""
+        return next((point for point in self.front if point.error <= error), None)
+
+    def seconds_at(self, error: float) -> float | None:
+        """The least time in which this error is met, interpolated in logarithms between its points; None if it is not."""
+        front = self.front
+        for cheaper, point in zip((None, *front), front, strict=False):
+            if point.error <= error:
+                return point.seconds if cheaper is None else _between(cheaper, point, error)
+        return None
+
+    @property
+    def front(self) -> tuple[Point, ...]:
+        """Its points that no other beats in both error and time, the cheapest first."""
+        found: list[Point] = []
+        for point in sorted(self.points, key=lambda point: (point.seconds, point.error)):
+            if not found or point.error < found[-1].error:
+                found.append(point)
+        return tuple(found)
+
+
+def _between(cheaper: Point, dearer: Point, error: float) -> float:
+    share = np.log(cheaper.error / error) / np.log(cheaper.error / max(dearer.error, EPS))
+    return float(cheaper.seconds * (dearer.seconds / cheaper.seconds) ** share)
+
+
+@dataclass(frozen=True)
+class CostRow:
+    """What to take for an accuracy: the cheapest of all runs that meet it."""
+
+    accuracy: float
+    method: str = ""  # empty if no run that was measured meets the accuracy
+    kind: str = ""  # of the setting: "tolerance" or "step"
+    setting: float | None = None
+    first_seconds: float | None = None  # of the first run, compiling included
+    seconds: float | None = None  # of each further run
+    once: str = ""  # what to take for a single run, if that is another and much cheaper
+    once_seconds: float | None = None
+    peer: str = ""  # the cheapest of the other simulators
+    peer_seconds: float | None = None
+    why: str = ""  # the reason, where no run meets the accuracy
+
+    @property
+    def take(self) -> str:
+        """The method and its setting in words."""
+        return _taken(self.method, self.kind, self.setting) if self.setting else self.why
+
+    @property
+    def ratio(self) -> float | None:
+        """The time of the other simulator over that of a further run."""
+        return self.peer_seconds / self.seconds if self.peer_seconds and self.seconds else None
+
+
+def _taken(name: str, kind: str, setting: float) -> str:
+    return f"{name}, {kind} {setting:.1e} s" if kind == "step" else f"{name}, {kind} {setting:.0e}"
+
+
+def row(curves: Sequence[Curve], accuracy: float, known: float) -> CostRow:
+    """The answer for an accuracy from what was measured against a reference with the error `known`."""
+    if accuracy < known:
+        return CostRow(accuracy, why=f"the reference is accurate to {known:.0e} only")
+    met = [(curve, point) for curve in curves if (point := curve.point_at(accuracy))]
+    best = min(((c, p) for c, p in met if not c.peer), key=lambda pair: pair[1].seconds, default=None)
+    peer = min(((c, p) for c, p in met if c.peer), key=lambda pair: pair[1].seconds, default=None)
+    other = {"peer": peer[0].name, "peer_seconds": peer[1].seconds} if peer else {}
+    if best is None:
+        return CostRow(accuracy, **other, why=_why([curve for curve in curves if not curve.peer]))
+    curve, point = best
+    first = (point.first_seconds, point.seconds)
+    return CostRow(accuracy, curve.name, curve.kind, point.setting, *first, **_once(met, point), **other)
+
+
+def _why(own: Sequence[Curve]) -> str:
+    """Why no run meets an accuracy: where no run of any method reached its end, the first reason."""
+    if own and all(curve.failures and not curve.points for curve in own):
+        return own[0].failures[0]
+    return "no method reaches it in the time allowed"
+
+
+def _once(met: list[tuple[Curve, Point]], best: Point) -> dict[str, Any]:
+    """The cheapest first run, if it is much cheaper than that of the best point."""
+    curve, point = min(((c, p) for c, p in met if not c.peer), key=lambda pair: pair[1].first_seconds)
+    if point.first_seconds * ONCE > best.first_seconds:
+        return {}
+    return {"once": _taken(curve.name, curve.kind, point.setting), "once_seconds": point.first_seconds}
+
+
+@dataclass(frozen=True, repr=False)
+class CostReport:
+    """Error against time on one scene and one machine."""
+
+    subject: str  # the model, such as "3 rods"
+    curves: tuple[Curve, ...]
+    accuracy: float  # the accuracy of interest
+    error: float  # of the reference
+    solutions: tuple[str, str]  # the two computations that make the reference
+    duration: float  # s, of the scene
+    horizon: float  # s, end of the comparison: later the reference is not accurate enough, or takes too long
+    machine: str
+    versions: dict[str, str]
+    repetitions: int
+    thorough: bool = True  # whether all methods were measured at all settings
+    halted: bool = False  # whether the comparison ends because more of the scene would take too long
+    interrupted: bool = False
+    missing: tuple[str, ...] = ()  # other simulators that were asked for and are not installed
+    rows: tuple[CostRow, ...] = ()  # the answers, from coarse to fine
+
+    def best(self, error: float, peers: bool | None = False) -> tuple[str, float] | None:
+        """The cheapest curve that meets an error, and its time in s; of methods, of simulators (True) or of all (None)."""
+        found = ((curve.name, curve.seconds_at(error)) for curve in self.curves if peers in (None, curve.peer))
+        return min(((name, time) for name, time in found if time is not None), key=lambda pair: pair[1], default=None)
+
+    @property
+    def decades(self) -> tuple[float, ...]:
+        """The powers of ten of error, from 0.1 down to the error of the reference."""
+        return tuple(10.0**-k for k in range(1, 17) if 10.0**-k >= self.error)
+
+    def __repr__(self) -> str:
+        lines = (f"{row.accuracy:.0e}: {row.take}{_price(row)}" for row in self.rows)
+        return brief("\n".join([f"What accuracy costs: {self.subject}, {self.horizon:.3g} s", *lines]))
+
+    @property
+    def versions_text(self) -> str:
+        """The libraries and their versions."""
+        return ", ".join(f"{name} {number}" for name, number in self.versions.items())
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The results in sentences."""
+        return tuple(_words(self))
+
+
+def _words(report: CostReport) -> Iterator[str]:
+    if report.horizon < report.duration:
+        differ = f"later, the two references differ by more than {report.accuracy / 10:.0e}"
+        why = "more takes long, and is for --thorough" if report.halted else differ
+        yield f"Compared up to {report.horizon:.3g} s of {report.duration:g} s: {why}."
+    yield f"Error of the reference: {report.error:.0e}, the difference of {report.solutions[0]} and {report.solutions[1]}."
+    if report.missing:
+        yield f"Not among the others: {', '.join(report.missing)}, not installed; pip install 'pendpin[peers]'."
+    if not report.thorough:
+        yield from _next_digit(report)
+        return
+    yield from _asked(report)
+    for first, last, name in _spans(report):
+        where = f"At {first:.0e}" if first == last else f"From {first:.0e} to {last:.0e}"
+        yield f"{where} the cheapest is {name}."
+    yield from _against_peers(report)
+
+
+def _asked(report: CostReport) -> Iterator[str]:
+    if (found := report.best(report.accuracy)) is None:
+        yield f"No method that was tried reaches {report.accuracy:g} within the time allowed."
+        return
+    name, seconds = found
+    finer = next(curve for curve in report.curves if curve.name == name).seconds_at(report.accuracy / 10)
+    more = f"; the next digit costs {finer / seconds:.2f} times as much" if finer else ""
+    yield f"{report.accuracy:g} costs {time_text(seconds)} with {name}{more}."
+
+
+def _next_digit(report: CostReport) -> Iterator[str]:
+    best = report.best(report.accuracy)
+    finer = best and report.best(report.accuracy / 10)
+    if best and finer:
+        more = f"from {report.accuracy:g} to {report.accuracy / 10:g} takes {finer[1] / best[1]:.2f} times the time"
+        yield f"One more digit, {more}, each by its fastest method."
+
+
+def _spans(report: CostReport) -> Iterator[tuple[float, float, str]]:
+    """Runs of decades with the same cheapest method: the first and last error, and its name."""
+    best = [(error, found[0]) for error in report.decades if (found := report.best(error))]
+    while best:
+        name = best[0][1]
+        count = next((i for i, (_, other) in enumerate(best) if other != name), len(best))
+        yield best[0][0], best[count - 1][0], name
+        best = best[count:]
+
+
+def _against_peers(report: CostReport) -> Iterator[str]:
+    for error in report.decades:
+        own, other = report.best(error), report.best(error, peers=True)
+        if own and other:
+            times = f"{own[0]} {time_text(own[1])}, {other[0]} {time_text(other[1])}"
+            yield f"At {error:.0e}: {times}, {other[1] / own[1]:.3g} times as long."
+        elif own and any(curve.peer for curve in report.curves):
+            yield f"At {error:.0e}: {own[0]} {time_text(own[1])}; no other simulator reaches it within the time allowed."
+
+
+def _price(row: CostRow) -> str:
+    if row.seconds is None or row.first_seconds is None:
+        return ""
+    beside = f", {row.ratio:.3g} times as fast as {row.peer}" if row.ratio else ""
+    return f": {time_text(row.first_seconds)}, then {time_text(row.seconds)} a run{beside}"
+
+
+def time_text(seconds: float) -> str:
+    """A time for a person to read."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if seconds >= size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds / 1e-6:.3g} µs"

@@ -1,0 +1,197 @@
+"""Published results: pendpin agrees with each within its bound, and a planted error in any part of it is noticed."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from json import loads
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+import pendpin as pp
+from pendpin.agreement import validate as module
+from pendpin.agreement.page import page
+from pendpin.agreement.published import published_cases
+from pendpin.agreement.validate import TO_ACCURACY, largest_difference, validate
+from pendpin.cli import main
+from pendpin.scene import METHODS
+
+CASES = published_cases()
+QUICK = ("dop853", "rk4")
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_pendpin_agrees_with_the_published_numbers(name: str) -> None:
+    """By an adaptive method and one with a fixed step, and at the claimed accuracy."""
+    report = validate([name], [method for method in (*QUICK, TO_ACCURACY) if method not in CASES[name].leave_out])
+    assert not report.broken, report.fault
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_every_method_agrees_with_the_published_numbers(name: str) -> None:
+    """All methods that a case does not leave out."""
+    report = validate([name])
+    assert not report.broken, report.fault
+    ran = {row.method for row in report.comparisons}
+    assert len(ran) == len(METHODS) + 1 - len(CASES[name].leave_out) - ("heyoka" in "".join(report.left_out))
+
+
+def changed(run: pp.Trajectory, **arrays: Any) -> pp.Trajectory:
+    """The run with other arrays."""
+    return replace(run, **arrays)
+
+
+PLANTED: dict[str, Callable[[pp.Trajectory], pp.Trajectory]] = {
+    "reactions of the opposite sign": lambda run: changed(run, wrench=-run.wrench),
+    "moments for forces": lambda run: changed(run, wrench=np.roll(run.wrench, 3, axis=2)),
+    "forces off by 1 in 1,000": lambda run: changed(run, wrench=1.001 * run.wrench),
+    "angles counted the other way": lambda run: changed(run, q=-run.q),
+    "angles off by 1e-3 of themselves": lambda run: changed(run, q=1.001 * run.q),
+    "the two angles exchanged": lambda run: changed(run, q=run.q[:, ::-1]),
+}
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_a_planted_error_in_a_result_breaks_three_cases(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A wrong sign, factor or frame of what a run returns is noticed by at least three cases."""
+    right = pp.simulate
+    monkeypatch.setattr(module, "simulate", lambda *given, **options: PLANTED[name](right(*given, **options)))
+    broken = {row.case for row in validate(methods=["dop853"]).broken}
+    assert len(broken) >= 3, broken
+
+
+WRONG: dict[str, Callable[[pp.Scene], dict[str, Any]]] = {
+    "gravity off by 1e-4": lambda scene: {
+        f"effects[{i}].acceleration": effect.acceleration * 1.0001
+        for i, effect in enumerate(scene.effects)
+        if isinstance(effect, pp.effects.Gravity)
+    },
+    "gravity the other way": lambda scene: {
+        f"effects[{i}].direction": tuple(-x for x in effect.direction)
+        for i, effect in enumerate(scene.effects)
+        if isinstance(effect, pp.effects.Gravity)
+    },
+    "inertia about the joint, not the centre of mass": lambda scene: (
+        {
+            f"model.rods[{i}].inertia": tuple(x + rod.properties.m * rod.properties.h**2 for x in rod.properties[2:])
+            for i, rod in enumerate(scene.model.rods)
+            if rod.inertia
+        }
+        if isinstance(scene.model, pp.Chain)
+        else {}
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_planted_error_in_a_scene_breaks_three_cases(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wrong numbers in the equations are noticed by at least three cases."""
+    right = pp.simulate
+    wrong = lambda scene, **options: right(scene.replace(WRONG[name](scene)), **options)  # noqa: E731
+    monkeypatch.setattr(module, "simulate", wrong)
+    broken = {row.case for row in validate(methods=["dop853"]).broken}
+    assert len(broken) >= 3, broken
+
+
+def test_the_conical_motion_is_its_closed_form() -> None:
+    """The numbers in the file are those of omega² = g / (L cos(alpha)), in 40 digits."""
+    quantity = CASES["conical"].quantities[0]
+    with mp.workdps(40):
+        alpha, length = mpf("0.5"), mpf(2) / 3
+        omega = mp.sqrt(mpf("9.81") / (length * mp.cos(alpha)))
+        for t, x, y, z in quantity.values:
+            phase = omega * mpf(t)
+            exact = (mp.sin(alpha) * mp.sin(phase), -mp.sin(alpha) * mp.cos(phase), -mp.cos(alpha))
+            assert max(abs(float(a) - b) for a, b in zip(exact, (x, y, z), strict=True)) < 1e-15
+    assert CASES["conical"].scene.start.velocities["phi"] == pytest.approx(float(mp.sin(alpha) * omega), rel=1e-15)
+
+
+def test_what_is_left_out_names_a_method_and_a_reason() -> None:
+    """No case leaves a method out in silence, and none misspells one."""
+    for case in CASES.values():
+        assert set(case.leave_out) <= set(METHODS)
+        assert set(case.settings) <= set(METHODS)
+        assert all(len(reason) > 10 for reason in case.leave_out.values())
+
+
+def test_a_difference_is_taken_at_the_published_times() -> None:
+    """Also if the run has other samples: the largest difference of a run moved by d is d."""
+    case = CASES["iftomm-a01"]
+    run = pp.simulate(case.scene, times=(0.0, 0.3, 1.0, 100.0, 1000.0, 2000.0), method="taylor", tolerance=1e-16)
+    moved = changed(run, q=np.where(run.t[:, None] == 100.0, run.q + 1e-3, run.q))
+    assert largest_difference(case.quantities[0], run) < 1e-9
+    assert largest_difference(case.quantities[0], moved) == pytest.approx(1e-3, rel=0.05)
+
+
+def command(*arguments: str, monkeypatch: pytest.MonkeyPatch) -> int:
+    """The exit status of `pendpin validate` with these arguments."""
+    monkeypatch.setattr("sys.argv", ["pendpin", "validate", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    return int(ended.value.code or 0)
+
+
+def test_json_holds_the_six_fields_of_each_comparison(monkeypatch, capfd) -> None:
+    """Case, source, quantity, bound, difference, holds."""
+    assert command("drake-rod", "--methods", "dop853", "--json", monkeypatch=monkeypatch) == 0
+    rows = loads(capfd.readouterr().out)
+    assert len(rows) == 2
+    assert all({"case", "source", "quantity", "bound", "difference", "holds"} <= set(row) for row in rows)
+    assert all(row["holds"] is True and row["difference"] <= row["bound"] for row in rows)
+
+
+def test_a_broken_case_ends_with_status_1(monkeypatch, capfd) -> None:
+    """One line names the case, the quantity and both numbers."""
+    right = pp.simulate
+
+    def doubled(*given: Any, **options: Any) -> pp.Trajectory:
+        run = right(*given, **options)
+        return changed(run, wrench=2 * run.wrench)
+
+    monkeypatch.setattr(module, "simulate", doubled)
+    assert command("drake-rod", "--methods", "dop853", monkeypatch=monkeypatch) == 1
+    said = capfd.readouterr().err
+    assert "drake-rod, force on the rod, by dop853: 37.5 N is above 1e-09" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [(("no-such",), "'no-such' is not one of: adams-1"), (("adams-1", "--methods", "dop835"), "did you mean 'dop853'")],
+)
+def test_unknown_names_are_refused(arguments, words, monkeypatch, capfd) -> None:
+    """One line with the choices."""
+    assert command(*arguments, monkeypatch=monkeypatch) == 1
+    said = capfd.readouterr().err
+    assert said.count("\n") == 1
+    assert words in said
+
+
+def test_the_list_names_every_case_with_its_source(monkeypatch, capfd) -> None:
+    """As a table and as JSON."""
+    assert command("--list", "--json", monkeypatch=monkeypatch) == 0
+    assert {row["case"] for row in loads(capfd.readouterr().out)} == set(CASES)
+
+
+def test_the_page_holds_tables_sources_and_pictures() -> None:
+    """One file without links to a network."""
+    report = validate(["drake-rod", "adams-3"], ["dop853"])
+    text = page(report)
+    assert all(name in text for name in ("drake-rod", "adams-3", "<svg", "projectchrono/chrono"))
+    assert "<script" not in text
+
+
+def test_ctrl_c_keeps_the_comparisons_so_far(monkeypatch, capfd) -> None:
+    """The table so far, and the exit status of an interrupt."""
+    right, calls = pp.simulate, []
+
+    def stopping(*given: Any, **options: Any) -> pp.Trajectory:
+        calls.append(1)
+        if len(calls) > 1:
+            raise KeyboardInterrupt
+        return right(*given, **options)
+
+    monkeypatch.setattr(module, "simulate", stopping)
+    assert command("drake-rod", "--methods", "dop853,rk45", monkeypatch=monkeypatch) == 130
+    assert "2 comparisons" in capfd.readouterr().out

@@ -1,0 +1,77 @@
+"""The equation doctor on whole texts: ten systems, each in one of ten notations; nobody who is right is accused."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+from pendpin.doctor.systems.base import System, random_states
+from pendpin.doctor.systems.planar import FAMILIES
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+from printed.sheets import NOTATIONS, sheets, texts
+
+TITLES = list(sheets())
+PAIRS = [(title, list(NOTATIONS)[(3 * i + 1) % len(NOTATIONS)]) for i, title in enumerate(TITLES)]
+
+
+@pytest.mark.parametrize(("title", "notation"), PAIRS)
+def test_right_texts_hold_and_a_planted_fault_is_found(title, notation):
+    """Every equation holds, one of them for small angles; with one sign changed that equation alone fails, and is mended."""
+    [(_, _, text, _)] = texts(only=title, style=notation)
+    found = pp.diagnose(text)
+    assert {finding.verdict for finding in found.findings} <= {"holds", "holds if"}, found
+    place = next(i for i, line in enumerate(sheets()[title]) if " = -" in line or "= m*" in line)
+    [(_, _, wrong, _)] = texts(lambda i, line: _flipped(line) if i == place else line, only=title, style=notation)
+    verdicts = [finding.verdict for finding in pp.diagnose(wrong).findings]
+    assert [i for i, verdict in enumerate(verdicts) if verdict == "fails"] == [place]
+
+
+def _flipped(line):
+    """An equation with another sign at the head of its right side."""
+    return line.replace(" = -", " = ") if " = -" in line else line.replace("= m*", "= -m*")
+
+
+@pytest.mark.parametrize("spec", [spec for specs in FAMILIES.values() for spec in specs], ids=lambda spec: spec.kind)
+def test_each_system_obeys_lagrange(spec):
+    """d/dt of dL/dq' less dL/dq is the load on each coordinate, to the rounding of one step in the complex plane."""
+    q = random_states(System(spec))
+    loads = {name: q.number(0) for name in spec.coordinates}
+    loads |= {"x": q["F"]} if "F" in spec.parameters else {}
+    loads |= {f"theta{i}": q[f"tau{i}"] for i in "12" if f"tau{i}" in spec.parameters}
+    for name in spec.coordinates:
+        momentum = q.derivative(lambda there, name=name: there.derivative(lambda z: z["L"], f"d{name}"), "t")
+        slope = q.derivative(lambda there: there["L"], name)
+        np.testing.assert_allclose(momentum - slope, loads[name], atol=1e-9)
+
+
+def test_an_unknown_system_is_named_first_and_nothing_fails():
+    text = (
+        "# An elastic pendulum\n$\\ddot r - r\\dot\\theta^2 + k r/m = 0$, $r\\ddot\\theta + 2\\dot r\\dot\\theta = 0$"
+    )
+    found = pp.diagnose(text)
+    assert str(found).startswith("No system that pendpin knows")
+    assert {finding.verdict for finding in found.findings} == {"not checked"}
+
+
+def test_other_letters_are_given_or_said_or_proposed():
+    """By --symbols, by a sentence of the text, and else as most equations hold."""
+    text = "$A \\ddot\\beta + (A - C)\\sin\\beta\\cos\\beta\\,\\dot\\alpha^2 + M g c\\cos\\alpha\\sin\\beta = 0$"
+    symbols = {"alpha": "theta", "beta": "phi", "A": "J_1", "C": "I_3", "M": "m", "c": "h"}
+    assert [f.verdict for f in pp.diagnose(text, symbols=symbols).findings] == ["holds"]
+    legend = (
+        "where $\\alpha$ is the angle theta, $\\beta$ the angle phi, $A$ the transverse inertia about the joint, "
+        "$C$ the axial inertia, $M$ the mass and $c$ the distance of the centre of mass from the joint.\n\n"
+    )
+    assert [f.verdict for f in pp.diagnose(legend + text).findings] == ["holds"]
+
+
+def test_a_scene_is_the_truth_of_its_own_text():
+    chain = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=2.0), pp.Rod(length=0.7, mass=1.3)]))
+    chain = chain.replace(effects=[pp.effects.Gravity()])
+    right = r"$\frac{d}{dt}\frac{\partial L}{\partial\dot\theta_1} = \frac{\partial L}{\partial\theta_1}$"
+    assert [f.verdict for f in pp.diagnose(right, scene=chain).findings] == ["holds"]
+    wrong = right.replace("} = ", "} = 2")
+    assert [f.verdict for f in pp.diagnose(wrong, scene=chain).findings] == ["fails"]

@@ -1,0 +1,87 @@
+"""The instants of a run: any times inside it, however close to its samples."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+import pendpin as pp
+from laws import law
+
+GRAVITY = pp.effects.Gravity()
+STOP = pp.effects.Stop(lower=-0.5, upper=0.9, restitution=0.6)
+THICK = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))
+THIN = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),))
+TOLERANT = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
+SETTINGS: dict[str, dict[str, Any]] = {
+    **{method: {"method": method, "tolerance": 1e-8} for method in TOLERANT},
+    **{method: {"method": method, "step": 0.01} for method in ("rk4", "gauss4")},
+    "euler": {"method": "euler", "step": 0.001},
+    "taylor": {"method": "taylor", "tolerance": 1e-12},
+}
+
+
+def swinging(model: pp.Chain, *effects: pp.effects.Effect, begin: float = 0.0, duration: float = 2.0) -> pp.Scene:
+    """One rod thrown in both planes."""
+    start = pp.Start(time=begin, positions=(0.7, 0.4), velocities=(1.3, -0.8))
+    return pp.Scene(model=model, effects=(GRAVITY, *effects), start=start, duration=duration)
+
+
+# --- times as close as rounding ---------------------------------------------------------------------------------------
+
+CLOSE = st.lists(
+    st.tuples(st.integers(0, 30), st.sampled_from([0, 1, 2, 3, 4, 5, 9, 100, 10**6])), min_size=1, max_size=9
+)
+
+
+def close_to(times: np.ndarray, near: list[tuple[int, int]]) -> np.ndarray:
+    """Times (n,), and others so many units in the last place above some of them, rising."""
+    more = [times[i % len(times)] + units * np.spacing(times[i % len(times)]) for i, units in near]
+    return np.unique(np.clip(np.concatenate([times, more]), times[0], times[-1]))
+
+
+@pytest.mark.parametrize("method", SETTINGS)
+@law(8)
+@given(near=CLOSE, thin=st.booleans(), stops=st.booleans(), begin=st.sampled_from([0.0, -3.7, 11.3]))
+@example(near=[(3, 1)], thin=False, stops=False, begin=0.0)
+@example(near=[(0, 5)], thin=False, stops=True, begin=0.0)
+@example(near=[(0, 1), (0, 2), (0, 3), (30, 0)], thin=True, stops=False, begin=-3.7)
+def test_a_time_may_be_as_close_to_a_sample_as_rounding(
+    method: str, near: list[tuple[int, int]], thin: bool, stops: bool, begin: float
+) -> None:
+    """Asked for afterwards or beforehand: the states there differ by what moves in so short a time, and by tolerances."""
+    if method == "taylor":
+        pytest.importorskip("heyoka")
+    contacts = (STOP,) if stops and method in TOLERANT else ()
+    scene = swinging(THIN if thin else THICK, *contacts, begin=begin)
+    run = pp.simulate(scene, samples=31, **SETTINGS[method])
+    times = close_to(run.t, near)
+    for other in (
+        run.at(times),
+        run.at(times[~np.isin(times, run.t[1:])]),
+        pp.simulate(scene, times=times, **SETTINGS[method]),
+    ):
+        place = np.abs(other.t[:, None] - run.t).argmin(1)
+        assert np.abs(other.q - run.q[place]).max() < (1e-4 if method == "euler" else 1e-6)
+        assert np.isfinite(other.v).all()
+
+
+def test_times_of_a_plain_range() -> None:
+    """A tenth of a second added up is one unit in the last place off the samples."""
+    run = pp.simulate(swinging(THICK, duration=10.0), accuracy=1e-8)
+    times = np.arange(0, 10, 0.1)
+    assert np.abs(run.at(times).q - run.q[np.abs(times[:, None] - run.t).argmin(1)]).max() < 1e-12
+
+
+@pytest.mark.parametrize("method", SETTINGS)
+def test_a_first_sample_may_come_as_soon_as_numbers_allow(method: str) -> None:
+    """From the least number above 0 on."""
+    if method == "taylor":
+        pytest.importorskip("heyoka")
+    times = [0.0, 5e-324, 1e-300, 1e-160, 1e-100, 1e-17, 1e-16, 0.1]
+    run = pp.simulate(swinging(THIN), times=times, **SETTINGS[method])
+    whole = pp.simulate(swinging(THIN), times=[0.0, 0.1], **SETTINGS[method])
+    assert np.abs(run.q[:-1] - run.q[0]).max() < 1e-15
+    assert np.abs(run.q[-1] - whole.q[-1]).max() < 1e-5

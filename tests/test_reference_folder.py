@@ -1,0 +1,233 @@
+"""`pendpin reference`: what other engines load and compute agrees with the numbers, and a wrong number is found."""
+
+import importlib.util
+import json
+import sys
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+from pendpin.agreement.reference import STATES, reference_states, write_reference
+from pendpin.cli import main
+from pendpin.model.bodies import tree_of
+from pendpin.model.build import build
+
+ENGINES = Path(__file__).parents[1] / "examples" / "engines"
+GRAVITY = pp.effects.Gravity()
+MIXED = (
+    pp.Rod(length=1.0, mass=1.0, radius=0.05),
+    pp.Rod(length=0.5, mass=0.2),
+    pp.Rod(length=0.3, mass=0.4, payload=0.1, radius=0.01),
+    pp.Rod(length=0.8, mass=2.0, com=0.3, inertia=(0.1, 0.12, 0.03)),
+    pp.Rod(length=1.0, mass=0.5, radius=0.1),
+)
+SCENES = {
+    "rod": pp.Scene(model=pp.Chain(rods=[MIXED[0]]), effects=[GRAVITY], start=pp.Start(positions={"phi": 0.4})),
+    "double": pp.Scene(model=pp.Chain(rods=MIXED[2:4]), effects=[GRAVITY], start=pp.Start(positions={"theta_2": 0.4})),
+    "ten mixed rods": pp.Scene(model=pp.Chain(rods=MIXED, copies=2), effects=[GRAVITY], duration=0.5),
+    "ur5": pp.Scene(model=pp.UrdfModel("ur5"), effects=[GRAVITY], duration=0.5),
+    "panda": pp.Scene(model=pp.UrdfModel("panda"), effects=[GRAVITY], duration=0.1),
+}
+PACKAGES = {"pinocchio": "pinocchio", "mujoco": "mujoco", "drake": "pydrake"}
+
+
+@pytest.fixture(scope="module", name="folders")
+def written(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """A folder for each scene."""
+    top = tmp_path_factory.mktemp("reference")
+    return {name: write_reference(scene, top / name.replace(" ", "-")).path for name, scene in SCENES.items()}
+
+
+def loaded(name: str, path: Path) -> ModuleType:
+    """A Python file as a module."""
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(params=PACKAGES, name="engine")
+def engine_of(request: pytest.FixtureRequest) -> Iterator[ModuleType]:
+    """The function of each engine that examples/engines has."""
+    if find_spec(PACKAGES[request.param]) is None:
+        pytest.skip(f"{request.param} is not installed: CI's last step installs it")
+    yield loaded("engine", ENGINES / f"{request.param}_engine.py")
+    sys.modules.pop("engine", None)
+
+
+def folder_test(folder: Path, engine: ModuleType) -> ModuleType:
+    """The folder's own test file, with an engine."""
+    sys.modules["engine"] = engine
+    return loaded("test_reference_in_a_folder", folder / "test_reference.py")
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_engine_agrees_at_every_state(name: str, folders: dict[str, Path], engine: ModuleType) -> None:
+    """Accelerations, mass matrix, wrenches and energies, through the folder's own test."""
+    file = folder_test(folders[name], engine)
+    for number in range(STATES):
+        file.test_state(number)
+
+
+@pytest.mark.parametrize("quantity", ["a", "mass_matrix", "wrench", "kinetic", "potential"])
+def test_a_wrong_number_is_found(quantity: str, folders: dict[str, Path], engine: ModuleType) -> None:
+    """A number that is off by a millionth of the largest one of its quantity."""
+    file = folder_test(folders["double"], engine)
+    if quantity == "potential" and "drake" in str(engine.__file__):
+        return  # its engine does not return it
+    state = file.REFERENCE["states"][3]
+    values = np.array(state[quantity])
+    last = values.size - 2 if quantity == "wrench" else values.size - 1  # the moment about the second axis
+    values.flat[last] += 1e-6 * np.abs(values).max()
+    state[quantity] = values.tolist()
+    with pytest.raises(AssertionError, match=f"{quantity} is off by"):
+        file.test_state(3)
+
+
+@pytest.mark.parametrize("planted", ["ixx", "mass", "xyz"])
+def test_a_wrong_model_is_found(planted: str, folders: dict[str, Path], tmp_path: Path) -> None:
+    """An inertia, a mass or a centre of mass that is off by 1 in 10,000 in the URDF."""
+    engine = loaded("engine", ENGINES / "pinocchio_engine.py")
+    text = (folders["rod"] / "model.urdf").read_text()
+    scene = SCENES["rod"].replace(
+        {
+            "ixx": {"model.rods[0].inertia": (0.0840, 0.0839583, 0.00125)},
+            "mass": {"model.rods[0].mass": 1.0001},
+            "xyz": {"model.rods[0].com": 0.50005},
+        }[planted]
+    )
+    other = write_reference(scene, tmp_path / "other").path
+    (tmp_path / "other" / "model.urdf").write_text(text)
+    file = folder_test(other, engine)
+    with pytest.raises(AssertionError, match="is off by"):
+        file.test_state(0)
+    sys.modules.pop("engine", None)
+
+
+@pytest.mark.skipif(find_spec("pydrake") is None, reason="Drake is not installed: CI's last step installs it")
+@pytest.mark.parametrize("name", ["rod", "double", "ur5"])
+def test_drake_loads_the_sdf_to_the_same_model(name: str, folders: dict[str, Path]) -> None:
+    """The universal joint is one joint there; mass matrix and accelerations are those of the JSON."""
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
+    reference = json.loads((folders[name] / "reference.json").read_text())
+    plant = MultibodyPlant(time_step=0.0)
+    Parser(plant).AddModelsFromString((folders[name] / "model.sdf").read_text(), "sdf")
+    plant.mutable_gravity_field().set_gravity_vector(reference["conventions"]["gravity"])
+    plant.Finalize()
+    joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
+    places = {}
+    for joint in joints:
+        for i, part in enumerate(joint.name().split("__")[: joint.num_velocities()]):
+            places[part] = joint.velocity_start() + i
+    at = [places[joint] for joint in reference["joints"]]
+    context = plant.CreateDefaultContext()
+    for state in reference["states"]:
+        q, v = np.zeros((2, len(at)))
+        q[at], v[at] = state["q"], state["v"]
+        plant.SetPositions(context, q)
+        plant.SetVelocities(context, v)
+        M = plant.CalcMassMatrix(context)[np.ix_(at, at)]
+        a = plant.EvalTimeDerivatives(context).get_generalized_velocity().CopyToVector()[at]
+        assert np.abs(M - state["mass_matrix"]).max() < 1e-12 * np.abs(M).max()
+        assert np.abs(a - state["a"]).max() < 1e-9 * np.abs(a).max()
+
+
+# --- the numbers themselves -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["double", "ur5"])
+def test_the_states_balance(name: str, folders: dict[str, Path]) -> None:
+    """M a + bias = 0 for free joints: the wrench has no component along a joint's axis; M is that of the kinetic energy."""
+    reference = json.loads((folders[name] / "reference.json").read_text())
+    axes = tree_of(build(SCENES[name].model).pin).axes
+    for state in reference["states"]:
+        M, v, wrench = (np.array(state[key]) for key in ("mass_matrix", "v", "wrench"))
+        assert np.array_equal(M, M.T)
+        assert np.linalg.eigvalsh(M).min() > 0
+        assert v @ M @ v / 2 == pytest.approx(state["kinetic"], rel=1e-14)
+        along = np.einsum("ij,ij->i", axes, wrench[:, 3:])
+        assert np.abs(along).max() < 1e-13 * np.abs(wrench).max()
+
+
+def test_the_motion_is_that_of_a_finer_run(folders: dict[str, Path]) -> None:
+    """A run by another method and tolerance is within the bounds at all 50 times."""
+    reference = json.loads((folders["double"] / "reference.json").read_text())
+    t, q, v = (np.array(reference["motion"][key]) for key in ("t", "q", "v"))
+    assert len(t) == 50
+    run = pp.simulate(SCENES["double"], times=t, method="rk45", tolerance=1e-13)
+    assert np.abs(run.q - q).max() <= 2 * reference["bounds"]["motion"]["q"] + 1e-10
+    assert np.abs(run.v - v).max() <= 2 * reference["bounds"]["motion"]["v"] + 1e-9
+
+
+def test_loads_widen_the_bound() -> None:
+    """Torques and wrenches are doubles: the states say so in their bounds; without them only the last digit is rounded."""
+    scene = SCENES["rod"]
+    random = np.random.default_rng(5)
+    _, free = reference_states(pp.bind(scene), random)
+    drag = scene.replace(effects=(GRAVITY, pp.effects.Drag(linear=0.1)))
+    _, loaded_bounds = reference_states(pp.bind(drag), random)
+    assert free["a"] < 1e-14
+    assert loaded_bounds["a"] < 1e-12
+
+
+# --- the folder -------------------------------------------------------------------------------------------------------
+
+
+def test_what_a_format_cannot_carry_is_left_out_and_said(tmp_path: Path) -> None:
+    """Drag is in no model file; viscous damping is in MJCF and SDF; a thin rod has no SDF. The numbers stay."""
+    rod = SCENES["rod"]
+    drag = write_reference(rod.replace(effects=(GRAVITY, pp.effects.Drag())), tmp_path / "drag")
+    assert set(drag.left_out) == {"model.urdf", "model.xml", "model.sdf"}
+    assert "effects[1]: drag" in drag.left_out["model.xml"]
+    assert "effects[1]: drag" in (drag.path / "README.md").read_text()
+    assert len(json.loads((drag.path / "reference.json").read_text())["states"]) == STATES
+    damped = write_reference(rod.replace(effects=(GRAVITY, pp.effects.Viscous(coefficient=0.1))), tmp_path / "damped")
+    assert set(damped.left_out) == {"model.urdf"}
+    assert (damped.path / "model.xml").read_text().count('damping="0.1"') == 2
+    thin = write_reference(rod.replace({"model.rods[0].radius": 0.0}), tmp_path / "thin")
+    assert set(thin.left_out) == {"model.sdf"}
+
+
+def test_the_scene_in_the_folder_is_the_scene(folders: dict[str, Path]) -> None:
+    """It loads to the same model, start and effects."""
+    for name in ("double", "ur5"):
+        assert pp.load_scene(folders[name] / "scene.toml") == SCENES[name]
+
+
+def test_a_folder_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd) -> None:
+    """One that is there is left alone; an error leaves nothing behind."""
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "mine.txt").write_text("mine")
+    monkeypatch.setattr("sys.argv", ["pendpin", "reference", "--out", str(tmp_path / "there")])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = capfd.readouterr().err
+    assert ended.value.code == 1
+    assert "it exists already" in said
+    assert said.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["there"]
+    assert [path.name for path in (tmp_path / "there").iterdir()] == ["mine.txt"]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"effects": (GRAVITY, pp.effects.DryFriction(kinetic=0.1))}, "no dry friction and no stops"),
+        ({"model": pp.Chain(rods=[MIXED[0]], copies=500)}, "500 rods are more than other engines take"),
+    ],
+)
+def test_scenes_without_reference_numbers_are_refused(change: dict[str, Any], words: str, tmp_path: Path) -> None:
+    """One line, and no folder."""
+    with pytest.raises(pp.InputError, match=words):
+        write_reference(SCENES["rod"].replace(start=pp.Start()).replace(**change), tmp_path / "out")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,219 @@
+"""Special states through every public call: rest, right angles, straight up, numbers that underflow; and mirrors, names."""
+
+import warnings
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import pendpin as pp
+from laws import law
+from pendpin import effects as fx
+from pendpin.arrays import EPS
+from pendpin.crosschecks.crosscheck import along
+from pendpin.errors import Note
+from test_crosschecks import RODS
+
+UP = np.pi  # rad
+SPECIAL_ANGLES = (0.0, -0.0, UP / 2, -UP / 2, UP, -UP, 1e-300, -1e-300, 5e-324, 1e-160, 0.3)
+SPECIAL_RATES = (0.0, 0.0, 0.0, -0.0, 1.0, -1.0, 1e-300, -1e-160, 1e-8)
+METHODS: list[dict[str, Any]] = [
+    {},
+    {"method": "dop853", "tolerance": 1e-9},
+    {"method": "rk23", "tolerance": 1e-5},
+    {"method": "radau", "tolerance": 1e-6},
+    {"method": "bdf", "tolerance": 1e-6},
+    {"method": "lsoda", "tolerance": 1e-8},
+    {"method": "taylor", "tolerance": 1e-12},
+    {"method": "rk4", "step": 0.05},
+    {"method": "euler", "step": 0.05},
+    {"method": "gauss4", "step": 0.05},
+]
+BY_TOLERANCE = [method for method in METHODS if "step" not in method and method.get("method") != "taylor"]
+NUMBERS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tip")
+
+
+def acting(touching: bool) -> list[fx.Effect]:
+    """Effects, some of strength 0, for any chain."""
+    contacts = [
+        fx.DryFriction(kinetic=0.0),
+        fx.DryFriction(kinetic=0.1),
+        fx.Stop(lower=-UP, upper=UP),
+        fx.Stop(lower=-UP / 2, upper=UP / 2, restitution=0.5),
+    ]
+    return [
+        fx.Gravity(acceleration=0.0),
+        fx.Gravity(direction=(0.0, 1.0, 0.0)),
+        fx.Viscous(coefficient=0.0),
+        fx.Viscous(coefficient=0.1),
+        fx.Spring(stiffness=0.0),
+        fx.Spring(stiffness=1.0, rest=UP / 2),
+        fx.Drag(density=0.0),
+        fx.Drag(diameter=0.1),
+        fx.Support(amplitude=(0.0, -0.0, 0.0), frequency=3.0),
+        fx.Support(amplitude=(0.1, -0.0, 0.0), frequency=3.0),
+        fx.Rotation(rate=(0.0, 0.0, 0.0)),
+        fx.Rotation(latitude=90.0),
+        *contacts * touching,
+    ]
+
+
+def finite(run: pp.Trajectory) -> None:
+    """No NaN, no infinite number in a run."""
+    for name in NUMBERS:
+        assert np.isfinite(getattr(run, name)).all(), name
+
+
+def walk(scene: pp.Scene, options: dict[str, Any], folder: Path, data: st.DataObject) -> None:
+    """Every method of a run, at special times and levels."""
+    run = pp.simulate(scene, **options)
+    finite(run)
+    middle = run.t[0] + (run.t[-1] - run.t[0]) * np.array([0.3, 0.5])
+    finite(run.at(middle))
+    finite(run.at(run.t))
+    name = data.draw(st.sampled_from(run.names[1:]))
+    level = data.draw(st.sampled_from([0.0, -0.0, UP / 2, float(run[name][0]), float(run[name][-1])]))
+    for direction in (-1, 0, 1):
+        instants = run.crossings(name, level=level, direction=direction).t
+        assert ((run.t[0] <= instants) & (instants <= run.t[-1])).all()
+    finite(run.extend(0.1))
+    assert repr(run)
+    assert repr(run.summary())
+    assert all(np.isfinite(figure.value) for figure in run.summary().values())
+    assert pp.Trajectory.load(run.save(folder / "run.npz")) == run
+    run.to_csv(folder / "run.csv")
+    assert np.isfinite(run.energy().drift)
+    report = along(run)
+    assert report is None or report.ok, report.fault
+
+
+@law(10)
+@given(st.data(), st.booleans(), st.sampled_from([0.5, 0.5, 0.5, 0.0, 1e-9]))
+def test_every_method_of_a_run_from_special_states(data: st.DataObject, touching: bool, duration: float) -> None:
+    """Finite numbers, or one line that says why not; no other error, whatever vanishes."""
+    options = data.draw(st.sampled_from(BY_TOLERANCE if touching else METHODS))
+    rods = data.draw(st.lists(st.sampled_from(list(RODS.values())), min_size=1, max_size=2))
+    n = 2 * len(rods)
+    q, v = (data.draw(st.lists(st.sampled_from(x), min_size=n, max_size=n)) for x in (SPECIAL_ANGLES, SPECIAL_RATES))
+    effects = [fx.Gravity()] * data.draw(st.booleans())
+    effects += data.draw(st.lists(st.sampled_from(acting(touching)), max_size=2, unique_by=lambda x: type(x)))
+    start = pp.Start(time=data.draw(st.sampled_from([0.0, -0.0, -3.0])), positions=q, velocities=v)
+    samples = None if duration == 0 else data.draw(st.sampled_from([2, 7]))
+    with TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore", Note)
+        try:
+            scene = pp.Scene(
+                duration=duration,
+                model=pp.Chain(rods=rods),
+                start=start,
+                effects=effects,
+                solver=pp.Solver(samples=samples),
+            )
+            walk(scene, options, Path(folder), data)
+        except pp.PendpinError as error:
+            said = str(error)
+        else:
+            return
+    assert "\n" not in said
+    assert "energy is off" not in said or options.get("method") in ("euler", "rk23")  # coarse: it may be
+
+
+@pytest.mark.parametrize("position", [(0.0, -UP / 2), (UP / 2, 0.0), (UP, 0.0), (0.0, UP), (0.3, -0.2)])
+@pytest.mark.parametrize("duration", [1e-12, 1e-9, 1e-7])
+def test_a_motion_too_short_to_exchange_energy_is_no_error(position: tuple, duration: float) -> None:
+    """From rest, horizontal or upright: the energy exchanged is far below the rounding of the potential, which may be 0."""
+    start = pp.Start(positions=position)
+    model, effects = pp.Chain(rods=(RODS["thick"],)), (fx.Gravity(),)
+    scene = pp.Scene(duration=duration, model=model, start=start, effects=effects)
+    for options in ({}, {"method": "rk23", "tolerance": 1e-5}, {"energy_balance": True}, {"accuracy": 1e-6}):
+        assert len(pp.simulate(scene, **options).t) == len(scene.times)
+    assert np.isfinite(pp.simulate_many(scene, [position] * 2, [(0.0, 0.0)] * 2).q).all()
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "taylor"}, {"method": "dop853"}])
+def test_starts_alone_are_an_ensemble(options: dict[str, Any]) -> None:
+    """Of duration 0: each member is its start, as a run of duration 0 is."""
+    model, q, v = pp.Chain(rods=(RODS["thick"],)), [(1.0, 0.0), (0.0, -0.3)], [(0.0, 0.0), (2.0, 0.0)]
+    scene = pp.Scene(duration=0.0, model=model, effects=(fx.Gravity(),))
+    many = pp.simulate_many(scene, q, v, **options)
+    np.testing.assert_array_equal(many.q[:, 0], q)
+    np.testing.assert_array_equal(many.v[:, 0], v)
+    found = pp.sweep(scene, {"start.positions.theta": [0.0, 1.0]}, ["swing", "flip_time"])
+    np.testing.assert_allclose(found["swing"].values, [0.0, 1.0], rtol=1e-15)
+
+
+def test_a_start_alone_is_extended() -> None:
+    """A run of duration 0 has one sample and no density of samples: what follows has the usual one."""
+    start, model = pp.Start(positions=(1.0, 0.0)), pp.Chain(rods=(RODS["thick"],))
+    scene = pp.Scene(duration=0.0, model=model, start=start, effects=(fx.Gravity(),))
+    for samples in (None, 1):
+        longer = pp.simulate(scene.replace({"solver.samples": samples}), method="rk4", step=0.01).extend(0.5)
+        assert longer == pp.simulate(scene.replace(duration=0.5), method="rk4", step=0.01)
+
+
+# --- mirrors --------------------------------------------------------------------------------------------------------
+
+SIGNS = [(-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)]  # of theta and phi: W mirrored in y, in x, in both
+MIRRORED = [*METHODS, {"energy_balance": True}]
+
+
+@law(12)
+@given(
+    st.sampled_from(sorted(RODS)),
+    st.integers(1, 2),
+    st.sampled_from(SIGNS),
+    st.sampled_from(MIRRORED),
+    st.lists(st.sampled_from(["air", "oil", "spring"]), max_size=2, unique=True),
+    st.lists(st.sampled_from([0.0, 0.3, -1.1, UP / 2, UP, 1e-160, 0.05]), min_size=8, max_size=8),
+)
+def test_a_mirror_image_is_the_same_motion(
+    name: str, count: int, signs: tuple, options: dict, more: list, state
+) -> None:
+    """All numbers of a run but their signs, to the bit; also its steps and crossings, and what it refuses."""
+    sign, n, runs = np.tile(signs, count), 2 * count, []
+    q, v = np.split(np.array(state[: 2 * n]), 2)
+    for mirror in (np.ones(n), sign):
+        parts = {
+            "air": fx.Drag(diameter=0.1),
+            "oil": fx.Viscous(coefficient=0.1),
+            "spring": fx.Spring(stiffness=1.0),
+        }
+        start = pp.Start(positions=tuple(q * mirror), velocities=tuple(v * mirror))
+        effects = (fx.Gravity(), *(parts[part] for part in more))
+        model = pp.Chain(rods=(RODS[name],) * count)
+        scene = pp.Scene(duration=0.4, model=model, start=start, effects=effects, solver=pp.Solver(samples=5))
+        try:
+            runs.append(pp.simulate(scene, **options))
+        except pp.PendpinError as error:
+            runs.append(type(error))
+    one, other = runs
+    if not isinstance(one, pp.Trajectory) or not isinstance(other, pp.Trajectory):
+        assert one == other
+        return
+    if options.get("method") in (
+        "radau",
+        "bdf",
+        "lsoda",
+        "gauss4",
+    ):  # Jacobians from differences upwards; LAPACK's pivots
+        error = 10 * options.get("tolerance", 1e-13)
+        np.testing.assert_allclose(other.q, one.q * sign, rtol=0, atol=error)
+        return
+    if name == "thin":  # their angles are read from directions, half turns added, and their rates divided by cos(phi)
+        np.testing.assert_allclose(other.tip, one.tip * [signs[1], signs[0], 1.0], rtol=0, atol=20 * EPS * count)
+        return
+    for numbers in ("q", "v", "a"):
+        np.testing.assert_array_equal(getattr(other, numbers), getattr(one, numbers) * sign, err_msg=numbers)
+    np.testing.assert_array_equal(other.tip, one.tip * [signs[1], signs[0], 1.0])
+    for numbers in ("t", "kinetic", "potential"):
+        np.testing.assert_array_equal(getattr(other, numbers), getattr(one, numbers), err_msg=numbers)
+    assert (one.stats.method, one.stats.steps) == (other.stats.method, other.stats.steps)
+    level = float(one["theta" + "_1" * (count > 1)][[0, -1]].mean())
+    instants = [
+        run.crossings("theta" + "_1" * (count > 1), level=level * m).t for run, m in ((one, 1.0), (other, signs[0]))
+    ]
+    np.testing.assert_array_equal(*instants)
