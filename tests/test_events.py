@@ -287,6 +287,7 @@ def scaled(method, length, mass, time, q, v, tolerance) -> pp.Trajectory:
     q=st.tuples(*[ANGLES] * 4),
     v=st.tuples(*[RATES] * 4),
 )
+@example(method="dop853", length=1.0, mass=2.0, q=(0.0, -0.375, 0.0, 0.0), v=(0.0, 1.0, 0.0, 0.0))
 def test_units_of_length_and_mass_change_no_bit(method, length, mass, q, v) -> None:
     """The same scene in units a million times smaller and larger, by powers of 2, which round nothing: the same bits.
 

@@ -276,6 +276,8 @@ def _pushes(A: Array, b: Array) -> Array:
     Block principal pivoting: all that do not fit change, or one of them where that does not help (L. Portugal, J. Júdice,
     L. Vicente, Math. Comp. 63 (1994), 625).
     """
+    unit = math.ldexp(1.0, math.frexp(np.diag(A).max())[1])  # a power of 2: no unit of mass changes the bits of the roots
+    A = A / unit
     size = np.sqrt(np.diag(A))
     A, b = A / np.outer(size, size), b / size
     pushing, fewest, patience = np.ones(len(b), bool), len(b) + 1, PATIENCE
@@ -286,7 +288,7 @@ def _pushes(A: Array, b: Array) -> Array:
         unfit = np.where(pushing, p < -ROUNDING * np.abs(p).max(), A @ p < b - ROUNDING * np.abs(b).max())
         count = int(unfit.sum())
         if not count:
-            return np.maximum(p, 0.0) / size
+            return np.maximum(p, 0.0) / (unit * size)
         fewest, patience = (count, PATIENCE) if count < fewest else (fewest, patience - 1)
         pushing ^= unfit if patience >= 0 else np.arange(len(b)) == np.flatnonzero(unfit)[-1]
     raise RunError("the search for the stops that push does not end")
