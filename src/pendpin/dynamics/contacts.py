@@ -276,7 +276,7 @@ def _pushes(A: Array, b: Array) -> Array:
     Block principal pivoting: all that do not fit change, or one of them where that does not help (L. Portugal, J. Júdice,
     L. Vicente, Math. Comp. 63 (1994), 625).
     """
-    unit = math.ldexp(1.0, math.frexp(np.diag(A).max())[1])  # a power of 2: no unit of mass changes the bits of the roots
+    unit = math.ldexp(1.0, math.frexp(np.diag(A).max())[1])  # a power of 2, so that the unit of mass changes no bit
     A = A / unit
     size = np.sqrt(np.diag(A))
     A, b = A / np.outer(size, size), b / size
