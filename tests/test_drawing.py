@@ -1,11 +1,16 @@
 """What is drawn of a run, by its laws: payloads, the path of the tip, any size."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
+from laws import HANG
 from pendpin.graphics.drawing import Drawing
 from pendpin.graphics.page import DRAWN, contents
 from pendpin.graphics.path import TURN, smooth
@@ -67,3 +72,10 @@ def test_any_size_is_drawn_alike(factor: float) -> None:
 def test_drawing_names_shapes_that_do_not_fit() -> None:
     with pytest.raises(ValueError, match="do not fit"):
         Drawing(**(vars(swinging()) | {"forces": np.zeros((121, 2, 3))}))
+
+
+def test_the_drawn_frames_are_those_of_the_computation(tmp_path: Path) -> None:
+    """The drawing of the derivation compares its rods' ends with pendpin's tips before it draws."""
+    script = Path(__file__).parents[1] / "examples/draw_frames.py"
+    subprocess.run([sys.executable, script, tmp_path], check=True, timeout=HANG, capture_output=True)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["frames.png", "frames_chain.png"]
