@@ -133,14 +133,18 @@ def field_since(
     return since(start, effect, function, numbers) if early else function
 
 
-def _in_first_period(start: float, effect: Effect) -> float:
+def _in_first_period(start: float, effect: Effect) -> Any:
     """The time at which a sinusoid first has the phase that it has at `start`, in s; for other effects `start`."""
     if not start or not isinstance(effect, Drag | Motor | Push | Support) or effect.frequency is None:
         return start
     from mpmath import mp, mpf
 
+    frequency = np.real(effect.frequency)  # complex where derivatives by it are wanted (varied.py)
     with mp.workdps(LATEST):
-        return float(mp.fmod(mpf(start) * mpf(effect.frequency), 2 * mp.pi) / effect.frequency)
+        early = float(mp.fmod(mpf(start) * mpf(frequency), 2 * mp.pi) / frequency)
+    if isinstance(effect.frequency, complex):  # frequency early changes with the frequency like frequency start
+        return early + (start - early) / frequency * (effect.frequency - frequency)
+    return early
 
 
 def joint_torque(model: Model, effect: JointEffect, where: str, xp: Any = np, numbers: Numbers = GIVEN) -> Torque:

@@ -14,8 +14,11 @@ from pendpin.dynamics.acting import plain_arithmetic
 from pendpin.dynamics.parameters import Parameters
 from pendpin.dynamics.samples import Sampler, parameters_of_samples, record_samples
 from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, record_by_rod, records_by_rod
+from pendpin.dynamics.varied import Variation
 from pendpin.effects import Effect
 from pendpin.engines import Compiled, CompiledEquations, Engine, Values
+from pendpin.engines.machine_code import Block
+from pendpin.engines.tangents import STATE, with_tangents
 from pendpin.engines.tape import Recording
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.model.build import Model
@@ -93,3 +96,23 @@ def _looked_up(key: Hashable, record: Callable[[], Recording], parameters: Param
         while len(_known) > MOST_KNOWN:
             _known.popitem(last=False)
     return found
+
+
+def differentiated(variation: Variation, start: float, by_rod: bool) -> Block:
+    """A block of the equations of a variation with their derivatives in its directions; without them in that of the state.
+
+    Raises MissingLibrary without llvmlite.
+    """
+    if find_spec("llvmlite") is None:
+        raise MissingLibrary("derivatives need llvmlite: pip install 'pendpin[fast]'")
+    engine, effects, parameters, masks = variation[:4]
+    directions = variation.directions or (STATE,)
+
+    def recorded() -> Recording:
+        recorded = record_by_rod if by_rod else record
+        return with_tangents(recorded(engine, effects, start, given=masks), directions)
+
+    places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
+    key = ("derivatives", parameters.structure, len(parameters.values), places)
+    equations = _looked_up(key, recorded, parameters)
+    return equations.function.block(variation.shared, variation.of_rods, parameters.tables, lambda seconds: None)

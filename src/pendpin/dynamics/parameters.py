@@ -4,12 +4,12 @@ Zeros stay zeros and are simplified away: which numbers are 0 belongs to the str
 effects.
 """
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, Mask
 from pendpin.effects import Effect
 from pendpin.engines.machine_code import Table
 from pendpin.engines.tape import Tape
@@ -47,10 +47,16 @@ class Numbers:
 
 
 class Parameters(Numbers):
-    """Replaces numbers by parameters of a tape and lists their values; without a tape it only lists them."""
+    """Replaces numbers by parameters of a tape and lists their values; without a tape it only lists them.
 
-    def __init__(self, tape: Tape | None = None) -> None:
-        self.values: list[float] = []
+    `masks` are, in the order of the calls, which numbers have a parameter: those that are not 0, or those of `given`.
+    Complex numbers stay complex in the lists (varied.py).
+    """
+
+    def __init__(self, tape: Tape | None = None, given: Sequence[Mask] | None = None) -> None:
+        self.values: list[Any] = []
+        self.masks: list[Mask] = []
+        self._given = given
         self.tables: list[Table] = []
         self._tape, self._structure = tape, list[Hashable]()
         self._effects, self._places = dict[int, Any](), dict[Hashable, int]()
@@ -70,8 +76,8 @@ class Parameters(Numbers):
         if x is None:
             self._structure.append(None)
             return None
-        given = np.asarray(x, float)
-        present = given != 0
+        given = _as_numbers(x)
+        present = self._present(given != 0)
         self._structure.append((given.shape, present.tobytes()))
         places = range(len(self.values), len(self.values) + int(present.sum()))
         self.values += given[present].tolist()
@@ -80,6 +86,12 @@ class Parameters(Numbers):
         out = given.astype(object)
         out[present] = [self._tape.parameter(place) for place in places]
         return out[()]
+
+    def _present(self, mask: Mask) -> Mask:
+        """Which numbers have a parameter, from which are not 0."""
+        chosen = mask if self._given is None else self._given[len(self.masks)]
+        self.masks.append(chosen)
+        return chosen
 
     def constant(self, x: Any) -> None:
         """Note what the equations take as it is."""
@@ -116,8 +128,8 @@ class RodParameters(Parameters):
 
     by_rod: ClassVar[bool] = True
 
-    def __init__(self, rods: int, tape: Tape | None = None) -> None:
-        super().__init__(tape)
+    def __init__(self, rods: int, tape: Tape | None = None, given: Sequence[Mask] | None = None) -> None:
+        super().__init__(tape, given)
         self.rods, self.columns = rods, list[Array]()
 
     @property
@@ -127,15 +139,15 @@ class RodParameters(Parameters):
 
     def joints(self, x: Array) -> Array:
         """As `Numbers`, from the numbers (2 n, ...) of theta and phi of every rod."""
-        return self._of_rod(np.reshape(np.asarray(x, float), (self.rods, 2, *np.shape(x)[1:])))
+        return self._of_rod(np.reshape(_as_numbers(x), (self.rods, 2, *np.shape(x)[1:])))
 
     def bodies(self, x: Array) -> Array:
         """As `Numbers`, from the numbers (n, ...) of every rod."""
-        return self._of_rod(np.asarray(x, float)[:, None])
+        return self._of_rod(_as_numbers(x)[:, None])
 
     def _of_rod(self, x: Array) -> Array:
         """The numbers (k, ...) of one rod, from those (n, k, ...) of all."""
-        present = (x != 0).any(0)
+        present = self._present((x != 0).any(0))
         self._structure.append((x.shape[1:], present.tobytes()))
         begin = len(self.columns)
         self.columns += list(x[:, present].T)
@@ -148,6 +160,11 @@ class RodParameters(Parameters):
     def input_of_rod(self, part: int, place: int) -> Any:
         """One of two inputs of each rod, from the first or the second half of all."""
         return 0.0 if self._tape is None else self._tape.input_of_rod(part, place)
+
+
+def _as_numbers(x: Any) -> Array:
+    given = np.asarray(x)
+    return given.astype(complex if given.dtype.kind == "c" else float)
 
 
 GIVEN = Numbers()

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices, cross
+from pendpin.arrays import Array, Indices, Mask, cross
 from pendpin.dynamics.acting import plain_arithmetic
 from pendpin.dynamics.binding import bind_loads
 from pendpin.dynamics.contacts import Contacts
@@ -50,11 +50,17 @@ def records_by_rod(engine: Engine, effects: Sequence[Effect]) -> bool:
     return chain is not None and chain.n > WRITTEN_OUT and plain_arithmetic(effects)
 
 
-def record_by_rod(engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION) -> Recording:
+def record_by_rod(
+    engine: Engine,
+    effects: Sequence[Effect],
+    start: float,
+    asked: Asked = MOTION,
+    given: Sequence[Mask] | None = None,
+) -> Recording:
     """As `record`, for one rod of a chain: the same for any number of rods."""
     tape, chain = Tape(), engine.model.chain
     assert chain is not None
-    numbers = RodParameters(chain.n, tape)
+    numbers = RodParameters(chain.n, tape, given)
     right = _right_hand_side(engine, effects, start, asked, numbers, recorded_by_rod(tape))
     in_directions = isinstance(engine, Directions)
     y = tape.state_of_rod(PARTS, 3 if in_directions else 2)
@@ -65,14 +71,20 @@ def record_by_rod(engine: Engine, effects: Sequence[Effect], start: float, asked
 
 
 def record(
-    engine: Engine, effects: Sequence[Effect], start: float, still: Sequence[int] = (), asked: Asked = MOTION
+    engine: Engine,
+    effects: Sequence[Effect],
+    start: float,
+    still: Sequence[int] = (),
+    asked: Asked = MOTION,
+    given: Sequence[Mask] | None = None,
 ) -> Recording:
     """y' of an engine's state with all effects, at times since `start` in s, and the torques that hold joints.
 
-    The places `still` of the state are 0. Raises InputError for an effect that does not run on symbols.
+    The places `still` of the state are 0; `given` are the masks of parameters. Raises InputError for an effect that does
+    not run on symbols.
     """
     tape, nv = Tape(), len(engine.model.joints)
-    right = _right_hand_side(engine, effects, start, asked, Parameters(tape), recorded())
+    right = _right_hand_side(engine, effects, start, asked, Parameters(tape, given), recorded())
     size = len(engine.pack(*np.zeros((2, nv)))) + (len(asked.accounts.kinds) if asked.accounts else 0)
     y = tape.state(size)
     y[list(still)] = 0.0
@@ -99,11 +111,16 @@ def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: 
 
 
 def parameters_of(
-    engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION, by_rod: bool = False
+    engine: Engine,
+    effects: Sequence[Effect],
+    start: float,
+    asked: Asked = MOTION,
+    by_rod: bool = False,
+    given: Sequence[Mask] | None = None,
 ) -> Parameters:
     """The parameters of these equations, and their structure, without the equations."""
     chain = engine.model.chain
-    parameters = RodParameters(chain.n) if by_rod and chain else Parameters()
+    parameters = RodParameters(chain.n, given=given) if by_rod and chain else Parameters(given=given)
     _right_hand_side(engine, effects, start, asked, parameters, np)
     return parameters
 
@@ -187,7 +204,7 @@ def _contacts(contacts: Contacts | None, nv: int, numbers: Parameters, xp: Any) 
 
 def tree_with_numbers(model: Model, numbers: Parameters) -> Tree:
     """The tree of a model with its numbers as parameters; by rod, that of one. The directions of its axes are constants."""
-    tree = tree_of_chain(model.chain) if numbers.by_rod and model.chain else tree_of(model.pin)
+    tree = tree_of_chain(model.chain) if model.chain and (numbers.by_rod or model.pin is None) else tree_of(model.pin)
     kept = slice(JOINTS if numbers.by_rod else None)
     constants = tree.parents[kept], tree.kinds[kept], tree.axes[kept], tree.rotations[kept]
     for part in constants:

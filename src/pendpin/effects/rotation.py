@@ -1,6 +1,5 @@
 """A world that turns: the Earth, or a centrifuge."""
 
-import math
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -52,8 +51,8 @@ class Rotation(BodyEffect):
         """Omega, (3,) in rad/s, in W."""
         if self.latitude is None:
             return np.array(self.rate)
-        angle = math.radians(self.latitude)
-        return EARTH * np.array([0.0, math.cos(angle), math.sin(angle)])
+        angle = np.radians(self.latitude) if isinstance(self.latitude, float) else self.latitude * (np.pi / 180)
+        return EARTH * np.array([0.0, np.cos(angle), np.sin(angle)])
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """Coriolis and centrifugal forces (n, 3) N and moments (n, 3) N m about the centres of mass, W."""

@@ -65,6 +65,9 @@ def arithmetic(result: str, name: str, operands: Sequence[str]) -> Iterator[str]
         yield f"  %{result} = {_BINARY[name]} double {both}"
     elif name == "neg":
         yield f"  %{result} = fneg double {both}"
+    elif name == "less":
+        yield f"  %c_{result} = fcmp olt double {both}"
+        yield f"  %{result} = uitofp i1 %c_{result} to double"
     elif name in _COMPARED:
         yield f"  %c_{result} = fcmp {_COMPARED[name]} double {both}"
         yield f"  %{result} = select i1 %c_{result}, double {operands[0]}, double {operands[1]}"

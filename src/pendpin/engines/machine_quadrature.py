@@ -1,4 +1,4 @@
-"""Weighted sums of sqrt(A + B x + C x²) over constant points x, as machine code on vectors."""
+"""Weighted sums of sqrt(A + B x + C x²), or of 1 over it, over constant points x, as machine code on vectors."""
 
 from collections.abc import Iterator, Sequence
 
@@ -11,14 +11,17 @@ _VECTOR = f"<{_WIDE} x double>"
 DECLARED = f"declare {_VECTOR} @llvm.sqrt.v{_WIDE}f64({_VECTOR})"
 
 
-def quadrature_code(name: str, points: Sequence[float], weights: Sequence[Sequence[float]]) -> str:
-    """The function void name(A, B, C, out): sums over the points (p,) with weights (k, p), out (k,)."""
+def quadrature_code(name: str, points: Sequence[float], weights: Sequence[Sequence[float]], inverse: bool) -> str:
+    """The function void name(A, B, C, out): sums over the points (p,) with weights (k, p), out (k,).
+
+    `inverse`: of the weights over the roots, 0 where a root is 0.
+    """
     missing = -len(points) % _WIDE
     x, W = np.pad(points, (0, missing)), np.pad(weights, ((0, 0), (0, missing)))
-    return "\n".join(_written(name, x.reshape(-1, _WIDE), W.reshape(len(W), -1, _WIDE)))
+    return "\n".join(_written(name, x.reshape(-1, _WIDE), W.reshape(len(W), -1, _WIDE), inverse))
 
 
-def _written(name: str, points: Array, weights: Array) -> Iterator[str]:
+def _written(name: str, points: Array, weights: Array, inverse: bool) -> Iterator[str]:
     """Points (groups, wide), weights (k, groups, wide)."""
     yield f"\ndefine internal void @{name}(double %A, double %B, double %C, ptr %out) noinline {{"
     for x in "ABC":
@@ -29,7 +32,11 @@ def _written(name: str, points: Array, weights: Array) -> Iterator[str]:
         yield f"  %b{i} = fadd {_VECTOR} %Bs, %c{i}"
         yield f"  %x{i} = fmul {_VECTOR} %b{i}, {_constant(x)}"
         yield f"  %a{i} = fadd {_VECTOR} %As, %x{i}"
-        yield f"  %root{i} = call {_VECTOR} @llvm.sqrt.v{_WIDE}f64({_VECTOR} %a{i})"
+        yield f"  %{'positive' if inverse else 'root'}{i} = call {_VECTOR} @llvm.sqrt.v{_WIDE}f64({_VECTOR} %a{i})"
+        if inverse:
+            yield f"  %over{i} = fdiv {_VECTOR} {_constant(np.ones(_WIDE))}, %positive{i}"
+            yield f"  %some{i} = fcmp ogt {_VECTOR} %positive{i}, zeroinitializer"
+            yield f"  %root{i} = select <{_WIDE} x i1> %some{i}, {_VECTOR} %over{i}, {_VECTOR} zeroinitializer"
     for k, of_groups in enumerate(weights):
         yield from _sum(k, of_groups)
     yield "  ret void\n}"

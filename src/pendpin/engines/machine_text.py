@@ -15,6 +15,7 @@ EVERY = 4096  # calls between two of the progress callback; a power of 2
 # for later ones, where the numbers of the rods are, how long states and further results are, how many unit vectors there are
 CALLS, CALLBACK, RODS, SCRATCH, NUMBERS, STATE, MORE, UNITS = range(8)
 HEADER = 8
+QUADRATURES = ("roots", "inverse_roots")
 TABLE = 3  # cells of a table: addresses of its times and its rows, and how many there are
 
 
@@ -61,7 +62,7 @@ class Text:
         yield DECLARED
         yield "define void @rate(ptr noalias %dy, double %t, ptr noalias %y, ptr %blocks, ptr noalias %more) {"
         for place in schedule.needed:
-            if tape.operations[place][0] == "roots":  # here: in a loop the stack would grow
+            if tape.operations[place][0] in QUADRATURES:  # here: in a loop the stack would grow
                 yield f"  %row{place} = alloca double, i64 {len(tape.operations[place][-1])}"
         yield _REPORTING
         for cell, place in enumerate(self.fixed, self.inputs_at - len(self.fixed)):
@@ -200,8 +201,8 @@ class Text:
             yield from load(f"v{place}", "block", str(self.inputs_at + operands[0]))
         elif name == "row":
             yield from table_row(place, self._name(operands[0], loop), HEADER + TABLE * operands[1], operands[2])
-        elif name == "roots":
-            *terms, rule = *(self._name(x, loop) for x in operands[:3]), tuple(operands[3:])
+        elif name in QUADRATURES:
+            *terms, rule = *(self._name(x, loop) for x in operands[:3]), (*operands[3:], name == "inverse_roots")
             quadrature = self._quadratures.setdefault(rule, f"quadrature{len(self._quadratures)}")
             yield f"  call void @{quadrature}({', '.join(f'double {x}' for x in terms)}, ptr %row{place})"
         elif name == "entry":

@@ -22,7 +22,8 @@ from pendpin.equations.numbers import FUNCTIONS
 
 _MOST_FACTORS = 8  # up to which a whole power is written out
 _COMMUTING = ("add", "mul", "min", "max")
-_OPERANDS = {"row": 2, "entry": 2, "roots": 4}  # where those of an operation end, if constants follow
+# Where the operands of an operation end, if constants follow
+_OPERANDS = {"row": 2, "entry": 2, "roots": 4, "inverse_roots": 4}
 LEAVES = ("time", "state", "parameter", "input", "number", "carried", "last")  # operations without operands
 _NONE = np.empty((0, 1))
 _ON_FLOATS: dict[str, Callable[..., Any]] = {
@@ -33,6 +34,7 @@ _ON_FLOATS: dict[str, Callable[..., Any]] = {
     "pow": np.power,
     "min": np.minimum,
     "max": np.maximum,
+    "less": lambda x, y: np.where(np.less(x, y), 1.0, 0.0),
     "neg": np.negative,
     **{name: getattr(np, name) for name in FUNCTIONS},
 }
@@ -54,12 +56,20 @@ class Tape:
 
     def state(self, size: int) -> Array:
         """The state y (size,)."""
-        return np.array([self._at(("state", i)) for i in range(size)], dtype=object)
+        return np.array([self.state_cell(i) for i in range(size)], dtype=object)
+
+    def state_cell(self, i: int) -> "Term":
+        """One number of the state."""
+        return self._at(("state", i))
 
     def state_of_rod(self, parts: int, width: int) -> Array:
         """The state (parts width,) of a rod, in a state with `parts` of `width` numbers for each rod."""
         cells = [(part, i) for part in range(parts) for i in range(width)]
-        return np.array([self._at(("state", *cell), by_rod=True) for cell in cells], dtype=object)
+        return np.array([self.state_cell_of_rod(*cell) for cell in cells], dtype=object)
+
+    def state_cell_of_rod(self, part: int, i: int) -> "Term":
+        """One number of a rod's state."""
+        return self._at(("state", part, i), by_rod=True)
 
     def parameter(self, place: int, by_rod: bool = False) -> "Term":
         """One of the run's parameters, or of those that each rod has its own value of."""
@@ -87,8 +97,11 @@ class Tape:
 
     def weighted_roots(self, A: Any, B: Any, C: Any, points: Array, weights: Array) -> Array:
         """The sums (k,) of weights (k, p) times sqrt(A + B x + C x²) over points x (p,): one operation."""
-        operands, constants = map(self.placed, (A, B, C)), (tuple(points), tuple(map(tuple, weights)))
-        return self._entries(("roots", *operands, *constants), len(weights))
+        return self._quadrature("roots", A, B, C, points, weights)
+
+    def weighted_inverse_roots(self, A: Any, B: Any, C: Any, points: Array, weights: Array) -> Array:
+        """The same with weights over the roots, 0 where a root is 0."""
+        return self._quadrature("inverse_roots", A, B, C, points, weights)
 
     def record(self, name: str, *given: Any) -> "Term":
         """An operation on terms and numbers."""
@@ -140,6 +153,11 @@ class Tape:
     def placed(self, x: Any) -> int:
         """The place of a term or number."""
         return x.place if isinstance(x, Term) else self._at(("number", float(x)), fixed=True).place
+
+    def _quadrature(self, name: str, A: Any, B: Any, C: Any, points: Array, weights: Array) -> Array:
+        """The results (k,) of a quadrature with weights (k, p)."""
+        operands, constants = map(self.placed, (A, B, C)), (tuple(points), tuple(map(tuple, weights)))
+        return self._entries((name, *operands, *constants), len(weights))
 
     def _entries(self, operation: tuple[Any, ...], width: int) -> Array:
         """The results (width,) of an operation that has several."""

@@ -1,5 +1,6 @@
 """From a scene's model to Pinocchio's: joints, names, frames, rods on universal joints. Never changed afterwards."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -139,14 +140,14 @@ def _from_chain(chain: Chain) -> Model:
     pin = _pin_chain(rods, names) if _data_bytes(len(joints)) <= MAX_DATA_BYTES else None
     links = [(2 * i, rod, link) for i, (rod, (_, _, link)) in enumerate(zip(rods, names, strict=True))]
     on_joints = tuple(RodJoint(link, j, j + 1, FLIP, 1.0, FLIP, rod.properties) for j, rod, link in links)
-    bodies = tuple(_chain_body(rod, link, j + 1) for j, rod, link in links)
+    bodies = chain_bodies(rods, [link for _, _, link in names])
     return Model(joints, pin, ChainInertia(m, h, length, I1, I2, I3), on_joints, bodies, findings=tuple(findings))
 
 
 def tree_of_chain(chain: ChainInertia) -> Tree:
     """The plain data of a chain: two joints for each rod, as `model.pin` has them, for any number of rods."""
     n, zero = chain.n, np.zeros(chain.n)
-    inertias = np.zeros((2 * n, 3, 3))
+    inertias = np.zeros((2 * n, 3, 3), np.result_type(chain.I1, float))
     inertias[1::2] = np.stack([chain.I1, chain.I2, chain.I3], -1)[:, None] * np.eye(3)
     return Tree(
         parents=tuple(range(-1, 2 * n - 1)),
@@ -177,6 +178,11 @@ def _pin_chain(rods: tuple[Rod, ...], names: tuple[tuple[str, str, str], ...]) -
         append_body(model, joint, pin.Inertia(m, np.array([0, 0, -h]), np.diag(principal)))
         offset = np.array([0, 0, -rod.length])
     return model
+
+
+def chain_bodies(rods: Sequence[Rod], links: Sequence[str]) -> tuple[Body, ...]:
+    """The rods of a chain as bodies."""
+    return tuple(_chain_body(rod, link, 2 * i + 1) for i, (rod, link) in enumerate(zip(rods, links, strict=True)))
 
 
 def _chain_body(rod: Rod, link: str, joint: int) -> Body:

@@ -1,0 +1,86 @@
+"""Exact derivatives of a scene's motion, in machine code: of accelerations by positions, rates and numbers of the scene.
+
+The equations are those of the run on angles, recorded on a tape and differentiated there operation by operation
+(pendpin.engines.tangents): no finite differences, no second formula. Friction and stops are left out: they act at events.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.compiling import differentiated
+from pendpin.dynamics.dynamics import choose_engine
+from pendpin.dynamics.symbols import records_by_rod
+from pendpin.dynamics.varied import vary
+from pendpin.effects import ContactEffect, Effect, Idle
+from pendpin.engines.machine_code import Block
+from pendpin.errors import InputError
+from pendpin.model.build import build
+from pendpin.scene import Scene
+
+
+class Jacobian(NamedTuple):
+    """Accelerations q'' at a state, and their derivatives."""
+
+    acceleration: Array  # (nv,)
+    of_q: Array  # (nv, nv), 1/s²
+    of_v: Array  # (nv, nv), 1/s
+
+
+class Variational:
+    """y' = f(t, y) of the state y = (q, v), with the derivatives of f in some directions, as machine code.
+
+    A direction is that of one number of the scene, by its key path: the state of its equations is (y, w_1, ..., w_K),
+    w_k = dy/d(number k), and w_k' = df/dy w_k + df/d(number k). Without keys there is one direction, that of a change w of
+    the state itself. Times are since the scene's start, in s. Use one in each thread.
+
+    Raises InputError for effects without derivatives, for keys that are no numbers of the scene, and MissingLibrary
+    without llvmlite.
+    """
+
+    def __init__(self, scene: Scene, keys: Sequence[str] = ()) -> None:
+        self.model = build(scene.model)
+        self.keys, self.scene = tuple(keys), scene
+        effects = differentiable(scene)
+        engine = choose_engine(self.model, bind_loads(self.model, effects, start=scene.start.time), "auto", "angles")
+        by_rod = records_by_rod(engine, effects)
+        self.variation = vary(scene.model_copy(update={"effects": effects}), engine, keys, by_rod)
+        self._block = differentiated(self.variation, scene.start.time, by_rod)
+        self.nv = len(self.model.joints)
+
+    @property
+    def block(self) -> Block:
+        """The arguments of the machine code, as those of `pendpin.engines.Compiled`: its state is (y, w_1, ..., w_K)."""
+        return self._block
+
+    @property
+    def starts(self) -> Array:
+        """The derivatives (K, 2 nv) of the start's (q, v) by the numbers."""
+        return self.variation.start
+
+    def rates(self, t: Array, y: Array, w: Array) -> tuple[Array, Array]:
+        """y' (n, 2 nv) and w' (n, K, 2 nv) at times (n,), states y (n, 2 nv) and w (n, K, 2 nv)."""
+        n, size = y.shape
+        found, _ = self._block.evaluated(t, np.concatenate([y, w.reshape(n, -1)], 1))
+        return found[:, :size], found[:, size:].reshape(w.shape)
+
+    def jacobian(self, t: float, q: Array, v: Array) -> Jacobian:
+        """The accelerations at a state (nv,) each and their derivatives; for one without keys."""
+        nv, directions = self.nv, np.eye(2 * self.nv)[:, None]
+        y = np.tile(np.concatenate([q, v]), (2 * nv, 1))
+        rates, changes = self.rates(np.full(2 * nv, t), y, directions)
+        return Jacobian(rates[0, nv:], changes[:nv, 0, nv:].T, changes[nv:, 0, nv:].T)
+
+
+def differentiable(scene: Scene) -> tuple[Effect, ...]:
+    """The effects of a scene, with `Idle` in place of friction and stops.
+
+    Raises InputError for one that does not run on symbols.
+    """
+    for i, effect in enumerate(scene.effects):
+        if not effect.symbolic:
+            raise InputError(f"effects[{i}]: {effect.kind} has no derivative: its law takes plain floats only")
+    return tuple(Idle(kind=e.kind) if isinstance(e, ContactEffect) else e for e in scene.effects)

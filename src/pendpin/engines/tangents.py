@@ -1,0 +1,206 @@
+"""Exact directional derivatives of equations on a tape, recorded on the same tape and compiled like the rest.
+
+Every operation gets its derivative in each of k directions by the chain rule (forward mode: A. Griewank, A. Walther,
+Evaluating Derivatives, 2008, chapter 3). A direction is a change of the state, of parameters and of the time. The state is
+then (y, w_1, ..., w_k), each w of the size of y, and the results are (f, f_1, ..., f_k):
+    f_j = df/dy w_j + df/dp p_j + df/dt t_j
+so y' = f(t, y) becomes the variational equations w_j' = f_j.
+
+Where a function is continuous but not differentiable, one derivative is taken: that of sqrt at 0 is 0, so that the
+quadratic drag |u| u has its derivative, 0, at rest; of two equal numbers minimum and maximum take that of the second.
+Between the rows of a table nothing changes.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.engines.tape import LEAVES, Cell, Recording, Tape, Term, operands_of
+
+Places = Mapping[int, int]  # the place of a parameter -> that of its rate of change
+
+
+class Direction(NamedTuple):
+    """What changes in one direction beside the state; parameters by their places among those of the tape."""
+
+    shared: Places
+    of_rods: Places
+    time: float = 0.0
+
+
+STATE = Direction({}, {})  # the state alone
+
+
+def with_tangents(recording: Recording, directions: Sequence[Direction]) -> Recording:
+    """The recording with its derivatives in these directions: results f, then f_1, ..., f_k, of states y, w_1, ..., w_k.
+
+    `more` is left as it is. Of a chain by rods, results that are of no rod have no derivative.
+    """
+    tape, chain = recording.tape, bool(recording.parts)
+    wanted = [tape.placed(x) for x in (recording.of_rod if chain else recording.results)]
+    found = _Tangents(recording, directions).of(wanted)
+    new = [*(_term(tape, place) for place in wanted), *(x for of_direction in found for x in of_direction)]
+    times = 1 + len(directions)
+    if chain:
+        return recording._replace(of_rod=new, parts=times * recording.parts)
+    return recording._replace(results=new, width=times * recording.width)
+
+
+class _Tangents:
+    """The derivatives of the operations of a tape, by place, in each direction; an operation that is missing has 0."""
+
+    def __init__(self, recording: Recording, directions: Sequence[Direction]) -> None:
+        self.tape, self._recording, self._directions = recording.tape, recording, directions
+        self._found: list[dict[int, Any]] = [{} for _ in directions]
+        self._cells: dict[tuple[int, int, int], int] = {}  # direction, pass and cell -> the cell of its derivative
+
+    def of(self, results: Sequence[int]) -> list[list[Any]]:
+        """The derivatives of some operations, direction by direction."""
+        needed = self.tape.needed(results)
+        active = self._active(needed)
+        for place in needed:
+            if place in active:
+                for j, found in enumerate(self._found):
+                    tangent = self._tangent(place, j)
+                    if isinstance(tangent, Term) or tangent != 0:
+                        found[place] = tangent
+        for (j, number, cell), new in self._cells.items():
+            cells = self.tape.passes[number].cells
+            cells[new] = Cell(*(self.tape.placed(self._found[j].get(place, 0.0)) for place in cells[cell]))
+        return [[found.get(place, 0.0) for place in results] for found in self._found]
+
+    def _active(self, needed: Sequence[int]) -> set[int]:
+        """The operations that change in some direction."""
+        active: set[int] = set()
+        while True:
+            before = len(active)
+            for place in needed:
+                name, *rest = operation = self.tape.operations[place]
+                if name in LEAVES and name not in {"carried", "last"}:
+                    changes = self._is_varied(name, rest)
+                else:
+                    changes = any(x in active for x in self._sources(operation))
+                if changes:
+                    active.add(place)
+            if len(active) == before:
+                return active
+
+    def _sources(self, operation: tuple[Any, ...]) -> Sequence[int]:
+        if operation[0] in {"carried", "last"}:
+            return self.tape.passes[operation[1]].cells[operation[2]]
+        return operands_of(operation)
+
+    def _is_varied(self, name: str, rest: Sequence[Any]) -> bool:
+        """Whether some direction changes a leaf."""
+        if name == "parameter":
+            return any(rest[0] in (one.of_rods if rest[1] else one.shared) for one in self._directions)
+        return name == "state" or (name == "time" and any(one.time for one in self._directions))
+
+    def _tangent(self, place: int, j: int) -> Any:
+        """The derivative of one operation in direction j, a term or a number."""
+        name, *rest = self.tape.operations[place]
+        if name in {"carried", "last"}:
+            new = self._cell(j, *rest)
+            return self.tape.carried(rest[0], new) if name == "carried" else self.tape.last(rest[0], new)
+        if name in LEAVES:
+            return self._of_leaf(name, rest, j)
+        if name == "entry":
+            return self._of_entry(rest[0], rest[1], j)
+        if name in {"row", "roots", "inverse_roots"}:
+            return 0.0  # their entries have derivatives
+        operands = operands_of(self.tape.operations[place])
+        terms, changes = [_term(self.tape, x) for x in operands], [self._found[j].get(x, 0.0) for x in operands]
+        if all(not isinstance(x, Term) and x == 0 for x in changes):
+            return 0.0
+        return chain_rule(self.tape, name, Term(self.tape, place), terms, changes)
+
+    def _cell(self, j: int, number: int, cell: int) -> int:
+        """The cell of a pass for the derivative of another; what it holds is known when all derivatives are."""
+        cells = self.tape.passes[number].cells
+        if (j, number, cell) not in self._cells:
+            self._cells[j, number, cell] = len(cells)
+            cells.append(cells[cell])
+        return self._cells[j, number, cell]
+
+    def _of_leaf(self, name: str, rest: Sequence[Any], j: int) -> Any:
+        """Of the state, a parameter or the time."""
+        direction, recording, times = self._directions[j], self._recording, 1 + j
+        if name == "time":
+            return direction.time
+        if name == "state" and recording.parts:
+            part, cell = rest
+            return self.tape.state_cell_of_rod(times * recording.parts + part, cell)
+        if name == "state":
+            return self.tape.state_cell(times * recording.width + rest[0])
+        if name == "parameter":
+            new = (direction.of_rods if rest[1] else direction.shared).get(rest[0])
+            return 0.0 if new is None else self.tape.parameter(new, rest[1])
+        return 0.0
+
+    def _of_entry(self, source: int, i: int, j: int) -> Any:
+        """Of a sum of weights times sqrt(A + B x + C x²): (A_j + B_j x + C_j x²) / (2 sqrt(...)) in place of the root."""
+        name, *operation = self.tape.operations[source]
+        if name == "row":
+            return 0.0
+        assert name == "roots"
+        A, B, C, points, weights = operation
+        changes = [self._found[j].get(x, 0.0) for x in (A, B, C)]
+        x, w = np.array(points), np.array(weights)
+        rows = (w[:, None] * x ** np.arange(3)[:, None] / 2).reshape(-1, len(x))
+        a, b, c = (_term(self.tape, place) for place in (A, B, C))
+        sums = self.tape.weighted_inverse_roots(a, b, c, x, rows)
+        return sum((sums[3 * i + power] * change for power, change in enumerate(changes)), 0.0)
+
+
+def chain_rule(tape: Tape, name: str, result: Term, operands: Sequence[Any], changes: Sequence[Any]) -> Any:
+    """The change of an operation's result from those of its operands, terms or numbers."""
+    if name in {"add", "sub", "mul", "div", "pow", "min", "max"}:
+        return _of_two(tape, name, result, *operands, *changes)
+    (x,), (dx,) = operands, changes
+    if name == "neg":
+        return -dx
+    return _slope(tape, name, result, x) * dx
+
+
+def _of_two(tape: Tape, name: str, result: Term, a: Any, b: Any, da: Any, db: Any) -> Any:
+    if name in {"add", "sub"}:
+        return da + db if name == "add" else da - db
+    if name == "mul":
+        return a * db + b * da
+    if name == "div":
+        return (da - result * db) * (1.0 / b)
+    if name == "pow":
+        of_base = 0.0 if _is_zero(da) else b * a ** (b - 1) * da
+        return of_base if _is_zero(db) else of_base + result * _recorded(tape, "log", a) * db
+    first = tape.record("less", a, b) if name == "min" else tape.record("less", b, a)
+    return first * da + (1.0 - first) * db
+
+
+def _slope(tape: Tape, name: str, result: Term, x: Any) -> Any:
+    """The derivative of a function, from its argument and its value."""
+    if name == "sin":
+        return tape.record("cos", x)
+    if name == "cos":
+        return -tape.record("sin", x)
+    if name == "sqrt":  # 0 at 0
+        positive = tape.record("less", 0.0, result)
+        return 0.5 * positive / (result + (1.0 - positive))
+    if name in {"exp", "log"}:
+        return result if name == "exp" else 1.0 / x
+    square = result * result
+    return 1.0 + square if name == "tan" else 1.0 - square  # tanh
+
+
+def _is_zero(x: Any) -> bool:
+    return not isinstance(x, Term) and x == 0
+
+
+def _recorded(tape: Tape, name: str, x: Any) -> Any:
+    return tape.record(name, x) if isinstance(x, Term) else float(getattr(np, name)(x))
+
+
+def _term(tape: Tape, place: int) -> Any:
+    """The operation at a place; a number as it is."""
+    name, *rest = tape.operations[place]
+    return rest[0] if name == "number" else Term(tape, place)

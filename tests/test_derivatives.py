@@ -1,0 +1,220 @@
+"""Exact derivatives of accelerations, against differences in 50 digits, Pinocchio's own, and what is known by hand."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import pendpin as pp
+from effect_cases import EFFECTS, MODELS
+from laws import law
+from pendpin import effects as fx
+from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.derivatives import Variational
+from pendpin.dynamics.parameters import GIVEN
+from pendpin.dynamics.symbols import external_wrenches, tree_with_numbers
+from pendpin.equations.numbers import exact
+from pendpin.equations.recursion import accelerations
+from pendpin.model.bodies import with_gravity
+from pendpin.model.build import build
+
+pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install 'pendpin[fast]'")
+XP = exact(50)
+STEP = 1e-12  # of differences in 50 digits: the next term of a central difference is 1e-24 of the derivative
+ROUNDING = 1e-13  # of the largest entry: the chain rule on some 1e3 operations of the recursion
+
+
+def in_fifty_digits(scene: pp.Scene, t: float, y: np.ndarray) -> np.ndarray:
+    """The accelerations (nv,) at y = (q, v), by the recursion on mpmath's numbers."""
+    model = build(scene.model)
+    q, v = np.split(y, 2)
+    loads = bind_loads(model, scene.effects, XP)
+    tree, time = tree_with_numbers(model, GIVEN), XP.asarray(t)[()]
+    external = external_wrenches(model, loads, GIVEN, tree, XP)(time, q, v) if loads.wrench else None
+    tau = loads.torque(time, q, v) if loads.torque else None
+    return accelerations(tree, q, v, XP.asarray(loads.field(time)), tau, external, XP)
+
+
+def difference(scene: pp.Scene, t: float, y: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """The derivative (nv,) of the accelerations along a way (2 nv,), by a central difference in 50 digits."""
+    y, way = XP.asarray(y), XP.asarray(way)
+    ahead, behind = (in_fifty_digits(scene, t, y + s * STEP * way) for s in (1, -1))
+    return ((ahead - behind) / (2 * XP.asarray(STEP)[()])).astype(float)
+
+
+def scene_of(model: str, effects: Sequence[str]) -> pp.Scene:
+    return pp.Scene(model=MODELS[model], effects=[fx.Gravity(), *(EFFECTS[name] for name in effects)])
+
+
+# --- by the state ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("effect", [name for name in EFFECTS if name != "gravity"])
+@pytest.mark.parametrize("model", ["one rod", "chain of 5"])
+def test_every_effect_against_fifty_digits(model: str, effect: str) -> None:
+    """Along a random way, at a random state: quadratic drag too, in a flow that vanishes nowhere."""
+    scene, random = scene_of(model, [effect]), np.random.default_rng(5)
+    equations = Variational(scene)
+    y, way = random.uniform(-1, 1, (2, 2 * equations.nv))
+    _, change = equations.rates(np.array([0.7]), y[None], way[None, None])
+    expected = difference(scene, 0.7, y, way)
+    assert np.abs(change[0, 0, equations.nv :] - expected).max() < ROUNDING * 10 * np.abs(expected).max()
+
+
+@law(10)
+@given(
+    chosen=st.sets(st.sampled_from(sorted(set(EFFECTS) - {"gravity"})), max_size=4),
+    model=st.sampled_from(sorted(MODELS)),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_the_jacobian_holds_the_derivatives_along_all_ways(chosen: set[str], model: str, seed: int) -> None:
+    """The derivative along a way is the sum of the columns of the Jacobian times the way's numbers."""
+    kinds = {EFFECTS[name].kind: name for name in sorted(chosen)}  # one drag and one rotation at most
+    scene, random = scene_of(model, list(kinds.values())), np.random.default_rng(seed)
+    equations = Variational(scene)
+    nv = equations.nv
+    y, way = random.uniform(-1, 1, (2, 2 * nv))
+    found = equations.jacobian(0.3, *np.split(y, 2))
+    _, change = equations.rates(np.array([0.3]), y[None], way[None, None])
+    expected = np.hstack([found.of_q, found.of_v]) @ way
+    size = np.abs(np.hstack([found.of_q, found.of_v])).max() * 2 * nv
+    assert np.abs(change[0, 0, nv:] - expected).max() <= 1e-14 * size
+    assert (change[0, 0, :nv] == way[nv:]).all()
+
+
+@pytest.mark.parametrize("robot", ["ur5", "panda"])
+def test_robots_against_pinocchio(robot: str) -> None:
+    """At ten states; both are off by less than 1e-12 of the largest derivative."""
+    import pinocchio as pin
+
+    scene = pp.Scene(model=pp.UrdfModel(robot), effects=[fx.Gravity()])
+    equations, random = Variational(scene), np.random.default_rng(8)
+    model = with_gravity(build(scene.model).pin, np.array([0, 0, -9.81]))
+    data = model.createData()
+    for _ in range(10):
+        q, v = random.uniform(-2.8, 2.8, equations.nv), random.uniform(-2, 2, equations.nv)
+        found = equations.jacobian(0.0, q, v)
+        pin.computeABADerivatives(model, data, q, v, np.zeros(equations.nv))
+        for ours, theirs in ((found.of_q, data.ddq_dq), (found.of_v, data.ddq_dv)):
+            assert np.abs(ours - theirs).max() <= 1e-12 * np.abs(theirs).max()
+
+
+def test_quadratic_drag_at_rest_has_the_derivative_zero() -> None:
+    """|u| u is differentiable where u is 0, and its derivative is 0; the linear part stays."""
+    rod = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))
+    gravity, rest, drags = fx.Gravity(), np.zeros(2), (fx.Drag(), fx.Drag(linear=0.3))
+    still = [Variational(pp.Scene(model=rod, effects=[gravity, drag])).jacobian(0, rest, rest) for drag in drags]
+    none = Variational(pp.Scene(model=rod, effects=[gravity])).jacobian(0, rest, rest)
+    assert (still[0].of_v == none.of_v).all()
+    inertia = (3 * 0.05**2 + 1) / 12 + 0.25
+    assert np.allclose(np.diag(still[1].of_v), -0.3 / 3 / inertia, rtol=1e-14)
+
+
+# --- by numbers of the scene ----------------------------------------------------------------------------------------
+
+RODS = [f"model.rods[{i}].{name}" for i in (0, 2) for name in ("length", "mass", "radius", "payload")]
+KEYS = {
+    "viscous": ["effects[1].coefficient"],
+    "spring": ["effects[1].stiffness", "effects[1].rest"],
+    "sinusoid motor": [f"effects[1].{name}" for name in ("torque", "amplitude", "frequency", "phase")],
+    "hold": ["effects[1].target", "effects[1].proportional", "effects[1].derivative"],
+    "push": ["effects[1].force[1]", "effects[1].point"],
+    "drag": [f"effects[1].{name}" for name in ("diameter", "wind[2]", "linear", "density", "coefficient")],
+    "gust and buoyancy": ["effects[1].gust[0]", "effects[1].frequency", "effects[1].density"],
+    "support": ["effects[1].amplitude[0]", "effects[1].frequency", "effects[1].phase"],
+    "rotation": ["effects[1].rate[1]"],
+    "earth": ["effects[1].latitude"],
+}
+
+
+def number(scene: pp.Scene, key: str) -> float:
+    from pendpin.keypaths import parsed
+
+    value = scene
+    for part in parsed(key):
+        value = value[part] if isinstance(part, int) else getattr(value, part)
+    return float(value)
+
+
+@pytest.mark.parametrize("model", ["one rod", "chain of 5"])
+@pytest.mark.parametrize("effect", list(KEYS))
+def test_numbers_of_the_scene_against_differences(model: str, effect: str) -> None:
+    """Numbers of rods, of gravity and of each effect; some are 0, and have a derivative all the same.
+
+    The fourth-order difference of doubles with steps of 1e-3 is good to about 1e-10 of the largest of them.
+    """
+    scene, random = scene_of(model, [effect]), np.random.default_rng(11)
+    rods = [key for key in RODS if model != "one rod" or "[0]" in key]
+    keys = [*rods, "effects[0].acceleration", "effects[0].direction[1]", *KEYS[effect], "start.time"]
+    keys = [key for key in keys if not key.endswith("payload") or number(scene, key) > 0.1]
+    equations = Variational(scene, keys)
+    nv, y = equations.nv, random.uniform(-1, 1, 2 * equations.nv)
+    _, found = equations.rates(np.array([0.7]), y[None], np.zeros((1, len(keys), 2 * nv)))
+    for key, change in zip(keys, found[0, :, nv:], strict=True):
+        x = number(scene, key)
+        h = 1e-3 * (abs(x) or 1.0)
+
+        def at(moved: float, key: str = key, x: float = x) -> np.ndarray:
+            time = 0.7 + (moved if key == "start.time" else 0.0)
+            return pp.bind(scene.replace({key: x + moved})).acceleration(time, *np.split(y, 2))
+
+        expected = (45 * (at(h) - at(-h)) - 9 * (at(2 * h) - at(-2 * h)) + at(3 * h) - at(-3 * h)) / (60 * h)
+        assert np.abs(change - expected).max() < 1e-9 * max(np.abs(expected).max(), np.abs(at(0.0)).max()), key
+
+
+def test_a_number_that_is_zero_has_a_derivative() -> None:
+    """An effect of strength 0 is left out of a run, but not of the derivative by its strength."""
+    rod = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))
+    q, v = np.array([0.4, -0.3]), np.array([1.0, 2.0])
+    changes = []
+    for coefficient in (0.0, 0.3):
+        scene = pp.Scene(model=rod, effects=[fx.Gravity(), fx.Viscous(coefficient=coefficient)])
+        equations = Variational(scene, ["effects[1].coefficient"])
+        changes.append(equations.rates(np.zeros(1), np.concatenate([q, v])[None], np.zeros((1, 1, 4)))[1])
+    assert np.allclose(*changes, rtol=1e-13)
+    assert changes[0][0, 0, 2:].any()
+
+
+def test_starts_have_rates() -> None:
+    """Positions and rates of the start, in degrees or radians, by name or by place."""
+    chain = MODELS["chain of 5"]
+    scene = pp.Scene(model=chain, start=pp.Start(positions={"theta_1": 30.0}, unit="degrees"))
+    keys = ["start.positions.theta_1", "start.velocities.phi_2", "model.rods[0].mass", "start.time"]
+    starts = Variational(scene, keys).starts
+    assert starts[0, 0] == np.pi / 180
+    assert starts[1, 13] == np.pi / 180
+    assert np.count_nonzero(starts) == 2
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("model.rods[9].mass", "no derivative by it"),
+        ("model.rods[0].com", "None is not a number"),
+        ("model.rods[0].colour", "not a number"),
+        ("model.copies", "no derivative by it"),
+        ("effects[0].kind", "is not a number"),
+        ("effects[0].direction", "is not a number"),
+        ("effects[1].kinetic", "acts through events"),
+        ("effects[7].coefficient", "no derivative by it"),
+        ("start.positions.theta_9", "theta_9"),
+        ("start.unit", "no derivative by it"),
+        ("solver.tolerance", "no derivative by it"),
+        ("duration", "no derivative by it"),
+    ],
+)
+def test_keys_without_a_derivative_are_refused(key: str, said: str) -> None:
+    """With the key path and the reason, in one line."""
+    scene = pp.Scene(model=MODELS["one rod"], effects=[fx.Gravity(), fx.DryFriction(kinetic=0.1)])
+    with pytest.raises(pp.InputError, match=said) as error:
+        Variational(scene, [key])
+    assert "\n" not in str(error.value)
+
+
+def test_a_function_has_no_derivative() -> None:
+    """A torque that takes floats only is refused by its place."""
+    scene = pp.Scene(model=MODELS["one rod"], effects=[fx.Torque(lambda t, q, v: -v)])
+    with pytest.raises(pp.InputError, match=r"effects\[0\]"):
+        Variational(scene)
