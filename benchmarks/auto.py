@@ -69,7 +69,7 @@ def measured(case: dict[str, Any]) -> dict[str, Any]:
         result = pp.simulate(given)
         seconds.append(time.process_time() - begin)
         chosen = f"{result.stats.method} {result.stats.engine}" if run == 1 else chosen
-        first = result.tips()[:, -1].tolist() if first is None else first
+        first = result.tips[:, -1].tolist() if first is None else first
         if sum(seconds) > LONGEST / 5:
             break
     return {"seconds": seconds, "tips": first, "chosen": chosen}

@@ -178,7 +178,7 @@ def main() -> None:
 def alone(scene: pp.Scene, q: Array, v: Array) -> Array:
     """The tips from one start, by `simulate` at the reference's tolerance."""
     start = pp.Start(positions=tuple(q.tolist()), velocities=tuple(v.tolist()))
-    return pp.simulate(scene.model_copy(update={"start": start}), method="taylor", tolerance=REFERENCE).tips()
+    return pp.simulate(scene.model_copy(update={"start": start}), method="taylor", tolerance=REFERENCE).tips
 
 
 if __name__ == "__main__":

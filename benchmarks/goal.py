@@ -188,7 +188,7 @@ def checked(kind: str, scene: pp.Scene) -> dict[str, Any]:
     begin, known = time.process_time(), reference(scene, TRUSTED * (solver.accuracy or 0.0))
     out |= {"doubt": float(known.doubt[-1]), "claimed": run.stats.error, "steps": run.stats.steps}
     n = len(run.t)
-    out["true"] = float(tip_distance(known.tips[:n], run.tips(), length).max()) if n else None
+    out["true"] = float(tip_distance(known.tips[:n], run.tips, length).max()) if n else None
     if out["outcome"] == "refused":
         out["within_reach"] = _within_reach(scene, known, length)
     out["reference_cpu"] = time.process_time() - begin
@@ -217,7 +217,7 @@ def _within_reach(scene: pp.Scene, known: Reference, length: float) -> float | N
             run = pp.simulate(scene.by(name, setting), progress=end)
         except pp.PendpinError:
             continue
-        if tip_distance(known.tips, run.tips(), length).max() <= accuracy:
+        if tip_distance(known.tips, run.tips, length).max() <= accuracy:
             return setting
     return None
 

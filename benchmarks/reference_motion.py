@@ -65,9 +65,9 @@ def _by_two_methods(scene: pp.Scene, tolerance: float, engine: str) -> Reference
     scene, runs = scene.model_copy(update={"solver": scene.solver.replaced(engine=engine)}), []
     for method in ("rk45", "dop853"):
         try:
-            runs.append(pp.simulate(scene.by(method, tolerance), limit=PATIENCE).tips())
+            runs.append(pp.simulate(scene.by(method, tolerance), limit=PATIENCE).tips)
         except pp.RunError as error:
-            runs.append(error.partial.tips())
+            runs.append(error.partial.tips)
     return _compared(scene, *runs)
 
 

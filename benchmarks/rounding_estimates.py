@@ -48,7 +48,7 @@ def compared(random: np.random.Generator, upright: bool) -> tuple[float, float, 
     rounding = measure_rounding(runs, coarse, fine, 1e-2, 1.0)
     q = exact.planar(angle, 0.0, reduced, 9.81, runs.times)
     truth = exact.direction(np.stack([q, np.zeros_like(q)], -1))
-    error = float(np.linalg.norm(fine.run.tip[:, 0] - truth, axis=-1).max())
+    error = float(np.linalg.norm(fine.run.tips[:, 0] - truth, axis=-1).max())
     return error, rounding.last, rounding.growth / max(rounding.path, 1e-300)
 
 

@@ -30,7 +30,7 @@ def good_run() -> dict[str, Any]:
     return arrays | {
         "joints": np.array(["theta", "phi"]),
         "wrench": np.zeros((N, NV, 6)),
-        "tip": np.zeros((N, 1, 3)),
+        "tips": np.zeros((N, 1, 3)),
         "meta": np.array(json.dumps(META)),
     }
 

@@ -93,7 +93,7 @@ def true_error(scene: pp.Scene, run: pp.Trajectory) -> float:
     """The largest distance of the tip from the exact motion, over the length."""
     angle = exact.planar(scene.start.positions[0], 0.0, 1.0, 9.81, scene.times)
     tip = exact.direction(np.stack([angle, np.zeros_like(angle)], -1))
-    return float(np.linalg.norm(run.tip[:, 0] - tip, axis=-1).max())
+    return float(np.linalg.norm(run.tips[:, 0] - tip, axis=-1).max())
 
 
 @pytest.mark.parametrize("samples", [2, 201])
@@ -103,7 +103,7 @@ def test_a_long_swing_and_its_mirror_image(samples: int) -> None:
     assert right.stats.error == left.stats.error
     assert right.stats.tolerance == left.stats.tolerance
     assert np.array_equal(right.q[:, 0], -left.q[:, 0])
-    y, z = right.tip[-1, 0, 1:]
+    y, z = right.tips[-1, 0, 1:]
     away = np.hypot(abs(y) - 0.8146030685890322, z + 0.5800188278369355)
     assert away <= right.stats.error <= 1e-9
 
@@ -188,5 +188,5 @@ def test_auto_tries_other_methods_before_it_refuses(tmp_path: Path, seed: int) -
     )
     run = pp.simulate(scene, accuracy=1e-9)
     fine = pp.simulate(scene, method="radau", tolerance=1e-13)
-    assert np.linalg.norm(run.tip - fine.tip, axis=-1).max() <= run.stats.error <= 1e-9
+    assert np.linalg.norm(run.tips - fine.tips, axis=-1).max() <= run.stats.error <= 1e-9
     assert run.stats.all_seconds > run.stats.seconds

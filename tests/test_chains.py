@@ -59,7 +59,7 @@ def test_engines_give_the_same_motion(rod: pp.Rod) -> None:
     q, v = [0.3, 0.4, 0.5, -0.6, 0.2, 0.1], [1.0, 2.0, -1.0, -2.0, 0.5, 0.7]
     scenes = [hanging(chain_of(rod, copies=3), q, v, tolerance=1e-12, engine=e) for e in ("pinocchio", "chain")]
     one, other = (pp.simulate(scene) for scene in scenes)
-    assert np.abs(one.tips() - other.tips()).max() < 1e-9
+    assert np.abs(one.tips - other.tips).max() < 1e-9
     assert np.abs(one.v - other.v).max() < 1e-8
     assert np.abs(np.array(one.reactions()) - np.array(other.reactions())).max() < 1e-7
     assert max(run.energy().drift for run in (one, other)) < 1e-10
@@ -163,7 +163,7 @@ def test_a_chain_written_as_urdf_is_the_same_model(tmp_path: Path) -> None:
     one, other = pp.simulate(scene), pp.simulate(scene.model_copy(update={"model": pp.UrdfModel(path=path)}))
     assert one.joints == other.joints
     assert np.array_equal(one.q, other.q)
-    assert np.allclose(one.tips(), other.tips(), atol=1e-15)
+    assert np.allclose(one.tips, other.tips, atol=1e-15)
     assert np.allclose(one.reactions(), other.reactions(), atol=1e-13)
 
 

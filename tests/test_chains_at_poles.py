@@ -38,7 +38,7 @@ def test_a_thin_chain_whose_middle_rod_goes_through_the_pole() -> None:
     assert np.abs(run.q[:, 3]).max() > 10 * np.pi  # through the pole and round, many times
     assert np.isfinite(run.a).all()
     ends = directions_chain(rods, run.q[0], run.v[0], run.t[::150])
-    assert np.abs(run.tips()[::150] - ends).max() < 1e-9
+    assert np.abs(run.tips[::150] - ends).max() < 1e-9
     turned = pp.simulate(
         hanging(chain_of(*rods), *(np.reshape(x, (3, 2))[:, ::-1].ravel() for x in (q, v)), **settings)
     )

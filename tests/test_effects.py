@@ -82,7 +82,7 @@ def test_thin_rods_carried_as_on_balls_move_the_same(effect: str, engine: str) -
     on_joints = scene.model_copy(update={"effects": (*scene.effects, faint)})
     assert isinstance(pp.bind(on_joints).engine, Revolute if engine == "pinocchio" else LongChain)
     found, other = pp.simulate(scene), pp.simulate(on_joints)
-    assert largest(found.tips()[-1] - other.tips()[-1]) < 1e-9
+    assert largest(found.tips[-1] - other.tips[-1]) < 1e-9
 
 
 def test_what_turns_a_thin_rod_about_its_axis_keeps_it_on_its_joint() -> None:

@@ -218,7 +218,7 @@ def test_foucault(latitude: float) -> None:
     solver = pp.Solver(tolerance=1e-14, samples=301)
     effects = (GRAVITY, fx.Rotation(latitude=latitude))
     run = pp.simulate(pp.Scene(duration=50.0, model=pp.Chain(rods=(rod,)), start=start, effects=effects, solver=solver))
-    z, t = (run.tips()[:, 0, 0] + 1j * run.tips()[:, 0, 1]) / 67e-3, run.t
+    z, t = (run.tips[:, 0, 0] + 1j * run.tips[:, 0, 1]) / 67e-3, run.t
 
     def off(p: np.ndarray) -> np.ndarray:
         swing = complex(*p[:2]) * np.exp(1j * p[2] * t) + complex(*p[3:5]) * np.exp(-1j * p[2] * t)

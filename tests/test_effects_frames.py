@@ -41,7 +41,7 @@ def test_a_point_mass(Omega: tuple, support: tuple) -> None:
     s_t, c_t, s, c = np.sin(theta), np.cos(theta), np.sin(phi), np.cos(phi)
     r, v = [s, -s_t * c, -c_t * c], [c * dp, s_t * s * dp - c_t * c * dt, c_t * s * dp + s_t * c * dt]
     expected = point_mass(rotation(Omega), sinusoid(*support), 1.0, G, r, v, run.t)
-    assert np.abs(run.tips()[:, 0] - expected).max() < 1e-10
+    assert np.abs(run.tips[:, 0] - expected).max() < 1e-10
 
 
 @pytest.mark.parametrize(

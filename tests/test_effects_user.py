@@ -77,7 +77,7 @@ def test_the_magnet_of_the_docs(example: dict[str, Any]) -> None:
         total[i] += magnet.potential(bodies, pp.effects.Motion(pose[:, :3, 3], pose[:, :3, :3], zero, zero))
     assert np.ptp(total) < 1e-8 * run.kinetic.max()
     without = example["scene"].model_copy(update={"effects": example["scene"].effects[:1]})
-    assert np.abs(pp.simulate(without).tips() - run.tips()).max() > 0.01
+    assert np.abs(pp.simulate(without).tips - run.tips).max() > 0.01
 
 
 def test_effects_of_ones_own_on_both_engines(example: dict[str, Any]) -> None:
@@ -207,7 +207,7 @@ def test_the_examples_run(name: str) -> None:
     """As files, for their first second."""
     scene = pp.load_scene(EXAMPLES / f"{name}.toml")
     run = pp.simulate(scene.model_copy(update={"duration": 1.0, "solver": pp.Solver(tolerance=1e-8, samples=5)}))
-    assert np.isfinite(run.tips()).all()
+    assert np.isfinite(run.tips).all()
 
 
 def test_the_example_of_kapitza_stands() -> None:

@@ -39,7 +39,7 @@ def true_error(scene: pp.Scene, run: pp.Trajectory) -> float:
     start = scene.start
     angle = exact.planar(start.positions[0], start.velocities[0], REDUCED, 9.81, scene.times[: len(run.t)])
     tip = exact.direction(np.stack([angle, np.zeros_like(angle)], -1))
-    return float(np.linalg.norm(run.tips()[:, 0] - tip, axis=-1).max())
+    return float(np.linalg.norm(run.tips[:, 0] - tip, axis=-1).max())
 
 
 def claim_holds(scene: pp.Scene, method: str, accuracy: float) -> bool:
@@ -215,7 +215,7 @@ def test_steps_that_an_effect_bounds(method: str, samples: int) -> None:
     exactly = pp.simulate(scene, method="taylor", tolerance=1e-18)
     for accuracy in (1e-2, 1e-4, 1e-6):
         run = pp.simulate(scene, method=method, accuracy=accuracy)
-        assert np.linalg.norm(run.tips() - exactly.tips(), axis=-1).max() <= run.stats.error <= accuracy
+        assert np.linalg.norm(run.tips - exactly.tips, axis=-1).max() <= run.stats.error <= accuracy
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.2, 10.0))

@@ -63,8 +63,8 @@ def test_double_pendulums_from_unstable_rests(away, lower, duration, accuracy, m
     except pp.RunError as error:
         assert f"accuracy {accuracy:g} is not met: " in str(error)  # noqa: PT017
         return
-    exact, other = (pp.simulate(scene, method="taylor", tolerance=tolerance).tips() for tolerance in (1e-18, 1e-16))
-    far, doubt = (np.linalg.norm(tips - exact, axis=-1).max() / 1.784 for tips in (run.tips(), other))
+    exact, other = (pp.simulate(scene, method="taylor", tolerance=tolerance).tips for tolerance in (1e-18, 1e-16))
+    far, doubt = (np.linalg.norm(tips - exact, axis=-1).max() / 1.784 for tips in (run.tips, other))
     assert far - doubt <= run.stats.error <= accuracy
 
 
@@ -82,13 +82,13 @@ def test_functions_that_jump(theta: float, friction: float, accuracy: float, met
     scene = swing(theta, 1.5, 31)
     slides = [*scene.effects, fx.DryFriction(kinetic=friction, joints=["theta"])]
     jumps = [*scene.effects, fx.Torque(lambda t, q, v: -friction * np.sign(v), joints=["theta"])]
-    true = pp.simulate(scene.replace(effects=slides), tolerance=1e-12).tips()
+    true = pp.simulate(scene.replace(effects=slides), tolerance=1e-12).tips
     try:
         run = pp.simulate(scene.replace(effects=jumps), method=method, accuracy=accuracy)
     except pp.RunError:
         assert method in {"radau", "bdf", "lsoda"}  # these may not get across
         return
-    assert np.linalg.norm(run.tips() - true, axis=-1).max() <= run.stats.error <= accuracy
+    assert np.linalg.norm(run.tips - true, axis=-1).max() <= run.stats.error <= accuracy
 
 
 @pytest.mark.parametrize(("method", "theta", "duration"), [("dop853", 2.8, 3e3), ("lsoda", 3.0, 2e3)])

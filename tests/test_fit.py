@@ -173,7 +173,7 @@ def test_a_double_pendulum_by_its_tips(tmp_path: Path, capfd, monkeypatch) -> No
     truth = scene_of(2, Viscous(coefficient=1e-4), data=data)
     start = pp.Start(positions={"theta_1": 0.6, "theta_2": -0.4})
     run = pp.simulate(pp.Scene(**truth.given() | {"start": start}))
-    tips = run.tips() + np.random.default_rng(1).normal(0, 1e-5, run.tips().shape)
+    tips = run.tips + np.random.default_rng(1).normal(0, 1e-5, run.tips.shape)
     rows = [f"{t},{a},{b},{c}" for t, a, b, c in zip(run.t, tips[:, 0, 1], tips[:, 1, 1], tips[:, 1, 2], strict=True)]
     rows[20] = rows[20].rsplit(",", 1)[0] + ","
     del rows[40:45]

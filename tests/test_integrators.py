@@ -44,7 +44,7 @@ def scene(
 
 def apart(one: pp.Trajectory, other: pp.Trajectory) -> float:
     """The largest distance between tips, m."""
-    return float(np.linalg.norm(one.tips() - other.tips(), axis=-1).max())
+    return float(np.linalg.norm(one.tips - other.tips, axis=-1).max())
 
 
 # --- segments ----

@@ -33,7 +33,7 @@ class TestTaylor:
         run = pp.simulate(scene(THIN, duration=100.0, samples=2001), method="taylor", tolerance=1e-18)
         start = direction([0.7, 0.4]), direction_rate([0.7, 0.4], [1.3, -0.8])
         some = slice(None, None, 50)  # the elliptic functions take longer than the run
-        assert np.abs(run.tips()[some, 0] - spherical(*start, 2 / 3, 9.81, run.t[some])).max() < 2e-13
+        assert np.abs(run.tips[some, 0] - spherical(*start, 2 / 3, 9.81, run.t[some])).max() < 2e-13
         assert run.stats.compile_seconds > 0
         assert run.stats.steps > 100
         assert run.stats.evaluations == run.stats.steps
@@ -67,7 +67,7 @@ class TestTaylor:
     def test_stretches_leave_no_trace(self):
         """Many samples, in many segments, or few: the same end to rounding."""
         ends = [
-            pp.simulate(scene(THIN, duration=20.0, samples=n), method="taylor", tolerance=1e-16).tips()[-1]
+            pp.simulate(scene(THIN, duration=20.0, samples=n), method="taylor", tolerance=1e-16).tips[-1]
             for n in (2, 1201)
         ]
         assert np.abs(ends[0] - ends[1]).max() < 1e-13

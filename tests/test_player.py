@@ -253,7 +253,7 @@ def test_the_support_is_drawn_moving_and_the_rods_with_it(run: pp.Trajectory, tm
         over_ground = np.outer(np.sin(3.0 * run.t), [0.5, 0.2, 0.0])
         np.testing.assert_allclose(drawing.poses[:, drawing.support, :3, 3], over_ground, atol=1e-15)
         np.testing.assert_allclose(drawing.poses[:, 0, :3, 3], over_ground, atol=1e-15)
-        np.testing.assert_allclose(drawing.trail, run.tip[:, -1] + over_ground, atol=1e-15)
+        np.testing.assert_allclose(drawing.trail, run.tips[:, -1] + over_ground, atol=1e-15)
         assert any(shape.body == drawing.support for shape in drawing.shapes)
 
 

@@ -39,8 +39,8 @@ def test_between_samples_a_run_is_as_accurate_as_at_them(scene: pp.Scene) -> Non
     tight = pp.simulate(scene, times=np.union1d(run.t, between), tolerance=1e-12)
     at_samples, at_others = np.searchsorted(tight.t, run.t), np.searchsorted(tight.t, between)
     found = run.at(between)
-    for one, other, size in [(run.q, tight.q, 1.0), (run.v, tight.v, 1.0), (run.tip, tight.tip, 1.0)]:
-        part = {id(run.q): found.q, id(run.v): found.v, id(run.tip): found.tip}[id(one)]
+    for one, other, size in [(run.q, tight.q, 1.0), (run.v, tight.v, 1.0), (run.tips, tight.tips, 1.0)]:
+        part = {id(run.q): found.q, id(run.v): found.v, id(run.tips): found.tips}[id(one)]
         error = max(float(np.abs(one - other[at_samples]).max()), 1e-9 * size)
         assert np.abs(part - other[at_others]).max() <= 10 * error
 
@@ -170,7 +170,7 @@ def test_names_and_tables(tmp_path: Path) -> None:
         run.names
     )
     np.testing.assert_array_equal(run["R3_2"], run.reactions().R3[:, 1])
-    np.testing.assert_array_equal(run["tip_x"], run.tips()[:, -1, 0])
+    np.testing.assert_array_equal(run["tip_x"], run.tips[:, -1, 0])
     np.testing.assert_array_equal(run["energy"], run.energy().total)
     with run.to_csv(tmp_path / "run.csv").open() as file:
         head, *rows = csv.reader(file)

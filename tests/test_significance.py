@@ -43,7 +43,7 @@ def test_a_change_is_the_distance_of_the_tips() -> None:
     scene = swing(Gravity(), Viscous(coefficient=0.05))
     (row,) = [row for row in significance(scene, 1e-3).rows if row.effect == "viscous"]
     with_it, without = (pp.simulate(s, tolerance=1e-7) for s in (scene, swing(Gravity())))
-    assert row.change == pytest.approx(np.linalg.norm(with_it.tips() - without.tips(), axis=-1).max(), rel=1e-6)
+    assert row.change == pytest.approx(np.linalg.norm(with_it.tips - without.tips, axis=-1).max(), rel=1e-6)
 
 
 def test_chaos_ends_the_comparison() -> None:

@@ -47,13 +47,13 @@ def test_spherical_swing_is_the_elliptic_one() -> None:
     direction = np.array([s, -s_t * c, -c_t * c])
     rate = np.array([c * dp, -c_t * c * dt + s_t * s * dp, s_t * c * dt + c_t * s * dp])
     exact = spherical(direction, rate, 2 / 3, 9.81, run.t[::10])
-    assert np.linalg.norm(run.tips()[::10, 0] - exact, axis=-1).max() < 1e-8
+    assert np.linalg.norm(run.tips[::10, 0] - exact, axis=-1).max() < 1e-8
 
 
 def test_iftomm_benchmark_a01() -> None:
     """IFToMM A01: 1 kg at 1 m, g 9.81, from x = +1 at rest; x, y at 10 s as published."""
     run = pp.simulate(swing(POINT, 10.0, (np.pi / 2, 0.0), (0.0, 0.0), samples=2))
-    x, y = -run.tips()[-1, 0, 1], run.tips()[-1, 0, 2]  # theta swings in the plane of y and z
+    x, y = -run.tips[-1, 0, 1], run.tips[-1, 0, 2]  # theta swings in the plane of y and z
     assert x == pytest.approx(0.275087462576, abs=2e-10)
     assert y == pytest.approx(-0.961419205099, abs=2e-10)
 
@@ -63,7 +63,7 @@ def test_every_method_arrives_at_the_same_place(method: str) -> None:
     """Each adaptive method, at a tolerance it can carry, within what its order allows."""
     reference = pp.simulate(swing(THICK, 2.0), tolerance=1e-13)
     run = pp.simulate(swing(THICK, 2.0), method=method, tolerance=1e-8)
-    assert np.abs(run.tips() - reference.tips()).max() < 2e-5
+    assert np.abs(run.tips - reference.tips).max() < 2e-5
     assert run.stats.method == method
     assert run.stats.evaluations > run.stats.steps > 0
 
@@ -75,7 +75,7 @@ def test_scipy_runs_the_methods_where_cyrk_is_missing(method: str, monkeypatch: 
     monkeypatch.setitem(__import__("sys").modules, "CyRK", None)
     without = pp.simulate(swing(THICK, 2.0), method=method, tolerance=1e-9)
     assert (with_cyrk.stats.library, without.stats.library) == ("CyRK", "scipy")
-    assert np.abs(with_cyrk.tips() - without.tips()).max() < 2e-6
+    assert np.abs(with_cyrk.tips - without.tips).max() < 2e-6
 
 
 def numbers(most: float) -> st.SearchStrategy[float]:

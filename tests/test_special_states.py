@@ -34,7 +34,7 @@ METHODS: list[dict[str, Any]] = [
     {"method": "gauss4", "step": 0.05},
 ]
 BY_TOLERANCE = [method for method in METHODS if "step" not in method and method.get("method") != "taylor"]
-NUMBERS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tip")
+NUMBERS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tips")
 
 
 def acting(touching: bool) -> list[fx.Effect]:
@@ -204,11 +204,11 @@ def test_a_mirror_image_is_the_same_motion(
         np.testing.assert_allclose(other.q, one.q * sign, rtol=0, atol=error)
         return
     if name == "thin":  # their angles are read from directions, half turns added, and their rates divided by cos(phi)
-        np.testing.assert_allclose(other.tip, one.tip * [signs[1], signs[0], 1.0], rtol=0, atol=20 * EPS * count)
+        np.testing.assert_allclose(other.tips, one.tips * [signs[1], signs[0], 1.0], rtol=0, atol=20 * EPS * count)
         return
     for numbers in ("q", "v", "a"):
         np.testing.assert_array_equal(getattr(other, numbers), getattr(one, numbers) * sign, err_msg=numbers)
-    np.testing.assert_array_equal(other.tip, one.tip * [signs[1], signs[0], 1.0])
+    np.testing.assert_array_equal(other.tips, one.tips * [signs[1], signs[0], 1.0])
     for numbers in ("t", "kinetic", "potential"):
         np.testing.assert_array_equal(getattr(other, numbers), getattr(one, numbers), err_msg=numbers)
     assert (one.stats.method, one.stats.steps) == (other.stats.method, other.stats.steps)

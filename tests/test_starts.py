@@ -82,7 +82,7 @@ def test_a_chain_at_rest_hangs_along_gravity(chain: list[pp.Rod], theta: float, 
     scene = pp.Scene(model=pp.Chain(rods=chain), effects=[gravity], duration=0.0)
     run = pp.simulate(scene.replace(start=pp.Start.at_rest(scene)))
     far = np.cumsum([rod.length for rod in chain])
-    np.testing.assert_allclose(run.tips()[0], far[:, None] * down, atol=1e-8 * far[-1])
+    np.testing.assert_allclose(run.tips[0], far[:, None] * down, atol=1e-8 * far[-1])
     assert np.abs(run.a).max() < 1e-8 * g / min(rod.length for rod in chain)
 
 

@@ -148,7 +148,7 @@ def test_a_function_of_the_run_is_a_measure() -> None:
     """With its own name."""
 
     def lowest(run: pp.Trajectory) -> float:
-        return float(run.tips()[..., 2].min())
+        return float(run.tips[..., 2].min())
 
     found = pp.sweep(scene(), {KEYS[0]: [0.0, 1.0]}, lowest)
     assert found["lowest"].shape == (2,)

@@ -30,7 +30,7 @@ def scene(*effects: fx.Effect, rods: tuple[pp.Rod, ...] = (ROD,), start: pp.Star
 def error(run: pp.Trajectory, asked: pp.Scene) -> float:
     """The true error: the largest tip distance to a run far finer, over the length."""
     truth = pp.simulate(asked, method="taylor" if find_spec("heyoka") else "dop853", tolerance=1e-14)
-    return float(tip_distance(truth.tips(), run.tips(), chain_length(build(asked.model))).max())
+    return float(tip_distance(truth.tips, run.tips, chain_length(build(asked.model))).max())
 
 
 @needs_heyoka
@@ -68,7 +68,7 @@ def test_nonsmooth_effects_and_contacts() -> None:
     for effects in ((fx.Drag(),), (fx.DryFriction(kinetic=0.1),), (fx.Stop(upper=0.9, joints=("theta_1",)),)):
         asked = scene(*effects)
         run, truth = pp.simulate(asked, accuracy=1e-6), pp.simulate(asked, method="dop853", tolerance=1e-13)
-        assert tip_distance(truth.tips(), run.tips(), 1.0).max() <= 1e-6
+        assert tip_distance(truth.tips, run.tips, 1.0).max() <= 1e-6
 
 
 def test_chaos_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -49,7 +49,7 @@ def test_meshcat_is_sent_the_rods_where_they_are() -> None:
     assert (places[0]["time"], places[-1]["time"]) == (0, 60)  # frames of 1/60 s from the start of the run
     for key in places:
         row = np.argmin(np.abs(run.t - run.t[0] - key["time"] / 60))
-        np.testing.assert_allclose(key["value"], run.tip[row, 0], atol=1e-12)
+        np.testing.assert_allclose(key["value"], run.tips[row, 0], atol=1e-12)
     [position] = [c["value"] for c in window.of("set_property") if c["property"] == "position"]
     assert np.linalg.norm(position) > 1.5  # outside of what moves
 

@@ -90,7 +90,7 @@ def draw_motions(names: list[str]) -> Any:
     for ax, name in zip(axes, names, strict=False):
         case = published_cases()[name]
         run = simulate(case.scene, duration=min(case.times[-1], SHOWN), samples=SAMPLES)
-        level = np.ptp(run.tip[:, -1, 2]) < 1e-3 * np.ptp(run.tip[:, -1], axis=0).max()
+        level = np.ptp(run.tips[:, -1, 2]) < 1e-3 * np.ptp(run.tips[:, -1], axis=0).max()
         (draw_path_from_above if level else draw_path_from_the_side)(ax, run)
         ax.set_title(name, fontsize=10)
     for ax in axes[len(names) :]:

@@ -91,7 +91,7 @@ def _film(run: Trajectory) -> tuple[Any, Callable[[int], None], int]:
 def _path(run: Trajectory) -> tuple[Array, Array]:
     """The path of the tip as it is seen: times (m,) in s and points (m, 2)."""
     if len(run.t) < 2:
-        return run.t, _seen(run.tip[:, -1])
+        return run.t, _seen(run.tips[:, -1])
     times, path = smooth_trail(drawing_of(run), PATH_RATE, PATH_POINTS)
     return times, _seen(path)
 

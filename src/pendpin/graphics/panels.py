@@ -29,9 +29,9 @@ def panels_of(run: Trajectory) -> list[Panel]:
     if run.stats.conservative:
         panels.append(draw_drift)
     panels += [draw_positions, draw_forces]
-    if run.rods is not None:
-        size = np.abs(run.rods.R3).max() * np.abs(run.tip).max()
-        panels += [draw_moments] * bool(np.abs(run.rods.M3).max() > NOTHING * size)
+    if run.rod_reactions is not None:
+        size = np.abs(run.rod_reactions.R3).max() * np.abs(run.tips).max()
+        panels += [draw_moments] * bool(np.abs(run.rod_reactions.M3).max() > NOTHING * size)
     return panels
 
 
@@ -76,7 +76,7 @@ def draw_positions(ax: Any, run: Trajectory) -> None:
 
 def draw_forces(ax: Any, run: Trajectory) -> None:
     """R1, R2, R3 of a single rod; the tension R3 of several; of a tree the size of the force in each joint."""
-    if run.rods is None:
+    if run.rod_reactions is None:
         for color, joint in zip(COLORS, joints_shown(run), strict=False):
             size = np.linalg.norm(run.wrench[:, joint, :3], axis=-1)
             ax.plot(run.t, size, label=plain_name(run.joints[joint]), color=color, linewidth=1.2)
@@ -113,7 +113,7 @@ def _say_left_out(ax: Any, drawn: int, count: int, what: str) -> None:
 
 def draw_path_from_above(ax: Any, run: Trajectory) -> None:
     """The tip's path in the horizontal plane, and the pivot of a chain."""
-    if run.rods is not None:
+    if run.rod_reactions is not None:
         ax.plot([0], [0], "+", color="#718096", markersize=9)
     _draw_path(ax, run, 0, 1)
     ax.set_title("path of the tip, from above", fontsize=10)
@@ -121,14 +121,14 @@ def draw_path_from_above(ax: Any, run: Trajectory) -> None:
 
 def draw_path_from_the_side(ax: Any, run: Trajectory) -> None:
     """The tip's path in a vertical plane, of x and z or of y and z, in which it moves farther."""
-    x, y, _ = np.ptp(run.tip[:, -1], axis=0)
+    x, y, _ = np.ptp(run.tips[:, -1], axis=0)
     _draw_path(ax, run, 0 if x >= y else 1, 2)
     ax.set_title("path of the tip, from the side", fontsize=10)
 
 
 def _draw_path(ax: Any, run: Trajectory, right: int, up: int) -> None:
     """Two coordinates of the last tip to one scale, a dot where it starts."""
-    path = run.tip[:, -1]
+    path = run.tips[:, -1]
     if len(path) > 2:
         rate = len(path) / np.ptp(run.t)  # a second: no coarser than the samples
         path = smooth(run.t, path, np.gradient(path, run.t, axis=0), rate, max(MOST_POINTS, len(path)))[1]
@@ -157,7 +157,7 @@ def draw_quantities(ax: Any, run: Trajectory, names: tuple[str, ...]) -> None:
 
 def _count(run: Trajectory) -> int:
     """How many rods on universal joints there are."""
-    return 0 if run.rods is None else run.rods.R3.shape[1]
+    return 0 if run.rod_reactions is None else run.rod_reactions.R3.shape[1]
 
 
 def rods_shown(run: Trajectory) -> list[int]:

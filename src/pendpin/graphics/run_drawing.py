@@ -23,7 +23,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
     """
     scene, known = _scene(trajectory)
     model = model_of(trajectory)
-    extent = float(np.linalg.norm(trajectory.tip, axis=-1).max()) or 1.0
+    extent = float(np.linalg.norm(trajectory.tips, axis=-1).max()) or 1.0
     position, velocity = (_of_pivot(scene, name, trajectory.t) for name in ("position", "velocity"))
     joints, shapes = _shapes(scene, model, extent)
     as_rods = joints is not None
@@ -38,7 +38,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
         t=trajectory.t,
         poses=poses,
         shapes=shapes,
-        trail=trajectory.tip[:, -1] + position,
+        trail=trajectory.tips[:, -1] + position,
         extent=extent,
         velocity=_tip_velocity(model, trajectory) + velocity,
         forces=np.pad(forces, ((0, 0), (0, 1), (0, 0))),
@@ -52,7 +52,7 @@ def ends_of(run: Trajectory) -> Array:
     """Both ends of every body over the ground, (n, bodies, 2, 3) m. Raises InputError as `drawing_of`."""
     scene, _ = _scene(run)
     joints = kinematics.poses(model_of(run), run.q)[..., :3, 3]
-    return np.stack([joints, run.tip], 2) + _of_pivot(scene, "position", run.t)[:, None, None]
+    return np.stack([joints, run.tips], 2) + _of_pivot(scene, "position", run.t)[:, None, None]
 
 
 def _scene(trajectory: Trajectory) -> tuple[Scene, bool]:

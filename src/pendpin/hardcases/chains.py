@@ -28,12 +28,12 @@ def _swinging(sizes: Scale, duration: float) -> Scene:
 def _by_reactions(sizes: Scale, duration: float) -> Array:
     """The tips (n, rods, 3) in m by the chain equations (reactions as the unknowns), at a tight tolerance."""
     solver = Solver(engine="chain", method="dop853", tolerance=1e-12, samples=11)
-    return simulate(_swinging(sizes, duration).model_copy(update={"solver": solver})).tips()
+    return simulate(_swinging(sizes, duration).model_copy(update={"solver": solver})).tips
 
 
 def _ratio(solve: Solve, full: bool, sizes: Scale, most: float, short: float) -> float:
     duration = most if full else short
-    apart = solve(_swinging(sizes, duration)).tips() - _by_reactions(sizes, duration)
+    apart = solve(_swinging(sizes, duration)).tips - _by_reactions(sizes, duration)
     relative = np.diff(apart, axis=1, prepend=0.0)  # of each rod's tip to its own joint
     return float((np.linalg.norm(relative, axis=-1) / [length for _, length in sizes]).max())
 

@@ -25,7 +25,7 @@ def wild(duration: float, q: Array = WILD) -> Scene:
 
 
 def _gap(one: Trajectory, other: Trajectory) -> Array:
-    return np.linalg.norm(one.tips() - other.tips(), axis=-1).max(-1)
+    return np.linalg.norm(one.tips - other.tips, axis=-1).max(-1)
 
 
 @cache
@@ -90,7 +90,7 @@ def _quarter(solve: Solve, full: bool) -> float:
     d, rate = (x @ turn for x in thin.directions(q, v))  # in I, whose z points down, the turn is the other way
     image = angles.read(d[None], rate[None])
     tips = [
-        solve(scene(THIN_PAIR, q=a.ravel(), v=b.ravel(), duration=4.0 if full else 1.0, samples=11)).tips()
+        solve(scene(THIN_PAIR, q=a.ravel(), v=b.ravel(), duration=4.0 if full else 1.0, samples=11)).tips
         for a, b in ((q, v), (image.q, image.v))
     ]
     return float(np.abs(tips[1] - tips[0] @ turn.T).max())

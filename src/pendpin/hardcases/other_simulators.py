@@ -66,7 +66,7 @@ def _against_ours(case: Case, given: Callable[[], Scene]) -> Case:
 
     def measure(solve: Solve, full: bool) -> float:
         length = kinematics.chain_length(build(given().model))
-        return float(kinematics.tip_distance(solve(given()).tips(), ours().tips(), length).max())
+        return float(kinematics.tip_distance(solve(given()).tips, ours().tips, length).max())
 
     words = {"figure": "distance to pendpin's tips at tolerance 1e-13, over the chain's length", "derivation": "chosen"}
     return replace(case, measure=measure, bound=CLOSE, beside=None, **words)
@@ -134,7 +134,7 @@ def _trajectory(given: Scene, peer: Peer, setting: float, run: PeerRun) -> Traje
         wrench=np.full((n, nv, 6), np.nan),
         kinetic=unknown[:, 0],
         potential=unknown[:, 0],
-        tip=kinematics.tips(model, kinematics.poses(model, run.q)),
-        rods=None,
+        tips=kinematics.tips(model, kinematics.poses(model, run.q)),
+        rod_reactions=None,
         stats=stats,
     )

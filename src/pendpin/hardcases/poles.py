@@ -36,7 +36,7 @@ def _close_by(solve: Solve, full: bool) -> float:
     q, v = np.array([1e-9, 0.3]), np.array([1e-8, FAST])
     run = solve(scene(THIN, q=q, v=v, duration=20.0 if full else 4.0, samples=11))
     exact = spherical(direction(q), direction_rate(q, v), REDUCED, G, run.t)
-    return float(np.linalg.norm(run.tips()[:, 0] - exact, axis=-1).max())
+    return float(np.linalg.norm(run.tips[:, 0] - exact, axis=-1).max())
 
 
 MIDDLE = chain_of(Rod(length=1.0, mass=100.0), Rod(length=0.5, mass=0.1), Rod(length=0.3, mass=0.02))
@@ -49,8 +49,8 @@ def _in_a_chain(solve: Solve, full: bool) -> float:
         solve(scene(MIDDLE, q=np.ravel(a), v=np.ravel(b), duration=duration, samples=11))
         for a, b in ((q, v), (q[:, ::-1], v[:, ::-1]))
     )
-    x, y, z = np.moveaxis(through.tips(), -1, 0)
-    return float(np.abs(np.stack([0 * y, -x, z], -1) - turned.tips()).max())
+    x, y, z = np.moveaxis(through.tips, -1, 0)
+    return float(np.abs(np.stack([0 * y, -x, z], -1) - turned.tips).max())
 
 
 # --- thick rods -----------------------------------------------------------------------------------------------------

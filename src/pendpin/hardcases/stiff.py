@@ -49,7 +49,7 @@ def _clamped(solve: Solve, full: bool) -> float:
     span = {"duration": 3.0 if full else 0.5, "samples": 11}
     two = solve(scene(chain_of(ROD, copies=2), *CLAMP, q=(0.5, 0.1), **span))
     one = solve(scene(chain_of(Rod(length=2.0, mass=2.0, radius=ROD.radius)), q=(0.5, 0.1), **span))
-    return float(np.linalg.norm(two.tips()[:, 1] - one.tips()[:, 0], axis=-1).max())
+    return float(np.linalg.norm(two.tips[:, 1] - one.tips[:, 0], axis=-1).max())
 
 
 def _bending(solve: Solve, full: bool) -> float:

@@ -17,7 +17,7 @@ def model_of(run: Trajectory) -> Model:
     """The model of a run. Raises InputError where it cannot be built again, as when its URDF is gone."""
     scene = run.source if isinstance(run.source, Scene) else Scene(model=run.scene.get("model"))
     model = build(scene.model)
-    if model.joints != run.joints or len(model.bodies) != run.tip.shape[1]:
+    if model.joints != run.joints or len(model.bodies) != run.tips.shape[1]:
         raise InputError("the run does not fit its model: its file has changed since, or is another of the same name")
     return model
 

@@ -148,7 +148,7 @@ def _added(other: Trajectory, base: Trajectory, listed: bool) -> float:
 
 def _marks(scene: Scene, run: Trajectory) -> Array:
     """The points that are compared (n, points, 3), m."""
-    return marks(build(scene.model), run.tips(), run.q)
+    return marks(build(scene.model), run.tips, run.q)
 
 
 def _verdict(listed: bool, change: float, accuracy: float) -> str:

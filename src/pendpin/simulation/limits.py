@@ -132,7 +132,7 @@ def balanced(trajectory: Trajectory) -> int:
 def _energy_terms(trajectory: Trajectory) -> Array:
     """The size of the terms of a potential energy, (n,) in J: they round also where they cancel, as in a horizontal rod."""
     force, moment = (np.linalg.norm(x, axis=-1).max(1) for x in np.split(trajectory.wrench, 2, -1))
-    return moment + force * np.linalg.norm(trajectory.tip, axis=-1).max(1, initial=0.0)
+    return moment + force * np.linalg.norm(trajectory.tips, axis=-1).max(1, initial=0.0)
 
 
 def _largest(x: Array) -> Array:

@@ -207,7 +207,7 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
     size = len(run.t) if model.chain is None else max(LEAST, PART // model.chain.n)
     given = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
     parts = [_completed(dynamics, *(x[i : i + size] for x in given)) for i in range(0, len(run.t), size)]
-    a, wrench, kinetic, potentials, tip, *rods = map(np.concatenate, zip(*parts, strict=True))
+    a, wrench, kinetic, potentials, tips, *rods = map(np.concatenate, zip(*parts, strict=True))
     return Trajectory(
         joints=model.joints,
         t=scene.clock[: len(run.t)],
@@ -217,8 +217,8 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
         wrench=wrench,
         kinetic=kinetic,
         potential=potentials.sum(1),
-        tip=tip,
-        rods=Reactions(*rods) if rods else None,
+        tips=tips,
+        rod_reactions=Reactions(*rods) if rods else None,
         stats=Stats(
             method=solver.method,
             tolerance=solver.tolerance,

@@ -234,7 +234,7 @@ def divergence(run: Trajectory, looser: Trajectory) -> float:
     """The distance of the tips at the end between the run and one 100 times looser, over the largest tip distance."""
     if len(run.t) != len(looser.t):
         return math.inf
-    return float(_tips_apart(run.tip[-1:], looser.tip[-1:])[0])
+    return float(_tips_apart(run.tips[-1:], looser.tips[-1:])[0])
 
 
 def _divergence_of_motions(motion: Motion, looser: Motion) -> Array:

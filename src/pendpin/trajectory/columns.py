@@ -11,7 +11,7 @@ from pendpin.trajectory.parts import Reactions
 Place = tuple[str, Any]  # the array of a run, and the index of the column in it
 
 AXES = "xyz"
-UNITS = {"t": "s", "q": "rad", "v": "rad/s", "a": "rad/s²", "tip": "m"} | dict.fromkeys(("R1", "R2", "R3"), "N")
+UNITS = {"t": "s", "q": "rad", "v": "rad/s", "a": "rad/s²", "tips": "m"} | dict.fromkeys(("R1", "R2", "R3"), "N")
 UNITS |= dict.fromkeys(("M3", "Mc"), "N m") | dict.fromkeys(("kinetic", "potential", "energy"), "J")
 WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
@@ -23,22 +23,22 @@ def columns(run: Any) -> dict[str, Place]:
     rod), or, without universal joints, the wrench of each joint; tip_x, tip_y, tip_z of the last tip, tip_x_1 of others;
     kinetic, potential, energy; work_ of each kind of effect.
     """
-    joints, rods = run.joints, run.tip.shape[1]
+    joints, rods = run.joints, run.tips.shape[1]
     found: dict[str, Place] = {"t": ("t", ...), "kinetic": ("kinetic", ...), "potential": ("potential", ...)}
     found["energy"] = ("energy", ...)
     for name, part in (("", "q"), ("_rate", "v"), ("_acceleration", "a")):
         for j, joint in enumerate(joints):
             key = f"{joint}{name}"
             found[f"{key} (joint)" if key in found else key] = (part, (..., j))
-    if run.rods is not None:
-        count = run.rods.R1.shape[1]
+    if run.rod_reactions is not None:
+        count = run.rod_reactions.R1.shape[1]
         for name in Reactions._fields:
             found |= {f"{name}_{i + 1}" if count > 1 else name: (name, (..., i)) for i in range(count)}
     else:
         for j, joint in enumerate(joints):
             found |= {f"{joint}_{axis}": ("wrench", (..., j, k)) for k, axis in enumerate(WRENCH)}
-    found |= {f"tip_{axis}": ("tip", (..., rods - 1, k)) for k, axis in enumerate(AXES)}
-    found |= {f"tip_{axis}_{i + 1}": ("tip", (..., i, k)) for i in range(rods - 1) for k, axis in enumerate(AXES)}
+    found |= {f"tip_{axis}": ("tips", (..., rods - 1, k)) for k, axis in enumerate(AXES)}
+    found |= {f"tip_{axis}_{i + 1}": ("tips", (..., i, k)) for i in range(rods - 1) for k, axis in enumerate(AXES)}
     found |= {f"work_{kind}": (kind, ...) for kind in run.work}
     energies = {name: found.pop(name) for name in ("kinetic", "potential", "energy")}
     return found | energies
@@ -83,5 +83,5 @@ def column(run: Any, name: str) -> Array:
         return run.kinetic + run.potential
     if part in run.work:
         return run.work[part]
-    array = getattr(run.rods, part) if part in Reactions._fields else getattr(run, part)
+    array = getattr(run.rod_reactions, part) if part in Reactions._fields else getattr(run, part)
     return np.asarray(array[index])

@@ -49,15 +49,19 @@ def summary(run: Any) -> Summary:
     found, half = {}, np.searchsorted(run.t, (run.t[0] + run.t[-1]) / 2)
     for name, values, unit in (
         *([] if np.isnan(run.swing).any() else [("largest swing", np.degrees(run.swing), "degrees")]),
-        ("farthest sideways", np.hypot(*run.tip[:, -1, :2].T), "m"),
+        ("farthest sideways", np.hypot(*run.tips[:, -1, :2].T), "m"),
     ):
         found[name] = _extreme(values[:, None], run.t, np.max, unit, [""])
         found[f"{name}, second half"] = _extreme(values[half:, None], run.t[half:], np.max, unit, [""])
     found |= _rest(run)
-    if run.rods is not None:
-        rods = [f"rod {i + 1}" for i in range(run.rods.R1.shape[1])] if run.rods.R1.shape[1] > 1 else [""]
+    if run.rod_reactions is not None:
+        rods = (
+            [f"rod {i + 1}" for i in range(run.rod_reactions.R1.shape[1])]
+            if run.rod_reactions.R1.shape[1] > 1
+            else [""]
+        )
         for name, unit in (*((force, "N") for force in FORCES), ("M3", "N m")):
-            values = getattr(run.rods, name)
+            values = getattr(run.rod_reactions, name)
             if values.any():
                 found[f"{name} least"] = _extreme(values, run.t, np.min, unit, rods)
                 found[f"{name} largest"] = _extreme(values, run.t, np.max, unit, rods)
@@ -103,7 +107,7 @@ def title(run: Any) -> str:
 
 def _model(run: Any) -> str:
     """What moves: so many rods, or a URDF by its name."""
-    model, bodies = run.scene.get("model") or {}, run.tip.shape[1]
+    model, bodies = run.scene.get("model") or {}, run.tips.shape[1]
     if model.get("kind") == "chain":
         return f"{bodies} rod{'s' * (bodies > 1)}"
     name = str(model.get("name") or model.get("path") or "").replace("\\", "/").rpartition("/")[2]

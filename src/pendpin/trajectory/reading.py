@@ -14,17 +14,19 @@ from pendpin.records import LARGEST, fault_text
 from pendpin.trajectory.parts import KINDS, Event, Reactions, Stats
 
 FORMAT = 1
-ARRAYS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tip")
+ARRAYS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tips")
 
 
 def read_fields(file: ArrayFile) -> dict[str, Any]:
     """The fields of a Trajectory from a file's arrays; ValueError where they do not fit together."""
     scene, stats = _read_meta(file)
     joints = tuple(str(name) for name in read_array(file, "joints", ("joints",), text=True))
-    n, nv, rods = _length(file, "t", 0), len(joints), _length(file, "tip", 1)
+    ends = "tips" if "tips" in file.headers else "tip"  # as files of older versions have it
+    n, nv, rods = _length(file, "t", 0), len(joints), _length(file, ends, 1)
     shapes = {"t": (n,), "q": (n, nv), "v": (n, nv), "a": (n, nv), "wrench": (n, nv, 6)}
-    shapes |= {"kinetic": (n,), "potential": (n,), "tip": (n, rods, 3)}
+    shapes |= {"kinetic": (n,), "potential": (n,), ends: (n, rods, 3)}
     found: dict[str, Any] = {name: read_array(file, name, shape) for name, shape in shapes.items()}
+    found["tips"] = found.pop(ends)
     if np.any(np.diff(found["t"]) <= 0):
         raise ValueError("array 't' does not rise")
     universal = (n, _length(file, "R1", 1)) if "R1" in file.headers else None
@@ -34,7 +36,7 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
     if work and set(work) != {str(effect.get("kind")) for effect in scene.get("effects") or ()}:
         raise ValueError("its works are not those of its scene's effects")
     found |= {"events": read_events(file, joints)}
-    return found | {"joints": joints, "rods": reactions, "work": work, "stats": stats, "scene": scene}
+    return found | {"joints": joints, "rod_reactions": reactions, "work": work, "stats": stats, "scene": scene}
 
 
 def event_arrays(events: Sequence[Event]) -> dict[str, NDArray[Any]]:

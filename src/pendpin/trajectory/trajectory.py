@@ -37,8 +37,8 @@ class Trajectory:
     wrench: Array  # (n, joints, 6)
     kinetic: Array  # (n,)
     potential: Array  # (n,)
-    tip: Array  # (n, rods, 3), world frame W
-    rods: Reactions | None  # None for a model without universal joints
+    tips: Array  # (n, rods, 3), world frame W
+    rod_reactions: Reactions | None  # None for a model without universal joints
     stats: Stats
     events: tuple[Event, ...] = ()  # of dry friction and stops, as they happened; none in older files
     work: dict[str, Array] = field(default_factory=dict)  # J (n,), of each kind of effect, with energy_balance
@@ -97,7 +97,7 @@ class Trajectory:
 
     def _arrays(self) -> list[Array]:
         """Every array, in a fixed order; an empty one for each that there is not."""
-        rods = [np.empty(0)] * len(Reactions._fields) if self.rods is None else list(self.rods)
+        rods = [np.empty(0)] * len(Reactions._fields) if self.rod_reactions is None else list(self.rod_reactions)
         return [getattr(self, name) for name in ARRAYS] + rods + [self.work[kind] for kind in sorted(self.work)]
 
     @property
@@ -109,9 +109,9 @@ class Trajectory:
 
     def reactions(self) -> Reactions:
         """R1, R2, R3, M3, Mc of every rod on a universal joint. Raises InputError where the model has none."""
-        if self.rods is None:
+        if self.rod_reactions is None:
             raise InputError("this model has no universal joint, so no R1, R2, R3, M3; see .wrench for every joint")
-        return self.rods
+        return self.rod_reactions
 
     def express(self, joint: str, frame: str = "world", point: ArrayLike | None = None, on: str = "child") -> Array:
         """The wrench of a joint in a frame and at a point of your choice, (n, 6): force in N, then moment in N m.
@@ -140,10 +140,6 @@ class Trajectory:
     def unbalanced(self) -> Array:
         """The change of kinetic energy that no work explains, (n,) in J."""
         return self.kinetic - self.kinetic[:1] - sum(work - work[:1] for work in self.work.values())
-
-    def tips(self) -> Array:
-        """The far end of each rod, (n, rods, 3) in m, world frame W."""
-        return self.tip
 
     def at(self, times: ArrayLike) -> "Trajectory":
         """The run at any times inside it, (m,) in s, rising, or one: as accurate as the run.
@@ -228,7 +224,7 @@ class Trajectory:
     def sound(self) -> int:
         """The number of samples before the first with a number that is not finite or beyond LARGEST."""
         n = len(self.t)
-        arrays = [getattr(self, name).reshape(n, -1) for name in ARRAYS] + list(self.rods or ())
+        arrays = [getattr(self, name).reshape(n, -1) for name in ARRAYS] + list(self.rod_reactions or ())
         if all(np.abs(array).max(initial=0.0) <= LARGEST for array in arrays):  # False for NaN
             return n
         return int(np.argmin(np.all([(np.abs(array) <= LARGEST).all(1) for array in arrays], 0)))
@@ -239,8 +235,8 @@ class Trajectory:
         arrays: dict[str, Any] = {name: getattr(self._sampled, name) for name in ARRAYS} | {
             "joints": np.array(self.joints)
         }
-        if self.rods is not None:
-            arrays |= self.rods._asdict()
+        if self.rod_reactions is not None:
+            arrays |= self.rod_reactions._asdict()
         arrays |= {f"work_{kind}": work for kind, work in self.work.items()}
         arrays |= event_arrays(self.events)
         meta = {"format": FORMAT, "scene": self.scene, **asdict(self.stats)}

@@ -237,7 +237,7 @@ def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Trial]:
             return Trial(None, seconds, failure=one_line(str(error)), hopeless=hopeless)
         stats = found.stats
         return Trial(
-            marks(bench.model, found.tips(), found.q),
+            marks(bench.model, found.tips, found.q),
             *(stats.seconds, stats.steps, stats.evaluations),
             max(stats.compile_seconds, _compiled_in(scene)),
             f"{stats.library} {stats.version}",

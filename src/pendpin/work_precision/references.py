@@ -206,7 +206,7 @@ def _recursion(scene: Scene, model: Model) -> Scene:
 def _of_runs(name: str, scene: Scene, length: float, method: str, fine: float, coarse: float, limit: float) -> Solution:
     runs = [run_within(limit, scene.by(method, setting)) for setting in (fine, coarse)]
     n = min(len(run.t) for run in runs)
-    one, other = (marks(build(scene.model), run.tips()[:n], run.q[:n]) for run in runs)
+    one, other = (marks(build(scene.model), run.tips[:n], run.q[:n]) for run in runs)
     return Solution(name, one, tip_distance(one, other, length), EPS * runs[0].stats.steps, n < len(scene.times))
 
 

@@ -98,8 +98,8 @@ def is_at_rest(run: Trajectory) -> bool:
 def compute_points(run: Trajectory) -> Array:
     """The points by which runs are compared, (n, bodies, 3) m in W: see `kinematics.marks`."""
     if run.scene["model"]["kind"] == "chain":
-        return run.tips()
-    return marks(_rebuild_model(run), run.tips(), run.q)
+        return run.tips
+    return marks(_rebuild_model(run), run.tips, run.q)
 
 
 def _rebuild_model(run: Trajectory) -> Model:
@@ -145,7 +145,7 @@ def compute_extent(run: Trajectory, length: float) -> float:
 
 def choose_length(model: Model, run: Trajectory) -> float:
     """The length that errors are divided by, m: the largest possible distance of a tip from W's origin; else the actual."""
-    return chain_length(model) or float(np.linalg.norm(run.tips(), axis=-1).max()) or 1.0
+    return chain_length(model) or float(np.linalg.norm(run.tips, axis=-1).max()) or 1.0
 
 
 def _are_apart(scene: Scene) -> bool:
