@@ -2,9 +2,11 @@
 integrates motions, and accelerations with all reactions by other routes.
 
 Each row is measured in a process of its own: peak memory beyond what the process had after its imports, then the
-minimum time of repeated calls after a warm-up. Run it on an idle machine: python benchmarks/chain_scaling.py
+minimum time of repeated calls after a warm-up. Run it on an idle machine:
+python benchmarks/chain_scaling.py [--most 100000] [--seconds 2]
 """
 
+import argparse
 import multiprocessing
 import platform
 import resource
@@ -20,7 +22,6 @@ from pendpin.equations.chain import solution, thin
 from pendpin.equations.chain.inertia import ChainInertia
 
 GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s², in I
-BUDGET = 2.0  # s of repetitions per row
 
 
 def inertia(n: int, radius: float) -> ChainInertia:
@@ -99,13 +100,13 @@ def peak() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def measure(route: str, n: int) -> tuple[float, float]:
+def measure(route: str, n: int, seconds: float) -> tuple[float, float]:
     """Seconds of one evaluation, and MB that setting up and evaluating took."""
     ROUTES[route][0](1)()  # imports and warm-up
     before = peak()
     evaluate = ROUTES[route][0](n)
     evaluate()
-    memory, best, end = peak() - before, np.inf, time.perf_counter() + BUDGET
+    memory, best, end = peak() - before, np.inf, time.perf_counter() + seconds
     while time.perf_counter() < end:
         begin = time.perf_counter()
         evaluate()
@@ -115,20 +116,25 @@ def measure(route: str, n: int) -> tuple[float, float]:
 
 def main() -> None:
     """Print the table, and how the time per rod grows from 1,000 to 10,000 rods."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--most", type=int, default=100_000, help="rods")
+    parser.add_argument("--seconds", type=float, default=2.0, help="of repetitions of each evaluation")
+    options = parser.parse_args()
     table = Table(title="one evaluation: accelerations; but for machine code with all reactions")
     for title in ("route", "rods", "us", "us per rod", "MB"):
         table.add_column(title, justify="left" if title == "route" else "right")
     per_rod = {}
     with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         for route, (_, sizes) in ROUTES.items():
-            for n in sizes:
-                seconds, memory = pool.apply(measure, (route, n))
+            for n in (size for size in sizes if size <= options.most):
+                seconds, memory = pool.apply(measure, (route, n, options.seconds))
                 per_rod[route, n] = seconds / n
                 table.add_row(route, f"{n:,}", f"{seconds * 1e6:,.0f}", f"{seconds / n * 1e6:.3f}", f"{memory:,.1f}")
-    growth = per_rod["reactions, O(n)", 10_000] / per_rod["reactions, O(n)", 1000]
     console = Console()
     console.print(table)
-    console.print(f"time per rod at 10,000 rods over that at 1,000: {growth:.2f} (bound 1.5)")
+    if ("reactions, O(n)", 10_000) in per_rod:
+        growth = per_rod["reactions, O(n)", 10_000] / per_rod["reactions, O(n)", 1000]
+        console.print(f"time per rod at 10,000 rods over that at 1,000: {growth:.2f} (bound 1.5)")
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "pin", "llvmlite"))
     console.print(f"{packages}, Python {platform.python_version()}, {platform.machine()}")
 

@@ -1,13 +1,13 @@
 """What each effect costs: an evaluation of y' with gravity and that effect, over one with gravity alone, as a run makes it.
 
-Three tables: machine code before optimisation; after it, which comes with hundreds of thousands of evaluations; and the
-engine without compiling, one call from Python. Processor time, of compiled runs that of the integration over its
-evaluations; bare and effect take turns, and the least of several counts. On an idle machine: python benchmarks/effects.py
+Two tables: machine code, and the engine without compiling, one call from Python. Processor time, of compiled runs that of
+the integration over its evaluations; bare and effect take turns, and the least of several counts. On an idle machine:
+python benchmarks/effects.py [--rods 1 3 10 30] [--repetitions 9]
 """
 
+import argparse
 import time
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from platform import machine, python_version
 
@@ -25,7 +25,6 @@ from pendpin.scene import method_of
 REPETITIONS = 9
 RODS = (1, 3, 10, 30)
 BARE = "gravity alone"
-MANY = 10_000_000  # evaluations
 TRACK = Path(__file__).parents[1] / "examples" / "crane_trolley.csv"
 
 
@@ -60,12 +59,10 @@ def scene(rods: int, others: tuple[fx.Effect, ...]) -> pp.Scene:
     )
 
 
-def in_a_run(optimised: bool, given: pp.Scene) -> Callable[[], float]:
+def in_a_run(given: pp.Scene) -> Callable[[], float]:
     """A function that returns the seconds of an evaluation in a run of dop853 on the compiled engine."""
     dynamics = Dynamics(pp.bind(given).model, given.effects, "compiled")
     assert isinstance(dynamics.engine, Compiled)
-    if optimised:
-        dynamics.engine.function.code(MANY)  # as after so many evaluations
     integrator = AdaptiveInMachineCode(method_of("dop853"), 1e-9)
     derivative, count = integrator.equations(dynamics.engine, lambda t: None)
     y = dynamics.engine.pack(*start(given))
@@ -104,18 +101,22 @@ def start(given: pp.Scene) -> np.ndarray:
 
 def main() -> None:
     """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rods", type=int, nargs="+", default=RODS)
+    parser.add_argument("--repetitions", type=int, default=REPETITIONS)
+    options = parser.parse_args()
     console = Console(width=120)
     kinds = {
-        "compiled, not optimised, in a run": partial(in_a_run, False),  # first: optimised code is kept
-        "compiled, optimised, in a run": partial(in_a_run, True),
+        "compiled, in a run": in_a_run,
         "not compiled, called from Python": called,
     }
     for title, measure in kinds.items():
         table = Table(
-            "effect", *(f"{rods} rods" for rods in RODS), title=f"{title}: us an evaluation, over gravity alone"
+            "effect", *(f"{rods} rods" for rods in options.rods), title=f"{title}: us an evaluation, over gravity alone"
         )
         columns = {
-            rods: least({name: measure(scene(rods, acts)) for name, acts in effects(rods).items()}) for rods in RODS
+            rods: least({name: measure(scene(rods, acts)) for name, acts in effects(rods).items()}, options.repetitions)
+            for rods in options.rods
         }
         for name in effects(1):
             found = ((column[name], column[BARE]) for column in columns.values())
@@ -124,9 +125,9 @@ def main() -> None:
     console.print(f"pendpin {pp.__version__}, NumPy {np.__version__}, Python {python_version()}, {machine()}")
 
 
-def least(measures: dict[str, Callable[[], float]]) -> dict[str, float]:
+def least(measures: dict[str, Callable[[], float]], repetitions: int) -> dict[str, float]:
     """The least of several measurements of each, by turns."""
-    rounds = [{name: measure() for name, measure in measures.items()} for _ in range(REPETITIONS)]
+    rounds = [{name: measure() for name, measure in measures.items()} for _ in range(repetitions)]
     return {name: min(found[name] for found in rounds) for name in measures}
 
 

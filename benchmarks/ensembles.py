@@ -1,6 +1,6 @@
 """10,000 starts of the built-in rod over 10 s at a tip error of 1e-9: pendpin beside MuJoCo's rollout.
 
-Run it on an idle machine: python benchmarks/ensembles.py [--starts 10000] [--seconds 5]
+Run it on an idle machine: python benchmarks/ensembles.py [--starts 10000] [--seconds 5] [--sample 50]
 Both run at the coarsest setting that keeps the tips of 50 of the starts, at 60 output times a second, within the error:
 a decade of the tolerance, or equal RK4 steps from output to output. MuJoCo has its model without contacts, limits and
 whatever else costs time, and without the mass it adds to massless bodies (pendpin.simulators), and its own
@@ -147,9 +147,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--starts", type=int, default=10_000)
     parser.add_argument("--seconds", type=float, default=5.0, help="of MuJoCo's runs at each of its settings")
+    parser.add_argument("--sample", type=int, default=SAMPLE, help="starts that the error is measured on")
     given, console, scene = parser.parse_args(), Console(), builtin_scene()
     q, v = random_starts(given.starts)
-    few = slice(0, SAMPLE)
+    few = slice(0, given.sample)
     reference = pp.simulate_many(scene, q[few], v[few], method="taylor", tolerance=REFERENCE)
     known = np.array([alone(scene, *start) for start in zip(q[few], v[few], strict=True)])
     console.print(

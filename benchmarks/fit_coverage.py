@@ -2,14 +2,15 @@
 
     nice -n 10 python benchmarks/fit_coverage.py 200 coverage.jsonl  # linear fits of each kind; seconds to minutes each
     nice -n 10 python benchmarks/fit_coverage.py 20 fits.jsonl --fits  # whole fits, a second or more each
+    nice -n 10 python benchmarks/fit_coverage.py 1000 one.jsonl --sizes "2 x 400" --noises 0.5  # one cell
 
 One rod with viscous and dry friction and the zero of its sensor, at 100 samples a second. The noise is of first order:
 each sample remembers rho of the one before; "mixed" is rho = 0.98 and white noise of the same size. A linear fit takes the
 derivatives of one whole fit, so that many cost what one did. The same command goes on where it was stopped.
 """
 
+import argparse
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -107,14 +108,20 @@ def line_of(rows: list[dict]) -> str:
 
 def main() -> None:
     """Fill the file and print the table."""
-    count, file, whole = int(sys.argv[1]), Path(sys.argv[2]), "--fits" in sys.argv
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("count", type=int)
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--fits", action="store_true", help="whole fits")
+    parser.add_argument("--sizes", nargs="+", choices=SIZES, default=SIZES)
+    parser.add_argument("--noises", nargs="+", choices=NOISES, default=NOISES)
+    options = parser.parse_args()
+    count, file, whole = options.count, options.file, options.fits
     rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
-    sizes = [size for size in SIZES if not whole or size != "10 x 2000"]
     print("| samples | noise | covered, % of each number | of all | without errors |\n|---|---|---|---|---|")
-    for size in sizes:
+    for size in options.sizes:
         scene, table = measured(*SIZES[size])
         fits = None if whole else LinearFits(scene, table)
-        for kind in NOISES:
+        for kind in options.noises:
             done = [row for row in rows if (row["size"], row["noise"]) == (size, kind)]
             for case in range(len(done), count):
                 draw = np.random.default_rng([NOISES.index(kind), case])

@@ -2,7 +2,7 @@
 
 pendpin hard --json > hard.json
 pendpin hard --peers --json > peers.json
-python benchmarks/hard_cases.py hard.json peers.json
+python benchmarks/hard_cases.py hard.json peers.json [another page]
 """
 
 import sys
@@ -84,10 +84,11 @@ def put(page: str, name: str, lines: list[str]) -> str:
 
 def main() -> None:
     """Read the two files of figures and rewrite the page."""
-    page = PAGE.read_text()
-    for name, path, part in zip(("figures", "peers"), sys.argv[1:], (figures, survivors), strict=False):
-        page = put(page, name, part(loads(Path(path).read_text())))
-    PAGE.write_text(page)
+    path = Path(sys.argv[3]) if len(sys.argv) > 3 else PAGE
+    page = path.read_text()
+    for name, file, part in zip(("figures", "peers"), sys.argv[1:3], (figures, survivors), strict=False):
+        page = put(page, name, part(loads(Path(file).read_text())))
+    path.write_text(page)
 
 
 if __name__ == "__main__":

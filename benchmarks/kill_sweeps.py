@@ -1,8 +1,8 @@
 """Kill -9 at random moments: a sweep's command, by turns with threads and with workers, then its workers.
 
-python benchmarks/kill_sweeps.py [kills] [seed] runs the map of EXAMPLE's flip times again and again. The command is killed
-behind a random block and given again until it is done; after that it runs to its end while a worker is killed every few
-seconds. Each finished store must hold the same bits as that of an unbroken sweep; no process may be left behind.
+python benchmarks/kill_sweeps.py [kills] [seed] [side] runs the map of EXAMPLE's flip times again and again. The command is
+killed behind a random block and given again until it is done; after that it runs to its end while a worker is killed every
+few seconds. Each finished store must hold the same bits as that of an unbroken sweep; no process may be left behind.
 """
 
 import json
@@ -21,7 +21,7 @@ from pendpin.sweeps.store import load
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "double_pendulum.toml"
 STORE, WHOLE = Path("map.zarr"), Path("whole.zarr")
-SIDE = 200  # starts each way
+SIDE = int(([*sys.argv[3:], "200"])[0])  # starts each way
 AXES = [f"--vary=start.positions.theta_{i}=-3:3:{SIDE}" for i in (1, 2)]
 COMMAND = [sys.executable, "-c", "from pendpin.cli import main; main()", "sweep", str(EXAMPLE), "--tolerance", "1e-9"]
 SWEEP = [*COMMAND, *AXES, "--measure=flip_time", "--measure=flip_time.spread", "--out"]

@@ -1,12 +1,13 @@
 """What a sweep costs: over simulate_many, with one worker and two, with other blocks, beside MuJoCo and a loop of SciPy.
 
-Run it: python benchmarks/sweep.py [--starts 8000]. All times are of the processor, of children too: others may be busy.
+Run it: python benchmarks/sweep.py [--starts 8000] [--sample 50]
+All times are of the processor, of children too: others may be busy.
 Starts of the built-in rod, 10 s, its final angle measured; the tolerance is the coarsest decade at which the tips of
 50 starts are within 1e-9 (as benchmarks/ensembles.py finds it). MuJoCo and SciPy run as many starts as take a few seconds.
 """
 
 import argparse
-import os
+import resource
 from collections.abc import Callable
 from typing import Any
 
@@ -33,7 +34,8 @@ SCIPY_TOLERANCE = 1e-12  # at which DOP853 is within 1e-9 after 10 s
 
 def clock() -> float:
     """Processor time of this process and of its children that have ended, s."""
-    return sum(os.times()[:4])
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(one.ru_utime + one.ru_stime for one in used)
 
 
 def clocked(run: Callable[[], Any]) -> float:
@@ -67,9 +69,10 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--starts", type=int, default=8_000)
+    parser.add_argument("--sample", type=int, default=SAMPLE, help="starts that the error is measured on")
     given, console, scene = parser.parse_args(), Console(), builtin_scene()
     q, v = random_starts(given.starts)
-    few = slice(0, SAMPLE)
+    few = slice(0, given.sample)
     known = np.array([alone(scene, *start) for start in zip(q[few], v[few], strict=True)])
     tolerance, error = coarsest_tolerance(scene, q[few], v[few], known)
     short = scene.model_copy(update={"solver": scene.solver.replaced(tolerance=tolerance, samples=2)})
@@ -96,7 +99,8 @@ def main() -> None:
     many = pp.simulate_many(scene, q[few], v[few], method="taylor", tolerance=1e-18)
     steps, mujoco_error = coarsest_steps(scene, many, known)
     rollout = Rollout(scene, steps, 0)
-    rate = ROLLOUTS * scene.duration / clocked(lambda: rollout.states(q[:ROLLOUTS], v[:ROLLOUTS]))
+    rolled = min(ROLLOUTS, given.starts)
+    rate = rolled * scene.duration / clocked(lambda: rollout.states(q[:rolled], v[:rolled]))
     table.add_row("MuJoCo rollout", f"RK4, {steps} steps an output, {mujoco_error:.1e}", f"{rate:,.0f}", "")
     each = scipy_seconds(scene, q[:SCIPY_STARTS], v[:SCIPY_STARTS])
     table.add_row("loop of SciPy DOP853 on pin.aba", f"{SCIPY_TOLERANCE:g}", f"{scene.duration / each:,.0f}", "")

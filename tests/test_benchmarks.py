@@ -1,0 +1,74 @@
+"""Every script of benchmarks/ runs, in a small form, and says by its status that all is well."""
+
+import os
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from shlex import split
+from shutil import copy
+
+import pytest
+
+TOP = Path(__file__).parents[1]
+FOLDER = TOP / "benchmarks"
+PATIENCE = 600  # s, so that none hangs for ever
+MODULES = {"reference_equations", "reference_motion"}  # which others import: they run nothing
+ONE_ROD = 1  # seed of fit.py whose first case is one rod, which is cheaper than two
+SMALL = {
+    "agreement": "--quick",
+    "auto": "--rods 1 --kinds bare",
+    "chain_scaling": "--most 10 --seconds 0.01",
+    "doctor": "--mutations 3 --rewritings 3",
+    "effects": "--rods 1 --repetitions 1",
+    "ensembles": "--starts 20 --seconds 0.05 --sample 4",
+    "events": "1 0",
+    "fit": f"1 {ONE_ROD} fit.jsonl",
+    "fit_coverage": "2 coverage.jsonl --sizes '2 x 400' --noises 0.5",
+    "goal": "--count 2 --seed 1 --file goal.jsonl",
+    "hard_cases": "hard.json peers.json page.md",
+    "kill": "1 1",
+    "kill_sweeps": "1 1 60",
+    "long_runs": "--swings 100",
+    "overhead": "--repetitions 1 --duration 10",
+    "peers": "--rods 1",
+    "rounding_estimates": "--count 4",
+    "sweep": "--starts 20 --sample 4",
+}
+OTHERS = {"ensembles": "mujoco", "peers": "mujoco", "sweep": "mujoco"}  # what a script needs beside the extra dev
+
+
+def run(folder: Path, *command: str) -> str:
+    """What a command prints; it has to end with status 0."""
+    environment = os.environ | {"PYTHONPATH": str(TOP / "src")}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=PATIENCE)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    return done.stdout
+
+
+def test_none_is_left_out() -> None:
+    """A new script comes with its small form."""
+    assert set(SMALL) | MODULES == {path.stem for path in FOLDER.glob("*.py")}
+
+
+def test_no_script_hides_a_library() -> None:
+    """A script's folder is the first place where Python looks for what the script imports."""
+    names = {path.stem for path in FOLDER.glob("*.py")}
+    places = [place for place in sys.path if place and Path(place).resolve() not in (FOLDER, Path.cwd(), TOP / "tests")]
+    hidden = [name for name in names for place in places if (Path(place) / f"{name}.py").exists()]
+    hidden += [name for name in names for place in places if (Path(place) / name / "__init__.py").exists()]
+    assert not hidden
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SMALL)
+def test_a_script_runs(name: str, tmp_path: Path) -> None:
+    """In an empty folder."""
+    if (other := OTHERS.get(name)) and find_spec(other) is None:
+        pytest.skip(f"{other} is not installed: CI's last step installs it")
+    if name == "hard_cases":
+        hard = [sys.executable, "-m", "pendpin", "hard", "thin-pole", "--json"]
+        (tmp_path / "hard.json").write_text(run(tmp_path, *hard))
+        copy(tmp_path / "hard.json", tmp_path / "peers.json")
+        copy(TOP / "docs" / "hard_cases.md", tmp_path / "page.md")
+    run(tmp_path, sys.executable, str(FOLDER / f"{name}.py"), *split(SMALL[name]))
