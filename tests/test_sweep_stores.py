@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -213,8 +214,24 @@ def test_a_killed_command_goes_on_with_the_same_bits(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_processes_give_the_same_bits(tmp_path: Path) -> None:
-    """A local cluster of two workers."""
+    """Two on this machine, and a Dask cluster of two."""
+    distributed = pytest.importorskip("distributed")
     assert_same(small(workers=2), small())
+    with distributed.LocalCluster(2, host="127.0.0.1", dashboard_address=None, threads_per_worker=1) as cluster:
+        assert_same(small(dask=cluster.scheduler_address), small())
+
+
+def ended(run: pp.Trajectory) -> float:
+    """A measure that ends its process, as where memory runs out."""
+    return os._exit(9) if run.q[0, 0] > 2.9 else float(run.q[-1, 0])
+
+
+@pytest.mark.slow
+def test_a_process_that_dies_ends_the_sweep_in_a_line(tmp_path: Path) -> None:
+    """And what was done before is in the store."""
+    with pytest.raises(pp.RunError, match="a worker process has ended unexpectedly"):
+        pp.sweep(scene(), {KEYS[0]: np.linspace(-3, 3, 40)}, ended, out=tmp_path / "map.zarr", workers=2)
+    assert (load(tmp_path / "map.zarr").why.values == "not run").any()
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ from pendpin.sweeps.plan import Plan
 from pendpin.sweeps.store import Blocks, Memory, Store
 from pendpin.sweeps.task import EXTRA, Task, checked
 from pendpin.sweeps.vectors import vectors_of
-from pendpin.sweeps.workers import FOUND, in_threads, local_cluster, on_cluster, remote_cluster
+from pendpin.sweeps.workers import FOUND, in_processes, in_threads, on_cluster, remote_cluster
 
 WORKERS_EACH = 8  # processes for each processor, at most
 BLOCK_SECONDS = 3.0  # of a block
@@ -126,7 +126,7 @@ def _found(
     if dask is not None:
         return on_cluster(task, left, blocks.span, stack.enter_context(remote_cluster(dask)))
     if workers is not None and workers > 1:
-        return on_cluster(task, left, blocks.span, stack.enter_context(local_cluster(workers)))
+        return in_processes(task, left, blocks.span, workers)
     return in_threads(task, left, blocks.span, workers or cores())
 
 

@@ -1,13 +1,16 @@
-"""Who runs a sweep's blocks: threads of this process, a local Dask cluster, or a cluster that the user runs."""
+"""Who runs a sweep's blocks: threads of this process, other processes of this machine, or a Dask cluster of the user."""
 
+import pickle
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
+from functools import lru_cache, partial
 from typing import Any
 
 from pendpin.errors import InputError, RunError
 from pendpin.libraries import optional
+from pendpin.simulation.processes import spread
 from pendpin.sweeps.cases import run_block
 from pendpin.sweeps.task import EXTRA, Block, Task, versions
 
@@ -35,6 +38,23 @@ def in_threads(task: Task, blocks: Sequence[int], span: Span, workers: int) -> F
                 yield running.pop(done), done.result()
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def in_processes(task: Task, blocks: Sequence[int], span: Span, workers: int) -> FOUND:
+    """The blocks' results from processes of this machine. Raises RunError where one dies."""
+    packed = optional("cloudpickle", "a sweep in processes", EXTRA).dumps(task)  # pickle refuses functions of a script
+    with closing(spread(partial(_run_packed, packed), list(map(span, blocks)), workers)) as results:
+        yield from ((blocks[place], block) for place, block in results)
+
+
+def _run_packed(packed: bytes, cases: tuple[int, int]) -> Block:
+    return run_block(_unpacked(packed), *cases)
+
+
+@lru_cache(1)
+def _unpacked(packed: bytes) -> Task:
+    """The task, unpacked once in a process, so that its equations are compiled once."""
+    return pickle.loads(packed)
 
 
 def on_cluster(task: Task, blocks: Sequence[int], span: Span, client: Any) -> FOUND:
@@ -69,23 +89,6 @@ def on_cluster(task: Task, blocks: Sequence[int], span: Span, client: Any) -> FO
                 raise RunError(f"a worker of the cluster failed: {type(error).__name__}: {error}") from None
             yield places.pop(future.key), found
         running |= {future for _ in now.done if (future := submit()) is not None}
-
-
-@contextmanager
-def local_cluster(workers: int) -> Iterator[Any]:
-    """A client of a cluster of processes on this machine, gone afterwards."""
-    dask, distributed = _libraries()
-    settings = {
-        "distributed.scheduler.allowed-failures": DEATHS,
-        "distributed.worker.daemon": True,
-        "distributed.logging.distributed": "critical",
-        "distributed.comm.timeouts.connect": CONNECTING,
-    }
-    with dask.config.set(settings):
-        from pendpin.sweeps.local import cluster_of
-
-        with cluster_of(workers) as cluster, distributed.Client(cluster) as client:
-            yield client
 
 
 @contextmanager
