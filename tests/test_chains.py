@@ -9,6 +9,7 @@ from scipy.special import jn_zeros, roots_laguerre
 
 import pendpin as pp
 from pendpin.model.build import build
+from pendpin.model.notes import notes
 from pendpin.model.write_urdf import chain_urdf
 from scenes import scene_of
 
@@ -187,7 +188,7 @@ def test_example_robot_datas_double_pendulums(name: str) -> None:
     assert pp.crosscheck(scene, states=100).ok
     assert pp.simulate(scene, tolerance=1e-12).energy().drift < 1e-10
     damped = "damping" in example_urdf(name).read_text()
-    assert any("damping" in note and "ignored" in note for note in build(scene.model).notes) == damped
+    assert any("damping" in note and "ignored" in note for note in notes(scene, build(scene.model))) == damped
 
 
 def test_revolute_and_continuous_double_pendulum_move_alike() -> None:

@@ -13,6 +13,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.model.build import build
+from pendpin.model.notes import notes
 from pendpin.significance.significance import significance
 
 INERTIA = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.2"/>'
@@ -155,10 +156,9 @@ def test_limits_that_are_not_applied_are_noted(tmp_path: Path) -> None:
     parts = [link("one", -0.5), link("two", -0.5)]
     close = joint("a", "base", "one", kind="revolute").replace("</joint>", limits.format(-1, 1))
     far = joint("b", "one", "two", kind="revolute").replace("</joint>", limits.format(-1e9, 1e9))
-    assert [note for note in build(robot(tmp_path, *parts, close, far)).notes if "limit" in note] == [
-        "<limit> is ignored, so these joints can pass it: 'a'; to hold one, add [[effects]] kind = \"stop\", "
-        "with its joints, lower and upper"
-    ]
+    scene = pp.Scene(model=robot(tmp_path, *parts, close, far), effects=(fx.Gravity(),))
+    said = "<limit> of 'a': ignored; the effect as_written (--as-written) lets them act"
+    assert notes(scene, build(scene.model)) == (said,)
 
 
 def test_a_drawing_says_its_notes_and_tells_bodies_apart(tmp_path: Path) -> None:
@@ -166,7 +166,7 @@ def test_a_drawing_says_its_notes_and_tells_bodies_apart(tmp_path: Path) -> None
     parts = [link("one", -0.5, shapes=CYLINDER), link("two", -0.5, shapes=CYLINDER)]
     free = joint("a", "base", "one", kind="prismatic"), joint("b", "one", "two", at=(0, 0, -1))
     drawing = drawing_of(pp.simulate(pp.Scene(duration=0.1, model=robot(tmp_path, *parts, *free))))
-    assert ["these joints can pass it: 'a'" in note for note in drawing.notes] == [True]
+    assert ["<limit> of 'a': ignored" in note for note in drawing.notes] == [True]
     assert len({shape.color for shape in drawing.shapes}) == 2
 
 

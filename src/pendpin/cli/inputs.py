@@ -25,7 +25,12 @@ def read_scene(path: Path | None) -> "Scene":
 
 
 def scene_with(
-    path: Path | None, urdf: str | None, lock: Sequence[str] = (), mimic: str | None = None, changes: Sequence[str] = ()
+    path: Path | None,
+    urdf: str | None,
+    lock: Sequence[str] = (),
+    mimic: str | None = None,
+    changes: Sequence[str] = (),
+    as_written: bool = False,
 ) -> "Scene":
     """A scene, or a URDF in place of one, with the joints of its URDF locked and values changed as the options say."""
     from pendpin.effects import Gravity
@@ -34,7 +39,19 @@ def scene_with(
     if path is not None and urdf is not None:
         raise typer.BadParameter("give a scene or a URDF, not both")
     scene = Scene(model=UrdfModel(urdf), effects=(Gravity(),)) if urdf else read_scene(path)
-    return _with_locks(scene, lock, mimic).replace(dict(map(_change, changes)))
+    scene = _with_locks(scene, lock, mimic).replace(dict(map(_change, changes)))
+    return _as_written(scene) if as_written else scene
+
+
+def _as_written(scene: "Scene") -> "Scene":
+    """The scene with what its URDF writes of the joints among its effects, if that is not listed there."""
+    from pendpin.effects import AsWritten
+    from pendpin.scene import UrdfModel
+
+    if not isinstance(scene.model, UrdfModel):
+        raise typer.BadParameter("the model is a chain of rods; --as-written is for a URDF")
+    listed = any(isinstance(effect, AsWritten) for effect in scene.effects)
+    return scene if listed else scene.replace(effects=(*scene.effects, AsWritten()))
 
 
 def _with_locks(scene: "Scene", lock: Sequence[str], mimic: str | None) -> "Scene":

@@ -16,6 +16,9 @@ Changes = Annotated[
 ]
 Lock = Annotated[list[str] | None, typer.Option(help="Freeze a joint of the URDF: NAME=POSITION, in rad or m.")]
 Mimic = Annotated[str | None, typer.Option(help="Joints of the URDF with <mimic>: free or locked.")]
+AsWritten = Annotated[
+    bool, typer.Option("--as-written", help="Damping, friction and limits of the URDF act as its file writes them.")
+]
 Strict = Annotated[bool, typer.Option("--strict", help="Refuse a model with findings: inertia that no real body has.")]
 Method = Annotated[str | None, typer.Option(help="Integration method, such as dop853.")]
 Tolerance = Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")]

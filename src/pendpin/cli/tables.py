@@ -23,6 +23,8 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
     """Counts and times of a run, its checks (energy, cross-check along the run), and the works."""
     from dataclasses import asdict
 
+    from pendpin.model.of_run import as_written, leaving
+
     stats = trajectory.stats
     if as_json:
         drift = trajectory.energy().drift if stats.conservative else None
@@ -39,6 +41,7 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
         "method": f"{stats.method}, {stats.setting} ({stats.library} {stats.version})",
         "accuracy": stats.accuracy and f"{_estimated(stats.error)}, {stats.accuracy:g} asked",
         "engine": stats.engine,
+        "as written": as_written(trajectory),
         "steps": str(stats.steps),
         "evaluations": str(stats.evaluations),
         "integrating": f"{stats.seconds:.4f} s"
@@ -48,6 +51,7 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
         "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
         "cross-check": report and f"{_crosscheck(report)} along the run",
         "note": "; ".join(stats.notes),
+        "leaves": "; ".join(leaving(trajectory)),
     }
     rows |= _answers(trajectory) | {"files": ", ".join(str(file) for file in files)}
     rows |= {f"work of {kind}": f"{work[-1]:+.6g} J" for kind, work in trajectory.work.items()}

@@ -6,6 +6,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from pendpin.arrays import Indices
+from pendpin.dynamics.as_written import expanded
 from pendpin.effects import BodyEffect, ContactEffect, Effect, Idle, JointEffect, Torque
 from pendpin.errors import InputError, find, shown
 from pendpin.model.build import Model
@@ -14,9 +15,12 @@ from pendpin.model.build import Model
 def acting(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
     """The effects of a scene, with `Idle` in place of each of strength 0: these change no bit of a run.
 
+    In place of an as_written there is what it stands for.
+
     Raises InputError for a joint or link that the model lacks, whatever the strength.
     """
-    return tuple(_named(model, effect, f"effects[{i}]") if effect.idle else effect for i, effect in enumerate(effects))
+    listed = expanded(model, effects)
+    return tuple(_named(model, effect, f"effects[{i}]") if effect.idle else effect for i, effect in enumerate(listed))
 
 
 def _named(model: Model, effect: Effect, where: str) -> Idle:

@@ -10,6 +10,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.acting import acting, chosen_bodies, chosen_joints, in_order, plain_arithmetic
+from pendpin.dynamics.as_written import with_home
 from pendpin.dynamics.binding import bind_loads, bodies_of, surroundings
 from pendpin.dynamics.compiling import compilable, compiled, sampler_of
 from pendpin.dynamics.contact_binding import bind_contacts
@@ -38,6 +39,7 @@ class Dynamics:
     def __init__(
         self, model: Model, effects: tuple[Effect, ...], engine: str = "auto", form: Form = "any", start: float = 0.0
     ) -> None:
+        model = with_home(model, effects)
         self.model, self.start, self.effects = model, start, acting(model, effects)
         effects = self.effects
         self.loads = bind_loads(model, effects, start=start)

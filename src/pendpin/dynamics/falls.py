@@ -85,10 +85,11 @@ def rates_and_mode(
     for _ in range(len(q) + 1):
         v = contacts.strike(q, v, t)
         mode = contacts.choose(t, q, v, scales, loose)
-        small = _too_small(contacts, t, q, v, mode).nonzero()[0]
-        if not len(small):
+        small = _too_small(contacts, t, q, v, mode)
+        if not small.any():
             return v, mode
-        v = contacts.rest(q, v, small)
+        # with the joints that are held: else two joints kick each other off their stops, less and less, without end
+        v = contacts.rest(q, v, (small | mode.held).nonzero()[0])
     v = contacts.strike(q, v, t)
     return v, contacts.choose(t, q, v, scales, loose)
 

@@ -10,6 +10,7 @@ from pydantic import Discriminator, InstanceOf, Tag
 from pydantic.json_schema import SkipJsonSchema
 
 from pendpin.arrays import applied, cross, dot
+from pendpin.effects.as_written import AsWritten
 from pendpin.effects.base import (
     Bodies,
     BodyEffect,
@@ -48,6 +49,7 @@ AnyEffect = Annotated[
     | Annotated[Rotation, Tag("~rotation")]
     | Annotated[DryFriction, Tag("~dry_friction")]
     | Annotated[Stop, Tag("~stop")]
+    | Annotated[AsWritten, Tag("~as_written")]
     | Annotated[SkipJsonSchema[InstanceOf[Effect]], Tag("~instance")],
     Discriminator(_branch),
 ]
@@ -59,6 +61,7 @@ def has_kind(effect: Effect) -> bool:
 
 
 __all__ = [
+    "AsWritten",
     "Bodies",
     "BodyEffect",
     "ContactEffect",

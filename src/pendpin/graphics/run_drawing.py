@@ -11,6 +11,7 @@ from pendpin.graphics.shapes import rod_shapes, urdf_shapes
 from pendpin.model import kinematics
 from pendpin.model.build import Model
 from pendpin.model.of_run import model_of
+from pendpin.model.urdf_written import ignored
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import Trajectory
 from pendpin.trajectory.columns import named_with_units
@@ -44,7 +45,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
         forces=np.pad(forces, ((0, 0), (0, 1), (0, 0))),
         plots=_plots(trajectory),
         support=len(model.bodies) if as_rods else None,
-        notes=tuple(note for note in model.notes if "<limit>" in note),  # which a motion may be seen to pass
+        notes=ignored(model.written or (), scene.effects),  # limits among them, which a motion may be seen to pass
     )
 
 

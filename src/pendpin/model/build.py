@@ -25,6 +25,7 @@ from pendpin.model.bodies import (
 from pendpin.model.from_pin import plain_copy
 from pendpin.model.indefinite import always_positive
 from pendpin.model.read_urdf import Urdf, content, read_urdf
+from pendpin.model.urdf_written import WrittenJoint
 from pendpin.scene import Chain, PinModel, Rod, Start, UrdfModel, Values
 from pendpin.scene.models import FARTHEST
 
@@ -50,6 +51,8 @@ class Model:
     bodies: tuple[Body, ...]
     notes: tuple[str, ...] = ()  # what the user should know
     findings: tuple[str, ...] = ()  # what no real body has, computed as written
+    written: tuple[WrittenJoint, ...] | None = None  # what a URDF says of its joints; None without one
+    home: Array | None = None  # (nv,), positions of joints of which a start says nothing; 0 if None
 
     def __repr__(self) -> str:
         return (
@@ -82,9 +85,11 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
     of a URDF at which some joint moves no inertia.
     """
     q, v = _values(model, start.positions, "start.positions"), _values(model, start.velocities, "start.velocities")
+    home = _unnamed_home(model, start)
     if start.unit == "degrees":
         unit = np.where(model.slides, 1.0, np.pi / 180)
         q, v = q * unit, v * unit
+    q = np.where(home == 0, q, home)
     for joint in np.flatnonzero(np.abs(q) > FARTHEST):
         name, apart = model.joints[joint], np.spacing(abs(q[joint]))
         raise InputError(
@@ -93,6 +98,14 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
     if model.chain is None and model.pin is not None:
         _refuse_singular(mass_matrix(model.pin, q), model.joints, "start.positions", "; begin elsewhere, or lock it")
     return q, v
+
+
+def _unnamed_home(model: Model, start: Start) -> Array:
+    """The positions (nv,) of the joints of which the start says nothing, where these are not 0."""
+    home = np.zeros(len(model.joints)) if model.home is None else model.home.copy()
+    given = start.positions if isinstance(start.positions, dict) else model.joints
+    home[[model.index(name, "start.positions") for name in given]] = 0.0
+    return home
 
 
 def _values(model: Model, values: Values, where: str) -> Array:
@@ -228,7 +241,7 @@ def _loaded(record: str, content: bytes) -> Model:
         raise InputError(f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, lost))}")
     findings = _refuse_what_cannot_move(loaded, joints, urdf.source)
     bodies = find_bodies(loaded, _drawn(urdf), model.tips)
-    return Model(joints, loaded, None, find_rods(loaded), bodies, urdf.notes, (*urdf.findings, *findings))
+    return Model(joints, loaded, None, find_rods(loaded), bodies, urdf.notes, (*urdf.findings, *findings), urdf.written)
 
 
 def _drawn(urdf: Urdf) -> dict[str, tuple[Array, float]]:

@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from pendpin.errors import choices
 from pendpin.model.build import Model, start_state
+from pendpin.model.urdf_written import SHOWN, homes, ignored
 from pendpin.scene import Scene
 
 TURN = 2 * np.pi
@@ -17,6 +19,20 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
         'for degrees write unit = "degrees" in [start]'
         for joint in far[:1]
     ]
+    found += _homes_note(scene, model)
     if not scene.effects:
         found.append("effects: nothing acts in this scene; gravity must be listed too")
-    return (*model.notes, *found)
+    return (*ignored(model.written or (), scene.effects), *model.notes, *found)
+
+
+def _homes_note(scene: Scene, model: Model) -> list[str]:
+    """A note on joints of which the start says nothing, and which begin at a limit."""
+    given = scene.start.positions
+    if given and not isinstance(given, dict):
+        return []
+    found = homes(model.written or (), scene.effects)
+    begin = [f"{name} at {position:g}" for name, position in found.items() if name not in given]
+    if not begin:
+        return []
+    more = f", ... ({len(begin)} joints)" if len(begin) > SHOWN else ""
+    return [f"limits leave out 0, so joints without a start begin at the nearer one: {choices(begin[:SHOWN])}{more}"]

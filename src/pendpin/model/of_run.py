@@ -3,13 +3,16 @@
 import numpy as np
 
 from pendpin.arrays import Array, ArrayLike, applied, cross, transposed
-from pendpin.errors import InputError, not_one_of, shown
+from pendpin.effects import AsWritten, Effect
+from pendpin.errors import InputError, PendpinError, not_one_of, shown
 from pendpin.model import kinematics
 from pendpin.model.build import Model, build
-from pendpin.scene import Scene
+from pendpin.model.urdf_written import WrittenJoint, written_text
+from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import Trajectory
 
 FRAMES = ("world", "parent", "child")
+FAR = 3.0  # of the length of the model: a slide that travels farther has left
 SIDES = {"child": 1.0, "parent": -1.0}  # action, and reaction
 
 
@@ -60,3 +63,34 @@ def swings_of(run: Trajectory) -> Array:
     """As `kinematics.swings`, (n,) rad. Raises InputError as `model_of`."""
     model = model_of(run)
     return kinematics.swings(model, kinematics.poses(model, run.q))
+
+
+def as_written(run: Trajectory) -> str:
+    """What of the URDF's <dynamics> and <limit> acted in a run, in words; "" where nothing of them was listed."""
+    joints, effects = _file_and_effects(run)
+    return written_text(joints, effects)
+
+
+def leaving(run: Trajectory) -> tuple[str, ...]:
+    """The slides that nothing held, each with how far it went; none where the run's model cannot be built again."""
+    try:
+        model, (joints, effects) = model_of(run), _file_and_effects(run)
+    except PendpinError:
+        return ()
+    limited = {joint.name for joint in joints if joint.lower > -np.inf or joint.upper < np.inf}
+    if any(isinstance(effect, AsWritten) and effect.limits for effect in effects):
+        limited = set()
+    travelled = np.abs(run.q - run.q[:1]).max(0)
+    left = np.flatnonzero(model.slides & (travelled > FAR * kinematics.scale(model)))
+    remedy = "; --as-written" if any(run.joints[joint] in limited for joint in left) else ""
+    texts = [f"{run.joints[joint]} travels {travelled[joint]:.3g} m" for joint in left]
+    return (*texts[:-1], f"{texts[-1]}: no stop holds it{remedy}") if texts else ()
+
+
+def _file_and_effects(run: Trajectory) -> tuple[tuple[WrittenJoint, ...], tuple[Effect, ...]]:
+    """What the URDF of a run writes of its joints, and the effects; empty where there are none in this process."""
+    try:
+        scene = scene_of(run)
+        return model_of(run).written or (), scene.effects
+    except PendpinError:
+        return (), ()

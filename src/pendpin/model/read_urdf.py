@@ -6,7 +6,6 @@ Pinocchio's own reader takes broken numbers, lost branches and impossible inerti
 import math
 import os
 from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -18,13 +17,12 @@ from pendpin.errors import InputError, choices, inside, not_one_of, place_of, sh
 from pendpin.files import read_whole
 from pendpin.model.urdf_inertia import check_inertial, in_mass_unit, inertia_findings
 from pendpin.model.urdf_locks import freeze_joints, massless_finding, massless_joints
+from pendpin.model.urdf_written import WrittenJoint, written_joints
 from pendpin.model.urdf_xml import Element, named, needed, number, numbers, parse, plain, put, triple
 from pendpin.scene import UrdfModel
-from pendpin.scene.models import FARTHEST
 
 MAX_BYTES = 8_000_000
 MAX_LINKS = 10_000
-SHOWN = 6  # joints in a note
 MAX_DEPTH = 1_000  # links in a row; Pinocchio's reader recurses and dies far below 5,000
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 _NO_LIMIT = {"lower": "-1e300", "upper": "1e300", "effort": "1e300", "velocity": "1e300"}
@@ -41,6 +39,7 @@ class Urdf:
     moving_joints: tuple[str, ...]
     findings: tuple[str, ...]  # what is implausible, and computed as written
     notes: tuple[str, ...]  # what the file says and pendpin leaves out, for the user to know
+    written: tuple[WrittenJoint, ...]  # what it says of the joints that move
     shapes: dict[str, "RodShape"]  # the longest that each link is drawn with
     unit: float  # kg, of the masses in the text
 
@@ -90,13 +89,13 @@ def _checked(model: UrdfModel, robot: Element) -> Urdf:
     if not moving:
         raise InputError("no joint of it can move: at least one revolute, continuous or prismatic joint is needed")
     findings = massless_finding([name for name in massless if name not in model.lock])
-    notes = (*notes, *_not_applied(joints), *_missing_meshes(links, model.file.parent))
+    notes, written = (*notes, *_missing_meshes(links, model.file.parent)), written_joints(joints)
     for joint in joints.values():
         _make_plain(joint)
     drawn = {name: longest for name, link in links.items() if (longest := _longest_shape(link))}
     findings = (*findings, *inertia_findings(links))
     unit = in_mass_unit(links)
-    return Urdf(place_of(model.file), plain(links, joints), moving, findings, notes, drawn, unit)
+    return Urdf(place_of(model.file), plain(links, joints), moving, findings, notes, written, drawn, unit)
 
 
 # --- links ----------------------------------------------------------------------------------------------------------
@@ -162,11 +161,15 @@ def _check_color(where: str, material: Element | None) -> None:
         numbers(where, color, "rgba", 4)
 
 
-def _missing_meshes(links: dict[str, Element], folder: Path) -> Iterator[str]:
-    for name, link in links.items():
-        for mesh in link.iterfind("visual/geometry/mesh"):
-            if mesh_file(folder, filename := mesh.get("filename", "")) is None:
-                yield f"link {shown(name)}: mesh {shown(filename)} is not found and will not be drawn"
+def _missing_meshes(links: dict[str, Element], folder: Path) -> tuple[str, ...]:
+    """One note on the meshes that are not there."""
+    names = [mesh.get("filename", "") for link in links.values() for mesh in link.iterfind("visual/geometry/mesh")]
+    missing = [name for name in dict.fromkeys(names) if mesh_file(folder, name) is None]
+    if not missing:
+        return ()
+    one = len(missing) == 1
+    which = f"mesh {shown(missing[0])} is" if one else f"{len(missing)} meshes, {shown(missing[0])} the first, are"
+    return (f"{which} not found and will not be drawn",)
 
 
 def mesh_file(folder: Path, filename: str) -> Path | None:
@@ -217,31 +220,6 @@ def _check_limits(where: str, joint: Element, kind: str) -> None:
     lower, upper = (number(where, limit, key) if limit.get(key) is not None else 0.0 for key in ("lower", "upper"))
     if lower > upper:
         raise InputError(f"{where}: its limits are swapped: lower {lower:g} > upper {upper:g}")
-
-
-def _not_applied(joints: dict[str, Element]) -> tuple[str, ...]:
-    notes, moving = [], {name: joint for name, joint in joints.items() if joint.get("type") != "fixed"}
-    for name, joint in moving.items():
-        found = joint.find("dynamics")
-        dynamics = {} if found is None else found.attrib
-        for key in ("damping", "friction"):
-            if value := float(dynamics.get(key, "0")):
-                kind, number = ("viscous", "coefficient") if key == "damping" else ("dry_friction", "kinetic")
-                add = f'[[effects]] kind = "{kind}", {number} = {value:g}, joints = ["{name}"]'
-                notes.append(f"joint {shown(name)}: <dynamics {key}={value:g}> is ignored; add {add}")
-    if limited := [name for name, joint in moving.items() if _limited(joint)]:
-        more = f", ... ({len(limited)} joints)" if len(limited) > SHOWN else ""
-        names = choices(map(shown, limited[:SHOWN]))
-        add = '[[effects]] kind = "stop", with its joints, lower and upper'
-        notes.append(f"<limit> is ignored, so these joints can pass it: {names}{more}; to hold one, add {add}")
-    return tuple(notes)
-
-
-def _limited(joint: Element) -> bool:
-    """Whether a joint has a limit that a motion could meet."""
-    limit = joint.find("limit")
-    keys = ("effort", "velocity") if joint.get("type") == "continuous" else ("lower", "upper", "effort", "velocity")
-    return limit is not None and any(0 < abs(float(limit.get(key, "0"))) < FARTHEST for key in keys)
 
 
 def _make_plain(joint: Element) -> None:

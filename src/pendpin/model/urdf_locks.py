@@ -9,6 +9,8 @@ from pendpin.errors import InputError, choices, not_one_of, shown
 from pendpin.model.bodies import pinocchio
 from pendpin.model.urdf_xml import Element, has_inertia, needed, number, put, triple
 
+MOST_LISTED = 3  # joints in a note
+
 
 class _Mimic(NamedTuple):
     """A joint whose position should follow another's: multiplier times that, plus offset (rad, or m for slides)."""
@@ -33,7 +35,7 @@ def freeze_joints(joints: dict[str, Element], lock: Mapping[str, float], mimic: 
         frozen = {name: _followed(name, mimics, lock) for name in mimics} | frozen
     for name, position in frozen.items():
         _freeze(joints[name], position)
-    return tuple(_note(name, x.joint, x.joint in joints, frozen) for name, x in mimics.items() if name not in lock)
+    return _mimic_note({name: x.joint for name, x in mimics.items() if name not in lock}, joints, frozen)
 
 
 def massless_joints(links: dict[str, Element], joints: dict[str, Element]) -> tuple[str, ...]:
@@ -91,11 +93,30 @@ def _followed(name: str, mimics: Mapping[str, _Mimic], lock: Mapping[str, float]
     return position + slope * lock.get(path[-1], 0.0)
 
 
-def _note(name: str, master: str, known: bool, frozen: Mapping[str, float]) -> str:
-    what = f"joint {shown(name)} mimics {shown(master)} in the file{'' if known else ', which has no such joint'}"
-    if name in frozen:
-        return f"{what}; it is locked at {frozen[name]:g}"
-    return f'{what}; it moves on its own here; mimic = "locked" freezes it'
+def _mimic_note(
+    masters: Mapping[str, str], joints: Mapping[str, Element], frozen: Mapping[str, float]
+) -> tuple[str, ...]:
+    """One note on all joints that mimic others, each with its master."""
+    free = [_pair(name, master, joints) for name, master in masters.items() if name not in frozen]
+    locked = [
+        f"{_pair(name, master, joints)} and is locked at {frozen[name]:g}"
+        for name, master in masters.items()
+        if name in frozen
+    ]
+    parts = []
+    if free:
+        they, move, own, them = ("it", "moves", "its", "it") if len(free) == 1 else ("they", "move", "their", "them")
+        parts.append(f'{_listed(free)} in the file; {they} {move} on {own} own here; mimic = "locked" freezes {them}')
+    return (*parts, *([f"{_listed(locked)}"] if locked else []))
+
+
+def _pair(name: str, master: str, joints: Mapping[str, Element]) -> str:
+    return f"{shown(name)} mimics {shown(master)}{'' if master in joints else ' (no joint)'}"
+
+
+def _listed(texts: Sequence[str]) -> str:
+    more = f", ... ({len(texts)} joints)" if len(texts) > MOST_LISTED else ""
+    return f"joint{'s' * (len(texts) > 1)} {choices(texts[:MOST_LISTED])}{more}"
 
 
 def _freeze(joint: Element, position: float) -> None:

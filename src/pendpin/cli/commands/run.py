@@ -9,6 +9,7 @@ import typer
 from pendpin.cli.inputs import check_options, files_of, lasting, place_named, print_binding, print_notes, scene_with
 from pendpin.cli.options import (
     Accuracy,
+    AsWritten,
     Changes,
     Json,
     Lock,
@@ -35,6 +36,7 @@ def run(
     urdf: UrdfFile = None,
     lock: Lock = None,
     mimic: Mimic = None,
+    as_written: AsWritten = False,
     strict: Strict = False,
     changes: Changes = None,
     duration: Annotated[float | None, typer.Option(help="Duration in s, in place of the scene's.")] = None,
@@ -64,7 +66,7 @@ def run(
     from pendpin.crosschecks.crosscheck import along
     from pendpin.simulation.checkpoint import resumable
 
-    chosen = lasting(scene_with(scene, urdf, lock or (), mimic, changes or ()), duration, samples)
+    chosen = lasting(scene_with(scene, urdf, lock or (), mimic, changes or (), as_written), duration, samples)
     if scene is None and urdf is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")
     refuse_outputs([scene, *files_of(chosen)], plot=plot, html=html, run=out, checkpoint=checkpoint)

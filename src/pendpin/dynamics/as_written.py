@@ -1,0 +1,68 @@
+"""The effect as_written in a model: viscous damping, dry friction and stops from the numbers of its URDF."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pendpin.effects import AsWritten, DryFriction, Effect, Idle, Stop, Viscous
+from pendpin.errors import InputError
+from pendpin.model.build import Model
+from pendpin.model.urdf_written import WrittenJoint, homes
+
+
+def expanded(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
+    """The effects with those that an as_written stands for.
+
+    The first of them takes its place, the others come at the end: every other effect keeps its place in the list.
+    Raises InputError where the model has no file that could have written any.
+    """
+    out, more = list(effects), list[Effect]()
+    for i, effect in enumerate(effects):
+        if isinstance(effect, AsWritten):
+            first, *rest = _effects_of(effect, _joints_of(model, f"effects[{i}]")) or [Idle(kind=effect.kind)]
+            out[i] = first
+            more += rest
+    return (*out, *more)
+
+
+def with_home(model: Model, effects: Sequence[Effect]) -> Model:
+    """The model with its joints, where a start says nothing of them, inside the limits that act as written."""
+    found = homes(model.written or (), effects)
+    return replace(model, home=np.array([found.get(joint, 0.0) for joint in model.joints])) if found else model
+
+
+def _joints_of(model: Model, where: str) -> tuple[WrittenJoint, ...]:
+    if model.written is None:
+        raise InputError(f"{where}: as_written is for a URDF; this model has no <dynamics> and no <limit>")
+    return model.written
+
+
+def _effects_of(effect: AsWritten, joints: Sequence[WrittenJoint]) -> list[Effect]:
+    """One effect for each number, or pair of limits, that some of the joints share."""
+    found = list[Effect]()
+    if effect.damping:
+        by_value = _grouped(joints, lambda joint: (joint.damping,) if joint.damping else None)
+        found += [Viscous(coefficient=damping, joints=names) for (damping,), names in by_value.items()]
+    if effect.friction:
+        by_value = _grouped(joints, lambda joint: (joint.friction,) if joint.friction else None)
+        found += [DryFriction(kinetic=friction, joints=names) for (friction,), names in by_value.items()]
+    if effect.limits:
+        by_value = _grouped(joints, _limits)
+        found += [Stop(lower=lower, upper=upper, joints=names) for (lower, upper), names in by_value.items()]
+    return found
+
+
+def _limits(joint: WrittenJoint) -> tuple[float | None, ...] | None:
+    both = tuple(x if math.isfinite(x) else None for x in (joint.lower, joint.upper))
+    return both if any(x is not None for x in both) else None
+
+
+def _grouped(joints: Sequence[WrittenJoint], key: Callable[[WrittenJoint], tuple | None]) -> dict[tuple, list[str]]:
+    """The names of the joints by what the key makes of them; without those of which it makes None."""
+    found = dict[tuple, list[str]]()
+    for joint in joints:
+        if (value := key(joint)) is not None:
+            found.setdefault(value, []).append(joint.name)
+    return found
