@@ -1,0 +1,166 @@
+"""Writes the reference before Sphinx reads the pages: what can be read off the package is not written twice.
+
+reference/api/*.rst from the public names, reference/commands/*.rst from the command line with the output of an example
+each, reference/scene_file.md from the JSON schema, reference/effects.md from the records of the effects with a picture
+each, reference/methods.md from the table of methods. None of these files is kept in the repository.
+"""
+
+import os
+import subprocess
+import tempfile
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from effect_pages import effects_page
+from schema_pages import scene_page
+from sphinx.util import logging
+
+HERE = Path(__file__).parent
+MOST_LINES = 40  # of an example's output
+log = logging.getLogger(__name__)
+
+
+def write_reference(app: Any) -> None:
+    """Write all generated pages."""
+    folder = Path(app.srcdir) / "reference"
+    write_api(folder)
+    write_commands(folder, Path(app.srcdir).parent)
+    save(folder / "scene_file.md", scene_page())
+    save(folder / "effects.md", effects_page(folder / "effects"))
+    save(folder / "methods.md", methods_page())
+
+
+def save(path: Path, text: str) -> None:
+    """Write a page where it changes, so that Sphinx reads only those that do."""
+    path.parent.mkdir(exist_ok=True, parents=True)
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
+
+
+def heading(text: str, line: str = "=") -> str:
+    """A heading in reStructuredText."""
+    return f"{text}\n{line * len(text)}\n\n"
+
+
+# --- Python ----------------------------------------------------------------------------------------------------------
+
+
+def write_api(folder: Path) -> None:
+    """A page for each public name, and the page that lists them by purpose."""
+    import pendpin as pp
+
+    groups = tomllib.loads((folder / "api.toml").read_text(encoding="utf-8"))["groups"]
+    named = [name for group in groups for name in group["names"]]
+    groups.append({"title": "Further", "names": [name for name in pp.__all__ if name not in named]})
+    lines = [heading("Python"), "``import pendpin as pp``: these names, and no others, are public.\n"]
+    for group in groups:
+        names = [name for name in group["names"] if name in pp.__all__]
+        if names:
+            lines += ["", heading(group["title"], "-"), ".. list-table::", "   :widths: 25 75", ""]
+            lines += [f"   * - :doc:`{name} <api/{name}>`\n     - {summary(getattr(pp, name))}" for name in names]
+    lines += ["", ".. toctree::", "   :hidden:", "", *(f"   api/{name}" for name in pp.__all__)]
+    save(folder / "api.rst", "\n".join(lines) + "\n")
+    for name in pp.__all__:
+        save(folder / "api" / f"{name}.rst", api_page(name, getattr(pp, name), folder / "api_examples" / f"{name}.py"))
+
+
+def summary(thing: Any) -> str:
+    """The first sentence of a docstring, ready for reStructuredText."""
+    from docstrings import escaped
+
+    return escaped(" ".join((thing.__doc__ or "").split("\n\n")[0].split()))
+
+
+def api_page(name: str, thing: Any, example: Path) -> str:
+    """One name: its docstring, and an example that the tests run."""
+    text = heading(name)
+    if name == "effects":
+        text += f"{summary(thing)}\n\n:doc:`/reference/effects` lists every effect with its formula and parameters.\n\n"
+    elif isinstance(thing, type):
+        text += f".. autoclass:: pendpin.{name}\n   :members:\n   :inherited-members: BaseModel, Exception, Mapping\n"
+    else:
+        text += f".. autofunction:: pendpin.{name}\n"
+    if example.exists():
+        text += "\n" + heading("Example", "-") + f".. literalinclude:: /reference/api_examples/{name}.py\n"
+    return text
+
+
+# --- commands --------------------------------------------------------------------------------------------------------
+
+
+def write_commands(folder: Path, top: Path) -> None:
+    """A page for each command: its help and the output of an example, which is run here."""
+    from pendpin.cli.app import app
+
+    said = tomllib.loads((folder / "commands.toml").read_text(encoding="utf-8"))["commands"]
+    names = [command.name or command.callback.__name__ for command in app.registered_commands]
+    with ThreadPoolExecutor(2) as pool:
+        outputs = dict(zip(names, pool.map(lambda name: output(said.get(name, {}), top), names), strict=True))
+    for name in names:
+        save(folder / "commands" / f"{name}.rst", command_page(name, said.get(name, {}), outputs[name]))
+    table = [f"   * - :doc:`pendpin {name} <commands/{name}>`\n     - {first_line(app, name)}" for name in names]
+    lines = [heading("Commands"), "Each command explains itself: ``pendpin run --help``.", ""]
+    lines += [".. list-table::", "   :widths: 30 70", "", *table, "", ".. toctree::", "   :hidden:", ""]
+    save(folder / "commands.rst", "\n".join([*lines, *(f"   commands/{name}" for name in names)]) + "\n")
+
+
+def first_line(app: Any, name: str) -> str:
+    """What a command is for."""
+    found = {command.name or command.callback.__name__: command.callback for command in app.registered_commands}
+    return summary(found[name])
+
+
+def output(said: dict[str, Any], top: Path) -> str:
+    """What the example of a command prints, in a folder that holds the example scenes."""
+    if "example" not in said:
+        return ""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "examples").symlink_to(top / "examples")
+        environment = os.environ | {"COLUMNS": "96", "NO_COLOR": "1", "TERM": "dumb"}
+        done = subprocess.run(
+            said["example"], shell=True, cwd=folder, env=environment, capture_output=True, text=True, timeout=120
+        )
+    if done.returncode != said.get("status", 0):
+        log.warning("`%s` ends with status %d: %s", said["example"], done.returncode, done.stderr.strip())
+    lines = [line.rstrip() for line in (done.stdout + done.stderr).splitlines()]
+    return "\n".join(lines[:MOST_LINES] + (["..."] if len(lines) > MOST_LINES else []))
+
+
+def command_page(name: str, said: dict[str, Any], printed: str) -> str:
+    """The page of one command."""
+    text = heading(f"pendpin {name}")
+    if "example" in said:
+        text += said["text"] + "\n\n" + block("console", "\n".join(f"$ {line}" for line in said["example"].split("\n")))
+        text += block("text", printed) if printed else ""
+    directive = f".. typer:: pendpin.cli.app:app:{name}\n   :prog: pendpin {name}\n   :width: 92\n   :preferred: text\n"
+    return text + heading("Help", "-") + directive
+
+
+def block(language: str, text: str) -> str:
+    """A block of code in reStructuredText."""
+    return f".. code-block:: {language}\n\n" + "\n".join(f"   {line}" for line in text.splitlines()) + "\n\n"
+
+
+# --- methods ---------------------------------------------------------------------------------------------------------
+
+
+def methods_page() -> str:
+    """The table of integration methods."""
+    from pendpin.scene.methods import METHODS
+
+    lines = ["# Methods", "", (HERE.parent / "reference" / "methods_intro.txt").read_text(encoding="utf-8")]
+    lines += ["| method | family | set by | order | stages | symplectic | L-stable | finds events |", "|" + "---|" * 8]
+    for method in METHODS.values():
+        facts = (method.symplectic, method.damps, method.handles_events)
+        order = "varies" if method.order is None else f"{method.order:g}"
+        marks = " | ".join("yes" if fact else "" for fact in facts)
+        lines.append(f"| `{method.name}` | {method.family} | {method.setting} | {order} | {method.stages} | {marks} |")
+    return "\n".join(lines) + "\n"
+
+
+def setup(app: Any) -> dict[str, bool]:
+    """Sphinx calls this."""
+    app.connect("builder-inited", write_reference, priority=100)
+    return {"parallel_read_safe": True}
