@@ -34,6 +34,7 @@ from pendpin.doctor.systems.rod_names import MATRICES, VECTORS
 from printed.algebra import rewritten
 from printed.changes import changed
 from printed.notations import NOTATIONS, PRINTED, noted
+from printed.sheets import by_hand as handwritten
 from printed.sheets import texts
 
 FOLDER = Path(__file__).with_name("printed")
@@ -216,9 +217,10 @@ def _healed(text: str, good: str) -> bool:
 
 
 def sheets(show: bool) -> dict[str, int]:
-    """The verdicts on whole texts of right equations, ten systems in ten notations."""
+    """The verdicts on whole texts of right equations: ten systems in ten notations, and texts written by hand."""
     counts: Counter[str] = Counter()
-    for title, notation, text, _ in texts():
+    written = [(title, "by hand", text) for title, text in handwritten()]
+    for title, notation, text in [*written, *((title, notation, text) for title, notation, text, _ in texts())]:
         found = diagnose(text)
         counts.update(finding.verdict for finding in found.findings)
         for finding in found.findings if show else ():
@@ -258,9 +260,9 @@ def same_text(first: str, second: str) -> bool:
     ratios = []
     for seed in (1, 2, 3):
         values = dict(zip(map(sp.Symbol, names), np.random.default_rng(seed).uniform(0.3, 2, len(names)), strict=True))
-        a, b = ([float(side.subs(values)) for side in pair] for pair in pairs)
+        a, b = ([complex(side.subs(values)) for side in pair] for pair in pairs)
         ratios.append((a[0] - a[1]) / (b[0] - b[1]) if b[0] != b[1] else np.inf)
-    return bool(np.ptp(ratios) < 1e-9)
+    return bool(np.ptp(np.real(ratios)) < 1e-9 and np.abs(np.imag(ratios)).max() < 1e-9)
 
 
 def as_before(mended: Equation, text: str, index: int, system: System) -> bool:

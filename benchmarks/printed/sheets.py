@@ -23,6 +23,12 @@ def sheets() -> dict[str, list[str]]:
     return found
 
 
+def by_hand() -> list[tuple[str, str]]:
+    """Texts of right equations written by hand, after textbooks, each with its title and notation."""
+    parts = re.split(r"(?m)^=== (.*)\n", (FOLDER / "texts.txt").read_text())
+    return list(zip(parts[1::2], parts[2::2], strict=True))
+
+
 def _latex_name(letter: str, index: str) -> str:
     letter = f"\\{letter}" if letter in GREEK else letter
     index = f"\\{index}" if index in GREEK else index

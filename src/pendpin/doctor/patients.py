@@ -209,6 +209,7 @@ def holding(one: Printed, system: System) -> Equation | None:
     return equation if error < TOLERANCE else None
 
 
+@lru_cache(maxsize=1000)
 def candidates(one: Printed, system: System) -> list[Candidate]:
     """The reading that holds, or else those that have a meaning, the likeliest first. Raises Unread."""
     found: dict[float, tuple[tuple[bool, float], Candidate]] = {}  # by the error: equal ones come to the same

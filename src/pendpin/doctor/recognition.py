@@ -4,12 +4,13 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 from typing import Any
 
-from pendpin.doctor.checking.conditions import loads_at_zero
 from pendpin.doctor.conventions import conventions_of, find_convention, most_general_rod, single_conventions
-from pendpin.doctor.patients import Printed, holding, printed
+from pendpin.doctor.letters import MOST_COUNTED, Again, held, settled
+from pendpin.doctor.patients import Printed, printed
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.legend import legend
@@ -27,7 +28,6 @@ Renamed = dict[Name, Written]
 Said = Sequence[tuple[str, tuple[Written, ...]]]  # what the text says of its symbols
 
 ANGLE_LETTERS = {"theta", "phi", "alpha", "beta", "psi", "gamma", "q", "varphi", "vartheta", "delta"}
-MOST_COUNTED = 60  # equations that tell which system a text is about
 UNKNOWN = "no system that pendpin knows"
 RARELY = 5  # times that a letter stands more often than another that is a slip
 NEARLY = 0.99  # of what may hold: the search ends
@@ -52,6 +52,7 @@ class Reading:
     chosen: bool = False
     unknown: bool = False
     conventions: tuple[Convention, ...] = ()  # others, under one of which an equation may be right
+    again: Again | None = None  # reads them with other words
 
     @property
     def remedy(self) -> str:
@@ -94,14 +95,21 @@ def read(document: Document, choices: dict[str, Any]) -> Reading:
     if scene := choices.get("scene"):
         return _as_scene(document, table, scene)
     rod = _as_rod(document, table, kind if kind in RODS else None, convention)
-    best, most = rod, _held(rod) + 0.5 if kind not in FAMILIES else -1.0
+    best, most = rod, held(rod.equations, rod.system) + 0.5 if kind not in FAMILIES else -1.0
     sure = kind in RODS or convention is not None or rod.unknown or most > SURE * _most(rod)
+    others: list[Reading] = []
     for other in () if sure else chain(_renamed_rods(document, table, rod), _others(document, table, kind)):
-        if (held := _held(other)) > most:
-            best, most = other, held
+        others.append(other)
+        if (count := held(other.equations, other.system)) > most:
+            best, most = other, count
         if most > NEARLY * _most(best):
             break
-    best = replace(best, chosen=kind is not None)
+    if most < 1:
+        counts = [held(one.equations, one.system, small=True) for one in others]
+        best, most = max([(best, 0.5), *zip(others, counts, strict=True)], key=lambda pair: pair[1])
+    if not best.unknown and best.again is not None:
+        best = replace(best, equations=settled(best.equations, best.system, best.again), chosen=kind is not None)
+        most = max(most, held(best.equations, best.system))
     return best if best.chosen or best.unknown else _doubted(best, int(most), document)
 
 
@@ -117,7 +125,8 @@ def _as_rod(document: Document, table: dict[str, str], rod: str | None, conventi
     """The equations read as those of a rod on a universal joint."""
     words, given = read_symbols(table, SPECS["thin"], {}, list(legend(document.text)))
     usual = {f"?{letter}": lone(f"{name}(phi)", words) for letter, name in (("s", "sin"), ("c", "cos"))}
-    equations = printed(document.statements, given, {k: v for k, v in usual.items() if v}, words)
+    known = {k: v for k, v in usual.items() if v}
+    equations = printed(document.statements, given, known, words)
     kind = rod or most_general_rod(equations)
     base, remarks = (conventions_of(convention), []) if convention is not None else find_convention(equations, kind)
     if rod is None and kind == "point":
@@ -132,7 +141,8 @@ def _as_rod(document: Document, table: dict[str, str], rod: str | None, conventi
         title = "a chain of rods, each equation as one of a single rod"
         remarks.insert(0, "This text is about a chain of rods: give the chain as --scene to have it checked.")
     conventions = tuple(single_conventions()) if convention is None else ()
-    return Reading(equations, system, title, tuple(remarks), rod is not None, chained, conventions)
+    again = partial(printed, document.statements, given, known)
+    return Reading(equations, system, title, tuple(remarks), rod is not None, chained, conventions, again)
 
 
 def _renamed_rods(document: Document, table: dict[str, str], rod: Reading) -> Iterator[Reading]:
@@ -148,7 +158,8 @@ def _renamed_rods(document: Document, table: dict[str, str], rod: Reading) -> It
         spec = SPECS[most_general_rod(equations)]
         option = f"{'_'.join(first).rstrip('_')}=theta,{'_'.join(second).rstrip('_')}=phi"
         words_of = f"The angles are read so that most equations hold; confirm it with --symbols {option}."
-        yield Reading(equations, System(spec), spec.title, (words_of,))
+        again = partial(printed, document.statements, given, {})
+        yield Reading(equations, System(spec), spec.title, (words_of,), again=again)
 
 
 def _others(document: Document, table: dict[str, str], kind: str | None) -> Iterator[Reading]:
@@ -164,7 +175,8 @@ def _others(document: Document, table: dict[str, str], kind: str | None) -> Iter
             for spec in (spec for spec in specs if not general or " any" in spec.kind):
                 words, given = read_symbols(table, spec, renamed, said)
                 equations = printed(document.statements, given, {}, words)
-                yield Reading(equations, System(spec), spec.title)
+                again = partial(printed, document.statements, given, {})
+                yield Reading(equations, System(spec), spec.title, again=again)
 
 
 def _letters(document: Document, table: dict[str, str]) -> tuple[Counter[Name], Counter[Name]]:
@@ -206,19 +218,6 @@ def _renamings(family: str, moving: Counter[Name], mentioned: Counter[Name]) -> 
             yield {slides[0]: Written("x"), turning[0]: Written("theta")}
         if {("q", "1"), ("q", "2")} <= moving.keys():
             yield {("q", "1"): Written("x"), ("q", "2"): Written("theta")}
-
-
-def _held(reading: Reading) -> float:
-    """How many equations hold, those of motion and energy, which say most, twice."""
-    total = 0.0
-    telling = {name for name in reading.system.spec.unknowns if name.startswith("dd")} | {"T", "V", "L"}
-    for one in reading.equations[:MOST_COUNTED]:
-        equation = holding(one, reading.system)
-        if equation is not None:
-            total += 2.0 if equation.names & telling else 1.0
-        elif len(one.unknown) == 1 and one.ways:
-            total += any(loads_at_zero(e, reading.system, one.unknown) != "" for e, _ in one.readings())
-    return total
 
 
 def _most(reading: Reading) -> float:

@@ -16,8 +16,9 @@ import numpy as np
 from pendpin.doctor.checking.evaluation import evaluate, norm
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals_and_sizes
 from pendpin.doctor.reading.tree import Node, Unread, symbols, walk
-from pendpin.doctor.systems.base import Quantities, System, random_states
+from pendpin.doctor.systems.base import Formula, Quantities, System, random_states
 from pendpin.doctor.systems.known import SPECIAL
+from pendpin.doctor.systems.planar import conical_rate
 
 SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
 FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
@@ -32,7 +33,7 @@ class Condition:
     """
 
     words: str
-    instead: tuple[tuple[str, float], ...] = ()
+    instead: tuple[tuple[str, float | Formula], ...] = ()
     stated: str = "^$"
     system: System | None = None
     free: bool = True
@@ -53,6 +54,10 @@ def conditions(system: System) -> list[Condition]:
             found.append(Condition(f"{name} = 0 throughout", held, letter))
             found.append(Condition(f"{name} = 0", held[:1], letter))
             found.append(Condition(f"{name} is constant", held[1:], rf"{name}'? is constant|conical"))
+    if spec.kind.startswith("polar"):
+        cone = (("dtheta", 0.0), ("dphi", conical_rate))
+        stated = r"conical|theta.{0,4} (?:is|stays) constant|theta(?:'|\})?\s*=\s*(?:0|const)"
+        found.append(Condition("theta is constant, as in a conical pendulum", cone, stated, free=False))
     if "g" in spec.parameters:
         weightless = r"(?:without|no|zero) (?:gravity|field)|weightless|(?:field|gravity|force)-free|\bg\s*=\s*0"
         found.append(Condition("there is no gravity", (("g", 0.0),), weightless))
@@ -74,7 +79,7 @@ def holds_as_stated(equation: Equation, system: System, context: str) -> str:
                 return words
     stated = (condition for condition in conditions(system) if _says(condition, context))
     found = next((c.words for c in stated if _holds_under(equation, system, c)), "")
-    return found or (_small_angles(equation, system) if re.search(r"small|linear|first order|approx", context) else "")
+    return found or (small_angles(equation, system) if re.search(r"small|linear|first order|approx", context) else "")
 
 
 def _other_points(equation: Equation, system: System, context: str) -> Iterator[tuple[Equation, str]]:
@@ -105,7 +110,7 @@ def holds_if(equation: Equation, system: System, neighbours: list[Equation], cho
             special = condition.system is not None
             if _is_static(condition, equation, system) or ((special or others < FEW) and not chosen):
                 return condition.words
-    return _small_angles(equation, system)
+    return small_angles(equation, system)
 
 
 def _is_static(condition: Condition, equation: Equation, system: System) -> bool:
@@ -194,11 +199,12 @@ def rounded(equation: Equation, system: System) -> bool:
     return max(float(norm(row).max()) for row in rows) <= 0.5000001 * 10.0**-digits
 
 
-def _small_angles(equation: Equation, system: System) -> str:
+def small_angles(equation: Equation, system: System) -> str:
     """In words, whether an equation without circular functions holds to the first order: its error shrinks."""
     parts = [part for side in equation.sides for part in walk(side)]
     parts += [p for name in equation.names & set(equation.definitions) for p in walk(equation.definitions[name])]
-    angles = set(system.spec.coordinates) & {equation.meaning(part.value) for part in parts if part.kind == "symbol"}
+    names = {equation.meaning(part.value) for part in parts if part.kind == "symbol"}
+    angles = {name for angle in system.spec.coordinates for name in (angle, f"dd{angle}")} & names
     if any(part.kind == "function" and part.value != "sqrt" for part in parts) or not angles:
         return ""
     try:

@@ -265,6 +265,10 @@ def scale(node: Node, context: Context, known: Known) -> Values:
             inside = Known()
             evaluate(node.children[0], context, inside)
             return norm(known[id(node)]) + scale(node.children[0], context, inside)
+        case "symbol":  # a rate that vanishes, of a quantity that is conserved
+            name, quantities = context.meaning(node.value), context.quantities
+            derived = name[:1] == "d" and name not in quantities.base and name[1:] in quantities.spec.formulas
+            return norm(known[id(node)]) + (norm(quantities[name[1:]]) if derived else 0.0)
         case _:
             return norm(known[id(node)])
 

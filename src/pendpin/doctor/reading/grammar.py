@@ -147,6 +147,9 @@ class Parser(Brackets):
     def power(self) -> Node:
         """A factor with its exponents."""
         base = self.atom()
+        while base.bracketed and self.peek().kind == "prime":
+            for _ in self.take().text:
+                base = Node("derivative", (base.outer[0], self.peek(-1).end), "t", (base,))
         while self.peek().kind in ("^", "superscript"):
             if end := self._transposed():
                 base = Node("function", (base.outer[0], end), "transpose", (base,), ((end, end),))

@@ -10,7 +10,9 @@ chi Phi Theta Psi Gamma Lambda"""
 GREEK = {name: name for name in _LETTERS.split()}
 GREEK |= {"varphi": "phi", "vartheta": "theta", "ell": "l", "imath": "i", "jmath": "j"}
 GREEK |= {"ℓ": "l", "ϕ": "phi", "ϑ": "theta"}
-GREEK |= dict(zip("θφωαπψ", ("theta", "phi", "omega", "alpha", "pi", "psi"), strict=True))
+_SIGNS = """α alpha β beta γ gamma δ delta ε epsilon ζ zeta η eta θ theta κ kappa λ lambda μ mu ν nu ξ xi π pi ρ rho σ sigma
+τ tau φ phi χ chi ψ psi ω omega Δ Delta Ω Omega Φ Phi Ψ Psi Γ Gamma Λ Lambda Θ Theta"""
+GREEK |= dict(zip(_SIGNS.split()[::2], _SIGNS.split()[1::2], strict=True))
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,11 @@ def of_word(word: str) -> Written | None:
     return Written(_SHORT.get(letter, GREEK.get(letter, letter)), 0, index, styled)
 
 
+def is_rate(word: str) -> bool:
+    """Whether a word of plain text is a rate, such as theta_1dot."""
+    return bool(_PREFIX.fullmatch(word) or _SUFFIX.fullmatch(word))
+
+
 def is_word(word: str) -> bool:
     """Whether a word of plain text is one name and not several letters multiplied."""
     if len(word) == 1 or "_" in word:
@@ -76,24 +83,30 @@ def letters_of(word: str, latex: bool) -> list[str]:
 class Vocabulary:
     """What a printed symbol can mean, the likeliest first; `?name` where that is not known.
 
-    `words` are those of a system; `renamed` are names of the text, as (letter, index), that stand for another name.
+    `words` are those of a system; `renamed` are names of the text, as (letter, index), that stand for another name, and
+    `chosen` those that have one meaning in the whole text; an empty one is a meaning of the text's own.
     """
 
     words: Callable[[Written], tuple[str, ...]]
     renamed: dict[tuple[str, str], Written] = field(default_factory=dict)
     state: frozenset[str] = frozenset()  # coordinates and rates
     named: frozenset[str] = frozenset()  # coordinates for which the text has a letter
+    chosen: dict[tuple[str, str], str] = field(default_factory=dict)
 
     def __call__(self, written: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol."""
-        hit = (written.letter, written.index) in self.renamed
+        name = (written.letter, written.index)
+        hit = name in self.renamed
         if not hit and self.named and {name.lstrip("d") for name in self.words(written)} & self.named:
             return (unknown(written),)  # another letter stands for this coordinate
-        if other := self.renamed.get((written.letter, written.index)):
+        if other := self.renamed.get(name):
             written = replace(other, dots=other.dots + written.dots)
-        if written == Written("t"):
-            return ("t",)
-        return self.words(written) or (unknown(written),)
+        if written in (Written("t"), Written("pi")):
+            return (written.letter,)
+        found = self.words(written)
+        if (choice := self.chosen.get(name)) is not None:
+            found = tuple(meaning for meaning in found if meaning == "d" * written.dots + choice)
+        return found or (unknown(written),)
 
 
 def unknown(written: Written) -> str:

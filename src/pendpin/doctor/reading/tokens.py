@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from itertools import takewhile
 from typing import NamedTuple
 
-from pendpin.doctor.reading.names import FUNCTIONS, GREEK, is_word, letters_of
+from pendpin.doctor.reading.names import FUNCTIONS, GREEK, is_rate, is_word, letters_of
 from pendpin.doctor.reading.tree import Unread
 
 MOST_CHARACTERS = 20_000  # of one equation
@@ -66,6 +66,8 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?|\.\d+")
 _DECIMAL_COMMA = re.compile(r"(?:0,|\d+\{,\})\d+|(?<![(,\d])\d+,\d+(?![\d,)]|\s*[,)])")
 _LATIN = re.compile(r"[A-Za-z]+")
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9]*(?:_(?:[A-Za-z0-9]+))*")
+_INDEXED = re.compile(r"[A-Za-z]+_\d(?=[A-Za-z])")  # a name before another, as in J_1c
+_PRODUCT = re.compile(r"(?:sin|cos|tan|sqrt|theta|phi|omega|[mMglLhrIJFTV]\d?)+")  # what is multiplied without a sign
 _COMMAND = re.compile(r"\\([A-Za-z]+\*?|.)", re.DOTALL)
 _PRIMES = re.compile(r"\^\s*(?:\{\s*(?:(?:\\prime\b|['′])\s*)+\}|\\prime\b|['′])")
 _PROSE = re.compile(r"\(?\s*\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{([^{}]*)\}\s*\)?")
@@ -87,6 +89,7 @@ def tokens(text: str) -> list[Token]:
     if len(text) > MOST_CHARACTERS:
         raise Unread(f"longer than {MOST_CHARACTERS:,} characters")
     latex, found, place = is_latex(text), [], 0
+    code = not latex and "*" in text
     while place < len(text):
         if match := _DECORATION.match(text, place):
             place = match.end()
@@ -101,7 +104,7 @@ def tokens(text: str) -> list[Token]:
                 found.append(Token("&", "&", place, place + 1))
             place += 1
         else:
-            new = _next(text, place, latex)
+            new = _next(text, place, latex, code)
             found.extend(token for token in new if token.kind != "space")
             place = new[-1].end
         if len(found) > MOST_TOKENS:
@@ -143,7 +146,7 @@ def _braced(word: list[Token]) -> str:
     return word[1].text if [token.kind for token in word[::2]] == ["open", "close"] else ""
 
 
-def _next(text: str, place: int, latex: bool) -> list[Token]:
+def _next(text: str, place: int, latex: bool, code: bool) -> list[Token]:
     """The token, or the tokens of one word, that start at a place."""
     letter = text[place]
     if letter == "\\":
@@ -155,15 +158,18 @@ def _next(text: str, place: int, latex: bool) -> list[Token]:
     if letter.isascii() and letter.isalpha():
         match = (_LATIN if latex else _WORD).match(text, place)
         assert match is not None
-        return _letters(match[0], place, latex)
+        return _letters(match[0], place, latex, code)
     return [_sign(text, place)]
 
 
-def _letters(word: str, place: int, latex: bool) -> list[Token]:
-    """A word: one name, or several letters and functions that are multiplied without a sign."""
+def _letters(word: str, place: int, latex: bool, code: bool) -> list[Token]:
+    """A word: one name, or several letters and functions that are multiplied without a sign, which is rare in `code`."""
     if word in FUNCTIONS:
         return [Token("function", word, place, place + len(word))]
-    if not latex and is_word(word):
+    if not latex and (match := _INDEXED.match(word)) and not is_rate(word):
+        first = Token("word", match[0], place, match.end() + place)
+        return [first, *_letters(word[match.end() :], first.end, latex, code)]
+    if not latex and (is_word(word) or (code and not _PRODUCT.fullmatch(word))):
         return [Token("word", word, place, place + len(word))]
     if word == "diag":
         return [Token("word", word, place, place + len(word))]

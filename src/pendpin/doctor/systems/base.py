@@ -17,6 +17,7 @@ Words = Callable[[Written], tuple[str, ...]]
 Dimension = tuple[int, int, int]  # powers of kg, m, s
 
 STATES = 60  # half of them share the parameters of the other half
+LOADS = ("F", "tau1", "tau2")  # parameters that are small where the motion is
 STEP = 1e-3  # of the inner of two derivatives: the eighth order leaves 1e-12 of functions that vary within 0.1 rad
 DIGITS_STEP = "1e-6"  # the same in 50 digits: 1e-40
 MOST_NESTED = 3  # derivatives of derivatives
@@ -194,15 +195,18 @@ def solved(known: Quantities) -> Quantities:
 
 @cache
 def random_states(
-    system: System, instead: tuple[tuple[str, float], ...] = (), doubled: str = "", scale: float = 1.0
+    system: System, instead: tuple[tuple[str, float | Formula], ...] = (), doubled: str = "", scale: float = 1.0
 ) -> Quantities:
     """Quantities at random states of the true motion.
 
-    `instead` gives parts of the state or parameters a value, `doubled` doubles a parameter, and `scale` shrinks the state.
+    `instead` gives parts of the state or parameters a value, or one that the others determine; `doubled` doubles a
+    parameter, and `scale` shrinks the state and the loads.
     """
     base = random_base(system.spec, STATES)
-    base |= {name: base[name] * scale for name in system.spec.state}
-    base |= {name: np.full(STATES, value) for name, value in instead if name in base}
+    base |= {name: base[name] * scale for name in (*system.spec.state, *LOADS) if name in base}
+    for name, value in instead:
+        if name in base:
+            base[name] = value(Quantities(base, system, np)) if callable(value) else np.full(STATES, value)
     if doubled:
         base[doubled] = 2 * base[doubled]
     return Quantities(base, system, np, true=True)

@@ -47,8 +47,8 @@ theta2 | 1 | theta_2 q_2 alpha_2 phi_2 varphi_2
 m1 | kg | m_1 M_1 m
 m2 | kg | m_2 M_2 m
 g | m/s2 | g
-l1 | m | l_1 L_1 l L ell ell_1 a_1
-l2 | m | l_2 L_2 l L ell ell_2 a_2
+l1 | m | l_1 L_1 l L ell ell_1 a_1 a R_1 r_1
+l2 | m | l_2 L_2 l L ell ell_2 a_2 b R_2 r_2
 h1 | m | h_1 l_c1 r_1 d_1 l_c,1 s_1 l_cm1 l_g1 lc_1 a_1 c_1 l_1 h lc1
 h2 | m | h_2 l_c2 r_2 d_2 l_c,2 s_2 l_cm2 l_g2 lc_2 a_2 c_2 l_2 h lc2
 I1 | kg m2 | I_1 J_1 I_c1 I_c,1 I_G1 I J
@@ -72,7 +72,6 @@ p2 | N m s | p_2 p_theta2 p_theta_2 p_theta,2
 M11 | kg m2 | M_11 m_11 H_11 d_11 B_11 D_11
 M12 | kg m2 | M_12 m_12 H_12 d_12 M_21 m_21 B_12 D_12 D_21
 M22 | kg m2 | M_22 m_22 H_22 d_22 B_22 D_22
-delta | 1 | Delta delta
 tau1 | N m | tau_1 Q_1
 tau2 | N m | tau_2 tau u Q_2
 """
@@ -268,7 +267,6 @@ def _two(body: str, relative: bool, equal: bool, up: bool, drive: str = "") -> S
             "M11": matrix(1, 1),
             "M12": matrix(1, 2),
             "M22": matrix(2, 2),
-            "delta": lambda q: q["theta1"] - q["theta2"],
         }
     )
     loads = {"acrobot": ("tau2",), "both": ("tau1", "tau2"), "": ()}[drive]
@@ -336,6 +334,11 @@ def _cart(body: str, up: bool, mirrored: bool) -> Spec:
     return table_spec(
         kind, title, Table(_CART), ("x", "theta"), parameters, ("ddx", "ddtheta"), formulas, solve, (), ("J", "I", "F")
     )
+
+
+def conical_rate(q: Quantities) -> Values:
+    """The rate of the azimuth of a spherical pendulum that keeps its polar angle."""
+    return q.xp.sqrt(q["m"] * q["g"] * q["h"] / q["J"] / q.xp.cos(q["theta"]))
 
 
 def _polar(body: str, up: bool) -> Spec:

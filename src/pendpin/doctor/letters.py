@@ -1,0 +1,138 @@
+"""One meaning for each letter of a text: the one under which most of its equations hold.
+
+A letter such as I may stand for two inertias. An equation that holds only if it means there another one than everywhere
+else does not hold. A letter that the text defines itself has that meaning, whatever it usually stands for.
+"""
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import islice
+
+from pendpin.doctor.checking.conditions import loads_at_zero, small_angles
+from pendpin.doctor.checking.residuals import Equation
+from pendpin.doctor.patients import Printed, holding
+from pendpin.doctor.reading.names import Vocabulary, Written
+from pendpin.doctor.reading.tree import Node, walk
+from pendpin.doctor.systems.base import System
+
+Name = tuple[str, str]  # a letter and its index
+Again = Callable[[Vocabulary], list[Printed]]  # the equations of a text, read with other words
+
+MOST_COUNTED = 60  # equations that tell which system a text is about
+MOST_TRIED = 24  # meanings of letters in equations that do not hold
+MOST_CHANGED = 4  # letters of a text that mean what they usually do not
+OFTEN = 2  # equations that hold with one meaning of a letter, so that a single other one is a slip
+
+
+def held(equations: list[Printed], system: System, small: bool = False) -> float:
+    """How many equations hold, or only for `small` angles; those of motion and energy, which say most, twice."""
+    total = 0.0
+    telling = {name for name in system.spec.unknowns if name.startswith("dd")} | {"T", "V", "L"}
+    for one in equations[:MOST_COUNTED]:
+        equation = _to_first_order(one, system) if small else holding(one, system)
+        if equation is not None:
+            total += 2.0 if equation.names & telling else 1.0
+        elif len(one.unknown) == 1 and one.ways:
+            total += any(loads_at_zero(e, system, one.unknown) != "" for e, _ in one.readings())
+    return total
+
+
+def _to_first_order(one: Printed, system: System) -> Equation | None:
+    """The reading of an equation that holds for small angles."""
+    if one.defines:
+        return None
+    return next((equation for equation, _ in one.readings() if small_angles(equation, system)), None)
+
+
+def settled(equations: list[Printed], system: System, again: Again) -> list[Printed]:
+    """The equations, each of whose letters has one meaning."""
+    if not any(one.ways for one in equations) or len(equations) > MOST_COUNTED:
+        return equations
+    words = next(one.words for one in equations if one.ways)
+    for _ in range(MOST_CHANGED):
+        here, better = held(equations, system), None
+        for name, meaning in islice(_other_meanings(equations, system, words), MOST_TRIED):
+            other = replace(words, chosen=words.chosen | {name: meaning})
+            changed = _with(equations, again(other), name)
+            if (most := held(changed, system)) > here:
+                here, better = most, (changed, other)
+        if better is None:
+            break
+        equations, words = better
+    return _agreed(equations, system, again, words)
+
+
+def _with(equations: list[Printed], changed: list[Printed], name: Name) -> list[Printed]:
+    """The changed equations in place of those that have a letter, or a symbol that is defined by it."""
+    if len(changed) != len(equations):
+        return changed
+    return [new if name in _letters(one) else one for one, new in zip(equations, changed, strict=True)]
+
+
+def _letters(one: Printed) -> set[Name]:
+    """The letters of an equation and of the definitions that it may use."""
+    nodes = [side for sides, _ in one.ways[:1] for side in sides] + list(one.definitions.values())
+    return {(node.written.letter, node.written.index) for node in _symbols(nodes) if node.written}
+
+
+def _symbols(nodes: list[Node]) -> Iterator[Node]:
+    return (part for node in nodes for part in walk(node) if part.written is not None)
+
+
+def _other_meanings(equations: list[Printed], system: System, words: Vocabulary) -> Iterator[tuple[Name, str]]:
+    """Letters of equations that do not hold, with each other meaning; none, "", for those that the text may define."""
+    right, wrong = set[Name](), Counter[Name]()
+    lone = set[Name]()
+    for one in equations:
+        if not one.ways:
+            continue
+        if holding(one, system) is not None:
+            right |= _letters(one)
+            continue
+        wrong.update(_letters(one))
+        lone |= {(s.written.letter, s.written.index) for s in one.ways[0][0] if s.kind == "symbol" and s.written}
+    for name, _ in wrong.most_common():
+        meanings = _meanings(name, words)
+        own = (name in lone or name not in right) and meanings and not set(meanings) & set(system.spec.state)
+        for meaning in (*([""] if own else []), *(meanings if len(meanings) > 1 else ())):
+            yield name, meaning
+
+
+def _meanings(name: Name, words: Vocabulary) -> list[str]:
+    """What a letter can mean, without dots."""
+    if name in words.chosen:
+        return []
+    return [meaning for meaning in words(Written(name[0], 0, name[1])) if not meaning.startswith("?")]
+
+
+def _agreed(equations: list[Printed], system: System, again: Again, words: Vocabulary) -> list[Printed]:
+    """The equations, where a letter that means another thing in one of them alone means there what it does elsewhere."""
+    uses: dict[Name, Counter[str]] = defaultdict(Counter)
+    for one in equations:
+        if one.ways and (equation := holding(one, system)) is not None:
+            for name, meaning in set(_used(equation, words)):
+                uses[name][meaning] += 1
+    for name, found in uses.items():
+        (usual, often), *others = found.most_common()
+        alike = [other for other in others if _same_dimension(usual, other[0], system)]
+        if len(alike) != 1 or alike[0][1] > 1 or often < OFTEN:
+            continue
+        changed = _with(equations, again(replace(words, chosen=words.chosen | {name: usual})), name)
+        lost = sum(holding(one, system) is not None for one in equations)
+        lost -= sum(holding(one, system) is not None for one in changed)
+        if lost == 1:
+            equations, words = changed, replace(words, chosen=words.chosen | {name: usual})
+    return equations
+
+
+def _used(equation: Equation, words: Vocabulary) -> Iterator[tuple[Name, str]]:
+    """The letters of an equation with what they mean in it, without dots."""
+    for node in _symbols(list(equation.sides)):
+        assert node.written is not None
+        meaning = equation.meaning(str(node.value))
+        yield (node.written.letter, node.written.index), meaning[node.written.dots :]
+
+
+def _same_dimension(first: str, second: str, system: System) -> bool:
+    return system.spec.dimensions.get(first) == system.spec.dimensions.get(second)
