@@ -13,7 +13,7 @@ import pytest
 TOP = Path(__file__).parents[1]
 FOLDER = TOP / "benchmarks"
 PATIENCE = 600  # s, so that none hangs for ever
-MODULES = {"reference_equations", "reference_motion"}  # which others import: they run nothing
+MODULES = {"planting", "reference_equations", "reference_motion"}  # which others import: they run nothing
 ONE_ROD = 1  # seed of fit.py whose first case is one rod, which is cheaper than two
 SMALL = {
     "agreement": "--quick",
@@ -30,6 +30,7 @@ SMALL = {
     "kill": "1 1",
     "kill_sweeps": "1 1 60",
     "long_runs": "--swings 100",
+    "mutants": "2 mutants.jsonl --modules trajectory/trajectory.py --hypothesis-profile few",
     "overhead": "--repetitions 1 --duration 10",
     "peers": "--rods 1",
     "rounding_estimates": "--count 4",

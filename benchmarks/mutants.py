@@ -1,0 +1,316 @@
+"""Plants small random faults one by one, and counts those that the tests that reach them notice.
+
+    nice -n 10 python benchmarks/mutants.py 200 mutants.jsonl [--seed 0] [--modules dynamics/contacts.py ...]
+    nice -n 10 python benchmarks/mutants.py 0 planted.jsonl --planted   # faults that once were noticed by no test
+
+A fault changes a comparison, a constant, a sign, min and max, or the bound of a slice, in a function (planting.py). No file
+is written: pytest collects the tests that concern a module, and each fault is planted in a process forked from there, in
+which the code of the module's functions is exchanged. First every test's lines are recorded; a fault then meets the tests
+that execute its line, the shortest first, until one fails or takes far too long. Slow tests do not run. Faults in
+equivalent_mutants.txt change nothing that a test could notice. The same command continues where it stopped; --again repeats
+those that were left. With --hypothesis-profile few property tests have a tenth of their examples, and less is noticed.
+"""
+
+import argparse
+import gc
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+import types
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+from rich.table import Table
+
+from planting import Fault, faults_of
+
+TOP = Path(__file__).parents[1]
+SOURCE = TOP / "src" / "pendpin"
+EQUIVALENT = Path(__file__).with_name("equivalent_mutants.txt")
+TESTS = {  # of a module or a folder in src/pendpin: those that concern it
+    "dynamics/contacts.py": "contacts scene_contacts events energy_balance",
+    "dynamics/contact_guards.py": "contacts scene_contacts events",
+    "dynamics/falls.py": "contacts scene_contacts events",
+    "simulation/accuracy/": "target_accuracy accuracy_laws error_estimates error_estimates_rounding",
+    "simulation/crossings.py": "run_surface events special_states sweep",
+    "simulation/energy_balance.py": "energy_balance scene_contacts",
+    "simulation/batches.py": "ensemble sweep",
+    "integrators/taylor_vectors.py": "ensemble sweep",
+    "effects/drag.py": "effects effects_drag effects_answers",
+    "sweeps/measures.py": "sweep_measures sweep",
+    "sweeps/plan.py": "sweep",
+    "fitting/honesty.py": "fit_errors fit_refused",
+    "fitting/parameters.py": "fit_numbers fit_refused fit_errors",
+    "fitting/data.py": "fit_numbers fit_refused fit_errors",
+    "trajectory/trajectory.py": "trajectory run_surface run_shown",
+    "doctor/checking/": "doctor doctor_reading doctor_functions doctor_texts",
+}
+PLANTED = {  # faults that once were noticed by no test: file, what is changed, and into what
+    "settling_time one sample late": ("sweeps/measures.py", "late.shape[1] - np.arg", "late.shape[1] + 1 - np.arg"),
+    "settling_time one sample early": ("sweeps/measures.py", "late.shape[1] - np.arg", "late.shape[1] - 1 - np.arg"),
+    "flip_time upwards only, of a run": (
+        "sweeps/measures.py",
+        "np.cos(run.q[:, places].sum(1) / 2)",
+        "np.cos(np.maximum(run.q[:, places].sum(1), 0) / 2)",
+    ),
+    "flip_time upwards only, of many": (
+        "integrators/taylor_vectors.py",
+        "np.fmin(self.first[place], t)",
+        "np.fmin(self.first[place], t if direction > 0 else np.nan)",
+    ),
+    "lyapunov 3 % too large": ("sweeps/measures.py", "return growth / float(", "return 1.03 * growth / float("),
+    "memory of residuals 13 times too short": ("fitting/honesty.py", "np.ceil(4 * (0.5", "np.ceil(0.3 * (0.5"),
+    "the smaller of two bounds": (
+        "simulation/accuracy/estimate.py",
+        "np.maximum(gaps.second * scatter",
+        "np.minimum(gaps.second * scatter",
+    ),
+    "work of impacts off by 5e-5": ("dynamics/contacts.py", "[joints] / 2,", "[joints] / 2.0001,"),
+    "lift of drag at 0.49 of a rod": ("effects/drag.py", "turn + 0.5 * lift", "turn + 0.49 * lift"),
+}
+PATIENCE = 10.0  # times the time that the tests took without a fault
+START = 30  # s of processor, beside that
+HANG = 600  # s on the clock, after which what waits is taken to wait for ever
+
+
+class Recorder:
+    """Which lines of some files each test executes, and how long it takes."""
+
+    def __init__(self, modules: list[str]) -> None:
+        self._lines: dict[str, set[int]] = {str(SOURCE / module): set() for module in modules}
+        self._modules = {str(SOURCE / module): module for module in modules}
+        self.tests: dict[str, dict[str, Any]] = {}
+
+    def trace(self, frame: types.FrameType, event: str, argument: Any) -> Any:
+        """For sys.settrace."""
+        lines = self._lines.get(frame.f_code.co_filename)
+        if lines is None:
+            return None
+        lines.add(frame.f_lineno)
+        return self.trace
+
+    def note(self, name: str, run: Callable[[], object]) -> None:
+        """Run a test with its fixtures."""
+        begin = time.process_time()
+        sys.settrace(self.trace)
+        try:
+            run()
+        finally:
+            sys.settrace(None)
+        lines = [(self._modules[file], line) for file, found in self._lines.items() for line in found]
+        self.tests[name] = {"seconds": time.process_time() - begin, "lines": lines}
+        for found in self._lines.values():
+            found.clear()
+
+
+class Planter:
+    """In the place of pytest's own loop: collected tests run in forked processes, each with a fault."""
+
+    def __init__(self, faults: list[Fault], lines: Path, done: Callable[[Fault, str], None]) -> None:
+        self._faults, self._file, self._done, self._failed = faults, lines, done, list[str]()
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Note a failed test."""
+        if report.failed:
+            self._failed.append(report.nodeid)
+
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        """Record, then plant."""
+        items = {item.nodeid: item for item in session.items}
+        if not self._file.exists():
+            modules = modules_of_tests(tests_of(self._faults[0].module))
+            print(f"{len(items)} tests: which lines of {', '.join(modules)} they execute", flush=True)
+            failed = in_a_fork(lambda: self._record(items, modules), resource.RLIM_INFINITY)
+            assert not failed, f"without a fault: {failed}"
+        tests = json.loads(self._file.read_text())
+        for fault in self._faults:
+            chosen = reaching(fault, tests)
+            most = START + int(PATIENCE * sum(tests[name]["seconds"] for name in chosen))
+            self._done(fault, in_a_fork(lambda: self._meet(fault, [items[x] for x in chosen if x in items]), most))  # noqa: B023
+        return True
+
+    def _record(self, items: dict[str, pytest.Item], modules: list[str]) -> str:
+        recorder = Recorder(modules)
+        for name, item in items.items():
+            recorder.note(name, lambda: self._run(item))  # noqa: B023
+        self._file.write_text(json.dumps(recorder.tests))
+        return ", ".join(self._failed)
+
+    def _run(self, item: pytest.Item) -> None:
+        """Run a test, and make and take down all its fixtures."""
+        item.config.hook.pytest_runtest_protocol(item=item, nextitem=None)
+
+    def _meet(self, fault: Fault, items: list[pytest.Item]) -> str:
+        """The first test that notices a fault, or nothing."""
+        exchange_code(fault)
+        for item in items:
+            self._run(item)
+            if self._failed:
+                return self._failed[0]
+        return ""
+
+
+def in_a_fork(run: Callable[[], str], most: int) -> str:
+    """What a function says in a forked process, or "too slow" where it takes more than so much, s of processor."""
+    receive, send = os.pipe()
+    if child := os.fork():
+        os.close(send)
+        with os.fdopen(receive) as told:
+            text = told.read()
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        return text if status == 0 else "too slow" if status < 0 else "an error"
+    try:
+        resource.setrlimit(resource.RLIMIT_CPU, (most, most))
+        signal.alarm(0 if most == resource.RLIM_INFINITY else HANG)
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        for stream in (1, 2):
+            os.dup2(nowhere, stream)
+        os.write(send, run().encode())
+        os._exit(0)
+    except BaseException:
+        os._exit(1)
+
+
+def exchange_code(fault: Fault) -> None:
+    """Give all functions of a module that exist the code that they have with the fault."""
+    path = SOURCE / fault.module
+    right = path.read_text()
+    both = (codes(compile(text, str(path), "exec")) for text in (right, fault.planted(right)))
+    new = {place(one): other for one, other in zip(*both, strict=True)}
+    for thing in gc.get_objects():
+        if isinstance(thing, types.FunctionType) and thing.__code__.co_filename == str(path):
+            thing.__code__ = new[place(thing.__code__)]
+
+
+def codes(code: types.CodeType) -> Iterator[types.CodeType]:
+    """A code and all in it, in the order of the file."""
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from codes(constant)
+
+
+def place(code: types.CodeType) -> tuple[str, int, bytes]:
+    """What tells a code from the others of its file."""
+    return code.co_qualname, code.co_firstlineno, code.co_linetable
+
+
+def reaching(fault: Fault, tests: dict[str, dict[str, Any]]) -> list[str]:
+    """The tests that execute a fault's line, or some of its module where none is known to, the shortest first."""
+    wanted = [fault.module, fault.line]
+    some = [name for name, test in tests.items() if wanted in test["lines"]]
+    some = some or [name for name, test in tests.items() if any(module == fault.module for module, _ in test["lines"])]
+    return sorted(some, key=lambda name: tests[name]["seconds"])
+
+
+def tests_of(module: str) -> str:
+    """The tests that concern a module."""
+    return next(tests for place, tests in TESTS.items() if module.startswith(place))
+
+
+def all_modules() -> list[str]:
+    """The files that TESTS names."""
+    paths = {path for name in TESTS for path in SOURCE.glob(name if name.endswith(".py") else f"{name}*.py")}
+    return sorted(str(path.relative_to(SOURCE)) for path in paths if path.name != "__init__.py")
+
+
+def modules_of_tests(tests: str) -> list[str]:
+    """The files that some tests concern."""
+    return [module for module in all_modules() if tests_of(module) == tests]
+
+
+def planted() -> list[Fault]:
+    """Those of PLANTED."""
+    found = []
+    for name, (module, before, after) in PLANTED.items():
+        text = (SOURCE / module).read_text()
+        assert text.count(before) == 1, f"{name}: {before} is not there once"
+        begin = text.index(before)
+        line = text[:begin].count("\n") + 1
+        found.append(Fault(module, line, name, before, after, begin, begin + len(before)))
+    return found
+
+
+def table(rows: list[dict[str, Any]]) -> Table:
+    """Counts by module."""
+    shown = Table("module", "planted", "killed", "equivalent", "left")
+    for module in [*sorted({row["module"] for row in rows}), "all"]:
+        some = [row for row in rows if module in (row["module"], "all")]
+        counts = [sum(verdict_of(row) == verdict for row in some) for verdict in ("killed", "equivalent", "left")]
+        shown.add_row(module, str(len(some)), *map(str, counts))
+    return shown
+
+
+def verdict_of(row: dict[str, Any]) -> str:
+    """What became of a fault."""
+    known = {line.strip() for line in EQUIVALENT.read_text().splitlines()}
+    return "killed" if row["by"] else "equivalent" if row["name"] in known else "left"
+
+
+def plant(faults: list[Fault], file: Path, profile: str) -> None:
+    """Plant faults that concern the same tests, in this process's children, and write what became of each."""
+    tests = tests_of(faults[0].module)
+
+    def done(fault: Fault, by: str) -> None:
+        row = {"module": fault.module, "line": fault.line, "kind": fault.kind, "name": fault.name, "by": by}
+        with file.open("a") as out:
+            out.write(json.dumps(row) + "\n")
+        print(f"{fault.kind}, line {fault.line}, {fault.name}: {by or 'LEFT'}", flush=True)
+
+    lines = file.with_name(f"{file.stem}.{tests.replace(' ', '.')}.{profile}.lines")
+    options = ["-s", "-n0", "-p", "no:cacheprovider", f"--hypothesis-profile={profile}"]
+    names = [str(TOP / "tests" / f"test_{name}.py") for name in tests.split()]
+    pytest.main([*options, *names], plugins=[Planter(faults, lines, done)])
+
+
+def main() -> None:
+    """Plant what is missing, print the table and what is left."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("count", type=int)
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--modules", nargs="+", help="files in src/pendpin; all of TESTS if left out")
+    parser.add_argument("--planted", action="store_true", help="PLANTED in place of random ones")
+    parser.add_argument("--again", action="store_true", help="also those that were left")
+    parser.add_argument("--hypothesis-profile", default="usual")
+    parser.add_argument("--tests", help=argparse.SUPPRESS)  # of one process
+    options = parser.parse_args()
+    modules = options.modules or all_modules()
+    chosen = planted() if options.planted else faults_of(SOURCE, modules, options.seed)[: options.count]
+    known = rows_of(options.file)
+    done = {(row["name"], row["line"]) for row in known.values() if row["by"] or not options.again}
+    missing = [fault for fault in chosen if (fault.name, fault.line) not in done]
+    if options.tests:
+        plant(
+            [fault for fault in missing if tests_of(fault.module) == options.tests],
+            options.file,
+            options.hypothesis_profile,
+        )
+        return
+    for tests in dict.fromkeys(TESTS.values()):
+        if any(tests_of(fault.module) == tests for fault in missing):
+            environment = os.environ | {"PYTHONPATH": str(TOP / "src"), "OMP_NUM_THREADS": "1"}
+            subprocess.run([sys.executable, *sys.argv, "--tests", tests], env=environment, check=True)
+    rows = rows_of(options.file)
+    rows = [rows[key] for fault in chosen if (key := (fault.name, fault.line)) in rows]
+    Console().print(table(rows))
+    for row in rows:
+        if verdict_of(row) == "left":
+            print(f"left: {row['module']}, line {row['line']}, {row['name'].partition(': ')[2]}")
+
+
+def rows_of(file: Path) -> dict[tuple[str, int], dict[str, Any]]:
+    """What became of each fault at last, by name and line."""
+    rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    return {(row["name"], row["line"]): row for row in rows}
+
+
+if __name__ == "__main__":
+    main()

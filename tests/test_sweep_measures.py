@@ -1,0 +1,133 @@
+"""Measures of a sweep against exact values: of linear motions, and of a rod that goes over the top."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.special import ellipk
+
+import pendpin as pp
+from pendpin import effects as fx
+from pendpin.sweeps.measures import _settled, divergence, flip_time, lyapunov, period, settling_time, swing
+from sweep_scenes import ROD
+
+pytest.importorskip("xarray")
+pytest.importorskip("heyoka")
+
+INERTIA = ROD.properties.I1 + ROD.mass * ROD.properties.h**2  # kg m², about the joint
+THIN = pp.Rod(length=1.0, mass=1.0)
+UPRIGHT = math.sqrt(1.5 * 9.81)  # 1/s, the rate at which a thin rod of 1 m falls from upright
+
+
+def sprung(damping: float, duration: float = 10.0, start: float = 0.7) -> pp.Scene:
+    """A rod that is turned by a spring of 4 rad²/s² and by friction alone: a linear motion of theta; no gravity."""
+    return pp.Scene(
+        duration=duration,
+        model=pp.Chain(rods=[ROD]),
+        start=pp.Start(positions={"theta": start}),
+        effects=[fx.Spring(stiffness=4 * INERTIA), fx.Viscous(coefficient=2 * damping * INERTIA)],
+        solver=pp.Solver(tolerance=1e-11, samples=round(duration * 100) + 1),
+    )
+
+
+def exact(damping: float, t: np.ndarray | float) -> np.ndarray:
+    """theta'' + 2 damping theta' + 4 theta = 0, from rest at 1."""
+    root = np.emath.sqrt(damping**2 - 4.0)
+    return np.real(np.exp(-damping * np.asarray(t)) * (np.cosh(root * t) + damping / root * np.sinh(root * t)))
+
+
+def settled_at(damping: float, duration: float) -> float:
+    """The last time at which the exact motion is 2 % of its largest distance away from where it ends."""
+    end = exact(damping, duration)
+    grid = np.linspace(0, duration, 100_001)
+    away = np.abs(exact(damping, grid) - end)
+    late = int(np.flatnonzero(away > 0.02 * away.max())[-1])
+    return brentq(lambda t: abs(exact(damping, t) - end) - 0.02 * away.max(), grid[late], grid[late + 1])
+
+
+@pytest.mark.parametrize("damping", [0.6, 1.3, 2.5])
+@pytest.mark.parametrize("start", [0.7, -0.3])
+def test_the_settling_time_is_the_first_sample_that_is_near_for_good(damping: float, start: float) -> None:
+    """0 to 0.01 s after the root of the exact motion, of swings and of a creep, of a run and in vectors."""
+    scene = sprung(damping, start=start)
+    after = settled_at(damping, scene.duration)
+    found = settling_time(pp.simulate(scene))
+    assert 0 <= found - after < 0.01
+    vectors = pp.sweep(scene, {"start.positions.theta": [start]}, "settling_time").settling_time.values
+    assert vectors == pytest.approx([found], abs=1e-12)
+
+
+def test_settling_times_of_given_samples() -> None:
+    """The sample behind the last that is more than 2 % away; none in the last tenth; 0 where nothing moves."""
+    t = np.linspace(5.0, 15.0, 11)  # a run may begin at any time
+    q = np.zeros((5, 11, 2))
+    q[0, :4, 1] = 1.0  # away until 8 s
+    q[1, 0, 0], q[1, 5, 1] = 1.0, 0.0201  # again a little beyond the bound
+    q[2, 0, 0], q[2, 5, 1] = 1.0, -0.02  # on the bound is near
+    q[3, :9, 0] = 1.0  # near from 14 s on: nine tenths
+    assert _settled(t, q).tolist() == [4.0, 6.0, 1.0, 9.0, 0.0]
+    q[3, 9, 0] = 1.0
+    assert np.isnan(_settled(t, q)[3])
+
+
+@pytest.mark.parametrize("duration", [1.0, 3.0])
+def test_the_exponent_of_an_upright_rod_is_its_growth(duration: float) -> None:
+    """From the same small angle and rate both ways: x = cosh + sinh / k, x' = k sinh + cosh."""
+    scene = pp.Scene(
+        duration=duration,
+        model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=1e-4)]),
+        start=pp.Start(positions={"theta": math.pi}),
+        effects=[fx.Gravity()],
+        solver=pp.Solver(tolerance=1e-12, samples=101),
+    )
+    k, kt = UPRIGHT, UPRIGHT * duration
+    grown = math.hypot(math.cosh(kt) + math.sinh(kt) / k, k * math.sinh(kt) + math.cosh(kt)) / math.sqrt(2)
+    assert lyapunov(pp.simulate(scene)) == pytest.approx(math.log(grown) / duration, rel=1e-4)
+
+
+def test_the_exponent_of_a_motion_that_ends_is_negative() -> None:
+    """Theta and phi each shrink by exp(-t): of the slower of two decays, 1/s, over a long run to the transient of 1 %."""
+    scene = sprung(2.5, duration=20.0)  # decays of 1 and 4 a second
+    assert lyapunov(pp.simulate(scene.replace(start=pp.Start()))) == pytest.approx(-1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("joint", ["theta", "phi"])
+def test_a_rod_flips_forwards_and_backwards(sign: int, joint: str) -> None:
+    """At 2 K(k²) / rate, the elliptic integral, either way about either axis; of a run and in vectors."""
+    rate = 9.0  # rad/s; theta'² = rate² - 6 g sin²(theta / 2)
+    scene = pp.Scene(
+        duration=1.0,
+        model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=1e-4)]),
+        start=pp.Start(velocities={joint: sign * rate}),
+        effects=[fx.Gravity()],
+        solver=pp.Solver(tolerance=1e-12, samples=7),
+    )
+    time = 2 * float(ellipk(6 * 9.81 / rate**2)) / rate
+    assert flip_time(pp.simulate(scene, method="dop853")) == pytest.approx(time, abs=1e-7)  # the radius changes 1e-8
+    found = pp.sweep(scene, {f"start.velocities.{joint}": [sign * rate, sign * 7.0]}, "flip_time").flip_time.values
+    assert found[0] == pytest.approx(time, abs=1e-7)
+    assert math.isnan(found[1])
+
+
+def test_the_period_of_small_swings() -> None:
+    """2 pi / 2 s for a spring of 4 rad²/s²; none where theta rises through 0 only once."""
+    scene = sprung(0.0)
+    assert period(pp.simulate(scene)) == pytest.approx(math.pi, abs=1e-9)
+    assert math.isnan(period(pp.simulate(scene, duration=4.0)))
+    assert period(pp.simulate(scene, duration=6.0)) == pytest.approx(math.pi, abs=1e-9)
+
+
+def test_the_swing_is_the_largest_angle() -> None:
+    """Of the start of a swing without friction that starts at rest."""
+    assert swing(pp.simulate(sprung(0.0))) == pytest.approx(0.7, abs=1e-9)
+
+
+def test_the_divergence_is_that_of_the_ends() -> None:
+    """2 sin(x / 2) for two rods of one length that end at angles x apart; over the tip's distance."""
+    one, other = (pp.simulate(sprung(0.0, start=start), duration=1.0) for start in (0.7, 0.8))
+    apart = 0.1 * math.cos(2.0)  # theta is proportional to its start
+    assert divergence(one, other) == pytest.approx(2 * math.sin(abs(apart) / 2), rel=1e-8)
+    assert divergence(one, one) == 0
+    assert divergence(one, pp.simulate(sprung(0.0), duration=1.0, samples=11)) == math.inf
