@@ -106,7 +106,7 @@ def main() -> None:
         if rods == 1:
             beside_raw_heyoka(console, given)
         if options.pictures:
-            save_cost_plot(report, options.pictures / f"cost_{rods}.png")
+            save_cost_plot(report, options.pictures / f"cost_{rods}.png", short=True)
     console.print(f"{report.machine}; {report.versions}")
 
 

@@ -180,7 +180,7 @@ def check_directions() -> None:
         for pair in angles:
             above = above @ turned(*pair)
             end = end + above[:, 2]
-        np.testing.assert_allclose(pp.simulate(scene).tip[0, -1], end * [1, -1, -1], atol=1e-14)
+        np.testing.assert_allclose(pp.simulate(scene).tips[0, -1], end * [1, -1, -1], atol=1e-14)
 
 
 def main(folder: Path) -> None:

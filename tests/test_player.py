@@ -3,6 +3,7 @@
 import os
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,10 @@ import pytest
 import pendpin as pp
 from browser import Browser, Page, chromium
 from laws import HANG
+from pendpin.graphics.drawing import Curve, Plot, Quantity
 from pendpin.graphics.page import write_page
 from pendpin.graphics.run_drawing import drawing_of
+from pendpin.scene import builtin_scene
 from swinging import ORANGE, of_color, swinging
 
 VIOLET = 0x6B46C1  # of the arrows
@@ -169,14 +172,114 @@ def test_plots_show_the_run_and_set_the_time(page: Page, run: pp.Trajectory) -> 
         page.press(box[0] + place * box[2], box[1] + box[3] / 2)
         assert page.evaluate("t") == pytest.approx(2 * place, abs=2 / box[2])
         cursors = page.evaluate("[...document.querySelectorAll('.cursor')].map((c) => parseFloat(c.style.left))")
-        assert cursors == pytest.approx([100 * place] * 2, abs=100 / box[2])
+        assert cursors == pytest.approx([100 * place] * 3, abs=100 / box[2])
         row = int(np.searchsorted(run.t, page.evaluate("t") + 1e-6, side="right")) - 1
         shown = page.evaluate("[...document.querySelectorAll('figcaption span')].map((s) => s.textContent.split(' '))")
-        wanted = {"kinetic": run["kinetic"][row]} | {name: run[name][row] for name in run.joints}
+        wanted = {"kinetic": "kinetic", "R3_1": "R3_1", "R3_2": "R3_2"} | {name: name for name in run.joints}
+        assert set(wanted) <= {name for name, _ in shown}
         for name, value in shown:
-            if name in wanted:
-                assert float(value) == pytest.approx(wanted[name], rel=6e-3, abs=1e-6)
-    assert page.evaluate("document.querySelectorAll('path.curve').length") == 3 + 4
+            if name in wanted:  # three digits, of a number that the page holds as one of 65,535 levels
+                level = np.ptp(run[name]) / 65535
+                assert float(value) == pytest.approx(run[name][row], rel=5e-3, abs=level + 1e-9)
+    assert page.evaluate("document.querySelectorAll('path.curve').length") == 3 + 4 + 2
+
+
+def choose(page: Page, plot: int, title: str) -> None:
+    """Choose what a plot shows, as a user does."""
+    page.evaluate(f"""{{ const s = document.querySelectorAll('select.quantity')[{plot}];
+        s.value = [...s.options].find((o) => o.textContent === {title!r}).value;
+        s.dispatchEvent(new Event('change')) }}""")
+
+
+def test_every_quantity_can_be_plotted(page: Page, run: pp.Trajectory) -> None:
+    offered = page.evaluate("[...document.querySelector('select.quantity').options].map((o) => o.textContent)")
+    assert set(run.names) - {"t"} <= set(offered)
+    page.evaluate("seek(1)")
+    row = int(np.searchsorted(run.t, 1 + 1e-6, side="right")) - 1
+    for name in ("Mc_1", "R1_2", "theta_2_acceleration"):
+        choose(page, 0, name)
+        [text] = page.evaluate(
+            "[...document.querySelector('.values').querySelectorAll('span')].map((s) => s.textContent)"
+        )
+        level = np.ptp(run[name]) / 65535
+        assert float(text.split()[-1]) == pytest.approx(run[name][row], rel=5e-3, abs=level + 1e-9)
+    choose(page, 0, "Energy, potential above its least")
+
+
+def test_a_plot_of_many_swings_is_an_envelope_until_it_is_zoomed(browser: Browser, tmp_path: Path) -> None:
+    """300 swings are a solid block; of few, every one is drawn. The axis says what is to be seen."""
+    t = np.linspace(0, 300, 12_001)
+    swing = np.exp(-t / 200) * np.sin(2 * np.pi * t)
+    many = replace(
+        swinging(seconds=300, samples=len(t)),
+        quantities=(Quantity("swing", "rad", swing),),
+        plots=(Plot("Swing", (Curve("swing", "swing", "#000000"),)),),
+    )
+    path = write_page(tmp_path / "run.html", many)
+    envelopes = "document.querySelectorAll('path.envelope').length"
+    with browser.open(f"{path.as_uri()}#t=100", size=SIZE) as seen:
+        assert seen.evaluate(envelopes) == 1
+        for _ in range(7):
+            press(seen, "+")
+        assert seen.evaluate(envelopes) == 0
+        low, *_, high = seen.evaluate("[...document.querySelectorAll('i.x:not(.name)')].map((i) => +i.textContent)")
+        assert 95 <= low < high <= 105
+        assert "time, s" in seen.evaluate("[...document.querySelectorAll('i.x')].map((i) => i.textContent)")
+        seen.evaluate("document.querySelector('.curves').dispatchEvent(new Event('dblclick')); 0")
+        assert seen.evaluate(envelopes) == 1
+        assert seen.complaints == []
+
+
+def test_the_frames_are_those_of_the_derivation(page: Page, run: pp.Trajectory) -> None:
+    """The close-up says both angles of the chosen joint, and its camera looks at that joint wherever it goes."""
+    act = (lambda: click(page, "#frames")), (lambda: press(page, "f"))
+    act[0]()
+    for t in (0.4, 1.7):
+        page.evaluate(f"seek({t})")
+        row = int(np.searchsorted(run.t, t))
+        for joint in (1, 2):
+            page.evaluate(
+                f"element('joint').value = {joint - 1}; element('joint').dispatchEvent(new Event('change')); 0"
+            )
+            words = page.text("angles").replace(",", "").split()
+            angles = np.array([float(words[1]), float(words[4])])
+            wanted = [run[f"theta_{joint}"][row], run[f"phi_{joint}"][row]]
+            apart = np.array([angles, wanted])
+            np.testing.assert_allclose(np.cos(apart[0] - apart[1]), 1, atol=1e-4)  # shown to 1 mrad, turns left out
+    letters = page.evaluate("[...document.querySelectorAll('#letters span')].map((s) => s.textContent)")
+    assert {"b1", "b2", "b3", "xW", "yW", "zW", "θ", "φ"} <= set(letters)
+    act[1]()
+    assert page.evaluate("element('closeup').hidden && !frames.group.visible") is True
+
+
+def test_arrows_leave_the_camera_where_it_was(page: Page) -> None:
+    click(page, "button[value=corner]")
+    place = "viewer.camera.position.toArray()"
+    before = page.evaluate(place)
+    click(page, "#reactions")
+    assert page.evaluate(place) == before
+    click(page, "#reactions")
+
+
+def test_runs_side_by_side(browser: Browser, run: pp.Trajectory, tmp_path: Path) -> None:
+    """The second run stands where it was, its distance is plotted, and the report has a column for each run."""
+    other = pp.simulate(run.source.replace({"start.positions.phi_1": 0.5}), method="rk4", step=0.002)
+    path = run.animate(compare=other).save(tmp_path / "both.html")
+    apart = np.linalg.norm(run.tips[:, -1] - other.tips[:, -1], axis=-1)
+    with browser.open(f"{path.as_uri()}#t=1.5", size=SIZE) as seen:
+        ghost = "viewer.scene_tree.find(['pendpin', 'ghost_0']).object.getObjectByName('body_1').position.toArray()"
+        np.testing.assert_allclose(seen.evaluate(ghost), drawing_of(other).poses[90, 1, :3, 3], atol=1e-4)
+        text = seen.evaluate("document.querySelector('.values span').textContent")
+        assert float(text.split()[-1]) == pytest.approx(apart[90], rel=5e-3, abs=np.ptp(apart) / 65535)
+        rows = seen.evaluate(
+            "[...document.querySelectorAll('#report tr')].map((r) => [...r.cells].map((c) => c.innerText))"
+        )
+        found = {name: cells for name, *cells in rows}
+        assert found["method"] == [f"dop853, {run.stats.setting}", f"rk4, {other.stats.setting}"]
+        assert len(found["cross-check"]) == 2
+        assert seen.evaluate("document.querySelector('#report img').naturalWidth") > 300
+        assert seen.complaints == []
+        assert seen.requests == [path.as_uri()]
 
 
 def test_speed_is_chosen_and_meshcats_panel_is_gone(page: Page) -> None:
@@ -189,11 +292,12 @@ def test_speed_is_chosen_and_meshcats_panel_is_gone(page: Page) -> None:
 @pytest.mark.parametrize("width", [800, 1600])
 def test_every_control_has_a_name_and_a_place(page: Page, width: int) -> None:
     page.resize(width, 700)
-    controls = page.evaluate("""[...document.querySelectorAll('button, input, select')].map((c) => {
+    controls = page.evaluate("""[...document.querySelectorAll('button, input, select')]
+        .filter((c) => c.checkVisibility()).map((c) => {
         const { left, right, top, bottom } = c.getBoundingClientRect();
         return [c.ariaLabel ?? c.textContent, left, right, top, bottom, c.tabIndex];
     })""")
-    assert len(controls) == 11
+    assert len(controls) == (18 if width > 960 else 17)  # below, the third plot makes room
     assert all(name and index == 0 for name, *_, index in controls)
     boxes = np.array([box[1:5] for box in controls])
     assert (boxes[:, :2] >= 0).all()
@@ -255,6 +359,14 @@ def test_the_support_is_drawn_moving_and_the_rods_with_it(run: pp.Trajectory, tm
         np.testing.assert_allclose(drawing.poses[:, 0, :3, 3], over_ground, atol=1e-15)
         np.testing.assert_allclose(drawing.trail, run.tips[:, -1] + over_ground, atol=1e-15)
         assert any(shape.body == drawing.support for shape in drawing.shapes)
+
+
+def test_above_hides_the_plate_of_the_built_in_rod(browser: Browser, tmp_path: Path) -> None:
+    """Its plate belongs to a URDF's base, and would cover what hangs below as that of a chain would."""
+    path = pp.simulate(builtin_scene(), duration=0.5).animate().save(tmp_path / "rod.html")
+    with browser.open(f"{path.as_uri()}#t=0&view=above", size=(300, 300)) as seen:
+        assert seen.evaluate("support.visible") is False
+        assert seen.evaluate("look('corner'); support.visible") is True
 
 
 def test_a_film_shows_the_support_where_it_is(run: pp.Trajectory, tmp_path: Path) -> None:

@@ -56,7 +56,7 @@ def test_the_figure_of_a_run() -> None:
     texts, labels = [text.get_text() for text in smooth.texts], [ax.get_ylabel() for ax in smooth.axes]
     assert texts[0] == r"A _rod_ of \$1"
     assert any(label.startswith("energy drift") for label in labels)
-    assert labels[-2:] == ["y, m", "z, m"]
+    assert labels[-3:] == ["y, m", "z, m", "z, m"]  # the same three planes for every run, so that runs compare
     assert smooth._repr_png_().startswith(b"\x89PNG")
     long = SCENES["damped"].replace({"model.copies": 4})
     figure = pp.simulate(long, samples=3, duration=0.1).plot()
@@ -75,6 +75,39 @@ def test_the_figure_of_chosen_quantities() -> None:
     assert [line.get_label() for line in figure.axes[0].get_lines()] == ["theta_1", "phi_2"]
     with pytest.raises(pp.InputError, match="did you mean 'theta_1'"):
         run.plot("thta_1")
+
+
+def test_runs_share_their_axes_in_one_figure() -> None:
+    """Each panel holds both runs, the legend each name once, and the last panel the distance of the tips."""
+    scene = SCENES["smooth"]
+    run, other = pp.simulate(scene, samples=31), pp.simulate(scene, method="rk4", step=0.005, samples=31)
+    alone, both = run.plot(), run.plot(compare=other)
+    assert [ax.get_ylabel() for ax in both.axes if ax.get_ylabel() != "tips apart, m"] == [
+        ax.get_ylabel() for ax in alone.axes
+    ]
+    positions, single = (
+        next(ax for ax in figure.axes if ax.get_ylabel() == "position, rad") for figure in (both, alone)
+    )
+    assert len(positions.lines) == 2 * len(single.lines)
+    assert positions.get_legend_handles_labels()[1] == single.get_legend_handles_labels()[1]
+    apart = np.linalg.norm(run.tips[:, -1] - other.tips[:, -1], axis=-1)
+    (line,) = next(ax for ax in both.axes if ax.get_ylabel() == "tips apart, m").lines
+    np.testing.assert_array_equal(line.get_ydata(), np.where(apart > 0, apart, np.nan))
+    assert "rk4" in both.texts[1].get_text()
+    with pytest.raises(pp.InputError, match="a str is not a run"):
+        run.plot(compare=["run.npz"])
+    with pytest.raises(pp.InputError, match="5 runs are too many"):
+        run.plot(compare=[other] * 4)
+
+
+def test_energy_drift_is_drawn_by_name() -> None:
+    """It is what the drift of a run is the largest of; where energy is not conserved there is none."""
+    run = pp.simulate(SCENES["smooth"], samples=31)
+    assert np.abs(run["energy_drift"]).max() == run.energy().drift
+    (line,) = run.plot("energy_drift").axes[0].lines
+    np.testing.assert_array_equal(line.get_ydata(), run["energy_drift"])
+    with pytest.raises(pp.InputError, match="an effect of this run has no potential"):
+        pp.simulate(SCENES["damped"], samples=3, duration=0.1).plot("energy_drift")
 
 
 def test_animations(tmp_path: Path) -> None:

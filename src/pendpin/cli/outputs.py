@@ -1,6 +1,6 @@
 """What commands write: the files of a run, and the run in a browser."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -36,24 +36,29 @@ def write_run(trajectory: "Trajectory", out: Path, plot: Path | None, html: Path
     return files
 
 
-def save_plot(trajectory: "Trajectory", path: Path, names: tuple[str, ...] = ()) -> Path:
-    """Write the figure of a run, or of quantities of it. Raises InputError."""
+def save_plot(
+    trajectory: "Trajectory", path: Path, names: tuple[str, ...] = (), compare: Sequence["Trajectory"] = ()
+) -> Path:
+    """Write the figure of a run, or of quantities of it, with others on the same axes. Raises InputError."""
+    from pendpin.graphics.compare import runs_of
     from pendpin.graphics.figure import save_plot
 
-    return save_plot(trajectory, path, names)
+    return save_plot(trajectory, path, names, runs_of(trajectory, compare)[1:])
 
 
-def write_page(trajectory: "Trajectory", path: Path) -> Path:
-    """Write the animation of a run as one HTML page. Raises InputError."""
-    from pendpin.graphics.page import write_page
-    from pendpin.graphics.run_drawing import drawing_of
-
-    return write_page(path, drawing_of(trajectory))
+def write_page(trajectory: "Trajectory", path: Path, compare: Sequence["Trajectory"] = ()) -> Path:
+    """Write the animation of a run, with others as ghosts, and the report on them as one HTML page. Raises InputError."""
+    return trajectory.animate(compare).save(path)
 
 
-def show_run(trajectory: "Trajectory") -> None:
-    """Show a run in a browser until Ctrl-C."""
-    from pendpin.graphics.run_drawing import drawing_of
+def show_run(trajectory: "Trajectory", compare: Sequence["Trajectory"] = ()) -> None:
+    """Show a run in a browser until Ctrl-C, with others as ghosts."""
+    from pendpin.crosschecks.crosscheck import verdict_along
+    from pendpin.graphics.compare import runs_of
+    from pendpin.graphics.ghosts import compared_drawing
+    from pendpin.graphics.report import report_of
     from pendpin.graphics.view import serve
 
-    serve(drawing_of(trajectory), ready=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True), open_browser=True)
+    runs = runs_of(trajectory, compare)
+    drawing, report = compared_drawing(runs), report_of(runs, verdict_along)
+    serve(drawing, report, ready=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True), open_browser=True)

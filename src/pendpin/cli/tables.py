@@ -49,7 +49,7 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
         "compiling": stats.compile_seconds and f"{stats.compile_seconds:.4f} s",
         "energy drift": f"{trajectory.energy().drift:.1e} of the energy exchanged" if stats.conservative else "",
         "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
-        "cross-check": report and f"{_crosscheck(report)} along the run",
+        "cross-check": report and report.verdict,
         "note": "; ".join(stats.notes),
         "leaves": "; ".join(leaving(trajectory)),
     }
@@ -70,11 +70,6 @@ def _answers(trajectory: "Trajectory") -> dict[str, str]:
         if later and later.value < found[name].value:
             answers[name] += f"; after half the time {later.value:.6g} {later.unit}"
     return answers | {"extremes": f"those of the {len(trajectory.t)} samples"}
-
-
-def _crosscheck(report: "CheckReport") -> str:
-    worst = report.worst
-    return f"two methods agree to {worst.relative:.1e} (worst: {worst.quantity}), {_verdict(report.ok)},"
 
 
 def _estimated(error: float | None) -> str:

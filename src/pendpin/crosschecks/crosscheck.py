@@ -68,6 +68,15 @@ def along(trajectory: Trajectory) -> CheckReport | None:
     return compare(dynamics, trajectory.q[chosen], trajectory.v[chosen], {}, in_50_digits=0)
 
 
+def verdict_along(trajectory: Trajectory) -> str:
+    """What `along` says, in a few words; "" where nothing covers the run, or its model is gone."""
+    try:
+        report = along(trajectory)
+    except InputError:
+        return ""
+    return report.verdict if report else ""
+
+
 def _regular(dynamics: Dynamics, q: Array) -> Indices:
     """Which of the states q (n, nv) have no thin rod at a pole."""
     thin = [rod.phi for rod in dynamics.model.rods if rod.inertia is not None and rod.inertia.I3 == 0]

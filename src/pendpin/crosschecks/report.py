@@ -80,6 +80,12 @@ class CheckReport:
         return REFERENCE if self.in_50_digits else self.routes[0]
 
     @property
+    def verdict(self) -> str:
+        """What a comparison along a run says, in a few words."""
+        end = "ok" if self.ok else "BROKEN"
+        return f"two methods agree to {self.worst.relative:.1e} (worst: {self.worst.quantity}), {end}, along the run"
+
+    @property
     def fault(self) -> str | None:
         """What is broken, as one line that names the quantities, the suspect and the worst state; None if all is ok."""
         broken = [row for row in self.rows if not row.ok]

@@ -4,9 +4,11 @@ import html
 from pathlib import Path
 
 from pendpin.errors import InputError, MissingLibrary
+from pendpin.graphics.compare import Runs, runs_of
 from pendpin.graphics.film import write_film
+from pendpin.graphics.ghosts import compared_drawing
 from pendpin.graphics.page import page, write_page
-from pendpin.graphics.run_drawing import drawing_of
+from pendpin.graphics.report import Check, report_of
 from pendpin.trajectory import Trajectory
 
 HEIGHT = 600  # pixels, of the player in a notebook
@@ -16,37 +18,39 @@ SUFFIXES = (".html", ".gif", ".mp4")
 class Animation:
     """The motion of a run. In a notebook it shows itself; `save` writes it."""
 
-    def __init__(self, run: Trajectory) -> None:
-        self._run = run
+    def __init__(self, run: Trajectory, compare: Runs = None, check: Check | None = None) -> None:
+        self._runs = runs_of(run, compare)
+        self._check = check  # a cross-check along a run, for the report
 
     def save(self, path: str | Path) -> Path:
         """Write it as .html (the player, with nothing else needed), .gif or .mp4, whole or not at all.
 
-        The page's address may end in what it shall show, as in run.html#t=1.5&view=above&speed=5&reactions=on.
+        The page holds a report on the run below the player. Its address may end in what it shall show, as in
+        run.html#t=1.5&view=above&speed=5&reactions=on&frames=on.
         Raises InputError for other names, MissingLibrary for .mp4 without imageio-ffmpeg.
         """
         path = Path(path)
         match path.suffix.lower():
             case ".html":
-                return write_page(path, drawing_of(self._run))
+                return write_page(path, compared_drawing(self._runs), report_of(self._runs, self._check))
             case ".gif" | ".mp4" as suffix:
-                return write_film(path, self._run, suffix)
+                return write_film(path, self._runs[0], suffix)
         raise InputError(f"{path}: an animation's name ends in one of: {', '.join(SUFFIXES)}")
 
     def __repr__(self) -> str:
-        run = self._run
+        run = self._runs[0]
         return f"Animation of {run.t[-1] - run.t[0]:g} s: .save('run.html'), .gif or .mp4; a notebook shows it"
 
     def _repr_html_(self) -> str:
-        return frame_of(self._run)
+        return frame_of(*self._runs)
 
 
-def frame_of(run: Trajectory) -> str:
-    """The player of a run as a frame for a notebook; what stands in its way, where it cannot be drawn."""
-    if not len(run.t):
+def frame_of(*runs: Trajectory) -> str:
+    """The player of a run, or of several, as a frame for a notebook; what stands in its way, where it cannot be drawn."""
+    if not len(runs[0].t):
         return ""
     try:
-        content = page(drawing_of(run))
+        content = page(compared_drawing(runs))
     except (InputError, MissingLibrary) as error:
         return f"<p>{html.escape(str(error))}</p>"
     return (

@@ -39,14 +39,45 @@ class Shape:
             raise ValueError(f"placement has shape {self.placement.shape}, not (4, 4)")
 
 
+class Quantity(NamedTuple):
+    """One quantity against time: its name, its unit ("" of a ratio) and its values (n,)."""
+
+    name: str
+    unit: str
+    values: Array
+
+
+class Curve(NamedTuple):
+    """One curve of a plot: the quantity, what it is called there, its colour, and what is subtracted from it."""
+
+    name: str
+    label: str
+    color: str
+    minus: float = 0.0
+
+
 class Plot(NamedTuple):
-    """Curves against time: values (n, k) of k quantities with their names and colours, in one unit."""
+    """Several curves together, all of them of one unit."""
 
     title: str
-    unit: str
-    names: tuple[str, ...]
-    values: Array
-    colors: tuple[str, ...]
+    curves: tuple[Curve, ...]
+
+
+class Joint(NamedTuple):
+    """A joint to be looked at closely: the body that it moves, and the one that it hangs on (WORLD: none that moves).
+
+    axes and base, both (3, 3), are frames as columns, one in each of the two bodies' frames, which coincide where all angles
+    are 0: b1, b2, b3 of a rod on a universal joint, else x, y, z. length and radius are those of the body, in m.
+    """
+
+    name: str
+    body: int
+    above: int
+    axes: Array
+    base: Array
+    length: float
+    radius: float
+    universal: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +86,10 @@ class Drawing:
 
     t (n,) in s, rising; poses (n, bodies, 4, 4) of the bodies, one or more; trail (n, 3) in m, the path of the tip, and
     its velocity (n, 3) in m/s; extent in m, the size of the whole, which sets how thick the thinnest lines are. Where
-    known: forces (n, bodies, 3) in N, of the joints on the bodies, at their origins; plots; `support`, the body from which
-    the others hang; and notes to be shown. Raises ValueError where these do not fit together.
+    known: forces (n, bodies, 3) in N and moments (n, bodies, 3) in N m, of the joints on the bodies, at their origins;
+    quantities to be plotted, and plots of several of them; joints to be looked at; `support`, the body from which the others
+    hang; notes to be shown; a label that tells this motion from `others`, which are drawn with it as ghosts. Raises
+    ValueError where these do not fit together.
     """
 
     title: str
@@ -67,15 +100,20 @@ class Drawing:
     extent: float
     velocity: Array | None = None
     forces: Array | None = None
+    moments: Array | None = None
+    quantities: tuple[Quantity, ...] = ()
     plots: tuple[Plot, ...] = ()
+    joints: tuple[Joint, ...] = ()
     support: int | None = None
     notes: tuple[str, ...] = ()
+    label: str = ""
+    others: tuple["Drawing", ...] = ()
 
     def __post_init__(self) -> None:
         n, bodies = self.poses.shape[:2]
         parts = [(self.t, (n,)), (self.poses, (n, bodies, 4, 4)), (self.trail, (n, 3))]
-        parts += [(self.velocity, (n, 3)), (self.forces, (n, bodies, 3))]
-        parts += [(plot.values, (n, len(plot.names))) for plot in self.plots]
+        parts += [(self.velocity, (n, 3)), (self.forces, (n, bodies, 3)), (self.moments, (n, bodies, 3))]
+        parts += [(quantity.values, (n,)) for quantity in self.quantities]
         given = [(values, shape) for values, shape in parts if values is not None]
         if n < 1 or bodies < 1 or any(values.shape != shape for values, shape in given):
             raise ValueError(
@@ -96,7 +134,10 @@ class Drawing:
         )
         velocity = None if self.velocity is None else factor * self.velocity
         poses, trail = _with_lengths(self.poses, factor), factor * self.trail
-        return replace(self, poses=poses, shapes=shapes, trail=trail, extent=factor * self.extent, velocity=velocity)
+        joints = tuple(j._replace(length=factor * j.length, radius=factor * j.radius) for j in self.joints)
+        others = tuple(other.scaled(factor) for other in self.others)
+        moved = {"poses": poses, "shapes": shapes, "trail": trail, "velocity": velocity, "joints": joints}
+        return replace(self, **moved, extent=factor * self.extent, others=others)
 
 
 def _with_lengths(poses: Array, factor: float) -> Array:

@@ -1,18 +1,21 @@
 """A run as one figure: panels against time, the path of the tip beside them; or chosen quantities on one axes."""
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from pendpin.errors import InputError
 from pendpin.files import write_whole
+from pendpin.graphics.compare import Runs, labels_of, runs_of
 from pendpin.graphics.panels import (
     COLORS,
     MOST_JOINTS,
     PATHS,
+    draw_distance,
     draw_drift,
     draw_quantities,
     panels_of,
@@ -28,14 +31,18 @@ LEFT, WIDTH, ROW, LOW, PATH, TOP, BOTTOM = 1.0, 6.2, 1.9, 1.1, 3.2, 0.75, 0.55  
 MOST_TURNS, FAINT = 200, 0.5  # beyond so many turning points lines become areas, through which others are seen
 LABEL = 0.62  # inches, from an axis to its name: to find a place for it, matplotlib would draw everything twice
 TICKS = 6  # of an axis at most, and one: drawing them takes half the time of a figure
-LEAST = 4.0  # inches, of the panels where paths are beside them
+LEAST = 6.0  # inches, of the panels where paths are beside them
 LETTER = 0.066  # inches, of a legend
+DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 1.5, 1, 1.5)))  # of the first run, the second, ...
+MARKS = ("\u2014", "\u2013 \u2013", "\u00b7\u00b7\u00b7", "\u2013\u00b7\u2013")  # the same in letters
 MOST_LETTERS = 90  # of a title
 
 
-def save_plot(trajectory: Trajectory, path: str | Path, names: tuple[str, ...] = ()) -> Path:
+def save_plot(
+    trajectory: Trajectory, path: str | Path, names: tuple[str, ...] = (), compare: Sequence[Trajectory] = ()
+) -> Path:
     """Write the figure of a run, or of quantities of it, to a .png, .pdf or .svg file, whole. Raises InputError."""
-    return write_figure(path, lambda: draw(trajectory, names))
+    return write_figure(path, lambda: draw(trajectory, names, compare))
 
 
 def write_figure(path: str | Path, drawn: Callable[[], Any]) -> Path:
@@ -67,36 +74,58 @@ def picture_kind(path: Path) -> str:
     return kind
 
 
-def draw(run: Trajectory, names: tuple[str, ...] = ()) -> Any:
-    """The figure of a run, or of quantities of it by name: a matplotlib Figure that needs no display."""
+def draw(run: Trajectory, names: tuple[str, ...] = (), compare: Sequence[Trajectory] = ()) -> Any:
+    """The figure of a run, or of quantities of it by name: a matplotlib Figure that needs no display.
+
+    Runs to `compare` are drawn with dashes over the first, on the same axes, and their distance from it below.
+    """
     from matplotlib.figure import Figure
 
     figure: Any = Figure()
+    runs = [run, *compare]
     panels, sides = (quantity_panels(run, names), ()) if names else (panels_of(run), PATHS)
+    if compare and not names:
+        panels = [*panels, draw_distance]
     axes, paths = ([figure.add_axes((0, 0, 1, 1)) for _ in some] for some in (panels, sides))
     for draw_panel, ax in zip((*panels, *sides), (*axes, *paths), strict=True):
-        ax.set_prop_cycle(color=COLORS)
-        draw_panel(ax, run)
+        draw_runs(draw_panel, ax, runs)
         ax.grid(alpha=0.25, linewidth=0.6)
         ax.spines[["top", "right"]].set_visible(False)
-        ax.locator_params(nbins=TICKS)
-        ax.ticklabel_format(axis="y" if ax in axes else "both", style="sci", scilimits=(-3, 4), useOffset=False)
+        if draw_panel is not draw_distance:  # its axis is logarithmic
+            ax.locator_params(nbins=TICKS)
+            ax.ticklabel_format(axis="y" if ax in axes else "both", style="sci", scilimits=(-3, 4), useOffset=False)
     for ax in axes:
         for line in ax.lines:
-            line.set_alpha(FAINT if turns(run) > MOST_TURNS else 1.0)
+            line.set_alpha(FAINT if turns(run) > MOST_TURNS else line.get_alpha())
         ax.sharex(axes[0])
         ax.tick_params(labelbottom=ax is axes[-1])
         if ax.get_legend_handles_labels()[0]:
             ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
     axes[-1].set_xlabel("time, s")
     _place(figure, axes, paths, [LOW if panel is draw_drift else ROW for panel in panels])
-    _write_title(figure, run)
-    figure._repr_png_ = lambda: _png(figure)  # a notebook shows it, without pyplot too
+    _write_title(figure, runs)
+    figure._repr_png_ = lambda: picture_of(figure)  # a notebook shows it, without pyplot too
     return figure
 
 
-def _png(figure: Any) -> bytes:
-    """The picture of a figure."""
+def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[Trajectory]) -> None:
+    """A panel of the first run, and those of the others on it: each with its dashes, and without names of its own."""
+    if draw_panel is draw_distance:
+        return draw_distance(ax, runs)
+    for i, run in enumerate(runs):
+        ax.set_prop_cycle(color=COLORS)
+        before = set(ax.lines)
+        draw_panel(ax, run)
+        if len(runs) > 1 and not i and run.tips.shape[1] == 1:  # colours tell theta from phi, dashes the runs
+            for line in ax.lines:
+                line.set_linestyle("-" if line.get_linestyle() == "--" else line.get_linestyle())
+        for line in set(ax.lines) - before if i else ():
+            line.set(linestyle=DASHES[i % len(DASHES)], label="_another run", linewidth=1.8, alpha=0.75)
+    return None
+
+
+def picture_of(figure: Any) -> bytes:
+    """The picture of a figure, as PNG."""
     with BytesIO() as file, plain_text():
         figure.savefig(file, format="png", dpi=DPI / 2)
         return file.getvalue()
@@ -112,28 +141,35 @@ def _place(figure: Any, axes: list[Any], paths: list[Any], rows: list[float]) ->
     width, height = beside + (LEFT + PATH + 0.2) * bool(paths), TOP + inner + BOTTOM
     rows, x = [row * inner / sum(rows) for row in rows], beside + LEFT
     places = [(LEFT, sum(rows[i + 1 :]), WIDTH, row - 0.25) for i, row in enumerate(rows)]
-    places += [(x, inner / 2 + 0.35, PATH, inner / 2 - 0.6), (x, 0, PATH, inner / 2 - 0.6)][: len(paths)]
+    share = inner / max(1, len(paths))
+    places += [
+        (x, inner - (i + 1) * share + 0.45 * (i + 1 < len(paths)), PATH, share - 0.85) for i in range(len(paths))
+    ]
     figure.set_size_inches(width, height)
     for ax, (x, y, w, h) in zip((*axes, *paths), places, strict=True):
         ax.set_position((x / width, (BOTTOM + y) / height, w / width, h / height))
         ax.yaxis.set_label_coords(-LABEL / w, 0.5)
 
 
-def _write_title(figure: Any, run: Trajectory) -> None:
-    """The scene's title, and how it was integrated."""
+def _write_title(figure: Any, runs: Sequence[Trajectory]) -> None:
+    """The scene's title, and how it was integrated; of several runs, which is which."""
     width, height = figure.get_size_inches()
-    stats = run.stats
+    stats = runs[0].stats
     how = f"{stats.method}, {stats.setting}, {stats.evaluations} evaluations"
-    for text, y, style in ((run.title, 0.12, {"weight": "bold", "fontsize": 13}), (how, 0.4, {"fontsize": 9})):
-        figure.text(LEFT / width, 1 - y / height, plain_name(text, MOST_LETTERS), va="top", **style)
+    if len(runs) > 1:
+        how = "   ".join(f"{mark} {label}" for mark, label in zip(MARKS, labels_of(runs), strict=False))
+    for text, y, style in ((runs[0].title, 0.12, {"weight": "bold", "fontsize": 13}), (how, 0.4, {"fontsize": 9})):
+        most = MOST_LETTERS * (1 if style.get("weight") else len(runs))
+        figure.text(LEFT / width, 1 - y / height, plain_name(text, most), va="top", **style)
 
 
-def plot(run: Trajectory, names: tuple[str, ...], ax: Any = None) -> Any:
+def plot(run: Trajectory, names: tuple[str, ...], ax: Any = None, compare: Runs = None) -> Any:
     """As `Trajectory.plot`."""
+    runs = runs_of(run, compare)
     if ax is None:
         with plain_text():
-            return draw(run, names)
-    draw_quantities(ax, run, names or run.joints[:MOST_JOINTS])
+            return draw(run, names, runs[1:])
+    draw_runs(partial(draw_quantities, names=names or run.joints[:MOST_JOINTS]), ax, runs)
     ax.set_xlabel("time, s")
     ax.legend(fontsize=9)
     return ax

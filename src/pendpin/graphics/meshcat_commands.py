@@ -26,7 +26,7 @@ def commands(drawing: Drawing, bodies: list[int]) -> list[dict[str, Any]]:
     return [
         *(_property("/Background", key, color) for key, color in SKY.items()),
         *(_property(path, "visible", False) for path in hidden),
-        {"type": "set_object", "path": "/pendpin/bodies", "object": _solids(drawing, bodies)},
+        {"type": "set_object", "path": "/pendpin/bodies", "object": solids(drawing, bodies)},
     ]
 
 
@@ -37,8 +37,8 @@ def _property(path: str, key: str, value: Any) -> dict[str, Any]:
     return {"type": "set_property", "path": path, "property": key, "value": value}
 
 
-def _solids(drawing: Drawing, bodies: list[int]) -> dict[str, Any]:
-    """All shapes as one three.js object: a group per body, equal geometries and materials held once."""
+def solids(drawing: Drawing, bodies: list[int], color: int | None = None) -> dict[str, Any]:
+    """All shapes as one three.js object: a group per body, equal geometries and materials held once; in one colour."""
     geometries: dict[Any, dict[str, Any]] = {}
     materials: dict[int, dict[str, Any]] = {}
     groups: dict[int, list[dict[str, Any]]] = {body: [] for body in [*bodies, WORLD]}
@@ -47,7 +47,8 @@ def _solids(drawing: Drawing, bodies: list[int]) -> dict[str, Any]:
         key = (shape.geometry, shape.size, shape.path)
         if key not in geometries:
             geometries[key] = {"uuid": f"geometry_{len(geometries)}"} | _geometry(shape, THINNEST * drawing.extent)
-        material = materials.setdefault(shape.color, _material(shape.color))
+        tone = shape.color if color is None else color
+        material = materials.setdefault(tone, _material(tone))
         solid = {
             "type": "Mesh",
             "geometry": geometries[key]["uuid"],
@@ -60,7 +61,7 @@ def _solids(drawing: Drawing, bodies: list[int]) -> dict[str, Any]:
         "metadata": {"version": 4.5, "type": "Object"},
         "geometries": list(geometries.values()),
         "materials": list(materials.values()),
-        "object": _group("solids", [_group(names[body], solids) for body, solids in groups.items()]),
+        "object": _group("solids", [_group(names[body], parts) for body, parts in groups.items()]),
     }
 
 

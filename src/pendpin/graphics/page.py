@@ -19,31 +19,35 @@ from numpy.typing import NDArray
 from pendpin.arrays import Array
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.files import write_whole
-from pendpin.graphics.drawing import WORLD, Drawing, Plot
-from pendpin.graphics.meshcat_commands import base64_of, commands
+from pendpin.graphics.drawing import WORLD, Drawing, Joint, Quantity
+from pendpin.graphics.meshcat_commands import base64_of, commands, solids
+from pendpin.graphics.panels import NOTHING
 from pendpin.graphics.path import smooth_trail
 
-SCRIPTS = ("scene.js", "arrows.js", "plots.js", "player.js")  # in this order
+SCRIPTS = ("scene.js", "arrows.js", "frames.js", "plots.js", "player.js")  # in this order
 FRAMES_PER_SECOND = 60  # at most: what a screen shows
 POSES = 120_000  # key poses in a page at most, 19 bytes each: of 1,000 rods, a page below 5 MB with 20 frames a second
 DRAWN = (1e-3, 1e4)  # m, extents that a browser draws as they are; its numbers have 24 bits
 LEAST_FRAMES = 600  # where the samples give as many: a run of less than 10 s is looked at slowly
 TRAIL_POINTS = 30_000  # at most
-PLOT_POINTS = 5000  # of a curve, at most
+PLOTTED = 400_000  # numbers of all curves in a page at most, 2 bytes each
+LEAST_PLOTTED = 600  # of a curve, where the samples give as many
+LEVELS = 65535  # of a plotted number, between the least and the largest of its curve
+GHOSTS = (0x009E73, 0xCC79A7, 0x56B4E9)  # colours of further runs
 
 
-def write_page(path: str | Path, drawing: Drawing) -> Path:
+def write_page(path: str | Path, drawing: Drawing, report: str = "") -> Path:
     """Write the page of a drawing, whole or not at all. Raises InputError where the path or a mesh refuses."""
-    text = page(drawing)
+    text = page(drawing, report)
     return write_whole(Path(path), lambda file: file.write(text.encode(errors="replace")))
 
 
-def page(drawing: Drawing, *, live: bool = False) -> str:
+def page(drawing: Drawing, report: str = "", *, live: bool = False) -> str:
     """The page of a drawing: self-contained HTML that plays in real time and never touches the network.
 
-    It shows what its address asks for after a #: t=1.5 (s; paused there), view=above, speed=5, reactions=on.
-    A `live` page asks the server it came from now and then whether it is still there. Raises InputError for
-    a mesh that cannot be read.
+    It shows what its address asks for after a #: t=1.5 (s; paused there), view=above, speed=5, reactions=on, frames=on.
+    A `report`, HTML to be trusted, stands below the player. A `live` page asks the server it came from now and then
+    whether it is still there. Raises InputError for a mesh that cannot be read.
     """
     parts = {
         "policy": _policy(live),
@@ -52,6 +56,7 @@ def page(drawing: Drawing, *, live: bool = False) -> str:
         "licenses": _viewer("main.min.js.LICENSE.txt"),
         "viewer": _viewer("main.min.js"),
         "drawing": _json(contents(drawing) | {"live": live}),
+        "report": report,
         "script": "\n".join(map(_own, SCRIPTS)),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], _own("page.html"))
@@ -63,56 +68,94 @@ def _json(value: Any) -> str:
 
 
 def contents(drawing: Drawing) -> dict[str, Any]:
-    """What the player reads, for JSON: meshcat's commands, key poses of the bodies that are seen, and the trail."""
+    """What the player reads, for JSON: meshcat's commands, key poses of the bodies that are seen, trails and curves."""
     drawing = _lasting(drawing)
     if not DRAWN[0] <= drawing.extent <= DRAWN[1]:
         drawing = drawing.scaled(1 / drawing.extent)
-    bodies = sorted({shape.body for shape in drawing.shapes} - {WORLD}) or [0]
-    start, duration = float(drawing.t[0]), float(drawing.t[-1] - drawing.t[0])
-    rate = max(FRAMES_PER_SECOND, LEAST_FRAMES / duration)
-    keys = pick(drawing.t, rate, POSES // len(bodies))
-    poses = drawing.poses[keys][:, bodies]
-    return {
-        "commands": commands(drawing, bodies),
-        "start": start,
-        "duration": duration,
+    found = _motion(drawing, drawing.t[0])
+    ghosts = [
+        _motion(_lasting(other), drawing.t[0]) | {"solids": solids(other, _bodies(other), color)}
+        for other, color in zip(drawing.others, GHOSTS, strict=False)
+    ]
+    return found | {
+        "commands": commands(drawing, _bodies(drawing)),
         "extent": float(drawing.extent),
-        "bodies": len(bodies),
-        "support": bodies.index(drawing.support) if drawing.support in bodies else None,
-        "times": _floats(drawing.t[keys] - start),
-        "positions": _integers(poses[..., :3, 3].swapaxes(0, 1)),
-        "quaternions": _integers(quaternions(poses[..., :3, :3]).swapaxes(0, 1)),
-        "forces": None if drawing.forces is None else _forces(drawing.forces[keys][:, bodies]),
-        "trail": _trail(drawing, rate),
-        "plots": _plots(drawing),
+        "start": float(drawing.t[0]),
+        "joints": [_joint(joint, _bodies(drawing)) for joint in drawing.joints],
+        "ghosts": ghosts,
         "notes": drawing.notes,
     }
 
 
-def _trail(drawing: Drawing, rate: float) -> dict[str, Any]:
+def _bodies(drawing: Drawing) -> list[int]:
+    """The bodies that are seen."""
+    return sorted({shape.body for shape in drawing.shapes} - {WORLD}) or [0]
+
+
+def _motion(drawing: Drawing, zero: float) -> dict[str, Any]:
+    """Key poses, forces, trail and curves of a motion, at times from `zero` s on."""
+    bodies = _bodies(drawing)
+    duration = float(drawing.t[-1] - drawing.t[0])
+    rate = max(FRAMES_PER_SECOND, LEAST_FRAMES / duration)
+    keys = pick(drawing.t, rate, POSES // len(bodies))
+    poses = drawing.poses[keys][:, bodies]
+    return {
+        "label": drawing.label,
+        "duration": duration,
+        "bodies": len(bodies),
+        "support": bodies.index(drawing.support) if drawing.support in bodies else None,
+        "times": _floats(drawing.t[keys] - zero),
+        "positions": _integers(poses[..., :3, 3].swapaxes(0, 1)),
+        "quaternions": _integers(quaternions(poses[..., :3, :3]).swapaxes(0, 1)),
+        "forces": _fractions(drawing.forces, keys, bodies),
+        "moments": _moments(drawing, keys, bodies),
+        "trail": _trail(drawing, rate, zero),
+        "curves": _curves(drawing, zero),
+        "plots": [{"title": plot.title, "curves": [c._asdict() for c in plot.curves]} for plot in drawing.plots],
+    }
+
+
+def _joint(joint: Joint, bodies: list[int]) -> dict[str, Any]:
+    """A joint for JSON, with the places of its bodies among those that are seen; None for what does not move."""
+    body, above = (bodies.index(one) if one in bodies else None for one in (joint.body, joint.above))
+    places: dict[str, Any] = {"body": body, "above": above}
+    return joint._asdict() | places | {"axes": joint.axes.tolist(), "base": joint.base.tolist()}
+
+
+def _trail(drawing: Drawing, rate: float, zero: float) -> dict[str, Any]:
     """The path of the tip, `rate` points a second or more."""
     times, points = smooth_trail(drawing, rate, TRAIL_POINTS)
-    return {"times": _floats(times - drawing.t[0]), "points": _integers(points)}
+    return {"times": _floats(times - zero), "points": _integers(points)}
 
 
-def _forces(forces: Array) -> dict[str, Any] | None:
-    """Forces (n, bodies, 3) in N over the largest of them; None where nothing is held."""
-    largest = float(np.linalg.norm(forces, axis=-1).max())
-    return {"largest": largest, **_integers(forces.swapaxes(0, 1) / largest)} if largest else None
+def _fractions(vectors: Array | None, keys: NDArray[np.intp], bodies: list[int]) -> dict[str, Any] | None:
+    """Vectors (n, bodies, 3) at some times over the largest of them; None where there are none but 0."""
+    largest = 0.0 if vectors is None else float(np.linalg.norm(vectors[keys][:, bodies], axis=-1).max())
+    if vectors is None or not largest > 0:
+        return None
+    return {"largest": largest, **_integers(vectors[keys][:, bodies].swapaxes(0, 1) / largest)}
 
 
-def _plots(drawing: Drawing) -> dict[str, Any]:
-    """The curves, each from 0 at the lowest value of its plot to 1 at the highest."""
-    rows = pick(drawing.t, np.inf, PLOT_POINTS)
-    return {"times": _floats(drawing.t[rows] - drawing.t[0]), "plots": [_plot(plot, rows) for plot in drawing.plots]}
+def _moments(drawing: Drawing, keys: NDArray[np.intp], bodies: list[int]) -> dict[str, Any] | None:
+    """As `_fractions` of the moments, where they are more than the rounding of the forces."""
+    found, forces = _fractions(drawing.moments, keys, bodies), _fractions(drawing.forces, keys, bodies)
+    rounding = NOTHING * drawing.extent * forces["largest"] if forces else 0.0
+    return found if found and found["largest"] > rounding else None
 
 
-def _plot(plot: Plot, rows: NDArray[np.intp]) -> dict[str, Any]:
-    low, high = float(plot.values.min()), float(plot.values.max())
+def _curves(drawing: Drawing, zero: float) -> dict[str, Any]:
+    """The quantities, each in LEVELS from its least to its largest value, at as many samples as there is room for."""
+    rows = pick(drawing.t, np.inf, max(LEAST_PLOTTED, PLOTTED // max(1, len(drawing.quantities))))
+    quantities = [_levels(quantity, rows) for quantity in drawing.quantities]
+    return {"times": _floats(drawing.t[rows] - zero), "quantities": quantities}
+
+
+def _levels(quantity: Quantity, rows: NDArray[np.intp]) -> dict[str, Any]:
+    low, high = float(quantity.values.min()), float(quantity.values.max())
     middle, least = (low + high) / 2, 1e-9 * max(abs(low), abs(high)) or 1.0  # what varies by less is a straight line
     low, high = min(low, middle - least), max(high, middle + least)
-    curves = [_floats(curve) for curve in (plot.values[rows].T - low) / (high - low)]
-    return {**plot._asdict(), "values": curves, "low": low, "high": high}
+    data = (LEVELS * ((quantity.values[rows] - low) / (high - low))).round().astype("<u2").tobytes()
+    return {"name": quantity.name, "unit": quantity.unit, "low": low, "high": high, "data": base64_of(data)}
 
 
 def _lasting(drawing: Drawing) -> Drawing:
@@ -120,10 +163,11 @@ def _lasting(drawing: Drawing) -> Drawing:
     if len(drawing.t) > 1:
         return drawing
     twice = {name: np.repeat(getattr(drawing, name), 2, axis=0) for name in ("poses", "trail")}
-    plots = tuple(plot._replace(values=np.repeat(plot.values, 2, axis=0)) for plot in drawing.plots)
-    forces = None if drawing.forces is None else np.repeat(drawing.forces, 2, axis=0)
+    quantities = tuple(quantity._replace(values=np.repeat(quantity.values, 2)) for quantity in drawing.quantities)
     t = drawing.t[0] + np.array([0.0, 1.0])
-    return replace(drawing, t=t, velocity=None, forces=forces, plots=plots, **twice)
+    loads = {name: getattr(drawing, name) for name in ("forces", "moments")}
+    twice |= {name: None if given is None else np.repeat(given, 2, axis=0) for name, given in loads.items()}
+    return replace(drawing, t=t, velocity=None, quantities=quantities, **twice)
 
 
 def pick(t: Array, per_second: float, most: int) -> NDArray[np.intp]:

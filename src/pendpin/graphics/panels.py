@@ -1,15 +1,16 @@
 """The panels of a run's figure: energy, positions, reactions against time, and the path of the tip."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from pendpin.errors import one_line
+from pendpin.graphics.compare import distance, labels_of, rows_within
 from pendpin.graphics.path import smooth
 from pendpin.trajectory import Trajectory
-from pendpin.trajectory.columns import named_with_units, unit_of
+from pendpin.trajectory.columns import DRIFT, named_with_units, unit_of
 
 # Colours that colour-blind people tell apart (Okabe and Ito, Color Universal Design, 2008).
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -48,11 +49,25 @@ def draw_energy(ax: Any, run: Trajectory) -> None:
 
 def draw_drift(ax: Any, run: Trajectory) -> None:
     """The change of the energy, which should be none, divided by the energy exchanged."""
-    energy = run.energy()
-    ax.plot(run.t, (energy.total - energy.total[0]) / energy.exchanged[-1], color=BLACK, linewidth=0.9)
+    ax.plot(run.t, run[DRIFT], color=BLACK, linewidth=0.9)
     for label in ("change of the sum /", "energy exchanged"):
         ax.plot([], [], " ", label=label)
     ax.set_ylabel("energy drift")
+
+
+def draw_distance(ax: Any, runs: Sequence[Trajectory]) -> None:
+    """How far the tips of further runs are from that of the first, on a logarithmic axis; 0 is not drawn."""
+    labels = labels_of(runs)
+    for color, label, run in zip(COLORS, labels[1:], runs[1:], strict=False):
+        apart = distance(run, runs[0])
+        ax.plot(
+            run.t[rows_within(run, runs[0])],
+            np.where(apart > 0, apart, np.nan),
+            label=plain_name(label, 24),
+            color=color,
+        )
+    ax.set_yscale("log")
+    ax.set_ylabel("tips apart, m")
 
 
 def draw_positions(ax: Any, run: Trajectory) -> None:
@@ -119,11 +134,16 @@ def draw_path_from_above(ax: Any, run: Trajectory) -> None:
     ax.set_title("path of the tip, from above", fontsize=10)
 
 
+def draw_path_from_the_front(ax: Any, run: Trajectory) -> None:
+    """The tip's path in the plane of y and z: the axes do not depend on the motion, so that runs compare."""
+    _draw_path(ax, run, 1, 2)
+    ax.set_title("from the front", fontsize=10)
+
+
 def draw_path_from_the_side(ax: Any, run: Trajectory) -> None:
-    """The tip's path in a vertical plane, of x and z or of y and z, in which it moves farther."""
-    x, y, _ = np.ptp(run.tips[:, -1], axis=0)
-    _draw_path(ax, run, 0 if x >= y else 1, 2)
-    ax.set_title("path of the tip, from the side", fontsize=10)
+    """The tip's path in the plane of x and z."""
+    _draw_path(ax, run, 0, 2)
+    ax.set_title("from the side", fontsize=10)
 
 
 def _draw_path(ax: Any, run: Trajectory, right: int, up: int) -> None:
@@ -138,7 +158,7 @@ def _draw_path(ax: Any, run: Trajectory, right: int, up: int) -> None:
     ax.set(xlabel=f"{'xyz'[right]}, m", ylabel=f"{'xyz'[up]}, m")
 
 
-PATHS: tuple[Panel, ...] = (draw_path_from_above, draw_path_from_the_side)
+PATHS: tuple[Panel, ...] = (draw_path_from_above, draw_path_from_the_front, draw_path_from_the_side)
 
 
 def quantity_panels(run: Trajectory, names: tuple[str, ...]) -> list[Panel]:
@@ -152,7 +172,7 @@ def draw_quantities(ax: Any, run: Trajectory, names: tuple[str, ...]) -> None:
     """Quantities by name on one axes, with their units."""
     for name in names:
         ax.plot(run.t, run[name], label=plain_name(name), linewidth=1.2)
-    ax.set_ylabel(", ".join(dict.fromkeys(unit_of(run, name) for name in names)))
+    ax.set_ylabel(", ".join(dict.fromkeys(unit_of(run, name) or "over the energy exchanged" for name in names)))
 
 
 def _count(run: Trajectory) -> int:

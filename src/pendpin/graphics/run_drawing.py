@@ -1,12 +1,14 @@
 """From a run to what is drawn: solids and their poses over time, the tip's path, joint forces, curves."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.effects import FrameEffect, Support
 from pendpin.errors import InputError
-from pendpin.graphics.drawing import Drawing, Plot, Shape
-from pendpin.graphics.panels import BLACK, COLORS, joints_shown
+from pendpin.graphics.curves import plots_of, quantities_of
+from pendpin.graphics.drawing import WORLD, Drawing, Joint, Shape
 from pendpin.graphics.shapes import rod_shapes, urdf_shapes
 from pendpin.model import kinematics
 from pendpin.model.build import Model
@@ -14,7 +16,6 @@ from pendpin.model.of_run import model_of
 from pendpin.model.urdf_written import ignored
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import Trajectory
-from pendpin.trajectory.columns import named_with_units
 
 
 def drawing_of(trajectory: Trajectory) -> Drawing:
@@ -29,8 +30,8 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
     joints, shapes = _shapes(scene, model, extent)
     as_rods = joints is not None
     poses = kinematics.poses(model, trajectory.q) if as_rods else kinematics.joint_poses(model, trajectory.q)
-    held = trajectory.wrench[:, joints if as_rods else slice(None), :3, None]
-    forces = (poses[..., :3, :3] @ held)[..., 0]
+    wrench = trajectory.wrench[:, joints if as_rods else slice(None)]
+    forces, moments = ((poses[..., :3, :3] @ wrench[..., part, None])[..., 0] for part in (slice(3), slice(3, 6)))
     poses = np.pad(poses, ((0, 0), (0, 1), (0, 0), (0, 0)))
     poses[:, -1] = np.eye(4)
     poses[..., :3, 3] += position[:, None]
@@ -43,8 +44,12 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
         extent=extent,
         velocity=_tip_velocity(model, trajectory) + velocity,
         forces=np.pad(forces, ((0, 0), (0, 1), (0, 0))),
-        plots=_plots(trajectory),
-        support=len(model.bodies) if as_rods else None,
+        moments=np.pad(moments, ((0, 0), (0, 1), (0, 0))),
+        quantities=quantities_of(trajectory),
+        plots=plots_of(trajectory),
+        joints=tuple(_joints(model, joints, extent)),
+        support=poses.shape[1] - 1 if as_rods or trajectory.rods is not None else None,
+        label=f"{trajectory.stats.method}, {trajectory.stats.setting}",
         notes=ignored(model.written or (), scene.effects),  # limits among them, which a motion may be seen to pass
     )
 
@@ -100,15 +105,18 @@ def _tip_velocity(model: Model, trajectory: Trajectory) -> Array:
     return (after - before) / (2 * step)
 
 
-def _plots(run: Trajectory) -> tuple[Plot, ...]:
-    """Energies, the potential counted from its least so that both fill the plot, and the joints' positions."""
-    potential, joints = run.potential - run.potential.min(), joints_shown(run)
-    energies = np.stack([run.kinetic, potential, run.kinetic + potential], -1)
-    names, unit = named_with_units(run, joints)
-    left_out = f", {len(joints)} of {len(run.joints)} joints" * (len(joints) < len(run.joints))
-    return (
-        Plot(
-            "Energy, potential above its least", "J", ("kinetic", "potential", "sum"), energies, (*COLORS[1::-1], BLACK)
-        ),
-        Plot(f"Position{left_out}", unit, names, run.q[:, joints], COLORS[: len(joints)]),
-    )
+def _joints(model: Model, rods: list[int] | None, extent: float) -> Iterator[Joint]:
+    """The joints of rods; of a tree without any, all joints. `rods` are the joints of the bodies drawn, None for all."""
+    bodies = list(range(len(model.joints))) if rods is None else rods
+    index = {joint: i for i, joint in enumerate(bodies)}
+    links = {body.joint: body for body in model.bodies}
+    if model.rods:
+        for i, rod in enumerate(model.rods, start=1):
+            body = links[rod.phi]
+            above = index.get(kinematics.parent_joint(model, rod.theta), WORLD)
+            size = float(np.linalg.norm(body.tip)) or 0.3 * extent
+            yield Joint(f"joint {i}", index[rod.phi], above, rod.frame, rod.base, size, body.radius, True)
+        return
+    for joint in bodies:
+        above = index.get(kinematics.parent_joint(model, joint), WORLD)
+        yield Joint(model.joints[joint], index[joint], above, np.eye(3), np.eye(3), 0.3 * extent, 0.0, False)

@@ -18,6 +18,7 @@ ADDRESS = "127.0.0.1"
 
 def serve(
     drawing: Drawing,
+    report: str = "",
     *,
     port: int = 0,
     ready: Callable[[str], object] = lambda url: None,
@@ -29,7 +30,7 @@ def serve(
     Only this machine can reach it. Port 0 means any free one. `ready` is called with the address once it answers; every
     browser that opens it sees the whole motion. Raises InputError where the port is taken or not allowed.
     """
-    content = page(drawing, live=True).encode(errors="replace")
+    content = page(drawing, report, live=True).encode(errors="replace")
     end = None if duration is None else time.monotonic() + duration
     with _listen(port, content) as server:
         url = f"http://{ADDRESS}:{server.server_address[1]}/"

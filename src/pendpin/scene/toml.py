@@ -50,13 +50,18 @@ def _parsed(path: Path) -> dict[str, Any]:
 def write_toml(path: Path, scene: Record) -> Path:
     """Write a scene to a file, whole or not at all. Raises InputError for what does not go there, or into TOML."""
     with inside(str(path)):
-        text = _text(_plain(scene, path.absolute().parent))
+        text = scene_text(scene, path.absolute().parent)
         data = text.encode("utf-8", "surrogatepass")
         if len(data) > MAX_SCENE_BYTES:
             raise InputError(
                 f"this scene takes {len(data) / 1e6:.3g} MB; a scene file has {MAX_SCENE_BYTES / 1e6:g} at most"
             )
     return write_whole(path, lambda file: file.write(data))
+
+
+def scene_text(scene: Record, folder: Path) -> str:
+    """A scene as TOML, files below `folder` relative to it. Raises InputError for what does not go into TOML."""
+    return _text(_plain(scene, folder))
 
 
 def _plain(value: Any, folder: Path) -> Any:

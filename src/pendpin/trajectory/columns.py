@@ -13,6 +13,7 @@ Place = tuple[str, Any]  # the array of a run, and the index of the column in it
 AXES = "xyz"
 UNITS = {"t": "s", "q": "rad", "v": "rad/s", "a": "rad/s²", "tips": "m"} | dict.fromkeys(("R1", "R2", "R3"), "N")
 UNITS |= dict.fromkeys(("M3", "Mc"), "N m") | dict.fromkeys(("kinetic", "potential", "energy"), "J")
+DRIFT = "energy_drift"  # not a column of a table: it counts from the first sample that is asked for
 WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 
@@ -45,7 +46,9 @@ def columns(run: Any) -> dict[str, Place]:
 
 
 def unit_of(run: Any, name: str) -> str:
-    """The unit of a quantity; that of a joint is not known where the run's URDF is gone."""
+    """The unit of a quantity, "" of the energy drift; that of a joint is not known where the run's URDF is gone."""
+    if name == DRIFT:
+        return ""
     part, index = place_of(run, name)
     if part == "wrench":
         return "N" if index[-1] < 3 else "N m"
@@ -77,7 +80,12 @@ def place_of(run: Any, name: str) -> Place:
 
 
 def column(run: Any, name: str) -> Array:
-    """One quantity of a run by its name, (n,). Raises InputError that says which name was probably meant."""
+    """One quantity of a run by its name, (n,). Raises InputError that says which name was probably meant.
+
+    energy_drift, beside the columns: the change of the energy over the energy exchanged at the end.
+    """
+    if name == DRIFT:
+        return _drift(run)
     part, index = place_of(run, name)
     if part == "energy":
         return run.kinetic + run.potential
@@ -85,3 +93,13 @@ def column(run: Any, name: str) -> Array:
         return run.work[part]
     array = getattr(run.rod_reactions, part) if part in Reactions._fields else getattr(run, part)
     return np.asarray(array[index])
+
+
+def _drift(run: Any) -> Array:
+    """(n,). Raises InputError where energy is not conserved."""
+    if not run.stats.conservative:
+        raise InputError(
+            "energy_drift: an effect of this run has no potential; work_ of each effect explains its energy"
+        )
+    energy = run.energy()
+    return (energy.total - energy.total[:1]) / energy.exchanged[-1:]

@@ -185,20 +185,25 @@ class Trajectory:
         """Write a CSV file with a column for each name, every digit kept. Raises InputError."""
         return to_csv(self, path)
 
-    def plot(self, *names: str, ax: Any = None) -> Any:
-        """Draw quantities by name against time on a matplotlib Axes, and return it.
+    def plot(self, *names: str, ax: Any = None, compare: Any = None) -> Any:
+        """Draw quantities by name against time on a matplotlib Axes, and return it; energy_drift is one of them.
 
-        Without `ax` a new Figure is returned: a panel for each unit; without names too, the figure of the run.
+        Without `ax` a new Figure is returned: a panel for each unit; without names too, the figure of the run. `compare`
+        is another run, or up to three, drawn on the same axes. Raises InputError.
         """
         from pendpin.graphics.figure import plot
 
-        return plot(self if names else self._sampled, names, ax)
+        return plot(self if names else self._sampled, names, ax, compare)
 
-    def animate(self) -> Any:
-        """The motion as an Animation, which shows itself in a notebook; .save("x.html"), "x.gif" or "x.mp4"."""
+    def animate(self, compare: Any = None) -> Any:
+        """The motion as an Animation, which shows itself in a notebook; .save("x.html"), "x.gif" or "x.mp4".
+
+        `compare` is another run, or up to three, shown in the page as ghosts, with their distance. Raises InputError.
+        """
+        from pendpin.crosschecks.crosscheck import verdict_along
         from pendpin.graphics.animation import Animation
 
-        return Animation(self._sampled)
+        return Animation(self._sampled, compare, verdict_along)
 
     def show(self, viewer: Any) -> Any:
         """Play the run in a viewer that is there: a meshcat.Visualizer, or Pinocchio's MeshcatVisualizer."""

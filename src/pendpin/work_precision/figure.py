@@ -1,4 +1,4 @@
-"""Error against time as one figure: the cheapest method of each tool, and what its next digit costs; or all methods."""
+"""Error against time as one figure: all methods by name; or the cheapest of each tool, and what its next digit costs."""
 
 from pathlib import Path
 from typing import Any
@@ -13,32 +13,33 @@ TOOLS = {"pendpin": "#D55E00", "mujoco": "#0072B2", "drake": "#009E73", "scipy":
 NAMES = {"mujoco": "MuJoCo", "drake": "Drake", "scipy": "SciPy"}
 PALE = "#cbd5e0"
 DIGITS = (1e-3, 1e-9)  # errors between which the price of a digit is the mean
-APART = 0.05  # of the axes' height: distance of names
 PEERS = {"mujoco": "#c53030", "drake": "#285e61", "scipy": "#4a5568"}
 MARKS = "osD^vP*X"
 FRONT = "#f6e05e"
 
 
-def save_cost_plot(report: CostReport, path: str | Path, full: bool = False) -> Path:
+def save_cost_plot(report: CostReport, path: str | Path, short: bool = False) -> Path:
     """Write the figure to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
-    return write_figure(path, lambda: draw_all(report) if full else draw_cost(report))
+    return write_figure(path, lambda: draw_cost(report) if short else draw_all(report))
 
 
 def draw_cost(report: CostReport) -> Any:
-    """The cheapest method of pendpin and of each other simulator in strong colours, all others pale behind them."""
+    """The cheapest method of pendpin and of each other simulator in strong colours, all others pale."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10, 6.2), layout="constrained")
     ax, prices = figure.subplots(1, 2, width_ratios=(3.4, 1))
     best = _cheapest(report)
-    for curve in report.curves:
-        if curve not in best.values():
-            ax.plot(*_drawn(curve, report.error), color=PALE, linewidth=1, zorder=1)
     for tool, curve in best.items():
         look = {"linewidth": 3.2 if tool == "pendpin" else 2.2, "zorder": 3, "marker": "o", "ms": 4}
-        ax.plot(*_drawn(curve, report.error), color=TOOLS[tool], **look)
+        name = f"{NAMES.get(tool, tool)}: {curve.name.removeprefix(tool).strip()}"
+        ax.plot(*_drawn(curve, report.error), color=TOOLS[tool], label=name, **look)
+    others = [curve for curve in report.curves if curve not in best.values()]
+    for i, curve in enumerate(others):
+        label = "_again" if i else f"{len(others)} other curves that were measured"
+        ax.plot(*_drawn(curve, report.error), color=PALE, linewidth=1, zorder=1, label=label)
     _frame(ax, report)
-    _name_lines(ax, best, report.error)
+    figure.legend(loc="outside upper right", ncols=3, frameon=False, fontsize=9)  # beside the curves, not on them
     _draw_prices(prices, best)
     _write_about(figure, ax, report)
     return figure
@@ -94,27 +95,13 @@ def _drawn(curve: Curve, least: float) -> tuple[list[float], list[float]]:
     return [point.error for point in points], [point.seconds for point in points]
 
 
-def _name_lines(ax: Any, best: dict[str, Curve], least: float) -> None:
-    """The name of each tool and its method at the end of its line, so far apart that all can be read."""
-    low, high = np.log10(ax.get_ylim())
-    ends = sorted((np.log10(_drawn(curve, least)[1][-1]), tool) for tool, curve in best.items())
-    height = -np.inf
-    for end, tool in ends:
-        height = max(end, height + APART * (high - low))
-        curve, x = best[tool], _drawn(best[tool], least)[0][-1]
-        name = f"{NAMES.get(tool, tool)}  {curve.name.removeprefix(tool).strip()}"
-        style = {"color": TOOLS[tool], "fontsize": 10.5, "fontweight": "bold", "va": "center", "ha": "right"}
-        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1}
-        ax.annotate(name, (x, 10**height), (-4, 13), textcoords="offset points", bbox=box, zorder=4, **style)
-
-
 def _draw_prices(ax: Any, best: dict[str, Curve]) -> None:
     """A bar for each tool: how many times as long a run takes that is ten times as accurate."""
     prices = {tool: price for tool, curve in reversed(best.items()) if (price := _next_digit(curve))}
-    names, more = [NAMES.get(tool, tool) for tool in prices], [max(price - 1, 0.0) for price in prices.values()]
-    bars = ax.barh(names, more, 0.55, 1.0, color=[TOOLS[tool] for tool in prices])
+    names, times = [NAMES.get(tool, tool) for tool in prices], list(prices.values())
+    bars = ax.barh(names, times, 0.55, color=[TOOLS[tool] for tool in prices])
     ax.bar_label(bars, [f"{price:.2f} x" for price in prices.values()], padding=4, fontsize=11)
-    ax.set_xlim(1, 1 + 1.3 * max([0.1, *more]))
+    ax.set_xlim(0, 1.35 * max([1.0, *times]))
     ax.set_title("the next digit takes", fontsize=10, loc="left")
     ax.spines[["top", "right", "bottom"]].set_visible(False)
     ax.tick_params(left=False, bottom=False, labelbottom=False)
@@ -135,7 +122,7 @@ def _line(ax: Any, curve: Curve, floor: float, index: int) -> None:
     points = [point for point in curve.points if point.error < 1]
     known = [point for point in points if point.error > floor]
     name = curve.name.split()[0]
-    color = PEERS.get(name, "#4a5568") if curve.peer else METHODS[name].color
+    color = METHODS[name].color if name in METHODS and not curve.peer else PEERS.get(name, "#4a5568")
     dash = "--" if curve.peer else "-." if curve.name.endswith("compiled") else "-"
     style: dict[str, Any] = {"linestyle": dash, "linewidth": 1.1 if curve.peer else 1.7}
     errors, seconds = [point.error for point in known], [point.seconds for point in known]

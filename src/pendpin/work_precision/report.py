@@ -221,8 +221,8 @@ def _next_digit(report: CostReport) -> Iterator[str]:
 
 
 def _spans(report: CostReport) -> Iterator[tuple[float, float, str]]:
-    """Runs of decades with the same cheapest method: the first and last error, and its name."""
-    best = [(error, found[0]) for error in report.decades if (found := report.best(error))]
+    """Runs of decades with the same cheapest method: the first and last error, and its name; as the rows of the table."""
+    best = [(error, name) for error in report.decades if (name := row(report.curves, error, report.error).method)]
     while best:
         name = best[0][1]
         count = next((i for i, (_, other) in enumerate(best) if other != name), len(best))
@@ -231,13 +231,15 @@ def _spans(report: CostReport) -> Iterator[tuple[float, float, str]]:
 
 
 def _against_peers(report: CostReport) -> Iterator[str]:
+    """Beside the other simulators at each decade, by the runs of the table."""
     for error in report.decades:
-        own, other = report.best(error), report.best(error, peers=True)
-        if own and other:
-            times = f"{own[0]} {time_text(own[1])}, {other[0]} {time_text(other[1])}"
-            yield f"At {error:.0e}: {times}, {other[1] / own[1]:.3g} times as long."
-        elif own and any(curve.peer for curve in report.curves):
-            yield f"At {error:.0e}: {own[0]} {time_text(own[1])}; no other simulator reaches it within the time allowed."
+        found = row(report.curves, error, report.error)
+        if found.seconds and found.peer_seconds:
+            times = f"{found.method} {time_text(found.seconds)}, {found.peer} {time_text(found.peer_seconds)}"
+            yield f"At {error:.0e}: {times}, {found.ratio:.3g} times as long."
+        elif found.seconds and any(curve.peer for curve in report.curves):
+            own = f"{found.method} {time_text(found.seconds)}"
+            yield f"At {error:.0e}: {own}; no other simulator reaches it within the time allowed."
 
 
 def _price(row: CostRow) -> str:

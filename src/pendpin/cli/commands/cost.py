@@ -26,7 +26,9 @@ def cost(
         float, typer.Option(min=0, help="Stop measuring a method when one of its runs takes longer, in s.")
     ] = 1.0,
     plot: Plot = None,
-    full: Annotated[bool, typer.Option("--full", help="Draw every method in a colour of its own.")] = False,
+    short: Annotated[
+        bool, typer.Option("--short", help="Draw the cheapest method of each tool, and what its next digit takes.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Say which method to take for an accuracy and what it costs, in about 20 s; with --thorough, error against time."""
@@ -45,6 +47,6 @@ def cost(
         report = measure(chosen, **options, progress=progress, answered=answered)
     print_cost(report, json)
     if plot:
-        print_files([save_cost_plot(report, plot, full)], json)
+        print_files([save_cost_plot(report, plot, short)], json)
     if report.interrupted:
         raise KeyboardInterrupt

@@ -14,14 +14,18 @@ def plot(
     names: Annotated[
         list[str] | None, typer.Argument(help="Quantities to draw, such as theta_1 R3_2; the whole figure if absent.")
     ] = None,
+    compare: Annotated[
+        list[Path] | None, typer.Option(help="Another saved run to be drawn on the same axes; may be repeated.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Where to write the figure: .png, .pdf or .svg; RUN.png if absent.")
     ] = None,
 ) -> None:
-    """Draw a saved run: energy, angles, reactions and the path of the tip, or quantities by name."""
+    """Draw a saved run: energy, angles, reactions and the path of the tip, or quantities by name, energy_drift too."""
     from pendpin.trajectory import Trajectory
 
     trajectory = Trajectory.load(run)
     picture = out or run.with_suffix(".png")
-    refuse_outputs([run], plot=picture)
-    print_files([save_plot(trajectory, picture, tuple(names or ()))])
+    refuse_outputs([run, *(compare or ())], plot=picture)
+    others = [Trajectory.load(other) for other in compare or ()]
+    print_files([save_plot(trajectory, picture, tuple(names or ()), others)])

@@ -11,19 +11,22 @@ from pendpin.errors import inside
 
 
 def view(
-    run: Annotated[Path, typer.Argument(help="A saved run (.npz).")],
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="Saved runs (.npz), up to 4; all but the first as ghosts.")
+    ],
     html: Annotated[Path | None, typer.Option(help="Write the animation to one HTML page and show nothing.")] = None,
 ) -> None:
     """Show a saved run in a browser, on this machine only, until Ctrl-C; or write it as one HTML page.
 
-    An ending of the page's address sets what it shows: #t=1.5&view=above&speed=5&reactions=on.
+    Of several runs the first is shown with the others as ghosts, and the distance of their tips. An ending of the page's
+    address sets what it shows: #t=1.5&view=above&speed=5&reactions=on&frames=on.
     """
     from pendpin.trajectory import Trajectory
 
-    trajectory = Trajectory.load(run)
-    refuse_outputs([run], html=html)
-    with inside(str(run)):
+    first, *others = map(Trajectory.load, runs)
+    refuse_outputs(runs, html=html)
+    with inside(str(runs[0])):
         if html is None:
-            show_run(trajectory)
+            show_run(first, others)
         else:
-            print_files([write_page(trajectory, html)])
+            print_files([write_page(first, html, others)])

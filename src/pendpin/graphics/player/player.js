@@ -34,7 +34,6 @@ function decodeMeshes(command) {
 
 const times = floats(drawing.times); // s after the start, one for each frame
 const positions = integers(drawing.positions); // bodies, frames, 3
-const quaternions = integers(drawing.quaternions); // bodies, frames, 4
 const trail = { times: floats(drawing.trail.times), points: integers(drawing.trail.points) };
 
 // --- the scene --------------------------------------------------------------------------------------------------------
@@ -54,43 +53,77 @@ function openViewer(stage) {
   return viewer;
 }
 
-function tracks(body) {
-  const part = (values) => {
-    const size = values.length / drawing.bodies;
-    return values.subarray(body * size, (body + 1) * size);
-  };
-  return [
-    { name: `body_${body}.position`, type: "vector3", times, values: part(positions) },
-    { name: `body_${body}.quaternion`, type: "quaternion", times, values: part(quaternions) },
-  ];
+// The motion of one run for meshcat's animator.
+function clipOf(motion) {
+  const times = floats(motion.times);
+  const parts = { position: [integers(motion.positions), "vector3"], quaternion: [integers(motion.quaternions), "quaternion"] };
+  const tracks = [...Array(motion.bodies).keys()].flatMap((body) =>
+    Object.entries(parts).map(([name, [values, type]]) => {
+      const size = values.length / motion.bodies;
+      return { name: `body_${body}.${name}`, type, times, values: values.subarray(body * size, (body + 1) * size) };
+    }),
+  );
+  return { name: "motion", fps: 1, tracks }; // fps 1: times are seconds
 }
 
-// Give the motion to meshcat's animator, which moves the bodies to any time but does not keep time here.
+// Give the motions to meshcat's animator, which moves the bodies to any time but does not keep time here.
 function loadMotion(viewer) {
-  const bodies = [...Array(drawing.bodies).keys()];
-  const clip = { name: "motion", fps: 1, tracks: bodies.flatMap(tracks) }; // fps 1: times are seconds
-  viewer.set_animation([{ path: ["pendpin", "bodies"], clip }], { play: true, repetitions: Infinity });
+  const paths = [["pendpin", "bodies"], ...drawing.ghosts.map((_, i) => ["pendpin", `ghost_${i}`])];
+  const clips = paths.map((path, i) => ({ path, clip: clipOf(i ? drawing.ghosts[i - 1] : drawing) }));
+  viewer.set_animation(clips, { play: true, repetitions: Infinity });
   viewer.animator.pause();
   viewer.animator.seek(0);
 }
 
+// Another run, drawn so that the first one is seen through it.
+function addGhost(viewer, { solids }, i) {
+  viewer.handle_command(decodeMeshes({ type: "set_object", path: `/pendpin/ghost_${i}`, object: solids }));
+  viewer.scene_tree.find(["pendpin", `ghost_${i}`]).object.traverse((part) => {
+    if (!part.material) return;
+    Object.assign(part.material, { transparent: true, opacity: 0.45, depthWrite: false });
+    part.castShadow = false;
+  });
+}
+
 const viewer = openViewer(element("stage"));
 drawing.commands.map(decodeMeshes).forEach((command) => viewer.handle_command(command));
+drawing.ghosts.forEach((ghost, i) => addGhost(viewer, ghost, i));
 loadMotion(viewer);
 const solids = viewer.scene_tree.find(["pendpin", "bodies"]).object;
 const support = solids.getObjectByName(`body_${drawing.support}`); // for a robot there is none: its base is part of it
 const bodies = solids.getObjectByName("solids").children.filter((body) => body !== support);
-const clouds = [[0, 0, 0.16 * extent], corners(viewer, bodies), positions, trail.points]; // with the z axis
+const ghostTrails = drawing.ghosts.map(({ trail }) => integers(trail.points));
+const clouds = [[0, 0, ARROW * extent], corners(viewer, bodies), positions, trail.points, ...ghostTrails]; // with the z axis
 const box = around(clouds);
 addLights(viewer, extent, box.getCenter(new THREE.Vector3()));
 addFloor(viewer, extent, box);
-const upward = addAxes(viewer, 0.16 * extent);
+const upward = addAxes(viewer, AXES * extent);
 const showTrail = addTrail(viewer, extent, trail.times, trail.points);
-const arrows = drawing.forces && addArrows(viewer, extent, times, positions, integers(drawing.forces));
-const plotTimes = floats(drawing.plots.times);
-const showPlots = drawing.plots.plots.map((plot) =>
-  addPlot(element("plots"), { ...plot, values: plot.values.map(floats) }, plotTimes, start, duration, seek),
-);
+ghostTrails.forEach((points, i) => addPath(viewer, points, GHOST_COLORS[i], i));
+const objects = [...Array(drawing.bodies).keys()].map((body) => solids.getObjectByName(`body_${body}`));
+const joints = drawing.joints.filter(({ body }) => body !== null);
+const arrows = drawing.forces && addReactions();
+const frames = joints.length ? addFrames(viewer, extent, joints, objects, support, element("stage")) : null;
+const runs = [drawing, ...drawing.ghosts].map(({ label, curves }) => ({ label, quantities: quantitiesOf(curves) }));
+const plots = addPlots(element("plots"), runs, drawing.plots, firstPlots(), start, duration, seek);
+
+function addReactions() {
+  const rods = joints.some(({ universal }) => universal);
+  const held = rods ? joints : objects.map((_, body) => ({ body, axes: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] })).filter(({ body }) => body !== drawing.support);
+  const vectors = (held) => held && integers(held);
+  const axes = held.map(({ axes }) => columns(axes));
+  const places = held.map(({ body }) => body);
+  return addArrows(viewer, extent, times, objects, places, axes, vectors(drawing.forces), vectors(drawing.moments));
+}
+
+// The plots that are seen first: of runs to be compared their distance and one position.
+function firstPlots() {
+  const titles = drawing.plots.map(({ title }) => title);
+  const names = [...runs[0].quantities.keys()];
+  const drift = names.includes("energy_drift") ? "energy_drift" : titles[0];
+  if (runs.length > 1) return ["distance of the tips", drawing.plots[1]?.curves[0]?.name, drift];
+  return titles.slice(0, 3);
+}
 
 // --- time -------------------------------------------------------------------------------------------------------------
 
@@ -105,7 +138,8 @@ function show() {
   viewer.animator.seek(t);
   showTrail(t, 3 * speed);
   if (arrows?.group.visible) arrows.show(t);
-  showPlots.forEach((showAt) => showAt(t));
+  frames?.follow();
+  plots.show(t);
   element("time").value = t;
   element("clock").textContent = `${clock(start + t)} / ${clock(start + duration)} s`;
   element("time").ariaValueText = element("clock").textContent;
@@ -168,25 +202,43 @@ function look(name) {
   if (!name) return; // the user has turned the scene
   upward.visible = name !== "above"; // there it would cover what hangs below, as would the support
   if (support) support.visible = upward.visible;
-  fitCamera(viewer, clouds, VIEWS[name], 0.02 * extent + (arrows?.group.visible ? arrows.longest : 0));
+  fitCamera(viewer, clouds, VIEWS[name], 0.02 * extent);
+  frames?.follow();
 }
 
 function showReactions(wanted) {
   arrows.group.visible = wanted;
   element("reactions").ariaPressed = wanted;
   element("scale").hidden = !wanted;
-  look(view); // with room for them, or without
+  show();
+}
+
+// What the arrows are: the sum, its components along the axes of the body, the moment with two heads.
+function nameArrows() {
+  const scale = element("scale");
+  const css = (color) => `#${color.toString(16).padStart(6, "0")}`;
+  const names = joints.some(({ universal }) => universal) ? ["R1", "R2", "R3"] : ["along x", "along y", "along z"];
+  const word = (text, color) => (make("span", scale, { textContent: text }).style.color = css(color));
+  word(`Joint forces; the longest arrow is ${short(drawing.forces.largest)} N`, ARROWS.sum);
+  names.forEach((name, i) => word(name, ARROWS.components[i]));
+  if (drawing.moments) word(`moment (two heads), longest ${short(drawing.moments.largest)} N m`, ARROWS.moment);
+}
+
+function showFrames(wanted) {
+  frames.show(wanted);
+  element("frames").ariaPressed = wanted;
   show();
 }
 
 // --- the user ---------------------------------------------------------------------------------------------------------
 
-// An address that ends in #t=1.5&view=above&speed=5&reactions=on asks for these; with a time the motion stands still.
+// An address that ends in #t=1.5&view=above&speed=5&reactions=on&frames=on asks for these; with a time the motion stands still.
 function obeyAddress() {
   const asked = new URLSearchParams(location.hash.slice(1));
   const time = parseFloat(asked.get("t"));
   if (asked.get("view") in VIEWS) look(asked.get("view"));
   if (arrows && asked.has("reactions")) showReactions(asked.get("reactions") === "on");
+  if (frames && asked.has("frames")) showFrames(asked.get("frames") === "on");
   if ([...element("speed").options].some((option) => option.value === asked.get("speed"))) setSpeed(+asked.get("speed"));
   if (Number.isFinite(time)) seek(time - start);
   return Number.isFinite(time);
@@ -200,6 +252,9 @@ const KEYS = {
   End: () => seek(duration),
   l: () => loop(!looping),
   r: () => arrows && showReactions(!arrows.group.visible),
+  f: () => frames && showFrames(!frames.group.visible),
+  "+": () => plots.zoom(0.5),
+  "-": () => plots.zoom(2),
   1: () => look("corner"),
   2: () => look("front"),
   3: () => look("side"),
@@ -222,6 +277,11 @@ function listen() {
   element("loop").addEventListener("click", () => loop(!looping));
   element("speed").addEventListener("change", (event) => setSpeed(parseFloat(event.target.value)));
   element("reactions").addEventListener("click", () => showReactions(!arrows.group.visible));
+  element("frames").addEventListener("click", () => showFrames(!frames.group.visible));
+  element("joint").addEventListener("change", () => (frames.choose(+element("joint").value), show()));
+  element("closer").addEventListener("click", () => plots.zoom(0.5));
+  element("wider").addEventListener("click", () => plots.zoom(2));
+  element("down").addEventListener("click", () => element("report").scrollIntoView({ behavior: "smooth" }));
   views.forEach((button) => button.addEventListener("click", () => look(button.value)));
   viewer.controls.addEventListener("start", () => look(null));
   window.addEventListener("hashchange", obeyAddress);
@@ -229,6 +289,7 @@ function listen() {
   new ResizeObserver(() => {
     viewer.set_3d_pane_size();
     if (view) look(view);
+    plots.redraw();
   }).observe(element("stage"));
 }
 
@@ -248,7 +309,17 @@ async function lookForServer() {
 if (drawing.notes.length) say(drawing.notes.join("\n"));
 element("time").max = duration;
 element("reactions").hidden = !arrows;
-if (arrows) element("scale").textContent = `Joint forces; the longest arrow is ${short(drawing.forces.largest)} N`;
+if (arrows) nameArrows();
+element("frames").hidden = !frames;
+joints.forEach(({ name }, i) => element("joint").add(new Option(name, i)));
+element("closer").hidden = element("wider").hidden = !runs[0].quantities.size;
+element("down").hidden = !element("report").children.length;
+const paint = viewer.render.bind(viewer);
+viewer.render = () => (paint(), frames?.render());
+if (runs.length > 1) {
+  element("ghosts").hidden = false;
+  runs.forEach(({ label }, i) => (make("span", element("ghosts"), { textContent: label }).style.color = RUN_COLORS[i]));
+}
 offerSpeeds();
 VIEWS.corner.from = acrossSwing(trail.points, VIEWS.corner.from);
 look("corner");

@@ -1,15 +1,21 @@
-// Curves against time below the scene, with a cursor that moves with the slider.
+// Curves against time below the scene, with a cursor that moves with the slider: chosen from a list, and zoomed together.
 "use strict";
+
+const DASHES = ["", "7 4", "2 3", "10 3 2 3"]; // of the first run, the second, ...
+const RUNS = ["#2d3748", "#009E73", "#CC79A7", "#56B4E9"]; // one quantity of several runs
+const BLOCK = 3; // pixels for a swing: of more swings than fit, the envelope is drawn
 
 function make(tag, parent, properties = {}) {
   return parent.appendChild(Object.assign(document.createElement(tag), properties));
 }
 
-function makePath(svg, name, d, color = "") {
+function makePath(svg, name, d, color = "", dash = "") {
   const path = document.createElementNS(svg.namespaceURI, "path");
   path.setAttribute("class", name);
   path.setAttribute("d", d);
   path.style.stroke = color;
+  path.style.strokeDasharray = dash;
+  if (name === "curve envelope") path.style.fill = color;
   svg.appendChild(path);
 }
 
@@ -35,45 +41,197 @@ function short(value) {
   return Math.abs(text) >= 1e5 || (text && Math.abs(text) < 1e-3) ? text.toExponential() : String(text);
 }
 
-// One plot: `values` (a Float32Array for each curve, from 0 at `low` to 1 at `high`) at `times` in s after the start.
-// Returns what moves its cursor to time t; `onTime` is called with the time at which it is clicked.
-function addPlot(section, { title, unit, names, colors, low, high, values }, times, start, duration, onTime) {
-  const figure = make("figure", section, { ariaLabel: `${title} against time` });
-  const caption = make("figcaption", figure, { textContent: `${title}, ${unit}` });
-  const area = make("div", figure, { className: "curves" });
-  const svg = area.appendChild(document.createElementNS("http://www.w3.org/2000/svg", "svg"));
-  svg.setAttribute("viewBox", "0 0 1000 1000");
-  svg.setAttribute("preserveAspectRatio", "none");
-  for (const { place, label } of ticks(low, high, 3)) {
-    makePath(svg, "tick", `M0 ${1000 * (1 - place)}H1000`);
-    make("i", area, { className: "y", textContent: label }).style.bottom = `${100 * place}%`;
-  }
-  for (const { place, label } of ticks(start, start + duration, 4)) {
-    makePath(svg, "tick", `M${1000 * place} 0V1000`);
-    make("i", area, { className: "x", textContent: label }).style.left = `${100 * place}%`;
-  }
-  const labels = values.map((curve, i) => {
-    const points = Array.from(curve, (y, j) => `${((1000 * times[j]) / duration).toFixed(2)} ${(1000 * (1 - y)).toFixed(1)}`);
-    makePath(svg, "curve", `M${points.join("L")}`, colors[i]);
-    const label = make("span", caption);
-    label.style.color = colors[i];
-    return label;
-  });
-  const cursor = make("div", area, { className: "cursor" });
-  const pick = (event) => {
-    const { left, width } = area.getBoundingClientRect();
-    if (event.buttons) onTime((duration * (event.clientX - left)) / width);
-  };
-  area.addEventListener("pointerdown", (event) => (area.setPointerCapture(event.pointerId), pick(event)));
-  area.addEventListener("pointermove", pick);
+// The quantities of a run as the page holds them, by name; values as numbers of 0 to 65535 from low to high.
+function quantitiesOf({ times, quantities }) {
+  const at = floats(times);
+  return new Map(
+    quantities.map(({ name, unit, low, high, data }) => {
+      const levels = new Uint16Array(bytes(data).buffer);
+      return [name, { unit, times: at, step: (high - low) / 65535, values: Float64Array.from(levels, (v) => low + ((high - low) * v) / 65535) }];
+    }),
+  );
+}
 
-  return (t) => {
-    cursor.style.left = `${(100 * t) / duration}%`;
-    const now = lastBefore(times, t);
-    values.forEach((curve, i) => {
-      const value = low + (high - low) * curve[now];
-      const rounding = 1e-6 * (high - low); // of the numbers of 24 bits that the page holds
-      labels[i].textContent = `${names[i]} ${Math.abs(value) < rounding ? 0 : short(value)}`;
+// How often values turn back between two rows by more than `least`: rounding does not count.
+function turningPoints(values, from, to, least) {
+  let count = 0;
+  let way = 0;
+  let end = values[from]; // the farthest since the last turning point
+  for (let i = from + 1; i <= to; i++) {
+    if (way * (values[i] - end) >= 0 && way) end = values[i];
+    else if (Math.abs(values[i] - end) > least) {
+      if (way) count++;
+      way = Math.sign(values[i] - end);
+      end = values[i];
+    }
+  }
+  return count;
+}
+
+// Everything below the scene. `runs` [{label, quantities}], the first one's `plots` are offered; `shown` are the first to be
+// seen. Returns show(t), zoom(factor, about) and redraw().
+function addPlots(section, runs, plots, shown, start, duration, seek) {
+  let [from, to] = [0, duration]; // s after the start: what all plots show
+  let t = 0;
+  const names = [...runs[0].quantities.keys()];
+  const offers = [
+    ...plots.map((plot) => ({ ...plot, group: "Together" })),
+    ...names.map((name) => ({ title: name, curves: [{ name, label: name, color: RUNS[0], minus: 0 }], group: "One quantity" })),
+  ];
+  if (runs.length > 1 && runs[1].quantities.has("distance")) {
+    offers.push({ title: "distance of the tips", curves: [{ name: "distance", label: "distance", color: RUNS[1], minus: 0 }], group: "Together" });
+  }
+
+  // The curves of an offer, of every run that has them.
+  function curvesOf({ curves }) {
+    return runs.flatMap(({ quantities }, run) =>
+      curves.flatMap(({ name, label, color, minus }) => {
+        const quantity = quantities.get(name);
+        if (!quantity) return [];
+        const alone = curves.length === 1 && runs.length > 1;
+        const who = runs.length > 1 ? (alone ? `${runs[run].label}:` : `${label}${"′".repeat(run)}`) : label;
+        return [{ ...quantity, label: who, minus, color: alone ? RUNS[run % RUNS.length] : color, dash: DASHES[run % DASHES.length] }];
+      }),
+    );
+  }
+
+  function addPlot(first) {
+    const figure = make("figure", section);
+    const caption = make("figcaption", figure);
+    const select = make("select", caption, { className: "quantity", ariaLabel: "What is plotted" });
+    for (const group of ["Together", "One quantity"]) {
+      const list = make("optgroup", select, { label: group });
+      offers.forEach((offer, i) => offer.group === group && list.append(new Option(offer.title, i)));
+    }
+    const values = make("div", caption, { className: "values" });
+    const area = make("div", figure, { className: "curves" });
+    const cursor = make("div", area, { className: "cursor" });
+    let curves = [];
+    let labels = [];
+
+    function draw() {
+      area.replaceChildren(cursor);
+      const svg = area.appendChild(document.createElementNS("http://www.w3.org/2000/svg", "svg"));
+      svg.setAttribute("viewBox", "0 0 1000 1000");
+      svg.setAttribute("preserveAspectRatio", "none");
+      const width = Math.max(60, area.clientWidth);
+      const rows = curves.map(({ times }) => [lastBefore(times, from), Math.min(times.length - 1, lastBefore(times, to) + 1)]);
+      const ranges = curves.map(({ values, minus }, i) => {
+        let [low, high] = [Infinity, -Infinity];
+        for (let k = rows[i][0]; k <= rows[i][1]; k++) {
+          low = Math.min(low, values[k] - minus);
+          high = Math.max(high, values[k] - minus);
+        }
+        return [low, high];
+      });
+      const low = Math.min(...ranges.map(([least]) => least));
+      const high = Math.max(...ranges.map(([, most]) => most), low + 1e-12 * Math.abs(low) || low + 1e-12);
+      for (const { place, label } of ticks(low, high, 3)) {
+        makePath(svg, "tick", `M0 ${1000 * (1 - place)}H1000`);
+        make("i", area, { className: "y", textContent: label }).style.bottom = `${100 * place}%`;
+      }
+      for (const { place, label } of ticks(start + from, start + to, 4)) {
+        makePath(svg, "tick", `M${1000 * place} 0V1000`);
+        if (place < 0.86) make("i", area, { className: "x", textContent: label }).style.left = `${100 * place}%`;
+      }
+      make("i", area, { className: "x name", textContent: "time, s" });
+      let enveloped = false;
+      curves.forEach(({ times, values, minus, color, dash }, i) => {
+        const x = (k) => ((1000 * (times[k] - from)) / (to - from)).toFixed(2);
+        const y = (value) => (1000 * (1 - (value - minus - low) / (high - low))).toFixed(1);
+        const [a, z] = rows[i];
+        const turns = turningPoints(values, a, z, 0.02 * (high - low));
+        if (turns / 2 <= width / BLOCK) {
+          const points = Array.from({ length: z - a + 1 }, (_, k) => `${x(a + k)} ${y(values[a + k])}`);
+          makePath(svg, "curve", `M${points.join("L")}`, color, dash);
+          return;
+        }
+        enveloped = true;
+        const count = Math.max(4, Math.min(width, Math.floor(turns / 4))); // two swings and more in each
+        const upper = [];
+        const lower = [];
+        for (let k = 0; k < count; k++) {
+          const part = values.subarray(a + Math.floor((k * (z - a)) / count), a + Math.floor(((k + 1) * (z - a)) / count) + 1);
+          const where = x(a + Math.floor(((k + 0.5) * (z - a)) / count));
+          upper.push(`${where} ${y(part.reduce((p, q) => Math.max(p, q)))}`);
+          lower.unshift(`${where} ${y(part.reduce((p, q) => Math.min(p, q)))}`);
+        }
+        makePath(svg, "curve envelope", `M${upper.join("L")}L${lower.join("L")}Z`, color);
+      });
+      figure.classList.toggle("enveloped", enveloped);
+      area.append(cursor);
+      showAt();
+    }
+
+    function choose(index) {
+      const offer = offers[index];
+      select.value = index;
+      curves = curvesOf(offer);
+      const unit = curves[0]?.unit;
+      figure.ariaLabel = `${offer.title} against time`;
+      values.replaceChildren();
+      if (unit) make("b", values, { textContent: unit });
+      labels = curves.map(({ color, dash }) => {
+        const label = make("span", values);
+        label.style.color = color;
+        if (dash) label.style.textDecoration = `underline ${dash.startsWith("7") ? "dashed" : "dotted"}`;
+        return label;
+      });
+      draw();
+    }
+
+    function showAt() {
+      const place = (t - from) / (to - from);
+      cursor.hidden = place < 0 || place > 1;
+      cursor.style.left = `${100 * place}%`;
+      curves.forEach(({ times, values, minus, step, label }, i) => {
+        const value = values[lastBefore(times, t)] - minus;
+        const text = Math.abs(value) <= step ? "0" : short(value);
+        labels[i].textContent = `${label} ${text}`;
+      });
+    }
+
+    const pick = (event) => {
+      const { left, width } = area.getBoundingClientRect();
+      if (event.buttons) seek(from + ((to - from) * (event.clientX - left)) / width);
+    };
+    area.addEventListener("pointerdown", (event) => (area.setPointerCapture(event.pointerId), pick(event)));
+    area.addEventListener("pointermove", pick);
+    area.addEventListener("wheel", (event) => {
+      const { left, width } = area.getBoundingClientRect();
+      zoom(event.deltaY < 0 ? 0.8 : 1.25, from + ((to - from) * (event.clientX - left)) / width);
+      event.preventDefault();
     });
-  };
+    area.addEventListener("dblclick", () => zoom(Infinity));
+    select.addEventListener("change", () => choose(+select.value));
+    choose(Math.max(0, offers.findIndex(({ title }) => title === first)));
+    return { draw, showAt };
+  }
+
+  // Make the time that is seen longer by a factor, about a time.
+  function zoom(factor, about = t) {
+    const length = Math.min(duration, Math.max(duration / 1000, (to - from) * factor));
+    const share = Math.min(1, Math.max(0, (about - from) / (to - from)));
+    from = Math.max(0, Math.min(duration - length, about - share * length)) || 0;
+    to = from + length;
+    redraw();
+  }
+
+  function redraw() {
+    all.forEach(({ draw }) => draw());
+  }
+
+  function show(time) {
+    t = time;
+    const length = to - from;
+    if (t < from || t > to) {
+      from = Math.max(0, Math.min(duration - length, t - 0.1 * length));
+      to = from + length;
+      redraw();
+    }
+    all.forEach(({ showAt }) => showAt());
+  }
+
+  const all = offers.length ? shown.map(addPlot) : [];
+  return { show, zoom, redraw };
 }

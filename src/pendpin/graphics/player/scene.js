@@ -3,6 +3,9 @@
 "use strict";
 const THREE = MeshCat.THREE;
 
+const AXES = 0.16; // of the extent: the axes of W
+const ARROW = 0.22; // of the extent: the longest arrow, for which every view leaves room
+
 function add(viewer, path, object) {
   viewer.set_object(["pendpin", ...path], object);
 }
@@ -109,6 +112,16 @@ function addTrail(viewer, extent, times, points) {
     const first = lastBefore(times, t - seconds);
     recent.setDrawRange(6 * sides * first, 6 * sides * (lastBefore(times, t) - first));
   };
+}
+
+const GHOST_COLORS = [0x009e73, 0xcc79a7, 0x56b4e9]; // of further runs
+const RUN_COLORS = ["#d9622b", "#009E73", "#b05a8a", "#3a8fc0"]; // their names, after that of the first
+
+// The path of a further run's tip.
+function addPath(viewer, points, color, i) {
+  const whole = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(points, 3));
+  const faint = new THREE.LineBasicMaterial({ color, transparent: true, opacity: 0.35, depthWrite: false });
+  add(viewer, ["trail", `ghost_${i}`], new THREE.Line(whole, faint));
 }
 
 // Index of the last of rising times that is not after t, or 0.

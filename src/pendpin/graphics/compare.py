@@ -1,0 +1,62 @@
+"""Several runs to be compared: their labels, and the distance of their tips."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pendpin.arrays import Array, Indices
+from pendpin.errors import InputError
+from pendpin.trajectory import Trajectory
+
+MOST = 4  # runs: as many colours and dashes are told apart
+Runs = Trajectory | Sequence[Trajectory] | None
+
+
+def runs_of(run: Trajectory, compare: Runs) -> list[Trajectory]:
+    """A run and those it is compared with. Raises InputError for too many, or runs at other times."""
+    others = [compare] if isinstance(compare, Trajectory) else list(compare or ())
+    if len(others) >= MOST:
+        raise InputError(f"compare: {len(others) + 1} runs are too many for one picture, which holds {MOST}")
+    for other in others:
+        if not isinstance(other, Trajectory):
+            raise InputError(f"compare: a {type(other).__name__} is not a run")
+        if len(run.t) and (not len(other.t) or other.t[0] > run.t[-1] or other.t[-1] < run.t[0]):
+            raise InputError(
+                f"compare: the run from {run.t[0]:g} to {run.t[-1]:g} s has no time in common with another"
+            )
+    return [run, *others]
+
+
+def labels_of(runs: Sequence[Trajectory]) -> list[str]:
+    """What tells runs apart: their methods and settings, or their scenes, or their places in the list."""
+    for one in (
+        lambda run: f"{run.stats.method}, {run.stats.setting}",
+        lambda run: run.title,
+        lambda run: f"{run.title}, {run.stats.method}, {run.stats.setting}",
+    ):
+        labels = [one(run) for run in runs]
+        if len(set(labels)) == len(labels):
+            return labels
+    return [f"run {i + 1}: {run.stats.method}, {run.stats.setting}" for i, run in enumerate(runs)]
+
+
+def rows_within(run: Trajectory, first: Trajectory) -> Indices:
+    """The samples of a run in the time of another, indices (k,)."""
+    return np.flatnonzero((run.t >= first.t[0]) & (run.t <= first.t[-1]))
+
+
+def distance(run: Trajectory, first: Trajectory) -> Array:
+    """How far the last tips of two runs are apart at the samples of `rows_within`, (k,) in m.
+
+    Where the first run has no sample a cubic spline through its samples gives the tip; its error falls with the fourth
+    power of the time between samples.
+    """
+    from scipy.interpolate import CubicSpline
+
+    rows = rows_within(run, first)
+    t, tip = run.t[rows], run.tips[rows, -1]
+    at = np.searchsorted(first.t, t)
+    if (first.t[np.minimum(at, len(first.t) - 1)] == t).all():
+        return np.linalg.norm(tip - first.tips[at, -1], axis=-1)
+    once = np.concatenate([[True], np.diff(first.t) > 0])
+    return np.linalg.norm(tip - CubicSpline(first.t[once], first.tips[once, -1])(t), axis=-1)

@@ -1,0 +1,100 @@
+"""A run, or several, on one page to print or send: scene, method, accuracy, checks, energy, events, figure, versions."""
+
+import html
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendpin.errors import PendpinError
+from pendpin.graphics.figure import draw, picture_of
+from pendpin.graphics.meshcat_commands import base64_of
+from pendpin.scene import scene_of
+from pendpin.scene.toml import scene_text
+from pendpin.trajectory import Trajectory
+from pendpin.versions import VERSION
+
+MOST_EVENTS = 40  # in a list
+MOST_TEXT = 20_000  # letters of a scene
+Check = Callable[[Trajectory], str]  # what a cross-check along a run says; "" where there is none
+
+
+def report_of(runs: Sequence[Trajectory], check: Check | None = None) -> str:
+    """The report on one run, or on several to be compared, as HTML without a network address."""
+    columns = [dict(_rows(run, check)) for run in runs]
+    names = dict.fromkeys(name for column in columns for name in column)
+    cells = {name: "".join(f"<td>{_text(column.get(name, ''))}</td>" for column in columns) for name in names}
+    body = "".join(f"<tr><th>{_text(name)}</th>{row}</tr>" for name, row in cells.items())
+    figure = base64_of(picture_of(draw(runs[0], compare=runs[1:])))
+    scenes = dict.fromkeys(map(_scene, runs))
+    return (
+        f"<h2>{_text(runs[0].title)}</h2><table>{body}</table>"
+        f'<h2>Figure</h2><img src="data:image/png;base64,{figure}" alt="Energy, positions, reactions and paths of the tip">'
+        f"<h2>Scene</h2>{''.join(f'<pre>{_text(scene)}</pre>' for scene in scenes)}"
+    )
+
+
+def _text(text: str) -> str:
+    return html.escape(text).replace("\n", "<br>")
+
+
+def _rows(run: Trajectory, check: Check | None) -> Iterator[tuple[str, str]]:
+    """What a run was, row by row; rows without an answer are left out."""
+    stats = run.stats
+    yield "time", f"{run.t[0]:g} to {run.t[-1]:g} s, {len(run.t)} samples"
+    yield "method", f"{stats.method}, {stats.setting}"
+    yield "engine", stats.engine
+    yield "cost", f"{stats.steps} steps, {stats.evaluations} evaluations, {stats.seconds:.3g} s"
+    if stats.accuracy:
+        error = "no estimate" if stats.error is None else f"{stats.error:.1e} of the length estimated"
+        yield "accuracy", f"{error}, {stats.accuracy:g} asked"
+    if stats.stopped:
+        yield "ended early", stats.stopped[:400]
+    if check and (answer := check(run)):
+        yield "cross-check", answer
+    yield from _energy(run)
+    if stats.notes:
+        yield "notes", "\n".join(note[:400] for note in stats.notes)
+    for name, figure in run.summary().items():
+        yield name, str(figure)
+    if run.events:
+        yield "events", _events(run)
+    yield "versions", f"pendpin {VERSION}, {stats.library} {stats.version}"
+
+
+def _energy(run: Trajectory) -> Iterator[tuple[str, str]]:
+    """Where the energy went: by effect where the works are known, else its drift or its change."""
+    if run.stats.conservative:
+        yield "energy drift", f"{run.energy().drift:.1e} of the energy exchanged"
+    for kind, work in run.work.items():
+        yield f"work of {kind}", f"{work[-1] - work[0]:+.6g} J"
+    if run.work:
+        yield "kinetic energy", f"{run.kinetic[-1] - run.kinetic[0]:+.6g} J"
+        yield "energy balance off by", f"{run.imbalance:.1e} of the energy exchanged"
+    elif not run.stats.conservative:
+        change = float(np.diff(run.energy().total[[0, -1]])[0])
+        yield "energy change", f"{change:+.6g} J; --energy-balance (energy_balance=True) says which effect took it"
+
+
+def _events(run: Trajectory) -> str:
+    """How many of each kind, and the first of them."""
+    kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(event.kind for event in run.events).items())
+    first = [f"{event.t:.6g} s: {event.joint} {event.kind}" for event in run.events[:MOST_EVENTS]]
+    rest = [f"and {len(run.events) - MOST_EVENTS} more"] * (len(run.events) > MOST_EVENTS)
+    return "\n".join([kinds, *first, *rest])
+
+
+def _scene(run: Trajectory) -> str:
+    """The scene as TOML, or, where a scene file cannot hold it, as JSON."""
+    try:
+        text = scene_text(scene_of(run), Path.cwd())
+    except (PendpinError, OSError):
+        text = json.dumps(run.scene, indent=1, default=_number)
+    return text if len(text) <= MOST_TEXT else f"{text[:MOST_TEXT]}\n..."
+
+
+def _number(value: Any) -> str:
+    return str(value)
