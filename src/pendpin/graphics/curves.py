@@ -26,7 +26,7 @@ def _is_shown(run: Trajectory, name: str) -> bool:
     part, index = place_of(run, name)
     if part in "qva":
         return index[-1] in joints_shown(run)
-    return part not in ("wrench", "tip", *Reactions._fields) or (
+    return part not in ("wrench", "tips", *Reactions._fields) or (
         part in Reactions._fields and index[-1] in rods_shown(run)
     )
 
@@ -48,9 +48,9 @@ def plots_of(run: Trajectory) -> tuple[Plot, ...]:
 
 def _reactions(run: Trajectory) -> list[Plot]:
     """R1, R2, R3 of a single rod; of several the tension of those that are shown; the moments where there are any."""
-    if run.rods is None:
+    if run.rod_reactions is None:
         return []
-    rods, count = rods_shown(run), run.rods.R3.shape[1]
+    rods, count = rods_shown(run), run.rod_reactions.R3.shape[1]
     some = f", {len(rods)} of {count} rods" * (len(rods) < count)
     if count == 1:
         return [Plot("Reactions R1, R2, R3", _curves(["R1", "R2", "R3"])), Plot("Moments", _curves(["M3", "Mc"]))]

@@ -48,7 +48,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
         quantities=quantities_of(trajectory),
         plots=plots_of(trajectory),
         joints=tuple(_joints(model, joints, extent)),
-        support=poses.shape[1] - 1 if as_rods or trajectory.rods is not None else None,
+        support=poses.shape[1] - 1 if as_rods or trajectory.rod_reactions is not None else None,
         label=f"{trajectory.stats.method}, {trajectory.stats.setting}",
         notes=ignored(model.written or (), scene.effects),  # limits among them, which a motion may be seen to pass
     )
