@@ -138,13 +138,13 @@ REST = {
     "samples of no time": (SCENE, SCENE.replace("0.1", "0", 1) + "samples = 3", "a duration of 0 has 1 sample"),
     "unknown solver key": (TOLERANCE, "tol = 1e-8", "solver.tol: unknown key"),
     "solver as text": ("[solver]\n" + TOLERANCE, 'x = "y"', "effects[0].x: unknown key"),
-    "three faults": (f"{DURATION}\n", "a = 1\nb = 2\nc = 3\n", "start, effects, solver, data (and 2 more: b, c)"),
+    "three faults": (f"{DURATION}\n", "a = 1\nb = 2\nc = 3\n", "start, effects, solver, data; 2 other faults: b, c"),
     "effects as table": (
         "[[effects]]",
         "[effects]",
         "effects: {'kind': 'gravity'} is a table, not a list; a list of tables begins with [[effects]]",
     ),
-    "damping": (KIND, 'kind = "damping"', "dry_friction, stop; did you mean 'viscous'?"),
+    "damping": (KIND, 'kind = "damping"', "as_written; did you mean 'viscous'?"),
     "key that is like no other": (TOLERANCE, "zzz = 1", "solver.zzz: unknown key; there are: method, engine"),
 }
 
@@ -174,7 +174,7 @@ WHOLE: dict[str, tuple[Content, str]] = {
     "nested 400 deep": (f"{SCENE}x = {'[' * 400}{']' * 400}", "scene.toml: solver.x: unknown key"),
     "40,000 unknown keys": (
         "".join(f"k{i} = 1\n" for i in range(40_000)),
-        "start, effects, solver, data (and 40000 more: model, k1, k10, ...)",
+        "start, effects, solver, data; 40000 other faults: model, k1, k10, ...",
     ),
     "a pipe": (os.mkfifo, "scene.toml: cannot be read: it is a pipe, not a file"),
     "a device": (lambda path: path.symlink_to("/dev/zero"), "scene.toml: cannot be read: it is a device, not a file"),

@@ -60,6 +60,7 @@ def test_as_written_is_what_it_stands_for(written: str, limit: str, listed: list
     long = pp.simulate(scene_of(path, *listed, stop), energy_balance=True)
     assert np.array_equal(short.q, long.q)
     assert {kind: list(work) for kind, work in short.work.items()} == {k: list(w) for k, w in long.work.items()}
+    assert pp.Trajectory.load(short.save(tmp_path / "run.npz")) == short
     assert short.imbalance < 1e-8  # the tolerance of the run is 1e-10, over a few swings
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import pendpin as pp
 from bad_input import run_main
-from pendpin.scene.examples import example_names, examples_folder
+from pendpin.scene.examples import examples_folder
 
 
 @pytest.fixture(autouse=True)
@@ -96,16 +96,6 @@ def test_version_help_and_lists(capfd: pytest.CaptureFixture) -> None:
     ]:
         assert run_main(*arguments) == 0
         assert says in capfd.readouterr().out
-
-
-@pytest.mark.parametrize("name", example_names())
-def test_examples_are_printed_as_scenes_that_can_be_read_anywhere(
-    name: str, folder: Path, capfd: pytest.CaptureFixture
-) -> None:
-    """With their comments, and with the whole paths of their files."""
-    assert run_main("new", name) == 0
-    (folder / "mine.toml").write_text(capfd.readouterr().out)
-    assert pp.load_scene("mine.toml") == pp.load_scene(examples_folder() / f"{name}.toml")
 
 
 def test_ctrl_c_while_the_command_line_is_imported_is_one_line(

@@ -39,6 +39,22 @@ _HOMES = {
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
+_OTHER_WORDS = {  # of other packages, and what is meant here
+    "load_urdf": "UrdfModel",
+    "load_robot": "UrdfModel",
+    "load_robot_description": "UrdfModel",
+    "load": "load_scene",
+    "run": "simulate",
+    "solve": "simulate",
+    "integrate": "simulate",
+    "linearise": "linearize",
+    "normal_modes": "modes",
+    "eigenmodes": "modes",
+    "check": "crosscheck",
+    "load_run": "Trajectory",
+    "load_trajectory": "Trajectory",
+}
+
 __all__ = [
     "Chain",
     "Dynamics",
@@ -73,8 +89,18 @@ def __getattr__(name: str) -> Any:
     if name == "effects":
         return import_module("pendpin.effects")
     if name not in _HOME_OF:
-        raise AttributeError(f"module 'pendpin' has no attribute {name!r}{did_you_mean(name, __all__)}")
+        raise AttributeError(f"module 'pendpin' has no attribute {name!r}{_hint(name)}")
     return getattr(import_module(f"pendpin.{_HOME_OF[name]}"), name)
+
+
+def _hint(name: str) -> str:
+    """What an unknown name probably means: a public name, or an effect."""
+    meant = _OTHER_WORDS.get(name)
+    if meant in __all__:
+        return f"; did you mean {meant!r}?"
+    if not name.startswith("_") and name in import_module("pendpin.effects").__all__:
+        return f"; did you mean 'effects.{name}'?"
+    return did_you_mean(name, __all__)
 
 
 def __dir__() -> list[str]:

@@ -148,7 +148,8 @@ def fault_text(faults: list[Any], record: type) -> str:
     path = _path(fault) or record.__name__
     others = list(dict.fromkeys(_path(f) for f in faults if f["type"] != "too_short" and _path(f) not in ("", path)))
     shown_paths = ", ".join([*others[:MOST_PATHS], *["..."] * (len(others) > MOST_PATHS)])
-    more = f" (and {len(others)} more: {shown_paths})" if others else ""
+    count = "another fault" if len(others) == 1 else f"{len(others)} other faults"
+    more = f"; {count}: {shown_paths}" if others else ""
     return f"{path}: {_reason(fault, record)}{more}"
 
 

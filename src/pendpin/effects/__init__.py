@@ -6,7 +6,7 @@ To add an effect: a class in a file here, and its name in `AnyEffect` below if a
 
 from typing import Annotated, Any, get_args
 
-from pydantic import Discriminator, InstanceOf, Tag
+from pydantic import BeforeValidator, Discriminator, InstanceOf, Tag
 from pydantic.json_schema import SkipJsonSchema
 
 from pendpin.arrays import applied, cross, dot
@@ -38,6 +38,15 @@ def _branch(value: Any) -> str:
     return f"~{value.get('kind', '')}" if isinstance(value, dict) else "~no table"
 
 
+def _in_full(value: Any) -> Any:
+    """A kind's name as its table, and a function as the torque on all joints that it computes."""
+    if isinstance(value, str):
+        return {"kind": value}
+    if isinstance(value, type) and issubclass(value, Effect):
+        raise ValueError(f"{value.__name__} is a class: write {value.__name__}(...)")
+    return Torque(value) if callable(value) else value
+
+
 AnyEffect = Annotated[
     Annotated[Gravity, Tag("~gravity")]
     | Annotated[Viscous, Tag("~viscous")]
@@ -52,6 +61,7 @@ AnyEffect = Annotated[
     | Annotated[AsWritten, Tag("~as_written")]
     | Annotated[SkipJsonSchema[InstanceOf[Effect]], Tag("~instance")],
     Discriminator(_branch),
+    BeforeValidator(_in_full),
 ]
 
 

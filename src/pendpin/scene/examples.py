@@ -13,12 +13,16 @@ def example_names() -> list[str]:
 
 
 def example_text(name: str) -> str:
-    """An example scene as text, with its comments; the files that it names by their whole paths. Raises InputError."""
+    """An example scene as text, with its comments. Raises InputError."""
     names = example_names()
     if name not in names:
         raise InputError(is_no("example", name, names))
-    text = (examples_folder() / f"{name}.toml").read_text(encoding="utf-8")
-    return re.sub(r'(?m)^(csv|path) = "([^"]+)"', lambda m: f'{m[1]} = "{(examples_folder() / m[2]).as_posix()}"', text)
+    return (examples_folder() / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def files_of_example(text: str) -> list[Path]:
+    """The files that an example names relative to its own."""
+    return [examples_folder() / name for _, name in re.findall(r'(?m)^(csv|path) = "([^"]+)"', text)]
 
 
 def examples_folder() -> Path:

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from pendpin.errors import InputError, inside, shown
+from pendpin.scene.examples import example_names
 from pendpin.scene.scene import Scene
 from pendpin.scene.toml import read_toml
 
@@ -11,6 +12,8 @@ from pendpin.scene.toml import read_toml
 def load_scene(path: str | Path) -> Scene:
     """Read a scene from a TOML file; the files that it names are relative to that file. Raises InputError."""
     path = Path(path)
+    if str(path) in example_names() and not path.exists():
+        raise InputError(f"{path}: no such file; `pendpin new {path} > {path}.toml` writes the example of that name")
     with inside(str(path)):
         raw = read_toml(path)
         try:

@@ -152,7 +152,12 @@ class PinModel(Record):
 
 
 def _wrapped(value: Any) -> Any:
-    """A pin.Model as the record that holds it; recognised by its class's name, so that Pinocchio is not loaded for it."""
+    """A pin.Model as the record that holds it, and a robot's name or a URDF's path as its table.
+
+    A pin.Model is recognised by its class's name, so that Pinocchio is not loaded for it.
+    """
+    if isinstance(value, str | Path):
+        return {"kind": "urdf"} | UrdfModel.from_one(value)
     is_pin = type(value).__name__ == "Model" and type(value).__module__.startswith("pinocchio")
     return PinModel(pin=value) if is_pin else value
 

@@ -13,9 +13,11 @@ FOLDER = "share/example-robot-data/robots"
 def robot_file(name: str) -> Path:
     """The URDF of a robot by its name. Raises InputError that says which name was probably meant."""
     files = robot_files()
-    if name not in files:
-        raise InputError(f"model.name: {is_no('robot of example-robot-data', name, files)}")
-    return files[name]
+    short = name.removesuffix(".urdf").removesuffix("_description")
+    if name not in files and short not in files:
+        hint = is_no("robot of example-robot-data", name, files)
+        raise InputError(f"model.name: {hint}; `pendpin urdf --list` lists all")
+    return files[name if name in files else short]
 
 
 @cache

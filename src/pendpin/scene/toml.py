@@ -9,7 +9,7 @@ from pendpin.effects import Effect, has_kind
 from pendpin.errors import InputError, inside, shown
 from pendpin.files import read_whole, text_of, write_whole
 from pendpin.records import Record
-from pendpin.scene.models import PinModel
+from pendpin.scene.models import PinModel, UrdfModel
 
 MAX_SCENE_BYTES = 500_000  # more takes Python's TOML reader seconds
 _DEEP_KEY = re.compile(rb"""(?<![\w-])(?:(?:[\w-]+|["'][^"'\n]*["'])[ \t]*\.[ \t]*){50}""")
@@ -18,6 +18,8 @@ _DEEP_KEY = re.compile(rb"""(?<![\w-])(?:(?:[\w-]+|["'][^"'\n]*["'])[ \t]*\.[ \t
 def read_toml(path: Path) -> dict[str, Any]:
     """The data of a scene file, with whole paths. Raises InputError for what is no TOML."""
     raw = _parsed(path)
+    if isinstance(raw.get("model"), str):
+        raw["model"] = {"kind": "urdf"} | UrdfModel.from_one(raw["model"])
     raw |= {"model": _placed(raw["model"], "path", path.parent)} if "model" in raw else {}
     if isinstance(raw.get("effects"), list):
         raw["effects"] = [_placed(effect, "csv", path.parent) for effect in raw["effects"]]

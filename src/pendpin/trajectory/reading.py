@@ -14,6 +14,7 @@ from pendpin.records import LARGEST, fault_text
 from pendpin.trajectory.parts import KINDS, Event, Reactions, Stats
 
 FORMAT = 1
+AS_WRITTEN = ("as_written", "viscous", "dry_friction", "stop")  # an effect, and those that it stands for
 ARRAYS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tips")
 
 
@@ -33,10 +34,17 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
     reactions = Reactions(*(read_array(file, name, universal) for name in Reactions._fields)) if universal else None
     kinds = [name.removeprefix("work_") for name in file.headers if name.startswith("work_")]
     work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
-    if work and set(work) != {str(effect.get("kind")) for effect in scene.get("effects") or ()}:
+    if work and not _fits(set(work), {str(effect.get("kind")) for effect in scene.get("effects") or ()}):
         raise ValueError("its works are not those of its scene's effects")
     found |= {"events": read_events(file, joints)}
     return found | {"joints": joints, "rod_reactions": reactions, "work": work, "stats": stats, "scene": scene}
+
+
+def _fits(works: set[str], kinds: set[str]) -> bool:
+    """Whether works are those of effects of these kinds; as_written stands for others, as many as its file writes."""
+    if AS_WRITTEN[0] in kinds:
+        return kinds - set(AS_WRITTEN) <= works <= kinds | set(AS_WRITTEN)
+    return works == kinds
 
 
 def event_arrays(events: Sequence[Event]) -> dict[str, NDArray[Any]]:

@@ -10,6 +10,7 @@ from pendpin.files import refuse_other_format, write_whole
 from pendpin.libraries import optional
 
 ROWS_AT_ONCE = 4096
+TABLES = (".csv", ".txt")
 
 
 def to_pandas(run: Any) -> Any:
@@ -21,7 +22,7 @@ def to_pandas(run: Any) -> Any:
 
 def to_csv(run: Any, path: str | Path) -> Path:
     """Write a run's quantities with their names in the first line, whole or not at all; every digit is kept."""
-    refuse_other_format(Path(path), ".csv", ".txt")
+    refuse_other_format(Path(path), *TABLES)
     rows = np.array([run[name] for name in run.names]).T
 
     def write(file: IO[bytes]) -> None:

@@ -16,7 +16,7 @@ from pendpin.trajectory.columns import Place, column, columns
 from pendpin.trajectory.parts import Energy, Event, Reactions, Stats, exchanged, share
 from pendpin.trajectory.presentation import Summary, page, summary, text, title
 from pendpin.trajectory.reading import ARRAYS, FORMAT, event_arrays, read_fields
-from pendpin.trajectory.tables import to_csv, to_pandas
+from pendpin.trajectory.tables import TABLES, to_csv, to_pandas
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -236,6 +236,8 @@ class Trajectory:
 
     def save(self, path: str | Path) -> Path:
         """Write everything to an .npz file, whole or not at all. Raises InputError where that cannot be."""
+        if Path(path).suffix.lower() in TABLES:
+            raise InputError(f"{path}: save writes .npz; to_csv({str(path)!r}) writes this run as a table")
         refuse_other_format(Path(path), ".npz")
         arrays: dict[str, Any] = {name: getattr(self._sampled, name) for name in ARRAYS} | {
             "joints": np.array(self.joints)

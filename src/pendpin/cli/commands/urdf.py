@@ -12,14 +12,21 @@ from pendpin.errors import PendpinError
 
 
 def urdf(
-    scene: Annotated[Path, typer.Argument(help="Scene file (TOML) of a chain.")],
+    scene: Annotated[Path | None, typer.Argument(help="Scene file (TOML) of a chain.")] = None,
     out: Annotated[Path | None, typer.Option(help="Where to write the URDF; on the terminal if absent.")] = None,
+    listed: Annotated[bool, typer.Option("--list", help="List the robots that --urdf and model.name know.")] = False,
 ) -> None:
-    """Write a chain as a URDF that Pinocchio, MuJoCo and Drake load to the same model."""
+    """Write a chain as a URDF that Pinocchio, MuJoCo and Drake load to the same model; or list the robots by name."""
     from pendpin.files import write_whole
     from pendpin.model.write_urdf import chain_urdf
     from pendpin.scene import Chain
+    from pendpin.scene.robots import robot_files
 
+    if listed:
+        print("\n".join(robot_files()))
+        return
+    if scene is None:
+        raise typer.BadParameter("give the scene of a chain, or --list")
     model = read_scene(scene).model
     if not isinstance(model, Chain):
         raise PendpinError(
