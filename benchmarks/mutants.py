@@ -124,6 +124,7 @@ class Planter:
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Record, then plant."""
         items = {item.nodeid: item for item in session.items}
+        assert items, "pytest collects no test: run it with these tests alone"
         if not self._file.exists():
             modules = modules_of_tests(tests_of(self._faults[0].module))
             print(f"{len(items)} tests: which lines of {', '.join(modules)} they execute", flush=True)
