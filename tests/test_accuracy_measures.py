@@ -1,0 +1,187 @@
+"""What a search for an accuracy measures and chooses, against exact values: paths, gaps, times, settings."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import pendpin as pp
+from laws import law
+from pendpin.arrays import EPS
+from pendpin.scene.methods import method_of
+from pendpin.simulation.accuracy.refinement import refine_by_step, refine_by_tolerance
+from pendpin.simulation.accuracy.rounding import RoundingError, bound_rounding
+from pendpin.simulation.accuracy.runs import Runs, compute_extent, compute_speeds, measure_gap
+from pendpin.simulation.accuracy.thresholds import INSTABILITY, ROUNDING, SAMPLE
+from pendpin.simulation.limits import Deadline
+
+RATE = 2.0  # rad/s
+
+
+def spinning(duration: float = 3.0, begin: float = 0.0, length: float = 2.0, rate: float = RATE, **solver) -> pp.Scene:
+    """A rod that turns at a constant rate, without gravity."""
+    return pp.Scene(
+        duration=duration,
+        model=pp.Chain(rods=[pp.Rod(length=length, mass=1.0, radius=0.1)]),
+        start=pp.Start(time=begin, velocities={"theta": rate}),
+        effects=(pp.effects.Gravity(acceleration=0.0),),
+        solver=pp.Solver(method="dop853", **({"tolerance": 1e-10, "samples": 7} | solver)),
+    )
+
+
+def runs_of(scene: pp.Scene) -> Runs:
+    return Runs(scene, False, lambda t: None, Deadline(None))
+
+
+# --- what is measured along a run -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("begin", [0.0, 50.0])
+@pytest.mark.parametrize("length", [0.5, 2.0])
+def test_the_path_of_a_spinning_tip(begin: float, length: float) -> None:
+    """Speed RATE and path RATE t in lengths, whenever the run begins; the tip is up to 2 lengths from its start."""
+    run = pp.simulate(spinning(begin=begin, length=length))
+    assert compute_speeds(run, length) == pytest.approx(np.full(7, RATE), rel=1e-6)
+    assert bound_rounding(np.zeros(7), 1.0, run, length).path == pytest.approx(RATE * 3.0, rel=1e-6)
+    assert compute_extent(run, length) == pytest.approx(2 * max(abs(np.sin(RATE * np.linspace(0, 3, 7) / 2))), rel=1e-8)
+
+
+def test_rounding_is_in_proportion_to_the_gap_of_a_shift() -> None:
+    """Twice the gap, or half the shift: twice the growth; at 0 the rounding of the path is left, and it grows with it."""
+    run = pp.simulate(spinning())
+    gap, units = np.linspace(0.0, 1e-6, 7), 1e4
+    still, once, twice, half = (
+        bound_rounding(x, n, run, 2.0) for x, n in ((0 * gap, units), (gap, units), (2 * gap, units), (gap, units / 2))
+    )
+    np.testing.assert_allclose(twice.error - still.error, 2 * (once.error - still.error), rtol=1e-9)
+    np.testing.assert_array_equal(twice.error, half.error)
+    assert once.growth == pytest.approx(1e-6 / (units * EPS))
+    assert still.error[0] == EPS
+    path = still.error - EPS
+    np.testing.assert_allclose(path, path[-1] * run.t / 3.0, rtol=1e-6)
+    assert still.last == still.error[-1]
+    least = ROUNDING.start_units + ROUNDING.step_units * math.sqrt(run.stats.steps)
+    assert once.last - still.last == pytest.approx(1e-6 / units * least)
+
+
+def test_a_gap_that_is_not_linear_has_no_bound() -> None:
+    """Beyond a twentieth of the length shifts say nothing; at it they still do."""
+    run = pp.simulate(spinning())
+    gap = np.full(7, ROUNDING.linear)
+    gap[4:] = np.nextafter(ROUNDING.linear, 1)
+    error = bound_rounding(gap, 1e4, run, 2.0).error
+    assert np.isfinite(error[:4]).all()
+    assert np.isinf(error[4:]).all()
+
+
+def test_what_is_magnified_grows_faster_than_a_steady_motion() -> None:
+    """40 times the path; and only where the error is larger than the target."""
+    for growth, magnified in ((39.0 * 7, False), (41.0 * 7, True)):
+        found = RoundingError(np.array([0.0, 1e-6]), growth, 7.0)
+        assert INSTABILITY.steady_growth == 40
+        assert found.magnified_beyond(0.9e-6) == magnified
+        assert not found.magnified_beyond(1.1e-6)
+
+
+def test_gaps_never_fall() -> None:
+    """Two rods that part and meet again: 2 sin(x / 2) of the angle x between them, to its largest; inf after an end."""
+    one, other = (pp.simulate(spinning(samples=9, duration=8.0, rate=rate)) for rate in (0.0, math.pi / 4))
+    angles = np.minimum(math.pi / 4 * np.arange(9), math.pi)
+    assert measure_gap(one, other, 2.0, 9) == pytest.approx(2 * np.sin(angles / 2), abs=1e-8)
+    short = pp.simulate(spinning(samples=3, duration=2.0, rate=math.pi / 4))
+    found = measure_gap(one, short, 2.0, 9)
+    assert found[:3] == pytest.approx(2 * np.sin(angles[:3] / 2), abs=1e-8)
+    assert np.isinf(found[3:]).all()
+
+
+# --- where runs are compared ----------------------------------------------------------------------------------------
+
+
+@law(50)
+@given(st.integers(2, 200), st.sampled_from([0.0, 7.0]))
+def test_runs_are_compared_at_64_intervals_or_more(samples: int, begin: float) -> None:
+    """By halving: fewer than twice as many, unless there are more output times; evenly between those, which are kept."""
+    scene = spinning(begin=begin, samples=samples)
+    times = runs_of(scene).times
+    count = len(times) - 1
+    assert count % (samples - 1) == 0
+    assert count >= SAMPLE.intervals
+    assert count < 2 * SAMPLE.intervals or count == samples - 1
+    np.testing.assert_allclose(times, np.linspace(0, 3.0, count + 1), rtol=1e-14)
+
+
+@pytest.mark.parametrize("begin", [0.0, 7.0])
+def test_uneven_output_times_are_cut_evenly(begin: float) -> None:
+    """Each interval into as many equal ones."""
+    given_times = (0.0, 0.5, 2.0, 3.0)
+    scene = spinning(begin=begin, samples=None, times=tuple(begin + t for t in given_times))
+    runs = runs_of(scene)
+    every = runs.every
+    assert 64 <= 3 * every < 128
+    exact = np.concatenate([np.linspace(a, b, every + 1)[:-1] for a, b in pairwise(given_times)])
+    np.testing.assert_allclose(runs.times, np.append(exact, 3.0), atol=1e-14)
+    run = runs.run(scene)
+    assert runs.keep_output_times(run).t == pytest.approx(np.add(begin, given_times))
+
+
+# --- settings -------------------------------------------------------------------------------------------------------
+
+
+@law(200)
+@given(
+    st.sampled_from(["rk4", "euler", "gauss2", "gauss4", "gauss6"]),
+    st.integers(1, 300),
+    st.floats(0.01, 1e4),
+    st.floats(1e-3, 10.0),
+)
+def test_finer_steps_are_the_longest_that_are_fine_enough(
+    method: str, count: int, factor: float, spacing: float
+) -> None:
+    """Whole parts of the spacing of samples, an error smaller by the factor, 4 at least: one part less is too few."""
+    refinement = refine_by_step(method, np.array([0.0, spacing]), 1)
+    finer = refinement.finer(spacing / count, factor)
+    parts = spacing / finer
+    order, wanted = method_of(method).order, max(factor, 4.0)
+    assert order
+    assert parts == pytest.approx(round(parts), rel=1e-12)
+    assert parts >= count + 1 - 1e-9
+    assert (parts / count) ** order >= wanted * (1 - 1e-6)
+    assert round(parts) == count + 1 or ((parts - 1) / count) ** order <= wanted
+
+
+@law(100)
+@given(st.integers(1, 100_000), st.floats(-100, 100), st.lists(st.floats(0.01, 3.0), min_size=1, max_size=6))
+def test_first_steps_are_as_many_as_wanted(wanted: int, begin: float, gaps: list[float]) -> None:
+    """Over the whole run, wherever its times begin; a part of the largest spacing, and one part less is too few."""
+    times = begin + np.concatenate([[0.0], np.cumsum(gaps)])
+    span, largest = times[-1] - times[0], np.diff(times).max()
+    first = refine_by_step("rk4", times, wanted).first
+    parts = round(largest / first)
+    assert first == pytest.approx(largest / parts, rel=1e-12)
+    assert span / first >= wanted * (1 - 1e-9)
+    assert parts == 1 or span / largest * (parts - 1) < wanted * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"), [(50 * 86_400, "50 days"), (100 * 60, "100 minutes"), (47 * 3600, "47 hours"), (119, "119 s")]
+)
+def test_too_many_steps_are_said_in_a_unit_that_one_reads(seconds: float, words: str) -> None:
+    """Two of a unit at least."""
+    text = refine_by_step("rk4", np.array([0.0, 1.0]), 1).describe_too_many(2e8, seconds)
+    assert text.startswith(f"rk4 is of order 4 and would take about 2e+08 steps, about {words};")
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau", "taylor"])
+def test_tolerances_are_relative_to_the_angles(method: str) -> None:
+    """Of ten turns and more by the decade: an error of 1e-6 of a hundred rad is 1e-8 of them."""
+    plain, near, far = (refine_by_tolerance(method, 1e-6, turned).first for turned in (1.0, 9.9, 120.0))
+    assert plain == near == pytest.approx(100 * far)
+    for accuracy in (1e-3, 1e-6, 1e-9):
+        refinement = refine_by_tolerance(method, accuracy)
+        finer = refinement.finer(refinement.first, 50.0)
+        assert refinement.first / finer >= 50 * (1 - 1e-9)
+        assert finer >= refinement.least
+    assert refinement.finer(refinement.least, 100.0) == refinement.least
