@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import HANG
+from pendpin.fitting.figure import _broken
 from pendpin.graphics.drawing import Drawing
 from pendpin.graphics.page import DRAWN, contents
 from pendpin.graphics.path import TURN, smooth
 from pendpin.graphics.run_drawing import drawing_of
+from pendpin.sweeps.figure import without_value
 from swinging import swinging
 
 
@@ -79,3 +81,28 @@ def test_the_drawn_frames_are_those_of_the_computation(tmp_path: Path) -> None:
     script = Path(__file__).parents[1] / "examples/draw_frames.py"
     subprocess.run([sys.executable, script, tmp_path], check=True, timeout=HANG, capture_output=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["frames.png", "frames_chain.png"]
+
+
+@given(st.lists(st.integers(2, 20), min_size=1, max_size=5), st.floats(1e-3, 10.0))
+def test_a_fit_is_drawn_with_the_gaps_of_its_data(lengths: list[int], step: float) -> None:
+    """Every sample is drawn, in its place, and no line leads across a gap."""
+    t, start = [], 0.0
+    for length in lengths:
+        t += [start + step * i for i in range(length)]
+        start = t[-1] + 50 * step
+    values = np.arange(len(t), dtype=float)
+    at, drawn = _broken(np.array(t), values)
+    present = np.isfinite(drawn)
+    np.testing.assert_array_equal(drawn[present], values)
+    np.testing.assert_array_equal(at[present], t)
+    together = present[1:] & present[:-1]  # most samples are a step apart: each motion has more of these than gaps
+    assert (np.diff(at)[together] < 2 * step).all()
+
+
+def test_a_map_says_what_its_empty_cells_are() -> None:
+    """A pendulum that is not thrown does not turn over, and the map says in how long."""
+    pytest.importorskip("xarray")
+    scene = pp.Scene(duration=0.5, model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), effects=[pp.effects.Gravity()])
+    keys = {"start.positions.theta_1": [0.1, 0.2], "start.positions.phi_1": [0.0, 0.1]}
+    found = pp.sweep(scene, keys, measure=["flip_time"])
+    assert without_value("flip_time", found) == "did not turn over in 0.5 s"

@@ -199,6 +199,17 @@ def test_summary_of_a_known_swing() -> None:
     assert "largest swing" in repr(found)
 
 
+def test_a_period_is_said_only_of_a_motion_that_has_one() -> None:
+    """The rod's swings differ from one to the next: their mean lies in the range that is said with it."""
+    found = pp.simulate(builtin_scene()).summary()
+    assert not any(name.startswith("period") for name in found)
+    for joint in ("theta", "phi"):
+        figure = found[f"mean swing of {joint}"]
+        words = figure.place.split()
+        assert float(words[1]) < figure.value < float(words[3])
+        assert "not periodic" in str(figure)
+
+
 def test_configurations() -> None:
     """Pinocchio's own functions take what a run gives, continuous joints as cosine and sine."""
     import pinocchio as pin

@@ -30,7 +30,7 @@ def test_gravity_is_needed_and_a_spring_of_no_stiffness_is_not() -> None:
 def test_the_verdict_follows_the_accuracy() -> None:
     """Earth's rotation matters at 1e-6 and not at 1e-2; it is offered where the scene lacks it, and only there."""
     scene = swing(Gravity())
-    for accuracy, verdict in ((1e-2, "not needed at this accuracy"), (1e-6, "needed, but not listed")):
+    for accuracy, verdict in ((1e-2, "not needed at this accuracy"), (1e-6, "would matter, but is not listed")):
         (row,) = [row for row in significance(scene, accuracy).rows if "rotation" in row.effect]
         assert row.verdict == verdict
         assert not row.listed

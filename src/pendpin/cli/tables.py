@@ -111,10 +111,13 @@ def print_effects(found: "EffectsReport", as_json: bool) -> None:
         print_json(asdict(found))
         return
     rows = [
-        [row.effect, "yes" if row.listed else "no", f"{row.change:.1e}", _percent(row.added), row.verdict]
+        [row.effect, "yes" if row.listed else "no", f"{100 * row.change:.2g} %", _percent(row.added), row.verdict]
         for row in found.rows
     ]
-    print_table(["effect", "in the scene", "change", "time added", "verdict"], rows)
+    print_table(["effect", "in the scene", "moves a tip by", "time added", "verdict"], rows)
+    print("A tip's largest distance with and without the effect, in per cent of the chain's length.")
+    if any(not row.listed for row in found.rows):
+        print("What is not in the scene was tried with the numbers named here, as examples: yours may be others.")
     if found.horizon < found.duration:
         print(f"compared up to {found.horizon:.3g} s of {found.duration:g} s: {found.why}")
 
@@ -205,7 +208,11 @@ def print_hard(report: "HardReport", as_json: bool) -> None:
     if as_json:
         print_json(report.as_dict())
         return
-    rows = [[o.case, o.method, o.shown, f"{o.bound:.1e}", o.verdict, f"{o.seconds:.2f}"] for o in report.outcomes]
+    cases = ["", *(o.case for o in report.outcomes)]  # each named once
+    rows = [
+        ["" if o.case == before else o.case, o.method, o.shown, f"{o.bound:.1e}", o.verdict, f"{o.seconds:.2f}"]
+        for before, o in zip(cases, report.outcomes, strict=False)
+    ]
     print_table(["case", "method", "measured", "bound", "verdict", "seconds"], rows)
     for outcome in report.outcomes:
         if outcome.failure:

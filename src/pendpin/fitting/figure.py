@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.arrays import Array
 from pendpin.fitting.honesty import autocorrelation
 from pendpin.fitting.report import Fit, Prediction
 from pendpin.graphics.figure import write_figure
@@ -13,6 +14,7 @@ from pendpin.graphics.figure import write_figure
 COLORS = ("#d9622b", "#2b6cb0", "#2f855a", "#6b46c1", "#b7791f", "#4a5568")
 HELD = "#edf2f7"
 MOST_LAGS = 400
+GAP = 5.0  # times the usual time between samples: no curve is drawn across
 
 
 def plot(fit: Fit, path: Any = None) -> Any:
@@ -32,9 +34,10 @@ def draw_fit(fit: Fit) -> Any:
     figure = Figure(figsize=(11, 8), layout="constrained")
     top, middle, below = figure.subplots(3, 1, height_ratios=(3, 2, 2))
     middle.sharex(top)
-    end = _swings(top, middle, fit.train, 0.0)
+    degrees = fit.setting.table.unit == "degrees"
+    end = _swings(top, middle, fit.train, 0.0, degrees)
     if fit.hold_out:
-        last = _swings(top, middle, fit.hold_out, end)
+        last = _swings(top, middle, fit.hold_out, end, degrees)
         for ax in (top, middle):
             ax.axvspan(end, last, color=HELD, zorder=0)
         top.text(end, 1.01, "held out", transform=top.get_xaxis_transform(), fontsize=8, color="#4a5568")
@@ -42,27 +45,36 @@ def draw_fit(fit: Fit) -> Any:
         top.plot([], [], color=COLORS[k % len(COLORS)], label=name)
     top.plot([], [], "k.", markersize=2, label="measured")
     top.legend(loc="upper right", fontsize=8, ncols=4)
-    units = sorted(set(fit.train.units), reverse=True)
+    units = sorted({"degrees" if unit == "rad" and degrees else unit for unit in fit.train.units}, reverse=True)
     top.set_ylabel(f"measured and fitted, {' or '.join(units)}")
-    middle.set_ylabel(f"fitted less measured, {' or '.join(f'm{unit}' for unit in units)}")
+    middle.set_ylabel(f"fitted less measured, {' or '.join(units)}")
+    middle.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
     middle.set_xlabel("s, swings one after the other")
     _correlation(below, fit)
     figure.suptitle(textwrap.fill(fit.verdict, 120), fontsize=10, x=0.01, ha="left")
     return figure
 
 
-def _swings(top: Any, middle: Any, shown: Prediction, begin: float) -> float:
-    """Draw swings from a time on; the time at which the last ends."""
+def _swings(top: Any, middle: Any, shown: Prediction, begin: float, degrees: bool) -> float:
+    """Draw swings from a time on, angles in degrees where the data were; the time at which the last ends."""
+    scales = [180 / np.pi if unit == "rad" and degrees else 1.0 for unit in shown.units]
     for swing, predicted, compared in zip(shown.swings, shown.predicted, shown.compared, strict=True):
         t = swing.t - swing.t[0] + begin
         for k in range(predicted.shape[1]):
             color = COLORS[k % len(COLORS)]
-            top.plot(t, swing.y[:, k], "k.", markersize=1)
-            top.plot(t, predicted[:, k], color=color, linewidth=0.8)
+            scale = scales[k]
+            top.plot(t, scale * swing.y[:, k], "k.", markersize=1)
+            top.plot(*_broken(t, scale * predicted[:, k]), color=color, linewidth=0.8)
             rest = np.where(compared, predicted[:, k] - swing.y[:, k], np.nan)
-            middle.plot(t, 1e3 * rest, color=color, linewidth=0.7)
+            middle.plot(*_broken(t, scale * rest), color=color, linewidth=0.7)
         begin = t[-1] + 0.02 * (t[-1] - t[0])
     return begin
+
+
+def _broken(t: Array, values: Array) -> tuple[Array, Array]:
+    """A curve (m,) that is interrupted where the data are: where samples lie GAP times farther apart than most."""
+    gaps = np.flatnonzero(np.diff(t) > GAP * np.median(np.diff(t))) + 1 if len(t) > 2 else np.array([], int)
+    return np.insert(t, gaps, t[gaps]), np.insert(values, gaps, np.nan)
 
 
 def _correlation(ax: Any, fit: Fit) -> None:

@@ -103,6 +103,7 @@ class Outcome:
     seconds: float
     failure: str | None = None
     claimed: bool = True  # False for other algorithms and simulators
+    beside: bool = False  # whether it is another algorithm, there to show how it fails
 
     @property
     def ok(self) -> bool:
@@ -119,7 +120,7 @@ class Outcome:
         """The outcome in one word."""
         if self.claimed:
             return "ok" if self.ok else "BROKEN"
-        return "holds" if self.ok else "fails"
+        return "holds" if self.ok else "fails, as expected" if self.beside else "fails"
 
 
 def on_method(case: Case, method: str) -> Solve:

@@ -75,7 +75,7 @@ def outcomes(case: Case, methods: Sequence[str] | None, full: bool, progress: Pr
         found = case.beside()
         seconds = (time.perf_counter() - begin) / max(len(found), 1)
         for name, measured in found.items():
-            yield Outcome(case.name, name, measured, case.bound, seconds, claimed=False)
+            yield Outcome(case.name, name, measured, case.bound, seconds, claimed=False, beside=True)
 
 
 def outcome(case: Case, method: str, full: bool) -> Outcome:

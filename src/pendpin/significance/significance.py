@@ -121,10 +121,10 @@ def _candidates(scene: Scene) -> Iterator[tuple[str, Effect]]:
     bodies = bind(scene).model.bodies
     if any(body.radius > 0 for body in bodies):
         yield "drag in still air", Drag()
-    yield f"Earth's rotation at {LATITUDE:g} degrees", Rotation(latitude=LATITUDE)
+    yield f"Earth's rotation, for example at {LATITUDE:g} degrees", Rotation(latitude=LATITUDE)
     coefficient = SMALL_DAMPING * max(body.mass * 9.81 * float(np.linalg.norm(body.com)) for body in bodies)
     if coefficient:  # 0 for bodies on their axes
-        yield f"viscous joints, {coefficient:.2g} N m s/rad", Viscous(coefficient=coefficient)
+        yield f"viscous joints, for example {coefficient:.2g} N m s/rad", Viscous(coefficient=coefficient)
 
 
 def _with(scene: Scene, *effects: Effect) -> Scene:
@@ -153,7 +153,7 @@ def _marks(scene: Scene, run: Trajectory) -> Array:
 
 def _verdict(listed: bool, change: float, accuracy: float) -> str:
     if change > accuracy:
-        return "needed" if listed else "needed, but not listed"
+        return "needed" if listed else "would matter, but is not listed"
     return "not needed at this accuracy"
 
 

@@ -1,5 +1,6 @@
 """The result of a sweep as one figure: a line for one dimension, a map for two, small maps for three."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 from pendpin.arrays import Array, Mask
 from pendpin.errors import InputError, not_one_of
 from pendpin.graphics.figure import write_figure
+from pendpin.sweeps.measures import MEASURES
 
 DOUBTFUL = 1e-3  # of a measure's range: a spread beyond is hatched
 DIVERGED = 1e-2  # a divergence beyond is hatched
@@ -123,10 +125,20 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
     for ax in axes.flat[len(panels) :]:
         ax.remove()
     figure.colorbar(mesh, ax=axes, label=label(name, dataset), shrink=0.9)
-    patches = _legend(panels, Patch, "no value" if (dataset["why"].values == "").all() else "no value, or not run")
+    patches = _legend(panels, Patch, without_value(name, dataset))
     if patches:
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False, fontsize=9)
     return figure
+
+
+def without_value(name: str, dataset: Any) -> str:
+    """What is so of the cells without a value: did not turn over in 10 s."""
+    known = MEASURES.get(name.removesuffix(".spread"))
+    text = known.without if known else "no value"
+    duration = json.loads(dataset.attrs.get("scene", "{}")).get("duration")
+    if duration is not None and text != "no value":
+        text += f" in {duration:g} s"
+    return text if (dataset["why"].values == "").all() else f"{text}, or not run"
 
 
 def _colours(arrays: list[Array]) -> dict[str, Any]:

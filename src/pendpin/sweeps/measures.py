@@ -53,6 +53,7 @@ class Measure:
     of_motion: Callable[[Motion], Array] | None = None
     of_motions: Callable[[Motion, Motion], Array] | None = None
     series: str = ""  # the quantity of a run, for a statistic of one
+    without: str = "no value"  # what is so of a run that has none
     ends: bool = False  # whether `of_motion` or `of_motions` looks at the start and the end alone
 
     @property
@@ -255,10 +256,14 @@ def _tips_apart(one: Array, other: Array) -> Array:
 
 MEASURES = {
     "swing": Measure("swing", "rad", swing, of_motion=_swings),
-    "period": Measure("period", "s", period),
+    "period": Measure("period", "s", period, without="has no period"),
     "energy_drift": Measure("energy_drift", "", energy_drift),
-    "settling_time": Measure("settling_time", "s", settling_time, of_motion=lambda m: _settled(m.t, m.q)),
-    "flip_time": Measure("flip_time", "s", flip_time, of_motion=lambda motion: motion.flips, ends=True),
+    "settling_time": Measure(
+        "settling_time", "s", settling_time, of_motion=lambda m: _settled(m.t, m.q), without="did not settle"
+    ),
+    "flip_time": Measure(
+        "flip_time", "s", flip_time, of_motion=lambda motion: motion.flips, without="did not turn over", ends=True
+    ),
     "lyapunov": Measure("lyapunov", "1/s", lyapunov),
     "divergence": Measure("divergence", "", pair=divergence, of_motions=_divergence_of_motions, ends=True),
 }

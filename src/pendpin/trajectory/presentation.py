@@ -11,7 +11,8 @@ from pendpin.errors import one_line
 
 MOST_PERIODS = 4  # joints
 MOST_LETTERS = 90  # of a title
-LEAST_TURNS = 2  # upward crossings, for a period
+LEAST_TURNS = 3  # upward crossings, for a period: two swings that can be compared
+PERIODIC = 1e-3  # of the mean: swings that differ by less have one period, as far as samples show
 FORCES = ("R1", "R2", "R3")
 
 
@@ -65,7 +66,7 @@ def summary(run: Any) -> Summary:
             if values.any():
                 found[f"{name} least"] = _extreme(values, run.t, np.min, unit, rods)
                 found[f"{name} largest"] = _extreme(values, run.t, np.max, unit, rods)
-    found |= {f"period of {joint}": Figure(period, "s") for joint, period in _periods(run)}
+    found |= dict(_periods(run))
     energy = run.energy().total
     found["energy at the start"] = Figure(float(energy[0]), "J")
     found["energy at the end"] = Figure(float(energy[-1]), "J")
@@ -87,15 +88,24 @@ def _extreme(values: Array, t: Array, of: Any, unit: str, places: list[str]) -> 
     return Figure(float(values[row, column]), unit, float(t[row]), places[column])
 
 
-def _periods(run: Any) -> Iterator[tuple[str, float]]:
-    """Mean times between the crossings of each joint's middle, upwards, as the samples show them; none of few samples."""
+def _periods(run: Any) -> Iterator[tuple[str, Figure]]:
+    """The times between the crossings of each joint's middle, upwards, as the samples show them; none of few samples.
+
+    Where they are equal they are the period; else the motion has none, and their mean and their range are said.
+    """
     apart = np.diff(run.t).max(initial=0.0)
     for joint, q, v in list(zip(run.joints, run.q.T, run.v.T, strict=True))[:MOST_PERIODS]:
         x = q - (q.min() + q.max()) / 2
         up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
-        if len(up) >= LEAST_TURNS and np.abs(v).max() * apart < x.max():  # from six samples in a swing on
-            times = run.t[up] - x[up] * (run.t[up + 1] - run.t[up]) / (x[up + 1] - x[up])
-            yield joint, float((times[-1] - times[0]) / (len(times) - 1))
+        if len(up) < LEAST_TURNS or np.abs(v).max() * apart >= x.max():  # from six samples in a swing on
+            continue
+        times = run.t[up] - x[up] * (run.t[up + 1] - run.t[up]) / (x[up + 1] - x[up])
+        swings = np.diff(times)
+        if np.ptp(swings) <= PERIODIC * swings.mean():
+            yield f"period of {joint}", Figure(float(swings.mean()), "s")
+        else:
+            between = f"from {swings.min():.4g} to {swings.max():.4g} s: not periodic"
+            yield f"mean swing of {joint}", Figure(float(swings.mean()), "s", place=between)
 
 
 def title(run: Any) -> str:
@@ -149,7 +159,7 @@ def _extremes(run: Any) -> str:
     parts += [f"largest swing {found['largest swing']}"] if "largest swing" in found else []
     if "R3 largest" in found:
         parts.append(f"tension R3 from {found['R3 least'].value:.4g} to {found['R3 largest']}")
-    parts += [f"{name} {figure}" for name, figure in found.items() if name.startswith("period")][:1]
+    parts += [f"{name} {figure}" for name, figure in found.items() if name.startswith(("period", "mean swing"))][:1]
     return "; ".join(parts)
 
 
