@@ -26,6 +26,7 @@ ROWS = [  # the ground first
         "fitting",
         "hardcases",
         "significance",
+        "stability",
         "sweeps",
         "work_precision",
     },  # the tools

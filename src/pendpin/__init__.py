@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from pendpin.fitting import Fit, fit
     from pendpin.scene import Chain, Rod, Scene, Solver, Start, UrdfModel, load_scene
     from pendpin.simulation.ensemble import Ensemble, simulate_many
+    from pendpin.simulation.periodic import periodic_orbit
     from pendpin.simulation.simulate import simulate
+    from pendpin.stability.branches import follow
+    from pendpin.stability.lyapunov import lyapunov
     from pendpin.sweeps.sweep import sweep
     from pendpin.trajectory import Trajectory
     from pendpin.work_precision.cost import cost
@@ -33,7 +36,10 @@ _HOMES = {
     "errors": ("InputError", "MissingLibrary", "PendpinError", "RunError"),
     "scene": ("Chain", "Rod", "Scene", "Solver", "Start", "UrdfModel", "load_scene"),
     "simulation.ensemble": ("Ensemble", "simulate_many"),
+    "simulation.periodic": ("periodic_orbit",),
     "simulation.simulate": ("simulate",),
+    "stability.branches": ("follow",),
+    "stability.lyapunov": ("lyapunov",),
     "sweeps.sweep": ("sweep",),
     "trajectory": ("Trajectory",),
 }
@@ -76,7 +82,10 @@ __all__ = [
     "diagnose",
     "effects",
     "fit",
+    "follow",
     "load_scene",
+    "lyapunov",
+    "periodic_orbit",
     "simulate",
     "simulate_many",
     "sweep",

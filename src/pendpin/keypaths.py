@@ -6,6 +6,8 @@ stands in quotes: `start.positions.'left hip'`.
 
 import ast
 import re
+from collections.abc import Mapping
+from typing import Any
 
 from pendpin.errors import InputError, KeyPath, shown
 
@@ -25,6 +27,19 @@ def parsed(text: str) -> KeyPath:
         parts.append(int(index) if index else plain or _unquoted(quoted))
         place = found.end()
     return tuple(parts)
+
+
+def number_at(record: Any, key: str) -> float:
+    """The number at a key path of a scene. Raises InputError where there is none."""
+    found = record
+    for part in parsed(key):
+        try:
+            found = found[part] if isinstance(part, int) or isinstance(found, Mapping) else getattr(found, part)
+        except (AttributeError, LookupError, TypeError):
+            raise InputError(f"{key}: the scene has nothing there; name a number, as model.rods[0].length") from None
+    if isinstance(found, bool) or not isinstance(found, int | float):
+        raise InputError(f"{key}: {shown(found)} is not a number")
+    return float(found)
 
 
 def _unquoted(literal: str) -> str:

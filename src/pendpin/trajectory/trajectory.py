@@ -1,6 +1,7 @@
 """The result of a run: arrays over time, statistics, and the file that holds them."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -169,6 +170,28 @@ class Trajectory:
         from pendpin.simulation.continuation import extend
 
         return extend(self._sampled, duration)
+
+    def state_transition(self, t0: float, t1: float) -> Array:
+        """d(q, v) at t1 by (q, v) at t0, both in s inside the run: (2 nv, 2 nv), to the accuracy of the run.
+
+        Integrated beside the motion by exact derivatives of the equations. Raises InputError for other times, for friction
+        and stops, which act at events, and for effects without derivatives; RunError where angles have no derivative.
+        """
+        from pendpin.simulation.sensitivity import state_transition
+
+        return state_transition(self._sampled, t0, t1)
+
+    def sensitivity(self, keys: Sequence[str] | str, of: str | None = None) -> Array:
+        """The derivatives of the motion by numbers of the scene at k key paths, to the accuracy of the run.
+
+        keys: such as "model.rods[0].length", "effects[1].coefficient", "start.positions.theta_1". Returns d(q, v)/d(number)
+        at the samples, (n, 2 nv, k); with `of`, the name of a quantity, its derivatives, (n, k); with a statistic behind
+        it, as in "R3_1.max", of that of the samples, (k,). Units: those of the quantity over those of the number.
+        Raises as `state_transition`, and InputError for keys that are no numbers of the scene.
+        """
+        from pendpin.simulation.sensitivity import sensitivity
+
+        return sensitivity(self._sampled, keys, of)
 
     def summary(self) -> Summary:
         """The largest angle of any rod from straight down, the tip's way sideways, rest; extremes of R1, R2, R3, M3.

@@ -1,0 +1,219 @@
+"""`follow`: a periodic orbit continued in a number of the scene, round folds, by pseudo-arclength.
+
+The orbits are a curve in the space of start, number, and, without a drive, period. A step along its tangent is corrected
+across it by Newton's method (H. B. Keller, in: Applications of Bifurcation Theory, Academic Press, 1977, 359).
+"""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.errors import InputError, RunError, brief, shown
+from pendpin.keypaths import number_at, parsed
+from pendpin.scene import Scene
+from pendpin.simulation.periodic import CLOSED, FLAT, PeriodicOrbit, closed, drive_of, over_a_period
+
+FIRST, LONGEST, SHORTEST = 0.02, 0.05, 1e-7  # steps along the curve, where the way to the end of the number is about 1
+STEPS, CORRECTIONS = 2000, 12  # at most
+HALVINGS = 40  # to locate a fold or a change of stability
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Branch:
+    """Orbits along a curve, from the one that was given on."""
+
+    key: str
+    orbits: tuple[PeriodicOrbit, ...]
+    values: Array  # (n,) of the number, that of the orbit first
+    folds: Array  # values at which the curve turns back
+    changes: Array  # values at which the orbits become stable, or unstable
+
+    @property
+    def stable(self) -> Array:
+        """Which of the orbits are stable, (n,)."""
+        return np.array([orbit.stable for orbit in self.orbits])
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the largest multiplier against the number on a matplotlib Axes, a new one if absent; returns it."""
+        from matplotlib.figure import Figure
+
+        ax = ax if ax is not None else Figure(figsize=(7.0, 4.0), layout="constrained").subplots()
+        size, stable = np.array([np.abs(orbit.multipliers).max() for orbit in self.orbits]), self.stable
+        ax.plot(self.values, size, color="0.8", lw=1)
+        ax.plot(self.values[stable], size[stable], "o", ms=3, label="stable")
+        ax.plot(self.values[~stable], size[~stable], "x", ms=4, label="unstable")
+        ax.set(xlabel=self.key, ylabel="largest multiplier")
+        ax.legend(frameon=False)
+        return ax
+
+    def __repr__(self) -> str:
+        return brief(self.text())
+
+    def text(self) -> str:
+        """Where the branch leads, its folds and its changes of stability."""
+        lines = [f"{len(self.orbits)} periodic orbits, {self.key} from {self.values[0]:.6g} to {self.values[-1]:.6g}"]
+        for name, places in (("fold", self.folds), ("change of stability", self.changes)):
+            lines += [f"{name} at {place:.10g}" for place in places] or [f"no {name}"]
+        return "\n".join(lines)
+
+
+class _Curve(NamedTuple):
+    """What the curve is that is followed: a point is (start, [period over the first], s), the number `first + s way`."""
+
+    scene: Scene
+    key: str
+    first: float
+    way: float
+    period: float
+    driven: bool  # the period is that of the drive, or fixed
+    tuned: bool  # the number is the frequency of the drive
+    turns: Array
+
+    def number(self, u: Array) -> float:
+        return self.first + self.way * float(u[-1])
+
+    def scene_at(self, u: Array) -> Scene:
+        return self.scene.replace({self.key: self.number(u)})
+
+    def period_at(self, u: Array) -> float:
+        if self.tuned:
+            return self.period * self.first / self.number(u)
+        return self.period if self.driven else self.period * float(u[-2])
+
+    def gap(self, u: Array) -> tuple[Array, Array]:
+        """By how much the motion misses its start, (2 nv,), and the derivative by u."""
+        size, period = len(self.turns), self.period_at(u)
+        found = over_a_period(self.scene_at(u), u[:size], period, self.key)
+        by_number = found.by_number - (found.rate * period / self.number(u) if self.tuned else 0.0)
+        columns = [found.transition - np.eye(size), by_number[:, None] * self.way]
+        if not self.driven:
+            columns.insert(1, found.rate[:, None] * self.period)
+        return found.end - u[:size] - self.turns, np.hstack(columns)
+
+    def orbit(self, u: Array) -> PeriodicOrbit:
+        size = len(self.turns)
+        return closed(self.scene_at(u), u[:size], self.period_at(u), free=not self.driven)
+
+
+def follow(orbit: PeriodicOrbit, key: str, to: float) -> Branch:
+    """The orbits that continue one as the number of its scene at a key path goes to another value.
+
+    Folds and changes of stability on the way are located to about ten digits. The branch ends at `to`, or where the curve
+    comes back to the first value. Raises InputError for a key or value that cannot be, RunError where the curve ends.
+    """
+    if isinstance(to, bool) or not isinstance(to, int | float) or not np.isfinite(to):
+        raise InputError(f"to: {shown(to)} is not a finite number")
+    first = number_at(orbit.scene, key)
+    if to == first:
+        raise InputError(f"to: {key} is {to:g} already")
+    curve = _curve(orbit, key, first, float(to))
+    start = np.concatenate([_state(orbit), [] if curve.driven else [1.0], [0.0]])
+    return _Walk(curve, start, orbit).branch()
+
+
+def _curve(orbit: PeriodicOrbit, key: str, first: float, to: float) -> _Curve:
+    frequency, y = drive_of(orbit.scene), _state(orbit)
+    tuned = frequency is not None and parsed(key)[0] == "effects" and key.endswith(".frequency")
+    turns = over_a_period(orbit.scene, y, orbit.period).turns
+    return _Curve(orbit.scene, key, first, to - first, orbit.period, frequency is not None, tuned, turns)
+
+
+class _Walk:
+    """Steps along a curve."""
+
+    def __init__(self, curve: _Curve, start: Array, orbit: PeriodicOrbit) -> None:
+        self.curve, self.points, self.orbits = curve, [start], [orbit]
+        ahead = np.zeros(len(start))
+        ahead[-1] = 1.0
+        self.tangents = [self.tangent(start, ahead)]
+        self.folds, self.changes = list[float](), list[float]()
+
+    def branch(self) -> Branch:
+        """All orbits up to the end of the curve."""
+        step = FIRST
+        for _ in range(STEPS):
+            u = self.ahead(step)
+            if u is None:
+                step /= 2
+                if step < SHORTEST:
+                    place = self.curve.number(self.points[-1])
+                    raise RunError(f"the branch cannot be followed beyond {self.curve.key} = {place:.10g}")
+                continue
+            if u[-1] >= 1.0:
+                self.take(self.landed(u))
+                break
+            self.take(u)
+            if u[-1] < 0:
+                break
+            step = min(1.4 * step, LONGEST)
+        values = np.array([self.curve.number(u) for u in self.points])
+        return Branch(self.curve.key, tuple(self.orbits), values, np.array(self.folds), np.array(self.changes))
+
+    def tangent(self, u: Array, before: Array) -> Array:
+        """The direction of the curve at u: that of all along which orbits stay orbits which is nearest to `before`."""
+        _, sizes, rows = np.linalg.svd(self.curve.gap(u)[1])
+        free = rows[np.count_nonzero(sizes > FLAT * sizes[0]) :]
+        along = free.T @ (free @ before)
+        return along / np.linalg.norm(along)
+
+    def ahead(self, step: float) -> Array | None:
+        """The point of the curve a step beyond the last; None where Newton's method does not find it."""
+        guess = self.points[-1] + step * self.tangents[-1]
+        return self.corrected(guess, self.tangents[-1])
+
+    def corrected(self, u: Array, across: Array) -> Array | None:
+        """The point of the curve at which u is, without going along `across`."""
+        guess, before = u, np.inf
+        for _ in range(CORRECTIONS):
+            try:
+                gap, matrix = self.curve.gap(u)
+            except (InputError, RunError):
+                return None
+            size = float(np.abs(gap).max())
+            if size <= 1e-11 or (size <= CLOSED and size > before / 2):
+                return u
+            if size > 10 * before:
+                return None
+            rows = np.vstack([matrix, across])
+            u = u + np.linalg.lstsq(rows, -np.append(gap, across @ (u - guess)), rcond=FLAT)[0]
+            before = size
+        return None
+
+    def landed(self, u: Array) -> Array:
+        """The point of the curve at the end of the number, near u."""
+        last = self.points[-1]
+        guess = last + (u - last) * (1 - last[-1]) / (u[-1] - last[-1])
+        guess[-1] = 1.0
+        found = self.corrected(guess, np.eye(len(u))[-1])
+        return u if found is None else found
+
+    def take(self, u: Array) -> None:
+        """Add a point, and what lies between it and the last: a fold, a change of stability."""
+        tangent, orbit = self.tangent(u, self.tangents[-1]), self.curve.orbit(u)
+        length = float(np.linalg.norm(u - self.points[-1]))
+        if tangent[-1] * self.tangents[-1][-1] < 0:
+            self.folds.append(self.located(length, lambda x: self.tangent(x, self.tangents[-1])[-1] * tangent[-1] > 0))
+        if orbit.stable != self.orbits[-1].stable:
+            self.changes.append(self.located(length, lambda x: self.curve.orbit(x).stable == orbit.stable))
+        self.points.append(u)
+        self.tangents.append(tangent)
+        self.orbits.append(orbit)
+
+    def located(self, length: float, behind: Any) -> float:
+        """The number where `behind` becomes true on the way of a length from the last point."""
+        low, high, place = 0.0, length, self.curve.number(self.points[-1])
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            u = self.ahead(middle)
+            if u is None:
+                break
+            place = self.curve.number(u)
+            low, high = (low, middle) if behind(u) else (middle, high)
+        return place
+
+
+def _state(orbit: PeriodicOrbit) -> Array:
+    start = orbit.scene.start
+    return np.array([*start.positions, *start.velocities], float)

@@ -1,0 +1,249 @@
+"""What happens near a motion: sensitivities, periodic orbits, their continuation, Lyapunov exponents."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+import pendpin as pp
+from effect_cases import EFFECTS
+from laws import law
+from pendpin import effects as fx
+from pendpin.simulation.variations import Variations, states_as_keys
+
+pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install 'pendpin[fast]'")
+
+G = fx.Gravity(acceleration=9.81)
+ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
+POINT = pp.Rod(length=0.2, mass=1.0, com=0.2, inertia=(0, 0, 0))
+TWO = pp.Chain(rods=[ROD, pp.Rod(length=0.7, mass=0.4, radius=0.02)])
+SMOOTH = [name for name in EFFECTS if name != "gravity"]
+SIXTH = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}  # weights of a central difference of sixth order
+
+
+def scene(*effects: fx.Effect, q=(0.6, 0.3, -0.4, 0.2), model=TWO, duration=2.0, **solver) -> pp.Scene:
+    start = pp.Start(positions=list(q))
+    return pp.Scene(
+        model=model,
+        start=start,
+        duration=duration,
+        effects=[G, *effects],
+        solver=pp.Solver(**({"samples": 21} | solver)),
+    )
+
+
+def by_differences(chosen: pp.Scene, key: str, value: float, name: str) -> np.ndarray:
+    """The derivative of a quantity (n,) by a number: a difference of sixth order, off by (2e-3)^6 and 1e-13 / 2e-3."""
+    step = 2e-3 * max(1.0, abs(value))
+
+    def at(k: int) -> np.ndarray:
+        return pp.simulate(chosen.replace({key: value + k * step}), tolerance=3e-14)[name]
+
+    return sum(w * (at(k) - at(-k)) for k, w in SIXTH.items()) / step
+
+
+# --- sensitivities --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["theta_2", "phi_1", "R3_1", "tip_x", "kinetic"])
+def test_sensitivities_are_those_of_differences(name: str) -> None:
+    """Of positions, and of what follows from the state: by a length, a start and an effect's number."""
+    chosen = scene(EFFECTS["drag"], EFFECTS["viscous"], tolerance=1e-12)
+    values = {
+        "model.rods[0].length": 1.0,
+        "start.positions[1]": 0.3,
+        "effects[2].coefficient": 0.3,
+        "effects[0].acceleration": 9.81,
+    }
+    run = pp.simulate(chosen)
+    found = run.sensitivity(list(values), of=name)
+    assert found.shape == (21, 4)
+    for k, (key, value) in enumerate(values.items()):
+        expected = by_differences(chosen, key, value, name)
+        assert np.abs(found[:, k] - expected).max() <= 3e-9 * max(1.0, np.abs(expected).max())
+
+
+@law(3)
+@given(
+    names=st.sets(st.sampled_from(SMOOTH), min_size=1, max_size=3),
+    q=st.tuples(*[st.floats(-1.0, 1.0).map(lambda x: round(x, 3))] * 4),
+)
+def test_random_scenes_with_every_smooth_effect(names: set[str], q: tuple[float, ...]) -> None:
+    """By the length of the first rod and the first angle of the start."""
+    kinds = {EFFECTS[name].kind: EFFECTS[name] for name in sorted(names)}
+    chosen = scene(*kinds.values(), q=q, duration=1.0, samples=5, tolerance=1e-12)
+    found = pp.simulate(chosen).sensitivity(["model.rods[0].length", "start.positions[0]"])
+    for k, (key, value) in enumerate([("model.rods[0].length", 1.0), ("start.positions[0]", q[0])]):
+        for place, name in [(0, "theta_1"), (3, "phi_2")]:
+            expected = by_differences(chosen, key, value, name)
+            assert np.abs(found[:, place, k] - expected).max() <= 3e-9 * max(1.0, np.abs(found[..., k]).max())
+
+
+def test_transitions_compose() -> None:
+    """From 0 to 2 s is from 1 to 2 s after 0 to 1 s, and its columns are the sensitivities to the start."""
+    run = pp.simulate(scene(EFFECTS["support"], tolerance=1e-12))
+    whole, first, second = (run.state_transition(*ends) for ends in ((0.0, 2.0), (0.0, 0.97), (0.97, 2.0)))
+    size = np.abs(first).max() * np.abs(second).max()
+    assert np.abs(second @ first - whole).max() <= 1e-9 * size
+    keys = states_as_keys(4)
+    assert np.abs(run.sensitivity(keys)[-1] - whole).max() <= 1e-9 * size
+    assert (run.state_transition(1.0, 1.0) == np.eye(8)).all()
+
+
+def test_statistics_change_with_their_sample() -> None:
+    """The largest tension changes as at its own sample, the mean as the mean of the changes."""
+    run = pp.simulate(scene(tolerance=1e-11))
+    series = run.sensitivity("model.rods[0].mass", of="R3_1")[:, 0]
+    largest, mean, final = (run.sensitivity("model.rods[0].mass", of=f"R3_1.{s}")[0] for s in ("max", "mean", "final"))
+    assert largest == series[np.argmax(run["R3_1"])]
+    assert final == series[-1]
+    assert mean == pytest.approx(np.trapezoid(series, run.t) / 2.0, rel=1e-12)
+
+
+def test_a_force_is_linear_in_gravity_at_rest() -> None:
+    """A rod that hangs still: R3 = m g, so dR3/dg = m and dR3/dm = g, exactly."""
+    chosen = scene(q=(0.0, 0.0), model=pp.Chain(rods=[ROD]))
+    found = pp.simulate(chosen).sensitivity(["effects[0].acceleration", "model.rods[0].mass"], of="R3")
+    np.testing.assert_allclose(found, np.tile([1.0, 9.81], (21, 1)), rtol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("keys", "of", "says"),
+    [
+        ([], None, "none is given"),
+        (["model.rods[0].lenght"], None, "lenght"),
+        (["model.rods[7].length"], None, r"rods\[7\]"),
+        (["duration"], None, "duration"),
+        (["model.rods[0].length"], "R3_9", "R3_9"),
+        (["model.rods[0].length"], "R3_1.largest", "largest"),
+        (["start.positions.theta_9"], None, "theta_9"),
+    ],
+)
+def test_what_has_no_derivative_is_refused(keys: list[str], of: str | None, says: str) -> None:
+    """In one line that names it."""
+    run = pp.simulate(scene())
+    with pytest.raises(pp.InputError, match=says) as error:
+        run.sensitivity(keys, of=of)
+    assert "\n" not in str(error.value)
+
+
+def test_friction_and_stops_have_no_derivative() -> None:
+    """They act at events; the effect is named."""
+    for effect in (fx.DryFriction(kinetic=0.1), fx.Stop(lower=-1.0)):
+        run = pp.simulate(scene(effect))
+        with pytest.raises(pp.InputError, match=rf"effects\[1\]: {effect.kind}"):
+            run.state_transition(0.0, 1.0)
+
+
+# --- periodic orbits ------------------------------------------------------------------------------------------------
+
+
+def kapitza(amplitude: float) -> pp.Scene:
+    """A point mass on 0.2 m, upright, its support shaken upwards and downwards at 300 rad/s."""
+    support = fx.Support(amplitude=(0, 0, amplitude), frequency=300.0)
+    return scene(support, q=(math.pi, 0.0), model=pp.Chain(rods=[POINT]), duration=1.0)
+
+
+def test_kapitzas_bounds() -> None:
+    """Both ends of the range in which the upright pendulum is stable, to the ten digits of Mathieu's equation."""
+    branch = pp.follow(pp.periodic_orbit(kapitza(0.004)), "effects[1].amplitude[2]", 0.1)
+    np.testing.assert_allclose(branch.changes, [0.0066046038, 0.0909876411], rtol=0, atol=1e-9)
+    assert list(branch.stable[[0, -1]]) == [False, False]
+
+
+def test_a_hanging_rod_in_a_plane_has_its_period() -> None:
+    """4 K(sin(theta/2)) / omega for a rod let go at 1 rad: a family of orbits, of which the nearest is taken."""
+    from scipy.special import ellipk
+
+    orbit = pp.periodic_orbit(scene(q=(1.0, 0.0), model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), duration=10.0))
+    amplitude = np.abs(orbit.orbit["theta"]).max()
+    omega = math.sqrt(9.81 * 1.5)
+    assert orbit.period == pytest.approx(4 * ellipk(math.sin(amplitude / 2) ** 2) / omega, rel=2e-6)  # of the samples
+    assert orbit.miss < 1e-11
+
+
+def test_multipliers_of_a_damped_rest() -> None:
+    """Of x'' + c x' + k x = 0 they are exp(s T), with s the roots of s^2 + c s + k."""
+    inertia = ROD.mass * (3 * 0.05**2 + 1) / 12 + 0.25
+    motor = fx.Motor(joint="theta_1", amplitude=0.0, frequency=3.0)
+    chosen = scene(fx.Viscous(coefficient=0.4), motor, q=(0.0, 0.0), model=pp.Chain(rods=[ROD]), duration=3.0)
+    found = pp.periodic_orbit(chosen, period=2 * math.pi / 3.0)
+    c, k = 0.4 / inertia, 9.81 * 0.5 / inertia
+    root = np.exp(complex(-c / 2, math.sqrt(k - c**2 / 4)) * 2 * math.pi / 3)
+    assert np.abs(np.abs(found.multipliers) - abs(root)).max() < 1e-11
+    assert np.abs(np.abs(found.multipliers.imag) - abs(root.imag)).max() < 1e-11
+    assert found.stable
+
+
+def test_a_driven_swing_folds() -> None:
+    """A damped pendulum near resonance: the branch turns back at a fold, where a multiplier is 1 and stability ends."""
+    rod = pp.Rod(length=1.0, mass=1.0, com=1.0, inertia=(0, 0, 0))
+    drive = fx.Motor(joint="theta", amplitude=0.6, frequency=2.2)
+    chosen = scene(fx.Viscous(coefficient=0.1), drive, q=(0.0, 0.0), model=pp.Chain(rods=[rod]), duration=3.0)
+    branch = pp.follow(pp.periodic_orbit(chosen), "effects[2].frequency", 3.2)
+    assert len(branch.folds) >= 1
+    assert np.abs(branch.changes[0] - branch.folds[0]) < 1e-6
+    for orbit in branch.orbits[:: max(1, len(branch.orbits) // 5)]:
+        assert orbit.orbit.q[-1] == pytest.approx(orbit.orbit.q[0], abs=1e-8)
+
+
+def test_orbits_that_are_none() -> None:
+    """One line: no return, a period that cannot be, an effect that acts at events."""
+    fallen = scene(fx.Viscous(coefficient=3.0), q=(1.0, 0.0), model=pp.Chain(rods=[ROD]), duration=5.0)
+    with pytest.raises(pp.InputError, match="does not come near its start"):
+        pp.periodic_orbit(fallen)
+    for period in (0, -1.0, math.nan, "1", True):
+        with pytest.raises(pp.InputError, match="period"):
+            pp.periodic_orbit(fallen, period=period)  # type: ignore[arg-type]
+    beating = scene(*(fx.Motor(joint="theta_1", amplitude=1.0, frequency=f) for f in (1.0, 2.0)))
+    with pytest.raises(pp.InputError, match="one frequency"):
+        pp.periodic_orbit(beating)
+    with pytest.raises(pp.InputError, match="guess"):
+        pp.periodic_orbit(fallen, guess=[1.0], period=1.0)
+    with pytest.raises(pp.InputError, match="stop"):
+        pp.periodic_orbit(scene(fx.Stop(lower=-1.0)), period=1.0)
+
+
+# --- Lyapunov exponents ---------------------------------------------------------------------------------------------
+
+
+def test_a_rest_upright_grows_at_its_own_rate() -> None:
+    """Exponents of an upright rod are the real parts of the eigenvalues: +-sqrt(m g h / J), each twice."""
+    inertia = ROD.mass * (3 * 0.05**2 + 1) / 12 + 0.25
+    found = pp.lyapunov(scene(q=(math.pi, 0.0), model=pp.Chain(rods=[ROD])), duration=3.0)
+    rate = math.sqrt(9.81 * 0.5 / inertia)
+    assert found.exponents == pytest.approx([rate, rate, -rate, -rate], rel=0.1)  # what they start from fades slowly
+    assert abs(found.exponents.sum()) < 1e-9
+
+
+@example(c=0.02)
+@law(2)
+@given(c=st.floats(0.01, 0.3))
+def test_the_sum_is_the_mean_divergence(c: float) -> None:
+    """The trace of the Jacobian, summed along the same motion by Simpson's rule."""
+    chosen = scene(fx.Viscous(coefficient=c), q=(1.0, 0.1, 0.5, -0.2), duration=3.0, samples=1001, tolerance=1e-12)
+    found, run = pp.lyapunov(chosen), pp.simulate(chosen)
+    equations, size = Variations(chosen, []).equations, 8
+    states = np.concatenate([run.q, run.v], 1)
+    ways = [np.tile(way, (len(run.t), 1, 1)) for way in np.eye(size)[4:]]
+    traces = sum(equations.rates(run.t, states, way)[1][:, 0, 4 + k] for k, way in enumerate(ways))
+    from scipy.integrate import simpson
+
+    assert found.exponents.sum() == pytest.approx(simpson(traces, x=run.t) / 3.0, abs=1e-6)
+
+
+def test_a_regular_motion_has_exponents_within_their_errors_of_0() -> None:
+    """One rod in a plane; by Liouville's theorem they come in pairs too."""
+    found = pp.lyapunov(scene(q=(1.5, 0.0), model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)])), duration=100.0)
+    assert (np.abs(found.exponents) <= found.error + np.log(100.0) / 100.0).all()
+    assert found.exponents == pytest.approx(-found.exponents[::-1], abs=1e-6)
+    assert found.history.shape == (len(found.t), 4)
+
+
+def test_exponents_that_cannot_be() -> None:
+    """One line each."""
+    for options in ({"count": 0}, {"count": 9}, {"count": 1.0}, {"duration": 0}, {"duration": math.inf}):
+        with pytest.raises(pp.InputError, match="|".join(options)):
+            pp.lyapunov(scene(), **options)  # type: ignore[arg-type]
