@@ -221,7 +221,7 @@ def test_no_decision_is_taken_from_code_objects() -> None:
     for path in Path(pp.__file__).parent.rglob("*.py"):
         text = path.read_text()
         assert "__code__" not in text, path
-        assert "import dis" not in text, path
+        assert "import dis\n" not in text, path
 
 
 @law(15)
