@@ -1,0 +1,125 @@
+"""Parts of contacts against exact values: what holds, which way joints start, falls at constant acceleration, scales."""
+
+import math
+
+import numpy as np
+import pytest
+
+import pendpin as pp
+from pendpin.dynamics.contacts import Contacts, Mode, Scales
+from pendpin.dynamics.falls import falls_of, rates_and_mode
+from pendpin.effects import DryFriction, Motor, Stop
+
+ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))
+INERTIA = ROD.rods[0].properties.I1 + 0.25  # kg m² about the joint, of theta where phi is 0 and of phi
+ONE = Scales(np.ones(2), np.ones(2), np.ones(2))
+
+
+def contacts_of(*effects: pp.effects.Effect) -> Contacts:
+    """Of a rod without gravity."""
+    contacts = pp.bind(pp.Scene(model=ROD, effects=effects)).contacts
+    assert contacts is not None
+    return contacts
+
+
+def free(contacts: Contacts) -> Mode:
+    """Nothing is held, nothing rubs."""
+    return Mode(np.zeros(2, bool), np.zeros(2), np.ones(2))
+
+
+@pytest.mark.parametrize(
+    ("effect", "holds"),
+    [
+        (Stop(lower=-0.5, joints=["theta"]), [True, False]),
+        (Stop(upper=0.5, joints=["phi"]), [False, True]),
+        (Stop(lower=-0.5, upper=0.5, joints=["phi"]), [False, True]),
+        (DryFriction(kinetic=0.1, joints=["theta"]), [True, False]),
+        (DryFriction(kinetic=0.1), [True, True]),
+    ],
+    ids=["lower", "upper", "both", "friction", "friction on all"],
+)
+def test_what_can_hold_a_joint(effect: pp.effects.Effect, holds: list[bool]) -> None:
+    """A stop on either side, or friction."""
+    assert contacts_of(effect).holding.tolist() == holds
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("torque", [0.3, -0.3])
+def test_a_stop_holds_what_is_pushed_into_it(side: int, torque: float) -> None:
+    """With the torque that pushes; what is pulled off it starts with torque over inertia, on either side."""
+    stop = Stop(lower=-0.4, upper=0.4, joints=["theta"])
+    contacts = contacts_of(stop, Motor(joint="theta", torque=torque))
+    q, v = np.array([0.4 * side, 0.0]), np.zeros(2)
+    assert contacts.at_stops(q)[0].tolist() == [0]
+    assert contacts.at_stops(q)[1].tolist() == [-side]
+    mode = contacts.choose(0.0, q, v, ONE)
+    a, holding = contacts.accelerate(0.0, q, v, mode)
+    into = torque * side > 0
+    assert mode.held.tolist() == [into, False]
+    assert holding == pytest.approx([-torque if into else 0.0, 0.0], abs=1e-15)
+    assert a == pytest.approx([0.0 if into else torque / INERTIA, 0.0], abs=1e-14)
+
+
+@pytest.mark.parametrize(("torque", "held"), [(0.49, True), (0.51, False), (-0.49, True), (-0.51, False)])
+def test_friction_holds_up_to_its_static_torque(torque: float, held: bool) -> None:
+    """Beyond it the joint starts the way that it is pushed, against the kinetic torque."""
+    contacts = contacts_of(DryFriction(kinetic=0.2, static=0.5, joints=["theta"]), Motor(joint="theta", torque=torque))
+    q, v = np.array([0.1, 0.0]), np.zeros(2)
+    mode = contacts.choose(0.0, q, v, ONE)
+    assert mode.held.tolist() == [held, False]
+    a, _ = contacts.accelerate(0.0, q, v, mode)
+    assert a[0] == pytest.approx(0.0 if held else (torque - math.copysign(0.2, torque)) / INERTIA, rel=1e-12)
+    if not held:
+        assert mode.sign.tolist() == [np.sign(torque), 0]
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("rate", [0.0, 0.7, -0.7])
+def test_a_fall_at_constant_acceleration(sign: int, rate: float) -> None:
+    """Onto the stop that it is pushed to: thrown up, it has its highest point v² / 2a farther away than it is."""
+    torque, away = 0.6 * sign, 0.3
+    contacts = contacts_of(Stop(lower=-0.4, upper=0.4, joints=["theta"]), Motor(joint="theta", torque=torque))
+    a = abs(torque) / INERTIA
+    q, v = np.array([sign * (0.4 - away), 0.0]), np.array([rate, 0.0])
+    fall = falls_of(contacts, 0.0, q, v, free(contacts))
+    height = away + rate**2 / (2 * a)
+    assert fall.height[0] == pytest.approx(height, rel=1e-12)
+    assert fall.height[1] == np.inf
+    assert fall.acceleration == pytest.approx([a, 0.0], rel=1e-12)
+    assert fall.rate[0] == pytest.approx(math.sqrt(2 * a * height), rel=1e-12)
+    assert fall.time[0] == pytest.approx(2 * fall.rate[0] / a, rel=1e-12)  # up, and down again
+
+
+def test_only_the_bounces_that_are_too_small_end() -> None:
+    """Two joints leave their stops at once, one by 1e-16 rad and one by 0.01 rad: one rests, one flies."""
+    stop, push = Stop(upper=0.4, restitution=0.5), [Motor(joint=name, torque=1.0) for name in ("theta", "phi")]
+    contacts = contacts_of(stop, *push)
+    a = contacts.engine.compliance(np.array([0.4, 0.4]), np.arange(2)) @ np.ones(2)
+    after = np.sqrt(2 * a * np.array([1e-17, 1e-2]))
+    rates, mode = rates_and_mode(contacts, 0.0, np.array([0.4, 0.4]), 2 * after, ONE)
+    assert rates[0] == 0
+    assert mode.held.tolist() == [True, False]
+    assert rates[1] == pytest.approx(-after[1], rel=1e-6)
+
+
+@pytest.mark.parametrize("static", [0.0, 3.0])
+def test_scales_are_those_of_the_torques_and_rates(static: float) -> None:
+    """Rates of torque over inertia for a radian, or those of the start, or a radian in the run; torques that act or hold."""
+    torque, times = 2.0, np.linspace(0, 1e6, 5)
+
+    def scales(torque: float, v: float = 0.0, span: float = 1.0) -> Scales:
+        friction = DryFriction(kinetic=static, joints=["theta"]) if static else Stop(upper=1.0, joints=["theta"])
+        contacts = contacts_of(friction, Motor(joint="theta", torque=torque))
+        return contacts.scales(span * times, np.zeros(2), np.array([v, 0.0]))
+
+    found = scales(torque)
+    assert (found.position == 1).all()
+    assert found.rate[0] == found.rate[1]
+    assert found.rate[0] ** 2 >= max(torque, static) / INERTIA * (1 - 1e-12)
+    assert found.torque[0] >= torque + static
+    assert scales(torque, 50.0).rate == pytest.approx([50.0, 50.0])
+    if not static:
+        more = scales(16 * torque)  # in a time 4 times shorter the same
+        assert more.rate == pytest.approx(4 * found.rate, rel=1e-12)
+        assert more.torque == pytest.approx(16 * found.torque, rel=1e-12)
+        assert scales(0.0, span=1e-9).rate == pytest.approx([1e3, 1e3])
