@@ -74,20 +74,22 @@ def test_friction_holds_up_to_its_static_torque(torque: float, held: bool) -> No
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize("rate", [0.0, 0.7, -0.7])
-def test_a_fall_at_constant_acceleration(sign: int, rate: float) -> None:
+@pytest.mark.parametrize("thrown", [0.0, 0.7, -0.7])
+def test_a_fall_at_constant_acceleration(sign: int, thrown: float) -> None:
     """Onto the stop that it is pushed to: thrown up, it has its highest point v² / 2a farther away than it is."""
     torque, away = 0.6 * sign, 0.3
     contacts = contacts_of(Stop(lower=-0.4, upper=0.4, joints=["theta"]), Motor(joint="theta", torque=torque))
     a = abs(torque) / INERTIA
-    q, v = np.array([sign * (0.4 - away), 0.0]), np.array([rate, 0.0])
+    q, v = np.array([sign * (0.4 - away), 0.0]), np.array([thrown, 0.0])
     fall = falls_of(contacts, 0.0, q, v, free(contacts))
-    height = away + rate**2 / (2 * a)
+    height = away + thrown**2 / (2 * a)
     assert fall.height[0] == pytest.approx(height, rel=1e-12)
     assert fall.height[1] == np.inf
     assert fall.acceleration == pytest.approx([a, 0.0], rel=1e-12)
-    assert fall.rate[0] == pytest.approx(math.sqrt(2 * a * height), rel=1e-12)
-    assert fall.time[0] == pytest.approx(2 * fall.rate[0] / a, rel=1e-12)  # up, and down again
+    with np.errstate(invalid="ignore"):  # of phi, which does not fall
+        rate = fall.rate[0]
+    assert rate == pytest.approx(math.sqrt(2 * a * height), rel=1e-12)
+    assert fall.time[0] == pytest.approx(2 * rate / a, rel=1e-12)  # up, and down again
 
 
 def test_only_the_bounces_that_are_too_small_end() -> None:
