@@ -9,7 +9,18 @@ from scipy.special import ellipk
 
 import pendpin as pp
 from pendpin import effects as fx
-from pendpin.sweeps.measures import _settled, divergence, flip_time, lyapunov, period, settling_time, swing
+from pendpin.sweeps.measures import (
+    _settled,
+    accumulated,
+    divergence,
+    flip_time,
+    lyapunov,
+    measure,
+    measured,
+    period,
+    settling_time,
+    swing,
+)
 from sweep_scenes import ROD
 
 pytest.importorskip("xarray")
@@ -125,9 +136,62 @@ def test_the_swing_is_the_largest_angle() -> None:
 
 
 def test_the_divergence_is_that_of_the_ends() -> None:
-    """2 sin(x / 2) for two rods of one length that end at angles x apart; over the tip's distance."""
-    one, other = (pp.simulate(sprung(0.0, start=start), duration=1.0) for start in (0.7, 0.8))
+    """2 sin(x / 2) for two rods that end at angles x apart, whatever their length; infinite where one ended early."""
+    long = pp.Chain(rods=[pp.Rod(length=3.0, mass=1.0, radius=0.02)])
+    inertia = long.rods[0].properties.I1 + 1.5**2
+    scene = sprung(0.0, duration=1.0).replace(model=long, effects=[fx.Spring(stiffness=4 * inertia)])
+    one, other = (pp.simulate(scene.replace({"start.positions.theta": start})) for start in (0.7, 0.8))
     apart = 0.1 * math.cos(2.0)  # theta is proportional to its start
-    assert divergence(one, other) == pytest.approx(2 * math.sin(abs(apart) / 2), rel=1e-8)
+    assert divergence(one, other) == pytest.approx(2 * math.sin(abs(apart) / 2), rel=1e-7)
     assert divergence(one, one) == 0
-    assert divergence(one, pp.simulate(sprung(0.0), duration=1.0, samples=11)) == math.inf
+    assert divergence(one, pp.simulate(scene, samples=11)) == math.inf
+    two = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0), pp.Rod(length=2.0, mass=1.0)])
+    still = [
+        pp.simulate(
+            pp.Scene(
+                duration=1.0,
+                model=two,
+                start=pp.Start(positions={"theta_2": x}),
+                effects=[fx.Gravity(acceleration=0.0)],
+            )
+        )
+        for x in (0.0, 0.1)
+    ]
+    assert divergence(*still) == pytest.approx(2 * 2 * math.sin(0.05) / 3, rel=1e-9)  # over the farthest tip's distance
+    assert divergence(*still[::-1]) == pytest.approx(
+        2 * 2 * math.sin(0.05) / math.hypot(1 + 2 * math.cos(0.1), 2 * math.sin(0.1))
+    )
+
+
+def test_angles_add_up_from_the_support_on() -> None:
+    """Those of a chain, about each axis for itself; joints of other names each for itself."""
+    assert accumulated(("theta_1", "phi_1", "theta_2", "phi_2")) == [[0], [0, 2], [1], [1, 3]]
+    assert accumulated(("theta", "phi")) == [[0], [1]]
+    assert accumulated(("hip", "knee")) == [[0], [1]]
+
+
+@pytest.mark.parametrize(
+    ("statistic", "value"),
+    [
+        ("max", 0.7),
+        ("min", -0.7),
+        ("final", 0.7 * math.cos(9.0)),
+        ("mean", 0.7 * math.sin(9.0) / 9.0),
+        ("rms", 0.7 * math.sqrt(0.5 + math.sin(18.0) / 36.0)),
+    ],
+)
+def test_statistics_of_a_swing(statistic: str, value: float) -> None:
+    """Of 0.7 cos(2 t) over 4.5 s, to the samples' (2 dt)² / 8; in vectors, and of a run."""
+    scene = sprung(0.0, duration=4.5)
+    found = pp.sweep(scene, {"start.positions.theta": [0.7]}, f"theta.{statistic}")[f"theta.{statistic}"].values
+    assert found == pytest.approx([value], abs=5e-5)
+    single = measured(measure(f"theta.{statistic}"), pp.simulate(scene), pp.simulate(scene))
+    assert single == pytest.approx(found[0], abs=1e-8)
+
+
+def test_the_time_of_the_largest_angle() -> None:
+    """Half a period after a start on the other side, whenever the run begins."""
+    scene = sprung(0.0, start=-0.7, duration=2.0)
+    assert measured(measure("theta.argmax"), pp.simulate(scene), pp.simulate(scene)) == pytest.approx(
+        math.pi / 2, abs=5e-3
+    )
