@@ -10,7 +10,7 @@ import pytest
 from browser import Browser
 from pendpin.errors import InputError
 from pendpin.graphics.drawing import WORLD, Drawing, Shape
-from pendpin.graphics.page import contents, page, write_page
+from pendpin.graphics.page import compressed, contents, page, write_page
 from swinging import BLUE, LEFT, ORANGE, RIGHT, of_color, pose, swinging, tip_side
 from test_view import run_python
 
@@ -59,6 +59,20 @@ def test_page_obeys_its_controls(tmp_path: Path, browser: Browser) -> None:
         seen.wait_for("document.getElementById('clock').textContent == '0.25 / 2.00 s'")
         seen.evaluate("document.getElementById('play').click()")
         seen.wait_for(playing)
+
+
+def test_a_packed_page_unpacks_itself(tmp_path: Path, browser: Browser) -> None:
+    """It is what the page is, in less than half its size, and asks for nothing either."""
+    whole = page(swinging())
+    packed = compressed(whole)
+    assert len(packed) < len(whole) / 2
+    path = tmp_path / "packed.html"
+    path.write_text(packed)
+    with browser.open(f"{path.as_uri()}#t=0.5") as seen:
+        assert seen.text("clock") == "0.50 / 2.00 s"
+        assert tip_side(seen.picture()) > 100
+        assert seen.requests == [path.as_uri()]
+        assert seen.complaints == []
 
 
 def test_page_has_no_outside_address_and_forbids_every_connection() -> None:

@@ -5,6 +5,8 @@ stored once: after the build every frame with its page inside becomes a small fi
 styles that two of them have in common become files beside it.
 """
 
+import base64
+import gzip
 import hashlib
 import html
 import re
@@ -15,6 +17,7 @@ FRAME = re.compile(r'<iframe srcdoc="([^"]*)"([^>]*)>')
 SANDBOX = re.compile(r' sandbox="[^"]*"')  # a page in a sandbox may not read the scripts beside it from a disk
 SCRIPT = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 POLICY = re.compile(r'<meta http-equiv="Content-Security-Policy"[^>]*>')
+PACKED = re.compile(r'const packed = Uint8Array\.from\(atob\("([^"]+)"\)')
 LARGE = 50_000  # characters: scripts above this are shared
 
 
@@ -38,7 +41,10 @@ def _frame(folder: Path, up: str, found: re.Match[str]) -> str:
 def _stored(folder: Path, escaped: str) -> str:
     """The page of one player as a file; its address from the top of the site."""
     folder.mkdir(exist_ok=True)
-    page = POLICY.sub("", html.unescape(escaped))
+    page = html.unescape(escaped)
+    if packed := PACKED.search(page):  # as notebooks hold it
+        page = gzip.decompress(base64.b64decode(packed[1])).decode()
+    page = POLICY.sub("", page)
     page = SCRIPT.sub(lambda m: _script(folder, m), page)
     return _write(folder, page, ".html")
 

@@ -1,6 +1,8 @@
 """The errors pendpin raises: each message is one line that says what is wrong, where, and what would be right."""
 
 import re
+import sys
+import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -50,6 +52,14 @@ class Interrupted(Halted):
 
 class Note(UserWarning):
     """What is allowed and probably a slip, as Python's warnings show it."""
+
+
+def say_note(text: str, stacklevel: int) -> None:
+    """A warning of the kind Note, at the line of a caller; in a notebook one line without a place: cells are not files."""
+    if "ipykernel" in sys.modules:
+        warnings.warn_explicit(Note(text), Note, "pendpin", 0)
+    else:
+        warnings.warn(Note(text), stacklevel=stacklevel)
 
 
 class MissingLibrary(PendpinError):

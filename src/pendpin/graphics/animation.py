@@ -7,7 +7,7 @@ from pendpin.errors import InputError, MissingLibrary
 from pendpin.graphics.compare import Runs, runs_of
 from pendpin.graphics.film import write_film
 from pendpin.graphics.ghosts import compared_drawing
-from pendpin.graphics.page import page, write_page
+from pendpin.graphics.page import compressed, page, write_page
 from pendpin.graphics.report import Check, report_of
 from pendpin.trajectory import Trajectory
 
@@ -50,7 +50,7 @@ def frame_of(*runs: Trajectory) -> str:
     if not len(runs[0].t):
         return ""
     try:
-        content = page(compared_drawing(runs))
+        content = compressed(page(compared_drawing(runs)))
     except (InputError, MissingLibrary) as error:
         return f"<p>{html.escape(str(error))}</p>"
     return (

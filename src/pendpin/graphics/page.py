@@ -3,6 +3,7 @@
 Nothing of meshcat's Python side is imported: that would start ZeroMQ. Its viewer reads the same commands from the page.
 """
 
+import gzip
 import html
 import importlib.util
 import json
@@ -60,6 +61,18 @@ def page(drawing: Drawing, report: str = "", *, live: bool = False) -> str:
         "script": "\n".join(map(_own, SCRIPTS)),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], _own("page.html"))
+
+
+def compressed(text: str) -> str:
+    """A page that unpacks itself in the browser: a third of its size, for notebooks, which hold many."""
+    packed = base64_of(gzip.compress(text.encode(errors="replace"), mtime=0))
+    return (
+        '<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>pendpin</title><script>'
+        f'const packed = Uint8Array.from(atob("{packed}"), (c) => c.charCodeAt(0));'
+        'const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));'
+        "new Response(stream).text().then((page) => { document.open(); document.write(page); document.close(); });"
+        "</script></html>"
+    )
 
 
 def _json(value: Any) -> str:

@@ -1,6 +1,5 @@
 """`simulate`: the motion of a scene, by a method and its setting or to a target accuracy."""
 
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from pendpin.arrays import ArrayLike
 from pendpin.engines import ProgressCallback
-from pendpin.errors import InputError, Note, RunError, shown
+from pendpin.errors import InputError, RunError, say_note, shown
 from pendpin.model.build import build
 from pendpin.model.notes import notes
 from pendpin.scene import Scene, chosen_scene
@@ -58,7 +57,7 @@ def simulate(
     wanted = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
     chosen = varied(scene, duration, samples, times, wanted)
     for note in notes(chosen, build(chosen.model)):
-        warnings.warn(Note(note), stacklevel=2)
+        say_note(note, stacklevel=3)
     saved = None if checkpoint is None else Checkpoint(Path(checkpoint), every)
     try:
         return _asked_for(chosen, run_to_setting(chosen, energy_balance, progress, deadline, saved))

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -158,6 +159,12 @@ class CostReport:
     interrupted: bool = False
     missing: tuple[str, ...] = ()  # other simulators that were asked for and are not installed
     rows: tuple[CostRow, ...] = ()  # the answers, from coarse to fine
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """The figure of all methods that were measured; a path (.png, .pdf, .svg) is written. Raises InputError."""
+        from pendpin.work_precision.figure import draw_all, save_cost_plot
+
+        return draw_all(self) if path is None else save_cost_plot(self, path)
 
     def best(self, error: float, peers: bool | None = False) -> tuple[str, float] | None:
         """The cheapest curve that meets an error, and its time in s; of methods, of simulators (True) or of all (None)."""
