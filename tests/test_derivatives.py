@@ -20,7 +20,7 @@ from pendpin.equations.recursion import accelerations
 from pendpin.model.bodies import with_gravity
 from pendpin.model.build import build
 
-pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install 'pendpin[fast]'")
+pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 XP = exact(50)
 STEP = 1e-12  # of differences in 50 digits: the next term of a central difference is 1e-24 of the derivative
 ROUNDING = 1e-13  # of the largest entry: the chain rule on some 1e3 operations of the recursion

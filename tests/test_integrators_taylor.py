@@ -91,7 +91,7 @@ class TestTaylor:
 
 def test_taylor_without_heyoka_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "heyoka", None)
-    with pytest.raises(pp.MissingLibrary, match=r"pip install 'pendpin\[fast\]'"):
+    with pytest.raises(pp.MissingLibrary, match="pip install heyoka"):
         pp.simulate(scene(THIN), method="taylor")
 
 

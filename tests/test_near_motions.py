@@ -13,7 +13,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.simulation.variations import Variations, states_as_keys
 
-pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install 'pendpin[fast]'")
+pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 
 G = fx.Gravity(acceleration=9.81)
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)

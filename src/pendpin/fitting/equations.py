@@ -71,7 +71,7 @@ def compile_equations(scene: Scene, free: Free, measured: Sequence[int]) -> Equa
 
     Raises InputError for effects that a fit does not take, MissingLibrary without heyoka.
     """
-    hy, model = optional("heyoka", "a fit", "'pendpin[fast]'"), build(scene.model)
+    hy, model = optional("heyoka", "a fit", "heyoka"), build(scene.model)
     _refuse_contacts(scene)
     symbolic = _Symbolic(hy, scene, free, model)
     joints = symbolic.moving(measured)

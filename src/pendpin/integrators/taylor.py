@@ -44,7 +44,7 @@ class Taylor(Integrator):
         try:
             import heyoka
         except ImportError:
-            raise MissingLibrary("solver.method: taylor needs heyoka: pip install 'pendpin[fast]'") from None
+            raise MissingLibrary("solver.method: taylor needs heyoka: pip install heyoka") from None
         refuse_nonsmooth(effects, "solver.method: taylor")
         self._heyoka, self._effects, self.tolerance, self._start = heyoka, effects, tolerance, start
         self.library, self.version = "heyoka", version("heyoka")

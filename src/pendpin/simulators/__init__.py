@@ -39,7 +39,7 @@ def require_libraries() -> None:
     """Raises MissingLibrary without MuJoCo or Drake."""
     if names := missing():
         are = "is" if len(names) == 1 else "are"
-        raise MissingLibrary(f"peers: {' and '.join(names)} {are} not installed: pip install 'pendpin[peers]'")
+        raise MissingLibrary(f"peers: {' and '.join(names)} {are} not installed: pip install mujoco drake")
 
 
 def task_of(scene: Scene) -> PeerTask:

@@ -114,7 +114,7 @@ def _check_versions(client: Any) -> None:
     try:
         found = client.run(versions)
     except Exception as error:
-        raise InputError(f"dask: a worker cannot run pendpin: {error}; install pendpin[fast] there") from None
+        raise InputError(f"dask: a worker cannot run pendpin: {error}; install it there as here") from None
     for worker, theirs in found.items():
         for name, version in own.items():
             if theirs.get(name) != version:

@@ -198,7 +198,7 @@ def _words(report: CostReport) -> Iterator[str]:
         yield f"Compared up to {report.horizon:.3g} s of {report.duration:g} s: {why}."
     yield f"Error of the reference: {report.error:.0e}, the difference of {report.solutions[0]} and {report.solutions[1]}."
     if report.missing:
-        yield f"Not among the others: {', '.join(report.missing)}, not installed; pip install 'pendpin[peers]'."
+        yield f"Not among the others: {', '.join(report.missing)}, not installed; pip install mujoco drake."
     if not report.thorough:
         yield from _next_digit(report)
         return

@@ -25,7 +25,7 @@ class Unprovable(Exception):
 
 def need_sympy() -> Any:
     """sympy. Raises MissingLibrary where it is not installed."""
-    return optional("sympy", "the equation doctor", "'pendpin[doctor]'")
+    return optional("sympy", "the equation doctor", "sympy")
 
 
 @cache
