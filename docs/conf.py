@@ -122,4 +122,5 @@ def copy_notebook(app):
 def setup(app):
     """Sphinx calls this."""
     app.connect("builder-inited", copy_notebook)
+    app.extensions["sphinx-mathjax-offline"].parallel_read_safe = True  # it only names files
     app.connect("source-read", point_into_the_site)

@@ -13,15 +13,15 @@ from pendpin.equations.exact import planar
 from pendpin.scene.methods import METHODS
 
 scene = pp.Scene(
-    duration=3.0,
+    duration=1.5,
     model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.05)]),
     start=pp.Start(positions={"theta": 1.0}),
     effects=[pp.effects.Gravity()],
-    solver=pp.Solver(samples=4),
+    solver=pp.Solver(samples=16),
 )
 reduced = (1 / 3 + 0.05**2 / 4) / 0.5  # m: inertia about the joint over the first moment
-exact = planar(1.0, 0.0, reduced, 9.81, np.linspace(0.0, 3.0, 4))  # rad
-steps = [0.1 / 2**k for k in range(9)]
+exact = planar(1.0, 0.0, reduced, 9.81, np.linspace(0.0, 1.5, 16))  # rad
+steps = [0.01 / 2**k for k in range(6)]
 figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
 for name in ("euler", "gauss2", "rk4", "gauss4", "gauss6"):
     errors = [abs(pp.simulate(scene, method=name, step=step)["theta"] - exact).max() for step in steps]
