@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from pendpin.simulation.periodic import periodic_orbit
     from pendpin.simulation.simulate import simulate
     from pendpin.stability.branches import follow
+    from pendpin.stability.linearize import linearize
     from pendpin.stability.lyapunov import lyapunov
+    from pendpin.stability.modes import modes
     from pendpin.sweeps.sweep import sweep
     from pendpin.trajectory import Trajectory
     from pendpin.work_precision.cost import cost
@@ -39,7 +41,9 @@ _HOMES = {
     "simulation.periodic": ("periodic_orbit",),
     "simulation.simulate": ("simulate",),
     "stability.branches": ("follow",),
+    "stability.linearize": ("linearize",),
     "stability.lyapunov": ("lyapunov",),
+    "stability.modes": ("modes",),
     "sweeps.sweep": ("sweep",),
     "trajectory": ("Trajectory",),
 }
@@ -83,8 +87,10 @@ __all__ = [
     "effects",
     "fit",
     "follow",
+    "linearize",
     "load_scene",
     "lyapunov",
+    "modes",
     "periodic_orbit",
     "simulate",
     "simulate_many",

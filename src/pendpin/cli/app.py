@@ -15,6 +15,7 @@ from pendpin.cli.commands.doctor import doctor
 from pendpin.cli.commands.effects import effects
 from pendpin.cli.commands.fit import fit
 from pendpin.cli.commands.hard import hard
+from pendpin.cli.commands.modes import modes
 from pendpin.cli.commands.new import new
 from pendpin.cli.commands.plot import plot
 from pendpin.cli.commands.reference import reference
@@ -114,6 +115,7 @@ for command in (
     cost,
     fit,
     hard,
+    modes,
     validate,
     reference,
     doctor,

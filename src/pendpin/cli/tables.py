@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from pendpin.fitting import Fit
     from pendpin.hardcases import Case, HardReport
     from pendpin.significance.significance import EffectsReport
+    from pendpin.stability.modes import Modes
     from pendpin.trajectory import Trajectory
     from pendpin.work_precision.report import CostReport, CostRow, Curve
 
@@ -191,6 +192,22 @@ def print_fit(found: "Fit", as_json: bool) -> None:
         return
     print_table(["", "value", "standard error"], [list(row) for row in found.rows()])
     for line in found.words():
+        print(line)
+
+
+def print_modes(found: "Modes", every: bool, as_json: bool) -> None:
+    """The modes of a scene, the lowest ones or all."""
+    from math import isfinite
+
+    from pendpin.stability.modes import HEAD, MOST_ROWS
+
+    if as_json:
+        ratios = [x if isfinite(x) else None for x in found.damping_ratio.tolist()]
+        print_json({"omega": found.omega.tolist(), "damping_ratio": ratios, "stable": found.stable})
+        return
+    most = None if every else MOST_ROWS
+    print_table(HEAD, [line.cells for line in found.lines(most)])
+    for line in found.words(most):
         print(line)
 
 

@@ -73,20 +73,20 @@ def equations_of(
     """
     parameters = parameters_of(engine, effects, start, asked, by_rod)
     recorded = partial(record_by_rod if by_rod else partial(record, still=still), engine, effects, start, asked=asked)
-    return _looked_up((parameters.structure, still), recorded, parameters), parameters
+    return looked_up((parameters.structure, still), recorded, parameters), parameters
 
 
 def sampler_of(engine: Engine, effects: Sequence[Effect], start: float) -> Sampler:
     """The samples of a chain in machine code, at times since `start` in s."""
     parameters = parameters_of_samples(engine, effects, start)
-    equations = _looked_up(parameters.structure, partial(record_samples, engine, effects, start), parameters)
+    equations = looked_up(parameters.structure, partial(record_samples, engine, effects, start), parameters)
     block = equations.function.block(
         parameters.values, parameters.values_of_rods, parameters.tables, lambda seconds: None
     )
     return Sampler(engine.model, block)
 
 
-def _looked_up(key: Hashable, record: Callable[[], Recording], parameters: Parameters) -> CompiledEquations:
+def looked_up(key: Hashable, record: Callable[[], Recording], parameters: Parameters) -> CompiledEquations:
     """The equations of a structure, new ones if they are not known."""
     with _lock:
         found = _known.get(key)
@@ -114,5 +114,5 @@ def differentiated(variation: Variation, start: float, by_rod: bool) -> Block:
 
     places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
     key = ("derivatives", parameters.structure, len(parameters.values), places)
-    equations = _looked_up(key, recorded, parameters)
+    equations = looked_up(key, recorded, parameters)
     return equations.function.block(variation.shared, variation.of_rods, parameters.tables, lambda seconds: None)

@@ -7,8 +7,8 @@ then (y, w_1, ..., w_k), each w of the size of y, and the results are (f, f_1, .
 so y' = f(t, y) becomes the variational equations w_j' = f_j.
 
 Where a function is continuous but not differentiable, one derivative is taken: that of sqrt at 0 is 0, so that the
-quadratic drag |u| u has its derivative, 0, at rest; of two equal numbers minimum and maximum take that of the second.
-Between the rows of a table nothing changes.
+quadratic drag |u| u has its derivative, 0, at rest; minimum and maximum of a number and a constant that are
+equal have that of the constant. Between the rows of a table nothing changes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -173,8 +173,10 @@ def _of_two(tape: Tape, name: str, result: Term, a: Any, b: Any, da: Any, db: An
     if name == "pow":
         of_base = 0.0 if _is_zero(da) else b * a ** (b - 1) * da
         return of_base if _is_zero(db) else of_base + result * _recorded(tape, "log", a) * db
+    if _is_zero(da):  # the order of two that commute is that of their places
+        a, b, da, db = b, a, db, da
     first = tape.record("less", a, b) if name == "min" else tape.record("less", b, a)
-    return first * da + (1.0 - first) * db
+    return first * da + (0.0 if _is_zero(db) else (1.0 - first) * db)
 
 
 def _slope(tape: Tape, name: str, result: Term, x: Any) -> Any:

@@ -1,19 +1,23 @@
 """Starts of particular motions: rest in equilibrium, and steady conical motion."""
 
 import warnings
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 from pendpin.arrays import Array
+from pendpin.dynamics.derivatives import Variational
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.equations import exact
-from pendpin.errors import InputError, Note, shown
-from pendpin.model.build import start_state
+from pendpin.errors import InputError, MissingLibrary, Note, shown
+from pendpin.model.build import SIGNS, start_state
 from pendpin.scene import Chain, Scene, Start
 
 REST = 1e-10  # of the largest acceleration seen: what is left at an equilibrium
+FAR = 100.0  # rad: what turns as far as this never comes to rest
 LONG = 1e6  # s² of pseudo-time, until the slowest mode has decayed
 NODDING = 0.01  # of the angle of a cone
 UPRIGHT = 1e-12  # of a field: what it may have across the vertical
@@ -28,8 +32,17 @@ def at_rest(scene: Scene) -> Start:
         return dynamics.acceleration(time, q, np.zeros_like(q))
 
     size = max(float(np.abs(pull(0.0, x)).max()) for x in (q, q + 0.5))
-    rest = solve_ivp(pull, (0.0, LONG), q, method="Radau", rtol=1e-6, atol=1e-9).y[:, -1]
-    found = root(lambda x: pull(0.0, x), rest, tol=1e-15).x
+    if (found := _hanging(dynamics, q)) is None:
+        stiffness = _stiffness(scene)
+        turns, begin = ~dynamics.model.slides, q
+
+        def far(_: float, q: Array) -> float:
+            return FAR - float(np.abs(q - begin)[turns].max(initial=0.0))
+
+        far.terminal = True  # type: ignore[attr-defined]
+        options: Any = {"rtol": 1e-6, "atol": 1e-9, "jac": stiffness, "events": far}
+        rest = solve_ivp(pull, (0.0, LONG), q, method="Radau", **options).y[:, -1]
+        found = root(lambda x: pull(0.0, x), rest, tol=1e-15, jac=stiffness and (lambda x: stiffness(0.0, x))).x
     if not np.abs(pull(0.0, found)).max(initial=0.0) <= REST * size:
         raise InputError(
             "start: there is no equilibrium near start.positions; give other positions, or remove effects that "
@@ -37,6 +50,27 @@ def at_rest(scene: Scene) -> Start:
         )
     _refuse_beyond_stops(dynamics, found)
     return Start(time=time, positions=dict(zip(dynamics.model.joints, found.tolist(), strict=True)))
+
+
+def _hanging(dynamics: Dynamics, q: Array) -> Array | None:
+    """The positions (nv,) of a chain that hangs along the field, nearest to q; None where more than fields act."""
+    loads, chain = dynamics.loads, dynamics.model.chain
+    along = SIGNS * loads.field(0.0)
+    if chain is None or (chain.h <= 0).any() or loads.torque or loads.wrench or dynamics.contacts or not along.any():
+        return None
+    x, y, z = along / np.linalg.norm(along)
+    found = np.zeros(len(q))
+    found[:2] = np.arctan2(y, z), np.arctan2(x, np.hypot(y, z))
+    return found + 2 * np.pi * np.round((q - found) / (2 * np.pi))
+
+
+def _stiffness(scene: Scene) -> Callable[[float, Array], Array] | None:
+    """The derivative (nv, nv) of the accelerations at rest by positions (nv,); None where a scene has none."""
+    try:
+        equations = Variational(scene)
+    except (InputError, MissingLibrary):
+        return None
+    return lambda _, q: equations.jacobian(0.0, q, np.zeros_like(q)).of_q
 
 
 def _refuse_beyond_stops(dynamics: Dynamics, q: Array) -> None:

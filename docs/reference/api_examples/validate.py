@@ -1,4 +1,0 @@
-import pendpin as pp
-
-report = pp.validate(["opensim-3d"], methods=["dop853"])
-print(report)

@@ -1,0 +1,108 @@
+"""The mass, damping and stiffness matrices of a scene at a state: the exact derivatives of its inverse dynamics.
+
+The residual r(q, v, a) is the torque about each joint that the motion needs, by the recursion of Newton-Euler, less what
+the effects give; a motion has r = 0. Its derivatives by a, v and q are the matrices M, C and K of small motions
+M x'' + C x' + K x = 0 about a rest.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.compiling import looked_up
+from pendpin.dynamics.derivatives import differentiable
+from pendpin.dynamics.dynamics import choose_engine
+from pendpin.dynamics.parameters import Parameters, RodParameters
+from pendpin.dynamics.symbols import JOINTS, external_wrenches, records_by_rod, tree_with_numbers
+from pendpin.effects import Effect
+from pendpin.engines import Engine
+from pendpin.engines.tangents import STATE, with_tangents
+from pendpin.engines.tape import Recording, Tape, recorded
+from pendpin.engines.tape_passes import recorded_by_rod
+from pendpin.equations import recursion
+from pendpin.model.build import build
+from pendpin.scene import Scene
+
+PARTS = 3  # of what is given: positions, rates, accelerations
+TOGETHER = 128  # directions that are computed at once: what they need stays small
+
+Residual = Callable[[Any, Array, Array, Array], Array]  # t, q, v, a (nv,) -> (nv,) N m
+
+
+class Matrices(NamedTuple):
+    """Derivatives (nv, nv) of the residual torques at a state."""
+
+    mass: Array  # by accelerations, kg m²
+    damping: Array  # by rates, N m s/rad
+    stiffness: Array  # by positions, N m/rad
+
+
+def matrices(scene: Scene, q: Array, v: Array, a: Array) -> Matrices:
+    """M, C and K at q, v, a (nv,), with the effects as they are at the scene's start; friction and stops are left out.
+
+    Raises InputError for effects without derivatives, MissingLibrary without llvmlite.
+    """
+    model, effects, start = build(scene.model), differentiable(scene), scene.start.time
+    engine = choose_engine(model, bind_loads(model, effects, start=start), "auto", "angles")
+    by_rod, nv = records_by_rod(engine, effects), len(q)
+    parameters = _parameters(engine, by_rod)
+    _residual(engine, effects, start, parameters, np)
+    equations = looked_up(
+        ("residual", parameters.structure), lambda: _recorded(engine, effects, start, by_rod), parameters
+    )
+    values = parameters.values, parameters.values_of_rods
+    block = equations.function.block(*values, parameters.tables, lambda seconds: None)
+    given, found = np.concatenate([q, v, a]), np.empty((PARTS * nv, nv))
+    for begin in range(0, PARTS * nv, TOGETHER):
+        ways = _rows(begin, PARTS * nv)
+        states = np.concatenate([np.broadcast_to(given, ways.shape), ways], 1)
+        found[begin : begin + len(ways)] = block.evaluated(np.zeros(len(ways)), states)[0][:, nv : 2 * nv]
+    of_q, of_v, of_a = found.reshape(PARTS, nv, nv).transpose(0, 2, 1)
+    return Matrices(of_a, of_v, of_q)
+
+
+def _rows(begin: int, size: int) -> Array:
+    """Some rows (k, size) of a unit matrix, from one on."""
+    count = min(TOGETHER, size - begin)
+    out = np.zeros((count, size))
+    out[np.arange(count), begin + np.arange(count)] = 1.0
+    return out
+
+
+def _parameters(engine: Engine, by_rod: bool, tape: Tape | None = None) -> Parameters:
+    chain = engine.model.chain
+    return RodParameters(chain.n, tape) if by_rod and chain else Parameters(tape)
+
+
+def _recorded(engine: Engine, effects: Sequence[Effect], start: float, by_rod: bool) -> Recording:
+    """The residual with its derivative along a change of q, v and a; by rod, of one rod."""
+    tape, nv = Tape(), len(engine.model.joints)
+    xp = recorded_by_rod(tape) if by_rod else recorded()
+    residual = _residual(engine, effects, start, _parameters(engine, by_rod, tape), xp)
+    width = JOINTS if by_rod else PARTS * nv
+    given = tape.state_of_rod(PARTS, JOINTS) if by_rod else tape.state(PARTS * nv)
+    found = list(residual(tape.time(), *given.reshape(PARTS, -1)))
+    recording = Recording(tape, [], parts=PARTS, width=width, of_rod=found)
+    return with_tangents(recording if by_rod else Recording(tape, found, width=width), [STATE])
+
+
+def _residual(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters, xp: Any) -> Residual:
+    """The torques (nv,) that a motion needs beyond those of the effects, as a function of t, q, v, a (nv,)."""
+    model = engine.model
+    numbers.constant("residual")
+    numbers.constant(() if numbers.by_rod else (model.joints, tuple(body.link for body in model.bodies)))
+    loads = bind_loads(model, effects, xp, start, numbers)
+    tree = tree_with_numbers(model, numbers)
+    external = None if loads.wrench is None else external_wrenches(model, loads, numbers, tree, xp)
+
+    def residual(t: Any, q: Array, v: Array, a: Array) -> Array:
+        wrenches = recursion.wrenches(tree, q, v, a, loads.field(t), external and external(t, q, v), xp)
+        turns = np.array([kind == "revolute" for kind in tree.kinds])
+        along = np.where(turns[:, None], wrenches[:, 3:], wrenches[:, :3])
+        needed = (along * tree.axes).sum(-1)
+        return needed if loads.torque is None else needed - loads.torque(t, q, v)
+
+    return residual

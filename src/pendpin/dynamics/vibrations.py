@@ -1,0 +1,189 @@
+"""The eigenvalue problem of small motions, M x'' + C x' + K x = 0: frequencies, damping, shapes, stability.
+
+Without damping, and with a symmetric K, it is K u = omega² M u: solved with the roles of K and M exchanged where K is
+positive definite, so that the low frequencies keep their digits beside high ones. Else it is the first-order system of 2 n
+eigenvalues, in the coordinates in which M is the unit matrix. Coordinates that nothing couples are solved apart: those of
+a hanging chain in its two planes.
+"""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import EPS, Array, Indices
+from pendpin.dynamics.residual import Matrices
+from pendpin.errors import InputError
+
+NEVER = np.inf  # the damping ratio of what a damper holds and no spring brings back
+
+IN_STEP = 1e-10  # of the largest entry of a shape: imaginary parts below it are rounding
+
+
+class Vibrations(NamedTuple):
+    """Modes by rising frequency, one for each of n degrees of freedom."""
+
+    omega: Array  # (n,) rad/s
+    damping_ratio: Array  # (n,), below 0 where the mode grows
+    shapes: Array  # (n, n), a row for each mode, its largest entry 1; complex where not all move in step
+    eigenvalues: Array  # (2 n,) 1/s
+    stable: bool  # whether no eigenvalue is to the right of the imaginary axis by more than its rounding error
+
+
+def vibrations(matrices: Matrices) -> Vibrations:
+    """The modes of M, C, K (n, n). Raises InputError for a mass matrix that is not positive definite."""
+    n, parts, known = len(matrices.mass), [], dict[bytes, Vibrations]()
+    for chosen in _uncoupled(matrices):
+        block = Matrices(*(part[np.ix_(chosen, chosen)] for part in matrices))
+        key = b"".join(part.tobytes() for part in block)  # the two planes of a chain are the same to the bit
+        if key not in known:
+            known[key] = _undamped(block) if _is_conservative(block) else _damped(block)
+        parts.append((chosen, known[key]))
+    omega = np.concatenate([part.omega for _, part in parts])
+    kind = complex if any(np.iscomplexobj(part.shapes) for _, part in parts) else float
+    shapes, row = np.zeros((n, n), kind), 0
+    for chosen, part in parts:
+        shapes[row : row + len(chosen), chosen] = part.shapes
+        row += len(chosen)
+    order = np.argsort(omega, kind="stable")
+    return Vibrations(
+        omega[order],
+        np.concatenate([part.damping_ratio for _, part in parts])[order],
+        shapes[order],
+        np.concatenate([part.eigenvalues for _, part in parts]),
+        all(part.stable for _, part in parts),
+    )
+
+
+def spectrum(A: Array) -> tuple[Array, Array, Array]:
+    """The eigenvalues (k,) of A (k, k), their rounding errors, and the right eigenvectors as columns.
+
+    The error is the rounding of A, k eps |A|, over the cosine of the angle between the left and the right
+    eigenvector, which is 0 where two eigenvalues with one eigenvector meet (G. H. Golub, C. F. Van Loan, Matrix
+    Computations, 2013, section 7.2). Of eigenvalues that are equal all combinations of vectors are eigenvectors: the left
+    ones are taken as the inverse of the matrix of the right ones. Raises InputError for what is not finite.
+    """
+    from scipy.linalg import eig, matrix_balance
+
+    if not np.isfinite(A).all():
+        raise InputError("the linear model has entries that are not finite: at phi = ±pi/2 a thin rod has no angles")
+    balanced, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    found: Any = eig(balanced)
+    values, right = found[0], scale[:, None] * found[1]
+    with np.errstate(all="ignore"):
+        try:
+            left = np.linalg.inv(right)
+        except np.linalg.LinAlgError:
+            left = np.full_like(right, np.inf)
+        cosines = 1 / (np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=0))
+    error = len(A) * EPS * np.linalg.norm(A, 2)
+    return values, error / np.maximum(np.nan_to_num(cosines), np.sqrt(EPS)), right
+
+
+def is_stable(values: Array, errors: Array) -> bool:
+    """Whether no eigenvalue (k,) is right of the imaginary axis by more than its rounding error."""
+    return bool((np.real(values) <= errors).all())
+
+
+def _uncoupled(matrices: Matrices) -> Iterator[Indices]:
+    """The coordinates, in groups that nothing couples: entries that are rounding couple nothing."""
+    coupled = np.zeros(matrices.mass.shape, bool)
+    for part in matrices:
+        size = np.sqrt(np.abs(np.diag(part)))
+        coupled |= np.abs(part) > EPS * np.outer(size, size)
+    coupled |= coupled.T
+    left = np.ones(len(coupled), bool)
+    while left.any():
+        group, new = np.zeros(len(coupled), bool), np.arange(len(coupled)) == np.argmax(left)
+        while new.any():
+            group |= new
+            new = coupled[new].any(0) & ~group
+        left &= ~group
+        yield np.flatnonzero(group)
+
+
+def _is_conservative(matrices: Matrices) -> bool:
+    _, C, K = matrices
+    return not C.any() and bool(np.abs(K - K.T).max() <= len(K) * EPS * np.abs(K).max())
+
+
+def _factor(M: Array) -> Array:
+    """The Cholesky factor of the mass matrix."""
+    try:
+        return np.linalg.cholesky((M + M.T) / 2)
+    except np.linalg.LinAlgError:
+        raise InputError("the mass matrix is not positive definite here: some joint moves no inertia") from None
+
+
+def _undamped(matrices: Matrices) -> Vibrations:
+    """Of K u = omega² M u; where omega² is below 0 the mode grows at that rate: its damping ratio is -1."""
+    from scipy.linalg import eigh
+
+    M, K = (matrices.mass + matrices.mass.T) / 2, (matrices.stiffness + matrices.stiffness.T) / 2
+    _factor(M)
+    try:
+        inverse, vectors = eigh(M, K)
+        squares = 1 / inverse
+    except np.linalg.LinAlgError:  # K is not positive definite
+        squares, vectors = eigh(K, M)
+    squares = np.where(np.abs(squares) <= len(M) * EPS * np.abs(squares).max(), 0.0, squares)
+    omega, grows = np.sqrt(np.abs(squares)), squares < 0
+    roots = np.where(grows, omega, 1j * omega)
+    return Vibrations(
+        omega, np.where(grows, -1.0, 0.0), _normalised(vectors.T), np.concatenate([roots, -roots]), not grows.any()
+    )
+
+
+def _damped(matrices: Matrices) -> Vibrations:
+    """Of the first-order system: pairs of eigenvalues, complex ones or two real ones."""
+    from scipy.linalg import solve_triangular
+
+    M, C, K = matrices
+    L, n = _factor(M), len(M)
+    C, K = (solve_triangular(L, solve_triangular(L, part, lower=True).T, lower=True).T for part in (C, K))
+    values, errors, vectors = spectrum(np.block([[np.zeros((n, n)), np.eye(n)], [-K, -C]]))
+    stable, real, imag = is_stable(values, errors), np.real(values), np.imag(values)
+    real = np.where(np.abs(real) <= errors, 0.0, real)  # not 1e-17: what does not lose energy has no damping
+    values = np.where(np.abs(values) <= errors, 0.0, real + 1j * imag)
+    real, imag = np.real(values), np.imag(values)
+    shapes = solve_triangular(L.T, vectors[:n]).T
+    swinging, others = np.flatnonzero(imag > 0), np.flatnonzero(imag == 0)
+    pairs = [(values[i], values[i].conj(), shapes[i]) for i in swinging]
+    pairs += [(values[i], values[j], shapes[i]) for i, j in _pairs(others, real, vectors[:n])]
+    found = [_of_pair(one, other) for one, other, _ in pairs]
+    rows = _normalised(np.array([shape for *_, shape in pairs]))
+    return Vibrations(np.array([x for x, _ in found]), np.array([x for _, x in found]), rows, values, stable)
+
+
+def _pairs(real: Indices, values: Array, shapes: Array) -> Iterator[tuple[int, int]]:
+    """Real eigenvalues two by two, those with the most alike shapes together; the larger one first."""
+    left = list(real[np.argsort(-values[real])])
+    unit = shapes / np.linalg.norm(shapes, axis=0)
+    while left:
+        first = left.pop(0)
+        likeness = [abs(np.vdot(unit[:, first], unit[:, other])) for other in left]
+        yield first, left.pop(int(np.argmax(likeness)))
+
+
+def _of_pair(one: complex, other: complex) -> tuple[float, float]:
+    """Frequency and damping ratio of two eigenvalues: s² + 2 zeta omega s + omega² is 0 at both.
+
+    Of two real ones on either side of 0 the growing one counts: its rate, with a damping ratio of -1.
+    """
+    if one.imag:
+        return abs(one), -one.real / abs(one) + 0.0
+    if one.real > 0 > other.real or (one.real > 0 and other.real == 0):
+        return one.real, -1.0
+    omega, sum_of_both = float(np.sqrt((one * other).real)), (one + other).real
+    if omega == 0:
+        return 0.0, NEVER if sum_of_both < 0 else 0.0
+    return omega, -sum_of_both / (2 * omega)
+
+
+def _normalised(shapes: Array) -> Array:
+    """Rows with their largest entries 1; real where they are to rounding."""
+    largest = np.take_along_axis(shapes, np.abs(shapes).argmax(1)[:, None], 1)
+    shapes = shapes / largest
+    if np.iscomplexobj(shapes) and np.abs(np.imag(shapes)).max() <= IN_STEP:
+        return np.real(shapes).copy()
+    return shapes

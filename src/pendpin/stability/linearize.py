@@ -1,0 +1,159 @@
+"""`linearize`: the linear model x' = A x + B u of a scene near a state, by exact derivatives."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.derivatives import Variational
+from pendpin.dynamics.dynamics import Dynamics
+from pendpin.dynamics.vibrations import is_stable, spectrum
+from pendpin.engines import AngleEngine
+from pendpin.equations import recursion
+from pendpin.errors import brief
+from pendpin.libraries import optional
+from pendpin.model.bodies import tree_of
+from pendpin.model.build import build, start_state, tree_of_chain
+from pendpin.scene import Scene, Start, chosen_scene
+from pendpin.stability.rests import chosen_start, remarks
+
+REST = 1e-9  # of the accelerations that unit changes of the state cause: a residual below it is rounding
+MOST_ROWS = 24  # eigenvalues that are printed
+SUPPORT = ("support_x", "support_y", "support_z")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LinearModel:
+    """x' = A x + B u for small changes x of (q, v), with the effects as they are at one time.
+
+    The inputs u are a torque about each joint, N m (a force along a slide, N), and the acceleration of the support, m/s²
+    in W. What moves air does not: drag keeps the wind of that time.
+    """
+
+    A: Array  # (2 nv, 2 nv)
+    B: Array  # (2 nv, nv + 3)
+    states: tuple[str, ...]  # (2 nv,) joints, then their rates
+    inputs: tuple[str, ...]  # (nv + 3,)
+    q: Array  # (nv,) rad, about which it is
+    v: Array  # (nv,) rad/s
+    residual: Array  # (nv,) rad/s², the accelerations there: 0 at an equilibrium
+    notes: tuple[str, ...]  # what is left out, or taken as it is at one time
+
+    @cached_property
+    def _spectrum(self) -> tuple[Array, Array]:
+        """The eigenvalues and their rounding errors, the one that grows fastest first."""
+        values, errors, _ = spectrum(self.A)
+        order = np.lexsort(
+            (-np.imag(values), np.abs(values), -np.where(np.abs(np.real(values)) > errors, np.real(values), 0))
+        )
+        return values[order], errors[order]
+
+    @property
+    def eigenvalues(self) -> Array:
+        """The eigenvalues of A, (2 nv,) in 1/s, the one that grows fastest first."""
+        return self._spectrum[0]
+
+    @property
+    def stable(self) -> bool:
+        """Whether no eigenvalue is right of the imaginary axis by more than its rounding error."""
+        return is_stable(*self._spectrum)
+
+    @property
+    def at_equilibrium(self) -> bool:
+        """Whether nothing moves or accelerates there."""
+        scale = max(1.0, float(np.abs(self.A).max(initial=0.0)))
+        return not self.v.any() and bool(np.abs(self.residual).max(initial=0.0) <= REST * scale)
+
+    def to_control(self) -> Any:
+        """The same as a StateSpace of python-control, whose outputs are the states. Raises MissingLibrary without it."""
+        control = optional("control", "a model for python-control", "control")
+        n, m = self.B.shape
+        names = {"states": list(self.states), "inputs": list(self.inputs), "outputs": list(self.states)}
+        return control.ss(self.A, self.B, np.eye(n), np.zeros((n, m)), **names)
+
+    def __repr__(self) -> str:
+        return brief(self.text())
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def text(self) -> str:
+        """The eigenvalues as a table, whether the model is stable, and what it leaves out."""
+        lines = [f"Linear model of {len(self.states)} states and {len(self.inputs)} inputs about {self._place()}"]
+        lines += [f"{'eigenvalue (1/s)':>28} {'omega (rad/s)':>14} {'damping ratio':>14}"]
+        shown = [(x, error) for x, error in zip(*self._spectrum, strict=True) if x.imag >= 0]
+        lines += [_row(*pair) for pair in shown[:MOST_ROWS]]
+        lines += [f"... and {len(shown) - MOST_ROWS} more"] if len(shown) > MOST_ROWS else []
+        lines += ["stable" if self.stable else "unstable: an eigenvalue is right of the imaginary axis"]
+        if not self.at_equilibrium:
+            largest = int(np.argmax(np.abs(self.residual)))
+            lines.append(
+                f"not an equilibrium: {self.states[largest]} accelerates by {self.residual[largest]:.3g} rad/s² (m/s²)"
+            )
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
+
+    def _place(self) -> str:
+        names = self.states[: len(self.q)]
+        parts = [f"{name} = {x:.6g}" for name, x in zip(names, self.q, strict=True)][:4]
+        return ", ".join(parts) + (", ..." if len(names) > len(parts) else "")
+
+
+def _row(value: complex, error: float) -> str:
+    """A line for an eigenvalue, whose rounding is not shown."""
+    if abs(value.real) <= error:
+        value = complex(0.0, value.imag if abs(value) > error else 0.0)
+    size = abs(value)
+    ratio = f"{-value.real / size + 0.0:14.6g}" if size else f"{'':>14}"
+    swing = f" ± {value.imag:.6g}i" if value.imag else ""
+    return f"{f'{value.real:.6g}{swing}':>28} {size:14.6g} {ratio}"
+
+
+def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> LinearModel:
+    """The linear model of a scene, or of that of a file, near a state.
+
+    at: None for the rest near the scene's start (`Start.at_rest`), "start" for the scene's own start, or a Start. The
+    derivatives are exact, of every effect that has them; effects that change with time are taken as they are at the
+    start's time. Friction and stops are left out. The model's `notes` say what was left out, and its `residual` how far
+    the state is from an equilibrium.
+
+    Raises InputError where there is no rest, for a state at which the equations have no finite derivative, and for effects
+    without derivatives; MissingLibrary without llvmlite.
+    """
+    scene = chosen_scene(scene)
+    start = chosen_start(scene, at)
+    scene = scene.model_copy(update={"start": start})
+    equations = Variational(scene)
+    q, v = start_state(equations.model, start)
+    found, nv = equations.jacobian(0.0, q, v), len(q)
+    A = np.block([[np.zeros((nv, nv)), np.eye(nv)], [found.of_q, found.of_v]])
+    joints = equations.model.joints
+    return LinearModel(
+        A,
+        np.concatenate([np.zeros((nv, nv + 3)), inputs_at(scene, q)]),
+        (*joints, *(f"{name}_rate" for name in joints)),
+        (*(f"torque_{name}" for name in joints), *SUPPORT),
+        q,
+        v,
+        found.acceleration,
+        remarks(scene),
+    )
+
+
+def inputs_at(scene: Scene, q: Array) -> Array:
+    """The accelerations (nv, nv + 3) for a unit torque about each joint, and a unit acceleration of the support, at q."""
+    dynamics = Dynamics(build(scene.model), (), form="angles")
+    engine, model, nv = dynamics.engine, dynamics.model, len(q)
+    assert isinstance(engine, AngleEngine)
+    of_torque = engine.compliance(q, np.arange(nv))
+    tree = tree_of_chain(model.chain) if model.chain else tree_of(model.pin)
+    still = np.zeros((3, nv))
+    wrenches = recursion.wrenches(tree, np.tile(q, (3, 1)), still, still, np.eye(3))
+    turns = np.array([kind == "revolute" for kind in tree.kinds])
+    along = np.where(turns[:, None], wrenches[..., 3:], wrenches[..., :3])
+    needed = (along * tree.axes).sum(
+        -1
+    )  # (3, nv), to hold still in a unit field; a support's acceleration is minus one
+    return np.concatenate([of_torque, of_torque @ needed.T], 1)

@@ -1,0 +1,203 @@
+"""`modes`: the natural frequencies, damping and shapes of the small motions of a scene about its rest."""
+
+import html
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.binding import bodies_of
+from pendpin.dynamics.dynamics import Dynamics
+from pendpin.dynamics.residual import Matrices, matrices
+from pendpin.dynamics.vibrations import vibrations
+from pendpin.engines import Engine
+from pendpin.errors import InputError, brief, shown
+from pendpin.model.build import Model, build, start_state
+from pendpin.scene import Scene, chosen_scene
+from pendpin.stability.rests import remarks, rest_of
+
+EQUAL = 1e-9  # of a frequency: two that are closer are one line of the table
+TWO = "two directions"
+MOST_ROWS = 20  # of a table that is printed
+FEW = 6  # rows of a representation
+MOST_RODS = 2  # that a line names
+
+
+class Line(NamedTuple):
+    """A line of the table: a mode, or some with one frequency."""
+
+    modes: tuple[int, ...]  # their places, from 0
+    omega: float  # rad/s
+    damping_ratio: float
+    where: str  # which rods move most
+
+    @property
+    def cells(self) -> list[str]:
+        """The line as text."""
+        first, last = self.modes[0] + 1, self.modes[-1] + 1
+        many = {1: "", 2: TWO}.get(len(self.modes), f"{len(self.modes)} directions")
+        return [
+            f"{first}" if first == last else f"{first}, {last}" if last == first + 1 else f"{first} to {last}",
+            f"{self.omega:.7g}",
+            f"{self.omega / (2 * np.pi):.6g}",
+            f"{self.damping_ratio:.4g}",
+            many,
+            self.where,
+        ]
+
+
+HEAD = ["mode", "rad/s", "Hz", "damping", "", "moves most"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Modes:
+    """Small motions about a rest, one for each of k = nv degrees of freedom, by rising frequency.
+
+    A shape holds the angles (slides) of the joints, in model order; its largest entry is 1. Shapes are complex where
+    joints do not move in step: their phases then are those of the motion Re(shape exp(lambda t)).
+
+    A damping ratio zeta and omega stand for the eigenvalues -zeta omega ± omega sqrt(zeta² - 1); a motion that leaves its
+    rest at the rate r without swinging has omega = r and zeta = -1.
+    """
+
+    omega: Array  # (k,) rad/s
+    damping_ratio: Array  # (k,)
+    shapes: Array  # (k, nv)
+    eigenvalues: Array  # (2 k,) 1/s
+    stable: bool  # no eigenvalue is right of the imaginary axis by more than its rounding error
+    joints: tuple[str, ...]
+    q: Array  # (nv,) rad, the rest
+    matrices: Matrices  # mass, damping and stiffness (nv, nv) there
+    notes: tuple[str, ...]
+    scene: Scene = field(repr=False)  # which starts at the rest
+
+    @property
+    def hertz(self) -> Array:
+        """The frequencies, (k,) in Hz."""
+        return self.omega / (2 * np.pi)
+
+    @cached_property
+    def participation(self) -> Array:
+        """The share of each body in the kinetic energy of each mode, (k, bodies); rows add up to 1."""
+        return np.array([self._shares(shape) for shape in self.shapes])
+
+    @cached_property
+    def _engine(self) -> Engine:
+        return Dynamics(build(self.scene.model), (), form="angles").engine
+
+    def _shares(self, shape: Array) -> Array:
+        """The share of each body in the kinetic energy (bodies,) of a mode with a shape (nv,)."""
+        parts = [np.real(shape), np.imag(shape)] if np.iscomplexobj(shape) else [shape]
+        energies = np.sum([_kinetic(self._engine, self.q, part) for part in parts], 0)
+        return energies / energies.sum()
+
+    def lines(self, most: int | None = None) -> list[Line]:
+        """The lines of the table, at most so many: modes of one frequency and damping together."""
+        found: list[Line] = []
+        for group in self._groups():
+            if most is not None and len(found) == most:
+                break
+            first = group[0]
+            where = _strongest(self._engine.model, np.mean([self._shares(self.shapes[i]) for i in group], 0))
+            found.append(Line(tuple(group), float(self.omega[first]), float(self.damping_ratio[first]), where))
+        return found
+
+    def _groups(self) -> Iterator[list[int]]:
+        group: list[int] = []
+        for i, (omega, ratio) in enumerate(zip(self.omega, self.damping_ratio, strict=True)):
+            if group and not (_same(omega, self.omega[group[0]]) and _same(ratio, self.damping_ratio[group[0]])):
+                yield group
+                group = []
+            group.append(i)
+        yield group
+
+    def text(self, most: int | None = MOST_ROWS) -> str:
+        """The table in lines of text, and whether the rest is stable."""
+        rows = [HEAD, *(line.cells for line in self.lines(most))]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+        return "\n".join([*lines, *self.words(most)])
+
+    def words(self, most: int | None = MOST_ROWS) -> list[str]:
+        """What stands below the table."""
+        groups = sum(1 for _ in self._groups())
+        left = [f"... and {groups - most} more"] if most is not None and groups > most else []
+        verdict = "The rest is stable." if self.stable else "The rest is unstable: small motions grow."
+        return [*left, verdict, *(f"note: {note}" for note in self.notes)]
+
+    def __repr__(self) -> str:
+        return brief(self.text(FEW))
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def _repr_html_(self) -> str:
+        cells = [HEAD, *(line.cells for line in self.lines(MOST_ROWS))]
+        rows = ("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in cells)
+        below = "".join(f"<p>{html.escape(words)}</p>" for words in self.words())
+        return f"<table>{''.join(rows)}</table>{below}"
+
+    def plot(self, *chosen: int, ax: Any = None) -> Any:
+        """The shapes as a matplotlib Figure, the first six of them, or those at these places (from 1)."""
+        from pendpin.stability.mode_pictures import draw_modes
+
+        return draw_modes(self, [self.place(k) for k in chosen], ax)
+
+    def save_plot(self, path: str | Path) -> Path:
+        """Write the figure of `plot` as .png, .pdf or .svg, whole or not at all. Raises InputError."""
+        from pendpin.graphics.figure import write_figure
+
+        return write_figure(path, self.plot)
+
+    def animate(self, k: int = 1) -> Any:
+        """Mode k (from 1) as something that moves: in a notebook, or `.save(path)` as .html, .gif or .mp4."""
+        from pendpin.stability.mode_pictures import animate_mode
+
+        return animate_mode(self, self.place(k))
+
+    def place(self, k: int) -> int:
+        """The place from 0 of mode k, from 1. Raises InputError for another number."""
+        if isinstance(k, bool) or not isinstance(k, int | np.integer) or not 1 <= k <= len(self.omega):
+            raise InputError(f"mode: {shown(k)} is not a whole number from 1 to {len(self.omega)}")
+        return int(k) - 1
+
+
+def modes(scene: Scene | str | Path) -> Modes:
+    """The modes of a scene, or of that of a file, about the rest near its start (`Start.at_rest`).
+
+    M x'' + C x' + K x = 0 with exact derivatives M, C, K. Effects that change with time are taken as they are at the
+    start's time; friction and stops are left out; `notes` say so.
+
+    Raises InputError where there is no rest, for a model with a joint that moves no inertia, and for effects without
+    derivatives; MissingLibrary without llvmlite.
+    """
+    scene = chosen_scene(scene)
+    rest = rest_of(scene)
+    still = scene.model_copy(update={"start": rest})
+    model = build(scene.model)
+    q, v = start_state(model, rest)
+    found = matrices(still, q, v, np.zeros(len(q)))
+    return Modes(*vibrations(found), model.joints, q, found, remarks(scene), still)
+
+
+def _same(one: float, other: float) -> bool:
+    return one == other or bool(abs(one - other) <= EQUAL * max(1.0, abs(one)))
+
+
+def _kinetic(engine: Engine, q: Array, v: Array) -> Array:
+    """The kinetic energy of each body (bodies,) in J at q, v (nv,)."""
+    bodies, motion = bodies_of(engine.model), engine.motion(engine.pack(q, v))
+    own = (motion.rotation.swapaxes(-1, -2) @ motion.spin[..., None])[..., 0]  # the spin in the link frames
+    turning = (own * (bodies.inertia @ own[..., None])[..., 0]).sum(-1)
+    return (bodies.mass * (motion.velocities(bodies.com) ** 2).sum(-1) + turning) / 2
+
+
+def _strongest(model: Model, share: Array) -> str:
+    """The bodies that take most part, by their names, until they have half of the energy."""
+    order = np.argsort(-share, kind="stable")
+    count = min(MOST_RODS, 1 + int(np.searchsorted(np.cumsum(share[order]), 0.5)))
+    return ", ".join(f"{model.bodies[i].link} {share[i]:.0%}" for i in order[:count])

@@ -1,0 +1,55 @@
+"""Rests about which small motions are taken, and what is not linear there."""
+
+from collections.abc import Iterator
+
+from pendpin.effects import ContactEffect, Drag, Effect, FieldEffect, Motor, Push
+from pendpin.errors import InputError, PendpinError, shown
+from pendpin.scene import Scene, Start
+
+AT_START = "start"
+
+
+def chosen_start(scene: Scene, at: Start | str | None) -> Start:
+    """The start that `at` names: the rest near the scene's start for None, the scene's own for "start", or one given.
+
+    Raises InputError for another value, and where there is no rest.
+    """
+    if at is None:
+        return rest_of(scene)
+    if isinstance(at, Start):
+        return at
+    if at == AT_START:
+        return scene.start
+    raise InputError(f'at: {shown(at)} is not a Start, nor "{AT_START}", nor None for the rest near the start')
+
+
+def rest_of(scene: Scene) -> Start:
+    """The stable rest of a scene near its start; friction and stops are left out. Raises InputError if there is none."""
+    free = tuple(effect for effect in scene.effects if not isinstance(effect, ContactEffect))
+    try:
+        return Start.at_rest(scene.model_copy(update={"effects": free}))
+    except InputError:
+        raise
+    except PendpinError as error:
+        raise InputError(str(error)) from None
+
+
+def remarks(scene: Scene) -> tuple[str, ...]:
+    """What the linear model of a scene leaves out or freezes, a sentence for each effect."""
+    return tuple(f"effects[{i}]: {text}" for i, effect in enumerate(scene.effects) for text in _of_effect(effect))
+
+
+def _of_effect(effect: Effect) -> Iterator[str]:
+    if isinstance(effect, ContactEffect):
+        yield f"{effect.kind} is left out: it acts through events"
+    if isinstance(effect, Drag) and effect.quadratic:
+        yield "drag is quadratic: in still air its derivative at rest is 0, and it damps nothing that is small"
+    if changes_with_time(effect):
+        yield f"{effect.kind} is taken as it is at the start: it changes with time"
+
+
+def changes_with_time(effect: Effect) -> bool:
+    """Whether an effect of pendpin's own is given as a function of time."""
+    if isinstance(effect, FieldEffect):
+        return not effect.constant and not effect.idle
+    return isinstance(effect, Motor | Push | Drag) and effect.frequency is not None
