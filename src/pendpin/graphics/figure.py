@@ -141,10 +141,9 @@ def _place(figure: Any, axes: list[Any], paths: list[Any], rows: list[float]) ->
     width, height = beside + (LEFT + PATH + 0.2) * bool(paths), TOP + inner + BOTTOM
     rows, x = [row * inner / sum(rows) for row in rows], beside + LEFT
     places = [(LEFT, sum(rows[i + 1 :]), WIDTH, row - 0.25) for i, row in enumerate(rows)]
-    share = inner / max(1, len(paths))
-    places += [
-        (x, inner - (i + 1) * share + 0.45 * (i + 1 < len(paths)), PATH, share - 0.85) for i in range(len(paths))
-    ]
+    tall = inner / max(1, len(paths)) - 0.85  # with room for names below and a title above
+    apart = (inner - 0.25 - tall) / max(1, len(paths) - 1)
+    places += [(x, (len(paths) - 1 - i) * apart, PATH, tall) for i in range(len(paths))]
     figure.set_size_inches(width, height)
     for ax, (x, y, w, h) in zip((*axes, *paths), places, strict=True):
         ax.set_position((x / width, (BOTTOM + y) / height, w / width, h / height))

@@ -165,7 +165,10 @@ function addFrames(viewer, extent, joints, objects, support, stage) {
     close.updateProjectionMatrix();
     close.updateMatrixWorld();
     const shown = support?.visible;
-    if (support) support.visible = false; // it would cover what the joint does
+    if (support) support.visible = false; // it would cover what the joint does, as would the axes of W
+    upward.parent.visible = false;
+    const acting = arrows?.group.visible;
+    if (acting && arrows.longest > 15 * now.size) arrows.group.visible = false; // larger than all that is to be seen
     renderer.setScissorTest(true);
     renderer.setScissor(box.left, box.bottom, box.width, box.height);
     renderer.setViewport(box.left, box.bottom, box.width, box.height);
@@ -173,6 +176,8 @@ function addFrames(viewer, extent, joints, objects, support, stage) {
     renderer.setScissorTest(false);
     renderer.setViewport(0, 0, pane.clientWidth, pane.clientHeight);
     if (support) support.visible = shown;
+    upward.parent.visible = true;
+    if (arrows) arrows.group.visible = acting;
     showClose(now.inside, close, box, stage);
   }
 

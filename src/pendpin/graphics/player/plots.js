@@ -132,7 +132,7 @@ function addPlots(section, runs, plots, shown, start, duration, seek) {
       }
       for (const { place, label } of ticks(start + from, start + to, 4)) {
         makePath(svg, "tick", `M${1000 * place} 0V1000`);
-        if (place < 0.86) make("i", area, { className: "x", textContent: label }).style.left = `${100 * place}%`;
+        if ((1 - place) * width > 62) make("i", area, { className: "x", textContent: label }).style.left = `${100 * place}%`;
       }
       make("i", area, { className: "x name", textContent: "time, s" });
       let enveloped = false;
