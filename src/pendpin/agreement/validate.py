@@ -107,9 +107,19 @@ def validate(
 ) -> AgreementReport:
     """Run published cases and compare them with their published numbers.
 
-    names: of the cases, all if empty. methods: the methods to run them by, all that can run a case if None. "accuracy"
-    stands for a run to the case's target accuracy, whose claimed error is added to the bound of places. After Ctrl-C
-    the report holds the comparisons so far. Raises InputError for unknown names.
+    After Ctrl-C the report holds the comparisons so far.
+
+    Args:
+        names: of the cases; all if empty.
+        methods: the methods to run them by; all that can run a case if absent. "accuracy" stands for a run to the case's
+            target accuracy, whose claimed error is added to the bound of places.
+        progress: called with the case and the method.
+
+    Returns:
+        The report: each difference beside its bound.
+
+    Raises:
+        InputError: for unknown names.
     """
     cases = _chosen(names)
     for method in methods or ():

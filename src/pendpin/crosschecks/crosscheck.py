@@ -37,11 +37,23 @@ def crosscheck(
     seed: int = 0,
     routes: Mapping[str, HandRoute] | None = None,
 ) -> CheckReport:
-    """Compare the routes on random states: all angles, rates up to 100 rad/s; the worst are computed in 50 digits too.
+    """Compare the independent routes to the accelerations and reactions of a scene at random states.
 
-    `routes` adds the user's own for a single rod: name -> f(rod, q, v, field) -> {quantity: values (states,)}, for any
-    of theta_dd, phi_dd, R1, R2, R3, M3, Mc; rod is a RodInertia, q, v are (states, 2), the uniform field (3,) is in the
-    inertial frame I (z down). Raises InputError where fewer than two routes cover the model.
+    Angles are any, rates up to 100 rad/s. The worst states are computed in 50 digits too.
+
+    Args:
+        scene: a Scene, or the path of a TOML file.
+        states: how many.
+        seed: of the random states.
+        routes: your own for a single rod: name -> f(rod, q, v, field) -> {quantity: values (states,)}, for any of theta_dd,
+            phi_dd, R1, R2, R3, M3, Mc. rod is a RodInertia, q, v are (states, 2), the uniform field (3,) m/s² is in the
+            inertial frame I (z down).
+
+    Returns:
+        The report: the worst difference for each pair of routes and each quantity.
+
+    Raises:
+        InputError: where fewer than two routes cover the model.
     """
     if states < 1:
         raise InputError(f"states: {states} is not a count of 1 or more")

@@ -33,14 +33,24 @@ def fit(
     robust: bool = False,
     progress: Callable[[str], None] = lambda what: None,
 ) -> Fit:
-    """Fit free numbers of a scene to measured swings, and say what they are worth.
+    """Fit free numbers of a scene to measured swings, with standard errors and what the data cannot determine.
 
-    data: the path of a CSV file, several of them, or a table of columns; the scene's [data] table says what they
-    measure. free: key paths such as "model.rods[0].com", and the short forms "physics" (centres of mass, inertias,
-    lengths of rods that carry another, frictions, drags) and "friction". hold_out: other data, predicted with starts
-    fitted on their first part hold_out_start. robust: residuals of single samples count less the larger they are (Huber).
+    Args:
+        scene: a Scene with guesses, or the path of a TOML file. Its [data] table says what the columns measure.
+        data: the path of a CSV file, several of them, or a table of columns.
+        free: key paths such as "model.rods[0].com", and the short forms "physics" (centres of mass, inertias, lengths of
+            rods that carry another, frictions, drags) and "friction".
+        hold_out: other data, which are predicted.
+        hold_out_start: the part of each held-out swing on which its start is fitted, 0 to 1.
+        robust: residuals of single samples count less the larger they are (Huber).
+        progress: called with the name of each step.
 
-    Raises InputError for what is wrong with scene, data or keys; MissingLibrary without heyoka.
+    Returns:
+        The Fit.
+
+    Raises:
+        InputError: for what is wrong with scene, data or keys.
+        MissingLibrary: without heyoka.
     """
     begin = time.perf_counter()
     chosen = chosen_scene(scene)

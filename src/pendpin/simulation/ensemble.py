@@ -81,15 +81,27 @@ def simulate_many(
     workers: int | None = None,
     progress: Callable[[int], None] = lambda done: None,
 ) -> Ensemble:
-    """The motions of a scene from many starts, positions and velocities (k, nv) in model order, rad and rad/s.
+    """Simulate a scene from many starts.
 
-    method and tolerance replace those of scene.solver; with method "auto" smooth scenes of up to MOST_JOINTS joints
-    use taylor. Each row equals the result of `simulate` for that start within the tolerance and does not depend on the
-    others. taylor runs in threads, by default on all processors; other methods run in this process, or in `workers`
-    processes: a script then needs `if __name__ == "__main__":`. `progress` is called with the number of finished starts.
+    Each row equals the result of `simulate` for that start within the tolerance, and does not depend on the others. The
+    rows of a start that ends early are NaN from there on; `stats.failures` holds the reason.
 
-    The rows of a start that ends early are NaN from there on; `stats.failures` holds the reason.
-    Raises InputError for starts or a scene that cannot be run; Interrupted (Ctrl-C), with the result so far as `partial`.
+    Args:
+        scene: a Scene, or the path of a TOML file.
+        positions: (k, nv) rad, in model order.
+        velocities: (k, nv) rad/s.
+        method: in place of the scene's; with "auto", smooth scenes of up to MOST_JOINTS joints use taylor.
+        tolerance: in place of the scene's.
+        workers: processes for methods other than taylor, which runs in threads on all processors; this process if absent.
+            A script with processes needs `if __name__ == "__main__":`.
+        progress: called with the number of finished starts.
+
+    Returns:
+        The Ensemble.
+
+    Raises:
+        InputError: for starts or a scene that cannot be run.
+        Interrupted: after Ctrl-C, with the result so far as `partial`.
     """
     scene = chosen_scene(scene).with_solver(method=method, tolerance=tolerance)
     dynamics = bind(scene)

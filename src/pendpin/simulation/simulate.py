@@ -34,24 +34,35 @@ def simulate(
     checkpoint: str | Path | None = None,
     every: float = EVERY,
 ) -> Trajectory:
-    """The motion of a scene, or of the scene in a TOML file, at its output times.
+    """Simulate a scene and return its motion at the output times.
 
-    duration (s), samples, method, tolerance, step and accuracy replace those of the scene and its solver. `times` (n,)
-    in s, rising, replace the samples as output times; they count in the scene's own time, from start.time on. Without a
-    duration the run ends at the last of them. `accuracy` is a target: the largest distance of a tip to the true motion,
-    divided by the chain's length. pendpin finds the tolerance or step that meets it, and the method if none is given; the
-    trajectory's stats hold the choice, the estimated error and the cost. With `energy_balance` the work of every effect
-    is integrated too; see the trajectory's `work`. `progress` is called with the time reached, s. `limit` (s) ends a
-    call that takes longer; it includes compiling, all runs for an accuracy, and the wrenches and energies at the samples.
+    Arguments that are given replace those of the scene and its solver. An input that is allowed and probably a mistake, such
+    as angles of many turns, gives a warning (pendpin.errors.Note).
 
-    `checkpoint` is a file in which the state of the run is saved, whole or not at all, at output times, about every
-    `every` s of wall time. If the file exists, the run continues from it; the result is the same, bit for bit, as that
-    of an uninterrupted run, and the counts add up. Scene, setting, energy_balance and versions must be the same. The
-    file stays when the run has ended: delete it once the result is saved.
+    Args:
+        scene: a Scene, or the path of a TOML file.
+        duration: s; the scene's if absent, or up to the last of `times`.
+        samples: number of evenly spaced output times, both ends included.
+        times: output times in place of samples, (n,) s, rising, in the scene's own time: from start.time on.
+        method: a method by name, or "auto".
+        tolerance: for methods without a fixed step, relative and absolute; rad and rad/s.
+        step: largest step in s, for methods with a fixed step.
+        accuracy: target for the largest distance of a tip from the true motion over the chain's length. The tolerance or
+            step that meets it is found, and the method if none is given; `stats` holds them and the estimated error.
+        energy_balance: integrate the work of every effect too; see the trajectory's `work`.
+        progress: called with the time reached, s.
+        limit: s of wall time, after which the call ends. Compiling, all runs for an accuracy, and the samples count.
+        checkpoint: a file in which the state is saved, whole or not at all, at output times. If it exists, the run
+            continues from it, with a result that is equal bit for bit to that of an uninterrupted run. Scene, settings
+            and versions must be the same. The file stays when the run has ended: delete it once the result is saved.
+        every: s of wall time between two saves.
 
-    An allowed input that is probably a mistake, such as angles of many turns, gives a warning (pendpin.errors.Note).
-    Raises InputError for a scene that cannot be run, and RunError for a run that cannot reach its end or its accuracy;
-    the error's `partial` is the Trajectory up to there.
+    Returns:
+        The Trajectory.
+
+    Raises:
+        InputError: for a scene that cannot be run.
+        RunError: for a run that cannot reach its end or its accuracy; `partial` is the Trajectory up to there.
     """
     deadline = Deadline(limit)
     wanted = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}

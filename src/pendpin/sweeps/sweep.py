@@ -43,19 +43,30 @@ def sweep(
     accuracy: float | None = None,
     progress: Progress = lambda done, count: None,
 ) -> Any:
-    """The measures of every case of a scene, as an xarray.Dataset with a dimension for each number that is varied.
+    """Run a scene with many sets of numbers and measure each run.
 
-    `vary` maps key paths of numbers of the scene (`model.rods[0].length`, `start.positions.theta_1`) to their values: a
-    grid; or it is a Plan (pendpin.sweeps.plan: pairs, samples, cases_of). `measure` names what is measured of each
-    run (docs/sweep.md lists the names), or is a function of a Trajectory. method, tolerance and accuracy stand in for
-    those of the scene.
+    A case that cannot be run is NaN, with the reason in the variable `why`.
 
-    A case that cannot be run is NaN, with the reason in the variable `why`. With `out`, a Zarr store is written block by
-    block; the same call goes on with it after an interrupt and ends with the same numbers. The work is done by threads of
-    this process, by `workers` processes on this machine, or by the Dask cluster at the address `dask`.
+    Args:
+        scene: a Scene, or the path of a TOML file.
+        vary: a grid, by key paths of numbers of the scene (`model.rods[0].length`, `start.positions.theta_1`) and their
+            values; or a Plan (pendpin.sweeps.plan: pairs, samples, cases_of).
+        measure: names of numbers of a run (docs/sweep.md lists them), or functions of a Trajectory.
+        out: a Zarr store, written block by block. The same call resumes an interrupted sweep, with bit-identical results.
+        workers: processes on this machine; threads of this process if absent.
+        dask: the address of a Dask cluster, which does the work then.
+        method: in place of the scene's.
+        tolerance: in place of the scene's.
+        accuracy: in place of the scene's.
+        progress: called with the numbers of cases done and in all.
 
-    Raises InputError for keys, measures or a store that cannot be used; Interrupted (Ctrl-C) with the Dataset so far as
-    `partial`; MissingLibrary without the extra `sweep`.
+    Returns:
+        An xarray.Dataset with a dimension for each number that is varied.
+
+    Raises:
+        InputError: for keys, measures or a store that cannot be used.
+        Interrupted: after Ctrl-C, with the Dataset so far as `partial`.
+        MissingLibrary: without the extra `sweep`.
     """
     for library in ("xarray", "zarr"):
         optional(library, "a sweep", EXTRA)

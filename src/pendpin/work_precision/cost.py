@@ -75,18 +75,30 @@ def cost(
     progress: Callable[[str], None] = lambda what: None,
     answered: Callable[[CostRow], None] = lambda row: None,
 ) -> CostReport:
-    """Which of `methods` (all, if absent) to take for an accuracy, and what it costs; with `peers` beside other simulators.
+    """Measure error against time: the cheapest method for each accuracy, and its run time (a work-precision diagram).
 
-    The accuracies are 1e-3, 1e-6, 1e-9, 1e-12 and `accuracy`; the report's `rows` answer for each, and `answered` is
-    called with each row when it is measured. All takes about 20 s of processor time, 40 with `peers`: methods that
+    The accuracies are 1e-3, 1e-6, 1e-9, 1e-12 and `accuracy`. The error is the largest distance of any tip from its
+    reference during the run, divided by the chain's length. The comparison ends where the reference is off by more than a
+    tenth of `accuracy`, as in chaotic motion. All methods take about 20 s of processor time, 40 with `peers`: methods that
     cannot become the cheapest are not run to their end, and where a reference would take long, only the first part of
-    the scene is compared. `thorough` measures all methods at all settings, on the whole scene, as long as that takes.
+    the scene is compared. After Ctrl-C the report holds what was measured until then.
 
-    The error is the largest distance of any tip to its reference during the run, divided by the chain's length. The
-    comparison ends where the reference is off by more than a tenth of `accuracy`, as in chaotic motion. Each time is the
-    least of `repetitions` runs after a first one; a series ends where its next run would take more than `budget` s.
-    `progress` is called with the name of what is being measured. An interrupt ends the measurement; the report holds
-    what was measured until then. Raises InputError for an unknown method, or where there is no reference.
+    Args:
+        scene: what is run.
+        methods: names of methods; all if absent.
+        accuracy: the finest accuracy of interest.
+        peers: compare with MuJoCo, Drake and SciPy too.
+        thorough: measure all methods at all settings, on the whole scene, however long that takes.
+        repetitions: runs after a first one; the least time of these counts.
+        budget: s; a series ends where its next run would take longer.
+        progress: called with the name of what is being measured.
+        answered: called with each row of the report when it is measured.
+
+    Returns:
+        The report; its `rows` have the cheapest method for each accuracy.
+
+    Raises:
+        InputError: for an unknown method, or where there is no reference.
     """
     methods = [methods] if isinstance(methods, str) else methods
     _check(scene, methods, accuracy, peers)
