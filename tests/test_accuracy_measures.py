@@ -12,6 +12,7 @@ import pendpin as pp
 from laws import law
 from pendpin.arrays import EPS
 from pendpin.scene.methods import method_of
+from pendpin.simulation.accuracy.methods import list_alternatives
 from pendpin.simulation.accuracy.refinement import refine_by_step, refine_by_tolerance
 from pendpin.simulation.accuracy.rounding import RoundingError, bound_rounding
 from pendpin.simulation.accuracy.runs import Runs, compute_extent, compute_speeds, measure_gap
@@ -28,7 +29,7 @@ def spinning(duration: float = 3.0, begin: float = 0.0, length: float = 2.0, rat
         model=pp.Chain(rods=[pp.Rod(length=length, mass=1.0, radius=0.1)]),
         start=pp.Start(time=begin, velocities={"theta": rate}),
         effects=(pp.effects.Gravity(acceleration=0.0),),
-        solver=pp.Solver(method="dop853", **({"tolerance": 1e-10, "samples": 7} | solver)),
+        solver=pp.Solver(**({"method": "dop853", "tolerance": 1e-10, "samples": 7} | solver)),
     )
 
 
@@ -185,3 +186,14 @@ def test_tolerances_are_relative_to_the_angles(method: str) -> None:
         assert refinement.first / finer >= 50 * (1 - 1e-9)
         assert finer >= refinement.least
     assert refinement.finer(refinement.least, 100.0) == refinement.least
+
+
+def test_other_methods_are_those_that_were_not_tried() -> None:
+    """Two explicit ones where equations are not stiff; none where the scene names its method."""
+    scene = spinning(method="auto", tolerance=None, accuracy=1e-6)
+    tried = {
+        name: [other.solver.method for other in list_alternatives(scene, False, name)]
+        for name in ("taylor", "dop853", "rk45")
+    }
+    assert tried == {"taylor": ["dop853", "rk45"], "dop853": ["rk45"], "rk45": ["dop853"]}
+    assert not [*list_alternatives(spinning(method="rk4", tolerance=None, accuracy=1e-6), False, "rk4")]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
+from pendpin.dynamics.contact_guards import LEAST, LOWER, MOST, RATE, UPPER, guards_of
 from pendpin.dynamics.contacts import Contacts, Mode, Scales
 from pendpin.dynamics.falls import falls_of, rates_and_mode
 from pendpin.effects import DryFriction, Motor, Stop
@@ -125,3 +126,57 @@ def test_scales_are_those_of_the_torques_and_rates(static: float) -> None:
         assert more.rate == pytest.approx(4 * found.rate, rel=1e-12)
         assert more.torque == pytest.approx(16 * found.torque, rel=1e-12)
         assert scales(0.0, span=1e-9).rate == pytest.approx([1e3, 1e3])
+
+
+@pytest.mark.parametrize(
+    ("at", "held_before", "fired", "held_after", "said"),
+    [
+        (0.0, False, RATE, True, "stick"),
+        (0.0, False, RATE, False, "reverse"),
+        (0.0, True, LEAST, False, "slip"),
+        (0.4, True, LEAST, False, "release"),
+        (-0.4, True, MOST, False, "release"),
+        (0.4, False, UPPER, False, "stop"),
+        (-0.4, False, LOWER, True, "stop"),
+    ],
+)
+def test_what_an_event_is_called(at: float, held_before: bool, fired: int, held_after: bool, said: str) -> None:
+    """By what fired and by what is held before and after; joints that nothing happens to are not named."""
+    contacts = contacts_of(DryFriction(kinetic=0.2, static=0.5), Stop(lower=-0.4, upper=0.4))
+    mode = Mode(np.array([held_before, True]), np.array([float(not held_before), 0.0]), np.ones(2))
+    q = np.array([at, 0.0])
+    guards = guards_of(contacts, q, mode, ONE, 1e-9)
+    numbers = np.flatnonzero((guards.kind == fired) & (guards.joint == 0)).tolist()
+    assert guards.changes(q, numbers, np.array([held_after, True])) == [(0, said)]
+    assert guards.changes(q, [], np.array([held_before, True])) == []
+
+
+def test_guards_are_0_where_something_happens() -> None:
+    """At a stop, at rest, and at the largest torque that holds; positive before. Landing sets what they say exactly."""
+    contacts = contacts_of(
+        DryFriction(kinetic=0.2, static=0.5, joints=["theta"]), Stop(lower=-0.4, upper=0.3, joints=["theta"])
+    )
+    sliding = Mode(np.array([False, False]), np.array([-1.0, 0.0]), np.ones(2))
+    guards = guards_of(contacts, np.zeros(2), sliding, ONE, 1e-9)
+    named = {kind: i for i, kind in enumerate(guards.kind.tolist())}
+    assert set(named) == {RATE, UPPER, LOWER}
+    values = guards.values(np.zeros(2), np.array([[0.1, 0.0, -2.0, 0.0], [0.3, 0.0, 0.0, 0.0]]))
+    assert values[:, named[RATE]] == pytest.approx([2.0, 0.0])  # it slides backwards
+    assert values[:, named[UPPER]] == pytest.approx([0.2, 0.0])
+    assert values[:, named[LOWER]] == pytest.approx([0.5, 0.7])
+    q, v = np.array([0.3 + 1e-12, 0.1]), np.array([1e-12, 0.2])
+    loose = guards.land(q, v, [named[RATE], named[UPPER]])
+    assert (q.tolist(), v.tolist(), loose.tolist()) == ([0.3, 0.1], [0.0, 0.2], [0.0, 0.0])
+
+
+@pytest.mark.parametrize("torque", [0.3, -0.3])
+def test_guards_of_a_held_joint_are_what_is_left_of_its_hold(torque: float) -> None:
+    """Static friction less the torque that holds, and plus it; at the end it starts the way that it is pushed."""
+    contacts = contacts_of(DryFriction(kinetic=0.2, static=0.5, joints=["theta"]), Motor(joint="theta", torque=torque))
+    held = Mode(np.array([True, False]), np.zeros(2), np.ones(2))
+    guards = guards_of(contacts, np.zeros(2), held, ONE, 1e-9)
+    assert guards.kind.tolist() == [MOST, LEAST]
+    values = guards.values(np.zeros(1), np.zeros((1, 4)))[0]
+    assert values == pytest.approx([0.5 + torque, 0.5 - torque])  # what holds is -torque
+    assert guards.land(np.zeros(2), np.zeros(2), [0]).tolist() == [-1.0, 0.0]
+    assert guards.land(np.zeros(2), np.zeros(2), [1]).tolist() == [1.0, 0.0]

@@ -10,6 +10,7 @@ from scipy.special import ellipk
 import pendpin as pp
 from pendpin import effects as fx
 from pendpin.sweeps.measures import (
+    _difference,
     _settled,
     accumulated,
     divergence,
@@ -133,6 +134,8 @@ def test_the_period_of_small_swings() -> None:
 def test_the_swing_is_the_largest_angle() -> None:
     """Of the start of a swing without friction that starts at rest."""
     assert swing(pp.simulate(sprung(0.0))) == pytest.approx(0.7, abs=1e-9)
+    found = pp.sweep(sprung(0.0), {"start.positions.theta": [0.7, -0.4]}, "swing").swing.values
+    assert found == pytest.approx([0.7, 0.4], abs=1e-9)
 
 
 def test_the_divergence_is_that_of_the_ends() -> None:
@@ -190,8 +193,23 @@ def test_statistics_of_a_swing(statistic: str, value: float) -> None:
 
 
 def test_the_time_of_the_largest_angle() -> None:
-    """Half a period after a start on the other side, whenever the run begins."""
+    """Half a period after a start on the other side; it is a time, in s, and the largest angle is none."""
+    assert [measure(f"theta.{name}").unit for name in ("argmax", "max", "rms")] == ["s", "", ""]
     scene = sprung(0.0, start=-0.7, duration=2.0)
     assert measured(measure("theta.argmax"), pp.simulate(scene), pp.simulate(scene)) == pytest.approx(
         math.pi / 2, abs=5e-3
     )
+
+
+def test_the_spread_is_the_distance_to_the_looser_run() -> None:
+    """0 where neither has the measure, infinite where one has it; of a run and of motions in vectors."""
+    nan = math.nan
+    assert _difference(np.array([1.0, 3.0, nan, nan, 2.0]), np.array([3.0, 1.0, nan, 2.0, nan])).tolist() == [
+        2,
+        2,
+        0,
+        math.inf,
+        math.inf,
+    ]
+    one, other = (pp.simulate(sprung(0.0, start=start), duration=1.0) for start in (0.7, 0.8))
+    assert measured(measure("theta.max.spread"), one, other) == pytest.approx(0.1, abs=1e-9)
