@@ -383,6 +383,17 @@ def test_a_film_shows_the_support_where_it_is(run: pp.Trajectory, tmp_path: Path
     np.testing.assert_allclose(across - across.mean(), slope * (wanted - wanted.mean()), atol=11)
 
 
+def test_a_film_shows_the_other_run_as_a_ghost(tmp_path: Path) -> None:
+    """Two rods at rest, one hanging and one held up by a spring: each where its own angle is."""
+    scene = pp.Scene(duration=0.2, model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), effects=[pp.effects.Gravity()])
+    hanging = pp.simulate(scene)
+    upright = pp.simulate(scene.replace({"start.positions.phi_1": np.pi}))
+    frame = read_film(hanging.animate(compare=upright).save(tmp_path / "both.mp4"))[2]
+    green, orange = np.array([0x80, 0xCE, 0xB9]), np.array([0xD5, 0x5E, 0x00])  # the ghost is half white
+    above, below = (np.argwhere(np.abs(frame - color).max(-1) < 30)[:, 0].mean() for color in (green, orange))
+    assert above < len(frame) / 2 < below
+
+
 def read_film(path: Path) -> np.ndarray:
     """The frames of an MP4, (n, rows, columns, 3) from 0 to 255."""
     import imageio_ffmpeg

@@ -34,7 +34,7 @@ class Animation:
             case ".html":
                 return write_page(path, compared_drawing(self._runs), report_of(self._runs, self._check))
             case ".gif" | ".mp4" as suffix:
-                return write_film(path, self._runs[0], suffix)
+                return write_film(path, self._runs, suffix)
         raise InputError(f"{path}: an animation's name ends in one of: {', '.join(SUFFIXES)}")
 
     def __repr__(self) -> str:

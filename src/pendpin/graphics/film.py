@@ -1,7 +1,7 @@
 """A run as a film: a GIF or an MP4 of its rods, drawn by matplotlib, seen from a little above."""
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +26,11 @@ DPI = 100
 AZIMUTH, ELEVATION = np.radians(30.0), np.radians(15.0)  # of the eye
 
 
-def write_film(path: Path, run: Trajectory, suffix: str) -> Path:
-    """Write a film as .gif or .mp4, in real time or faster. Raises MissingLibrary for .mp4 without imageio-ffmpeg."""
+def write_film(path: Path, runs: Sequence[Trajectory], suffix: str) -> Path:
+    """Write a film as .gif or .mp4, in real time or faster: the first run, the others as ghosts.
+
+    Raises MissingLibrary for .mp4 without imageio-ffmpeg.
+    """
     from tempfile import TemporaryDirectory
 
     from matplotlib import rc_context
@@ -37,7 +40,7 @@ def write_film(path: Path, run: Trajectory, suffix: str) -> Path:
     settings["text.usetex"] = False
     with rc_context(settings), TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        figure, draw, count = _film(run)
+        figure, draw, count = _film(runs)
         writer = (PillowWriter if suffix == ".gif" else FFMpegWriter)(fps=FRAMES_PER_SECOND)
         film = Path(folder, f"film{suffix}")
         with writer.saving(figure, str(film), DPI):
@@ -57,16 +60,16 @@ def _ffmpeg() -> str:
     return get_ffmpeg_exe()
 
 
-def _film(run: Trajectory) -> tuple[Any, Callable[[int], None], int]:
+def _film(runs: Sequence[Trajectory]) -> tuple[Any, Callable[[int], None], int]:
     """A figure, what draws a frame on it, and how many frames there are."""
     from matplotlib.figure import Figure
 
+    run = runs[0]
     rows = pick(run.t, FRAMES_PER_SECOND, MOST_FRAMES)
-    ends, (times, path) = _seen(ends_of(run)), _path(run)
-    bodies = ends.shape[1]
-    gaps = np.full((len(ends), bodies, 1, 2), np.nan)  # bodies are separate lines
-    lines = np.concatenate([ends, gaps], axis=2).reshape(len(ends), 3 * bodies, 2)
-    points = np.concatenate([ends.reshape(-1, 2), path])
+    (times, path), all_ends = _path(run), [_seen(ends_of(one)) for one in runs]
+    ends, bodies = all_ends[0], all_ends[0].shape[1]
+    lines, *others = map(_lines, all_ends)
+    points = np.concatenate([*(one.reshape(-1, 2) for one in all_ends), path])
     middle, reach = (points.min(0) + points.max(0)) / 2, 0.55 * max(float(np.ptp(points, axis=0).max()), 1e-9)
     figure = Figure(figsize=(SIZE, SIZE))
     axes = figure.add_axes((0.0, 0.0, 1.0, 0.92))
@@ -74,18 +77,30 @@ def _film(run: Trajectory) -> tuple[Any, Callable[[int], None], int]:
     axes.set_axis_off()
     figure.suptitle(plain_name(run.title, 50), fontsize=11, y=0.985)
     trail = axes.plot([], [], color=COLORS[0], linewidth=0.8, alpha=0.7)[0]
+    colors = (COLORS[2], COLORS[3], COLORS[5])
+    ghosts = [
+        axes.plot([], [], color=color, linewidth=2.5, alpha=0.5)[0] for _, color in zip(others, colors, strict=False)
+    ]
     rods = axes.plot([], [], color=COLORS[1], linewidth=2.5, marker="o" if bodies <= MOST_DOTS else "", markersize=4)[0]
     pivot = axes.plot([], [], marker="s", color="#7a8696", markersize=8)[0]
     clock = axes.text(0.5, 0.99, "", transform=axes.transAxes, ha="center", va="top")
 
     def draw(frame: int) -> None:
         row = rows[frame]
+        for ghost, one, found in zip(ghosts, runs[1:], others, strict=True):
+            ghost.set_data(*found[max(0, np.searchsorted(one.t, run.t[row], "right") - 1)].T)
         rods.set_data(*lines[row].T)
         pivot.set_data(*ends[row, :1, 0].T)
         trail.set_data(*path[: np.searchsorted(times, run.t[row], "right")].T)
         clock.set_text(f"t = {run.t[row]:.2f} s")
 
     return figure, draw, len(rows)
+
+
+def _lines(ends: Array) -> Array:
+    """Ends (n, bodies, 2, 2) as the points of one line (n, 3 bodies, 2) with gaps: bodies are separate."""
+    gaps = np.full((*ends.shape[:2], 1, 2), np.nan)
+    return np.concatenate([ends, gaps], axis=2).reshape(len(ends), -1, 2)
 
 
 def _path(run: Trajectory) -> tuple[Array, Array]:
