@@ -27,7 +27,7 @@ from pendpin.graphics.path import smooth_trail
 
 SCRIPTS = ("scene.js", "arrows.js", "frames.js", "plots.js", "player.js")  # in this order
 FRAMES_PER_SECOND = 60  # at most: what a screen shows
-POSES = 120_000  # key poses in a page at most, 19 bytes each: of 1,000 rods, a page below 5 MB with 20 frames a second
+POSES = 105_000  # key poses in a page at most, 19 bytes each: of 1,000 rods, a page below 5 MB with 17 frames a second
 DRAWN = (1e-3, 1e4)  # m, extents that a browser draws as they are; its numbers have 24 bits
 LEAST_FRAMES = 600  # where the samples give as many: a run of less than 10 s is looked at slowly
 TRAIL_POINTS = 30_000  # at most
