@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, Mask
 from pendpin.dynamics.derivatives import Variational
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.equations import exact
@@ -16,7 +16,11 @@ from pendpin.errors import InputError, MissingLibrary, Note, shown
 from pendpin.model.build import SIGNS, start_state
 from pendpin.scene import Chain, Scene, Start
 
+Pull = Callable[[float, Array], Array]  # of a time, which makes no difference, and q (nv,): the accelerations (nv,)
+Stiffness = Callable[[float, Array], Array]  # of the same: their derivatives (nv, nv)
 REST = 1e-10  # of the largest acceleration seen: what is left at an equilibrium
+UNSTABLE = 1e-9  # of the largest rate: what grows faster leaves a rest
+ASIDE, AGAIN = 0.01, 3  # rad, how far an unstable rest is left, and how often
 FAR = 100.0  # rad: what turns as far as this never comes to rest
 LONG = 1e6  # s² of pseudo-time, until the slowest mode has decayed
 NODDING = 0.01  # of the angle of a cone
@@ -34,15 +38,11 @@ def at_rest(scene: Scene) -> Start:
     size = max(float(np.abs(pull(0.0, x)).max()) for x in (q, q + 0.5))
     if (found := _hanging(dynamics, q)) is None:
         stiffness = _stiffness(scene)
-        turns, begin = ~dynamics.model.slides, q
-
-        def far(_: float, q: Array) -> float:
-            return FAR - float(np.abs(q - begin)[turns].max(initial=0.0))
-
-        far.terminal = True  # type: ignore[attr-defined]
-        options: Any = {"rtol": 1e-6, "atol": 1e-9, "jac": stiffness, "events": far}
-        rest = solve_ivp(pull, (0.0, LONG), q, method="Radau", **options).y[:, -1]
-        found = root(lambda x: pull(0.0, x), rest, tol=1e-15, jac=stiffness and (lambda x: stiffness(0.0, x))).x
+        found = _relaxed(pull, q, ~dynamics.model.slides, stiffness)
+        for _ in range(AGAIN):
+            if stiffness is None or (aside := _unstable_way(stiffness(0.0, found))) is None:
+                break
+            found = _relaxed(pull, found + aside, ~dynamics.model.slides, stiffness)
     if not np.abs(pull(0.0, found)).max(initial=0.0) <= REST * size:
         raise InputError(
             "start: there is no equilibrium near start.positions; give other positions, or remove effects that "
@@ -64,7 +64,31 @@ def _hanging(dynamics: Dynamics, q: Array) -> Array | None:
     return found + 2 * np.pi * np.round((q - found) / (2 * np.pi))
 
 
-def _stiffness(scene: Scene) -> Callable[[float, Array], Array] | None:
+def _relaxed(pull: Pull, q: Array, turns: Mask, stiffness: Stiffness | None) -> Array:
+    """Where q (nv,) comes to rest if it moves with a speed that is its acceleration; `turns` (nv,): not a slide."""
+
+    def far(_: float, now: Array) -> float:
+        return FAR - float(np.abs(now - q)[turns].max(initial=0.0))
+
+    far.terminal = True  # type: ignore[attr-defined]
+    options: Any = {"rtol": 1e-6, "atol": 1e-9, "jac": stiffness, "events": far}
+    rest = solve_ivp(pull, (0.0, LONG), q, method="Radau", **options).y[:, -1]
+    return root(lambda x: pull(0.0, x), rest, tol=1e-15, jac=stiffness and (lambda x: stiffness(0.0, x))).x
+
+
+def _unstable_way(stiffness: Array) -> Array | None:
+    """A small change (nv,) along which an unstable rest is left, from its derivative (nv, nv); None at a stable one."""
+    if not np.isfinite(stiffness).all():
+        return None
+    values, vectors = np.linalg.eig(stiffness)
+    first = int(np.argmax(np.real(values)))
+    if not np.real(values[first]) > UNSTABLE * np.abs(values).max():
+        return None
+    way = np.real(vectors[:, first])
+    return ASIDE * way / (np.abs(way).max() or 1.0)
+
+
+def _stiffness(scene: Scene) -> Stiffness | None:
     """The derivative (nv, nv) of the accelerations at rest by positions (nv,); None where a scene has none."""
     try:
         equations = Variational(scene)

@@ -12,13 +12,13 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.dynamics.binding import bodies_of
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.dynamics.residual import Matrices, matrices
-from pendpin.dynamics.vibrations import vibrations
+from pendpin.dynamics.residual import Matrices
 from pendpin.engines import Engine
 from pendpin.errors import InputError, brief, shown
-from pendpin.model.build import Model, build, start_state
+from pendpin.model.build import Model, build
 from pendpin.scene import Scene, chosen_scene
-from pendpin.stability.rests import remarks, rest_of
+from pendpin.simulation.small_motions import small_motions
+from pendpin.stability.rests import remarks
 
 EQUAL = 1e-9  # of a frequency: two that are closer are one line of the table
 TWO = "two directions"
@@ -176,12 +176,9 @@ def modes(scene: Scene | str | Path) -> Modes:
     derivatives; MissingLibrary without llvmlite.
     """
     scene = chosen_scene(scene)
-    rest = rest_of(scene)
-    still = scene.model_copy(update={"start": rest})
-    model = build(scene.model)
-    q, v = start_state(model, rest)
-    found = matrices(still, q, v, np.zeros(len(q)))
-    return Modes(*vibrations(found), model.joints, q, found, remarks(scene), still)
+    found = small_motions(scene)
+    joints = build(scene.model).joints
+    return Modes(*found.vibrations, joints, found.q, found.matrices, remarks(scene), found.scene)
 
 
 def _same(one: float, other: float) -> bool:

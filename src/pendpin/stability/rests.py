@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 
 from pendpin.effects import ContactEffect, Drag, Effect, FieldEffect, Motor, Push
-from pendpin.errors import InputError, PendpinError, shown
+from pendpin.errors import InputError, shown
 from pendpin.scene import Scene, Start
+from pendpin.simulation.small_motions import rest_of
 
 AT_START = "start"
 
@@ -21,17 +22,6 @@ def chosen_start(scene: Scene, at: Start | str | None) -> Start:
     if at == AT_START:
         return scene.start
     raise InputError(f'at: {shown(at)} is not a Start, nor "{AT_START}", nor None for the rest near the start')
-
-
-def rest_of(scene: Scene) -> Start:
-    """The stable rest of a scene near its start; friction and stops are left out. Raises InputError if there is none."""
-    free = tuple(effect for effect in scene.effects if not isinstance(effect, ContactEffect))
-    try:
-        return Start.at_rest(scene.model_copy(update={"effects": free}))
-    except InputError:
-        raise
-    except PendpinError as error:
-        raise InputError(str(error)) from None
 
 
 def remarks(scene: Scene) -> tuple[str, ...]:

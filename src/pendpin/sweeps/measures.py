@@ -21,6 +21,8 @@ from pendpin.model.of_run import swings_of
 from pendpin.scene import Scene, Start
 from pendpin.simulation.crossings import first_crossings
 from pendpin.simulation.simulate import run_to_setting
+from pendpin.simulation.small_motions import largest_multiplier, small_motions
+from pendpin.simulation.small_motions import stable as is_stable
 from pendpin.trajectory import Trajectory
 
 SETTLED = 0.02  # of the largest distance from the final state: the usual two per cent
@@ -254,6 +256,26 @@ def _tips_apart(one: Array, other: Array) -> Array:
     return tip_distance(one, other, 1.0) / np.where(size > 0, size, 1.0)
 
 
+def frequency_1(run: Trajectory) -> float:
+    """The lowest natural frequency about the rest near the start, rad/s."""
+    return float(small_motions(Scene(**run.scene)).vibrations.omega[0])
+
+
+def damping_1(run: Trajectory) -> float:
+    """The damping ratio of the mode with the lowest natural frequency."""
+    return float(small_motions(Scene(**run.scene)).vibrations.damping_ratio[0])
+
+
+def stable(run: Trajectory) -> float:
+    """1 where the rest, or the driven periodic motion, near the start is stable, else 0."""
+    return float(is_stable(Scene(**run.scene)))
+
+
+def multiplier(run: Trajectory) -> float:
+    """The size of the largest multiplier of the driven periodic motion near the start."""
+    return largest_multiplier(Scene(**run.scene))
+
+
 MEASURES = {
     "swing": Measure("swing", "rad", swing, of_motion=_swings),
     "period": Measure("period", "s", period, without="has no period"),
@@ -265,5 +287,9 @@ MEASURES = {
         "flip_time", "s", flip_time, of_motion=lambda motion: motion.flips, without="did not turn over", ends=True
     ),
     "lyapunov": Measure("lyapunov", "1/s", lyapunov),
+    "frequency_1": Measure("frequency_1", "rad/s", frequency_1),
+    "damping_1": Measure("damping_1", "", damping_1),
+    "stable": Measure("stable", "", stable),
+    "multiplier": Measure("multiplier", "", multiplier),
     "divergence": Measure("divergence", "", pair=divergence, of_motions=_divergence_of_motions, ends=True),
 }

@@ -170,7 +170,7 @@ def vectors_of(task: Task) -> Vectors | None:
 def _made(task: Task) -> Vectors | None:
     """None for a scene that series do not take, or a key that changes how it is run."""
     solver, kinds = task.scene.solver, {parsed(key)[0] for key in task.plan.keys}
-    if find_spec("heyoka") is None or solver.method not in ("auto", "taylor"):
+    if find_spec("heyoka") is None or solver.method not in ("auto", "taylor") or not task.scene.duration:
         return None
     if solver.accuracy is not None and not (solver.accuracy >= VECTOR.finest and task.scene.duration):
         return None
