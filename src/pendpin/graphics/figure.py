@@ -27,6 +27,7 @@ from pendpin.trajectory import Trajectory
 
 FORMATS = ("png", "pdf", "svg")
 DPI = 120
+SHOWN = 84  # of a figure in a page or a notebook
 LEFT, WIDTH, ROW, LOW, PATH, TOP, BOTTOM = 1.0, 6.2, 1.9, 1.1, 3.2, 0.75, 0.55  # inches: margins, panels, paths beside
 MOST_TURNS, FAINT = 200, 0.5  # beyond so many turning points lines become areas, through which others are seen
 LABEL = 0.62  # inches, from an axis to its name: to find a place for it, matplotlib would draw everything twice
@@ -127,7 +128,7 @@ def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[Trajectory]) -> None:
 def picture_of(figure: Any) -> bytes:
     """The picture of a figure, as PNG."""
     with BytesIO() as file, plain_text():
-        figure.savefig(file, format="png", dpi=DPI / 2)
+        figure.savefig(file, format="png", dpi=SHOWN)
         return file.getvalue()
 
 
