@@ -152,26 +152,65 @@ def test_error_falls_with_tolerance(method: str) -> None:
     assert errors[-1] < max(1e-4 * errors[0], 1e-13)
 
 
-def test_samples_fall_on_steps() -> None:
-    """`step` is the largest step: it is shortened where samples come between, lengthened never, and said."""
+@pytest.mark.parametrize("method", ORDERS)
+def test_the_step_asked_is_the_step_taken(method: str) -> None:
+    """Wherever the samples are: at the ends of its steps the motion is the same, but for the rounding of the times."""
+    given = scene(THICK, duration=1.0, method=method, step=0.05)
+    on, between, coarse = (pp.simulate(given, samples=samples, anyway=True) for samples in (21, 121, 4))
+    assert [run.stats.steps for run in (on, between, coarse)] == [20, 20, 20]
+    assert [run.stats.step for run in (on, between, coarse)] == [0.05] * 3
+    assert np.abs(between.q[::6] - on.q).max() < 1e-13  # twenty steps at rates of order 1, whose times round to 1e-16
+    assert np.abs(coarse.q[-1] - on.q[-1]).max() < 1e-13
+
+
+@pytest.mark.parametrize("method", ORDERS)
+def test_samples_inside_steps_have_the_order_of_the_method(method: str) -> None:
+    """Of samples that fall on no end of a step but the first, the errors fall as the steps to the power of the order."""
+    given, times = scene(THICK, duration=1.0), np.linspace(0.0, 1.0, 38)
+    reference = pp.simulate(given, times=times, method="dop853", tolerance=1e-13)
+    errors = [
+        np.abs(pp.simulate(given, times=times, method=method, step=step, anyway=True).q - reference.q).max()
+        for step in (0.04, 0.02)
+    ]
+    # the next term of the error is a fraction of the step smaller, some tenths here
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(ORDERS[method], abs=0.35)
+
+
+def test_a_step_longer_than_the_run_is_all_of_it() -> None:
+    """The last step may be shorter, and the table says how long it was."""
     slow = pp.Chain(rods=(pp.Rod(length=10.0, mass=1.0, radius=0.1),))
-    runs = [pp.simulate(scene(slow, samples=4), method="rk4", step=step) for step in (0.1, 1 / 12, 5.0)]
-    assert [run.stats.steps for run in runs] == [12, 12, 3]
-    assert apart(runs[0], runs[1]) < 1e-15
-    end = runs[0].t[-1]
-    assert [run.stats.step for run in runs] == pytest.approx([end / 12, end / 12, end / 3], rel=1e-14)
+    runs = [pp.simulate(scene(slow, duration=0.1, samples=2), method="rk4", step=step) for step in (0.1, 5.0)]
+    assert np.array_equal(runs[0].q, runs[1].q)
+    assert [run.stats.step for run in runs] == [0.1, 0.1]
     assert runs[0].stats.tolerance is None
 
 
+def test_a_run_anyway_reaches_its_end() -> None:
+    """Its energy is off and a note says from when on; up to there it is the run that ends with an error."""
+    start = pp.Start(positions={"theta": 0.5}, velocities={"theta": 3.0})
+    rod = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1, mass=1)]), start=start, effects=["gravity"], duration=6.0)
+    given = rod.with_solver(method="euler", step=0.04)
+    with pytest.raises(pp.RunError) as error:
+        pp.simulate(given)
+    cut, run = error.value.partial, pp.simulate(given, anyway=True)
+    assert run.t[-1] == 6.0
+    assert np.array_equal(run.q[: len(cut.t)], cut.q)
+    assert run.stats.notes[0].startswith(f"from t = {run.t[len(cut.t)]:.6g} s on the energy is off by over a tenth")
+    calm = given.with_solver(method="gauss4", step=0.01)
+    assert pp.simulate(calm, anyway=True) == pp.simulate(calm)
+    with pytest.raises(pp.InputError, match="anyway: an accuracy"):
+        pp.simulate(scene(TWO), accuracy=1e-3, anyway=True)
+
+
 def test_a_run_that_ends_early_counts_its_steps_up_to_there() -> None:
-    """Three steps a sample, too coarse for a rod of 1 m: the run is cut where its energy is off."""
+    """Two and a half steps a sample, too coarse for a rod of 1 m: the run is cut where its energy is off."""
     start = pp.Start(positions={"theta": 0.5}, velocities={"theta": 3.0})
     rod = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1, mass=1)]), start=start, effects=[pp.effects.Gravity()])
     with pytest.raises(pp.RunError) as error:
         pp.simulate(rod.replace(duration=6.0), method="euler", step=0.04, samples=61)
     run = error.value.partial
-    assert run.stats.steps == 3 * (len(run.t) - 1) > 0
-    assert run.stats.step == pytest.approx(0.1 / 3)
+    assert run.stats.steps == int(run.t[-1] / 0.04 + 1e-9) > 0
+    assert run.stats.step == 0.04
     assert 0.01 < run.energy().drift <= 0.1
 
 

@@ -30,6 +30,7 @@ class StepPlan:
     first: float | None = None  # s, a proposal for the first one
     longest: float = math.inf  # s, the limit for methods without a fixed step
     memory: Memory | None = None  # of the segment before, if there was one; it may hold further arrays
+    anew: bool = False  # whether fixed steps are counted from the start of this segment
 
 
 FREE = StepPlan()

@@ -2,15 +2,15 @@
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
-from itertools import pairwise
+from collections.abc import Callable
 
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import InputError, shown
-from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Segment, StepPlan, finite_part
+from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Memory, Segment, StepPlan, finite_part
+from pendpin.integrators.grid import StepGrid
 from pendpin.scene import Method
 
 MAX_STEPS = 1e9
@@ -25,23 +25,6 @@ def steps_in(interval: float, step: float) -> int:
     return max(1, math.ceil(interval / step * (1 - 1e-9)))
 
 
-def intervals(times: Array, step: float) -> Iterator[tuple[float, int, float]]:
-    """For each interval of output times (n,): its start, the number of its steps, and their size h <= step, s.
-
-    Every sample falls on a step, so that samples have the order of the method.
-    """
-    for start, end in pairwise(times):
-        count = steps_in(end - start, step)
-        yield start, count, (end - start) / count
-
-
-def steps_of(times: Array, step: float) -> tuple[int, float]:
-    """How many steps cut the intervals of output times (n,), and the largest of them, s. Raises InputError for too many."""
-    refuse_steps(times, step)
-    cut = [(count, h) for _, count, h in intervals(times, step)]
-    return sum(count for count, _ in cut), max((h for _, h in cut), default=0.0) or step
-
-
 def refuse_steps(times: Array, step: float) -> None:
     """Raise InputError if times (n,) need more than MAX_STEPS steps."""
     if times[-1] - times[0] > MAX_STEPS * step:
@@ -49,24 +32,41 @@ def refuse_steps(times: Array, step: float) -> None:
 
 
 class FixedStep(Integrator):
-    """A method with a fixed step; each interval of output times is divided into equal steps not longer than it."""
+    """A method with a fixed step; samples inside a step are computed by a shorter one (integrators/grid.py)."""
 
     def __init__(self, method: Method, setting: float) -> None:
         self._step, self.library, self.version = setting, "numpy", np.__version__
         self.step = setting
 
+    def memory(self, y: Array) -> Memory:
+        """Where the steps end, and the state y (size,) at the end of the last."""
+        return {"grid": StepGrid.none(), "grid_state": np.array(y)}
+
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
-        """The states (n, size), each interval of output times cut into equal steps."""
-        y, states, steps = np.array(y), np.full((len(times), len(y)), np.nan), 0
-        advance, states[0] = self.advancing(derivative, y), y
-        for sample, (start, count, h) in enumerate(intervals(times, self._step), 1):
-            for done in range(0, count, LOOK_EVERY):
-                if done and not np.isfinite(y).all():
-                    return Segment(*finite_part(states, steps + done, NOT_FINITE))
-                advance(start + done * h, h, min(LOOK_EVERY, count - done))
-            steps += count
-            states[sample] = y
-        return Segment(*finite_part(states, steps, None))
+        """The states (n, size) at output times, by steps of one size."""
+        grid, states, steps = (
+            StepGrid.of_plan(plan, float(times[0]), self._step),
+            np.full((len(times), len(y)), np.nan),
+            0,
+        )
+        known = None if plan.anew or not grid.inside(float(times[0])) else plan.memory
+        whole = np.array(y if known is None else known["grid_state"])
+        part = whole.copy()
+        advance, finish = self.advancing(derivative, whole), self.advancing(derivative, part)
+        states[0] = y
+        for sample, t in enumerate(times[1:].tolist(), 1):
+            way = grid.go_to(t)
+            for block in way.blocks:
+                for done in range(0, block.steps, LOOK_EVERY):
+                    if done and not np.isfinite(whole).all():
+                        return Segment(*finite_part(states, steps + done, NOT_FINITE))
+                    advance(block.start + done * block.step, block.step, min(LOOK_EVERY, block.steps - done))
+                steps += block.steps
+            part[:] = whole
+            if way.left:
+                finish(way.start, way.left, 1)
+            states[sample] = part
+        return Segment(*finite_part(states, steps, None), {**grid.memory, "grid_state": whole})
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
         """A function that advances y (size,), in place, by some steps from t."""

@@ -7,6 +7,8 @@ then q += h sum_j b_j V_j, p += h sum_j b_j F_j. After E. Hairer, C. Lubich, G. 
 """
 
 from collections.abc import Callable
+from copy import copy
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
@@ -15,7 +17,7 @@ import numpy as np
 from pendpin.arrays import EPS, Array, lapack
 from pendpin.engines import Canonical, Derivative, Engine, ProgressCallback
 from pendpin.integrators.base import FREE, Integrator, Memory, Segment, StepPlan
-from pendpin.integrators.fixed import intervals
+from pendpin.integrators.grid import StepGrid
 from pendpin.scene import Method
 from pendpin.versions import version
 
@@ -87,32 +89,51 @@ class Gauss(Integrator):
         return engine.derivative(lambda t: None)[0], lambda: self._calls
 
     def memory(self, y: Array) -> Memory:
-        """Positions, momenta, their rounding errors and the last stages, from y (size,)."""
+        """Positions, momenta, their rounding errors and the last stages, from y (size,); where the steps end."""
+        steps = {"grid": StepGrid.none(), "grid_others": np.array(y[2 * self._nv :])}
+        return {**self._state_at(y).memory, **steps}
+
+    def _state_at(self, y: Array) -> "_State":
         q, v = y[: self._nv], y[self._nv : 2 * self._nv]
-        return _State.at(q, self._form.momentum(q, v), len(self.rule.b)).memory
+        return _State.at(q, self._form.momentum(q, v), len(self.rule.b))
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) by collocation; further integrated quantities use the same rule."""
-        self._state, others = _State.recalled(plan.memory or self.memory(y)), y[2 * self._nv :]
+        memory, t = plan.memory or self.memory(y), float(times[0])
+        inside = StepGrid.of_plan(replace(plan, anew=False), t, self._step).inside(t)
+        grid = StepGrid.of_plan(plan, t, self._step)
+        self._state = self._state_at(y) if plan.anew and inside else _State.recalled(memory)
+        others = memory["grid_others"] if inside and not plan.anew else y[2 * self._nv :]
         states, steps = [np.array(y)], 0
-        for start, count, h in intervals(times, self._step):
-            for i in range(count):
-                t = start + i * h
+        for t in times[1:].tolist():
+            way = grid.go_to(t)
+            for t_step, step in ((x.start + i * x.step, x.step) for x in way.blocks for i in range(x.steps)):
                 if not steps % CALLBACK_STEPS:
-                    self._progress(t)
-                stages = self._solve(t, h)
-                if stages is None:
-                    return Segment(np.array(states), steps, f"{UNSOLVED} {t:g} s after the start: take a smaller step")
-                others = others + h * self._quadrature(derivative, t, h, stages, others)
-                self._state.advance(h * (self.rule.b @ stages.velocity), h * (self.rule.b @ stages.force), stages)
-                steps += 1
-            q = self._state.q
-            states.append(np.concatenate([q, self._form.velocity(q, self._state.p), others]))
-        return Segment(np.array(states), steps, None, self._state.memory)
+                    self._progress(t_step)
+                advanced = self._advanced(derivative, t_step, step, others, self._guess())
+                if advanced is None:
+                    return _unsolved(states, steps, t_step)
+                (self._state, others), steps = advanced, steps + 1
+            shown = (self._state, others)
+            if way.left:
+                shown = self._advanced(derivative, way.start, way.left, others, self._start())
+            if shown is None:
+                return _unsolved(states, steps, way.start)
+            q = shown[0].q
+            states.append(np.concatenate([q, self._form.velocity(q, shown[0].p), shown[1]]))
+        return Segment(np.array(states), steps, None, {**self._state.memory, **grid.memory, "grid_others": others})
 
-    def _solve(self, t: float, h: float) -> "_Stages | None":
-        """The stages of the step from t, or None where the iteration does not converge."""
-        return self._iterated(t, h, self._guess()) or self._iterated(t, h, self._start())
+    def _advanced(
+        self, derivative: Derivative, t: float, h: float, others: Array, guess: Array
+    ) -> "tuple[_State, Array] | None":
+        """The state and the other quantities (k,) one step of h from t later, both in s; None without convergence."""
+        stages = self._iterated(t, h, guess) or self._iterated(t, h, self._start())
+        if stages is None:
+            return None
+        others = others + h * self._quadrature(derivative, t, h, stages, others)
+        state = copy(self._state)
+        state.advance(h * (self.rule.b @ stages.velocity), h * (self.rule.b @ stages.force), stages)
+        return state, others
 
     def _iterated(self, t: float, h: float, V: Array) -> "_Stages | None":
         """Newton's iteration from velocities V (s, nv) at the stages."""
@@ -177,6 +198,11 @@ class Gauss(Integrator):
         for rate, time, q, v in zip(rates, t + h * self.rule.c, stages.position, stages.velocity, strict=True):
             derivative(rate, time, np.concatenate([q, v, others]))
         return self.rule.b @ rates[:, 2 * self._nv :]
+
+
+def _unsolved(states: list[Array], steps: int, t: float) -> Segment:
+    """A segment that ends at t in s, as the iteration did not converge there."""
+    return Segment(np.array(states), steps, f"{UNSOLVED} {t:g} s after the start: take a smaller step")
 
 
 class _Stages(NamedTuple):

@@ -29,8 +29,8 @@ MethodName = Annotated[
 class Solver(Record):
     """How the scene is integrated and how often the motion is recorded.
 
-    A method has a tolerance (relative and absolute, rad and rad/s) or, with fixed steps, a step. The step is the largest
-    one: each interval between samples is divided into equal steps, so that samples fall on steps. An accuracy replaces
+    A method has a tolerance (relative and absolute, rad and rad/s) or, with fixed steps, a step. The step asked is
+    the step taken; the last one may be shorter, and samples inside a step have the order of the method. An accuracy replaces
     both: pendpin finds the tolerance or step that meets it, and with method "auto" the method too.
     """
 

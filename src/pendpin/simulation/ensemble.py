@@ -19,7 +19,7 @@ from pendpin.arrays import Array, ArrayLike, Indices
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.integrators import automatic, integrator_for, taylor_takes
-from pendpin.integrators.fixed import steps_of
+from pendpin.integrators.grid import largest_step
 from pendpin.integrators.taylor import Taylor
 from pendpin.model import kinematics
 from pendpin.model.build import FARTHEST, Model, build
@@ -220,7 +220,7 @@ class _Table:
         stats = EnsembleStats(
             method=", ".join(sorted(self.methods)) or solver.method,
             tolerance=solver.tolerance,
-            step=None if solver.step is None else steps_of(scene.times, solver.step)[1],
+            step=largest_step(scene.times, solver.step),
             **took._asdict(),
             workers=workers,
             library=", ".join(name for name, _ in sorted(self.libraries)),

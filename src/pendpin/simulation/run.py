@@ -14,7 +14,7 @@ from pendpin.effects.pace import Pace, together
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
 from pendpin.integrators import Run, automatic
-from pendpin.integrators.fixed import steps_of
+from pendpin.integrators.grid import largest_step, whole_steps
 from pendpin.integrators.taylor import Taylor
 from pendpin.model import kinematics
 from pendpin.model.build import start_state
@@ -47,10 +47,11 @@ def run_scene(
     checkpoint: Checkpoint | None = None,
     between: Callable[[RunState], RunState] | None = None,
     longest: float = np.inf,
+    anyway: bool = False,
 ) -> Trajectory:
     """The motion of a scene by its method and tolerance or step; as `simulate`, and `between` as in the loop, which see.
 
-    `longest` in s limits the steps of a method without a fixed one.
+    `longest` in s limits the steps of a method without a fixed one. `anyway`: a wrong energy is a note, not an error.
     """
     dynamics = bind_for_run(scene)
     q, v = start_state(dynamics.model, scene.start)
@@ -74,7 +75,9 @@ def run_scene(
         return _finished(scene, dynamics, None, replace(start, failure=error), saver.note)
     notes = (*_of_jumps(scene), *found.notes(scene.duration, scene.solver.step))
     run = replace(integrate_to_end(loop, q, v, saver, between), notes=notes)
-    return _finished(scene, dynamics, task.balance, run, saver.note, alone=between is None)
+    guarded = between is None and not anyway  # else something changed the state, or it is to run on with a wrong energy
+    trajectory = _finished(scene, dynamics, task.balance, run, saver.note, guarded)
+    return _with_energy_note(trajectory) if anyway else trajectory
 
 
 def bind_for_run(scene: Scene) -> Dynamics:
@@ -109,11 +112,11 @@ def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_ba
 
 
 def _finished(
-    scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, note: str, alone: bool = True
+    scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, note: str, guarded: bool = True
 ) -> Trajectory:
     """The trajectory of a run that reached its end. Else raises RunError with the good part of the run and a remedy.
 
-    `alone`: nothing changed the state between segments, so that energies must add up.
+    `guarded`: the run ends where the energies do not add up.
     """
     try:
         trajectory = fill_in(scene, dynamics, balance, run)
@@ -122,7 +125,7 @@ def _finished(
         trajectory = fill_in(scene, dynamics, balance, run)
     if trajectory.sound == 0:
         raise InputError(START_OVERFLOWS)
-    for check, why in ((lambda run: run.sound, TOO_LARGE), (balanced, ENERGY_ERROR))[: 1 + alone]:
+    for check, why in ((lambda run: run.sound, TOO_LARGE), (balanced, ENERGY_ERROR))[: 1 + guarded]:
         if (count := check(trajectory)) < len(run.t):
             run = _cut(scene, run, count, why)
             trajectory = fill_in(scene, dynamics, balance, run)
@@ -135,10 +138,19 @@ def _finished(
     raise run.failure.said(reason + more, trajectory)
 
 
+def _with_energy_note(run: Trajectory) -> Trajectory:
+    """The run, with a note that says from when on its energy is wrong, if it is."""
+    count = balanced(run)
+    if count == len(run.t):
+        return run
+    note = f"from t = {run.t[count]:.6g} s on the energy is off by over a tenth of the energy exchanged"
+    return replace(run, stats=replace(run.stats, notes=(note, *run.stats.notes)))
+
+
 def _cut(scene: Scene, run: Run, count: int, why: str) -> Run:
     """The run up to so many samples, with the fixed steps up to there; others are not counted by samples."""
     step, short = scene.solver.step, run.cut(count, why)
-    return short if step is None else replace(short, steps=min(run.steps, steps_of(scene.times[:count], step)[0]))
+    return short if step is None else replace(short, steps=min(run.steps, whole_steps(scene.times[count - 1], step)))
 
 
 def _solvable(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, why: str) -> Run:
@@ -222,7 +234,7 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
         stats=Stats(
             method=solver.method,
             tolerance=solver.tolerance,
-            step=None if solver.step is None else steps_of(scene.times, solver.step)[1],
+            step=largest_step(scene.times, solver.step),
             steps=run.steps,
             evaluations=run.evaluations,
             events=run.events,

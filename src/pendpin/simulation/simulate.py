@@ -33,6 +33,7 @@ def simulate(
     limit: float | None = None,
     checkpoint: str | Path | None = None,
     every: float = EVERY,
+    anyway: bool = False,
 ) -> Trajectory:
     """Simulate a scene and return its motion at the output times.
 
@@ -46,7 +47,7 @@ def simulate(
         times: output times in place of samples, (n,) s, rising, in the scene's own time: from start.time on.
         method: a method by name, or "auto".
         tolerance: for methods without a fixed step, relative and absolute; rad and rad/s.
-        step: largest step in s, for methods with a fixed step.
+        step: s, for methods with a fixed step; the last one may be shorter.
         accuracy: target for the largest distance of a tip from the true motion over the chain's length. The tolerance or
             step that meets it is found, and the method if none is given; `stats` holds them and the estimated error.
         energy_balance: integrate the work of every effect too; see the trajectory's `work`.
@@ -56,6 +57,7 @@ def simulate(
             continues from it, with a result that is equal bit for bit to that of an uninterrupted run. Scene, settings
             and versions must be the same. The file stays when the run has ended: delete it once the result is saved.
         every: s of wall time between two saves.
+        anyway: run to the end where the energy goes wrong, as by a poor method; a note in `stats` says from when on.
 
     Returns:
         The Trajectory.
@@ -71,7 +73,7 @@ def simulate(
         say_note(note, stacklevel=3)
     saved = None if checkpoint is None else Checkpoint(Path(checkpoint), every)
     try:
-        return _asked_for(chosen, run_to_setting(chosen, energy_balance, progress, deadline, saved))
+        return _asked_for(chosen, run_to_setting(chosen, energy_balance, progress, deadline, saved, anyway))
     except RunError as error:
         error.partial = _asked_for(chosen, error.partial)
         raise
@@ -83,11 +85,14 @@ def run_to_setting(
     progress: ProgressCallback = lambda t: None,
     deadline: Deadline | None = None,
     checkpoint: Checkpoint | None = None,
+    anyway: bool = False,
 ) -> Trajectory:
     """The motion at all of scene.times, to the scene's tolerance, step or accuracy; as `simulate`, which see."""
     deadline = deadline or Deadline(None)
     if scene.solver.accuracy is None:
-        return run_scene(scene, energy_balance, progress, deadline, checkpoint)
+        return run_scene(scene, energy_balance, progress, deadline, checkpoint, anyway=anyway)
+    if anyway:
+        raise InputError("anyway: an accuracy is a claim that a wrong energy refutes: give a tolerance or a step")
     if checkpoint:
         raise InputError(
             "checkpoint: an accuracy takes several runs, which a checkpoint cannot hold: give a tolerance or a step"

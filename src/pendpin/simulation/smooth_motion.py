@@ -53,7 +53,7 @@ class SmoothLoop(IntegrationLoop):
             "ahead": np.array(float(self.first_segment)),
             "first_step": np.array(0.0),
             "density": np.array(self._first_density(y)),
-            **self.integrator.memory(y),
+            **self.integrator.memory(np.concatenate([y, work])),
         }
         return RunState.at_start(np.concatenate([q, v, work]), len(self.times), carried)
 
@@ -143,7 +143,7 @@ class SmoothLoop(IntegrationLoop):
         for (begin, end), longest in zip(pairwise(bounds), self.pace.at(bounds[:-1]), strict=True):
             due = span[done : (done := int(np.searchsorted(span, end, "right")))]
             times = np.concatenate([[begin], due, [] if len(due) and due[-1] == end else [end]])
-            plan = StepPlan(first_step, float(longest), memory)
+            plan = StepPlan(first_step, float(longest), memory, anew=bool(begin in self.pace.corners))
             part = self.integrator.states_at(self._one_sided(begin, end), y, times, plan)
             rows, steps = np.concatenate([rows, part.y[1 : len(due) + 1]]), steps + part.steps
             if part.failure or end == span[-1]:

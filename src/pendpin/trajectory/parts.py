@@ -87,7 +87,7 @@ class Counts:
 
     method: str
     tolerance: float | None  # of a method without a fixed step
-    step: float | None  # s, of a method with one: the largest taken, as samples fall on steps
+    step: float | None  # s, of a method with one; the last may be shorter
     steps: int
     evaluations: int
     seconds: float  # of integration with its sampling

@@ -45,7 +45,7 @@ def run(
     ] = None,
     method: Method = None,
     tolerance: Tolerance = None,
-    step: Annotated[float | None, typer.Option(help="Largest step in s, for fixed-step methods.")] = None,
+    step: Annotated[float | None, typer.Option(help="Step in s, for fixed-step methods.")] = None,
     accuracy: Accuracy = None,
     limit: Annotated[float | None, typer.Option(min=0, help="Stop the run after this time, in s.")] = None,
     checkpoint: Annotated[Path | None, typer.Option(help="Save the state of the run here; continue from it.")] = None,
@@ -54,6 +54,9 @@ def run(
     html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
     plot: Plot = None,
     energy_balance: Annotated[bool, typer.Option("--energy-balance", help="Compute the work of every effect.")] = False,
+    anyway: Annotated[
+        bool, typer.Option("--anyway", help="Run on where the energy goes wrong: a note says so.")
+    ] = False,
     explain: Annotated[bool, typer.Option("--explain", help="Print what acts in this scene.")] = False,
     view: Annotated[bool, typer.Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
     json: Json = False,
@@ -73,6 +76,7 @@ def run(
     settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
     check_options(chosen.solver, **settings)
     settings |= {"energy_balance": energy_balance, "limit": limit, "checkpoint": checkpoint, "every": every}
+    settings |= {"anyway": anyway}
     with resumable(checkpoint):
         with inside(place_named(urdf or scene)), progress_bar("integrating", chosen.duration, hidden=json) as progress:
             print_notes(chosen, strict)
