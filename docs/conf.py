@@ -7,6 +7,7 @@ docs/_extensions/reference_pages.py; docs/_extensions/site_checks.py checks the 
 
 import os
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -14,6 +15,8 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE.parent / "src"), str(HERE / "_extensions")]
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # tutorials call `pendpin`
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [sys.path[0], os.environ.get("PYTHONPATH", "")]))
+os.environ["PENDPIN_CHECKOUT"] = str(HERE.parent)  # tutorials use its examples
+os.environ |= {"COLUMNS": "92", "NO_COLOR": "1", "TTY_COMPATIBLE": "0", "TTY_INTERACTIVE": "0"}  # no progress bars
 os.environ.setdefault("MPLBACKEND", "agg")
 
 from pendpin.versions import VERSION  # noqa: E402
@@ -34,6 +37,7 @@ extensions = [
     "sphinxcontrib.typer",
     "reference_pages",
     "docstrings",
+    "console",
     "shared_players",
     "site_checks",
 ]
@@ -110,6 +114,13 @@ def point_into_the_site(app, name, source):
     source[0] = text
 
 
+def copy_notebook(app):
+    """The notebook of examples/ is shown beside the tutorials; that of robots is too large for a page."""
+    shutil.copy(HERE.parent / "examples" / "first_steps.ipynb", HERE / "start")
+
+
 def setup(app):
     """Sphinx calls this."""
+    app.connect("builder-inited", copy_notebook)
+    app.extensions["sphinx-mathjax-offline"].parallel_read_safe = True  # it only names files
     app.connect("source-read", point_into_the_site)

@@ -1,5 +1,8 @@
 """Compiled equations of chains are loops over rods: one code for any number of them, with the digits of the recursion."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -183,3 +186,31 @@ def test_passes_of_numbers() -> None:
     assert outward(lambda i, above: (above + i, above), 10, parents) == [10, 10, 11, 10]
     assert inward(lambda i, hanging: (hanging, hanging), [1, 2, 3, 4], lambda a, b: a + b, parents) == [10, 5, 3, 4]
     assert total(np.arange(4)) == 6
+
+
+# --- what a run imports ------------------------------------------------------------------------------------------------
+
+_WITHOUT = """
+import sys
+sys.modules.update(dict.fromkeys({absent}))
+import pendpin as pp
+run = pp.simulate(pp.Scene.model_validate_json(sys.stdin.read()))
+run.summary()
+sys.stdout.buffer.write(run.q.tobytes() + run.wrench.tobytes())
+"""
+
+
+@pytest.mark.parametrize("thin", [False, True])
+def test_a_compiled_chain_needs_neither_pinocchio_nor_scipy(thin: bool) -> None:
+    """The motion, the wrenches and the summary of a run, bit for bit: importing these takes longer than most runs."""
+    pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
+    scene = pp.Scene(
+        model=chain(6, seed=1, thin=thin),
+        start=pp.Start(positions={"theta_1": 0.5}),
+        effects=(fx.Gravity(),),
+        duration=0.3,
+    )
+    code = _WITHOUT.format(absent=["pinocchio", "scipy"])
+    alone = subprocess.run([sys.executable, "-c", code], input=scene.model_dump_json().encode(), capture_output=True)
+    here = pp.simulate(scene)
+    assert alone.stdout == here.q.tobytes() + here.wrench.tobytes(), alone.stderr.decode()[-500:]

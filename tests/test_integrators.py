@@ -116,7 +116,7 @@ def test_every_method_has_the_order_of_its_record(name: str, compiled: bool) -> 
     if compiled:
         if not method.machine_code or find_spec("llvmlite") is None:
             return
-        dynamics = dynamics.in_machine_code()
+        dynamics = dynamics.in_machine_code
     longest = 0.5 / max(1, 9 - method.order) ** 1.5 / 2
     end, errors = 1.0, []
     for halvings in range(3):

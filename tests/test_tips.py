@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin import effects as fx
+from pendpin.arrays import EPS
 from pendpin.graphics.run_drawing import drawing_of
+from pendpin.model import kinematics
 from pendpin.model.build import build
 from pendpin.model.notes import notes
 from pendpin.significance.significance import significance
@@ -171,6 +173,17 @@ def test_a_drawing_says_its_notes_and_tells_bodies_apart(tmp_path: Path) -> None
 
 
 # --- the largest swing ----------------------------------------------------------------------------------------------
+
+
+def test_the_swing_of_a_chain_by_its_tips_vs_by_its_poses() -> None:
+    """The tips of 50 rods give their directions within the rounding of 100 numbers of the chain's length."""
+    chain = pp.Chain(rods=[pp.Rod(length=0.02 + 0.01 * (i % 3), mass=0.1, radius=0.001) for i in range(50)])
+    model, random = build(chain), np.random.default_rng(3)
+    poses = kinematics.poses(model, random.uniform(-2, 2, (20, 100)))
+    by_tips = kinematics.swings_of_chain(kinematics.tips(model, poses))
+    rounding = 100 * EPS * kinematics.chain_length(model) / 0.02
+    assert np.abs(by_tips - kinematics.swings(model, poses)).max() < rounding
+
 
 ROPE = "0 0 0.3"  # m, where the two hinges of the gantry are on its trolley
 

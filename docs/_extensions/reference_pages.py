@@ -26,10 +26,18 @@ def write_reference(app: Any) -> None:
     """Write all generated pages."""
     folder = Path(app.srcdir) / "reference"
     write_api(folder)
+    if fresh(folder / "methods.md", Path(app.srcdir).parent):  # the page that is written last
+        return
     write_commands(folder, Path(app.srcdir).parent)
     save(folder / "scene_file.md", scene_page())
     save(folder / "effects.md", effects_page(folder / "effects"))
-    save(folder / "methods.md", methods_page())
+    (folder / "methods.md").write_text(methods_page(), encoding="utf-8")
+
+
+def fresh(page: Path, top: Path) -> bool:
+    """Whether a page is newer than everything that it is made of."""
+    sources = [*(top / "src").rglob("*.py"), *(top / "docs/_extensions").glob("*.py"), *page.parent.glob("*.t*")]
+    return page.exists() and page.stat().st_mtime > max(path.stat().st_mtime for path in sources)
 
 
 def save(path: Path, text: str) -> None:

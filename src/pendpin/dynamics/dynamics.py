@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -53,8 +54,8 @@ class Dynamics:
         self.potentials = potentials(model, effects)
         self.conservative = all(potential is not None for potential in self.potentials)
         self.sampler: Sampler | None = None  # of samples in machine code, where these are used
-        if model.pin is not None:
-            self.model = replace(model, pin=with_gravity(model.pin, self.loads.constant))
+        if model.make_pin is not None:
+            self.model = replace(model, make_pin=lambda: with_gravity(model.pin, self.loads.constant))
 
     def __repr__(self) -> str:
         return f"Dynamics of {len(self.model.joints)} joints on {self.engine.name}"
@@ -64,6 +65,7 @@ class Dynamics:
         base = Directions(self.model, self.loads) if isinstance(self._base, Spherical) else self._base
         return compiled(base, self.effects, self.start, Asked(accounts, self.contacts))
 
+    @cached_property
     def in_machine_code(self) -> "Dynamics":
         """The same on compiled equations; it shares what is large, Pinocchio's data."""
         changed = copy(self)
@@ -181,7 +183,7 @@ def choose_engine(model: Model, loads: Loads, name: str, form: Form = "any") -> 
     """
     if name == "chain" and model.chain is None:
         raise InputError('solver.engine: "chain" needs a model of kind "chain"')
-    if name == "pinocchio" and model.pin is None:
+    if name == "pinocchio" and model.make_pin is None:
         raise InputError(f'solver.engine: {len(model.joints)} joints are too many for Pinocchio\'s memory; use "chain"')
     thin = model.chain is not None and model.chain.first_thin == 0
     spherical = thin and loads.torque is None and not loads.axial and form != "angles"
@@ -191,7 +193,7 @@ def choose_engine(model: Model, loads: Loads, name: str, form: Form = "any") -> 
         return Spherical(model, loads)
     if spherical and name != "pinocchio":
         return Directions(model, loads)
-    return LongChain(model, loads) if name == "chain" or model.pin is None else Revolute(model, loads)
+    return LongChain(model, loads) if name == "chain" or model.make_pin is None else Revolute(model, loads)
 
 
 def without_compiling(engine: Engine) -> Literal["pinocchio", "chain"]:

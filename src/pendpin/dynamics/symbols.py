@@ -204,7 +204,7 @@ def _contacts(contacts: Contacts | None, nv: int, numbers: Parameters, xp: Any) 
 
 def tree_with_numbers(model: Model, numbers: Parameters) -> Tree:
     """The tree of a model with its numbers as parameters; by rod, that of one. The directions of its axes are constants."""
-    tree = tree_of_chain(model.chain) if model.chain and (numbers.by_rod or model.pin is None) else tree_of(model.pin)
+    tree = tree_of(model.pin) if model.chain is None else tree_of_chain(model.chain)
     kept = slice(JOINTS if numbers.by_rod else None)
     constants = tree.parents[kept], tree.kinds[kept], tree.axes[kept], tree.rotations[kept]
     for part in constants:

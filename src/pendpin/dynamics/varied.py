@@ -166,6 +166,6 @@ def _engine_of(model: Model, engine: Engine, chain: Chain | None) -> Engine:
         arrays = dict(zip(("m", "h", "I1", "I2", "I3", "l"), columns, strict=True))
         rods = tuple(replace(old, inertia=rod.properties) for old, rod in zip(rods, chain.all_rods, strict=True))
         bodies = chain_bodies(chain.all_rods, [body.link for body in bodies])
-    changed: Any = replace(model, pin=None, rods=rods, bodies=bodies)
+    changed: Any = replace(model, make_pin=None, rods=rods, bodies=bodies)
     object.__setattr__(changed, "chain", SimpleNamespace(n=model.chain.n, **arrays))
     return LongChain(changed, engine.loads)

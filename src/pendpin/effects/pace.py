@@ -45,7 +45,7 @@ def together(paces: Sequence[Pace]) -> Pace:
     """The pace of several effects that act at once."""
     if not paces:
         return Pace.even(np.inf)
-    corners = np.unique(np.concatenate([pace.corners for pace in paces]))
+    corners = np.array(sorted({float(t) for pace in paces for t in pace.corners}))  # np.unique imports numpy.ma
     starts = np.append(-np.inf, corners)
     return Pace(corners, np.min([pace.at(starts) for pace in paces], 0))
 

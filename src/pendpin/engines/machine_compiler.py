@@ -1,10 +1,13 @@
 """LLVM's intermediate language compiled in memory, for this processor (llvmlite)."""
 
 import ctypes
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from typing import Any
 
-from pendpin.engines.machine_steps import Many, Steps
+from pendpin.engines.machine_lines import DECLARED
+from pendpin.engines.machine_steps import MANY, STEPS, Many, Steps
+from pendpin.engines.machine_trigonometry import TRIGONOMETRY, trigonometry_code
 
 OPTIMISATION = 2  # of 3; the tape is already simplified
 LONG = 4000  # operations without a loop, beyond which optimising takes over 0.15 s: its time grows with their square
@@ -18,11 +21,20 @@ class Code:
     """
 
     def __init__(self, text: str, operations: int) -> None:
+        _provide_trigonometry()
         self._library = compile_text(text, OPTIMISATION if operations <= LONG else 0)
         self.address = self._library.get_function_address("rate")
         self.call = Rate(self.address)
-        self.steps = Steps(self._library.get_function_address("steps"))
-        self.many = Many(self._library.get_function_address("many"))
+
+    @property
+    def steps(self) -> Callable[..., None]:
+        """The loop over steps of rk4, on this function."""
+        return partial(_function("steps", STEPS, Steps), self.address)
+
+    @property
+    def many(self) -> Callable[..., None]:
+        """The loop over many states, on this function."""
+        return partial(_function("many", MANY, Many), self.address)
 
 
 def compile_text(code: str, optimisation: int = OPTIMISATION) -> Any:
@@ -39,6 +51,25 @@ def _machine(optimisation: int) -> Any:
     _initialised()
     target, features = llvm.Target.from_default_triple(), llvm.get_host_cpu_features().flatten()
     return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=optimisation, jit=True)
+
+
+@cache
+def _function(name: str, text: str, signature: Any) -> Any:
+    """A function by its name in a text, compiled once for the life of the process."""
+    library = compile_text(text)
+    function = signature(library.get_function_address(name))
+    function.library = library  # it lives as long as the function
+    return function
+
+
+@cache
+def _provide_trigonometry() -> Any:
+    """Let all code that is compiled afterwards call the sines and cosines; what is returned lives as long as the process."""
+    import llvmlite.binding as llvm
+
+    library = compile_text(DECLARED + trigonometry_code())
+    llvm.add_symbol(TRIGONOMETRY, library.get_function_address(TRIGONOMETRY))
+    return library
 
 
 @cache

@@ -1,32 +1,38 @@
 """Loops around a function, as machine code: steps of the classical Runge-Kutta method, and evaluations at many states.
 
-How many numbers a state has, and how many unit vectors it begins with, is in the cells STATE, MORE and UNITS of a block.
+They take the address of the function, so that a process compiles each of them once, and only if it is called. How many
+numbers a state has, and how many unit vectors it begins with, is in the cells STATE, MORE and UNITS of a block.
 """
 
 import ctypes
 
+from pendpin.engines.machine_text import MORE, STATE, UNITS
+
+# The first argument is the address of the function; then
 # y, t, h, steps, block, work (5 size): moves y on from t by so many steps of h; its directions stay unit vectors
 Steps = ctypes.CFUNCTYPE(
-    None, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p
+    None,
+    *(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_double),
+    *(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p),
 )
 
 # n, t (n,), y (n, size), block, dy (n, size), more (n, further results)
-Many = ctypes.CFUNCTYPE(
-    None, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p
-)
+Many = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, *[ctypes.c_void_p] * 5)
 
-STEPS = """
+_WHOLE = """
 define internal i64 @whole(ptr %blocks, i64 %cell) {                         ; a whole number of a block
   %block = load ptr, ptr %blocks
   %at = getelementptr i64, ptr %block, i64 %cell
   %value = load i64, ptr %at
   ret i64 %value
 }
+"""
 
-define void @many(i64 %n, ptr %t, ptr %y, ptr %block, ptr %dy, ptr %more) {
+MANY = f"""{_WHOLE}
+define void @many(ptr %rate, i64 %n, ptr %t, ptr %y, ptr %block, ptr %dy, ptr %more) {{
 entry:
-  %size = call i64 @whole(ptr %block, i64 STATE)
-  %size_more = call i64 @whole(ptr %block, i64 MORE)
+  %size = call i64 @whole(ptr %block, i64 {STATE})
+  %size_more = call i64 @whole(ptr %block, i64 {MORE})
   br label %next
 next:
   %i = phi i64 [ 0, %entry ], [ %after, %next ]
@@ -37,15 +43,19 @@ next:
   %state = getelementptr double, ptr %y, i64 %row
   %rates = getelementptr double, ptr %dy, i64 %row
   %further = getelementptr double, ptr %more, i64 %row_more
-  call void @rate(ptr %rates, double %time, ptr %state, ptr %block, ptr %further)
+  call void %rate(ptr %rates, double %time, ptr %state, ptr %block, ptr %further)
   %after = add i64 %i, 1
   %again = icmp slt i64 %after, %n
   br i1 %again, label %next, label %done
 done:
   ret void
-}
+}}
+"""
 
-define internal void @along(i64 %size, ptr %out, ptr %y, double %h, ptr %k) { ; out = y + h k
+STEPS = f"""{_WHOLE}
+declare double @llvm.sqrt.f64(double)
+
+define internal void @along(i64 %size, ptr %out, ptr %y, double %h, ptr %k) {{ ; out = y + h k
 entry:
   br label %next
 next:
@@ -63,9 +73,9 @@ next:
   br i1 %more, label %next, label %done
 done:
   ret void
-}
+}}
 
-define internal void @unit(i64 %units, ptr %y) {                             ; each of the first vectors of 3
+define internal void @unit(i64 %units, ptr %y) {{                             ; each of the first vectors of 3
 entry:
   %some = icmp slt i64 0, %units
   br i1 %some, label %next, label %done
@@ -100,12 +110,12 @@ next:
   br i1 %more, label %next, label %done
 done:
   ret void
-}
+}}
 
-define void @steps(ptr %y, double %t, double %h, i64 %count, ptr %block, ptr %k1) {
+define void @steps(ptr %rate, ptr %y, double %t, double %h, i64 %count, ptr %block, ptr %k1) {{
 entry:
-  %size = call i64 @whole(ptr %block, i64 STATE)
-  %units = call i64 @whole(ptr %block, i64 UNITS)
+  %size = call i64 @whole(ptr %block, i64 {STATE})
+  %units = call i64 @whole(ptr %block, i64 {UNITS})
   %k2 = getelementptr double, ptr %k1, i64 %size
   %k3 = getelementptr double, ptr %k2, i64 %size
   %k4 = getelementptr double, ptr %k3, i64 %size
@@ -120,13 +130,13 @@ next:
   %begin = fadd double %t, %gone
   %middle = fadd double %begin, %half
   %end = fadd double %begin, %h
-  call void @rate(ptr %k1, double %begin, ptr %y, ptr %block, ptr null)
+  call void %rate(ptr %k1, double %begin, ptr %y, ptr %block, ptr null)
   call void @along(i64 %size, ptr %inner, ptr %y, double %half, ptr %k1)
-  call void @rate(ptr %k2, double %middle, ptr %inner, ptr %block, ptr null)
+  call void %rate(ptr %k2, double %middle, ptr %inner, ptr %block, ptr null)
   call void @along(i64 %size, ptr %inner, ptr %y, double %half, ptr %k2)
-  call void @rate(ptr %k3, double %middle, ptr %inner, ptr %block, ptr null)
+  call void %rate(ptr %k3, double %middle, ptr %inner, ptr %block, ptr null)
   call void @along(i64 %size, ptr %inner, ptr %y, double %h, ptr %k3)
-  call void @rate(ptr %k4, double %end, ptr %inner, ptr %block, ptr null)
+  call void %rate(ptr %k4, double %end, ptr %inner, ptr %block, ptr null)
   call void @along(i64 %size, ptr %k2, ptr %k2, double 1.0, ptr %k3)
   call void @along(i64 %size, ptr %k1, ptr %k1, double 2.0, ptr %k2)
   call void @along(i64 %size, ptr %k1, ptr %k1, double 1.0, ptr %k4)
@@ -137,5 +147,5 @@ next:
   br i1 %more, label %next, label %done
 done:
   ret void
-}
+}}
 """

@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 
 from pendpin.engines import machine_quadrature
 from pendpin.engines.machine_lines import DECLARED, arithmetic, load, number, store, table_row
-from pendpin.engines.machine_steps import STEPS
-from pendpin.engines.machine_trigonometry import WIDE, trigonometry_code
+from pendpin.engines.machine_trigonometry import TRIGONOMETRY, WIDE
 from pendpin.engines.schedule import Schedule
 from pendpin.engines.tape import Recording
 
@@ -75,8 +74,7 @@ class Text:
         yield from self._results()
         yield "  ret void\n}"
         if self._has_trigonometry:
-            yield trigonometry_code()
-        yield STEPS.replace("STATE", str(STATE)).replace("MORE", str(MORE)).replace("UNITS", str(UNITS))
+            yield f"declare void @{TRIGONOMETRY}(ptr, i64, ptr, ptr)"
         if self._quadratures:
             yield machine_quadrature.DECLARED
         for rule, name in self._quadratures.items():
@@ -110,7 +108,7 @@ class Text:
         yield f"  %angles = mul i64 %in_part, {2 * self._has_trigonometry}"
         yield "  %stored = getelementptr double, ptr %scratch, i64 %angles"
         if self._has_trigonometry:
-            yield "  call void @trigonometry(ptr %y, i64 %part, ptr %sines, ptr %cosines)"
+            yield f"  call void @{TRIGONOMETRY}(ptr %y, i64 %part, ptr %sines, ptr %cosines)"
         yield f"  %stored_of_rods = mul i64 %rods, {len(self.schedule.stored)}"
         yield "  %aside = getelementptr double, ptr %stored, i64 %stored_of_rods"
         yield "  %unwanted = icmp eq ptr %more, null"

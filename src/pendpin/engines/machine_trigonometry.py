@@ -10,6 +10,7 @@ import struct
 
 FAR = 1e5  # rad: up to there the whole number k of quarter turns is exact, and what the parts of pi/2 leave is nothing
 WIDE = 4  # numbers in a vector of the processor
+TRIGONOMETRY = "pendpin_trigonometry"  # its name among the functions of a process, which compiles it once
 _SINE = (  # of r² in (sin r / r - 1) / r²
     *(-1 / 6, 0.008333333333330948, -1.9841269836756774e-4),
     *(2.7557316101617874e-6, -2.505113165023518e-8, 1.5918115263265974e-10),
@@ -114,7 +115,7 @@ def _in_quarter(line: _Lines, shifted: str, sine: str, cosine: str) -> tuple[str
 
 
 def trigonometry_code() -> str:
-    """void trigonometry(double *x, int64 n, double *sines, double *cosines), n up to the next multiple of WIDE."""
+    """void pendpin_trigonometry(double *x, int64 n, double *sines, double *cosines), n up to the next multiple of WIDE."""
     line = _Lines()
     size = line(f"call {_VECTOR} @llvm.fabs.v{WIDE}f64({_VECTOR} %x)")
     near = line(f"fcmp ole {_VECTOR} {size}, {_constant(FAR)}")
@@ -132,7 +133,8 @@ def trigonometry_code() -> str:
             far[name] = f"%far_{name}{i}"
     text = {"looking": looking, "computing": computing, "calls": calls.lines}
     return _FUNCTION.format(
-        V=_VECTOR, wide=WIDE, all_near=all_near, sine=sine, cosine=cosine, far_sine=far["sin"], far_cosine=far["cos"],
+        name=TRIGONOMETRY, V=_VECTOR, wide=WIDE,
+        all_near=all_near, sine=sine, cosine=cosine, far_sine=far["sin"], far_cosine=far["cos"],
         **{name: "\n".join(lines) for name, lines in text.items()},
     )  # fmt: skip
 
@@ -141,7 +143,7 @@ _FUNCTION = """
 declare {V} @llvm.fma.v{wide}f64({V}, {V}, {V})
 declare {V} @llvm.fabs.v{wide}f64({V})
 
-define internal void @trigonometry(ptr %angles, i64 %n, ptr %sines, ptr %cosines) noinline {{
+define void @{name}(ptr %angles, i64 %n, ptr %sines, ptr %cosines) {{
 entry:
   br label %next
 next:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices
+from pendpin.arrays import Array, Indices, Mask
 from pendpin.effects import Motion
 from pendpin.engines.base import CALLBACK_EVERY, CALLBACK_EVERY_SLOW, AngleEngine, Derivative, ProgressCallback, Sample
 from pendpin.engines.external_forces import centres_of, external_forces, forces, in_joint_frames, joints_of, motion_of
@@ -23,9 +23,18 @@ class Revolute(AngleEngine):
 
     def __init__(self, model: Model, loads: Loads) -> None:
         super().__init__(model, loads)
-        self._pin = with_gravity(model.pin, loads.constant)
         self._com, self._places = centres_of(model.bodies), joints_of(model.bodies)
-        self._no_torque, self._upper = np.zeros(self._pin.nv), np.triu(np.ones((self._pin.nv, self._pin.nv), bool))
+        self._no_torque = np.zeros(len(model.joints))
+
+    @cached_property
+    def _pin(self) -> Any:
+        """The model in the constant fields, made where it is used: on compiled equations that may be nowhere."""
+        return with_gravity(self.model.pin, self.loads.constant)
+
+    @cached_property
+    def _upper(self) -> Mask:
+        """The upper triangle of a matrix (nv, nv)."""
+        return np.triu(np.ones((self._pin.nv, self._pin.nv), bool))
 
     @cached_property
     def _data(self) -> Any:

@@ -7,7 +7,8 @@ from the directions, continuously.
 
 from abc import abstractmethod
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -164,11 +165,10 @@ class Spherical(Thin):
 
     name = "pinocchio, spherical joints"
 
-    def __init__(self, model: Model, loads: Loads) -> None:
-        super().__init__(model, loads)
-        self._pin = _spherical_chain(self.chain, loads.constant)
-        self._data = pinocchio().Data(self._pin)
-        self._no_torque = np.zeros(self._pin.nv)
+    @cached_property
+    def _pin(self) -> Any:
+        """The chain on spherical joints, made where it is used: on compiled equations that may be nowhere."""
+        return _spherical_chain(self.chain, self.loads.constant)
 
     def pack(self, q: Array, v: Array) -> Array:
         """Unit quaternions and angular velocities of the relative rotations, (7 n,)."""
@@ -203,8 +203,8 @@ class Spherical(Thin):
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """Quaternion rates and angular accelerations by Pinocchio's ABA."""
-        pin, data, n, loads = self._pin, self._data, self.chain.n, self.loads
-        aba, tau, cut = pinocchio().aba, self._no_torque, 4 * n
+        pin, n, loads = self._pin, self.chain.n, self.loads
+        data, aba, tau, cut = pinocchio().Data(pin), pinocchio().aba, np.zeros(pin.nv), 4 * n
         joints, com = range(1, n + 1), centres_of(self.model.bodies)
 
         def derivative(dy: Array, t: float, y: Array) -> None:

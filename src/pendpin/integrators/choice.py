@@ -66,18 +66,25 @@ def automatic(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balan
     that the same scene gives the same bits whatever a process has compiled before.
     """
     solver, method = scene.solver, scene.solver.method
+    compiles = solver.engine == "auto" and compilable(dynamics.model, dynamics.effects) and cyrk.installed()
     if method == "auto":
-        method = _automatic_method(scene, dynamics, q, v, energy_balance)
+        method = _automatic_method(scene, dynamics, compiles, q, v, energy_balance)
     if solver.engine != "auto" or not method_of(method).machine_code:
         return method, solver.engine
     if dynamics.contacts is not None and method_of(method).family == MULTISTEP:
         return method, without_compiling(dynamics.engine)
-    compiles = compilable(dynamics.model, dynamics.effects) and cyrk.installed()
     return method, "compiled" if compiles else without_compiling(dynamics.engine)
 
 
-def _automatic_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool) -> str:
-    """The method of a run from q, v (nv,) that does not name one."""
+def _automatic_method(
+    scene: Scene, dynamics: Dynamics, compiles: bool, q: Array, v: Array, energy_balance: bool
+) -> str:
+    """The method of a run from q, v (nv,) that does not name one.
+
+    Where it `compiles` its equations, they are looked at in machine code: Pinocchio or SciPy is not imported for that.
+    """
+    if compiles and dynamics.contacts is None:
+        dynamics = dynamics.in_machine_code
     y = dynamics.engine.pack(q, v)
     decay, fastest = _rates(dynamics, y, STEP)
     if decay * scene.duration > STIFF and decay > OVERDAMPED * fastest and not _jumps(dynamics, y, decay):

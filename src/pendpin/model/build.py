@@ -1,8 +1,8 @@
 """From a scene's model to Pinocchio's: joints, names, frames, rods on universal joints. Never changed afterwards."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -44,8 +44,8 @@ class Model:
     """The computed model with the names of its joints. One angle (or slide) per joint, in model order."""
 
     joints: tuple[str, ...]
-    # pinocchio.Model with zero gravity, in a Dynamics with the constant fields; None for a chain too long for its memory
-    pin: Any | None
+    # makes `pin`, where it is first needed; None for a chain too long for Pinocchio's memory
+    make_pin: Callable[[], Any] | None
     chain: ChainInertia | None  # for a chain of rods from a scene
     rods: tuple[RodJoint, ...]
     bodies: tuple[Body, ...]
@@ -60,9 +60,17 @@ class Model:
         )
 
     @cached_property
+    def pin(self) -> Any | None:
+        """The pinocchio.Model with zero gravity, in a Dynamics with the constant fields; None for a chain too long for it.
+
+        Chains on compiled equations run without it: importing Pinocchio takes longer than most of their runs.
+        """
+        return None if self.make_pin is None else self.make_pin()
+
+    @cached_property
     def slides(self) -> Mask:
         """Which joints are prismatic, (nv,)."""
-        return np.zeros(len(self.joints), bool) if self.pin is None else prismatic(self.pin)
+        return np.zeros(len(self.joints), bool) if self.chain is not None else prismatic(self.pin)
 
     def index(self, name: str, where: str) -> int:
         """The place of a joint in model order; a single rod's may be written with _1. Raises InputError."""
@@ -95,7 +103,7 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
         raise InputError(
             f"start.positions.{name}: {q[joint]:g} is beyond {FARTHEST:g}: doubles are {apart:.1g} apart there"
         )
-    if model.chain is None and model.pin is not None:
+    if model.chain is None:
         _refuse_singular(mass_matrix(model.pin, q), model.joints, "start.positions", "; begin elsewhere, or lock it")
     return q, v
 
@@ -150,11 +158,11 @@ def _from_chain(chain: Chain) -> Model:
         for i, rod in enumerate(chain.rods)
         if rod.com is not None and not 0 <= rod.com <= rod.length
     ]
-    pin = _pin_chain(rods, names) if _data_bytes(len(joints)) <= MAX_DATA_BYTES else None
+    make_pin = partial(_pin_chain, rods, names) if _data_bytes(len(joints)) <= MAX_DATA_BYTES else None
     links = [(2 * i, rod, link) for i, (rod, (_, _, link)) in enumerate(zip(rods, names, strict=True))]
     on_joints = tuple(RodJoint(link, j, j + 1, FLIP, 1.0, FLIP, rod.properties) for j, rod, link in links)
     bodies = chain_bodies(rods, [link for _, _, link in names])
-    return Model(joints, pin, ChainInertia(m, h, length, I1, I2, I3), on_joints, bodies, findings=tuple(findings))
+    return Model(joints, make_pin, ChainInertia(m, h, length, I1, I2, I3), on_joints, bodies, findings=tuple(findings))
 
 
 def tree_of_chain(chain: ChainInertia) -> Tree:
@@ -212,7 +220,7 @@ def _from_pin(model: PinModel) -> Model:
     loaded = plain_copy(model.pin)
     joints = tuple(loaded.names)[1:]
     findings = _refuse_what_cannot_move(loaded, joints, "model")
-    return Model(joints, loaded, None, find_rods(loaded), find_bodies(loaded, {}, {}), findings=findings)
+    return Model(joints, lambda: loaded, None, find_rods(loaded), find_bodies(loaded, {}, {}), findings=findings)
 
 
 # --- URDF trees -----------------------------------------------------------------------------------------------------
@@ -241,7 +249,8 @@ def _loaded(record: str, content: bytes) -> Model:
         raise InputError(f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, lost))}")
     findings = _refuse_what_cannot_move(loaded, joints, urdf.source)
     bodies = find_bodies(loaded, _drawn(urdf), model.tips)
-    return Model(joints, loaded, None, find_rods(loaded), bodies, urdf.notes, (*urdf.findings, *findings), urdf.written)
+    found = find_rods(loaded)
+    return Model(joints, lambda: loaded, None, found, bodies, urdf.notes, (*urdf.findings, *findings), urdf.written)
 
 
 def _drawn(urdf: Urdf) -> dict[str, tuple[Array, float]]:

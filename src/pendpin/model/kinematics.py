@@ -94,6 +94,12 @@ def swings(model: Model, link_poses: Array) -> Array:
     return angles.max(1) if angles.shape[1] else np.full(len(angles), np.nan)
 
 
+def swings_of_chain(tip: Array) -> Array:
+    """The same of a chain that hangs from W's origin, (n,) rad, from the far ends (n, rods, 3) of its rods in m."""
+    x, y, z = np.moveaxis(np.diff(tip, axis=1, prepend=0.0), -1, 0)
+    return np.arctan2(np.hypot(x, y), -z).max(1)
+
+
 def _from_down(model: Model, link_poses: Array) -> Array:
     """The angles of the bodies, joint to tip, from straight down, (n, bodies) rad."""
     x, y, z = np.moveaxis(_turned(link_poses, np.array([body.tip for body in model.bodies])), -1, 0)

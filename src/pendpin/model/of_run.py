@@ -13,6 +13,7 @@ from pendpin.trajectory import Trajectory
 
 FRAMES = ("world", "parent", "child")
 FAR = 3.0  # of the length of the model: a slide that travels farther has left
+SHORTEST = 1e4  # of a rod's length, a chain whose tips show the rod's direction to 1e-12
 SIDES = {"child": 1.0, "parent": -1.0}  # action, and reaction
 
 
@@ -62,6 +63,8 @@ def slides_of(run: Trajectory) -> frozenset[str]:
 def swings_of(run: Trajectory) -> Array:
     """As `kinematics.swings`, (n,) rad. Raises InputError as `model_of`."""
     model = model_of(run)
+    if model.chain is not None and model.chain.l.sum() < SHORTEST * model.chain.l.min():
+        return kinematics.swings_of_chain(run.tips)
     return kinematics.swings(model, kinematics.poses(model, run.q))
 
 

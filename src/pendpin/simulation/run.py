@@ -107,7 +107,7 @@ def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_ba
         return scene, dynamics
     changed = scene.with_solver(method=method, engine=engine)
     if engine == "compiled" and scene.solver.engine == "auto":
-        return changed, dynamics.in_machine_code()
+        return changed, dynamics.in_machine_code
     return changed, bind_for_run(changed) if method == "taylor" else dynamics
 
 

@@ -117,6 +117,7 @@ class Vectors:
         """The trajectory of case `place` of `found`, with forces and energies; its numbers are row (keys,)."""
         scene = with_numbers(self.scene, self.task.plan.keys, row).by("taylor", self.series[0].tolerance)
         dynamics = self.series[0].bound(scene)
+        dynamics.use_compiled_samples()
         version = installed("heyoka")["heyoka"] or ""
         steps, none = int(found.steps[place]), np.zeros((len(scene.times), 0))
         run = Run(scene.times, found.q[place], found.v[place], None, none, steps, steps, 0, 0.0, "heyoka", version)

@@ -11,7 +11,7 @@ import numpy as np
 
 from pendpin.arrays import Array, ArrayLike
 from pendpin.errors import InputError, PendpinError
-from pendpin.files import open_arrays, refuse_other_format, write_whole
+from pendpin.files import open_arrays, refuse_other_format, write_arrays, write_whole
 from pendpin.records import LARGEST
 from pendpin.trajectory.columns import Place, column, columns
 from pendpin.trajectory.parts import Energy, Event, Reactions, Stats, exchanged, share
@@ -271,7 +271,7 @@ class Trajectory:
         arrays |= event_arrays(self.events)
         meta = {"format": FORMAT, "scene": self.scene, **asdict(self.stats)}
         arrays["meta"] = np.array(json.dumps(meta))
-        return write_whole(Path(path), lambda file: np.savez_compressed(file, **arrays))
+        return write_whole(Path(path), lambda file: write_arrays(file, arrays))
 
     @classmethod
     def load(cls, path: str | Path, scene: Any = None) -> Self:

@@ -28,9 +28,14 @@ class ThinSolution(NamedTuple):
 def directions(q: Array, v: Array) -> tuple[Array, Array]:
     """Directions d and rates d' (..., n, 3), in I, from angles and rates q, v (..., n, 2)."""
     joints = Joints.at(q)
-    frames, omega = joints.frames(), joints.omega(rods_last(v))
-    rate = frames[:, 0] * omega[1] - frames[:, 1] * omega[0]
-    return rods_first(frames[:, 2], q.shape[:-1]), rods_first(rate, q.shape[:-1])
+    relative, turned = joints.relative_omega(rods_last(v)), joints.R.copy()
+    omega, n = relative.copy(), joints.n
+    for i in range(1, n):  # a run asks for one state: a banded solve would import SciPy's for it
+        own, above = slice(i, None, n), slice(i - 1, None, n)
+        turned[..., own] = np.add.reduce(turned[:, :, None, above] * joints.R[None, ..., own], 1)
+        omega[:, own] += np.add.reduce(joints.R[..., own] * omega[:, None, above], 0)
+    rate = turned[:, 0] * omega[1] - turned[:, 1] * omega[0]
+    return rods_first(turned[:, 2], q.shape[:-1]), rods_first(rate, q.shape[:-1])
 
 
 def energy(chain: ChainInertia, d: Array, rate: Array, field: Array) -> tuple[Array, Array]:

@@ -1,0 +1,10 @@
+import pendpin as pp
+
+scene = pp.Scene(
+    duration=5.0,  # s
+    model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.01)]),  # m, kg, m
+    start=pp.Start(positions={"theta": 0.7, "phi": 0.4}),  # rad
+    effects=[pp.effects.Gravity()],
+)
+dynamics = pp.bind(scene)
+print(dynamics.acceleration(0.0, [0.7, 0.4], [1.3, -0.8]))  # rad/s²

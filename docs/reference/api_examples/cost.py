@@ -1,0 +1,10 @@
+import pendpin as pp
+
+scene = pp.Scene(
+    duration=5.0,  # s
+    model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.01)]),  # m, kg, m
+    start=pp.Start(positions={"theta": 0.7, "phi": 0.4}),  # rad
+    effects=[pp.effects.Gravity()],
+)
+report = pp.cost(scene, methods=["dop853", "rk4"])
+print(report)

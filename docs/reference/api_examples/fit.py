@@ -1,0 +1,4 @@
+import pendpin as pp
+
+fit = pp.fit("examples/lab/single.toml", "examples/lab/single.csv", free=["effects[1].kinetic"])
+print(fit.values, fit.errors)

@@ -1,0 +1,49 @@
+"""The how-to pages and the examples of the reference run as written."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TOP = Path(__file__).parents[1]
+pytestmark = pytest.mark.slow
+HOW_TO = sorted((TOP / "docs" / "how-to").glob("*.md"))
+EXAMPLES = sorted((TOP / "docs" / "reference" / "api_examples").glob("*.py"))
+
+
+@pytest.fixture
+def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder with the example scenes, and `pendpin` on the path."""
+    (tmp_path / "examples").symlink_to(TOP / "examples")
+    command = tmp_path / "bin" / "pendpin"
+    command.parent.mkdir()
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m pendpin "$@"\n')
+    command.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{command.parent}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.skipif(os.name == "nt" or not shutil.which("bash"), reason="the commands are those of a shell")
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("page", HOW_TO, ids=[page.stem for page in HOW_TO])
+def test_the_page_runs(page: Path, checkout: Path) -> None:
+    """Its Python and its commands, block after block, in one folder."""
+    names: dict = {}
+    for language, block in re.findall(r"^```(python|sh)\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE):
+        if language == "python":
+            exec(block, names)  # our own text
+        else:
+            done = subprocess.run(["bash", "-euc", block], cwd=checkout, capture_output=True, text=True, timeout=120)
+            assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("example", EXAMPLES, ids=[example.stem for example in EXAMPLES])
+def test_the_example_runs(example: Path, checkout: Path) -> None:
+    """Of a public name, shown on its page of the reference."""
+    exec(example.read_text(), {})  # our own text
