@@ -61,7 +61,7 @@ METHODS = (
 
 def same_bits(one: pp.Trajectory, other: pp.Trajectory) -> None:
     """Every number of two runs, bit for bit."""
-    for name in ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tip"):
+    for name in ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tips"):
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
     assert one.work.keys() == other.work.keys()
     assert all(np.array_equal(work, other.work[kind]) for kind, work in one.work.items())
