@@ -12,9 +12,7 @@ from scipy.special import j0, jn_zeros
 
 import pendpin as pp
 
-scene = pp.Scene(
-    model=pp.Chain(rods=[pp.Rod(length=1 / 30, mass=1 / 30)], copies=30), effects=[pp.effects.Gravity()]
-)
+scene = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1 / 30, mass=1 / 30)], copies=30), effects=[pp.effects.Gravity()])
 modes = pp.modes(scene)
 print(modes)
 
