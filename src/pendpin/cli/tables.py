@@ -116,9 +116,9 @@ def print_effects(found: "EffectsReport", as_json: bool) -> None:
         for row in found.rows
     ]
     print_table(["effect", "in the scene", "moves a tip by", "time added", "verdict"], rows)
-    print("A tip's largest distance with and without the effect, in per cent of the chain's length.")
+    print("A tip's largest distance with and without it, in per cent of the chain's length.")
     if any(not row.listed for row in found.rows):
-        print("What is not in the scene was tried with the numbers named here, as examples: yours may be others.")
+        print("What the scene lacks was tried with example numbers; yours may differ.")
     if found.horizon < found.duration:
         print(f"compared up to {found.horizon:.3g} s of {found.duration:g} s: {found.why}")
 

@@ -20,10 +20,11 @@ def compared_drawing(runs: Sequence[Trajectory]) -> Drawing:
 
 
 def _within(drawing: Drawing, run: Trajectory, first: Trajectory) -> Drawing:
-    """A ghost in the time of the first run, with the distance of their tips as a quantity."""
+    """A ghost in the time of the first run, with the distance of their tips as a quantity, without what it hangs from."""
     rows = rows_within(run, first)
     cut: dict[str, Any] = {name: getattr(drawing, name)[rows] for name in ("t", "poses", "trail")}
     velocity = None if drawing.velocity is None else drawing.velocity[rows]
     quantities = tuple(quantity._replace(values=quantity.values[rows]) for quantity in drawing.quantities)
     quantities += (Quantity("distance", "m", distance(run, first)),)
+    cut["shapes"] = tuple(shape for shape in drawing.shapes if shape.body != drawing.support)
     return replace(drawing, **cut, velocity=velocity, forces=None, moments=None, quantities=quantities)
