@@ -2,8 +2,8 @@
 Modes of a hanging chain
 ========================
 
-The first four modes of a chain of 30 rods, beside the exact shapes of a hanging rope: J0(j sqrt(1 - s)), with j a zero of J0 and s
-measured from the top.
+The first four modes of a chain of 30 rods, beside the exact shapes of a hanging rope: J0(j sqrt(1 - s)), where j is a zero of
+J0 and s is measured from the top.
 """
 
 import matplotlib.pyplot as plt
@@ -17,12 +17,16 @@ modes = pp.modes(scene)
 print(modes)
 
 # %%
-# The frequencies of the rope are j / 2 sqrt(g / L):
+# Each frequency belongs to two modes, one for each direction. The frequencies of the rope are j / 2 sqrt(g / L).
 
-rope = jn_zeros(0, 4) / 2 * np.sqrt(9.81)  # rad/s
 s = np.linspace(0.0, 1.0, 200)
 figure, axes = plt.subplots(1, 4, figsize=(8, 3.5), sharey=True, layout="constrained")
-for panel, zero, omega in zip(axes, jn_zeros(0, 4), rope, strict=True):
-    panel.plot(j0(zero * np.sqrt(1 - s)), -s)
-    panel.set(xlabel=f"{omega:.3f} rad/s", xticks=[])
+for k, (panel, zero) in enumerate(zip(axes, jn_zeros(0, 4), strict=True)):
+    angles = modes.shapes[:, 2 * k].reshape(30, 2)  # rad: theta and phi of each rod against the one above
+    sideways = np.cumsum(np.cumsum(angles, axis=0), axis=0) / 30  # (rods, 2) m: the tips
+    along = sideways @ sideways[-1] / (sideways[-1] @ sideways[-1])  # 1 at the free end
+    panel.plot(j0(zero * np.sqrt(1 - s)), -s, label="rope")
+    panel.plot(along, -np.arange(1, 31) / 30, ".", label="chain")
+    panel.set(xlabel=f"chain {modes.omega[2 * k]:.3f} rad/s\nrope {zero / 2 * np.sqrt(9.81):.3f} rad/s", xticks=[])
 axes[0].set(ylabel="z / L")
+axes[0].legend(fontsize=8)
