@@ -1,5 +1,6 @@
 """Continues a run from any of its samples: to other times, and beyond its end."""
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,12 @@ class Continuation:
         self._loop = loop_of(task)
         self._loop.first_segment = ALL  # of a piece: the run has shown what they cost
         self._loop.begin(run.q[0], run.v[0])  # all pieces share the scales of the run
+
+    def beside(self, run: Trajectory) -> "Continuation":
+        """The same, from other samples of the run."""
+        other = copy(self)
+        other.run = run
+        return other
 
     def piece(self, sample: int, times: Array) -> Run:
         """The motion from a sample of the run, at times (m,) in s since the scene's start, the sample's own first.

@@ -27,8 +27,8 @@ def crossings(run: Trajectory, name: str, level: float, direction: int) -> Traje
     def offset(rows: Trajectory) -> Array:
         return rows[name] - level
 
-    more = Continuation(resolved(run))
-    changes = sign_changes(more, offset)
+    more = resolved(run)
+    changes = sign_changes(more, offset, abs(level))
     chosen = np.isin(np.sign(changes.after), [direction] if direction else [-1, 1])
     instants = np.unique(_instants(more, offset, Changes(*(x[chosen] for x in changes))))
     if not len(instants):
@@ -38,7 +38,7 @@ def crossings(run: Trajectory, name: str, level: float, direction: int) -> Traje
 
 def first_crossings(run: Trajectory, quantities: list[Quantity]) -> Array:
     """The first instant in s at which each of k quantities changes its sign, (k,); NaN for one that never does."""
-    more, first = Continuation(resolved(run)), np.full(len(quantities), np.nan)
+    more, first = resolved(run), np.full(len(quantities), np.nan)
     for i, quantity in enumerate(quantities):
         changes = Changes(*(x[:1] for x in sign_changes(more, quantity)))
         if len(changes.begin):

@@ -23,7 +23,8 @@ OFF = 0.1  # of what a joint moves in an interval or beside it: a sine in steps 
 STILL = 1e-9  # of what a joint moves in all: so little is rounding
 STEPS = 2  # parts that an interval is cut into, times the steps that the run took in it
 PARTS, LEVELS = 4, 8  # into how many it is cut again, how often: a rod that passes its pole turns in any time
-MOST = 200_000  # samples after that
+MOST = 200_000  # samples after that, and again where a quantity is sampled
+BESIDE = 1e-7  # of the run: how far before and behind an event a sample is taken, as rates jump in between
 POINTS = (6, 4)  # samples by which a quantity is interpolated; the distance of both is the error
 DEGREE = 9  # of an interpolation at Chebyshev points
 UNSEEN = 4.0  # times the larger of its last two coefficients: what it leaves out
@@ -52,32 +53,54 @@ class _Pieces(NamedTuple):
         return _Pieces(*(x[which] for x in self))
 
 
-def resolved(run: Trajectory) -> Trajectory:
+def resolved(run: Trajectory) -> Continuation:
     """The run; where its samples do not tell how it moved between them, with more.
 
     Raises InputError if these would be too many.
     """
     parts = max(PARTS, int(np.ceil(STEPS * run.stats.steps / max(len(run.t) - 1, 1))))
+    more = _sampled_too(Continuation(run), _beside_events(run, _coarse(run)))
     for _ in range(LEVELS):
-        if not len(coarse := _coarse(run)):
+        if not len(coarse := _coarse(more.run)):
             break
-        if len(run.t) + parts * len(coarse) > MOST:
+        if len(more.run.t) + parts * len(coarse) > MOST:
             raise InputError(
                 f"crossings: {len(run.t)} samples are too few for a run of {run.stats.steps} steps; "
                 f"run it with samples = {run.stats.steps}"
             )
-        cuts = np.ones(len(run.t) - 1, int)
+        cuts = np.ones(len(more.run.t) - 1, int)
         cuts[coarse] = parts
-        times = np.setdiff1d(subdivided(run.t, cuts), run.t)
-        if not len(times):
-            break
-        whole = joined([run, Continuation(run).at(times)])
-        run, parts = replace(samples_of(whole, np.argsort(whole.t, kind="stable")), events=run.events), PARTS
-    return run
+        more, parts = _sampled_too(more, subdivided(more.run.t, cuts)), PARTS
+    return more
+
+
+def _sampled_too(more: Continuation, times: Array) -> Continuation:
+    """The run with samples at some times (k,) as well."""
+    run, times = more.run, np.setdiff1d(times, more.run.t)
+    if not len(times):
+        return more
+    whole = joined([run, more.at(times)])
+    return more.beside(replace(samples_of(whole, np.argsort(whole.t, kind="stable")), events=run.events))
+
+
+def _intervals_of(run: Trajectory, t: Array) -> Indices:
+    """The intervals (k,) between samples in which times (k,) are."""
+    return np.clip(np.searchsorted(run.t, t, "right") - 1, 0, max(len(run.t) - 2, 0))
+
+
+def _beside_events(run: Trajectory, intervals: Indices) -> Array:
+    """Times (2 k,) just before and behind the k events in some intervals."""
+    at = np.array([event.t for event in run.events])
+    at = at[np.isin(_intervals_of(run, at), intervals)]
+    margin = BESIDE * (run.t[-1] - run.t[0])
+    return np.clip(np.concatenate([at - margin, at + margin]), run.t[0], run.t[-1])
 
 
 def _coarse(run: Trajectory) -> Indices:
-    """The intervals (k,) in which a position does not follow from the rates at both ends, or a rate from accelerations."""
+    """The intervals (k,) in which a position does not follow from the rates at both ends, or a rate from accelerations.
+
+    Not those of an event, where they jump.
+    """
     dt, coarse = np.diff(run.t)[:, None], np.zeros(len(run.t) - 1, bool)
     for x, rate in ((run.q, run.v), (run.v, run.a)):
         off = np.abs(np.diff(x, axis=0) - dt * (rate[1:] + rate[:-1]) / 2)
@@ -85,22 +108,29 @@ def _coarse(run: Trajectory) -> Indices:
         beside = np.concatenate([path[:1], path, path[-1:]])
         path = np.maximum(path, np.maximum(beside[:-2], beside[2:]))
         coarse |= (off > OFF * path + STILL * np.ptp(x, 0) + ROUNDING * np.abs(x).max(initial=0.0)).any(1)
+    closed = _intervals_of(run, np.array([event.t for event in run.events]))
+    closed = closed[dt[closed, 0] <= 3 * BESIDE * (run.t[-1] - run.t[0])]
+    coarse[closed] = False
     return np.flatnonzero(coarse)
 
 
-def sign_changes(more: Continuation, quantity: Quantity) -> Changes:
-    """All sign changes of a quantity of a run that is `resolved`; a value of 0 counts to the side that it comes from."""
+def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> Changes:
+    """All sign changes of a quantity of a run that is `resolved`; a value of 0 counts to the side that it comes from.
+
+    The quantity is a difference of numbers up to `size`, or itself larger: it is rounded as these are.
+    """
     times, values = more.run.t, quantity(more.run)
-    tiny = ROUNDING * float(np.abs(values).max(initial=0.0))
-    pieces, found = _interpolated(times, values), [(times, values)]
+    tiny = ROUNDING * max(size, float(np.abs(values).max(initial=0.0)))
+    pieces, found, room = _interpolated(times, values), [(times, values)], MOST
     for depth in range(DEEPEST + 1):
         turns, pieces = _settled(pieces, tiny)
         found += turns
-        if not len(pieces.begin):
-            break
         if depth:
             found.append((_times(pieces)[:, 1:-1].reshape(-1), pieces.values[:, 1:-1].reshape(-1)))
             pieces = _halves(pieces)
+        room -= (DEGREE - 1) * len(pieces.begin)
+        if depth == DEEPEST or room < 0 or not len(pieces.begin):
+            break
         pieces = _sampled(more, quantity, pieces)
     t, x = (np.concatenate(parts) for parts in zip(*found, strict=True))
     t, first = np.unique(t, return_index=True)
@@ -182,14 +212,15 @@ def _settled(pieces: _Pieces, tiny: float) -> tuple[list[tuple[Array, Array]], _
     """Turning points, times and values, where all sign changes are between these; and the intervals that are left.
 
     Settled is an interval in which the quantity is away from 0 by more than the error, or rises or falls throughout, or
-    turns round only where it is away from 0.
+    turns round only where it is away from 0, or is rounding throughout.
     """
     series, size = _series(pieces.values), np.abs(_series(pieces.values))
     steepest = np.arange(series.shape[1]) ** 2.0  # slopes of Chebyshev's polynomials
     error = np.maximum(pieces.error, tiny)
     clear = size[:, 0] - size[:, 1:].sum(1) > error
     steep = size[:, 1] - (size * steepest)[:, 2:].sum(1) > steepest[-1] * pieces.error
-    left, turns = ~(clear | steep), list[tuple[Array, Array]]()
+    flat = np.abs(pieces.values).max(1) + pieces.error <= tiny
+    left, turns = ~(clear | steep | flat), list[tuple[Array, Array]]()
     for i in np.flatnonzero(left):
         slope = chebyshev.chebder(series[i])
         roots = chebyshev.chebroots(slope) if slope.any() else np.empty(0)
