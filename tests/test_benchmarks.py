@@ -27,6 +27,7 @@ SMALL = {
     "fit_coverage": "2 coverage.jsonl --sizes '2 x 400' --noises 0.5",
     "goal": "--count 2 --seed 1 --file goal.jsonl",
     "hard_cases": "hard.json peers.json page.md",
+    "instants": "3 1 0",
     "kill": "1 1",
     "kill_sweeps": "1 1 60",
     "long_runs": "--swings 100",

@@ -1,5 +1,7 @@
 """The instants of a run: any times inside it, however close to its samples."""
 
+import runpy
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import law
+from pendpin.simulation.continuation import Continuation
 
 GRAVITY = pp.effects.Gravity()
 STOP = pp.effects.Stop(lower=-0.5, upper=0.9, restitution=0.6)
@@ -85,3 +88,29 @@ def test_a_first_sample_may_come_as_soon_as_numbers_allow(method: str) -> None:
     whole = pp.simulate(swinging(THIN), times=[0.0, 0.1], **SETTINGS[method])
     assert np.abs(run.q[:-1] - run.q[0]).max() < 1e-15
     assert np.abs(run.q[-1] - whole.q[-1]).max() < 1e-5
+
+
+# --- where a quantity crosses a level -------------------------------------------------------------------------------
+
+
+def test_what_is_rounding_is_not_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a quantity stays at its level but for rounding, thousands of times tell no more than a few."""
+    rods = (pp.Rod(length=1.0, mass=2.0, com=-0.3, inertia=(0.2, 0.25, 0.1)), pp.Rod(length=1.0, mass=1.0))
+    start = pp.Start(positions=(np.pi, 1e-160, 0.0, -np.pi / 2))
+    scene = pp.Scene(duration=0.5, model=pp.Chain(rods=rods), start=start, effects=(GRAVITY,))
+    run = pp.simulate(scene, method="radau", tolerance=1e-6, samples=7)
+    asked, at = [], Continuation.at
+    monkeypatch.setattr(Continuation, "at", lambda self, t: asked.append(len(t)) or at(self, t))
+    found = run.crossings("theta_1", np.pi)
+    assert (np.abs(found["theta_1"] - np.pi) < 1e-12).all()
+    assert sum(asked) < 10_000  # thirteen million once
+
+
+@pytest.mark.parametrize(
+    "number",
+    [9, 12, 17, 98, pytest.param(14, marks=pytest.mark.slow)],  # 98 and 14, across events, once missed a pair
+)
+def test_crossings_are_those_of_a_dense_search(number: int) -> None:
+    """Queries of benchmarks/instants.py."""
+    benchmark = runpy.run_path(str(Path(__file__).parents[1] / "benchmarks" / "instants.py"))
+    assert benchmark["faults"](benchmark["query_of"](0, number)) == []

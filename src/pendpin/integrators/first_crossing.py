@@ -21,6 +21,7 @@ ROUNDING = 2.0**-48  # of a function's size in an interval: what is so little be
 MOST = 2000  # parts of an interval examined; for a function that needs more, only the signs of its samples are used
 TOGETHER = 1e-12  # of the interval searched: crossings no farther apart happen at once
 CLOSE = 1e-9  # a correction of a root so small is the last: the next by Newton's method would be its square
+CLOSEST = 2.0**-52  # and by halving, this
 
 Functions = Callable[[Array], Array]  # times (n,) -> values (n, m)
 
@@ -134,11 +135,13 @@ def _zero(series: list[float], a: float, b: float) -> tuple[float, float]:
     while True:
         value, slope = _value(series, x)
         a, b = (x, b) if value > 0 else (a, x)
-        better = x - value / slope if slope < 0 else a
-        if not (a <= better <= b and abs(better - x) < last / 2):
-            better = (a + b) / 2
+        newton = (
+            min(max(x - value / slope, a), b) if slope < 0 else a
+        )  # a zero at an end is rounded to either side of it
+        converges = abs(newton - x) < last / 2
+        better = newton if converges else (a + b) / 2
         x, last = better, abs(better - x)
-        if last <= CLOSE:
+        if last <= (CLOSE if converges else CLOSEST):
             return x, slope
 
 

@@ -27,7 +27,7 @@ MOST = 200_000  # samples after that, and again where a quantity is sampled
 BESIDE = 1e-7  # of the run: how far before and behind an event a sample is taken, as rates jump in between
 POINTS = (6, 4)  # samples by which a quantity is interpolated; the distance of both is the error
 DEGREE = 9  # of an interpolation at Chebyshev points
-UNSEEN = 4.0  # times the larger of its last two coefficients: what it leaves out
+UNSEEN = 4.0  # times the larger of its last two coefficients, or times that distance: what it leaves out
 DEEPEST = 12  # times an interval is cut in two, about; its points alone are looked at then
 ROUNDING = 2.0**-46  # of the largest value: values so small have no sign
 
@@ -88,9 +88,14 @@ def _intervals_of(run: Trajectory, t: Array) -> Indices:
     return np.clip(np.searchsorted(run.t, t, "right") - 1, 0, max(len(run.t) - 2, 0))
 
 
+def _events_of(run: Trajectory) -> Array:
+    """The times (k,) of its events, rising."""
+    return np.array([event.t for event in run.events])
+
+
 def _beside_events(run: Trajectory, intervals: Indices) -> Array:
     """Times (2 k,) just before and behind the k events in some intervals."""
-    at = np.array([event.t for event in run.events])
+    at = _events_of(run)
     at = at[np.isin(_intervals_of(run, at), intervals)]
     margin = BESIDE * (run.t[-1] - run.t[0])
     return np.clip(np.concatenate([at - margin, at + margin]), run.t[0], run.t[-1])
@@ -108,7 +113,7 @@ def _coarse(run: Trajectory) -> Indices:
         beside = np.concatenate([path[:1], path, path[-1:]])
         path = np.maximum(path, np.maximum(beside[:-2], beside[2:]))
         coarse |= (off > OFF * path + STILL * np.ptp(x, 0) + ROUNDING * np.abs(x).max(initial=0.0)).any(1)
-    closed = _intervals_of(run, np.array([event.t for event in run.events]))
+    closed = _intervals_of(run, _events_of(run))
     closed = closed[dt[closed, 0] <= 3 * BESIDE * (run.t[-1] - run.t[0])]
     coarse[closed] = False
     return np.flatnonzero(coarse)
@@ -121,7 +126,7 @@ def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> C
     """
     times, values = more.run.t, quantity(more.run)
     tiny = ROUNDING * max(size, float(np.abs(values).max(initial=0.0)))
-    pieces, found, room = _interpolated(times, values), [(times, values)], MOST
+    pieces, found, room = _interpolated(times, values, _events_of(more.run)), [(times, values)], MOST
     for depth in range(DEEPEST + 1):
         turns, pieces = _settled(pieces, tiny)
         found += turns
@@ -159,8 +164,11 @@ def _times(pieces: _Pieces) -> Array:
     return pieces.begin[:, None] * (1 - shares) + pieces.end[:, None] * shares
 
 
-def _interpolated(t: Array, x: Array) -> _Pieces:
-    """Between any two of n samples the polynomial through POINTS[0] near them; of fewer samples nothing is known."""
+def _interpolated(t: Array, x: Array, events: Array) -> _Pieces:
+    """Between any two of n samples the polynomial through POINTS[0] near them; of fewer samples nothing is known.
+
+    Nor where one of the events, at times (k,), is among these: there is no polynomial then.
+    """
     begin, end, most = t[:-1], t[1:], POINTS[0]
     shares = _shares(most - 1)
     if len(t) < most:
@@ -169,13 +177,19 @@ def _interpolated(t: Array, x: Array) -> _Pieces:
     inside = begin[:, None] + np.diff(t)[:, None] * shares[1:-1]
     fine, rough = (_through(t, x, inside, count) for count in POINTS)
     values = np.concatenate([x[:-1, None], fine, x[1:, None]], 1)
-    return _Pieces(begin, end, values, np.abs(fine - rough).max(1))
+    first = _first_near(len(t), most)
+    across = np.searchsorted(events, t[first]) < np.searchsorted(events, t[first + most - 1], "right")
+    return _Pieces(begin, end, values, np.where(across, np.inf, UNSEEN * np.abs(fine - rough).max(1)))
+
+
+def _first_near(samples: int, count: int) -> Indices:
+    """The first of `count` samples near each interval between samples, (samples - 1,)."""
+    return np.clip(np.arange(samples - 1) - count // 2 + 1, 0, samples - count)
 
 
 def _through(t: Array, x: Array, inside: Array, count: int) -> Array:
     """The polynomials through `count` samples near each interval, at times inside it (n - 1, k); barycentric."""
-    first = np.clip(np.arange(len(t) - 1) - count // 2 + 1, 0, len(t) - count)
-    near = first[:, None] + np.arange(count)
+    near = _first_near(len(t), count)[:, None] + np.arange(count)
     apart = (t[near][:, :, None] - t[near][:, None, :]) / np.diff(t)[:, None, None]
     apart[:, np.arange(count), np.arange(count)] = 1.0
     shares = 1 / apart.prod(2)[:, None] / (inside[..., None] - t[near][:, None])
