@@ -14,7 +14,7 @@ from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.patients import Printed, holding
 from pendpin.doctor.reading.names import Vocabulary, Written
 from pendpin.doctor.reading.tree import Node, walk
-from pendpin.doctor.systems.base import System
+from pendpin.doctor.systems.base import Spec, System
 
 Name = tuple[str, str]  # a letter and its index
 Again = Callable[[Vocabulary], list[Printed]]  # the equations of a text, read with other words
@@ -25,14 +25,19 @@ MOST_CHANGED = 4  # letters of a text that mean what they usually do not
 OFTEN = 2  # equations that hold with one meaning of a letter, so that a single other one is a slip
 
 
+def weight(equation: Equation, spec: Spec) -> float:
+    """What an equation counts: those of motion and energy say most."""
+    telling = {name for name in spec.unknowns if name.startswith("dd")} | {"T", "V", "L"}
+    return 2.0 if equation.names & telling else 1.0
+
+
 def held(equations: list[Printed], system: System, small: bool = False) -> float:
     """How many equations hold, or only for `small` angles; those of motion and energy, which say most, twice."""
     total = 0.0
-    telling = {name for name in system.spec.unknowns if name.startswith("dd")} | {"T", "V", "L"}
     for one in equations[:MOST_COUNTED]:
         equation = _to_first_order(one, system) if small else holding(one, system)
         if equation is not None:
-            total += 2.0 if equation.names & telling else 1.0
+            total += weight(equation, system.spec)
         elif len(one.unknown) == 1 and one.ways:
             total += any(loads_at_zero(e, system, one.unknown) != "" for e, _ in one.readings())
     return total
