@@ -257,8 +257,13 @@ def planted(count: int, seed: int, show: bool) -> tuple[Counter[str], int, int, 
         good = bool(finding.mends) and as_before(finding.mends[0].equation, text, i, report.system)
         first += good
         if show and not (good and finding.verdict == "fails"):
-            print(f"{title} [{notation}] {kind}: {equations[i]} -> {new}\n  {finding.verdict} {finding.condition}", end=" ")
-            print(f"{finding.remark} {[mend.words for mend in finding.mends]} {report.title} {seconds:.1f} s", flush=True)
+            print(
+                f"{title} [{notation}] {kind}: {equations[i]} -> {new}\n  {finding.verdict} {finding.condition}",
+                end=" ",
+            )
+            print(
+                f"{finding.remark} {[mend.words for mend in finding.mends]} {report.title} {seconds:.1f} s", flush=True
+            )
     return verdicts, first, accused, longest
 
 

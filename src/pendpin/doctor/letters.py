@@ -112,13 +112,21 @@ def _meanings(name: Name, words: Vocabulary) -> list[str]:
 
 
 def _agreed(equations: list[Printed], system: System, again: Again, words: Vocabulary) -> list[Printed]:
-    """The equations, where a letter that means another thing in one of them alone means there what it does elsewhere."""
+    """The equations, where a letter that means another thing in one of them alone means there what it does elsewhere.
+
+    A letter that stands in one of them alone does not mean what another one means that has that meaning first.
+    """
     uses: dict[Name, Counter[str]] = defaultdict(Counter)
     for one in equations:
         if one.ways and (equation := holding(one, system)) is not None:
             for name, meaning in set(_used(equation, words)):
                 uses[name][meaning] += 1
+    takers = {meaning: name for name, found in uses.items() for meaning, often in found.items() if often >= OFTEN}
     for name, found in uses.items():
+        meanings = _meanings(name, words)
+        taken = len(meanings) > 1 and len(found) == 1 and takers.get(next(iter(found)), name) != name
+        if taken and sum(found.values()) == 1 and next(iter(found)) != meanings[0]:
+            found = Counter({meanings[0]: OFTEN, **found})
         (usual, often), *others = found.most_common()
         alike = [other for other in others if _same_dimension(usual, other[0], system)]
         if len(alike) != 1 or alike[0][1] > 1 or often < OFTEN:

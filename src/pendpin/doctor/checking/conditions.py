@@ -46,7 +46,7 @@ def conditions(system: System) -> list[Condition]:
     at_rest = tuple((name, 0.0) for name in spec.rates)
     down = tuple((name, 0.0) for name in spec.state)
     found = [Condition("at rest", at_rest, r"\bat rest\b|\bstatic|equilibrium|stands? still|does not move")]
-    found += [Condition("at rest, hanging straight down", down, r"straight down|at rest|equilibrium|hang")]
+    found += [Condition("at rest, hanging straight down", down, r"straight down|at rest|equilibrium|hangs? vertically")]
     if len(spec.coordinates) > 1 and spec.kind in SPECIAL:
         for name in spec.coordinates:
             held = ((name, 0.0), (f"d{name}", 0.0))
