@@ -165,6 +165,8 @@ class _Doctor:
             remark = _joined(one.remark, verdict.remark)
             found = replace(found, verdict="holds", remark=remark, equation=equation, error=verdict.error)
             return replace(found, proved=verdict.proved), []
+        if equation.names <= set(self.system.spec.state) and (said := self.reading.says(one)):
+            return replace(found, kind="condition", remark=said), []
         for equation, _ in one.readings():
             if condition := holds_as_stated(equation, self.system, one.statement.context):
                 found = replace(found, verdict="holds if", condition=condition, equation=equation, remark=one.remark)

@@ -38,7 +38,7 @@ def held(equations: list[Printed], system: System, small: bool = False) -> float
         equation = _to_first_order(one, system) if small else holding(one, system)
         if equation is not None:
             total += weight(equation, system.spec)
-        elif len(one.unknown) == 1 and one.ways:
+        elif len(one.unknown) == 1 and one.ways and not one.defines:
             total += any(loads_at_zero(e, system, one.unknown) != "" for e, _ in one.readings())
     return total
 
