@@ -155,3 +155,14 @@ def test_what_leaves_is_not_followed_by_the_camera() -> None:
     said = leaving(free)
     assert said[-1].endswith("m: no stop holds it; --as-written")
     assert leaving(held) == ()
+
+
+def test_many_findings_are_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture
+) -> None:
+    """The hand has four; with the note on what is ignored there are two lines before the table."""
+    monkeypatch.chdir(tmp_path)
+    assert run_main("run", "--urdf", "allegro_right_hand", "--duration", "0.1") == 0
+    finding, note = capfd.readouterr().err.splitlines()
+    assert finding.endswith("; 3 more findings in bind(scene).model.findings")
+    assert "ignored" in note
