@@ -26,7 +26,6 @@ class Fault(NamedTuple):
     after: str
     begin: int  # place in the file's text
     end: int
-    text: str  # of the line
 
     def planted(self, text: str) -> str:
         """The file with the fault."""
@@ -35,7 +34,7 @@ class Fault(NamedTuple):
     @property
     def name(self) -> str:
         """What is written of it, wherever its line is now."""
-        return f"{self.module}: {self.text}: {self.before} -> {self.after}"
+        return f"{self.module}: {self.before} -> {self.after}"
 
 
 def faults(module: str, text: str, random: Random) -> list[Fault]:
@@ -51,8 +50,7 @@ def faults(module: str, text: str, random: Random) -> list[Fault]:
             after = ast.unparse(changed)
             if isinstance(node, ast.BinOp | ast.UnaryOp | ast.Compare | ast.BoolOp):
                 after = f"({after})"
-            line = text.splitlines()[node.lineno - 1].strip()
-            found.append(Fault(module, node.lineno, kind, " ".join(text[begin:end].split()), after, begin, end, line))
+            found.append(Fault(module, node.lineno, kind, " ".join(text[begin:end].split()), after, begin, end))
     return found
 
 

@@ -217,3 +217,21 @@ def test_a_mirror_image_is_the_same_motion(
         run.crossings("theta" + "_1" * (count > 1), level=level * m).t for run, m in ((one, 1.0), (other, signs[0]))
     ]
     np.testing.assert_array_equal(*instants)
+
+
+@pytest.mark.parametrize("signs", SIGNS)
+def test_contacts_have_mirror_images(signs: tuple[float, float]) -> None:
+    """Two rods under dry friction that bounce on their stops: each number to the bit, each event at its instant."""
+    sign, q, v = np.tile(signs, 2), np.array([0.3, -0.4, 0.05, 0.2]), np.array([1.0, -0.7, 0.3, 0.9])
+    effects = (fx.Gravity(), fx.DryFriction(kinetic=0.1), fx.Stop(lower=-0.5, upper=0.5, restitution=0.5))
+    model = pp.Chain(rods=(RODS["own inertia"],) * 2)
+    runs = []
+    for mirror in (np.ones(4), sign):
+        start = pp.Start(positions=tuple(q * mirror), velocities=tuple(v * mirror))
+        scene = pp.Scene(duration=0.8, model=model, start=start, effects=effects)
+        runs.append(pp.simulate(scene, method="dop853", tolerance=1e-9, samples=9))
+    one, other = runs
+    assert len(one.events) > 2
+    np.testing.assert_array_equal(other.q, one.q * sign)
+    np.testing.assert_array_equal(other.v, one.v * sign)
+    assert [event.t for event in other.events] == [event.t for event in one.events]

@@ -81,14 +81,10 @@ def _svg(names: list[str]) -> str:
 
 
 def draw_motions(names: list[str]) -> Any:
-    """A figure with the path of the tip of each case, from the side, or from above where it stays level.
-
-    Cases of frequencies and bounds of stability have no motion to draw.
-    """
+    """A figure with the path of the tip of each case, from the side, or from above where it stays level."""
     from matplotlib.figure import Figure
 
-    names = [name for name in names if published_cases()[name].quantities]
-    rows = max(1, ceil(len(names) / COLUMNS))
+    rows = ceil(len(names) / COLUMNS)
     figure = Figure(figsize=(3.2 * COLUMNS, 3.2 * rows), layout="constrained")
     axes = np.ravel(figure.subplots(rows, COLUMNS, squeeze=False))
     for ax, name in zip(axes, names, strict=False):
