@@ -229,11 +229,16 @@ def sheets(show: bool) -> dict[str, int]:
     return dict(counts)
 
 
-def planted(count: int, seed: int, show: bool) -> tuple[int, int, int]:
-    """Of texts with one fault: how often that equation fails, its true mend is first, and another one is accused."""
+def planted(count: int, seed: int, show: bool) -> tuple[Counter[str], int, int, float]:
+    """Of texts with one fault: the verdicts on it, how often its true mend is first, how many others are accused.
+
+    And the longest time to an answer, in seconds of the processor.
+    """
     chance = random.Random(seed)
     right = texts()
-    found = first = accused = done = 0
+    verdicts: Counter[str] = Counter()
+    first = accused = done = 0
+    longest = 0.0
     while done < count:
         title, notation, text, equations = chance.choice(right)
         i = chance.randrange(len(equations))
@@ -242,21 +247,31 @@ def planted(count: int, seed: int, show: bool) -> tuple[int, int, int]:
             continue
         done += 1
         [(_, _, wrong, _)] = texts(lambda k, line, i=i, new=new: new if k == i else line, title, notation)
+        began = time.process_time()
         report = diagnose(wrong)
+        seconds = time.process_time() - began
+        longest = max(longest, seconds)
         finding = report.findings[i]
-        found += finding.verdict == "fails"
+        verdicts[finding.verdict] += 1
         accused += sum(f.verdict == "fails" for f in report.findings) - (finding.verdict == "fails")
         good = bool(finding.mends) and as_before(finding.mends[0].equation, text, i, report.system)
         first += good
-        if show and not good:
-            print(f"{title} [{notation}] {kind}: {equations[i]} -> {new}\n  {finding.verdict} {finding.condition}")
-    return found, first, accused
+        if show and not (good and finding.verdict == "fails"):
+            print(
+                f"{title} [{notation}] {kind}: {equations[i]} -> {new}\n  {finding.verdict} {finding.condition}",
+                end=" ",
+            )
+            print(
+                f"{finding.remark} {[mend.words for mend in finding.mends]} {report.title} {seconds:.1f} s", flush=True
+            )
+    return verdicts, first, accused, longest
 
 
 def same_text(first: str, second: str) -> bool:
     """Whether two equations in Python text are proportional, every symbol a positive number of its own."""
-    pairs = [[sp.sympify(side) for side in text.split(" = ")] for text in (first, second)]
-    names = sorted({symbol.name for pair in pairs for side in pair for symbol in side.free_symbols})
+    names = sorted({*_words(first), *_words(second)} - {"sin", "cos", "tan", "sqrt"})
+    known = {name: sp.Symbol(name) for name in names}
+    pairs = [[sp.sympify(side, locals=known) for side in text.split(" = ")] for text in (first, second)]
     ratios = []
     for seed in (1, 2, 3):
         values = dict(zip(map(sp.Symbol, names), np.random.default_rng(seed).uniform(0.3, 2, len(names)), strict=True))
@@ -285,7 +300,8 @@ def main() -> None:
     arguments.add_argument("--rewritings", type=int, default=100)
     arguments.add_argument("--seed", type=int, default=0)
     arguments.add_argument("--by-hand", action="store_true", help="also those written by hand")
-    arguments.add_argument("--sheets", type=int, default=-1, help="whole texts: how many with a planted fault")
+    arguments.add_argument("--sheets", action="store_true", help="also whole texts of right equations")
+    arguments.add_argument("--planted", type=int, default=0, help="whole texts with one fault: how many")
     arguments.add_argument("--show", action="store_true", help="print what is not found")
     options = arguments.parse_args()
     began = time.process_time()
@@ -300,10 +316,14 @@ def main() -> None:
         print(
             f"by hand: {held} of {right} right equations hold; the true mend of {wrong} wrong ones is first in {healed}"
         )
-    if options.sheets >= 0:
+    if options.sheets:
         print(f"right equations in whole texts: {sheets(options.show)}")
-        found, first, accused = planted(options.sheets, options.seed, options.show)
-        print(f"{options.sheets} texts with a fault: {found} found, {first} mended first, {accused} others accused")
+    if options.planted:
+        found, first, accused, seconds = planted(options.planted, options.seed, options.show)
+        print(
+            f"{options.planted} texts with a fault: {found['fails']} found and {found['holds if']} hold under a condition, "
+            f"{first} mended first, {accused} others accused, {found['holds']} said to hold; {seconds:.1f} s at most"
+        )
     bad, total = rewritings(options.rewritings, options.seed, options.show)
     print(
         f"{total} right equations rewritten: {bad} said to fail or not read; "

@@ -240,7 +240,9 @@ def planted() -> list[Fault]:
         assert text.count(before) == 1, f"{name}: {before} is not there once"
         begin = text.index(before)
         line = text[:begin].count("\n") + 1
-        found.append(Fault(module, line, name, before, after, begin, begin + len(before)))
+        found.append(
+            Fault(module, line, name, before, after, begin, begin + len(before), text.splitlines()[line - 1].strip())
+        )
     return found
 
 

@@ -26,6 +26,7 @@ class Fault(NamedTuple):
     after: str
     begin: int  # place in the file's text
     end: int
+    text: str  # of the line
 
     def planted(self, text: str) -> str:
         """The file with the fault."""
@@ -34,7 +35,7 @@ class Fault(NamedTuple):
     @property
     def name(self) -> str:
         """What is written of it, wherever its line is now."""
-        return f"{self.module}: {self.before} -> {self.after}"
+        return f"{self.module}: {self.text}: {self.before} -> {self.after}"
 
 
 def faults(module: str, text: str, random: Random) -> list[Fault]:
@@ -50,7 +51,8 @@ def faults(module: str, text: str, random: Random) -> list[Fault]:
             after = ast.unparse(changed)
             if isinstance(node, ast.BinOp | ast.UnaryOp | ast.Compare | ast.BoolOp):
                 after = f"({after})"
-            found.append(Fault(module, node.lineno, kind, " ".join(text[begin:end].split()), after, begin, end))
+            line = text.splitlines()[node.lineno - 1].strip()
+            found.append(Fault(module, node.lineno, kind, " ".join(text[begin:end].split()), after, begin, end, line))
     return found
 
 

@@ -158,7 +158,7 @@ def test_a_broken_case_ends_with_status_1(monkeypatch, capfd) -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
-    [(("no-such",), "'no-such' is not one of: adams-1"), (("adams-1", "--methods", "dop835"), "did you mean 'dop853'")],
+    [(("no-such",), "'no-such' is not one of: acheson"), (("adams-1", "--methods", "dop835"), "did you mean 'dop853'")],
 )
 def test_unknown_names_are_refused(arguments, words, monkeypatch, capfd) -> None:
     """One line with the choices."""

@@ -11,6 +11,8 @@ import pendpin as pp
 from bad_input import ROD, run_main
 from pendpin import effects as fx
 from pendpin.errors import Note
+from pendpin.graphics.run_drawing import drawing_of
+from pendpin.model.of_run import leaving
 
 GRAVITY = fx.Gravity()
 ROBOTS = ("panda", "ur5", "talos_reduced", "solo12", "allegro_right_hand")
@@ -139,3 +141,28 @@ def test_two_joints_at_their_stops_that_kick_each_other_come_to_rest() -> None:
     assert run.imbalance < 1e-7
     assert len(run.events) < 200  # there were tens of thousands before t = 0.94 s
     assert all(before.t <= after.t for before, after in pairwise(run.events))
+
+
+def test_what_leaves_is_not_followed_by_the_camera() -> None:
+    """A finger that nothing holds slides 60 m: the drawing is as large as the robot at its start; a stop keeps it there."""
+    scene = pp.Scene(model=pp.UrdfModel("panda"), duration=3.0, effects=(GRAVITY,))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Note)
+        free, held = pp.simulate(scene), pp.simulate(scene.replace(effects=(GRAVITY, fx.AsWritten())))
+    assert [drawing_of(run).leaves for run in (free, held)] == [True, False]
+    assert np.abs(free["panda_finger_joint1"]).max() > 10 * drawing_of(free).extent
+    assert drawing_of(free).extent == np.linalg.norm(free.tips[0], axis=-1).max()
+    said = leaving(free)
+    assert said[-1].endswith("m: no stop holds it; --as-written")
+    assert leaving(held) == ()
+
+
+def test_many_findings_are_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture
+) -> None:
+    """The hand has four; with the note on what is ignored there are two lines before the table."""
+    monkeypatch.chdir(tmp_path)
+    assert run_main("run", "--urdf", "allegro_right_hand", "--duration", "0.1") == 0
+    finding, note = capfd.readouterr().err.splitlines()
+    assert finding.endswith("; 3 more findings in bind(scene).model.findings")
+    assert "ignored" in note

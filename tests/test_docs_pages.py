@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
+import pendpin as pp
+
 TOP = Path(__file__).parents[1]
-pytestmark = pytest.mark.slow
 HOW_TO = sorted((TOP / "docs" / "how-to").glob("*.md"))
 EXAMPLES = sorted((TOP / "docs" / "reference" / "api_examples").glob("*.py"))
 
@@ -28,6 +29,7 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt" or not shutil.which("bash"), reason="the commands are those of a shell")
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("page", HOW_TO, ids=[page.stem for page in HOW_TO])
@@ -42,8 +44,14 @@ def test_the_page_runs(page: Path, checkout: Path) -> None:
             assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("example", EXAMPLES, ids=[example.stem for example in EXAMPLES])
 def test_the_example_runs(example: Path, checkout: Path) -> None:
     """Of a public name, shown on its page of the reference."""
     exec(example.read_text(), {})  # our own text
+
+
+def test_every_public_name_has_an_example() -> None:
+    """On its page of the reference, and no example is of a name that is gone."""
+    assert {example.stem for example in EXAMPLES} == set(pp.__all__)

@@ -9,9 +9,11 @@ from scipy.stats import chi2
 import pendpin as pp
 from laws import law
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
-from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, spread_of, thin_out
+from pendpin.errors import InputError
+from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
 from pendpin.fitting.honesty import certainty, outliers, sensor_noise, whiteness
-from pendpin.fitting.parameters import free_parameters
+from pendpin.fitting.parameters import free_parameters, replace_checked, substitute
+from pendpin.scene import Data
 from test_fit_errors import Swings, swing_of
 
 # --- swings and their pieces ----------------------------------------------------------------------------------------
@@ -201,3 +203,44 @@ def test_outliers_between_missing_samples() -> None:
     y[100, 0] += 0.4
     found = outliers([swing_of(y)], np.array([1.0, 1.0]))
     assert [(sample, column) for _, _, sample, column in found] == [(100, 0)]
+
+
+def test_pieces_too_short_for_a_correlation_are_white() -> None:
+    """Of four samples no lag is looked at, however many pieces there are."""
+    assert whiteness(np.random.default_rng(0).normal(size=(10, 4, 1)).cumsum(1)) == 1.0
+
+
+# --- what is read and what is written -------------------------------------------------------------------------------
+
+
+def test_samples_of_a_table_are_counted_from_1() -> None:
+    """The third sample is the one that is named."""
+    table = Data(columns={"a": ("theta",)})
+    y = np.arange(10.0)
+    y[2] = np.inf
+    with pytest.raises(InputError, match="sample 3, column a: an infinite number"):
+        read_swings({"t": np.arange(10.0), "a": y}, table)
+
+
+def test_physics_is_what_the_motion_shows() -> None:
+    """Centres of mass, inertias, and the lengths of rods that others hang on; frictions and drags."""
+    keys = free_parameters(SCENE, "physics").keys
+    bodies = [f"model.rods[{i}].{part}" for i in (0, 1) for part in ("com", *(f"inertia[{k}]" for k in range(3)))]
+    frictions = [f"effects[2].{name}" for name in ("kinetic", "static", "stribeck")]
+    assert keys == (*bodies, "model.rods[0].length", KEYS[4], *frictions, KEYS[8])
+    copies = SCENE.replace(model=pp.Chain(rods=SCENE.model.rods[:1], copies=2))
+    assert "model.rods[0].length" in free_parameters(copies, "physics").keys
+    assert free_parameters(SCENE, "friction").keys == keys[9:]
+
+
+def test_numbers_are_written_to_their_places() -> None:
+    """Of rods and effects, whole numbers and parts of lists; nothing else changes."""
+    keys = ["model.rods[1].inertia[2]", "model.rods[0].com", "effects[2].kinetic"]
+    values = [2e-6, 0.1, 2e-4]
+    changed = substitute(SCENE, keys, values, replace_checked)
+    assert free_parameters(changed, keys).guess.tolist() == values
+    I1, I2 = SCENE.model.rods[1].properties[2:4]
+    assert changed.model.rods[1].inertia == pytest.approx((I1, I2, 2e-6))
+    assert changed.effects[2] == SCENE.effects[2].model_copy(update={"kinetic": 2e-4})
+    assert changed.effects[1] == SCENE.effects[1]
+    assert changed.effects[3] == SCENE.effects[3]

@@ -55,7 +55,7 @@ def changes(node: ast.AST) -> list[tuple[str, Tree]]:
         found += [("factor", ast.BinOp(node, ast.Div(), ast.Constant(2)))]
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
         found += [("power", node.left), ("power", ast.BinOp(node.left, ast.Pow(), ast.Constant(3)))]
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id != "sqrt":
         other = {"sin": "cos", "cos": "sin", "tan": "sin"}[node.func.id]
         found += [
             ("function", ast.Call(ast.Name(other), node.args, [])),

@@ -2,8 +2,8 @@
 Modes of a hanging chain
 ========================
 
-The first four modes of a chain of 30 rods, beside the exact shapes of a hanging rope: J0(j sqrt(1 - s)), where j is a zero of
-J0 and s is measured from the top.
+The first four modes of a chain of 30 rods, beside the exact shapes of a hanging rope: J0(j sqrt(1 - s)), where j is a zero
+of J0 and s is measured from the top.
 """
 
 import matplotlib.pyplot as plt
@@ -22,7 +22,7 @@ print(modes)
 s = np.linspace(0.0, 1.0, 200)
 figure, axes = plt.subplots(1, 4, figsize=(8, 3.5), sharey=True, layout="constrained")
 for k, (panel, zero) in enumerate(zip(axes, jn_zeros(0, 4), strict=True)):
-    angles = modes.shapes[:, 2 * k].reshape(30, 2)  # rad: theta and phi of each rod against the one above
+    angles = modes.shapes[2 * k].reshape(30, 2)  # rad: theta and phi of each rod against the one above
     sideways = np.cumsum(np.cumsum(angles, axis=0), axis=0) / 30  # (rods, 2) m: the tips
     along = sideways @ sideways[-1] / (sideways[-1] @ sideways[-1])  # 1 at the free end
     panel.plot(j0(zero * np.sqrt(1 - s)), -s, label="rope")

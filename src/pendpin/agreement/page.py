@@ -81,10 +81,14 @@ def _svg(names: list[str]) -> str:
 
 
 def draw_motions(names: list[str]) -> Any:
-    """A figure with the path of the tip of each case, from the side, or from above where it stays level."""
+    """A figure with the path of the tip of each case, from the side, or from above where it stays level.
+
+    Cases of frequencies and bounds of stability have no motion to draw.
+    """
     from matplotlib.figure import Figure
 
-    rows = ceil(len(names) / COLUMNS)
+    names = [name for name in names if published_cases()[name].quantities]
+    rows = max(1, ceil(len(names) / COLUMNS))
     figure = Figure(figsize=(3.2 * COLUMNS, 3.2 * rows), layout="constrained")
     axes = np.ravel(figure.subplots(rows, COLUMNS, squeeze=False))
     for ax, name in zip(axes, names, strict=False):

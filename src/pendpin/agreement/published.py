@@ -3,11 +3,12 @@
 import tomllib
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from pendpin.agreement.near import Frequencies, StabilityBounds
 from pendpin.arrays import Array
 from pendpin.errors import InputError, inside, not_one_of
 from pendpin.model import kinematics
@@ -89,13 +90,21 @@ class Case(Record):
         1e-9, description="the target of the run whose own claim is tested"
     )
     scene: Scene = Field(description="the scene whose run is compared")
-    quantities: Annotated[tuple[Quantity, ...], Field(min_length=1)] = Field(description="what is compared")
+    quantities: tuple[Quantity, ...] = Field((), description="what is compared along the motion")
+    frequencies: tuple[Frequencies, ...] = Field((), description="natural frequencies that are compared")
+    stability: tuple[StabilityBounds, ...] = Field((), description="bounds of stability that are compared")
+
+    @model_validator(mode="after")
+    def _something_is_compared(self) -> Self:
+        if not (self.quantities or self.frequencies or self.stability):
+            raise ValueError("nothing is compared: give quantities, frequencies or stability")
+        return self
 
     @property
     def times(self) -> tuple[float, ...]:
         """The start, and every time at which something was published, s."""
-        published = np.concatenate([quantity.times for quantity in self.quantities])
-        return tuple(np.unique([0.0, *published]).tolist())
+        published = np.concatenate([[0.0], *(quantity.times for quantity in self.quantities)])
+        return tuple(np.unique(published).tolist())
 
 
 @cache

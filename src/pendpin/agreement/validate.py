@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.agreement.near import Frequencies, differences
 from pendpin.agreement.published import Case, Quantity, published_cases
 from pendpin.errors import InputError, Interrupted, MissingLibrary, PendpinError, brief, not_one_of
 from pendpin.model.build import build
@@ -129,7 +130,8 @@ def validate(
     left_out: list[str] = []
     try:
         for name, case in cases.items():
-            for method in methods or (TO_ACCURACY, *METHODS):
+            rows.extend(_compared_near(name, case, progress))
+            for method in (methods or (TO_ACCURACY, *METHODS)) if case.quantities else ():
                 if method in case.leave_out:
                     left_out.append(f"{name} by {method}: {case.leave_out[method]}")
                     continue
@@ -165,6 +167,19 @@ def _compared(name: str, case: Case, method: str, left_out: list[str]) -> Iterat
         difference = None if run is None else largest_difference(quantity, run)
         shown = f"accuracy {case.accuracy:g}" if method == TO_ACCURACY else method
         yield Comparison(name, case.source, quantity.name, quantity.unit, shown, bound, difference, failure)
+
+
+def _compared_near(name: str, case: Case, progress: Progress) -> Iterator[Comparison]:
+    """The comparisons of what a case says of the motions near a rest, which no method integrates."""
+    for quantity in (*case.frequencies, *case.stability):
+        how = "linear model" if isinstance(quantity, Frequencies) else "multipliers"
+        progress(f"{name} by the {how}")
+        difference, failure = None, None
+        try:
+            difference = max(differences(quantity, case.scene))
+        except PendpinError as error:
+            failure = str(error)
+        yield Comparison(name, case.source, quantity.name, quantity.unit, how, quantity.bound, difference, failure)
 
 
 def _run(case: Case, method: str) -> Trajectory:

@@ -21,6 +21,7 @@ from pendpin.cli.commands.plot import plot
 from pendpin.cli.commands.reference import reference
 from pendpin.cli.commands.run import run
 from pendpin.cli.commands.schema import schema
+from pendpin.cli.commands.stability import stability
 from pendpin.cli.commands.sweep import map_, sweep
 from pendpin.cli.commands.urdf import urdf
 from pendpin.cli.commands.validate import validate
@@ -116,6 +117,7 @@ for command in (
     fit,
     hard,
     modes,
+    stability,
     validate,
     reference,
     doctor,

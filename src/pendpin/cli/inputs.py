@@ -127,8 +127,10 @@ def print_notes(scene: "Scene", strict: bool) -> None:
     if strict and model.findings:
         more = f" (the first of {len(model.findings)} findings)" * (len(model.findings) > 1)
         raise InputError(f"{model.findings[0]}{more}; --strict refuses this")
-    for finding in model.findings:
-        say(f"pendpin: finding: {finding}")
+    if model.findings:
+        others = len(model.findings) - 1
+        more = f"; {others} more finding{'s' * (others > 1)} in bind(scene).model.findings" if others else ""
+        say(f"pendpin: finding: {model.findings[0]}{more}")
     said = notes(scene, model)
     for note in said[:MOST_NOTES]:
         say(f"pendpin: note: {note}")

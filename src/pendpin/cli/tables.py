@@ -11,7 +11,9 @@ if TYPE_CHECKING:
     from pendpin.fitting import Fit
     from pendpin.hardcases import Case, HardReport
     from pendpin.significance.significance import EffectsReport
+    from pendpin.stability.lyapunov import Lyapunov
     from pendpin.stability.modes import Modes
+    from pendpin.stability.report import Stability
     from pendpin.trajectory import Trajectory
     from pendpin.work_precision.report import CostReport, CostRow, Curve
 
@@ -193,6 +195,27 @@ def print_fit(found: "Fit", as_json: bool) -> None:
     print_table(["", "value", "standard error"], [list(row) for row in found.rows()])
     for line in found.words():
         print(line)
+
+
+def print_stability(found: "Stability", as_json: bool) -> None:
+    """The rests of a scene, or its periodic motion."""
+    if not as_json:
+        print(found.text())
+        return
+    orbit = found.orbit
+    if orbit is None:
+        print_json({"rests": found.rows()})
+        return
+    parts = [[float(x.real), float(x.imag)] for x in orbit.multipliers]
+    print_json({"period": orbit.period, "multipliers": parts, "errors": orbit.errors.tolist(), "stable": orbit.stable})
+
+
+def print_exponents(found: "Lyapunov", as_json: bool) -> None:
+    """The Lyapunov exponents of a motion."""
+    if not as_json:
+        print(found.text())
+        return
+    print_json({"exponents": found.exponents.tolist(), "error": found.error.tolist(), "duration": float(found.t[-1])})
 
 
 def print_modes(found: "Modes", every: bool, as_json: bool) -> None:

@@ -11,6 +11,7 @@ from pendpin.doctor.systems.base import Convention, System
 from pendpin.doctor.systems.known import SPECS
 from pendpin.errors import InputError, not_one_of
 
+MOST_SAMPLED = 6  # equations that fail, of which a convention that is searched on explains one
 MOST_SEARCHED = 300  # parts of an equation whose convention is searched
 
 CONVENTIONS: dict[str, dict[str, Any]] = {
@@ -68,7 +69,8 @@ def find_convention(equations: list[Printed], rod: str) -> tuple[Convention, lis
     wrong = [one for one, holds in verdicts if holds is False]
     if not wrong:
         return usual, []
-    healed = {c: sum(_holds(one, System(SPECS[rod], c)) is True for one in wrong) for c in _all_conventions()}
+    likely = [c for c in _all_conventions() if any(_holds(one, System(SPECS[rod], c)) for one in wrong[:MOST_SAMPLED])]
+    healed = {c: sum(_holds(one, System(SPECS[rod], c)) is True for one in wrong) for c in likely}
     some = {c: n for c, n in healed.items() if n > 1 or n == len(wrong)}
     held = {c: n + sum(_holds(one, System(SPECS[rod], c)) is True for one in right) for c, n in some.items()}
     best = max(held, key=lambda convention: held[convention], default=usual)

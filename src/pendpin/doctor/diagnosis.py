@@ -12,9 +12,9 @@ from pendpin.doctor.checking.circumstances import scaling, when
 from pendpin.doctor.checking.conditions import holds_as_stated, holds_if, loads_at_zero
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
-from pendpin.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, styles_of
+from pendpin.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, mends_of_unknown, styles_of
 from pendpin.doctor.mending.monomials import Printer
-from pendpin.doctor.patients import Candidate, Printed, candidates, kind_of
+from pendpin.doctor.patients import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Mismatch, Unread
@@ -158,13 +158,15 @@ class _Doctor:
                 return replace(found, kind="condition", remark=said), []
             if isinstance(error, Mismatch):
                 return self._mismatched(found, one, error.reason), []
-            return self._unread(found, one, error.reason), []
+            return self._slip(found, one, error.reason) or self._unread(found, one, error.reason), []
         equation = readings[0][0]
         found = replace(found, kind="definition" if one.defines else kind_of(equation, self.system.spec))
         if verdict.holds:
             remark = _joined(one.remark, verdict.remark)
             found = replace(found, verdict="holds", remark=remark, equation=equation, error=verdict.error)
             return replace(found, proved=verdict.proved), []
+        if equation.names <= set(self.system.spec.state) and (said := self.reading.says(one)):
+            return replace(found, kind="condition", remark=said), []
         for equation, _ in one.readings():
             if condition := holds_as_stated(equation, self.system, one.statement.context):
                 found = replace(found, verdict="holds if", condition=condition, equation=equation, remark=one.remark)
@@ -218,6 +220,22 @@ class _Doctor:
                     return replace(found, verdict="holds if", condition=condition, kind="equation of motion")
         return replace(found, remark=reason)
 
+    def _slip(self, found: Finding, one: Printed, reason: str) -> Finding | None:
+        """An equation with a symbol that stands nowhere else, in place of one with which it holds; None for any other."""
+        if len(one.unknown) != 1 or one.defines or self.reading.unknown:
+            return None
+        others = [other for other in self.reading.equations if other is not one]
+        right = sum(holding(other, self.system) is not None for other in others)
+        letters = {name.lstrip("?").lstrip("d") for other in others for name in other.names}
+        if right < NEIGHBOURS or next(iter(one.unknown)).lstrip("?").lstrip("d") in letters:
+            return None
+        for equation, tight in list(one.readings())[:1]:
+            if healed := mends_of_unknown(*self._patient(one, equation, tight), one.unknown):
+                kind = kind_of(healed[0].equation, self.system.spec)
+                found = replace(found, verdict="fails", proved=True, error=1.0, when="in every motion", kind=kind)
+                return replace(found, mends=tuple(healed), remark=reason)
+        return None
+
     def _mismatched(self, found: Finding, one: Printed, reason: str) -> Finding:
         """An equation that mixes numbers and vectors: wrong if a small change makes it hold, else not read."""
         sides = one.ways[0][0]
@@ -232,7 +250,8 @@ class _Doctor:
 
     def _patient(self, one: Printed, equation: Equation, tight: bool) -> tuple[Patient, Printer]:
         """One reading of an equation, and what prints as the equation does, and else as its document."""
-        latex, own = is_latex(one.text), styles_of(list(equation.sides), one.text)
+        own = styles_of(list(equation.sides), one.text)
+        latex = is_latex(one.text) or ("*" not in one.text and any(is_latex(name) for name in self.styles.values()))
         patient = Patient(equation, one.text, one.index, tight, self.system, one.words, one.alone)
         return patient, Printer(latex, {**self.styles, **own} if latex else own, self.system.spec)
 

@@ -14,7 +14,7 @@ from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.patients import Printed, holding
 from pendpin.doctor.reading.names import Vocabulary, Written
 from pendpin.doctor.reading.tree import Node, walk
-from pendpin.doctor.systems.base import System
+from pendpin.doctor.systems.base import Spec, System
 
 Name = tuple[str, str]  # a letter and its index
 Again = Callable[[Vocabulary], list[Printed]]  # the equations of a text, read with other words
@@ -25,15 +25,20 @@ MOST_CHANGED = 4  # letters of a text that mean what they usually do not
 OFTEN = 2  # equations that hold with one meaning of a letter, so that a single other one is a slip
 
 
+def weight(equation: Equation, spec: Spec) -> float:
+    """What an equation counts: those of motion and energy say most."""
+    telling = {name for name in spec.unknowns if name.startswith("dd")} | {"T", "V", "L"}
+    return 2.0 if equation.names & telling else 1.0
+
+
 def held(equations: list[Printed], system: System, small: bool = False) -> float:
     """How many equations hold, or only for `small` angles; those of motion and energy, which say most, twice."""
     total = 0.0
-    telling = {name for name in system.spec.unknowns if name.startswith("dd")} | {"T", "V", "L"}
     for one in equations[:MOST_COUNTED]:
         equation = _to_first_order(one, system) if small else holding(one, system)
         if equation is not None:
-            total += 2.0 if equation.names & telling else 1.0
-        elif len(one.unknown) == 1 and one.ways:
+            total += weight(equation, system.spec)
+        elif len(one.unknown) == 1 and one.ways and not one.defines:
             total += any(loads_at_zero(e, system, one.unknown) != "" for e, _ in one.readings())
     return total
 
@@ -107,13 +112,21 @@ def _meanings(name: Name, words: Vocabulary) -> list[str]:
 
 
 def _agreed(equations: list[Printed], system: System, again: Again, words: Vocabulary) -> list[Printed]:
-    """The equations, where a letter that means another thing in one of them alone means there what it does elsewhere."""
+    """The equations, where a letter that means another thing in one of them alone means there what it does elsewhere.
+
+    A letter that stands in one of them alone does not mean what another one means that has that meaning first.
+    """
     uses: dict[Name, Counter[str]] = defaultdict(Counter)
     for one in equations:
         if one.ways and (equation := holding(one, system)) is not None:
             for name, meaning in set(_used(equation, words)):
                 uses[name][meaning] += 1
+    takers = {meaning: name for name, found in uses.items() for meaning, often in found.items() if often >= OFTEN}
     for name, found in uses.items():
+        meanings = _meanings(name, words)
+        taken = len(meanings) > 1 and len(found) == 1 and takers.get(next(iter(found)), name) != name
+        if taken and sum(found.values()) == 1 and next(iter(found)) != meanings[0]:
+            found = Counter({meanings[0]: OFTEN, **found})
         (usual, often), *others = found.most_common()
         alike = [other for other in others if _same_dimension(usual, other[0], system)]
         if len(alike) != 1 or alike[0][1] > 1 or often < OFTEN:

@@ -47,10 +47,14 @@ class Printed:
                 yield equation, tight
 
     @property
+    def names(self) -> set[str]:
+        """The symbols in it as it is read first."""
+        return set().union(*(symbols(side) for side in self.ways[0][0])) if self.ways else set()
+
+    @property
     def unknown(self) -> set[str]:
         """The symbols in it that have no meaning."""
-        names = set().union(*(symbols(side) for side in self.ways[0][0])) if self.ways else set()
-        return {name for name in names if name.startswith("?") and not self._defined(name)} - CONSTANTS
+        return {name for name in self.names if name.startswith("?") and not self._defined(name)} - CONSTANTS
 
     def _defined(self, name: str) -> bool:
         return name in self.definitions or name.rpartition("_")[0] in self.definitions
@@ -240,7 +244,12 @@ def candidates(one: Printed, system: System) -> list[Candidate]:
 def _of_the_tip(equation: Equation, system: System) -> bool:
     """Whether a condition on coordinates, none of them alone on a side, holds for the tip."""
     lone = {side.value for side in equation.sides}
-    if not equation.names & COORDINATES or lone & COORDINATES or equation.meanings.keys() - COORDINATES:
+    if (
+        "xT" not in system.spec.formulas
+        or not equation.names & COORDINATES
+        or lone & COORDINATES
+        or equation.meanings.keys() - COORDINATES
+    ):
         return False
     tip = replace(equation, meanings={name: f"{name}T" for name in COORDINATES})
     return relative_error(tip, random_states(system)) < TOLERANCE

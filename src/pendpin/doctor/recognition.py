@@ -9,7 +9,7 @@ from itertools import chain
 from typing import Any
 
 from pendpin.doctor.conventions import conventions_of, find_convention, most_general_rod, single_conventions
-from pendpin.doctor.letters import MOST_COUNTED, Again, held, settled
+from pendpin.doctor.letters import MOST_COUNTED, Again, held, settled, weight
 from pendpin.doctor.patients import Printed, printed
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
@@ -222,7 +222,9 @@ def _renamings(family: str, moving: Counter[Name], mentioned: Counter[Name]) -> 
 
 def _most(reading: Reading) -> float:
     """How much would hold if every equation did."""
-    return 2.0 * sum(1 for one in reading.equations[:MOST_COUNTED] if not one.defines)
+    spec = reading.system.spec
+    readings = [next(one.readings())[0] for one in reading.equations[:MOST_COUNTED] if one.ways and not one.defines]
+    return sum(weight(equation, spec) for equation in readings)
 
 
 def _doubted(reading: Reading, held: int, document: Document) -> Reading:

@@ -17,8 +17,9 @@ from pendpin.dynamics.symbols import records_by_rod
 from pendpin.dynamics.varied import vary
 from pendpin.effects import ContactEffect, Effect, Idle
 from pendpin.engines.machine_code import Block
+from pendpin.equations.chain.angles import POLE
 from pendpin.errors import InputError
-from pendpin.model.build import build
+from pendpin.model.build import Model, build
 from pendpin.scene import Scene
 
 
@@ -73,6 +74,16 @@ class Variational:
         y = np.tile(np.concatenate([q, v]), (2 * nv, 1))
         rates, changes = self.rates(np.full(2 * nv, t), y, directions)
         return Jacobian(rates[0, nv:], changes[:nv, 0, nv:].T, changes[nv:, 0, nv:].T)
+
+
+def refuse_poles(model: Model, q: Array) -> None:
+    """Raise InputError for positions q (nv,) with a thin rod at phi = ±90 degrees, where its angles are singular."""
+    if model.chain is None:
+        return
+    at_pole = (model.chain.I3 == 0) & (np.abs(np.cos(q[1::2])) < POLE)
+    if at_pole.any():
+        rod = model.rods[int(np.argmax(at_pole))].link
+        raise InputError(f"{rod} is thin and at phi = ±90 degrees, where its angles are singular: give it a radius")
 
 
 def differentiable(scene: Scene) -> tuple[Effect, ...]:

@@ -88,8 +88,8 @@ class Drawing:
     its velocity (n, 3) in m/s; extent in m, the size of the whole, which sets how thick the thinnest lines are. Where
     known: forces (n, bodies, 3) in N and moments (n, bodies, 3) in N m, of the joints on the bodies, at their origins;
     quantities to be plotted, and plots of several of them; joints to be looked at; `support`, the body from which the others
-    hang; notes to be shown; a label that tells this motion from `others`, which are drawn with it as ghosts. Raises
-    ValueError where these do not fit together.
+    hang; notes to be shown; a label that tells this motion from `others`, which are drawn with it as ghosts; whether
+    something leaves, so that the camera looks at the start alone. Raises ValueError where these do not fit together.
     """
 
     title: str
@@ -108,6 +108,7 @@ class Drawing:
     notes: tuple[str, ...] = ()
     label: str = ""
     others: tuple["Drawing", ...] = ()
+    leaves: bool = False
 
     def __post_init__(self) -> None:
         n, bodies = self.poses.shape[:2]

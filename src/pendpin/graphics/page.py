@@ -93,6 +93,7 @@ def contents(drawing: Drawing) -> dict[str, Any]:
     return found | {
         "commands": commands(drawing, _bodies(drawing)),
         "extent": float(drawing.extent),
+        "leaves": drawing.leaves,
         "start": float(drawing.t[0]),
         "joints": [_joint(joint, _bodies(drawing)) for joint in drawing.joints],
         "ghosts": ghosts,

@@ -12,7 +12,7 @@ from pendpin.graphics.drawing import WORLD, Drawing, Joint, Shape
 from pendpin.graphics.shapes import rod_shapes, urdf_shapes
 from pendpin.model import kinematics
 from pendpin.model.build import Model
-from pendpin.model.of_run import model_of
+from pendpin.model.of_run import leaving, model_of
 from pendpin.model.urdf_written import ignored
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import Trajectory
@@ -25,7 +25,8 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
     """
     scene, known = _scene(trajectory)
     model = model_of(trajectory)
-    extent = float(np.linalg.norm(trajectory.tips, axis=-1).max()) or 1.0
+    leaves = bool(leaving(trajectory))
+    extent = float(np.linalg.norm(trajectory.tips[: 1 if leaves else None], axis=-1).max()) or 1.0
     position, velocity = (_of_pivot(scene, name, trajectory.t) for name in ("position", "velocity"))
     joints, shapes = _shapes(scene, model, extent)
     as_rods = joints is not None
@@ -42,6 +43,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
         shapes=shapes,
         trail=trajectory.tips[:, -1] + position,
         extent=extent,
+        leaves=leaves,
         velocity=_tip_velocity(model, trajectory) + velocity,
         forces=np.pad(forces, ((0, 0), (0, 1), (0, 0))),
         moments=np.pad(moments, ((0, 0), (0, 1), (0, 0))),

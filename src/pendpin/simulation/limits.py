@@ -120,13 +120,20 @@ def balanced(trajectory: Trajectory) -> int:
     That is the drift of the total energy if every effect has a potential, and the imbalance if the works are known.
     A run from rest exchanges little at first, so the last such sample counts, not the first that is not.
     """
-    energy, works, least = trajectory.energy(), trajectory.work.values(), ROUNDING * _largest(_energy_terms(trajectory))
-    bad = np.zeros(len(trajectory.t), dtype=bool)
+    bad = _unbalanced(trajectory, 0.0)
+    if bad.any():  # where nothing is exchanged, rounding counts; its scale takes longer than all the rest
+        bad = _unbalanced(trajectory, ROUNDING * _largest(_energy_terms(trajectory)))
+    return int(np.flatnonzero(~bad)[-1]) + 1
+
+
+def _unbalanced(trajectory: Trajectory, least: Array | float) -> Mask:
+    """The samples (n,) at which the energy is off by more than OFF of what was exchanged, or of `least` (n,) J if larger."""
+    energy, works, bad = trajectory.energy(), trajectory.work.values(), np.zeros(len(trajectory.t), dtype=bool)
     if trajectory.stats.conservative:
         bad |= _largest(energy.total - energy.total[0]) > OFF * np.maximum(energy.exchanged, least)
     if works:
         bad |= _largest(trajectory.unbalanced) > OFF * np.maximum(exchanged(trajectory.kinetic, *works), least)
-    return int(np.flatnonzero(~bad)[-1]) + 1
+    return bad
 
 
 def _energy_terms(trajectory: Trajectory) -> Array:

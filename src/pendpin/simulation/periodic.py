@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import EPS, Array
+from pendpin.dynamics.declared import declared_pace, law_name
+from pendpin.effects import Effect, FieldEffect
 from pendpin.errors import InputError, RunError, brief, shown
 from pendpin.model.build import build, start_state
 from pendpin.scene import Scene, Start, chosen_scene
@@ -166,12 +168,19 @@ def drive_of(scene: Scene) -> float | None:
 
     Raises InputError where it is not one frequency: the period has to be given then.
     """
-    given = [getattr(effect, "frequency", None) for effect in scene.effects]
-    found = {float(frequency) for frequency in given if frequency}
-    changes = np.isfinite(Variations(scene, []).pace.shortest).any()
-    if len(found) > 1 or (changes and not found):
+    given = [getattr(effect, "frequency", None) for effect in scene.effects if _changes_with_time(effect, scene)]
+    found = set(given)
+    if len(found) > 1 or None in found:
         raise InputError("period: the scene is not driven by one frequency; give its period in s")
-    return found.pop() if found else None
+    return float(found.pop() or 0.0) if found else None
+
+
+def _changes_with_time(effect: Effect, scene: Scene) -> bool:
+    """Whether time makes a difference to an effect, as far as it declares that."""
+    if law_name(effect) is None or (isinstance(effect, FieldEffect) and effect.constant):
+        return False
+    pace = declared_pace(effect, scene.start.time, scene.duration, TIGHT)
+    return pace is None or bool(np.isfinite(pace.shortest).any())
 
 
 def _period_of(scene: Scene, period: float | None) -> float | None:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.derivatives import Variational
+from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.residual import Matrices, matrices
 from pendpin.dynamics.vibrations import Vibrations, is_stable, spectrum, vibrations
 from pendpin.effects import ContactEffect
@@ -38,6 +38,7 @@ def small_motions(scene: Scene) -> SmallMotions:
     """
     rest = rest_of(scene)
     still, (q, v) = scene.model_copy(update={"start": rest}), start_state(build(scene.model), rest)
+    refuse_poles(build(scene.model), q)
     found = matrices(still, q, v, np.zeros(len(q)))
     return SmallMotions(still, q, found, vibrations(found))
 
@@ -59,6 +60,7 @@ def stable(scene: Scene) -> bool:
         return periodic_orbit(scene).stable
     equations = Variational(scene)
     q, v = start_state(equations.model, scene.start)
+    refuse_poles(equations.model, q)
     found = equations.jacobian(0.0, q, v)
     if v.any() or np.abs(found.acceleration).max() > REST * max(1.0, np.abs(found.of_q).max()):
         return small_motions(scene).vibrations.stable

@@ -5,8 +5,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.optimize import root
 
 from pendpin.arrays import Array, Mask
 from pendpin.dynamics.derivatives import Variational
@@ -66,6 +64,8 @@ def _hanging(dynamics: Dynamics, q: Array) -> Array | None:
 
 def _relaxed(pull: Pull, q: Array, turns: Mask, stiffness: Stiffness | None) -> Array:
     """Where q (nv,) comes to rest if it moves with a speed that is its acceleration; `turns` (nv,): not a slide."""
+    from scipy.integrate import solve_ivp  # here: half a second, which a chain that hangs does not need
+    from scipy.optimize import root
 
     def far(_: float, now: Array) -> float:
         return FAR - float(np.abs(now - q)[turns].max(initial=0.0))

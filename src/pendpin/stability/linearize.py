@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.derivatives import Variational
+from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.vibrations import is_stable, spectrum
 from pendpin.engines import AngleEngine
@@ -127,6 +127,7 @@ def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> Linea
     scene = scene.model_copy(update={"start": start})
     equations = Variational(scene)
     q, v = start_state(equations.model, start)
+    refuse_poles(equations.model, q)
     found, nv = equations.jacobian(0.0, q, v), len(q)
     A = np.block([[np.zeros((nv, nv)), np.eye(nv)], [found.of_q, found.of_v]])
     joints = equations.model.joints

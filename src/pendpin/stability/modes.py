@@ -87,7 +87,8 @@ class Modes:
 
     @cached_property
     def _engine(self) -> Engine:
-        return Dynamics(build(self.scene.model), (), form="angles").engine
+        model = build(self.scene.model)
+        return Dynamics(model, (), "chain" if model.chain else "auto", "angles").engine
 
     def _shares(self, shape: Array) -> Array:
         """The share of each body in the kinetic energy (bodies,) of a mode with a shape (nv,)."""

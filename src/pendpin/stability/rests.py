@@ -32,7 +32,7 @@ def remarks(scene: Scene) -> tuple[str, ...]:
 def _of_effect(effect: Effect) -> Iterator[str]:
     if isinstance(effect, ContactEffect):
         yield f"{effect.kind} is left out: it acts through events"
-    if isinstance(effect, Drag) and effect.quadratic:
+    if isinstance(effect, Drag) and effect.quadratic and not any((*effect.wind, effect.gust)):
         yield "drag is quadratic: in still air its derivative at rest is 0, and it damps nothing that is small"
     if changes_with_time(effect):
         yield f"{effect.kind} is taken as it is at the start: it changes with time"

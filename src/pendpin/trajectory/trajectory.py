@@ -17,7 +17,7 @@ from pendpin.trajectory.columns import Place, column, columns
 from pendpin.trajectory.parts import Energy, Event, Reactions, Stats, exchanged, share
 from pendpin.trajectory.presentation import Summary, page, summary, text, title
 from pendpin.trajectory.reading import ARRAYS, FORMAT, event_arrays, read_fields
-from pendpin.trajectory.tables import TABLES, to_csv, to_pandas
+from pendpin.trajectory.tables import TABLES, to_csv, to_pandas, to_xarray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -201,8 +201,20 @@ class Trajectory:
         return summary(self)
 
     def to_pandas(self) -> Any:
-        """A pandas DataFrame: time as index, a column for each name. Raises MissingLibrary without pandas."""
+        """A pandas DataFrame over time, a column for each name, units in attrs["units"]. MissingLibrary without pandas."""
         return to_pandas(self)
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset of the arrays over t, joint, rod, axis and component, with units. MissingLibrary without it."""
+        return to_xarray(self)
+
+    def efforts(self) -> dict[str, Array]:
+        """The generalised force of each kind of effect on each joint, (n, nv) in N m, N for slides; dry friction and stops
+        together as "contacts". Their sum is the inverse dynamics of the motion. Raises InputError.
+        """
+        from pendpin.dynamics.efforts import efforts
+
+        return efforts(self._sampled)
 
     def to_csv(self, path: str | Path) -> Path:
         """Write a CSV file with a column for each name, every digit kept. Raises InputError."""

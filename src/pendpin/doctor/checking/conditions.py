@@ -20,6 +20,7 @@ from pendpin.doctor.systems.base import Formula, Quantities, System, random_stat
 from pendpin.doctor.systems.known import SPECIAL
 from pendpin.doctor.systems.planar import conical_rate
 
+PLANE = r"planar|in (?:a|the|one) plane|plane motion"
 SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
 FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
@@ -38,6 +39,7 @@ class Condition:
     system: System | None = None
     free: bool = True
     absent: frozenset[str] = frozenset()  # names that an equation on it does not contain
+    hinted: str = "^$"  # how it says so of an equation that contains nothing that changes with `instead`
 
 
 def conditions(system: System) -> list[Condition]:
@@ -46,13 +48,13 @@ def conditions(system: System) -> list[Condition]:
     at_rest = tuple((name, 0.0) for name in spec.rates)
     down = tuple((name, 0.0) for name in spec.state)
     found = [Condition("at rest", at_rest, r"\bat rest\b|\bstatic|equilibrium|stands? still|does not move")]
-    found += [Condition("at rest, hanging straight down", down, r"straight down|at rest|equilibrium|hang")]
+    found += [Condition("at rest, hanging straight down", down, r"straight down|at rest|equilibrium|hangs? vertically")]
     if len(spec.coordinates) > 1 and spec.kind in SPECIAL:
         for name in spec.coordinates:
             held = ((name, 0.0), (f"d{name}", 0.0))
-            letter = rf"(?:\$|for |at |with |,)\s*\\?{name}\s*=\s*0|planar|in (?:a|the|one) plane|plane motion"
-            found.append(Condition(f"{name} = 0 throughout", held, letter))
-            found.append(Condition(f"{name} = 0", held[:1], letter))
+            letter = rf"(?:\$|for |at |with |,)\s*\\?{name}\s*=\s*0"
+            found.append(Condition(f"{name} = 0 throughout", held, letter, hinted=PLANE))
+            found.append(Condition(f"{name} = 0", held[:1], letter, hinted=PLANE))
             found.append(Condition(f"{name} is constant", held[1:], rf"{name}'? is constant|conical"))
     if spec.kind.startswith("polar"):
         cone = (("dtheta", 0.0), ("dphi", conical_rate))
@@ -77,7 +79,7 @@ def holds_as_stated(equation: Equation, system: System, context: str) -> str:
         with suppress(Unread):
             if relative_error(meaning, random_states(_upwards(system, context))) < TOLERANCE:
                 return words
-    stated = (condition for condition in conditions(system) if _says(condition, context))
+    stated = (condition for condition in conditions(system) if _says(condition, context, equation, system))
     found = next((c.words for c in stated if _holds_under(equation, system, c)), "")
     return found or (small_angles(equation, system) if re.search(r"small|linear|first order|approx", context) else "")
 
@@ -107,8 +109,7 @@ def holds_if(equation: Equation, system: System, neighbours: list[Equation], cho
     for condition in conditions(system):
         if _may_mean(condition, equation, system) and _holds_under(equation, system, condition):
             others = sum(not _may_mean(condition, other, system) for other in neighbours)
-            special = condition.system is not None
-            if _is_static(condition, equation, system) or ((special or others < FEW) and not chosen):
+            if _is_static(condition, equation, system) or (others < FEW and not chosen):
                 return condition.words
     return small_angles(equation, system)
 
@@ -121,8 +122,10 @@ def _is_static(condition: Condition, equation: Equation, system: System) -> bool
     return still and bool(lone & (loads | {"Mc"}))
 
 
-def _says(condition: Condition, context: str) -> bool:
-    return bool(re.search(condition.stated, context, re.IGNORECASE))
+def _says(condition: Condition, context: str, equation: Equation, system: System) -> bool:
+    """Whether words state a condition, or hint at one that an equation may mean."""
+    hinted = re.search(condition.hinted, context, re.IGNORECASE) and _may_mean(condition, equation, system)
+    return bool(hinted or re.search(condition.stated, context, re.IGNORECASE))
 
 
 def _may_mean(condition: Condition, equation: Equation, system: System) -> bool:

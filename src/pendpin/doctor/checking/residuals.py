@@ -42,8 +42,11 @@ class Equation:
     def names(self) -> set[str]:
         """The quantities in it, those inside definitions too."""
         found = set().union(*(symbols(side) for side in self.sides))
-        for _ in range(8):
-            found |= set().union(*(symbols(self.definitions[name]) for name in found & set(self.definitions)))
+        fresh = found & self.definitions.keys()
+        while fresh:
+            below = set().union(*(symbols(self.definitions[name]) for name in fresh)) - found
+            found |= below
+            fresh = below & self.definitions.keys()
         return {self.meanings.get(name, name) for name in found}
 
     @cached_property

@@ -139,6 +139,23 @@ def mends_of_mismatch(patient: Patient, printer: Printer) -> list[Mend]:
     return _verified(patient, list(changes_of_kind(list(sides), Editor(patient.text, printer))))
 
 
+def mends_of_unknown(patient: Patient, printer: Printer, unknown: set[str]) -> list[Mend]:
+    """Mends of an equation with one symbol that is not known: another one wherever it stands, tried on the text."""
+    editor, spec = Editor(patient.text, printer), patient.system.spec
+    parts = [part for side in patient.equation.sides for part in walk(side)]
+    places: dict[tuple[int, int], int] = {}  # of the symbol with its dots: how many
+    for part in parts:
+        inside = [p for p in walk(part) if p.kind == "symbol"]
+        if part.kind in ("symbol", "derivative") and {p.value for p in inside} == unknown and len(inside) == 1:
+            places[part.span] = max(places.get(part.span, 0), sum(p.kind == "derivative" for p in walk(part)))
+    edits = []
+    for name in (*spec.coordinates, *spec.parameters):
+        splices = tuple(editor.put(span, printer.symbol("d" * dots + name)) for span, dots in places.items())
+        old = editor.of(next(iter(places), (0, 0)))
+        edits.append(Edit(splices, 1.0, f"{old} should be {splices[0][2]}", old, splices[0][2]) if splices else None)
+    return _verified(patient, [edit for edit in edits if edit is not None])
+
+
 def _zero(rows: Values, size: float) -> bool:
     return bool(np.isfinite(rows).all() and np.abs(rows).max() <= 1e-8 * size)
 

@@ -40,7 +40,8 @@ def _of_part(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:
     if need.whole and node.kind != "number":
         old, new = _term(need, editor)
         words = f"the sign of {editor.of(node.outer)} is wrong"
-        yield Edit((editor.sign(need),), 1.0 + alone, words, old, new, {id(node): np.negative})
+        first = 0.01 * (need.role == "term" and not need.index)  # a sum seldom begins with a minus
+        yield Edit((editor.sign(need),), 1.0 + alone + first, words, old, new, {id(node): np.negative})
         yield from _forgotten(need, context, editor)
     if need.role == "side" and not need.lone:
         yield editor.replaced(need, (*node.outer, "0"), 1.35, 0 * need.value)

@@ -20,7 +20,9 @@ _CLOSERS = {"$$": "$$", r"\[": r"\]", r"\(": r"\)", "$": "$", "$`": "`$", "```ma
 _WRAPPING = re.compile(rf"\\(?:begin|end)\{{(?:{_LINES})\*?\}}(?:\{{[^{{}}]{{0,20}}\}})?")
 _BOX = re.compile(r"\s*\\f?boxe?d?\{(.*)\}\s*", re.DOTALL)
 _HEADING = re.compile(r"(?m)^(?:#+ .*|\\(?:sub)*section\*?\{.*\}|[^\n]+\n(?:===+|---+))$")
-_SENTENCE = re.compile(r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\n\s*[-*] |\\\\item")
+_SENTENCE = re.compile(
+    r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\$\$\s*\n(?=[A-Z])|\n\s*[-*] |\\\\item"
+)
 _LABEL = re.compile(r"^\s*(?:>\s*|[-*+]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[A-Za-z][\w ,'()-]{2,60}:\s+)?")
 _COMMENT = re.compile(r"\s+(?:#|//|%).*$|[,;.]\s*$|\s+\(\w{1,5}\)\s*$")
 _WORD = re.compile(r"(?<![\\\w])[A-Za-z]{3,}(?![\w(])")

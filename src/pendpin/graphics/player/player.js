@@ -93,7 +93,8 @@ const solids = viewer.scene_tree.find(["pendpin", "bodies"]).object;
 const support = solids.getObjectByName(`body_${drawing.support}`); // for a robot there is none: its base is part of it
 const bodies = solids.getObjectByName("solids").children.filter((body) => body !== support);
 const ghostTrails = drawing.ghosts.map(({ trail }) => integers(trail.points));
-const clouds = [[0, 0, ARROW * extent], corners(viewer, bodies), positions, trail.points, ...ghostTrails]; // with the z axis
+const reached = drawing.leaves ? [] : [positions, trail.points, ...ghostTrails]; // what leaves is not followed
+const clouds = [[0, 0, ARROW * extent], corners(viewer, bodies), ...reached]; // with the z axis
 const box = around(clouds);
 addLights(viewer, extent, box.getCenter(new THREE.Vector3()));
 addFloor(viewer, extent, box);

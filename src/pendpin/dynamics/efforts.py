@@ -1,0 +1,86 @@
+"""What each effect exerts on each joint: generalised forces at the samples of a run."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from pendpin.arrays import Array
+from pendpin.dynamics.acting import in_order
+from pendpin.dynamics.binding import bodies_of, body_wrench, field_since, joint_torque, since, surroundings
+from pendpin.dynamics.dynamics import Dynamics, bind
+from pendpin.effects import BodyEffect, Effect, FieldEffect, JointEffect, Motion
+from pendpin.engines import Revolute
+from pendpin.engines.external_forces import forces, in_joint_frames, joints_of
+from pendpin.errors import InputError
+from pendpin.model.bodies import pinocchio
+from pendpin.scene import scene_of
+from pendpin.trajectory import Trajectory
+
+CONTACTS = "contacts"  # dry friction and stops together
+Effort = Callable[[float, Array, Array, Motion], Array]  # t since the start, q, v (nv,), motion -> (nv,)
+
+
+def efforts(run: Trajectory) -> dict[str, Array]:
+    """The generalised force of each kind of effect on each joint at the samples, (n, nv) in N m, N for slides.
+
+    Of a field and of a wrench on a body by d'Alembert's principle, J^T F; of a joint effect its torques. What dry friction
+    and stops exert is what the motion needs and nothing else gives: together they are "contacts". The sum of all is the
+    inverse dynamics of the motion. Raises InputError where the run's scene cannot be built again, and for a chain too long
+    for Pinocchio.
+    """
+    dynamics = bind(scene_of(run))
+    if dynamics.model.pin is None:
+        raise InputError(f"efforts: {len(run.joints)} joints are too many for Pinocchio's memory")
+    pin, model = pinocchio(), dynamics.model.pin.copy()
+    model.gravity = pin.Motion.Zero()
+    data, engine, start = model.createData(), Revolute(dynamics.model, dynamics.loads), dynamics.start
+    ordered = [(effect.kind, _effort(dynamics, effect, where, model)) for effect, where in in_order(dynamics.effects)]
+    acts = [(kind, effort) for kind, effort in ordered if effort is not None]
+    kinds = dict.fromkeys(kind for kind, _ in acts)
+    out = {kind: np.zeros_like(run.q) for kind in kinds}
+    rest = np.zeros_like(run.q)
+    for i, (t, q, v, a) in enumerate(zip(run.t - start, run.q, run.v, run.a, strict=True)):
+        motion = engine.motion(np.concatenate([q, v]))
+        for kind, effort in acts:
+            out[kind][i] += effort(float(t), q, v, motion)
+        rest[i] = pin.rnea(model, data, q, v, a) - sum(out[kind][i] for kind in kinds)
+    return out | ({CONTACTS: rest} if dynamics.contacts is not None else {})
+
+
+def _effort(dynamics: Dynamics, effect: Effect, where: str, model: Any) -> Effort | None:
+    """The generalised force of one effect; None for one that acts through events. `model` is a pin.Model without gravity."""
+    start = dynamics.start
+    if isinstance(effect, JointEffect):
+        torque = since(start, effect, joint_torque(dynamics.model, effect, where))
+        return lambda t, q, v, motion: torque(t, q, v)
+    if isinstance(effect, FieldEffect):
+        return _of_field(field_since(start, effect, "field"), model)
+    if isinstance(effect, BodyEffect):
+        return _of_wrench(dynamics, effect, where, model)
+    return None
+
+
+def _of_field(field: Callable[[float], Array], model: Any) -> Effort:
+    pin, under = pinocchio(), model.copy()
+    data = under.createData()
+
+    def effort(t: float, q: Array, v: Array, motion: Motion) -> Array:
+        under.gravity.linear = np.asarray(field(t), float)
+        return -pin.computeGeneralizedGravity(under, data, q)
+
+    return effort
+
+
+def _of_wrench(dynamics: Dynamics, effect: BodyEffect, where: str, model: Any) -> Effort:
+    pin, data = pinocchio(), model.createData()
+    wrench = since(dynamics.start, effect, body_wrench(dynamics.model, effect, where))
+    complete, coms = surroundings(dynamics.effects, start=dynamics.start), bodies_of(dynamics.model).com
+
+    def effort(t: float, q: Array, v: Array, motion: Motion) -> Array:
+        wrenches = in_joint_frames(coms, motion, *wrench(t, complete(t, motion)))
+        external = forces(wrenches, joints_of(dynamics.model.bodies), model.njoints)
+        still = np.zeros(len(q))
+        return -pin.rnea(model, data, q, still, still, external)
+
+    return effort

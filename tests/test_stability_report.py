@@ -1,0 +1,53 @@
+"""`pendpin stability`: the rests of a scene, its driven motion, its exponents."""
+
+import json
+import math
+
+import pytest
+
+from bad_input import run_main
+from pendpin.stability.report import stability
+from test_near_motions import ROD, TWO, G, fx, kapitza, pp, scene
+
+
+def test_a_chain_of_two_has_four_rests() -> None:
+    """Each rod hanging or upright; only the one with both hanging is stable."""
+    rows = stability(scene()).rows()
+    assert len(rows) == 4
+    assert [row["stable"] for row in rows].count(True) == 1
+    assert all(row["growth"] > 0 for row in rows if not row["stable"])
+
+
+def test_an_upright_rod_falls_at_its_own_rate() -> None:
+    """sqrt(m g h / J)."""
+    inertia = ROD.mass * (3 * 0.05**2 + 1) / 12 + 0.25
+    rows = stability(scene(q=(0.0, 0.0), model=pp.Chain(rods=[ROD]))).rows()
+    (upright,) = (row for row in rows if not row["stable"])
+    assert upright["growth"] == pytest.approx(math.sqrt(9.81 * 0.5 / inertia), rel=1e-12)
+
+
+def test_a_spring_moves_the_rests() -> None:
+    """J theta'' = 0 where k (theta - rest) = -m g h sin(theta): solved by hand with bisection."""
+    from scipy.optimize import brentq
+
+    spring = fx.Spring(stiffness=3.0, rest=0.5, joints=("theta",))
+    rows = stability(scene(spring, q=(0.0, 0.0), model=pp.Chain(rods=[ROD]))).rows()
+    angle = brentq(lambda x: 3.0 * (x - 0.5) + 9.81 * 0.5 * math.sin(x), 0, 1, xtol=1e-15)
+    assert math.radians(rows[0]["degrees"]["theta"]) == pytest.approx(angle, abs=1e-9)
+
+
+def test_the_command(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
+    """JSON of rests, of a driven motion, of exponents; one line for what has no period."""
+    two, shaken, beating = (tmp_path / f"{name}.toml" for name in ("two", "shaken", "beating"))
+    scene(duration=1.0).save(two)
+    kapitza(0.01).save(shaken)
+    scene(*(fx.Motor(joint="theta_1", amplitude=1.0, frequency=f) for f in (1.0, 2.0))).save(beating)
+    assert run_main("stability", str(two), "--json") == 0
+    assert len(json.loads(capsys.readouterr().out)["rests"]) == 4
+    assert run_main("stability", str(shaken), "--json") == 0
+    assert json.loads(capsys.readouterr().out)["stable"] is True
+    assert run_main("stability", str(two), "--lyapunov", "--json") == 0
+    assert len(json.loads(capsys.readouterr().out)["exponents"]) == 2 * 2 * len(TWO.all_rods)
+    assert run_main("stability", str(beating)) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+    assert G.acceleration == 9.81
