@@ -105,15 +105,15 @@ def test_implausible_inertia_is_a_finding(name: str, folder: Path, capfd: pytest
     (folder / "rod.urdf").write_text(edited(ROD, (old, new)))
     (folder / "scene.toml").write_text(URDF_SCENE)
     assert run_main("run", "scene.toml", "--html", "run.html", "--plot", "run.png") == 0
-    line, *others = capfd.readouterr().err.splitlines()
-    assert all(other.startswith("pendpin: finding: negative inertia: the mass matrix is positive") for other in others)
-    assert line.startswith(f"pendpin: finding: link 'rod': {says}")
-    assert line.endswith("no real body has this inertia; accelerations are computed as written")
+    (line,) = capfd.readouterr().err.splitlines()
+    first, _, others = line.partition("; 1 more finding")
+    assert first.startswith(f"pendpin: finding: link 'rod': {says}")
+    assert first.endswith("no real body has this inertia; accelerations are computed as written")
     for command in (("run", "scene.toml"), ("check", "--urdf", "rod.urdf")):
         assert run_main(*command, "--strict") == 1
         (refused,) = capfd.readouterr().err.splitlines()
-        more = f" (the first of {1 + len(others)} findings)" * bool(others)
-        assert refused.endswith(f"{line.removeprefix('pendpin: finding: ')}{more}; --strict refuses this")
+        more = " (the first of 2 findings)" * bool(others)
+        assert refused.endswith(f"{first.removeprefix('pendpin: finding: ')}{more}; --strict refuses this")
 
 
 @pytest.mark.parametrize(

@@ -223,7 +223,7 @@ def test_units_of_mass_and_length_change_no_bit(
             solver = pp.Solver(engine=method.get("engine", "auto"), samples=3)
             scene = pp.Scene(duration=0.1, model=model, start=start, effects=effects, solver=solver)
             runs.append(pp.simulate(scene, **options))
-    for name, unit in (("q", 1.0), ("v", 1.0), ("a", 1.0), ("kinetic", mass * length**2), ("tip", length)):
+    for name, unit in (("q", 1.0), ("v", 1.0), ("a", 1.0), ("kinetic", mass * length**2), ("tips", length)):
         assert np.array_equal(getattr(runs[0], name) * unit, getattr(runs[1], name)), name
     unit = np.repeat([mass * length, mass * length**2], 3)
     assert np.array_equal(runs[0].wrench * unit, runs[1].wrench)

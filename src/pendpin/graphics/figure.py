@@ -50,8 +50,7 @@ def write_figure(path: str | Path, drawn: Callable[[], Any]) -> Path:
     """Write the figure that a function draws to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
     path = Path(path)
     kind = picture_kind(path)
-    with plain_text(), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
+    with plain_text():
         figure = drawn()
         return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=DPI))
 
@@ -63,7 +62,8 @@ def plain_text() -> Iterator[None]:
         from matplotlib import rc_context
     except (OSError, ValueError) as error:  # no folder that it can write to, or settings of another version
         raise InputError(f"matplotlib does not start: {error}") from None
-    with rc_context({"text.usetex": False}):
+    with rc_context({"text.usetex": False}), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
         yield
 
 
