@@ -148,11 +148,14 @@ def needed(scene: pp.Scene, table: dict[str, np.ndarray]) -> set[str]:
 
 @pytest.mark.slow
 def test_what_is_missing_is_needed(single) -> None:
-    """Of a model without its drag: drag, and what the scene rightly has; of the right model, what it has."""
+    """Of the right model what it has; of one without its drag the drag, and the damping that stands in for it.
+
+    Whether the wrong model needs its dry friction too is not said: damping may take all of that.
+    """
     truth, table = single
     without = pp.Scene(**truth.given() | {"effects": truth.effects[:-1]})
     rightly = {"effects[1], viscous", "effects[2], dry_friction"}
-    assert needed(without, table) == rightly | {"drag"}
+    assert {"effects[1], viscous", "drag"} <= needed(without, table) <= rightly | {"drag"}
     assert needed(truth, table) == rightly | {"effects[3], drag"}
 
 
