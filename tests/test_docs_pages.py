@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import pendpin as pp
+from laws import HANG
 
 TOP = Path(__file__).parents[1]
 HOW_TO = sorted((TOP / "docs" / "how-to").glob("*.md"))
@@ -40,7 +41,7 @@ def test_the_page_runs(page: Path, checkout: Path) -> None:
         if language == "python":
             exec(block, names)  # our own text
         else:
-            done = subprocess.run(["bash", "-euc", block], cwd=checkout, capture_output=True, text=True, timeout=120)
+            done = subprocess.run(["bash", "-euc", block], cwd=checkout, capture_output=True, text=True, timeout=HANG)
             assert done.returncode == 0, done.stderr
 
 

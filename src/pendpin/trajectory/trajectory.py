@@ -165,7 +165,8 @@ class Trajectory:
     def extend(self, duration: float) -> "Trajectory":
         """The run continued for another duration in s, with samples as dense as before.
 
-        With rk4 and euler the result is, bit for bit, that of one long run; with other methods within the run's tolerance.
+        With rk4 and euler, if the run ends on a step, the result is bit for bit that of one long run; else it is that within
+        the run's accuracy.
         """
         from pendpin.simulation.continuation import extend
 
