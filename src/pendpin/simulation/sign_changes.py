@@ -50,6 +50,7 @@ class _Pieces(NamedTuple):
     error: Array  # (m,), what the series leave out
 
     def some(self, which: Mask) -> "_Pieces":
+        """The pieces of some of the intervals."""
         return _Pieces(*(x[which] for x in self))
 
 

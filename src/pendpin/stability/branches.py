@@ -67,17 +67,20 @@ class _Curve(NamedTuple):
     first: float
     way: float
     period: float
-    driven: bool  # the period is that of the drive, or fixed
+    driven: bool  # the period is that of the drive; else it is free
     tuned: bool  # the number is the frequency of the drive
     turns: Array
 
     def number(self, u: Array) -> float:
+        """The number of the scene at a point."""
         return self.first + self.way * float(u[-1])
 
     def scene_at(self, u: Array) -> Scene:
+        """The scene with the number of a point."""
         return self.scene.replace({self.key: self.number(u)})
 
     def period_at(self, u: Array) -> float:
+        """The period in s at a point."""
         if self.tuned:
             return self.period * self.first / self.number(u)
         return self.period if self.driven else self.period * float(u[-2])
@@ -93,6 +96,7 @@ class _Curve(NamedTuple):
         return found.end - u[:size] - self.turns, np.hstack(columns)
 
     def orbit(self, u: Array) -> PeriodicOrbit:
+        """The orbit at a point, with its multipliers."""
         size = len(self.turns)
         return closed(self.scene_at(u), u[:size], self.period_at(u), free=not self.driven)
 
