@@ -23,7 +23,7 @@ import pendpin as pp
 from pendpin.arrays import Array
 from pendpin.model.kinematics import tip_distance
 from pendpin.scene import builtin_scene
-from pendpin.simulation.processes import cores
+from pendpin.simulation.pools import cores
 from pendpin.simulators import task_of
 from pendpin.simulators.mujoco import _model, _places
 from pendpin.work_precision.cost import machine

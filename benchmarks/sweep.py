@@ -20,7 +20,7 @@ import pendpin as pp
 from ensembles import SAMPLE, Rollout, alone, coarsest_steps, coarsest_tolerance, random_starts
 from pendpin.dynamics.dynamics import bind
 from pendpin.scene import builtin_scene
-from pendpin.simulation.processes import cores
+from pendpin.simulation.pools import cores
 from pendpin.sweeps import plan
 from pendpin.sweeps import sweep as sweeps
 from pendpin.work_precision.cost import machine

@@ -10,8 +10,8 @@ import pendpin as pp
 from pendpin.arrays import Array
 from pendpin.effects import Gravity, Stop
 from pendpin.scene import Scene, builtin_scene
-from pendpin.simulation import processes
-from pendpin.simulation.processes import spread
+from pendpin.simulation import pools
+from pendpin.simulation.pools import in_processes
 
 ROD = builtin_scene().model_copy(update={"duration": 3.0})
 THIN = pp.Scene(duration=2.0, model=pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),), copies=2), effects=(Gravity(),))
@@ -170,7 +170,7 @@ def test_no_process_starts_unless_workers_ask_for_it(scene: Scene, monkeypatch: 
     def refused(*_: object) -> None:
         raise AssertionError("a process was asked for")
 
-    monkeypatch.setattr(processes, "ProcessPoolExecutor", refused)
+    monkeypatch.setattr(pools, "ProcessPoolExecutor", refused)
     scene = scene.model_copy(update={"duration": 0.1}).with_solver(method="dop853")
     many = pp.simulate_many(scene, *starts(5))
     assert np.isfinite(many.q).all()
@@ -181,7 +181,7 @@ def test_no_process_starts_unless_workers_ask_for_it(scene: Scene, monkeypatch: 
 
 def test_processes_end_when_nobody_listens() -> None:
     """Those that wait or work stop with the iterator; none is left behind."""
-    with closing(spread(_number, list(range(40)), 2)) as results:
+    with closing(in_processes(_number, list(range(40)), 2)) as results:
         seen = {next(results)[1] for _ in range(4)}
     assert os.getpid() not in seen
     for process in seen:
@@ -192,7 +192,7 @@ def test_processes_end_when_nobody_listens() -> None:
 def test_a_process_that_dies_is_said() -> None:
     """In one line, with what may be behind it."""
     with pytest.raises(pp.RunError, match="ended unexpectedly"):
-        list(spread(_die, [1, 2], 2))
+        list(in_processes(_die, [1, 2], 2))
 
 
 def _number(job: int) -> int:

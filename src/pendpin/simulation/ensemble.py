@@ -6,6 +6,7 @@ its own steps; threads share the starts. Any other scene is simulated start by s
 were measured.
 """
 
+import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -25,14 +26,14 @@ from pendpin.model import kinematics
 from pendpin.model.build import FARTHEST, Model, build
 from pendpin.records import LARGEST
 from pendpin.scene import Scene, Start, chosen_scene
-from pendpin.simulation.batches import Series, side_by_side
+from pendpin.simulation.batches import MOST_JOINTS, Motions
 from pendpin.simulation.limits import ends_well
-from pendpin.simulation.processes import cores, spread
+from pendpin.simulation.pools import cores, in_processes, in_threads
+from pendpin.simulation.series import Series
 from pendpin.simulation.simulate import run_to_setting
 from pendpin.trajectory import Counts, Stats
 
 MAX_BYTES = 4e9  # of the result
-MOST_JOINTS = 10  # up to which series are chosen: five rods compile in 2 s and run ten times as fast as one by one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -240,10 +241,19 @@ def _by_series(scene: Scene, integrator: Taylor, table: _Table, workers: int) ->
     series = Series(scene, integrator.tolerance)
     if not series.covered:
         return
-    with closing(side_by_side(series, scene.times, *table.starts, workers)) as batches:
-        for places, q, v, steps, seconds in batches:
-            table.q[places], table.v[places] = q, v
-            table.finish(places[ends_well(series.dynamics, q, v)], _Took(steps, steps, seconds))
+    cases = series.started(*table.starts)
+    pieces = cases.pieces(len(scene.times), workers)
+
+    def run(places: Indices) -> tuple[Motions, float]:
+        begin = time.perf_counter()
+        return series.run(cases.some(places), scene.times), time.perf_counter() - begin
+
+    with closing(in_threads(run, pieces, workers, series.stopped.set)) as results:
+        for piece, (motions, seconds) in results:
+            places, steps = pieces[piece], int(motions.steps.sum())
+            table.q[places], table.v[places] = motions.q, motions.v
+            good = ends_well(series.dynamics, motions.q, motions.v)
+            table.finish(places[good], _Took(steps, steps, seconds))
     table.took = table.took.plus(_Took(compile_seconds=series.compile_seconds))
 
 
@@ -263,7 +273,7 @@ def _one_by_one(scene: Scene, table: _Table, workers: int) -> None:
     """Run what is not done yet."""
     left = np.flatnonzero(~table.done)
     jobs = [(table.starts[0][place], table.starts[1][place]) for place in left]
-    with closing(spread(partial(_alone, scene), jobs, max(1, min(workers, len(jobs))))) as results:
+    with closing(in_processes(partial(_alone, scene), jobs, max(1, min(workers, len(jobs))))) as results:
         for job, row in results:
             place, n = int(left[job]), len(row.q)
             for room, rows in ((table.q, row.q), (table.v, row.v)):

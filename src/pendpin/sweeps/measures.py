@@ -5,20 +5,19 @@ it, the difference between the run and one at a tolerance 100 times looser: what
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of, shown
-from pendpin.model.build import Model
 from pendpin.model.kinematics import of_each, poses, swings, tip_distance, tips
 from pendpin.model.of_run import swings_of
 from pendpin.scene import Scene, Start
+from pendpin.simulation.batches import Motions
 from pendpin.simulation.crossings import first_crossings
 from pendpin.simulation.simulate import run_to_setting
 from pendpin.simulation.small_motions import largest_multiplier, small_motions
@@ -34,26 +33,16 @@ PIECES = 50  # of a run, for a Lyapunov exponent
 Function = Callable[[Trajectory], float]
 
 
-class Motion(NamedTuple):
-    """What a sweep in vectors has of c runs before their forces and energies are computed."""
-
-    models: Sequence[Model]  # (c,)
-    t: Array  # (n,) s; the start and the end alone, where that is enough for all measures
-    q: Array  # (c, n, nv)
-    v: Array  # (c, n, nv)
-    flips: Array  # (c,) s, NaN if there is none
-
-
 @dataclass(frozen=True)
 class Measure:
-    """A number of a run, or of the run and a looser one; `of_motion` where positions and rates say it all."""
+    """A number of a run, or of the run and a looser one; `of_motion` gives those of a batch where q and v say them all."""
 
     name: str
     unit: str
     function: Function | None = None
     pair: Callable[[Trajectory, Trajectory], float] | None = None
-    of_motion: Callable[[Motion], Array] | None = None
-    of_motions: Callable[[Motion, Motion], Array] | None = None
+    of_motion: Callable[[Motions], Array] | None = None
+    of_motions: Callable[[Motions, Motions], Array] | None = None
     series: str = ""  # the quantity of a run, for a statistic of one
     without: str = "no value"  # what is so of a run that has none
     ends: bool = False  # whether `of_motion` or `of_motions` looks at the start and the end alone
@@ -105,10 +94,10 @@ def measured(m: Measure, run: Trajectory, looser: Trajectory) -> float:
         raise RunError(f"{m.name}: {type(error).__name__}: {error}") from None
 
 
-def _of_angle(series: str, statistic: Callable[[Array, Array], Array]) -> Callable[[Motion], Array]:
+def _of_angle(series: str, statistic: Callable[[Array, Array], Array]) -> Callable[[Motions], Array]:
     """A statistic (c,) of a joint's angle. Raises LookupError for any other series, which needs the whole run."""
-    return lambda motion: statistic(
-        motion.t, motion.q[..., {name: i for i, name in enumerate(motion.models[0].joints)}[series]]
+    return lambda motions: statistic(
+        motions.t, motions.q[..., {name: i for i, name in enumerate(motions.models[0].joints)}[series]]
     )
 
 
@@ -153,9 +142,9 @@ def swing(run: Trajectory) -> float:
     return float(swings_of(run).max())
 
 
-def _swings(motion: Motion) -> Array:
+def _swings(motions: Motions) -> Array:
     """`swing` of each of the c runs, (c,) rad."""
-    return of_each(lambda model, q: swings(model, poses(model, q)), motion.models, motion.q).max(-1)
+    return of_each(lambda model, q: swings(model, poses(model, q)), motions.models, motions.q).max(-1)
 
 
 def period(run: Trajectory) -> float:
@@ -240,14 +229,14 @@ def divergence(run: Trajectory, looser: Trajectory) -> float:
     return float(_tips_apart(run.tips[-1:], looser.tips[-1:])[0])
 
 
-def _divergence_of_motions(motion: Motion, looser: Motion) -> Array:
+def _divergence_of_motions(motions: Motions, looser: Motions) -> Array:
     """`divergence` of each of the c runs, (c,)."""
-    return _tips_apart(*(_tips_of(m, m.q[:, -1:])[:, 0] for m in (motion, looser)))
+    return _tips_apart(*(_tips_of(m, m.q[:, -1:])[:, 0] for m in (motions, looser)))
 
 
-def _tips_of(motion: Motion, q: Array) -> Array:
+def _tips_of(motions: Motions, q: Array) -> Array:
     """The tips (c, n, rods, 3) m in W at positions q (c, n, nv) of its c runs."""
-    return of_each(lambda model, q: tips(model, poses(model, q)), motion.models, q)
+    return of_each(lambda model, q: tips(model, poses(model, q)), motions.models, q)
 
 
 def _tips_apart(one: Array, other: Array) -> Array:
@@ -284,7 +273,7 @@ MEASURES = {
         "settling_time", "s", settling_time, of_motion=lambda m: _settled(m.t, m.q), without="did not settle"
     ),
     "flip_time": Measure(
-        "flip_time", "s", flip_time, of_motion=lambda motion: motion.flips, without="did not turn over", ends=True
+        "flip_time", "s", flip_time, of_motion=lambda m: m.flips, without="did not turn over", ends=True
     ),
     "lyapunov": Measure("lyapunov", "1/s", lyapunov),
     "frequency_1": Measure("frequency_1", "rad/s", frequency_1),

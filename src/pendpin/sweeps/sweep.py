@@ -12,7 +12,7 @@ from pendpin.files import refuse_targets
 from pendpin.libraries import optional
 from pendpin.scene import Scene, chosen_scene
 from pendpin.simulation.batches import WIDTH
-from pendpin.simulation.processes import cores
+from pendpin.simulation.pools import cores
 from pendpin.sweeps import plan as plans
 from pendpin.sweeps.cases import run_block
 from pendpin.sweeps.measures import Function
@@ -20,7 +20,7 @@ from pendpin.sweeps.plan import Plan
 from pendpin.sweeps.store import Blocks, Memory, Store
 from pendpin.sweeps.task import EXTRA, Task, checked
 from pendpin.sweeps.vectors import vectors_of
-from pendpin.sweeps.workers import FOUND, in_processes, in_threads, on_cluster, remote_cluster
+from pendpin.sweeps.workers import Results, Span, remote_cluster, run_in_processes, run_in_threads, run_on_cluster
 
 WORKERS_EACH = 8  # processes for each processor, at most
 BLOCK_SECONDS = 3.0  # of a block
@@ -110,15 +110,15 @@ def _check_place(workers: int | None, dask: str | None) -> None:
 
 
 def _run(task: Task, results: Memory | Store, workers: int | None, dask: str | None, progress: Progress) -> None:
-    blocks, count = results.blocks, task.plan.count
-    left = results.left()
-    done = count - sum(end - begin for begin, end in map(blocks.span, left))
+    count, left = task.plan.count, results.left()
+    spans = [results.blocks.span(block) for block in left]
+    done = count - sum(end - begin for begin, end in spans)
     try:
         progress(done, count)
         with ExitStack() as stack:
-            for block, values in stack.enter_context(closing(_found(task, left, blocks, workers, dask, stack))):
-                results.put(block, values)
-                begin, end = blocks.span(block)
+            for place, block in stack.enter_context(closing(_run_spans(task, spans, workers, dask, stack))):
+                results.put(left[place], block)
+                begin, end = spans[place]
                 done += end - begin
                 progress(done, count)
     except (KeyboardInterrupt, Interrupted):
@@ -128,17 +128,13 @@ def _run(task: Task, results: Memory | Store, workers: int | None, dask: str | N
         raise RunError(str(error), results.dataset()) from None
 
 
-def _found(
-    task: Task, left: list[int], blocks: Blocks, workers: int | None, dask: str | None, stack: ExitStack
-) -> FOUND:
+def _run_spans(task: Task, spans: list[Span], workers: int | None, dask: str | None, stack: ExitStack) -> Results:
     """The results of the blocks that are left, as they come; a cluster ends with the stack."""
-    if not left:
-        return in_threads(task, left, blocks.span, 1)
-    if dask is not None:
-        return on_cluster(task, left, blocks.span, stack.enter_context(remote_cluster(dask)))
-    if workers is not None and workers > 1:
-        return in_processes(task, left, blocks.span, workers)
-    return in_threads(task, left, blocks.span, workers or cores())
+    if spans and dask is not None:
+        return run_on_cluster(task, spans, stack.enter_context(remote_cluster(dask)))
+    if spans and workers is not None and workers > 1:
+        return run_in_processes(task, spans, workers)
+    return run_in_threads(task, spans, workers or cores())
 
 
 def _block_size(task: Task, workers: int) -> int:

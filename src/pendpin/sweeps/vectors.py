@@ -1,4 +1,4 @@
-"""A sweep's cases side by side, in the processor's vectors: smooth scenes of few joints, by simulation/batches.py."""
+"""A sweep's cases side by side, in the processor's vectors: smooth scenes of few joints, by simulation/series.py."""
 
 from functools import partial
 from importlib.util import find_spec
@@ -15,15 +15,14 @@ from pendpin.records import LARGEST
 from pendpin.scene import Scene
 from pendpin.simulation.accuracy.side_by_side import Ladder
 from pendpin.simulation.accuracy.thresholds import VECTOR
-from pendpin.simulation.batches import Cases, Motions, Series, together
+from pendpin.simulation.batches import MOST_JOINTS, Cases, Motions
 from pendpin.simulation.limits import ends_well
 from pendpin.simulation.run import fill_in
-from pendpin.sweeps.measures import Measure, Motion, accumulated, measured
+from pendpin.simulation.series import Series
+from pendpin.sweeps.measures import Measure, accumulated, measured
 from pendpin.sweeps.task import LOOSER, Block, Task, typical, with_numbers
 from pendpin.trajectory import Trajectory
 from pendpin.versions import installed
-
-MOST_JOINTS = 10  # five rods compile in 2 s
 
 
 class Vectors:
@@ -60,9 +59,8 @@ class Vectors:
 
     def _cases(self, rows: Array) -> tuple[Indices, Cases | None]:
         """The cases with these numbers (k, keys), and where they are among them; `simulate` has to look at the others."""
-        found = [self._case(row) for row in rows]
-        places = np.flatnonzero([case is not None for case in found])
-        return places, together([case for case in found if case]) if len(places) else None
+        cases = {place: case for place, row in enumerate(rows) if (case := self._case(row))}
+        return np.array([*cases], int), Cases.joined([*cases.values()]) if cases else None
 
     def _case(self, row: Array) -> Cases | None:
         """The case with these numbers (keys,); None for one that `simulate` has to look at."""
@@ -81,50 +79,48 @@ class Vectors:
     def _runs(self, cases: Cases) -> tuple[list[Motions], Mask]:
         """The motions of c cases and, where two are compared, looser ones; which cases (c,) met the setting."""
         if self.ladder:
-            *found, met = self.ladder.run(cases)
-            return found, met
-        return [series.run(cases, self.scene.times) for series in self.series], np.ones(len(cases.q), bool)
+            *runs, met = self.ladder.run(cases)
+        else:
+            runs, met = [series.run(cases, self.scene.times) for series in self.series], np.ones(len(cases.q), bool)
+        return [run._replace(t=self._clock) for run in runs], met
 
     def _fill_piece(self, rows: Array, places: Indices, cases: Cases, block: Block) -> Mask:
         """Put in the measures of c cases, which are at `places` (c,) of the numbers (k, keys); which went well (c,)."""
-        found, good = self._runs(cases)
-        for one in found:
-            good &= np.isfinite(one.q).all((1, 2)) & np.isfinite(one.v).all((1, 2))
+        runs, good = self._runs(cases)
+        for run in runs:
+            good &= run.finite
         if self._starts_alone:  # else each case has energies of its own
-            good &= ends_well(self.series[0].dynamics, found[0].q, found[0].v)
-        motions = [Motion(cases.models, self._clock, one.q, one.v, one.flips) for one in found]
-        known = [_of_motions(m, motions) for m in self.task.chosen]
-        for values, column in zip(known, block.values.T, strict=True):
+            good &= ends_well(self.series[0].dynamics, runs[0].q, runs[0].v)
+        columns = [_of_motions(m, runs) for m in self.task.chosen]
+        for values, column in zip(columns, block.values.T, strict=True):
             if values is not None:
                 column[places[good]] = values[good]
-        if missing := [k for k, values in enumerate(known) if values is None]:
+        if missing := [k for k, values in enumerate(columns) if values is None]:
             for i in np.flatnonzero(good).tolist():
-                self._complete(rows, int(places[i]), i, missing, found, block)
+                self._complete(rows, int(places[i]), i, missing, runs, block)
         return good
 
-    def _complete(
-        self, rows: Array, place: int, i: int, missing: list[int], found: list[Motions], block: Block
-    ) -> None:
-        """Put in the measures of case i of `found` that need whole runs; its numbers are rows[place] (keys,)."""
+    def _complete(self, rows: Array, place: int, i: int, missing: list[int], runs: list[Motions], block: Block) -> None:
+        """Put in the measures of case i of `runs` that need whole runs; its numbers are rows[place] (keys,)."""
         try:
-            runs = [self._whole(rows[place], one, i) for one in found]
+            whole = [self._whole(rows[place], run, i) for run in runs]
             for k in missing:
-                block.values[place, k] = measured(self.task.chosen[k], runs[0], runs[-1])
+                block.values[place, k] = measured(self.task.chosen[k], whole[0], whole[-1])
         except PendpinError as error:
             block.values[place], block.why[place] = np.nan, str(error)
 
-    def _whole(self, row: Array, found: Motions, place: int) -> Trajectory:
-        """The trajectory of case `place` of `found`, with forces and energies; its numbers are row (keys,)."""
+    def _whole(self, row: Array, motions: Motions, place: int) -> Trajectory:
+        """The trajectory of case `place` of a batch, with forces and energies; its numbers are row (keys,)."""
         scene = with_numbers(self.scene, self.task.plan.keys, row).by("taylor", self.series[0].tolerance)
         dynamics = self.series[0].bound(scene)
         dynamics.use_compiled_samples()
         version = installed("heyoka")["heyoka"] or ""
-        steps, none = int(found.steps[place]), np.zeros((len(scene.times), 0))
-        run = Run(scene.times, found.q[place], found.v[place], None, none, steps, steps, 0, 0.0, "heyoka", version)
+        steps, none = int(motions.steps[place]), np.zeros((len(scene.times), 0))
+        run = Run(scene.times, motions.q[place], motions.v[place], None, none, steps, steps, 0, 0.0, "heyoka", version)
         return fill_in(scene, dynamics, None, run)
 
 
-def _of_motions(m: Measure, motions: list[Motion]) -> Array | None:
+def _of_motions(m: Measure, motions: list[Motions]) -> Array | None:
     """The measure (c,) from positions and rates alone; None where these do not say it."""
     try:
         if m.two:

@@ -2,15 +2,15 @@
 
 import pickle
 import warnings
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from contextlib import closing, contextmanager
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
 from functools import lru_cache, partial
+from itertools import islice
 from typing import Any
 
 from pendpin.errors import InputError, RunError
 from pendpin.libraries import optional
-from pendpin.simulation.processes import spread
+from pendpin.simulation.pools import in_processes, in_threads
 from pendpin.sweeps.cases import run_block
 from pendpin.sweeps.task import EXTRA, Block, Task, versions
 
@@ -18,37 +18,26 @@ AHEAD = 3  # blocks given out for each worker, which bounds the memory
 DEATHS = 100  # of workers, until a block is given up
 CONNECTING = 10  # s
 PATIENCE = 60  # s without a block, until it is asked whether workers are left
-FOUND = Generator[tuple[int, Block], None, None]  # blocks, as they come
 
-Span = Callable[[int], tuple[int, int]]  # the cases of a block
+Span = tuple[int, int]  # the first case of a block, and the one behind its last
+Results = Generator[
+    tuple[int, Block], None, None
+]  # of blocks in the order of completion, each with the index of its span
 
 
-def in_threads(task: Task, blocks: Sequence[int], span: Span, workers: int) -> FOUND:
+def run_in_threads(task: Task, spans: Sequence[Span], workers: int) -> Results:
     """The blocks' results from threads of this process. Close the iterator to stop."""
-    pool = ThreadPoolExecutor(workers)
-    running: dict[Any, int] = {}
-    left = iter(blocks)
-    try:
-        while True:
-            while len(running) < workers + 1 and (block := next(left, None)) is not None:
-                running[pool.submit(run_block, task, *span(block))] = block
-            if not running:
-                return
-            for done in wait(running, return_when=FIRST_COMPLETED).done:
-                yield running.pop(done), done.result()
-    finally:
-        pool.shutdown(cancel_futures=True)
+    return in_threads(lambda span: run_block(task, *span), spans, workers)
 
 
-def in_processes(task: Task, blocks: Sequence[int], span: Span, workers: int) -> FOUND:
+def run_in_processes(task: Task, spans: Sequence[Span], workers: int) -> Results:
     """The blocks' results from processes of this machine. Raises RunError where one dies."""
     packed = optional("cloudpickle", "a sweep in processes", EXTRA).dumps(task)  # pickle refuses functions of a script
-    with closing(spread(partial(_run_packed, packed), list(map(span, blocks)), workers)) as results:
-        yield from ((blocks[place], block) for place, block in results)
+    return in_processes(partial(_run_packed, packed), spans, workers)
 
 
-def _run_packed(packed: bytes, cases: tuple[int, int]) -> Block:
-    return run_block(_unpacked(packed), *cases)
+def _run_packed(packed: bytes, span: Span) -> Block:
+    return run_block(_unpacked(packed), *span)
 
 
 @lru_cache(1)
@@ -57,26 +46,25 @@ def _unpacked(packed: bytes) -> Task:
     return pickle.loads(packed)
 
 
-def on_cluster(task: Task, blocks: Sequence[int], span: Span, client: Any) -> FOUND:
+def run_on_cluster(task: Task, spans: Sequence[Span], client: Any) -> Results:
     """The blocks' results from the workers of a Dask cluster; a block of a lost worker is run again by another."""
-    from distributed import wait as first_of
+    from distributed import wait as wait_for_one
 
-    shared, left = client.submit(Task, task.scene, task.plan, task.measures, pure=False), iter(blocks)
+    shared, left = client.submit(Task, task.scene, task.plan, task.measures, pure=False), iter(enumerate(spans))
     places: dict[str, int] = {}
 
-    def submit() -> Any:
-        block = next(left, None)
-        if block is None:
-            return None
-        future = client.submit(run_block, shared, *span(block), pure=False, retries=DEATHS)
-        places[future.key] = block
-        return future
+    def submit(count: int) -> set[Any]:
+        futures = set()
+        for place, span in islice(left, count):
+            future = client.submit(run_block, shared, *span, pure=False, retries=DEATHS)
+            places[future.key] = place
+            futures.add(future)
+        return futures
 
-    count = AHEAD * max(1, len(client.scheduler_info()["workers"]))
-    running = {future for _ in range(count) if (future := submit()) is not None}
+    running = submit(AHEAD * max(1, len(client.scheduler_info()["workers"])))
     while running:
         try:
-            now: Any = first_of(running, timeout=PATIENCE, return_when="FIRST_COMPLETED")
+            now: Any = wait_for_one(running, timeout=PATIENCE, return_when="FIRST_COMPLETED")
         except TimeoutError:
             if not client.scheduler_info()["workers"]:
                 raise RunError("every worker of the cluster is lost; give the same command again to go on") from None
@@ -84,11 +72,11 @@ def on_cluster(task: Task, blocks: Sequence[int], span: Span, client: Any) -> FO
         running -= now.done
         for future in now.done:
             try:
-                found = future.result()
+                block = future.result()
             except Exception as error:
                 raise RunError(f"a worker of the cluster failed: {type(error).__name__}: {error}") from None
-            yield places.pop(future.key), found
-        running |= {future for _ in now.done if (future := submit()) is not None}
+            yield places.pop(future.key), block
+        running |= submit(len(now.done))
 
 
 @contextmanager

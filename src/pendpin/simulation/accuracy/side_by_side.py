@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pendpin.arrays import EPS, Array, Indices, Mask
+from pendpin.arrays import EPS, Array, Mask
 from pendpin.model.build import Model
 from pendpin.model.kinematics import chain_length, marks, of_each, poses, tip_distance, tips
 from pendpin.scene import Scene
@@ -16,8 +16,9 @@ from pendpin.simulation.accuracy.estimate import Gaps, estimate_error
 from pendpin.simulation.accuracy.refinement import TAYLOR, refine_by_tolerance
 from pendpin.simulation.accuracy.runs import Runs
 from pendpin.simulation.accuracy.thresholds import ESTIMATE, ROUNDING, SETTING, VECTOR
-from pendpin.simulation.batches import Cases, Motions, Series
+from pendpin.simulation.batches import Cases, Motions
 from pendpin.simulation.limits import Deadline
+from pendpin.simulation.series import Series
 
 
 class Ladder:
@@ -33,39 +34,36 @@ class Ladder:
 
     def run(self, cases: Cases) -> tuple[Motions, Motions, Mask]:
         """Motions at the output times, those of tolerances 100 times looser, and which cases (c,) meet the target."""
-        found = [series.run(cases, self._times) for series in self.series[:3]]
-        met = self._met(cases, found, self.series[0].tolerance)
+        runs = [series.run(cases, self._times) for series in self.series[:3]]
+        met = self._met(cases, runs, self.series[0].tolerance)
         for coarsest, series in zip(self.series[1:], self.series[3:], strict=False):
             if not len(left := np.flatnonzero(~met)):
                 break
             few = cases.some(left)
-            runs = [*(_some(one, left) for one in found[1:]), series.run(few, self._times)]
-            met[left] = self._met(few, runs, coarsest.tolerance)
-            for whole, part in zip(found, runs, strict=True):
-                for rows, new in zip(whole, part, strict=True):
-                    rows[left] = new
-        finest, looser = (self._at_output_times(one) for one in (found[-1], found[-2]))
+            finer = [*(run.some(left) for run in runs[1:]), series.run(few, self._times)]
+            met[left] = self._met(few, finer, coarsest.tolerance)
+            for whole, part in zip(runs, finer, strict=True):
+                whole.put(left, part)
+        every = slice(None, None, self._every)
+        looser, finest = (run._replace(t=run.t[every], q=run.q[:, every], v=run.v[:, every]) for run in runs[-2:])
         return finest, looser, met
 
-    def _at_output_times(self, one: Motions) -> Motions:
-        return one._replace(q=one.q[:, :: self._every], v=one.v[:, :: self._every])
-
     @np.errstate(invalid="ignore")  # a case that cannot be integrated to its end does not meet the target
-    def _met(self, cases: Cases, found: Sequence[Motions], coarsest: float) -> Mask:
+    def _met(self, cases: Cases, runs: Sequence[Motions], coarsest: float) -> Mask:
         """Whether the error of the last of three runs of each case (c,), with rounding, is within the target."""
-        points = [of_each(_points, cases.models, one.q) for one in found]
+        points = [of_each(_points, run.models, run.q) for run in runs]
         met = np.zeros(len(cases.q), bool)
         for i, model in enumerate(cases.models):
-            coarse, middle, fine = (one[i] for one in points)
+            coarse, middle, fine = (of_case[i] for of_case in points)
             length = chain_length(model) or float(np.linalg.norm(fine, axis=-1).max()) or 1.0
             pairs = ((coarse, middle), (middle, fine))
             first, second = (np.maximum.accumulate(tip_distance(*pair, length)) for pair in pairs)
             gaps = Gaps(first, second, (VECTOR.finer, VECTOR.finer), self._refinement.pace, self._refinement.scatter)
             rounding = (
-                ROUNDING.start_units * EPS * (1 + np.abs(found[-1].q[i]).max() + first / (VECTOR.step_error * coarsest))
+                ROUNDING.start_units * EPS * (1 + np.abs(runs[-1].q[i]).max() + first / (VECTOR.step_error * coarsest))
             )
             size = float(tip_distance(fine, fine[:1], length).max())
-            alike = not second.any() and np.abs(found[-1].v[i]).any()  # says nothing of the error
+            alike = not second.any() and np.abs(runs[-1].v[i]).any()  # says nothing of the error
             error = estimate_error(gaps, size, rounding, ESTIMATE.negligible * self._target).error[-1]
             met[i] = error <= self._target and not alike
         return met
@@ -74,8 +72,3 @@ class Ladder:
 def _points(model: Model, q: Array) -> Array:
     """The points (n, bodies, 3) by which motions q (n, nv) are compared."""
     return marks(model, tips(model, poses(model, q)), q)
-
-
-def _some(one: Motions, places: Indices) -> Motions:
-    """The motions at these places (k,)."""
-    return Motions(*(rows[places] for rows in one))
