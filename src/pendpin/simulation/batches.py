@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices
+from pendpin.arrays import Array, Indices, Mask
 from pendpin.model.build import Model
 
 WIDTH = 16  # cases side by side, the same on every machine: two vectors hide the time that an instruction takes
@@ -64,6 +64,6 @@ class Motions(NamedTuple):
             rows[places] = others
 
     @property
-    def finite(self) -> Array:
+    def finite(self) -> Mask:
         """Which cases (c,) were integrated to their ends."""
-        return np.isfinite(self.q).all((1, 2)) & np.isfinite(self.v).all((1, 2))
+        return np.isfinite([self.q, self.v]).all((0, 2, 3))
