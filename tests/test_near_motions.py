@@ -19,7 +19,6 @@ G = fx.Gravity(acceleration=9.81)
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
 POINT = pp.Rod(length=0.2, mass=1.0, com=0.2, inertia=(0, 0, 0))
 TWO = pp.Chain(rods=[ROD, pp.Rod(length=0.7, mass=0.4, radius=0.02)])
-SMOOTH = [name for name in EFFECTS if name != "gravity"]
 SIXTH = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}  # weights of a central difference of sixth order
 
 
@@ -63,22 +62,6 @@ def test_sensitivities_are_those_of_differences(name: str) -> None:
     for k, (key, value) in enumerate(values.items()):
         expected = by_differences(chosen, key, value, name)
         assert np.abs(found[:, k] - expected).max() <= 3e-9 * max(1.0, np.abs(expected).max())
-
-
-@law(3)
-@given(
-    names=st.sets(st.sampled_from(SMOOTH), min_size=1, max_size=3),
-    q=st.tuples(*[st.floats(-1.0, 1.0).map(lambda x: round(x, 3))] * 4),
-)
-def test_random_scenes_with_every_smooth_effect(names: set[str], q: tuple[float, ...]) -> None:
-    """By the length of the first rod and the first angle of the start."""
-    kinds = {EFFECTS[name].kind: EFFECTS[name] for name in sorted(names)}
-    chosen = scene(*kinds.values(), q=q, duration=1.0, samples=5, tolerance=1e-12)
-    found = pp.simulate(chosen).sensitivity(["model.rods[0].length", "start.positions[0]"])
-    for k, (key, value) in enumerate([("model.rods[0].length", 1.0), ("start.positions[0]", q[0])]):
-        for place, name in [(0, "theta_1"), (3, "phi_2")]:
-            expected = by_differences(chosen, key, value, name)
-            assert np.abs(found[:, place, k] - expected).max() <= 3e-9 * max(1.0, np.abs(found[..., k]).max())
 
 
 def test_transitions_compose() -> None:
@@ -187,6 +170,32 @@ def test_a_driven_swing_folds() -> None:
     assert np.abs(branch.changes[0] - branch.folds[0]) < 1e-6
     for orbit in branch.orbits[:: max(1, len(branch.orbits) // 5)]:
         assert orbit.orbit.q[-1] == pytest.approx(orbit.orbit.q[0], abs=1e-8)
+
+
+def test_a_given_period_stays() -> None:
+    """With two frequencies, of which each is a multiple of one; no period follows from one of them."""
+    drives = (fx.Motor(joint=joint, amplitude=0.3, frequency=f) for joint, f in (("theta", 2.0), ("phi", 4.0)))
+    driven = scene(fx.Viscous(coefficient=0.4), *drives, q=(0.0, 0.0), model=pp.Chain(rods=[ROD]), duration=3.0)
+    orbit = pp.periodic_orbit(driven, period=math.pi)
+    branch = pp.follow(orbit, "effects[2].amplitude", 0.31)
+    assert {each.period for each in branch.orbits} == {math.pi}
+    assert max(each.miss for each in branch.orbits) < 1e-11
+    with pytest.raises(pp.InputError, match="other frequencies"):
+        pp.follow(orbit, "effects[2].frequency", 3.0)
+
+
+@pytest.mark.parametrize("given", [False, True])
+def test_only_a_found_period_is_free(given: bool) -> None:
+    """A rod in a plane has the period 4 K(sin(theta/2)) / omega: in a stronger field a given one needs a longer swing."""
+    from scipy.special import ellipk
+
+    thin = scene(q=(1.0, 0.0), model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), duration=3.0)
+    orbit = pp.periodic_orbit(thin, period=1.8 if given else None)
+    last = pp.follow(orbit, "effects[0].acceleration", 9.9).orbits[-1]
+    assert (last.period == 1.8) == given
+    theta, rate, square = last.scene.start.positions[0], last.scene.start.velocities[0], 9.9 * 1.5
+    modulus = (1 - math.cos(theta) + rate**2 / (2 * square)) / 2  # sin(theta/2)² at the turning point, from the energy
+    assert last.period == pytest.approx(4 * ellipk(modulus) / math.sqrt(square), rel=1e-10)
 
 
 def test_orbits_that_are_none() -> None:

@@ -42,6 +42,14 @@ def declared_pace(effect: Effect, start: float, duration: float, negligible: flo
     return Pace(corners - early, shortest)
 
 
+def changes_with_time(effect: Effect, start: float, duration: float, negligible: float) -> bool:
+    """Whether time makes a difference to an effect in a run; one that does not declare it may change."""
+    if law_name(effect) is None or (isinstance(effect, FieldEffect) and effect.constant):
+        return False
+    pace = declared_pace(effect, start, duration, negligible)
+    return pace is None or bool(np.isfinite(pace.shortest).any())
+
+
 def users_own(effect: Effect) -> bool:
     """Whether an effect acts on positions and rates by a law that is not pendpin's own."""
     if not isinstance(effect, JointEffect | BodyEffect):

@@ -55,13 +55,14 @@ def vibrations(matrices: Matrices) -> Vibrations:
     )
 
 
-def spectrum(A: Array) -> tuple[Array, Array, Array]:
-    """The eigenvalues (k,) of A (k, k), their rounding errors, and the right eigenvectors as columns.
+def spectrum(A: Array, off: float | None = None) -> tuple[Array, Array, Array]:
+    """The eigenvalues (k,) of A (k, k), their errors, and the right eigenvectors as columns.
 
-    The error is the rounding of A, k eps |A|, over the cosine of the angle between the left and the right
-    eigenvector, which is 0 where two eigenvalues with one eigenvector meet (G. H. Golub, C. F. Van Loan, Matrix
-    Computations, 2013, section 7.2). Of eigenvalues that are equal all combinations of vectors are eigenvectors: the left
-    ones are taken as the inverse of the matrix of the right ones. Raises InputError for what is not finite.
+    `off` is what A may be off by, k eps |A| (its rounding) if absent. The error of an eigenvalue is this over the cosine of
+    the angle between its left and right eigenvectors, and at most about the square root, as where two eigenvalues with
+    one eigenvector meet (G. H. Golub, C. F. Van Loan, Matrix Computations, 2013, section 7.2). Of eigenvalues that are
+    equal all combinations of vectors are eigenvectors: the left ones are taken as the inverse of the matrix of the right
+    ones. Raises InputError for what is not finite.
     """
     from scipy.linalg import eig, matrix_balance
 
@@ -72,12 +73,11 @@ def spectrum(A: Array) -> tuple[Array, Array, Array]:
     values, right = found[0], scale[:, None] * found[1]
     with np.errstate(all="ignore"):
         try:
-            left = np.linalg.inv(right)
+            condition = np.linalg.norm(np.linalg.inv(right), axis=1) * np.linalg.norm(right, axis=0)
         except np.linalg.LinAlgError:
-            left = np.full_like(right, np.inf)
-        cosines = 1 / (np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=0))
-    error = len(A) * EPS * np.linalg.norm(A, 2)
-    return values, error / np.maximum(np.nan_to_num(cosines), np.sqrt(EPS)), right
+            condition = np.full(len(A), np.inf)
+    off = len(A) * EPS * float(np.linalg.norm(A, 2)) if off is None else off
+    return values, np.fmin(off * condition, 2 * np.sqrt(off)), right
 
 
 def is_stable(values: Array, errors: Array) -> bool:

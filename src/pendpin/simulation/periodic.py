@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pendpin.arrays import EPS, Array
-from pendpin.dynamics.declared import declared_pace, law_name
-from pendpin.effects import Effect, FieldEffect
+from pendpin.dynamics.declared import changes_with_time
+from pendpin.dynamics.vibrations import spectrum
 from pendpin.errors import InputError, RunError, brief, shown
 from pendpin.model.build import build, start_state
 from pendpin.scene import Scene, Start, chosen_scene
@@ -23,6 +23,7 @@ from pendpin.simulation.variations import Variations, states_as_keys
 from pendpin.trajectory import Trajectory
 
 TIGHT = 1e-13  # the tolerance of the integration: Newton's method and the multipliers are as accurate as that
+OFF = 100 * TIGHT  # of a transition over a period
 STEPS = 40  # of Newton's method
 LONGEST = 1.0  # rad, or rad/s: the longest of them; a longer one leaves where the derivatives are good
 CLOSED = 1e-9  # of the size of the state: an orbit that misses its start by more is none
@@ -37,6 +38,7 @@ class PeriodicOrbit:
 
     scene: Scene  # which starts on the orbit and lasts a period
     period: float  # s
+    free: bool  # whether nothing sets the period: it was found with the orbit
     multipliers: Array  # (2 nv,), the largest first; complex
     errors: Array  # (2 nv,) of them
     miss: float  # by how much it misses its start, rad and rad/s, the largest
@@ -113,7 +115,7 @@ def closed(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOrbit:
         )
     values, errors = multipliers_of(transition)
     at = scene.replace(start=start_at(scene, y), duration=period)
-    return PeriodicOrbit(at, period, values, errors, size, transition)
+    return PeriodicOrbit(at, period, free, values, errors, size, transition)
 
 
 class Return(NamedTuple):
@@ -142,17 +144,8 @@ def over_a_period(scene: Scene, y: Array, period: float, key: str | None = None)
 
 
 def multipliers_of(transition: Array) -> tuple[Array, Array]:
-    """The eigenvalues (k,) of a transition (k, k), the largest first, and their errors.
-
-    The error of the integration times the condition number of each eigenvalue; a double one is off by its square root.
-    """
-    from scipy.linalg import eig
-
-    found: Any = eig(transition, left=True, right=True)
-    values, left, right = found
-    off = 100 * TIGHT * max(1.0, float(np.linalg.norm(transition, 2)))
-    cosines = np.maximum(np.abs((left.conj() * right).sum(0)), EPS)
-    errors = np.minimum(off / cosines, 2 * np.sqrt(off))
+    """The eigenvalues (k,) of a transition (k, k), the largest first, and their errors: those of its integration."""
+    values, errors, _ = spectrum(transition, OFF * max(1.0, float(np.linalg.norm(transition, 2))))
     order = np.lexsort((values.imag, -values.real, -np.round(np.abs(values), 9)))
     return values[order], errors[order]
 
@@ -163,24 +156,21 @@ def start_at(scene: Scene, y: Array) -> Start:
     return Start(time=scene.start.time, positions=tuple(q.tolist()), velocities=tuple(v.tolist()))
 
 
+def frequencies_of(scene: Scene) -> set[float | None]:
+    """The frequencies in rad/s at which a scene is driven; None stands for a change with time that has no frequency."""
+    run = scene.start.time, scene.duration, TIGHT
+    return {getattr(effect, "frequency", None) for effect in scene.effects if changes_with_time(effect, *run)}
+
+
 def drive_of(scene: Scene) -> float | None:
     """The frequency in rad/s at which the scene is driven; None where nothing changes with time.
 
     Raises InputError where it is not one frequency: the period has to be given then.
     """
-    given = [getattr(effect, "frequency", None) for effect in scene.effects if _changes_with_time(effect, scene)]
-    found = set(given)
+    found = frequencies_of(scene)
     if len(found) > 1 or None in found:
         raise InputError("period: the scene is not driven by one frequency; give its period in s")
     return float(found.pop() or 0.0) if found else None
-
-
-def _changes_with_time(effect: Effect, scene: Scene) -> bool:
-    """Whether time makes a difference to an effect, as far as it declares that."""
-    if law_name(effect) is None or (isinstance(effect, FieldEffect) and effect.constant):
-        return False
-    pace = declared_pace(effect, scene.start.time, scene.duration, TIGHT)
-    return pace is None or bool(np.isfinite(pace.shortest).any())
 
 
 def _period_of(scene: Scene, period: float | None) -> float | None:

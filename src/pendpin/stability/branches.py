@@ -13,7 +13,7 @@ from pendpin.arrays import Array
 from pendpin.errors import InputError, RunError, brief, shown
 from pendpin.keypaths import number_at, parsed
 from pendpin.scene import Scene
-from pendpin.simulation.periodic import CLOSED, FLAT, PeriodicOrbit, closed, drive_of, over_a_period
+from pendpin.simulation.periodic import CLOSED, FLAT, PeriodicOrbit, closed, frequencies_of, over_a_period
 
 FIRST, LONGEST, SHORTEST = 0.02, 0.05, 1e-7  # steps along the curve, where the way to the end of the number is about 1
 STEPS, CORRECTIONS = 2000, 12  # at most
@@ -67,8 +67,8 @@ class _Curve(NamedTuple):
     first: float
     way: float
     period: float
-    driven: bool  # the period is that of the drive; else it is free
-    tuned: bool  # the number is the frequency of the drive
+    free: bool  # the period is found with the orbit; else it is set, by the drive or by who gave it
+    tuned: bool  # the number is the frequency of the drive: the period keeps its number of turns of the drive
     turns: Array
 
     def number(self, u: Array) -> float:
@@ -83,7 +83,7 @@ class _Curve(NamedTuple):
         """The period in s at a point."""
         if self.tuned:
             return self.period * self.first / self.number(u)
-        return self.period if self.driven else self.period * float(u[-2])
+        return self.period * float(u[-2]) if self.free else self.period
 
     def gap(self, u: Array) -> tuple[Array, Array]:
         """By how much the motion misses its start, (2 nv,), and the derivative by u."""
@@ -91,14 +91,14 @@ class _Curve(NamedTuple):
         found = over_a_period(self.scene_at(u), u[:size], period, self.key)
         by_number = found.by_number - (found.rate * period / self.number(u) if self.tuned else 0.0)
         columns = [found.transition - np.eye(size), by_number[:, None] * self.way]
-        if not self.driven:
+        if self.free:
             columns.insert(1, found.rate[:, None] * self.period)
         return found.end - u[:size] - self.turns, np.hstack(columns)
 
     def orbit(self, u: Array) -> PeriodicOrbit:
         """The orbit at a point, with its multipliers."""
         size = len(self.turns)
-        return closed(self.scene_at(u), u[:size], self.period_at(u), free=not self.driven)
+        return closed(self.scene_at(u), u[:size], self.period_at(u), free=self.free)
 
 
 def follow(orbit: PeriodicOrbit, key: str, to: float) -> Branch:
@@ -113,15 +113,27 @@ def follow(orbit: PeriodicOrbit, key: str, to: float) -> Branch:
     if to == first:
         raise InputError(f"to: {key} is {to:g} already")
     curve = _curve(orbit, key, first, float(to))
-    start = np.concatenate([_state(orbit), [] if curve.driven else [1.0], [0.0]])
+    start = np.concatenate([_state(orbit), [1.0] if curve.free else [], [0.0]])
     return _Walk(curve, start, orbit).branch()
 
 
 def _curve(orbit: PeriodicOrbit, key: str, first: float, to: float) -> _Curve:
-    frequency, y = drive_of(orbit.scene), _state(orbit)
-    tuned = frequency is not None and parsed(key)[0] == "effects" and key.endswith(".frequency")
-    turns = over_a_period(orbit.scene, y, orbit.period).turns
-    return _Curve(orbit.scene, key, first, to - first, orbit.period, frequency is not None, tuned, turns)
+    scene, y = orbit.scene, _state(orbit)
+    if orbit.free and frequencies_of(scene.replace({key: to})):
+        raise InputError(f"{key}: at {to:g} the scene changes with time, and the orbit's period was not given; give it")
+    turns = over_a_period(scene, y, orbit.period).turns
+    return _Curve(scene, key, first, to - first, orbit.period, orbit.free, _is_tuned(scene, key), turns)
+
+
+def _is_tuned(scene: Scene, key: str) -> bool:
+    """Whether the number at a key path is the frequency of the drive. Raises InputError if it is one of several."""
+    driven = frequencies_of(scene)
+    path = parsed(key)
+    if not driven or path[0] != "effects" or path[-1] != "frequency":
+        return False
+    if len(driven) > 1:
+        raise InputError(f"{key}: the scene has other frequencies too, and no period follows from one of them")
+    return number_at(scene, key) in driven
 
 
 class _Walk:

@@ -2,7 +2,9 @@
 
 from collections.abc import Iterator
 
-from pendpin.effects import ContactEffect, Drag, Effect, FieldEffect, Motor, Push
+from pendpin.dynamics.declared import changes_with_time
+from pendpin.dynamics.timing import NEGLIGIBLE
+from pendpin.effects import ContactEffect, Drag, Effect
 from pendpin.errors import InputError, shown
 from pendpin.scene import Scene, Start
 from pendpin.simulation.small_motions import rest_of
@@ -26,20 +28,15 @@ def chosen_start(scene: Scene, at: Start | str | None) -> Start:
 
 def remarks(scene: Scene) -> tuple[str, ...]:
     """What the linear model of a scene leaves out or freezes, a sentence for each effect."""
-    return tuple(f"effects[{i}]: {text}" for i, effect in enumerate(scene.effects) for text in _of_effect(effect))
+    return tuple(
+        f"effects[{i}]: {text}" for i, effect in enumerate(scene.effects) for text in _of_effect(effect, scene)
+    )
 
 
-def _of_effect(effect: Effect) -> Iterator[str]:
+def _of_effect(effect: Effect, scene: Scene) -> Iterator[str]:
     if isinstance(effect, ContactEffect):
         yield f"{effect.kind} is left out: it acts through events"
     if isinstance(effect, Drag) and effect.quadratic and not any((*effect.wind, effect.gust)):
         yield "drag is quadratic: in still air its derivative at rest is 0, and it damps nothing that is small"
-    if changes_with_time(effect):
-        yield f"{effect.kind} is taken as it is at the start: it changes with time"
-
-
-def changes_with_time(effect: Effect) -> bool:
-    """Whether an effect of pendpin's own is given as a function of time."""
-    if isinstance(effect, FieldEffect):
-        return not effect.constant and not effect.idle
-    return isinstance(effect, Motor | Push | Drag) and effect.frequency is not None
+    if not effect.idle and changes_with_time(effect, scene.start.time, scene.duration, NEGLIGIBLE):
+        yield f"{effect.kind} is taken as it is at the start, though it may change with time"
