@@ -164,6 +164,20 @@ def test_numbers_of_the_scene_against_differences(model: str, effect: str) -> No
         assert np.abs(change - expected).max() < 1e-9 * max(np.abs(expected).max(), np.abs(at(0.0)).max()), key
 
 
+@pytest.mark.parametrize("model", ["one rod", "chain of 5"])
+def test_derivatives_side_by_side_are_those_one_by_one(model: str) -> None:
+    """Nine numbers, which are two groups of lanes, and each alone: the same operations on the same numbers."""
+    scene, random = scene_of(model, ["drag", "support"]), np.random.default_rng(3)
+    effects = ("0].acceleration", "1].linear", "1].density", "2].amplitude[0]", "2].frequency")
+    keys = [*RODS[:3], "start.time", *(f"effects[{name}" for name in effects)]
+    size = 2 * len(build(scene.model).joints)
+    y, w = random.uniform(-1, 1, size), random.uniform(-1, 1, (len(keys), size))
+    _, together = Variational(scene, keys).rates(np.array([0.7]), y[None], w[None])
+    for key, way, found in zip(keys, w, together[0], strict=True):
+        _, alone = Variational(scene, [key]).rates(np.array([0.7]), y[None], way[None, None])
+        assert np.abs(found - alone[0, 0]).max() <= ROUNDING * np.abs(together).max(), key
+
+
 def test_a_number_that_is_zero_has_a_derivative() -> None:
     """An effect of strength 0 is left out of a run, but not of the derivative by its strength."""
     rod = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))

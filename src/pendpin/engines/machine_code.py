@@ -93,12 +93,13 @@ class Function:
         self, parameters: Sequence[float], of_rods: Array, tables: Sequence[Table], compiled: Callable[[float], None]
     ) -> "Block":
         """A block for one set of parameters and of those of n rods, (k, n); `compiled` gets the s that compiling takes."""
-        fixed, fixed_of_rod, rods = self._layout.fixed, list(self._layout.fixed_of_rod), of_rods.shape[1]
-        values = self._recording.tape.values([*fixed, *fixed_of_rod], parameters, of_rods)
-        numbers = np.empty((rods, len(fixed_of_rod)))
-        for column, place in enumerate(fixed_of_rod):
-            numbers[:, column] = values[place]
-        return Block(self, [values[place] for place in fixed], numbers, tables, compiled)
+        fixed, fixed_of_rod, rods = self._layout.fixed, self._layout.fixed_of_rod, of_rods.shape[1]
+        tape = self._recording.tape
+        values = tape.values([*fixed, *fixed_of_rod], parameters, of_rods)
+        rows = [np.broadcast_to(values[place], (tape.lanes[place] or 1, rods)) for place in fixed_of_rod]
+        numbers = np.ascontiguousarray(np.concatenate([*rows, np.empty((0, rods))]).T)
+        shared = [x for place in fixed for x in (values[place][:, 0] if tape.lanes[place] else (values[place],))]
+        return Block(self, shared, numbers, tables, compiled)
 
 
 class Block:

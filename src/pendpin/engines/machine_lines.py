@@ -46,25 +46,48 @@ def number(x: float) -> str:
     return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
 
 
+def kind_of(lanes: int) -> str:
+    """The type of a number, or of several side by side."""
+    return f"<{lanes} x double>" if lanes else "double"
+
+
 def load(name: str, array: str, cell: str, kind: str = "double") -> Iterator[str]:
-    """A number of an array, by its cell."""
+    """A number of an array, or several, by its cell."""
     yield f"  %at_{name} = getelementptr double, ptr %{array}, i64 {cell}"
-    yield f"  %{name} = load {kind}, ptr %at_{name}"
+    yield f"  %{name} = load {kind}, ptr %at_{name}, align 8"
 
 
-def store(value: str, name: str, array: str, cell: str) -> Iterator[str]:
-    """Write a number to a cell of an array; `name` is that of its address."""
+def store(value: str, name: str, array: str, cell: str, kind: str = "double") -> Iterator[str]:
+    """Write a number, or several, to a cell of an array; `name` is that of its address."""
     yield f"  %{name} = getelementptr double, ptr %{array}, i64 {cell}"
-    yield f"  store double {value}, ptr %{name}"
+    yield f"  store {kind} {value}, ptr %{name}, align 8"
 
 
-def arithmetic(result: str, name: str, operands: Sequence[str]) -> Iterator[str]:
+def lanes_of(result: str, numbers: Sequence[str]) -> Iterator[str]:
+    """Several numbers side by side."""
+    kind = kind_of(len(numbers))
+    before = "<" + ", ".join(f"double {x if x.startswith('0x') else '0.0'}" for x in numbers) + ">"
+    inserted = [(i, x) for i, x in enumerate(numbers) if not x.startswith("0x")]
+    for i, x in inserted:
+        after = result if i == inserted[-1][0] else f"to{i}_{result}"
+        yield f"  %{after} = insertelement {kind} {before}, double {x}, i32 {i}"
+        before = f"%{after}"
+
+
+def repeated(result: str, number: str, lanes: int) -> Iterator[str]:
+    """One number in all lanes."""
+    kind = kind_of(lanes)
+    yield f"  %one_{result} = insertelement {kind} poison, double {number}, i32 0"
+    yield f"  %{result} = shufflevector {kind} %one_{result}, {kind} poison, <{lanes} x i32> zeroinitializer"
+
+
+def arithmetic(result: str, name: str, operands: Sequence[str], lanes: int = 0) -> Iterator[str]:
     """An operation on numbers. A product in a sum may go without its own rounding, as a fused operation."""
     both = ", ".join(operands)
     if name in _BINARY:
-        yield f"  %{result} = {_BINARY[name]} double {both}"
+        yield f"  %{result} = {_BINARY[name]} {kind_of(lanes)} {both}"
     elif name == "neg":
-        yield f"  %{result} = fneg double {both}"
+        yield f"  %{result} = fneg {kind_of(lanes)} {both}"
     elif name == "less":
         yield f"  %c_{result} = fcmp olt double {both}"
         yield f"  %{result} = uitofp i1 %c_{result} to double"

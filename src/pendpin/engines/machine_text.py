@@ -4,7 +4,17 @@ from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 from pendpin.engines import machine_quadrature
-from pendpin.engines.machine_lines import DECLARED, arithmetic, load, number, store, table_row
+from pendpin.engines.machine_lines import (
+    DECLARED,
+    arithmetic,
+    kind_of,
+    lanes_of,
+    load,
+    number,
+    repeated,
+    store,
+    table_row,
+)
 from pendpin.engines.machine_trigonometry import TRIGONOMETRY, WIDE
 from pendpin.engines.schedule import Schedule
 from pendpin.engines.tape import Recording
@@ -44,17 +54,32 @@ class Text:
     def __init__(self, recording: Recording, tables: int, places: Places) -> None:
         self.tape, self.places, self.schedule = recording.tape, places, Schedule(recording.tape, places.all)
         fixed = self.tape.fixed_operands(places.all)
-        self.fixed = [place for place in fixed if not self.tape.by_rod[place]]
-        self.fixed_of_rod = {place: cell for cell, place in enumerate(x for x in fixed if self.tape.by_rod[x])}
-        self.inputs_at = HEADER + TABLE * tables + len(self.fixed)
+        self.fixed = self._cells_of(x for x in fixed if not self.tape.by_rod[x])
+        self.fixed_of_rod = self._cells_of(x for x in fixed if self.tape.by_rod[x])
+        self._stored = self._cells_of(self.schedule.stored)
+        self.inputs_at = HEADER + TABLE * tables + self._count(self.fixed)
         self._width = recording.width
         self._has_trigonometry = any(map(self.schedule.is_trigonometric, self.schedule.needed))
-        stored = len(self.schedule.stored) + len(places.more_of_rod)
+        stored = self._count(self._stored) + len(places.more_of_rod)
         self.scratch_of_rod = 2 * self._width * self._has_trigonometry + stored  # numbers in the scratch memory
         self._quadratures: dict[Any, str] = {}  # names of functions, by points and weights
 
     def __str__(self) -> str:
         return "\n".join(self._lines())
+
+    def _cells_of(self, places: Iterable[int]) -> dict[int, int]:
+        """The cell in memory of each of some operations, one after the other: several numbers have several cells."""
+        cells, end = {}, 0
+        for place in places:
+            cells[place] = end
+            end += self.tape.lanes[place] or 1
+        return cells
+
+    def _count(self, places: Iterable[int]) -> int:
+        return sum(self.tape.lanes[place] or 1 for place in places)
+
+    def _kind(self, place: int) -> str:
+        return kind_of(self.tape.lanes[place])
 
     def _lines(self) -> Iterator[str]:
         tape, schedule = self.tape, self.schedule
@@ -64,8 +89,9 @@ class Text:
             if tape.operations[place][0] in QUADRATURES:  # here: in a loop the stack would grow
                 yield f"  %row{place} = alloca double, i64 {len(tape.operations[place][-1])}"
         yield _REPORTING
-        for cell, place in enumerate(self.fixed, self.inputs_at - len(self.fixed)):
-            yield from load(f"v{place}", "block", str(cell))
+        begin = self.inputs_at - self._count(self.fixed)
+        for place, cell in self.fixed.items():
+            yield from load(f"v{place}", "block", str(begin + cell), self._kind(place))
         once = [place for place in schedule.needed if not (tape.by_rod[place] or tape.fixed[place])]
         yield from self._computed(place for place in once if place not in schedule.late)
         if schedule.loops:
@@ -109,7 +135,7 @@ class Text:
         yield "  %stored = getelementptr double, ptr %scratch, i64 %angles"
         if self._has_trigonometry:
             yield f"  call void @{TRIGONOMETRY}(ptr %y, i64 %part, ptr %sines, ptr %cosines)"
-        yield f"  %stored_of_rods = mul i64 %rods, {len(self.schedule.stored)}"
+        yield f"  %stored_of_rods = mul i64 %rods, {self._count(self._stored)}"
         yield "  %aside = getelementptr double, ptr %stored, i64 %stored_of_rods"
         yield "  %unwanted = icmp eq ptr %more, null"
         yield "  %further_of_rods = select i1 %unwanted, ptr %aside, ptr %more"
@@ -127,11 +153,11 @@ class Text:
         yield f"loop{loop}:"
         yield f"  %i{loop} = phi i64 [ {begin}, %{before} ], [ %next{loop}, %loop{loop} ]"
         for place, cell in schedule.carried(loop):
-            first, following = self._name(cell.first), self._name(cell.next, loop)
-            yield f"  %v{place} = phi double [ {first}, %{before} ], [ {following}, %loop{loop} ]"
+            first, following = self._lanes(cell.first, 0, place), self._lanes(cell.next, loop, place)
+            yield f"  %v{place} = phi {self._kind(place)} [ {first}, %{before} ], [ {following}, %loop{loop} ]"
         rows = (
-            ("stored", len(schedule.stored)),
-            ("numbers", len(self.fixed_of_rod)),
+            ("stored", self._count(self._stored)),
+            ("numbers", self._count(self.fixed_of_rod)),
             ("more", len(self.places.more_of_rod)),
         )
         for name, width in rows:
@@ -150,10 +176,10 @@ class Text:
     def _read(self, place: int, loop: int) -> Iterator[str]:
         """Read what an earlier loop left, a number of the rod, its state or an input."""
         name, (kind, *rest) = f"v{place}_{loop}", self.tape.operations[place]
-        if place in self.schedule.stored:
-            yield from load(name, f"stored{loop}", str(self.schedule.stored[place]))
+        if place in self._stored:
+            yield from load(name, f"stored{loop}", str(self._stored[place]), self._kind(place))
         elif place in self.fixed_of_rod:
-            yield from load(name, f"numbers{loop}", str(self.fixed_of_rod[place]))
+            yield from load(name, f"numbers{loop}", str(self.fixed_of_rod[place]), self._kind(place))
         else:
             array = {"state": "y", "input": "inputs", "sin": "sines", "cos": "cosines"}[kind]
             part, cell = self.tape.operations[rest[0]][1:] if kind in {"sin", "cos"} else rest
@@ -177,9 +203,10 @@ class Text:
         for i, place in enumerate(places.more_of_rod):
             if schedule.known(place) == loop:
                 yield from store(self._name(place, loop), f"further{i}", f"more{loop}", str(i))
-        for place, cell in schedule.stored.items():
+        for place, cell in self._stored.items():
             if schedule.loop[place] == loop:
-                yield from store(self._name(place, loop), f"kept{place}", f"stored{loop}", str(cell))
+                kept = self._name(place, loop), f"kept{place}", f"stored{loop}", str(cell)
+                yield from store(*kept, self._kind(place))
 
     # --- operations ---------------------------------------------------------------------------------------------------
 
@@ -205,8 +232,29 @@ class Text:
             yield f"  call void @{quadrature}({', '.join(f'double {x}' for x in terms)}, ptr %row{place})"
         elif name == "entry":
             yield from load(f"v{place}", f"row{operands[0]}", str(operands[1]))
+        elif name == "pack":
+            yield from lanes_of(f"v{place}", [self._name(x, loop) for x in operands])
+        elif name == "lane":
+            lanes, i = operands
+            yield f"  %v{place} = extractelement {self._kind(lanes)} {self._name(lanes, loop)}, i32 {i}"
+        elif lanes := self.tape.lanes[place]:
+            for i, x in enumerate(operands):
+                if not self.tape.lanes[x] and self.tape.operations[x][0] != "number":
+                    yield from repeated(f"all{i}_{place}", self._name(x, loop), lanes)
+            yield from arithmetic(
+                f"v{place}", name, [self._lanes(x, loop, place, i) for i, x in enumerate(operands)], lanes
+            )
         else:
             yield from arithmetic(f"v{place}", name, [self._name(x, loop) for x in operands])
+
+    def _lanes(self, x: int, loop: int, result: int, i: int = 0) -> str:
+        """An operand i of an operation, in as many lanes as its result has."""
+        name = self._name(x, loop)
+        if (lanes := self.tape.lanes[result]) == self.tape.lanes[x]:
+            return name
+        if self.tape.operations[x][0] != "number":
+            return f"%all{i}_{result}"
+        return "<" + ", ".join([f"double {name}"] * lanes) + ">"
 
     def _name(self, place: int, loop: int = 0) -> str:
         """An operand in a loop, or outside of loops."""

@@ -24,7 +24,7 @@ class Schedule:
         self.loop = self._as_late_as_its_first_use(earliest)  # place -> its loop
         self.loops = sorted(set(self.loop.values()))
         self.late = self._after_loops()
-        self.stored = self._stored()  # place -> its cell among what a rod's operations leave for later loops
+        self.stored = self._stored()  # what a rod's operations leave for later loops
 
     def carried(self, loop: int) -> list[tuple[int, Cell]]:
         """What the passes of a loop carry: the place of the operation, and the cell."""
@@ -107,8 +107,8 @@ class Schedule:
                 loop[place] = loop[int(operands[0])]
         return loop
 
-    def _stored(self) -> dict[int, int]:
-        """The cells of the operations that later loops use."""
+    def _stored(self) -> list[int]:
+        """The operations that later loops use."""
         last = dict(self.loop)
         for place, loop in self.loop.items():
             for x in operands_of(self.tape.operations[place]):
@@ -117,4 +117,4 @@ class Schedule:
         for number, place in self._passed_on:
             if place in last:
                 last[place] = max(last[place], self._loops_of_passes[number])
-        return {place: cell for cell, place in enumerate(p for p in sorted(last) if last[p] > self.loop[p])}
+        return [place for place in sorted(last) if last[place] > self.loop[place]]

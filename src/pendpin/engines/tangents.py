@@ -4,7 +4,8 @@ Every operation gets its derivative in each of k directions by the chain rule (f
 Evaluating Derivatives, 2008, chapter 3). A direction is a change of the state, of parameters and of the time. The state is
 then (y, w_1, ..., w_k), each w of the size of y, and the results are (f, f_1, ..., f_k):
     f_j = df/dy w_j + df/dp p_j + df/dt t_j
-so y' = f(t, y) becomes the variational equations w_j' = f_j.
+so y' = f(t, y) becomes the variational equations w_j' = f_j. Up to LANES directions are computed side by side, by
+operations on several numbers at once: what they have in common, the values and slopes, is computed once.
 
 Where a function is continuous but not differentiable, one derivative is taken: that of sqrt at 0 is 0, so that the
 quadratic drag |u| u has its derivative, 0, at rest; minimum and maximum of a number and a constant that are
@@ -17,6 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.engines.tape import LEAVES, Cell, Recording, Tape, Term, operands_of
+
+LANES = 8  # numbers of a register of today's processors, or of two
 
 Places = Mapping[int, int]  # the place of a parameter -> that of its rate of change
 
@@ -39,8 +42,12 @@ def with_tangents(recording: Recording, directions: Sequence[Direction]) -> Reco
     """
     tape, chain = recording.tape, bool(recording.parts)
     wanted = [tape.placed(x) for x in (recording.of_rod if chain else recording.results)]
-    found = _Tangents(recording, directions).of(wanted)
-    new = [*(_term(tape, place) for place in wanted), *(x for of_direction in found for x in of_direction)]
+    count = -(-len(directions) // LANES)
+    groups = [directions[i * len(directions) // count : (i + 1) * len(directions) // count] for i in range(count)]
+    found = _Tangents(recording, groups).of(wanted)
+    new = [_term(tape, place) for place in wanted]
+    for group, changes in zip(groups, found, strict=True):
+        new += [tape.lane(x, i) for i in range(len(group)) for x in changes]
     times = 1 + len(directions)
     if chain:
         return recording._replace(of_rod=new, parts=times * recording.parts)
@@ -48,15 +55,16 @@ def with_tangents(recording: Recording, directions: Sequence[Direction]) -> Reco
 
 
 class _Tangents:
-    """The derivatives of the operations of a tape, by place, in each direction; an operation that is missing has 0."""
+    """The derivatives of the operations of a tape, by place, in each group of directions; one that is missing has 0."""
 
-    def __init__(self, recording: Recording, directions: Sequence[Direction]) -> None:
-        self.tape, self._recording, self._directions = recording.tape, recording, directions
-        self._found: list[dict[int, Any]] = [{} for _ in directions]
-        self._cells: dict[tuple[int, int, int], int] = {}  # direction, pass and cell -> the cell of its derivative
+    def __init__(self, recording: Recording, groups: Sequence[Sequence[Direction]]) -> None:
+        self.tape, self._recording, self._groups = recording.tape, recording, groups
+        self._firsts = np.cumsum([0, *map(len, groups)]).tolist()  # the place of each group's first direction
+        self._found: list[dict[int, Any]] = [{} for _ in groups]
+        self._cells: dict[tuple[int, int, int], int] = {}  # group, pass and cell -> the cell of its derivative
 
     def of(self, results: Sequence[int]) -> list[list[Any]]:
-        """The derivatives of some operations, direction by direction."""
+        """The derivatives of some operations, group by group: those of its directions side by side."""
         needed = self.tape.needed(results)
         active = self._active(needed)
         for place in needed:
@@ -94,17 +102,18 @@ class _Tangents:
     def _is_varied(self, name: str, rest: Sequence[Any]) -> bool:
         """Whether some direction changes a leaf."""
         if name == "parameter":
-            return any(rest[0] in (one.of_rods if rest[1] else one.shared) for one in self._directions)
-        return name == "state" or (name == "time" and any(one.time for one in self._directions))
+            return any(rest[0] in (one.of_rods if rest[1] else one.shared) for group in self._groups for one in group)
+        return name == "state" or (name == "time" and any(one.time for group in self._groups for one in group))
 
     def _tangent(self, place: int, j: int) -> Any:
-        """The derivative of one operation in direction j, a term or a number."""
+        """The derivative of one operation in the directions of group j, a term or 0."""
         name, *rest = self.tape.operations[place]
         if name in {"carried", "last"}:
-            new = self._cell(j, *rest)
-            return self.tape.carried(rest[0], new) if name == "carried" else self.tape.last(rest[0], new)
+            lanes = len(self._groups[j]) if len(self._groups[j]) > 1 else 0
+            return (self.tape.carried if name == "carried" else self.tape.last)(rest[0], self._cell(j, *rest), lanes)
         if name in LEAVES:
-            return self._of_leaf(name, rest, j)
+            changes = enumerate(self._groups[j], 1 + self._firsts[j])
+            return self.tape.pack([self._of_leaf(name, rest, one, times) for times, one in changes])
         if name == "entry":
             return self._of_entry(rest[0], rest[1], j)
         if name in {"row", "roots", "inverse_roots"}:
@@ -123,9 +132,9 @@ class _Tangents:
             cells.append(cells[cell])
         return self._cells[j, number, cell]
 
-    def _of_leaf(self, name: str, rest: Sequence[Any], j: int) -> Any:
-        """Of the state, a parameter or the time."""
-        direction, recording, times = self._directions[j], self._recording, 1 + j
+    def _of_leaf(self, name: str, rest: Sequence[Any], direction: Direction, times: int) -> Any:
+        """Of the state, a parameter or the time; the change of the state is so many times its size behind it."""
+        recording = self._recording
         if name == "time":
             return direction.time
         if name == "state" and recording.parts:

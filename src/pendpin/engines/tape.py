@@ -23,7 +23,7 @@ from pendpin.equations.numbers import FUNCTIONS
 _MOST_FACTORS = 8  # up to which a whole power is written out
 _COMMUTING = ("add", "mul", "min", "max")
 # Where the operands of an operation end, if constants follow
-_OPERANDS = {"row": 2, "entry": 2, "roots": 4, "inverse_roots": 4}
+_OPERANDS = {"row": 2, "entry": 2, "roots": 4, "inverse_roots": 4, "lane": 2}
 LEAVES = ("time", "state", "parameter", "input", "number", "carried", "last")  # operations without operands
 _NONE = np.empty((0, 1))
 _ON_FLOATS: dict[str, Callable[..., Any]] = {
@@ -47,6 +47,7 @@ class Tape:
         self.operations: list[tuple[Any, ...]] = []
         self.fixed: list[bool] = []  # whether an operation depends on parameters alone
         self.by_rod: list[bool] = []  # whether it has a value for each rod
+        self.lanes: list[int] = []  # how many numbers it is at once; 0 for a single one
         self.passes: list[Pass] = []
         self._places: dict[tuple[Any, ...], int] = {}
 
@@ -83,13 +84,27 @@ class Tape:
         """One of two inputs of a rod, from the first or second half of the inputs of all rods."""
         return self._at(("input", part, place), by_rod=True)
 
-    def carried(self, number: int, place: int) -> "Term":
+    def carried(self, number: int, place: int, lanes: int = 0) -> "Term":
         """What a pass, by its number, carries from rod to rod."""
-        return self._at(("carried", number, place), by_rod=True)
+        return self._at(("carried", number, place), by_rod=True, lanes=lanes)
 
-    def last(self, number: int, place: int) -> "Term":
+    def last(self, number: int, place: int, lanes: int = 0) -> "Term":
         """What a pass carries when it has come to its end."""
-        return self._at(("last", number, place))
+        return self._at(("last", number, place), lanes=lanes)
+
+    def pack(self, given: Sequence[Any]) -> Any:
+        """Several terms or numbers side by side, as one term on which operations act lane by lane; 0 if all are 0."""
+        if len(given) == 1 or not any(isinstance(x, Term) or x for x in given):
+            return given[0]
+        operands = [self.placed(x) for x in given]
+        fixed, by_rod = all(self.fixed[x] for x in operands), any(self.by_rod[x] for x in operands)
+        return self._at(("pack", *operands), fixed, by_rod, len(operands))
+
+    def lane(self, x: Any, i: int) -> Any:
+        """One of the terms side by side; a single term or number is all of them."""
+        if not isinstance(x, Term) or not self.lanes[x.place]:
+            return x
+        return self._at(("lane", x.place, i), self.fixed[x.place], self.by_rod[x.place])
 
     def row(self, table: int, width: int, t: Any) -> Array:
         """The row (width,) of a table that holds at the time t."""
@@ -110,7 +125,7 @@ class Tape:
             operands.sort()
         first, last = operands[0], operands[-1]
         fixed, by_rod = self.fixed[first] and self.fixed[last], self.by_rod[first] or self.by_rod[last]
-        return self._at((name, *operands), fixed, by_rod)
+        return self._at((name, *operands), fixed, by_rod, max(self.lanes[first], self.lanes[last]))
 
     def fixed_operands(self, results: Sequence[int]) -> list[int]:
         """The fixed operations, but for plain numbers, that others or the results themselves take directly."""
@@ -137,7 +152,10 @@ class Tape:
         return operands_of(operation)
 
     def values(self, places: Sequence[int], parameters: Sequence[float], of_rods: Array = _NONE) -> dict[int, Any]:
-        """What fixed operations come to: numbers, or arrays (n,) of those with parameters of n rods, of_rods (k, n)."""
+        """What fixed operations come to: numbers, or arrays (n,) of those with parameters of n rods, of_rods (k, n).
+
+        Those of several lanes are arrays (lanes, 1) or (lanes, n).
+        """
         known: dict[int, Any] = {}
         for place in self.needed(places):
             name, *operands = self.operations[place]
@@ -145,9 +163,14 @@ class Tape:
                 known[place] = (of_rods if operands[1] else parameters)[operands[0]]
             elif name == "number":
                 known[place] = operands[0]
+            elif name == "pack":
+                known[place] = np.array(np.broadcast_arrays(*(np.atleast_1d(known[x]) for x in operands)))
+            elif name == "lane":
+                row = known[operands[0]][operands[1]]
+                known[place] = row if self.by_rod[place] else float(row[0])
             else:
                 found = _ON_FLOATS[name](*(known[x] for x in operands))
-                known[place] = found if self.by_rod[place] else float(found)
+                known[place] = found if self.by_rod[place] or self.lanes[place] else float(found)
         return known
 
     def placed(self, x: Any) -> int:
@@ -165,12 +188,13 @@ class Tape:
         first = self._at(operation, by_rod=by_rod).place
         return np.array([self._at(("entry", first, i), by_rod=by_rod) for i in range(width)], dtype=object)
 
-    def _at(self, operation: tuple[Any, ...], fixed: bool = False, by_rod: bool = False) -> "Term":
+    def _at(self, operation: tuple[Any, ...], fixed: bool = False, by_rod: bool = False, lanes: int = 0) -> "Term":
         place = self._places.setdefault(operation, len(self.operations))
         if place == len(self.operations):
             self.operations.append(operation)
             self.fixed.append(fixed)
             self.by_rod.append(by_rod)
+            self.lanes.append(lanes)
         return Term(self, place)
 
 

@@ -146,7 +146,7 @@ def over_a_period(scene: Scene, y: Array, period: float, key: str | None = None)
 def multipliers_of(transition: Array) -> tuple[Array, Array]:
     """The eigenvalues (k,) of a transition (k, k), the largest first, and their errors: those of its integration."""
     values, errors, _ = spectrum(transition, OFF * max(1.0, float(np.linalg.norm(transition, 2))))
-    order = np.lexsort((values.imag, -values.real, -np.round(np.abs(values), 9)))
+    order = np.lexsort((np.imag(values), -np.real(values), -np.round(np.abs(values), 9)))
     return values[order], errors[order]
 
 
