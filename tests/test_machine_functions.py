@@ -12,7 +12,7 @@ from laws import law
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 mpmath = pytest.importorskip("mpmath")
 
-from pendpin.engines.machine_compiler import compile_text  # noqa: E402
+from pendpin.engines.llvm import Library  # noqa: E402
 from pendpin.engines.machine_lines import DECLARED  # noqa: E402
 from pendpin.engines.machine_trigonometry import FAR, TRIGONOMETRY, WIDE, trigonometry_code  # noqa: E402
 
@@ -22,8 +22,8 @@ FUNCTION = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_void
 @pytest.fixture(scope="module")
 def trigonometry():
     """Sines and cosines (n,) of angles (n,)."""
-    library = compile_text(DECLARED + trigonometry_code())
-    function = FUNCTION(library.get_function_address(TRIGONOMETRY))
+    library = Library(DECLARED + trigonometry_code(), 2)
+    function = FUNCTION(library.address(TRIGONOMETRY))
 
     def call(angles):
         x, out = np.append(angles, np.zeros(WIDE)), np.empty((2, len(angles) + WIDE))

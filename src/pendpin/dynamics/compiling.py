@@ -7,7 +7,6 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
 from functools import partial
-from importlib.util import find_spec
 from threading import Lock
 
 from pendpin.dynamics.acting import plain_arithmetic
@@ -16,11 +15,11 @@ from pendpin.dynamics.samples import Sampler, parameters_of_samples, record_samp
 from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, record_by_rod, records_by_rod
 from pendpin.dynamics.varied import Variation
 from pendpin.effects import Effect
-from pendpin.engines import Compiled, CompiledEquations, Engine, Values
+from pendpin.engines import Compiled, CompiledEquations, Engine, Values, llvm
 from pendpin.engines.machine_code import Block
 from pendpin.engines.tangents import STATE, with_tangents
 from pendpin.engines.tape import Recording
-from pendpin.errors import InputError, MissingLibrary
+from pendpin.errors import InputError
 from pendpin.model.build import Model
 
 MOST_WRITTEN_OUT = 200  # joints, of equations that are no loop over rods
@@ -32,7 +31,7 @@ _lock = Lock()
 def compilable(model: Model, effects: Sequence[Effect]) -> bool:
     """Whether `auto` compiles a scene: llvmlite is there, and all effects are pendpin's own and run on symbols."""
     few = model.chain is not None or len(model.joints) <= MOST_WRITTEN_OUT
-    return few and plain_arithmetic(effects) and find_spec("llvmlite") is not None
+    return few and plain_arithmetic(effects) and llvm.installed()
 
 
 def compiled(engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION) -> Compiled:
@@ -40,8 +39,7 @@ def compiled(engine: Engine, effects: Sequence[Effect], start: float, asked: Ask
 
     Raises InputError for what has no symbols, MissingLibrary without llvmlite.
     """
-    if find_spec("llvmlite") is None:
-        raise MissingLibrary('solver.engine: "compiled" needs llvmlite: pip install llvmlite')
+    llvm.require('solver.engine: "compiled"')
     for i, effect in enumerate(effects):
         if not effect.symbolic:
             raise InputError(
@@ -103,8 +101,7 @@ def differentiated(variation: Variation, start: float, by_rod: bool) -> Block:
 
     Raises MissingLibrary without llvmlite.
     """
-    if find_spec("llvmlite") is None:
-        raise MissingLibrary("derivatives need llvmlite: pip install llvmlite")
+    llvm.require("what takes derivatives")
     engine, effects, parameters, masks = variation[:4]
     directions = variation.directions or (STATE,)
 

@@ -48,6 +48,26 @@ class Places(NamedTuple):
         return [place for part in self for place in part]
 
 
+class _Row(NamedTuple):
+    """The numbers of a rod in an array, or in a part of it."""
+
+    array: str
+    part: int
+    width: int
+
+    def at(self, loop: int) -> str:
+        """The name of its address in a loop."""
+        return f"{self.array}{self.part}_{loop}"
+
+    def first(self, loop: int, rod: str) -> Iterator[str]:
+        """The address %first of the row of the rod where a loop begins."""
+        at = self.at(loop)
+        yield f"  %part_{at} = mul i64 %part, {self.part}"
+        yield f"  %rods_{at} = mul i64 {rod}, {self.width}"
+        yield f"  %cells_{at} = add i64 %part_{at}, %rods_{at}"
+        yield f"  %first_{at} = getelementptr double, ptr %{self.array}, i64 %cells_{at}"
+
+
 class Text:
     """The text of a recording's function."""
 
@@ -126,87 +146,83 @@ class Text:
     def _loops(self) -> Iterator[str]:
         """The loops over the rods; further results go to the scratch memory where they are not wanted."""
         yield f"  %part = mul i64 %rods, {self._width}"
-        yield f"  %inputs = getelementptr double, ptr %block, i64 {self.inputs_at}"
         yield "  %last = sub i64 %rods, 1"
-        yield "  %sines = getelementptr double, ptr %scratch, i64 0"
+        yield f"  %inputs = getelementptr double, ptr %block, i64 {self.inputs_at}"
         yield f"  %in_part = add i64 %part, {WIDE}"
-        yield "  %cosines = getelementptr double, ptr %sines, i64 %in_part"
+        yield "  %cosines = getelementptr double, ptr %scratch, i64 %in_part"
         yield f"  %angles = mul i64 %in_part, {2 * self._has_trigonometry}"
         yield "  %stored = getelementptr double, ptr %scratch, i64 %angles"
         if self._has_trigonometry:
-            yield f"  call void @{TRIGONOMETRY}(ptr %y, i64 %part, ptr %sines, ptr %cosines)"
+            yield f"  call void @{TRIGONOMETRY}(ptr %y, i64 %part, ptr %scratch, ptr %cosines)"
         yield f"  %stored_of_rods = mul i64 %rods, {self._count(self._stored)}"
         yield "  %aside = getelementptr double, ptr %stored, i64 %stored_of_rods"
         yield "  %unwanted = icmp eq ptr %more, null"
         yield "  %further_of_rods = select i1 %unwanted, ptr %aside, ptr %more"
-        loops = self.schedule.loops
-        labels = ["go", *(f"loop{loop}" for loop in loops), "after"]
-        yield f"  br label %{labels[1]}"
-        for loop, before, behind in zip(loops, labels, labels[2:], strict=False):
-            yield from self._loop(loop, before, behind)
+        labels = [*(f"enter{loop}" for loop in self.schedule.loops), "after"]
+        yield f"  br label %{labels[0]}"
+        for loop, behind in zip(self.schedule.loops, labels[1:], strict=True):
+            yield from self._loop(loop, behind)
         yield "after:"
 
-    def _loop(self, loop: int, before: str, behind: str) -> Iterator[str]:
-        """A loop over the rods, outward or inward, between code with the labels `before` and `behind`."""
-        schedule, inward = self.schedule, loop % 2 == 0
-        begin, end, step = ("%last", "0", "-1") if inward else ("0", "%last", "1")
-        yield f"loop{loop}:"
-        yield f"  %i{loop} = phi i64 [ {begin}, %{before} ], [ %next{loop}, %loop{loop} ]"
+    def _loop(self, loop: int, behind: str) -> Iterator[str]:
+        """A loop over the rods, outward or inward, and the label of the code behind it.
+
+        It carries the address of the rod's row in each array. LLVM does not see that they advance evenly: it would take a
+        quarter of its time to look for fewer addresses (loop strength reduction), and the code is not faster for it.
+        """
+        schedule, is_inward = self.schedule, loop % 2 == 0
+        begin, end, step = ("%last", "0", -1) if is_inward else ("0", "%last", 1)
+        reads = {place: self._read_at(place) for place in schedule.read(loop)}
+        writes = list(self._written(loop))
+        rows = dict.fromkeys([row for row, _ in reads.values()] + [row for _, row, _ in writes])
+        yield f"enter{loop}:"
+        for row in rows:
+            yield from row.first(loop, begin)
+        yield f"  br label %loop{loop}\nloop{loop}:"
+        yield f"  %i{loop} = phi i64 [ {begin}, %enter{loop} ], [ %next{loop}, %loop{loop} ]"
+        for row in rows:
+            at = row.at(loop)
+            yield f"  %row_{at} = phi ptr [ %first_{at}, %enter{loop} ], [ %next_{at}, %loop{loop} ]"
         for place, cell in schedule.carried(loop):
             first, following = self._lanes(cell.first, 0, place), self._lanes(cell.next, loop, place)
-            yield f"  %v{place} = phi {self._kind(place)} [ {first}, %{before} ], [ {following}, %loop{loop} ]"
-        rows = (
-            ("stored", self._count(self._stored)),
-            ("numbers", self._count(self.fixed_of_rod)),
-            ("more", len(self.places.more_of_rod)),
-        )
-        for name, width in rows:
-            yield f"  %{name}_at{loop} = mul i64 %i{loop}, {width}"
-            array = "further_of_rods" if name == "more" else name
-            yield f"  %{name}{loop} = getelementptr double, ptr %{array}, i64 %{name}_at{loop}"
-        yield f"  %row_at{loop} = mul i64 %i{loop}, {self._width}"
-        for place in schedule.read(loop):
-            yield from self._read(place, loop)
+            yield f"  %v{place} = phi {self._kind(place)} [ {first}, %enter{loop} ], [ {following}, %loop{loop} ]"
+        for row in rows:
+            yield f"  %{row.at(loop)} = call ptr @llvm.launder.invariant.group.p0(ptr %row_{row.at(loop)})"
+        for place, (row, cell) in reads.items():
+            yield from load(f"v{place}_{loop}", row.at(loop), str(cell), self._kind(place))
         yield from self._computed((place for place in schedule.needed if schedule.loop.get(place) == loop), loop)
-        yield from self._of_rod(loop)
+        for i, (place, row, cell) in enumerate(writes):
+            yield from store(self._name(place, loop), f"written{loop}_{i}", row.at(loop), str(cell), self._kind(place))
+        for row in rows:
+            yield f"  %next_{row.at(loop)} = getelementptr double, ptr %row_{row.at(loop)}, i64 {step * row.width}"
         yield f"  %next{loop} = add i64 %i{loop}, {step}"
         yield f"  %done{loop} = icmp eq i64 %i{loop}, {end}"
         yield f"  br i1 %done{loop}, label %{behind}, label %loop{loop}"
 
-    def _read(self, place: int, loop: int) -> Iterator[str]:
-        """Read what an earlier loop left, a number of the rod, its state or an input."""
-        name, (kind, *rest) = f"v{place}_{loop}", self.tape.operations[place]
+    def _read_at(self, place: int) -> tuple["_Row", int]:
+        """The row and the cell of what an earlier loop left, a number of the rod, its state or an input."""
+        kind, *rest = self.tape.operations[place]
         if place in self._stored:
-            yield from load(name, f"stored{loop}", str(self._stored[place]), self._kind(place))
-        elif place in self.fixed_of_rod:
-            yield from load(name, f"numbers{loop}", str(self.fixed_of_rod[place]), self._kind(place))
-        else:
-            array = {"state": "y", "input": "inputs", "sin": "sines", "cos": "cosines"}[kind]
-            part, cell = self.tape.operations[rest[0]][1:] if kind in {"sin", "cos"} else rest
-            yield from self._cell(name, array, part, cell, loop)
-            yield f"  %{name} = load double, ptr %at_{name}"
+            return _Row("stored", 0, self._count(self._stored)), self._stored[place]
+        if place in self.fixed_of_rod:
+            return _Row("numbers", 0, self._count(self.fixed_of_rod)), self.fixed_of_rod[place]
+        part, cell = self.tape.operations[rest[0]][1:] if kind in {"sin", "cos"} else rest
+        array = {"state": "y", "input": "inputs", "sin": "scratch", "cos": "cosines"}[kind]
+        return _Row(array, part, self._width), cell
 
-    def _cell(self, name: str, array: str, part: int, cell: int, loop: int) -> Iterator[str]:
-        """The address %at_{name} of a rod's number in a part of an array."""
-        yield f"  %begin_{name} = mul i64 %part, {part}"
-        yield f"  %row_{name} = add i64 %begin_{name}, %row_at{loop}"
-        yield f"  %cell_{name} = add i64 %row_{name}, {cell}"
-        yield f"  %at_{name} = getelementptr double, ptr %{array}, i64 %cell_{name}"
-
-    def _of_rod(self, loop: int) -> Iterator[str]:
-        """Store the results of the rod that are known in a loop, and what later loops read."""
+    def _written(self, loop: int) -> Iterator[tuple[int, "_Row", int]]:
+        """The results of the rod that are known in a loop, and what later loops read, with their rows and cells."""
         schedule, places = self.schedule, self.places
         for i, place in enumerate(places.of_rod):
             if schedule.known(place) == loop:
-                yield from self._cell(f"result{i}", "dy", *divmod(i, self._width), loop)
-                yield f"  store double {self._name(place, loop)}, ptr %at_result{i}"
+                part, cell = divmod(i, self._width)
+                yield place, _Row("dy", part, self._width), cell
         for i, place in enumerate(places.more_of_rod):
             if schedule.known(place) == loop:
-                yield from store(self._name(place, loop), f"further{i}", f"more{loop}", str(i))
+                yield place, _Row("further_of_rods", 0, len(places.more_of_rod)), i
         for place, cell in self._stored.items():
             if schedule.loop[place] == loop:
-                kept = self._name(place, loop), f"kept{place}", f"stored{loop}", str(cell)
-                yield from store(*kept, self._kind(place))
+                yield place, _Row("stored", 0, self._count(self._stored)), cell
 
     # --- operations ---------------------------------------------------------------------------------------------------
 

@@ -8,7 +8,7 @@ needs what a pass carried to its end.
 from collections import defaultdict
 from collections.abc import Sequence
 
-from pendpin.engines.tape import LEAVES, Cell, Tape, operands_of
+from pendpin.engines.tape import LEAVES, Cell, Tape
 
 
 class Schedule:
@@ -32,7 +32,7 @@ class Schedule:
 
     def read(self, loop: int) -> list[int]:
         """The operations of the rod that a loop reads, as it does not compute them."""
-        used = {x for place, at in self.loop.items() if at == loop for x in operands_of(self.tape.operations[place])}
+        used = {x for place, at in self.loop.items() if at == loop for x in self.tape.operands[place]}
         used.update(cell.next for _, cell in self.carried(loop))
         used.update(place for place in self._of_rod if self.known(place) == loop)
         return sorted(x for x in used if self.tape.by_rod[x] and self.loop.get(x) != loop)
@@ -62,8 +62,7 @@ class Schedule:
         """The operations of no rod that are computed after the loops."""
         late: set[int] = set()
         for place in self.needed:
-            name, *_ = operation = self.tape.operations[place]
-            if name == "last" or any(x in late for x in operands_of(operation)):
+            if self.tape.operations[place][0] == "last" or not late.isdisjoint(self.tape.operands[place]):
                 late.add(place)
         return late
 
@@ -82,11 +81,13 @@ class Schedule:
         """The first loop in which each operation of a rod can be computed; 0 for any."""
         earliest: dict[int, int] = {}
         for place in self.needed:
-            name, *rest = operation = self.tape.operations[place]
-            if name == "carried":
-                earliest[place] = loops[rest[0]]
-            elif self.tape.by_rod[place]:
-                earliest[place] = max((earliest.get(x, 0) for x in operands_of(operation)), default=0)
+            if not self.tape.by_rod[place]:
+                continue
+            operation = self.tape.operations[place]
+            if operation[0] == "carried":
+                earliest[place] = loops[operation[1]]
+            else:
+                earliest[place] = max([earliest.get(x, 0) for x in self.tape.operands[place]], default=0)
         return earliest
 
     def _as_late_as_its_first_use(self, earliest: dict[int, int]) -> dict[int, int]:
@@ -99,7 +100,7 @@ class Schedule:
             if place not in earliest or (self._is_leaf(place) and not earliest[place]):
                 continue
             loop[place] = earliest[place] or min(uses[place], default=1)
-            for x in operands_of(self.tape.operations[place]):
+            for x in self.tape.operands[place]:
                 uses[x].append(loop[place])
         for place in loop:  # all results of an operation that has several are taken where it is computed
             name, *operands = self.tape.operations[place]
@@ -111,7 +112,7 @@ class Schedule:
         """The operations that later loops use."""
         last = dict(self.loop)
         for place, loop in self.loop.items():
-            for x in operands_of(self.tape.operations[place]):
+            for x in self.tape.operands[place]:
                 if x in last:
                     last[x] = max(last[x], loop)
         for number, place in self._passed_on:

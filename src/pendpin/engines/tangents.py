@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.engines.tape import LEAVES, Cell, Recording, Tape, Term, operands_of
+from pendpin.engines.tape import LEAVES, Cell, Recording, Tape, Term
 
 LANES = 8  # numbers of a register of today's processors, or of two
 
@@ -84,20 +84,15 @@ class _Tangents:
         while True:
             before = len(active)
             for place in needed:
-                name, *rest = operation = self.tape.operations[place]
+                name, *rest = self.tape.operations[place]
                 if name in LEAVES and name not in {"carried", "last"}:
                     changes = self._is_varied(name, rest)
                 else:
-                    changes = any(x in active for x in self._sources(operation))
+                    changes = not active.isdisjoint(self.tape.sources(place))
                 if changes:
                     active.add(place)
             if len(active) == before:
                 return active
-
-    def _sources(self, operation: tuple[Any, ...]) -> Sequence[int]:
-        if operation[0] in {"carried", "last"}:
-            return self.tape.passes[operation[1]].cells[operation[2]]
-        return operands_of(operation)
 
     def _is_varied(self, name: str, rest: Sequence[Any]) -> bool:
         """Whether some direction changes a leaf."""
@@ -118,7 +113,7 @@ class _Tangents:
             return self._of_entry(rest[0], rest[1], j)
         if name in {"row", "roots", "inverse_roots"}:
             return 0.0  # their entries have derivatives
-        operands = operands_of(self.tape.operations[place])
+        operands = self.tape.operands[place]
         terms, changes = [_term(self.tape, x) for x in operands], [self._found[j].get(x, 0.0) for x in operands]
         if all(not isinstance(x, Term) and x == 0 for x in changes):
             return 0.0

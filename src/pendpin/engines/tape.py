@@ -45,6 +45,7 @@ class Tape:
 
     def __init__(self) -> None:
         self.operations: list[tuple[Any, ...]] = []
+        self.operands: list[tuple[int, ...]] = []  # the places of what each is computed from
         self.fixed: list[bool] = []  # whether an operation depends on parameters alone
         self.by_rod: list[bool] = []  # whether it has a value for each rod
         self.lanes: list[int] = []  # how many numbers it is at once; 0 for a single one
@@ -118,20 +119,23 @@ class Tape:
         """The same with weights over the roots, 0 where a root is 0."""
         return self._quadrature("inverse_roots", A, B, C, points, weights)
 
-    def record(self, name: str, *given: Any) -> "Term":
-        """An operation on terms and numbers."""
-        operands = [x.place if type(x) is Term else self.placed(x) for x in given]  # one or two
-        if name in _COMMUTING:
-            operands.sort()
-        first, last = operands[0], operands[-1]
+    def record(self, name: str, x: Any, y: Any = None) -> "Term":
+        """An operation on one or two terms and numbers."""
+        first = x.place if type(x) is Term else self.placed(x)
+        last, operation = first, (name, first)
+        if y is not None:
+            last = y.place if type(y) is Term else self.placed(y)
+            operation = (name, last, first) if last < first and name in _COMMUTING else (name, first, last)
+        place = self._places.get(operation)
+        if place is not None:
+            return Term(self, place)
         fixed, by_rod = self.fixed[first] and self.fixed[last], self.by_rod[first] or self.by_rod[last]
-        return self._at((name, *operands), fixed, by_rod, max(self.lanes[first], self.lanes[last]))
+        lanes = max(self.lanes[first], self.lanes[last])
+        return self._new(operation, operation[1:], fixed, by_rod, lanes)
 
     def fixed_operands(self, results: Sequence[int]) -> list[int]:
         """The fixed operations, but for plain numbers, that others or the results themselves take directly."""
-        used = {
-            x for place in self.needed(results) if not self.fixed[place] for x in self._sources(self.operations[place])
-        }
+        used = {x for place in self.needed(results) if not self.fixed[place] for x in self.sources(place)}
         return sorted(x for x in used.union(results) if self.fixed[x] and self.operations[x][0] != "number")
 
     def needed(self, results: Sequence[int]) -> list[int]:
@@ -141,15 +145,15 @@ class Tape:
             place = left.pop()
             if not wanted[place]:
                 wanted[place] = True
-                left.extend(self._sources(self.operations[place]))
+                left.extend(self.sources(place))
         return [place for place, is_wanted in enumerate(wanted) if is_wanted]
 
-    def _sources(self, operation: tuple[Any, ...]) -> Sequence[int]:
+    def sources(self, place: int) -> Sequence[int]:
         """The places of all that an operation is computed from, on this rod and on others."""
+        operation = self.operations[place]
         if operation[0] in {"carried", "last"}:
-            cell = self.passes[operation[1]].cells[operation[2]]
-            return cell.first, cell.next
-        return operands_of(operation)
+            return self.passes[operation[1]].cells[operation[2]]
+        return self.operands[place]
 
     def values(self, places: Sequence[int], parameters: Sequence[float], of_rods: Array = _NONE) -> dict[int, Any]:
         """What fixed operations come to: numbers, or arrays (n,) of those with parameters of n rods, of_rods (k, n).
@@ -184,17 +188,25 @@ class Tape:
 
     def _entries(self, operation: tuple[Any, ...], width: int) -> Array:
         """The results (width,) of an operation that has several."""
-        by_rod = any(self.by_rod[x] for x in operands_of(operation))
+        by_rod = any(self.by_rod[x] for x in _operands_of(operation))
         first = self._at(operation, by_rod=by_rod).place
         return np.array([self._at(("entry", first, i), by_rod=by_rod) for i in range(width)], dtype=object)
 
     def _at(self, operation: tuple[Any, ...], fixed: bool = False, by_rod: bool = False, lanes: int = 0) -> "Term":
-        place = self._places.setdefault(operation, len(self.operations))
-        if place == len(self.operations):
-            self.operations.append(operation)
-            self.fixed.append(fixed)
-            self.by_rod.append(by_rod)
-            self.lanes.append(lanes)
+        place = self._places.get(operation)
+        if place is not None:
+            return Term(self, place)
+        return self._new(operation, _operands_of(operation), fixed, by_rod, lanes)
+
+    def _new(
+        self, operation: tuple[Any, ...], operands: tuple[int, ...], fixed: bool, by_rod: bool, lanes: int
+    ) -> "Term":
+        place = self._places[operation] = len(self.operations)
+        self.operations.append(operation)
+        self.operands.append(operands)
+        self.fixed.append(fixed)
+        self.by_rod.append(by_rod)
+        self.lanes.append(lanes)
         return Term(self, place)
 
 
@@ -244,7 +256,7 @@ class Recording(NamedTuple):
         return [self.tape.placed(x) for x in self.results]
 
 
-def operands_of(operation: tuple[Any, ...]) -> tuple[int, ...]:
+def _operands_of(operation: tuple[Any, ...]) -> tuple[int, ...]:
     """The places of what an operation is computed from."""
     name = operation[0]
     if name in LEAVES:
@@ -252,9 +264,18 @@ def operands_of(operation: tuple[Any, ...]) -> tuple[int, ...]:
     return operation[1 : _OPERANDS.get(name)]
 
 
-def _on_scalars(operator: Callable[["Term", Any], Any]) -> Callable[["Term", Any], Any]:
-    """An operator of terms; arrays apply it to each of their elements themselves."""
-    return lambda self, other: NotImplemented if isinstance(other, np.ndarray) else operator(self, other)
+def _with(name: str) -> Callable[..., Any]:
+    """An operator of two terms, or as it says of a term and a number; arrays apply it to their elements themselves."""
+
+    def operator(with_number: Callable[["Term", Any], Any]) -> Callable[["Term", Any], Any]:
+        def operate(self: "Term", other: Any) -> Any:
+            if type(other) is Term:
+                return self.tape.record(name, self, other)
+            return NotImplemented if isinstance(other, np.ndarray) else with_number(self, other)
+
+        return operate
+
+    return operator
 
 
 class Term:
@@ -272,42 +293,41 @@ class Term:
     def __pos__(self) -> "Term":
         return self
 
-    @_on_scalars
-    def __add__(self, other: Any) -> Any:
-        return self if _is(other, 0) else self.tape.record("add", self, other)
+    @_with("add")
+    def __add__(self, number: Any) -> Any:
+        return self if number == 0 else self.tape.record("add", self, number)
 
-    @_on_scalars
-    def __sub__(self, other: Any) -> Any:
-        return self if _is(other, 0) else self.tape.record("sub", self, other)
+    @_with("sub")
+    def __sub__(self, number: Any) -> Any:
+        return self if number == 0 else self.tape.record("sub", self, number)
 
-    @_on_scalars
-    def __rsub__(self, other: Any) -> Any:
-        return -self if _is(other, 0) else self.tape.record("sub", other, self)
+    @_with("sub")
+    def __rsub__(self, number: Any) -> Any:
+        return -self if number == 0 else self.tape.record("sub", number, self)
 
-    @_on_scalars
-    def __mul__(self, other: Any) -> Any:
-        if type(other) is not Term:
-            if other == 0:
-                return 0.0
-            if abs(other) == 1:
-                return self if other == 1 else -self
-        return self.tape.record("mul", self, other)
+    @_with("mul")
+    def __mul__(self, number: Any) -> Any:
+        if number == 0:
+            return 0.0
+        if abs(number) == 1:
+            return self if number == 1 else -self
+        return self.tape.record("mul", self, number)
 
-    @_on_scalars
-    def __truediv__(self, other: Any) -> Any:
-        return self if _is(other, 1) else self.tape.record("div", self, other)
+    @_with("div")
+    def __truediv__(self, number: Any) -> Any:
+        return self if number == 1 else self.tape.record("div", self, number)
 
-    @_on_scalars
-    def __rtruediv__(self, other: Any) -> Any:
-        return 0.0 if _is(other, 0) else self.tape.record("div", other, self)
+    @_with("div")
+    def __rtruediv__(self, number: Any) -> Any:
+        return 0.0 if number == 0 else self.tape.record("div", number, self)
 
-    @_on_scalars
+    @_with("pow")
     def __pow__(self, power: Any) -> Any:
-        if isinstance(power, Term) or power != int(power) or not 0 < power <= _MOST_FACTORS:
+        if power != int(power) or not 0 < power <= _MOST_FACTORS:
             return self.tape.record("pow", self, power)
         return reduce(mul, [self] * int(power))
 
-    @_on_scalars
+    @_with("pow")
     def __rpow__(self, base: Any) -> Any:
         return self.tape.record("pow", base, self)
 
@@ -324,10 +344,6 @@ class Term:
         raise TypeError("symbols cannot be compared")
 
     __hash__ = None  # type: ignore[assignment]
-
-
-def _is(x: Any, number: int) -> bool:
-    return type(x) is not Term and x == number
 
 
 @cache

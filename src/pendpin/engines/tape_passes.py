@@ -34,7 +34,7 @@ def _outward(tape: Tape, step: Step, base: Any, parents: Sequence[int]) -> list[
         done[:] = outward_steps(step, arriving, parents)
         return done[-1][0]
 
-    _record(tape, False, body, base)
+    _record(tape, False, body, base, body(base))
     return [result for _, result in done]
 
 
@@ -49,30 +49,31 @@ def _inward(
         return done[0][0]
 
     passed = inward_steps(step, own, join, parents)[0][0]
-    _record(tape, True, body, _rebuilt(passed, [0.0] * len(_entries(passed))))
+    _record(tape, True, body, _rebuilt(passed, [0.0] * len(_entries(passed))), passed)
     return [result for _, result in done]
 
 
 def _total(tape: Tape, x: Array) -> Any:
     """The sum of the numbers (k,) of all rods."""
     own = np.sum(x)
-    return _record(tape, False, lambda before: before + own, np.zeros(1))[0]
+    return _record(tape, False, lambda before: before + own, np.zeros(1), np.array([own]))[0]
 
 
-def _record(tape: Tape, is_inward: bool, body: Body, first: Any) -> Any:
-    """Record a pass that begins with `first`; returns what it carries at its end."""
-    number, start = len(tape.passes), _entries(first)
+def _record(tape: Tape, is_inward: bool, body: Body, first: Any, second: Any) -> Any:
+    """Record a pass that begins with `first` and passes on `second`; returns what it carries at its end."""
+    number, start, passed = len(tape.passes), _entries(first), _entries(second)
     tape.passes.append(Pass(is_inward, []))
-    histories = [(_label(x),) for x in start]
+    histories, classes = [(_label(x),) for x in start], None
     while True:
-        classes, arriving = _classes(tape, histories), list(start)
+        histories = [(*history, _label(x)) for history, x in zip(histories, passed, strict=True)]
+        before, classes = classes, _classes(tape, histories)
+        if classes == before:
+            break
+        arriving = list(start)
         for i, cell in enumerate(classes):
             if cell is not None:
                 arriving[i] = tape.carried(number, cell)
         passed = _entries(body(_rebuilt(first, arriving)))
-        histories = [(*history, _label(x)) for history, x in zip(histories, passed, strict=True)]
-        if _classes(tape, histories) == classes:
-            break
     cells = {cell: Cell(*map(tape.placed, pair)) for cell, *pair in zip(classes, start, passed, strict=True)}
     tape.passes[number] = Pass(is_inward, [cells[cell] for cell in range(len(set(classes) - {None}))])
     return _rebuilt(

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, applied, centripetal, dot, gyroscopic, outer, skew, symmetric, transposed
+from pendpin.arrays import Array, applied, centripetal, cross, dot, gyroscopic, outer, skew, symmetric, transposed
 from pendpin.equations.passes import inward, outward
 from pendpin.equations.trees import Joint, Tree, joints_at, prepared
 
@@ -74,7 +74,7 @@ def wrenches(
 
     def pass_on(i: int, wrench: _Wrench) -> tuple[_Wrench, Array]:
         force = applied(joints[i].R, wrench.force)
-        moment = applied(joints[i].R, wrench.moment) + np.cross(joints[i].r, force)
+        moment = applied(joints[i].R, wrench.moment) + cross(joints[i].r, force)
         return _Wrench(force, moment), np.concatenate(wrench, -1)
 
     return np.stack(inward(pass_on, needed, _joined, tree.parents, xp), -2)
@@ -145,7 +145,7 @@ def _moved(joint: Joint, parent: _LinkMotion, v: Array, qdd: Array) -> _LinkMoti
     to_child = transposed(joint.R)
     omega, alpha = applied(to_child, parent.omega), applied(to_child, parent.alpha)
     a = applied(to_child, parent.a + applied(parent.K, joint.r))
-    coriolis = np.cross(omega, joint.axis) * v
+    coriolis = cross(omega, joint.axis) * v
     if joint.turns:
         omega, alpha = omega + joint.axis * v, alpha + coriolis + joint.axis * qdd
     else:
@@ -157,7 +157,7 @@ def _newton_euler(m: Any, com: Array, inertia: Array, motion: _LinkMotion) -> _W
     """force = m a_G; moment = J alpha + omega x (J omega) + m com x a, J (3, 3) about the joint's origin, com (3,)."""
     lever, J = m * com, _about_origin(m, com, inertia)
     force = m * motion.a + applied(motion.K, lever)
-    moment = applied(J, motion.alpha) + gyroscopic(J, motion.omega) + np.cross(lever, motion.a)
+    moment = applied(J, motion.alpha) + gyroscopic(J, motion.omega) + cross(lever, motion.a)
     return _Wrench(force, moment)
 
 
@@ -205,7 +205,7 @@ def _seen_from_parent(joint: Joint, body: _Body) -> _Body:
     B = R @ transposed(R @ transposed(body.B))
     moved = B + x @ C
     force = applied(R, body.second)
-    moment = applied(R, body.first) + np.cross(joint.r, force)
+    moment = applied(R, body.first) + cross(joint.r, force)
     return _Body(symmetric(A - B @ x + x @ transposed(moved)), moved, C, moment, force)
 
 
@@ -217,7 +217,7 @@ def _outward(
     def move(i: int, parent: tuple[Array, Array]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         joint, answer, to_child = joints[i], answers[i], transposed(joints[i].R)
         alpha, a = parent
-        alpha, a = applied(to_child, alpha), applied(to_child, a + np.cross(alpha, joint.r))
+        alpha, a = applied(to_child, alpha), applied(to_child, a + cross(alpha, joint.r))
         first, second = (alpha, a) if joint.turns else (a, alpha)
         along = answer.drive - dot(answer.first, first) - dot(answer.second, second)
         carried = dot(joint.axis, first)

@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, applied, dot, skew, transposed
+from pendpin.arrays import Array, applied, cross, dot, skew, transposed
 from pendpin.equations.passes import outward
 
 _UNIT = np.eye(3)
@@ -77,7 +77,7 @@ def motions(tree: Tree, q: Array, v: Array, xp: Any = np) -> tuple[Array, Array,
     for i, (joint, rate) in enumerate(zip(joints_at(tree, signs * q, xp), signs * v, strict=True)):
         origin, R, velocity, spin = moving[joint.parent]
         lever, axis = applied(R, joint.r), applied(R @ joint.R, joint.axis) * rate
-        velocity = velocity + np.cross(spin, lever)
+        velocity = velocity + cross(spin, lever)
         turned = (velocity, spin + axis) if joint.turns else (velocity + axis, spin)
         moving[i] = (origin + lever, R @ joint.R, *turned)
     origin, R, velocity, spin = (np.stack(part) for part in zip(*(moving[i] for i in range(len(q))), strict=True))
@@ -96,7 +96,7 @@ def motions_in_links(
 
     def move(i: int, parent: tuple[Array, ...]) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         joint, (origin, velocity, spin) = joints[i], parent
-        at_joint = (origin + joint.r, velocity + np.cross(spin, joint.r), spin)
+        at_joint = (origin + joint.r, velocity + cross(spin, joint.r), spin)
         origin, velocity, spin = (applied(transposed(joint.R), x) for x in at_joint)
         own = joint.axis * rates[i]
         moving = (origin, velocity, spin + own) if joint.turns else (origin, velocity + own, spin)

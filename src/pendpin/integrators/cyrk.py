@@ -12,6 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from pendpin.engines import llvm
 from pendpin.versions import version
 
 SERIES = "0.20."
@@ -67,6 +68,4 @@ def _function(functions: ctypes.CDLL, name: str, result: Any, arguments: tuple[A
 
 def _processor_suits() -> bool:
     """CyRK for x86 needs AVX2; other processors have no such feature to lack."""
-    import llvmlite.binding as llvm
-
-    return llvm.get_host_cpu_features().get("avx2", True)
+    return b"-avx2" not in llvm.processor().features.split(b",")

@@ -1,14 +1,12 @@
 """A scene in other simulators and in plain SciPy, from one URDF text: what each reaches at its best, and in what time."""
 
 from importlib.util import find_spec
-from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import Gravity
 from pendpin.errors import InputError, MissingLibrary
-from pendpin.model.bodies import pinocchio
 from pendpin.model.build import build, start_state
 from pendpin.scene import Scene
 from pendpin.simulators.base import Peer, PeerRun, PeerTask, Probe
@@ -23,10 +21,13 @@ MODULES = {"mujoco": "mujoco", "drake": "pydrake"}  # by the names of their pack
 def peers(scene: Scene) -> tuple[Peer, ...]:
     """The peers that are installed, each with its model of the scene. Gravity is the one effect that they take.
 
-    Raises InputError for a scene with others, or that one of them does not take.
+    Without SciPy around Pinocchio for chains too long for Pinocchio's memory. Raises InputError for a scene with other
+    effects, or that one of them does not take.
     """
     task, absent = task_of(scene), missing()
     made = {"mujoco": mujoco_peers, "drake": drake_peers, "scipy": scipy_peers}
+    if build(scene.model).make_pin is None:
+        del made["scipy"]
     return tuple(peer for name, make in made.items() if name not in absent for peer in make(task))
 
 
@@ -44,21 +45,12 @@ def require_libraries() -> None:
 
 def task_of(scene: Scene) -> PeerTask:
     """A scene as the peers get it; raises InputError for effects other than gravity."""
-    fields = [np.zeros(3)]
     for i, effect in enumerate(scene.effects):
         if not isinstance(effect, Gravity):
             raise InputError(f"effects[{i}]: {effect.kind}: other simulators are compared under gravity alone")
-        fields.append(effect.field(0.0))
-    model, gravity = build(scene.model), np.sum(fields, axis=0)
-    if model.pin is None:
-        raise InputError(f"model: {len(model.rods)} rods are more than other simulators are compared on")
+    dynamics = Dynamics(build(scene.model), scene.effects)
+    model, gravity = dynamics.model, dynamics.loads.constant
     q, v = start_state(model, scene.start)
-    probe = _probe(model.pin.copy(), gravity)
+    some = np.sin(1.0 + np.arange(2 * len(model.joints))).reshape(2, -1)  # any state will do
+    probe = Probe(*some, dynamics.acceleration(0.0, *some))
     return PeerTask(*same_for_all(scene.model), model.joints, q, v, gravity, scene.times, probe)
-
-
-def _probe(model: Any, gravity: Array) -> Probe:
-    """A state of a pin.Model and its accelerations under gravity (3,) in m/s², to compare loaded models by."""
-    model.gravity.linear = gravity
-    q, v = np.sin(1.0 + np.arange(2 * model.nv)).reshape(2, -1)  # any will do
-    return Probe(q, v, pinocchio().aba(model, model.createData(), q, v, np.zeros(model.nv)).copy())

@@ -1,0 +1,138 @@
+"""LLVM by the functions of llvmlite's library, without importing llvmlite: that takes five times as long as loading it.
+
+Their arguments are those of the versions named in SERIES; another llvmlite is as if it were not there.
+"""
+
+import ctypes
+import os
+import platform
+import sys
+from ctypes import POINTER, byref, c_bool, c_char_p, c_int, c_uint64, c_void_p
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+from pendpin.errors import MissingLibrary
+from pendpin.versions import installed as versions
+
+SERIES = "0.50."
+_TEXT = POINTER(c_char_p)
+_NAMES: dict[str, tuple[Any, tuple[Any, ...]]] = {  # type of the result, types of the arguments
+    "InitializeNativeTarget": (c_int, ()),
+    "InitializeNativeAsmPrinter": (c_int, ()),
+    "GetDefaultTargetTriple": (None, (_TEXT,)),
+    "GetHostCPUName": (None, (_TEXT,)),
+    "GetHostCPUFeatures": (c_int, (_TEXT,)),
+    "GetTargetFromTriple": (c_void_p, (c_char_p, _TEXT)),
+    "CreateTargetMachine": (c_void_p, (c_void_p, *[c_char_p] * 3, c_int, *[c_char_p] * 2, c_int, c_int, c_char_p)),
+    "ContextCreate": (c_void_p, ()),
+    "ContextDispose": (None, (c_void_p,)),
+    "ParseAssembly": (c_void_p, (c_void_p, c_char_p, _TEXT)),
+    "CreateMCJITCompiler": (c_void_p, (c_void_p, c_void_p, c_bool, _TEXT)),
+    "DisposeExecutionEngine": (None, (c_void_p,)),
+    "GetFunctionAddress": (c_uint64, (c_void_p, c_char_p)),
+    "AddSymbol": (None, (c_char_p, c_void_p)),
+    "DisposeString": (None, (c_void_p,)),
+}
+
+
+@cache
+def installed() -> bool:
+    """Whether llvmlite is there, in a version of this series."""
+    return (versions("llvmlite")["llvmlite"] or "").startswith(SERIES)
+
+
+def require(what: str) -> None:
+    """Raise MissingLibrary for what needs llvmlite where it is not installed."""
+    if not installed():
+        raise MissingLibrary(f"{what} needs llvmlite {SERIES}x: pip install 'llvmlite=={SERIES}*'")
+
+
+class Library:
+    """Functions compiled in memory from LLVM's intermediate language, for this processor; they live as long as this object.
+
+    Threads may compile at the same time: each library has a context of its own.
+    """
+
+    def __init__(self, text: str, optimisation: int) -> None:
+        self._api = api = _api()
+        self._context, self._engine = api.ContextCreate(), None
+        error = c_char_p()
+        module = api.ParseAssembly(self._context, text.encode(), byref(error))
+        if not module or error.value:
+            raise RuntimeError(f"LLVM refuses the code: {error.value!r}")
+        own_memory = platform.machine().lower() in {"arm64", "aarch64"}  # where LLVM's own places code too far apart
+        self._engine = api.CreateMCJITCompiler(module, _machine(optimisation), own_memory, byref(error))
+        if not self._engine:
+            raise RuntimeError(f"LLVM cannot compile: {error.value!r}")
+
+    def __del__(self) -> None:
+        if sys.is_finalizing():
+            return
+        if self._engine:
+            self._api.DisposeExecutionEngine(self._engine)
+        self._api.ContextDispose(self._context)
+
+    def address(self, name: str) -> int:
+        """The address of a function; at the first call all are compiled."""
+        return self._api.GetFunctionAddress(self._engine, name.encode())
+
+    def provide(self, name: str) -> None:
+        """Let all code that is compiled afterwards call a function of this library, which has to live as long."""
+        self._api.AddSymbol(name.encode(), self.address(name))
+
+
+class Processor(NamedTuple):
+    """What LLVM compiles for."""
+
+    target: int
+    triple: bytes
+    name: bytes
+    features: bytes  # as +avx2, -sse4a
+
+
+@cache
+def processor() -> Processor:
+    """This processor."""
+    api = _api()
+    api.InitializeNativeTarget()
+    api.InitializeNativeAsmPrinter()
+    triple, name, features = map(_text, (api.GetDefaultTargetTriple, api.GetHostCPUName, api.GetHostCPUFeatures))
+    if os.name == "nt":
+        triple += b"-elf"  # the only format that is linked in memory
+    return Processor(api.GetTargetFromTriple(triple, byref(c_char_p())), triple, name, features)
+
+
+def _machine(optimisation: int) -> int:
+    """What a compiler generates code with, which takes it over."""
+    target, triple, name, features = processor()
+    return _api().CreateTargetMachine(
+        target, triple, name, features, optimisation, b"default", b"jitdefault", False, True, b""
+    )
+
+
+def _text(function: Any) -> bytes:
+    """What a function writes."""
+    out = c_char_p()
+    function(byref(out))
+    value = out.value or b""
+    _api().DisposeString(out)
+    return value
+
+
+@cache
+def _api() -> Any:
+    """The functions by the names above."""
+    spec = find_spec("llvmlite")
+    assert spec is not None
+    assert spec.origin is not None
+    (path,) = (Path(spec.origin).parent / "binding").glob("*llvmlite.*")
+    functions = ctypes.CDLL(str(path))
+    return SimpleNamespace(**{name: _function(functions[f"LLVMPY_{name}"], *kinds) for name, kinds in _NAMES.items()})
+
+
+def _function(function: Any, result: Any, arguments: tuple[Any, ...]) -> Any:
+    function.restype, function.argtypes = result, arguments
+    return function
