@@ -1,12 +1,11 @@
-"""How good `auto` is: its whole time, compiling included, beside that of the best fixed method and engine, on 36 scenes.
+"""How good `auto` is: its whole time, compiling included, beside that of the best fixed method and engine, on 24 scenes.
 
-1, 2, 3, 10, 30, 100 rods; bare, damped, drag, moving support, friction, thin; 2 s and 60 s by turns; tolerances 1e-4,
-1e-7, 1e-10 by turns. Long chains run for a shorter time (`horizon`). Each choice runs ten times in a process of its own,
-with another mass each time, fewer times if these take more than 4 s; heyoka's cache on disk is off. Times are of the
-processor; a process has 20 s of it. A fixed choice counts where its tip error is at most three times that of auto, or ten
-times its tolerance; errors are against dop853 at 1e-12, or where that takes too long, at the tolerance of the scene. With
---against, the auto of another source tree runs by turns with it. Run it on an idle machine, about 20 minutes of processor
-time: python benchmarks/auto.py
+1, 3, 30, 100 rods; bare, damped, drag, moving support, friction, thin; 2 s and 60 s by turns; tolerances 1e-4, 1e-7,
+1e-10 by turns. Long chains run for a shorter time (`horizon`). Each choice runs ten times in a process of its own, with
+another mass each time, fewer times if these take more than 2 s; heyoka's cache on disk is off. Times are of the
+processor; a process has 10 s of it. A fixed choice counts where its tip error is at most three times that of auto, or ten
+times its tolerance; errors are against dop853 at 1e-12, or where that takes too long, at the tolerance of the scene.
+About 6 minutes of processor time: python benchmarks/auto.py
 """
 
 import argparse
@@ -22,13 +21,13 @@ from importlib.metadata import version
 from statistics import fmean, median
 from typing import Any
 
-RODS = (1, 2, 3, 10, 30, 100)
+RODS = (1, 3, 30, 100)
 KINDS = ("bare", "damped", "drag", "support", "friction", "thin")
 DURATIONS = (2.0, 60.0)
 TOLERANCES = (1e-4, 1e-7, 1e-10)
 FIXED = (("dop853", "auto"), ("dop853", "compiled"), ("taylor", "auto"), ("lsoda", "compiled"), ("rk45", "compiled"))
 RUNS = {1: slice(0, 1), 2: slice(1, 4), 10: slice(7, 10)}  # the first; means, as a clock may tick every 4 ms
-LONGEST = 20  # s of processor for a process: a choice that takes longer for its first run is left out
+LONGEST = 10  # s of processor for a process: a choice that takes longer for its first run is left out
 
 
 def scene(rods: int, kind: str, duration: float, tolerance: float, choice: tuple[str, str], run: int) -> Any:
@@ -75,25 +74,14 @@ def measured(case: dict[str, Any]) -> dict[str, Any]:
     return {"seconds": seconds, "tips": first, "chosen": chosen}
 
 
-def in_a_process(case: dict[str, Any], source: str | None = None) -> dict[str, Any]:
-    """The same in a fresh process, of another source tree if one is given; "failed" says why there are no times."""
+def in_a_process(case: dict[str, Any]) -> dict[str, Any]:
+    """The same in a fresh process; "failed" says why there are no times."""
     command = [sys.executable, __file__, "--case", json.dumps(case)]
-    more = {"PYTHONPATH": source} if source else {}
-    found = subprocess.run(command, capture_output=True, text=True, env=os.environ | more)
+    found = subprocess.run(command, capture_output=True, text=True)
     if found.returncode == 0:
         return json.loads(found.stdout.splitlines()[-1])
     last = (found.stderr.splitlines() or [""])[-1]
     return {"failed": f"over {LONGEST:g} s" if found.returncode < 0 else last[-150:]}
-
-
-def timed(case: dict[str, Any], source: str | None = None) -> dict[str, Any]:
-    """Of quick choices the mean of three processes, run by run."""
-    found = [in_a_process(case, source)]
-    if "failed" not in found[0] and sum(found[0]["seconds"]) < LONGEST / 10:
-        found += [in_a_process(case, source) for _ in range(2)]
-    return found[0] | {
-        "seconds": [fmean(times) for times in zip(*(one.get("seconds", ()) for one in found), strict=True)]
-    }
 
 
 def apart(one: Any, other: Any) -> float:
@@ -111,22 +99,20 @@ def ratio(one: dict[str, Any], others: list[dict[str, Any]]) -> dict[int, float]
     return {run: own / min(best) for run, own, *best in zip(RUNS, *times, strict=True)} if others else {}
 
 
-def row(case: dict[str, Any], against: str | None) -> tuple[dict[int, float], dict[int, float], str]:
-    """Auto's time over that of the best fixed choice, and of another tree's auto; what was chosen, and what was best."""
-    auto = timed(case | {"choice": ("auto", "auto")})
+def row(case: dict[str, Any]) -> tuple[dict[int, float], str]:
+    """Auto's time over that of the best fixed choice; what was chosen, and what was best."""
+    auto = in_a_process(case | {"choice": ("auto", "auto")})
     if "failed" in auto:
-        return {}, {}, f"auto fails: {auto['failed']}"
-    before = [timed(case | {"choice": ("auto", "auto")}, against)] if against else []
+        return {}, f"auto fails: {auto['failed']}"
     truth = in_a_process(case | {"choice": ("dop853", "auto"), "tolerance": 1e-12})
-    others = {choice: timed(case | {"choice": choice}) for choice in FIXED}
+    others = {choice: in_a_process(case | {"choice": choice}) for choice in FIXED}
     truth = others["dop853", "auto"] if "failed" in truth else truth
     others = {choice: found for choice, found in others.items() if "failed" not in found}
     truth = auto if "failed" in truth else truth
     allowed = max(3 * apart(auto, truth), 10 * case["tolerance"])
     good = {choice: found for choice, found in others.items() if apart(found, truth) <= allowed}
     last = [(found["seconds"][-1], " ".join(choice)) for choice, found in good.items()]
-    chosen = f"{auto['chosen']}; best at last: {min(last, default=(0, 'none'))[1]}"
-    return ratio(auto, list(good.values())), ratio(auto, [found for found in before if "failed" not in found]), chosen
+    return ratio(auto, list(good.values())), f"{auto['chosen']}; best at last: {min(last, default=(0, 'none'))[1]}"
 
 
 def horizon(rods: int, kind: str, duration: float) -> float:
@@ -142,32 +128,25 @@ def main() -> None:
     parser.add_argument("--case")
     parser.add_argument("--rods", type=int, nargs="+", choices=RODS, default=RODS)
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS)
-    parser.add_argument(
-        "--against", metavar="SRC", help="folder of another pendpin, such as the src of an older checkout"
-    )
     options = parser.parse_args()
     if options.case:
         resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST))
         print(json.dumps(measured(json.loads(options.case))))
         return
-    tables: tuple[list[dict[int, float]], ...] = ([], [])
+    table: list[dict[int, float]] = []
     for rods, (j, kind) in itertools.product(options.rods, enumerate(KINDS)):
         if kind not in options.kinds:
             continue
         turn = RODS.index(rods) + j
         case = {"rods": rods, "kind": kind, "tolerance": TOLERANCES[turn % 3]}
         case["duration"] = horizon(rods, kind, DURATIONS[turn % 2])
-        *found, chosen = row(case, options.against)
-        numbers = " |".join(" ".join(f"{one[run]:5.2f}" if one else "    -" for run in RUNS) for one in found)
+        ratios, chosen = row(case)
+        numbers = " ".join(f"{ratios[run]:5.2f}" if ratios else "    -" for run in RUNS)
         print(f"{rods:3d} {kind:9s}{case['duration']:4g} s {case['tolerance']:6g} {numbers}  {chosen}", flush=True)
-        for table, one in zip(tables, found, strict=True):
-            table.extend([one] if one else [])
-    for what, table in zip(("the best fixed choice", "the other auto"), tables, strict=True):
-        for run in RUNS if table else ():
-            numbers = [one[run] for one in table]
-            print(
-                f"run {run}, over {what}: median {median(numbers):.2f}, worst {max(numbers):.2f} of {len(numbers)} scenes"
-            )
+        table.extend([ratios] if ratios else [])
+    for run in RUNS if table else ():
+        numbers = [ratios[run] for ratios in table]
+        print(f"run {run}: median {median(numbers):.2f}, worst {max(numbers):.2f} of {len(numbers)} scenes")
     versions = ", ".join(f"{name} {version(name)}" for name in ("pin", "CyRK", "llvmlite", "heyoka", "numpy"))
     print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}, {versions}")
 
