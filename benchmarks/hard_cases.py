@@ -1,8 +1,8 @@
-"""Writes the figures into docs/hard_cases.md, from the JSON that the command prints.
+"""Writes the figures into docs/hard_cases_catalogue.md and docs/hard_cases.md, from the JSON that the command prints.
 
 pendpin hard --json > hard.json
 pendpin hard --peers --json > peers.json
-python benchmarks/hard_cases.py hard.json peers.json [another page]
+python benchmarks/hard_cases.py hard.json peers.json [another folder of the two pages]
 """
 
 import sys
@@ -13,7 +13,7 @@ from typing import Any
 
 from pendpin.hardcases.base import GROUPS
 
-PAGE = Path(__file__).parents[1] / "docs" / "hard_cases.md"
+DOCS = Path(__file__).parents[1] / "docs"
 
 
 def number(value: float | None) -> str:
@@ -83,12 +83,12 @@ def put(page: str, name: str, lines: list[str]) -> str:
 
 
 def main() -> None:
-    """Read the two files of figures and rewrite the page."""
-    path = Path(sys.argv[3]) if len(sys.argv) > 3 else PAGE
-    page = path.read_text()
-    for name, file, part in zip(("figures", "peers"), sys.argv[1:3], (figures, survivors), strict=False):
-        page = put(page, name, part(loads(Path(file).read_text())))
-    path.write_text(page)
+    """Read the two files of figures and rewrite the two pages."""
+    folder = Path(sys.argv[3]) if len(sys.argv) > 3 else DOCS
+    parts = (("figures", figures, "hard_cases_catalogue.md"), ("peers", survivors, "hard_cases.md"))
+    for (name, part, page), file in zip(parts, sys.argv[1:3], strict=False):
+        path = folder / page
+        path.write_text(put(path.read_text(), name, part(loads(Path(file).read_text()))))
 
 
 if __name__ == "__main__":

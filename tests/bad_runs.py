@@ -95,10 +95,10 @@ RUNS: dict[str, tuple[Content, str]] = {
         zipped(meta=claiming("()", "'<U200000000'")),
         f"{NOT}its texts claim 8e+08 bytes, more than 4e+08",
     ),
-    "text beyond Unicode": (run_file(meta=letters(0x7B, 0x69000000)), f"{NOT}array 'meta' holds what is no text"),
+    "text beyond Unicode": (run_file(meta=letters(0x7B, 0x69000000)), f"{NOT}array 'meta' holds"),
     "names beyond Unicode": (
         run_file(joints=letters(0x110000, 0x61).reshape(1).repeat(NV)),
-        f"{NOT}array 'joints' holds what is no text",
+        f"{NOT}array 'joints' holds",
     ),
     "no t": (run_file(t=None), f"{NOT}array 't' is missing"),
     "no meta": (run_file(meta=None), f"{NOT}array 'meta' is missing"),

@@ -26,7 +26,7 @@ SMALL = {
     "fit": f"1 {ONE_ROD} fit.jsonl",
     "fit_coverage": "2 coverage.jsonl --sizes '2 x 400' --noises 0.5",
     "goal": "--count 2 --seed 1 --file goal.jsonl",
-    "hard_cases": "hard.json peers.json page.md",
+    "hard_cases": "hard.json peers.json .",
     "instants": "3 1 0",
     "kill": "1 1",
     "kill_sweeps": "1 1 60",
@@ -72,5 +72,6 @@ def test_a_script_runs(name: str, tmp_path: Path) -> None:
         hard = [sys.executable, "-m", "pendpin", "hard", "thin-pole", "--json"]
         (tmp_path / "hard.json").write_text(run(tmp_path, *hard))
         copy(tmp_path / "hard.json", tmp_path / "peers.json")
-        copy(TOP / "docs" / "hard_cases.md", tmp_path / "page.md")
+        for page in ("hard_cases.md", "hard_cases_catalogue.md"):
+            copy(TOP / "docs" / page, tmp_path)
     run(tmp_path, sys.executable, str(FOLDER / f"{name}.py"), *split(SMALL[name]))

@@ -36,7 +36,7 @@ EFFECTS = {
     "idle motor": ('"motor"\njoint = "phi"', "effects[1]: a motor needs a torque, an amplitude and frequency, or"),
     "motor that does both": (
         '"motor"\njoint = "phi"\ntorque = 1\ntarget = 0.1',
-        "effects[1]: torque and target do not go together",
+        "effects[1]: torque and target",
     ),
     "motor without frequency": ('"motor"\njoint = "phi"\namplitude = 1', "amplitude and frequency go together"),
     "motor at rest": ('"motor"\njoint = "phi"\namplitude = 1\nfrequency = 0', "effects[1].frequency: 0 is not above 0"),

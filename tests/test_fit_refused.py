@@ -65,7 +65,7 @@ def test_a_wrong_key_is_refused(free: str, said: str) -> None:
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        ({"columns": {"a": "theta"}}, "data.columns.a: 'theta' is no coordinate of a tip"),
+        ({"columns": {"a": "theta"}}, "data.columns.a: 'theta' is not a coordinate of a tip"),
         ({"columns": {"a": ("theta", "theta")}}, "data.columns.a: it names a joint twice"),
         ({"columns": {"a": ("theta_2",)}}, "data.columns.a: joint 'theta_2' is not one of"),
         ({"columns": {"a": ("theta",)}, "offsets": "fre"}, "offsets: 'fre' is not one of: free, zero; did you mean"),

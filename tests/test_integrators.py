@@ -321,8 +321,8 @@ def test_gauss_integrates_the_work() -> None:
         ({"method": "rk4"}, "step: rk4 takes a step, in s"),
         ({"method": "gauss4", "tolerance": 1e-8}, "tolerance: gauss4 takes a step, not a tolerance"),
         ({"method": "rk4", "step": 0.01, "tolerance": 1e-8}, "tolerance: rk4 takes a step, not a tolerance"),
-        ({"method": "dop853", "step": 0.01}, "step: dop853 takes a tolerance, not a step; these take a step: gauss2, "),
-        ({"step": 0.01, "tolerance": 1e-8}, "step: auto takes a tolerance, not a step"),
+        ({"method": "dop853", "step": 0.01}, "step: dop853 needs a tolerance"),
+        ({"step": 0.01, "tolerance": 1e-8}, "step: auto needs a tolerance"),
         ({"method": "taylor", "tolerance": 1e-19}, "tolerance: 1e-19 is below 1e-18"),
         ({"method": "rk4", "step": 1e-12}, "solver.step: 1e-12 s takes more than 1e+09 steps"),
         ({"method": "rk4", "step": 5e-324}, "solver.step: 5e-324 s takes"),
@@ -343,7 +343,7 @@ def test_a_setting_given_in_the_call_displaces_that_of_the_scene() -> None:
 @pytest.mark.parametrize("method", ["rk4", "gauss4", "taylor"])
 def test_contacts_are_left_to_the_adaptive_lane(method: str) -> None:
     solver = {"method": method} | ({} if method == "taylor" else {"step": 0.01})
-    with pytest.raises(pp.InputError, match=f"{method} takes no stops and no dry friction|is not smooth"):
+    with pytest.raises(pp.InputError, match=f"solver.method: {method}.*dop853|is not smooth"):
         pp.simulate(scene(THICK, fx.Stop(upper=1.0), **solver))
 
 

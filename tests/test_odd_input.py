@@ -82,7 +82,7 @@ NOTED = {
     "mimic": (
         AXIS,
         f'{AXIS}<mimic joint="theta"/>',
-        "joint 'phi' mimics 'theta' in the file; it moves on its own here",
+        "joint 'phi' mimics 'theta' in the file",
     ),
     "mimic of a stranger": (
         AXIS,

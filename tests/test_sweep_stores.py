@@ -157,7 +157,7 @@ def test_a_store_of_another_sweep_is_refused(tmp_path: Path) -> None:
         )  # fmt: skip
     assert_same(load(store), first)
     (tmp_path / "other").mkdir()
-    with pytest.raises(pp.InputError, match="no sound store of a sweep"):
+    with pytest.raises(pp.InputError, match="not a sound store of a sweep"):
         small(tmp_path / "other")
 
 

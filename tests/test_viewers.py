@@ -76,5 +76,5 @@ def test_pinocchios_viewer_is_sent_the_meshes_of_the_urdf_where_they_are() -> No
 
 def test_what_is_no_viewer_is_refused() -> None:
     run = pp.simulate(pp.Scene(duration=0.1, model=pp.Chain(rods=[pp.Rod(length=1, mass=1)]), effects=GRAVITY))
-    with pytest.raises(pp.InputError, match=r"show: 'none' is no meshcat\.Visualizer and no MeshcatVisualizer"):
+    with pytest.raises(pp.InputError, match=r"show: 'none' .*meshcat\.Visualizer.*MeshcatVisualizer"):
         run.show("none")

@@ -31,14 +31,14 @@ class InputError(PendpinError):
 
 
 class RunError(PendpinError):
-    """A run that could not reach its end: the message names the time and the reason, `partial` is what was done."""
+    """A run that could not reach its end: the message names the time and the reason, `partial` is the run up to there."""
 
     def __init__(self, message: str, partial: Any = None) -> None:
         super().__init__(message)
         self.partial = partial
 
     def said(self, message: str, partial: Any) -> "RunError":
-        """An error of the same kind with another message, and with what was done."""
+        """An error of the same kind with another message and the part of the run that was done."""
         return type(self)(message, partial)
 
 

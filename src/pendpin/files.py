@@ -253,7 +253,9 @@ class ArrayFile:
             if member.read(1):  # at the end its checksum is looked at
                 raise ValueError(f"array {name!r} is longer than its header says")
         if array.dtype.kind == "U" and _letters(array).max(initial=0) > sys.maxunicode:
-            raise ValueError(f"array {name!r} holds what is no text")  # Python makes one of it that breaks others
+            raise ValueError(
+                f"array {name!r} holds letters beyond Unicode"
+            )  # Python makes one of it that breaks others
         return array
 
     def _header(self, name: str) -> Announced:

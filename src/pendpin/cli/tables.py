@@ -120,7 +120,7 @@ def print_effects(found: "EffectsReport", as_json: bool) -> None:
     print_table(["effect", "in the scene", "moves a tip by", "time added", "verdict"], rows)
     print("A tip's largest distance with and without it, in per cent of the chain's length.")
     if any(not row.listed for row in found.rows):
-        print("What the scene lacks was tried with example numbers; yours may differ.")
+        print("Effects that the scene lacks were tried with example numbers; yours may differ.")
     if found.horizon < found.duration:
         print(f"compared up to {found.horizon:.3g} s of {found.duration:g} s: {found.why}")
 

@@ -45,9 +45,9 @@ def crosscheck(
         scene: a Scene, or the path of a TOML file.
         states: how many.
         seed: of the random states.
-        routes: your own for a single rod: name -> f(rod, q, v, field) -> {quantity: values (states,)}, for any of theta_dd,
-            phi_dd, R1, R2, R3, M3, Mc. rod is a RodInertia, q, v are (states, 2), the uniform field (3,) m/s² is in the
-            inertial frame I (z down).
+        routes: functions of your own for a single rod, by name. f(rod, q, v, field) returns {quantity: values (states,)}
+            for any of theta_dd, phi_dd, R1, R2, R3, M3, Mc. It gets a RodInertia, q and v (states, 2), and the uniform
+            field (3,) m/s² in the inertial frame I (z down).
 
     Returns:
         The report: the worst difference for each pair of routes and each quantity.

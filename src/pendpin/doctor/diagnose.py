@@ -32,16 +32,26 @@ def diagnose(
 ) -> "Diagnosis | Comparison":
     """Check the equations of a rod on a universal joint, and mend those that fail (docs/doctor.md).
 
-    `equations` is a text in LaTeX, Markdown or plain notation, a Path of such a file or of a TOML file, a list of texts
-    and sympy expressions or Eq, or a mapping of names to these. `rod` is "point" (a mass at the tip), "thin" (uniform,
-    I3 = 0), "uniform" (radius r), "symmetric" (h, I1 = I2, I3) or "general" (h, I1, I2, I3); left out, the
-    symbols tell; or one of the other systems, "plane", "double", "acrobot", "cart-pole", "polar". `symbols` gives names of
-    your own, such as {"alpha": "theta", "A": "J_1"}; `scene` is a chain of rods that the equations are about.
-    `convention` says how the text differs from docs/derivation.md: "theta-ccw", "phi-reversed", "z-up", "swapped",
-    "b3-up", "transposed", several with commas, or "standard"; left out, it is found.
+    Args:
+        equations: a text in LaTeX, Markdown or plain notation, a Path of such a file or of a TOML file, a list of texts and
+            sympy expressions or Eq, or a mapping of names to these. A Scene compares functions instead; see below.
+        rod: "point" (a mass at the tip), "thin" (uniform, I3 = 0), "uniform" (radius r), "symmetric" (h, I1 = I2, I3) or
+            "general" (h, I1, I2, I3). Other systems: "plane", "double", "acrobot", "cart-pole", "polar". Found from the
+            symbols if absent.
+        symbols: names of your own, such as {"alpha": "theta", "A": "J_1"}.
+        scene: a chain of rods that the equations describe.
+        convention: differences from docs/derivation.md: "theta-ccw", "phi-reversed", "z-up", "swapped", "b3-up",
+            "transposed", several with commas, or "standard". Found if absent.
+        accelerations: with a Scene, f(q, v) -> (nv,) rad/s², compared with the scene's own at random states.
+        reactions: with a Scene, f(q, v) -> a mapping with any of R1, R2, R3, M3, Mc to (rods,), or wrenches (joints, 6).
+        progress: called with the name of each step.
 
-    With a Scene in place of equations, `accelerations(q, v)` and `reactions(q, v)` are compared with the scene's own at
-    random states. Raises InputError for what cannot be read at all, MissingLibrary without sympy.
+    Returns:
+        A Diagnosis, or for a Scene a Comparison; both print as a report.
+
+    Raises:
+        InputError: for a text that cannot be read at all.
+        MissingLibrary: without sympy.
     """
     if isinstance(equations, Scene):
         from pendpin.doctor.black_box import compare
@@ -79,7 +89,7 @@ def _pairs(text: str) -> dict[str, str]:
     pairs = [part.partition("=") for part in re.split(r",(?![^()]*\))", text) if part.strip()]
     for name, equals, value in pairs:
         if not (name.strip() and equals and value.strip()):
-            raise InputError(f"--symbols: {shown(name)}: write name=meaning, as in alpha=theta,A=J_1")
+            raise InputError(f"--symbols: {shown(name)} has no meaning; write name=meaning, as in alpha=theta,A=J_1")
     return {name.strip(): value.strip() for name, _, value in pairs}
 
 

@@ -97,7 +97,7 @@ class Diagnosis:
     def __repr__(self) -> str:
         found = "; ".join(f"{finding.number} {finding.verdict}" for finding in self.findings)
         return brief(
-            f"Diagnosis of {len(self.findings)} equations, {len(self.wrong)} wrong: {found}; print() shows all"
+            f"Diagnosis of {len(self.findings)} equations, {len(self.wrong)} wrong: {found}. print() shows all"
         )
 
     def __str__(self) -> str:

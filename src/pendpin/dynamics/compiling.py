@@ -43,8 +43,8 @@ def compiled(engine: Engine, effects: Sequence[Effect], start: float, asked: Ask
     for i, effect in enumerate(effects):
         if not effect.symbolic:
             raise InputError(
-                f"effects[{i}]: {effect.kind} does not run on symbols, as solver.engine: compiled needs it; "
-                'take solver.engine = "auto"'
+                f"effects[{i}]: {effect.kind} does not run on symbols, as compiled equations must; "
+                'use solver.engine = "auto"'
             )
     begin = time.perf_counter()
     by_rod = records_by_rod(engine, effects)

@@ -82,7 +82,7 @@ class Dynamics:
         return self.engine.evaluate(np.array([t - self.start]), *self._states(q, v)).acceleration[0]
 
     def wrenches(self, t: float, q: Array, v: Array) -> Array:
-        """What each joint's parent exerts on its child, (joints, 6): force N, then moment N m, in the joint's frame."""
+        """The wrench of each joint's parent on its child, (joints, 6): force N, then moment N m, in the joint's frame."""
         return self.engine.evaluate(np.array([t - self.start]), *self._states(q, v)).wrench[0]
 
     def energy(self, q: Array, v: Array) -> tuple[float, float]:
@@ -202,7 +202,17 @@ def without_compiling(engine: Engine) -> Literal["pinocchio", "chain"]:
 
 
 def bind(scene: Scene | str | Path) -> Dynamics:
-    """The dynamics of a scene, or of that of a file. Raises InputError for a model that cannot be simulated."""
+    """Build the dynamics of a scene once, for accelerations, wrenches and energies at any state.
+
+    Args:
+        scene: a Scene, or the path of a TOML file.
+
+    Returns:
+        The Dynamics: .acceleration(t, q, v), .wrenches(t, q, v), .energy(q, v), with q, v (nv,) in model order.
+
+    Raises:
+        InputError: for a model that cannot be simulated.
+    """
     scene = chosen_scene(scene)
     method = scene.solver.method
     form = METHODS[method].state if method in METHODS else "any"

@@ -141,7 +141,7 @@ def _varied(value: Any, path: KeyPath, rest: KeyPath) -> Any:
     if isinstance(value, tuple) and len(rest) == 1 and isinstance(i := rest[0], int) and i < len(value):
         return (*value[:i], _varied(value[i], path, ()), *value[i + 1 :])
     if rest or isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"{written(path)}: {shown(value)} is not a number; give one to take a derivative by it")
+        raise InputError(f"{written(path)}: {shown(value)} is not a number; a derivative needs one")
     return _Varied(value, _STEP)
 
 

@@ -82,7 +82,7 @@ def returned(what: str, found: Any, shape: tuple[int, ...], kind: type = float) 
             raise TypeError
         numbers = np.array(numbers, kind)  # its own: a function may return the same array every time
     except (TypeError, ValueError):
-        raise InputError(f"{what} returned {shown(found)}, which is no array of numbers") from None
+        raise InputError(f"{what} returned {shown(found)}, which is not an array of numbers") from None
     if numbers.shape != shape and not (shape[0] == 1 and numbers.shape == shape[1:]):
         raise InputError(f"{what} returned shape {numbers.shape}, where {shape} is wanted")
     return numbers.reshape(shape)

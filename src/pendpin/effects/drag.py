@@ -73,7 +73,7 @@ class Drag(BodyEffect):
 
     @property
     def lift(self) -> float:
-        """The density of what lifts the rods, kg/m³."""
+        """The density of the fluid that lifts the rods, kg/m³; 0 without buoyancy."""
         return self.density * self.buoyancy
 
     @property

@@ -38,9 +38,9 @@ class DryFriction(ContactEffect):
 
     With `stribeck`, a speed v_s, friction falls from the static to the kinetic value as a joint slides faster:
     -(kinetic + (static - kinetic) exp(-(v / v_s)²)) sign(v) (B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit,
-    Automatica 30 (1994), 1083). kinetic in N m; static in N m (kinetic), not below kinetic; stribeck in rad/s (absent:
-    friction does not change with speed); joints by name (all). Matters where a joint comes to rest, and in every small
-    swing.
+    Automatica 30 (1994), 1083). kinetic is in N m. static is in N m, by default (and at least) kinetic. stribeck is in
+    rad/s; without it friction does not change with speed. joints are named (default: all). Friction matters if a joint
+    comes to rest, and in every small swing.
     """
 
     strengths: ClassVar[tuple[str, ...]] = ("kinetic", "static")
@@ -72,15 +72,15 @@ class DryFriction(ContactEffect):
 class Stop(ContactEffect):
     """Limits of a joint's position; at a limit the rate is reversed and multiplied by the restitution.
 
-    lower, upper in rad; restitution from 0 (it stays) to 1 (no loss); joints by name (all). Bounces too small to tell
-    apart end in rest on the stop.
+    lower and upper are in rad. The restitution is from 0 (no rebound) to 1 (no energy lost). joints are named (default:
+    all). Bounces too small to tell apart end in rest on the stop.
     """
 
     kind: Literal["stop"] = Field("stop", description="which effect it is")
     lower: Number | None = Field(None, description="rad; none if absent")
     upper: Number | None = Field(None, description="rad; none if absent")
     restitution: Annotated[Number, Field(ge=0, le=1)] = Field(
-        0.0, description="rate after an impact over the rate before: 0 stays, 1 loses nothing"
+        0.0, description="rate after an impact over the rate before: 0 without rebound, 1 without loss"
     )
 
     @model_validator(mode="after")

@@ -64,7 +64,7 @@ class Motor(JointEffect):
     """A motor on one joint: a given torque, or a controller that holds the joint.
 
     torque + amplitude sin(frequency t + phase), in N m, N m, rad/s, rad; or
-    -proportional (q - target) - derivative q', in N m/rad, rad, N m s/rad. What is left out is 0.
+    -proportional (q - target) - derivative q', in N m/rad, rad, N m s/rad. Absent numbers are 0.
     """
 
     parameters: ClassVar[tuple[str, ...]] = (*_DRIVE, *_HOLD)
@@ -85,7 +85,7 @@ class Motor(JointEffect):
         drive, hold = ([name for name in names if name in given] for names in (_DRIVE, _HOLD))
         if drive and hold:
             raise ValueError(
-                f"{drive[0]} and {hold[0]} do not go together: a motor has a torque or a controller; list two motors"
+                f"{drive[0]} and {hold[0]} exclude each other: a motor has a torque or a controller; list two motors"
             )
         if not given:
             raise ValueError("a motor needs a torque, an amplitude and frequency, or a proportional and target")

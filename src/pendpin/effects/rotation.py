@@ -16,12 +16,13 @@ EARTH = 7.292115e-5  # rad/s, Earth's rate of the World Geodetic System 1984
 class Rotation(BodyEffect):
     """W turns at the constant rate Omega about an axis through its origin at rest: Coriolis and centrifugal forces.
 
-    Of every mass element -(2 Omega x v + Omega x (Omega x r)) dm, summed over a rigid body without approximation:
-    F = -m (2 Omega x v_G + Omega x (Omega x r_G)) and, about the centre of mass, M = (Omega + 2 omega) x (E Omega),
-    with the spread of mass E = integral of r r^T dm = tr(I) / 2 - I (docs/effects.md derives it).
+    The force on a mass element is -(2 Omega x v + Omega x (Omega x r)) dm. The sum over a rigid body is exact: F = -m (2
+    Omega x v_G + Omega x (Omega x r_G)) and, about the centre of mass, M = (Omega + 2 omega) x (E Omega). The spread of
+    mass is E = integral of r r^T dm = tr(I) / 2 - I (docs/effects.md derives it).
 
-    latitude in degrees, north positive: the Earth, x east, y north, z up; or rate, Omega (3,) in rad/s in W. Gravity
-    turns with W. On the Earth, the centrifugal force at the pivot is part of the local gravity, and is not added again.
+    latitude is in degrees, north positive, for the Earth with x east, y north, z up. In its place rate is Omega (3,) in
+    rad/s in W. Gravity turns with W. On the Earth, the centrifugal force at the pivot is part of the local gravity, and
+    is not added again.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("latitude", "rate")

@@ -49,7 +49,7 @@ class Torque(OnJoints):
         return None if self.shortest is None else Pace.even(self.shortest)
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
-        """What the function returns, (k,) N m. Raises InputError if that is not k finite numbers."""
+        """The torques that the function returns, (k,) N m. Raises InputError if that is not k finite numbers."""
         found = self.function(t, q.copy(), v.copy())
         torques = returned("effects: Torque: its function", found, q.shape)
         if not np.isfinite(torques).all():

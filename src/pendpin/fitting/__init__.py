@@ -49,7 +49,7 @@ def fit(
         The Fit.
 
     Raises:
-        InputError: for what is wrong with scene, data or keys.
+        InputError: for a scene, data or keys that cannot be used.
         MissingLibrary: without heyoka.
     """
     begin = time.perf_counter()

@@ -149,7 +149,7 @@ def _swings(columns: dict[str, Array], table: Data, numbers: Array, source: str)
         t = np.asarray(columns[table.time], float)
         y = np.array([np.asarray(columns[name], float) for name in table.columns]).T
     except (TypeError, ValueError):
-        raise InputError("a column holds what are no numbers, or columns differ in length") from None
+        raise InputError("a column holds something other than numbers, or columns differ in length") from None
     if not np.isfinite(t).all():
         raise InputError(f"{place_of(int(np.argmin(np.isfinite(t))))}, column {table.time}: no time")
     if np.isinf(y).any():

@@ -134,7 +134,7 @@ def _parse(key: str) -> tuple[str, int, str, int | None]:
         case ("effects", int(place), str(name), int(part)):
             return "effects", place, name, part
     raise InputError(
-        f"free: {shown(key)} is no number of a rod or an effect, such as model.rods[0].com or effects[1].coefficient, "
+        f"free: {shown(key)} is not a number of a rod or an effect, such as model.rods[0].com or effects[1].coefficient, "
         'nor "physics" or "friction"'
     )
 

@@ -70,10 +70,10 @@ class Prediction(NamedTuple):
 class Fit:
     """A fitted scene and what is known of its numbers.
 
-    values and errors (standard errors) are by key path. What the data do not determine is in `undetermined` and has no
-    error: its value is the one nearest to your guess of all that fit the data equally well. There are
-    no errors where the model does not follow the motion at all, or where the data are too short for them. Zeros of columns
-    are in the unit of [data]; residuals and noise in rad, or m for tips.
+    values and errors (standard errors) are by key path. Numbers that the data do not determine are in `undetermined` and
+    have no error. Their values are the nearest to your guess among all that fit the data equally well. There are no errors
+    if the model does not follow the motion at all, or if the data are too short. Zeros of columns are in the unit of [data],
+    residuals and noise in rad, or m for tips.
     """
 
     scene: Scene  # with the fitted numbers
@@ -105,7 +105,7 @@ class Fit:
         return not loud and self.white > WHITE
 
     def predict(self, data: Any, start: float = 0.1) -> Prediction:
-        """What the fitted model says of other swings; their starts are fitted on the first part `start` of each."""
+        """Predict other swings; their starts are fitted on the first part `start` of each."""
         return predict(self.setting, self.solution, read_swings(data, self.setting.table), start)
 
     def plot(self, path: Any = None) -> Any:
@@ -195,7 +195,7 @@ class Fit:
         return said
 
     def words(self) -> list[str]:
-        """What the numbers are worth, as lines of text."""
+        """The verdict and its reasons, as lines of text."""
         rows = [self.verdict, *self._odd_samples()]
         if not isinstance(self.scene.model, Chain):
             rows.append('Masses and inertias are those of the URDF: a fit frees those of rods (kind = "chain") only.')

@@ -58,8 +58,8 @@ def _tip(text: str, model: Model, where: str) -> int:
     link, dot, axis = text.rpartition(".")
     if not dot or axis not in _AXES:
         raise InputError(
-            f"{where}: {shown(text)} is no coordinate of a tip: write a link and {choices(_AXES)}: rod_1.y; a joint "
-            f"goes in brackets: [{shown(text)}]"
+            f"{where}: {shown(text)} is not a coordinate of a tip; write a link and {choices(_AXES)}, such as rod_1.y, "
+            f"or a joint in brackets: [{shown(text)}]"
         )
     links = tuple(body.link for body in model.bodies)
     alias = {"rod_1": "rod"} if links == ("rod",) else {}

@@ -55,7 +55,7 @@ def _ffmpeg() -> str:
         from imageio_ffmpeg import get_ffmpeg_exe
     except ImportError:
         raise MissingLibrary(
-            "a film as .mp4 needs imageio-ffmpeg: pip install imageio-ffmpeg; .gif needs nothing"
+            "a film as .mp4 needs imageio-ffmpeg: pip install imageio-ffmpeg (or write a .gif)"
         ) from None
     return get_ffmpeg_exe()
 

@@ -25,7 +25,7 @@ def show(run: Trajectory, viewer: Any) -> Any:
         return _displayed(run, viewer)
     if hasattr(viewer, "set_animation") and hasattr(viewer, "window"):
         return _animated(run, viewer)
-    raise InputError(f"show: {shown(viewer)} is no meshcat.Visualizer and no MeshcatVisualizer of Pinocchio")
+    raise InputError(f"show: {shown(viewer)} is neither a meshcat.Visualizer nor Pinocchio's MeshcatVisualizer")
 
 
 def _displayed(run: Trajectory, viewer: Any) -> Any:

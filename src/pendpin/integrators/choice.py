@@ -33,7 +33,7 @@ def integrator_for(scene: Scene, dynamics: Dynamics) -> Integrator:
     method = method_of(solver.method)
     if dynamics.contacts is not None and not method.handles_events:
         these = choices(EVENT_METHODS)
-        raise InputError(f"solver.method: {method.name} takes no stops and no dry friction; these do: {these}")
+        raise InputError(f"solver.method: {method.name} cannot handle stops and dry friction; use {these}")
     if solver.step is not None:
         refuse_steps(scene.times, solver.step)
     return integrator_class(method).for_scene(scene, dynamics)

@@ -105,8 +105,10 @@ def _mimic_note(
     ]
     parts = []
     if free:
-        they, move, own, them = ("it", "moves", "its", "it") if len(free) == 1 else ("they", "move", "their", "them")
-        parts.append(f'{_listed(free)} in the file; {they} {move} on {own} own here; mimic = "locked" freezes {them}')
+        they, move, them = ("it", "moves", "it") if len(free) == 1 else ("they", "move", "them")
+        parts.append(
+            f'{_listed(free)} in the file, but {they} {move} independently here; mimic = "locked" freezes {them}'
+        )
     return (*parts, *([f"{_listed(locked)}"] if locked else []))
 
 

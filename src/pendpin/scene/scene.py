@@ -76,12 +76,12 @@ class Scene(Record):
     def save(self, path: str | Path) -> Path:
         """Write the scene to a TOML file, from which load_scene reads an equal one; whole or not at all.
 
-        Raises InputError where the path refuses, and for what TOML cannot hold: a function, an effect of one's own.
+        Raises InputError where the path refuses, and for a function or an effect of one's own, which TOML cannot hold.
         """
         return write_toml(Path(path), self)
 
     def recorded(self) -> dict[str, Any]:
-        """The scene as the plain data that a run is saved with. Raises InputError for what no file can hold."""
+        """The scene as the plain data that a run is saved with. Raises InputError if a file cannot hold it."""
         try:
             return self.model_dump(mode="json")
         except PydanticSerializationError:

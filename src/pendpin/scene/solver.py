@@ -79,7 +79,7 @@ class Solver(Record):
         if method in FIXED_METHODS and step is None:
             raise ValueError(f"{method} takes a step, in s")
         if step is not None and method and method not in FIXED_METHODS:
-            raise ValueError(f"{method} takes a tolerance, not a step; these take a step: {choices(FIXED_METHODS)}")
+            raise ValueError(f"{method} needs a tolerance, not a step; a step is for {choices(FIXED_METHODS)}")
         return step
 
     @field_validator("times")
@@ -95,7 +95,7 @@ class Solver(Record):
         return times
 
     def replaced(self, **given: Any) -> Self:
-        """The solver with other settings, but for those that are None; those of its own that no longer fit are left out."""
+        """The solver with the settings given (those not None); its own settings that no longer fit are left out."""
         given = {name: value for name, value in given.items() if value is not None}
         method = given.get("method", self.method)
         unfit = {"tolerance" if method in FIXED_METHODS else "step"}

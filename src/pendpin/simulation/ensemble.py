@@ -161,7 +161,7 @@ def _numbers(name: str, given: ArrayLike, model: Model, most: float) -> Array:
     except ValueError:
         raise InputError(f"{name}: rows of different lengths, where each start has {nv} numbers") from None
     if rows.dtype.kind not in "iuf":
-        raise InputError(f"{name}: {shown(given)} is no array of numbers")
+        raise InputError(f"{name}: {shown(given)} is not an array of numbers")
     if rows.ndim != 2 or rows.shape[1] != nv or not len(rows):
         raise InputError(f"{name}: shape {rows.shape}, where (starts, {nv}) is wanted, with at least one start")
     rows = rows.astype(float)

@@ -76,7 +76,7 @@ def measure(given: str | Function) -> Measure:
     if series:
         raise InputError(f"measure: {given}: {not_one_of(statistic, (*STATISTICS, SPREAD[1:]))}")
     raise InputError(
-        f"measure: {not_one_of(given, MEASURES)}; nor a series of a run with one of: "
+        f"measure: {not_one_of(given, MEASURES)}; nor a series of a run followed by "
         f"{choices(f'.{name}' for name in STATISTICS)}, such as theta_1.max"
     )
 
@@ -202,8 +202,8 @@ def accumulated(joints: tuple[str, ...]) -> list[list[int]]:
 def lyapunov(run: Trajectory) -> float:
     """The largest Lyapunov exponent over the run, 1/s: the mean rate at which a small difference grows.
 
-    By pairs of runs (G. Benettin et al., Meccanica 15 (1980)): in each of PIECES parts of the time a run sets out beside
-    this one, and its distance at the end, in rad and rad/s, sets the next start after it is made small again.
+    By pairs of runs (G. Benettin et al., Meccanica 15 (1980)). In each of PIECES parts of the time another run begins near
+    this one. Its distance at the end, in rad and rad/s, made small again, is the start of the next.
     """
     scene, ends = Scene(**run.scene), np.unique(np.linspace(0, len(run.t) - 1, PIECES + 1).astype(int))
     states = np.concatenate([run.q, run.v], 1)

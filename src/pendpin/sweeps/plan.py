@@ -181,14 +181,14 @@ def _number(where: str, text: str) -> float:
 def _columns(values: Mapping[str, ArrayLike]) -> dict[str, Array]:
     """The numbers (k,) of each key. Raises InputError for anything else."""
     if not isinstance(values, Mapping):
-        raise InputError(f"vary: {shown(values)} is no mapping of key paths to numbers")
+        raise InputError(f"vary: {shown(values)} is not a mapping of key paths to numbers")
     return {key: _numbers(key, given) for key, given in values.items()}
 
 
 def _numbers(key: str, given: ArrayLike) -> Array:
     """The finite numbers (k,) of a key. Raises InputError for anything else."""
     if not isinstance(key, str):
-        raise InputError(f"vary: {shown(key)} is no key path, such as model.rods[0].mass")
+        raise InputError(f"vary: {shown(key)} is not a key path, such as model.rods[0].mass")
     try:
         values = np.array(given)
     except ValueError:

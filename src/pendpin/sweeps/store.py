@@ -180,7 +180,7 @@ def _checksum(measures: Iterable[Array], why: Array) -> int:
 def _refuse_foreign(attributes: Any) -> None:
     """Raises InputError for the attributes of what is no store of a sweep."""
     if attributes.get("pendpin_sweep") != FORMAT:
-        raise InputError(f"it is no store of a sweep, or of another version; {REMEDY}")
+        raise InputError(f"it is not a store of a sweep, or it is of another version; {REMEDY}")
 
 
 def _refuse_another(attributes: Any, task: Task) -> None:
@@ -287,7 +287,7 @@ def _one_line(path: Path, done: str = "written") -> Iterator[None]:
         if isinstance(error, OSError) and error.strerror:
             raise InputError(f"{path}: cannot be {done}: {error.strerror}") from None
         reason = str(error).partition("\n")[0]
-        raise InputError(f"{path}: it is no sound store of a sweep ({reason}); {REMEDY}") from None
+        raise InputError(f"{path}: it is not a sound store of a sweep ({reason}); {REMEDY}") from None
 
 
 @contextmanager

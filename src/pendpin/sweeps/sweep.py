@@ -104,7 +104,7 @@ def _check_place(workers: int | None, dask: str | None) -> None:
         wanted = f"a count from 1 to {most}, {WORKERS_EACH} for each processor"
         raise InputError(f"workers: {shown(workers)} is not {wanted}")
     if dask is not None and not isinstance(dask, str):
-        raise InputError(f"dask: {shown(dask)} is no address, such as tcp://host:8786")
+        raise InputError(f"dask: {shown(dask)} is not an address, such as tcp://host:8786")
     if workers is not None and dask is not None:
         raise InputError("workers: the cluster of `dask` has its own; give one of both")
 

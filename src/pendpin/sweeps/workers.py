@@ -67,7 +67,7 @@ def run_on_cluster(task: Task, spans: Sequence[Span], client: Any) -> Results:
             now: Any = wait_for_one(running, timeout=PATIENCE, return_when="FIRST_COMPLETED")
         except TimeoutError:
             if not client.scheduler_info()["workers"]:
-                raise RunError("every worker of the cluster is lost; give the same command again to go on") from None
+                raise RunError("every worker of the cluster is lost; the same command resumes the sweep") from None
             continue
         running -= now.done
         for future in now.done:

@@ -24,10 +24,10 @@ from pendpin.trajectory.tables import TABLES, to_csv, to_pandas, to_xarray
 class Trajectory:
     """A motion sampled at t, with everything that was computed along it.
 
-    q, v, a hold one value per joint, in model order, rad and s (m for prismatic joints); angles are not wrapped.
+    q, v, a hold one value per joint, in model order, in rad and s (m for prismatic joints). Angles are not wrapped.
     wrench is the force (N), then the moment (N m), that each joint's parent exerts on its child, at the joint's origin,
-    in the child joint's frame. Two runs are equal where their scenes and all their numbers are, to the bit; what they
-    took (`stats`) does not count.
+    in the child joint's frame. Two runs are equal if their scenes and all their numbers are, to the bit; `stats` does not
+    count.
     """
 
     joints: tuple[str, ...]
@@ -52,7 +52,7 @@ class Trajectory:
 
     @property
     def title(self) -> str:
-        """What figures and pages call the run: its scene's title, or what moves and what acts."""
+        """The name of the run in figures and pages: its scene's title, or the model and its effects."""
         return title(self)
 
     @property
@@ -117,10 +117,14 @@ class Trajectory:
     def express(self, joint: str, frame: str = "world", point: ArrayLike | None = None, on: str = "child") -> Array:
         """The wrench of a joint in a frame and at a point of your choice, (n, 6): force in N, then moment in N m.
 
-        frame: "world" (W), "parent" (of the link that the joint hangs on) or "child" (of the link that it moves, as in
-        `wrench`). point: (3,) in m, in that frame; the joint's origin if absent. on: "child" for what the parent exerts
-        on the child, "parent" for the reaction. Raises InputError for other names, and where the run's model cannot
-        be built again.
+        Args:
+            joint: its name.
+            frame: "world" (W), "parent" (the link that the joint hangs on) or "child" (the link that it moves).
+            point: (3,) in m, in that frame; the joint's origin if absent.
+            on: "child" for the wrench of the parent on the child, "parent" for the reaction.
+
+        Raises:
+            InputError: for other names, and if the run's model cannot be built again.
         """
         from pendpin.model.of_run import express_wrench
 
@@ -185,10 +189,16 @@ class Trajectory:
     def sensitivity(self, keys: Sequence[str] | str, of: str | None = None) -> Array:
         """The derivatives of the motion by numbers of the scene at k key paths, to the accuracy of the run.
 
-        keys: such as "model.rods[0].length", "effects[1].coefficient", "start.positions.theta_1". Returns d(q, v)/d(number)
-        at the samples, (n, 2 nv, k); with `of`, the name of a quantity, its derivatives, (n, k); with a statistic behind
-        it, as in "R3_1.max", of that of the samples, (k,). Units: those of the quantity over those of the number.
-        Raises as `state_transition`, and InputError for keys that are no numbers of the scene.
+        Args:
+            keys: such as "model.rods[0].length", "effects[1].coefficient", "start.positions.theta_1".
+            of: the name of a quantity, or a name with a statistic of its samples, as in "R3_1.max".
+
+        Returns:
+            d(q, v)/d(number) at the samples, (n, 2 nv, k). With `of` the derivatives of the quantity, (n, k), or of its
+            statistic, (k,). Units are those of the quantity over those of the number.
+
+        Raises:
+            InputError: for keys that are not numbers of the scene, and as `state_transition`.
         """
         from pendpin.simulation.sensitivity import sensitivity
 
@@ -224,8 +234,8 @@ class Trajectory:
     def plot(self, *names: str, ax: Any = None, compare: Any = None) -> Any:
         """Draw quantities by name against time on a matplotlib Axes, and return it; energy_drift is one of them.
 
-        Without `ax` a new Figure is returned: a panel for each unit; without names too, the figure of the run. `compare`
-        is another run, or up to three, drawn on the same axes. Raises InputError.
+        Without `ax` a new Figure is returned, with a panel for each unit. Without names it is the figure of the run.
+        `compare` is another run, or up to three, drawn on the same axes. Raises InputError.
         """
         from pendpin.graphics.figure import plot
 

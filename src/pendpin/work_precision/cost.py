@@ -77,21 +77,21 @@ def cost(
 ) -> CostReport:
     """Measure error against time: the cheapest method for each accuracy, and its run time (a work-precision diagram).
 
-    The accuracies are 1e-3, 1e-6, 1e-9, 1e-12 and `accuracy`. The error is the largest distance of any tip from its
-    reference during the run, divided by the chain's length. The comparison ends where the reference is off by more than a
-    tenth of `accuracy`, as in chaotic motion. All methods take about 20 s of processor time, 40 with `peers`: methods that
-    cannot become the cheapest are not run to their end, and where a reference would take long, only the first part of
-    the scene is compared. After Ctrl-C the report holds what was measured until then.
+    The accuracies are 1e-3 to 1e-12 in steps of a thousand, and `accuracy`. The error is the largest distance of any tip
+    from its reference during the run, divided by the chain's length. The comparison ends where the reference is off by more
+    than a tenth of `accuracy`, as in chaotic motion. All methods take about 20 s of processor time, 40 with `peers`, because
+    methods that cannot become the cheapest are stopped, and only the first part of the scene is compared if a reference
+    takes long. After Ctrl-C the report holds the rows measured until then.
 
     Args:
-        scene: what is run.
+        scene: the Scene to be run.
         methods: names of methods; all if absent.
         accuracy: the finest accuracy of interest.
         peers: compare with MuJoCo, Drake and SciPy too.
-        thorough: measure all methods at all settings, on the whole scene, however long that takes.
+        thorough: measure all methods at all settings, over the full duration, however long that takes.
         repetitions: runs after a first one; the least time of these counts.
         budget: s; a series ends where its next run would take longer.
-        progress: called with the name of what is being measured.
+        progress: called with the name of the method that is measured.
         answered: called with each row of the report when it is measured.
 
     Returns:

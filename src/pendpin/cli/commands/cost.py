@@ -31,7 +31,7 @@ def cost(
     ] = False,
     json: Json = False,
 ) -> None:
-    """Say which method to take for an accuracy and what it costs, in about 20 s; with --thorough, error against time."""
+    """Find the fastest method for each accuracy and its run time, in about 20 s. --thorough: a work-precision diagram."""
     from functools import partial
 
     from pendpin.work_precision.cost import cost as measure

@@ -25,7 +25,7 @@ def doctor(
         str | None, typer.Option(help="theta-ccw, phi-reversed, z-up, swapped, separated by commas; found if absent.")
     ] = None,
     symbols: Annotated[
-        str | None, typer.Option(help="What the text's own symbols are, as in alpha=theta,A=J_1.")
+        str | None, typer.Option(help="The meaning of the text's own symbols, as in alpha=theta,A=J_1.")
     ] = None,
     scene: Annotated[Path | None, typer.Option(help="A scene of a chain of rods that the equations are about.")] = None,
     html: Annotated[Path | None, typer.Option(help="Where to write the report as one HTML page.")] = None,

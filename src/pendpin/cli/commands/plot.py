@@ -18,7 +18,7 @@ def plot(
         list[Path] | None, typer.Option(help="Another saved run to be drawn on the same axes; may be repeated.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Where to write the figure: .png, .pdf or .svg; RUN.png if absent.")
+        Path | None, typer.Option(help="File for the figure (.png, .pdf or .svg); RUN.png if absent.")
     ] = None,
 ) -> None:
     """Draw a saved run: energy, angles, reactions and the path of the tip, or quantities by name, energy_drift too."""

@@ -18,8 +18,8 @@ def view(
 ) -> None:
     """Show a saved run in a browser, on this machine only, until Ctrl-C; or write it as one HTML page.
 
-    Of several runs the first is shown with the others as ghosts, and the distance of their tips. An ending of the page's
-    address sets what it shows: #t=1.5&view=above&speed=5&reactions=on&frames=on.
+    Several runs are shown as the first one with the others as ghosts, and the distance of their tips. An ending of the
+    page's address selects its view: #t=1.5&view=above&speed=5&reactions=on&frames=on.
     """
     from pendpin.trajectory import Trajectory
 

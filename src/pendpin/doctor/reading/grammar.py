@@ -179,7 +179,7 @@ class Parser(Brackets):
             return Fraction(token.text), (token.start, token.end)
         value = self.atom_of_exponent()
         if abs(value) > MOST_POWER or value.denominator > 2:
-            raise Unread(f"the exponent {value} is none of -{MOST_POWER} to {MOST_POWER}", token.start)
+            raise Unread(f"the exponent {value} is not from -{MOST_POWER} to {MOST_POWER}", token.start)
         return value, (token.start, self.peek(-1).end)
 
     def atom_of_exponent(self) -> Fraction:

@@ -117,7 +117,7 @@ class PrintedNames:
             elif token.kind == "letter":
                 written = Written(token.text)
             else:
-                raise Unread(f"{token.text!r} is no symbol", token.start)
+                raise Unread(f"{token.text!r} is not a symbol", token.start)
             while self.peek().kind == "dots":
                 written = replace(written, dots=written.dots + ACCENTS[self.take().text])
             if self.peek().kind == "index":

@@ -233,10 +233,10 @@ def free_states(system: System) -> Quantities:
 
 
 def dot(a: Values, b: Values) -> Values:
-    """Of two vectors (3, n)."""
+    """The dot product of two vectors (3, n)."""
     return (a * b).sum(0)
 
 
 def cross(a: Values, b: Values) -> Values:
-    """Of two vectors (3, n)."""
+    """The cross product of two vectors (3, n)."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

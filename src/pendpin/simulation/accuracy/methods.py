@@ -38,8 +38,8 @@ def _count_steps_of_pace(scene: Scene, runs: Runs, run: Trajectory) -> int:
         return math.ceil(needed)
     name, shortest = min(found.fastest, key=lambda one: one[1])
     raise RunError(
-        f"accuracy {scene.solver.accuracy:g} is not met: {name} changes within {shortest:.3g} s, which equal steps of "
-        f"{scene.solver.method} take {needed:.0e} of to see; take a method with a tolerance, such as dop853",
+        f"accuracy {scene.solver.accuracy:g} is not met: {name} changes within {shortest:.3g} s, and "
+        f"{scene.solver.method} needs {needed:.0e} equal steps to resolve it; use a method with a tolerance, such as dop853",
         runs.keep_output_times(run),
     )
 
