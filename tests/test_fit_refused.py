@@ -50,7 +50,7 @@ def test_a_wrong_file_is_refused_in_one_line(text: str, tmp_path: Path) -> None:
         ("model.rods[0].massa", "did you mean 'mass'"),
         ("effects[1].static", "set it to a guess"),
         ("effects[0].kind", "is not one of"),
-        ("start.positions.theta", "is no number of a rod or an effect"),
+        ("start.positions.theta", "is not a number of a rod or an effect"),
         ("model.rods[0].inertia[3]", "there is no entry [3]"),
         ("", "is not a key path"),
     ],

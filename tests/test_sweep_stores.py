@@ -255,7 +255,7 @@ def test_a_cluster_without_workers_ends_the_sweep(monkeypatch: pytest.MonkeyPatc
         (["--vary", f"{KEYS[0]}=1:2:0"], "FROM:TO:COUNT"),
         (["--vary", f"{KEYS[0]}=0:1:3", "--sample", "5"], "LOW:HIGH"),
         (["--vary", f"{KEYS[0]}=-1e308:1e308", "--sample", "5"], "lower and a higher"),
-        (["--vary", f"{KEYS[0]}=0:1", "--sobol", "1073741824"], "are the most"),
+        (["--vary", f"{KEYS[0]}=0:1", "--sobol", "1073741824"], "more than"),
         (["--vary", f"{KEYS[0]}=1:0", "--sobol", "4"], "lower and a higher"),
         (["--vary", f"{KEYS[0]}=0,1", "--zip", "--sample", "2"], "give one of"),
         (["--vary", f"{KEYS[0]}=0,1", "--cases", "good.csv"], "leave one of them out"),

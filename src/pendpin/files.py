@@ -202,7 +202,7 @@ def _target(path: Path) -> Path:
         raise InputError(f"{path}: cannot be written: a null byte in the path")
     target = Path(os.path.realpath(path))
     if target.is_symlink():
-        raise InputError(f"{path}: cannot be written: symbolic links that go round in a circle")
+        raise InputError(f"{path}: cannot be written: circular symbolic links")
     if target.exists() and not target.is_file():
         raise InputError(f"{path}: cannot be written: it is a {_kind(target)}")
     if target.exists() and not os.access(target, os.W_OK, effective_ids=os.access in os.supports_effective_ids):

@@ -61,7 +61,7 @@ def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -
     scene, path = chosen_scene(scene), Path(out)
     dynamics = bind(scene)
     if dynamics.model.pin is None:
-        raise InputError(f"model: {len(dynamics.model.rods)} rods are more than other engines take")
+        raise InputError(f"model: {len(dynamics.model.rods)} rods are too many for other engines")
     if dynamics.contacts is not None:
         raise InputError("effects: reference numbers need effects without events: no dry friction and no stops")
     texts, left_out = _models(scene, dynamics)

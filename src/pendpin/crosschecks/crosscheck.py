@@ -110,9 +110,7 @@ def compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute]
         answers = {name: route(q, v) for name, route in routes.items()}
         sizes = _sizes(dynamics, q, v, answers["pinocchio"])
     except np.linalg.LinAlgError:
-        raise InputError(
-            "no cross-check: masses or lengths are so far apart that doubles hold no mass matrix"
-        ) from None
+        raise InputError("no cross-check: masses or lengths differ too much for a mass matrix in doubles") from None
     states = _States(np.arange(len(q)), q, v, sizes, _places(dynamics))
     rows = [row for pair in combinations(answers, 2) for row in _rows(pair, answers, states)]
     if in_50_digits:

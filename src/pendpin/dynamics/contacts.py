@@ -165,7 +165,7 @@ class Contacts:
             v = _impact(v, columns[:, touching], joints[touching], side[touching], back[touching])
         else:
             if (back == 1).all():
-                raise RunError(f"{t:g} s after the start, impacts on several stops at once do not end")
+                raise RunError(f"{t:g} s after the start, simultaneous impacts on several stops do not end")
         return _impact(v, columns, joints, side, np.zeros(len(joints)))
 
     def rest(self, q: Array, v: Array, joints: Indices) -> Array:

@@ -197,7 +197,7 @@ def _refuse_gaps(t: Array, first: float) -> None:
     if steps[longest] > LONGEST_GAP * np.median(steps):
         raise InputError(
             f"nothing between t = {first + t[longest]:.9g} and {first + t[longest + 1]:.9g}, where a row comes every "
-            f"{np.median(steps):.3g} s: a spline cannot fill that gap"
+            f"{np.median(steps):.3g} s; a spline cannot fill that gap"
         )
 
 

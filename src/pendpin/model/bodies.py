@@ -49,7 +49,7 @@ def pinocchio() -> Any:
     try:
         import pinocchio
     except ImportError as error:
-        raise MissingLibrary(f"Pinocchio does not import ({error}); pip install pin brings it") from None
+        raise MissingLibrary(f"Pinocchio does not import ({error}): pip install pin") from None
     if not hasattr(pinocchio, "aba"):
         raise MissingLibrary(
             "the installed `pinocchio` is another project: pip uninstall pinocchio && pip install --force-reinstall pin"

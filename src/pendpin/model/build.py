@@ -266,7 +266,7 @@ def _drawn(urdf: Urdf) -> dict[str, tuple[Array, float]]:
 def _refuse_size(nv: int, where: str) -> None:
     if _data_bytes(nv) > MAX_DATA_BYTES:
         raise InputError(
-            f"{where}: {nv} joints need about {_data_bytes(nv) / 1e9:,.1f} GB in Pinocchio (the cube of their number), "
+            f"{where}: {nv} joints need about {_data_bytes(nv) / 1e9:,.1f} GB in Pinocchio, "
             f'above the limit of {MAX_DATA_BYTES / 1e9:g} GB; for longer chains of rods use a scene with kind = "chain"'
         )
 

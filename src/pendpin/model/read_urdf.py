@@ -272,6 +272,6 @@ def _check_reach(root: str, parents: dict[str, tuple[str, str]]) -> None:
         raise InputError(f"a kinematic loop, cut off from {shown(root)}: {links}")
     if depth > MAX_DEPTH:
         raise InputError(
-            f"{depth} links hang in a row, and Pinocchio's URDF reader survives about {MAX_DEPTH}; "
+            f"{depth} links in a row are too many for Pinocchio's URDF reader, which reads about {MAX_DEPTH}; "
             'a scene with kind = "chain" takes longer ones'
         )

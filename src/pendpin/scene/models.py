@@ -95,7 +95,7 @@ class Chain(Record):
     @model_validator(mode="after")
     def _not_too_many(self) -> Self:
         if self.count > MAX_RODS:
-            raise ValueError(f"{self.count} rods, where {MAX_RODS} are the most")
+            raise ValueError(f"{self.count} rods are more than {MAX_RODS}")
         return self
 
 

@@ -79,7 +79,7 @@ class Solver(Record):
         if method in FIXED_METHODS and step is None:
             raise ValueError(f"{method} takes a step, in s")
         if step is not None and method and method not in FIXED_METHODS:
-            raise ValueError(f"{method} needs a tolerance, not a step; a step is for {choices(FIXED_METHODS)}")
+            raise ValueError(f"{method} takes a tolerance, not a step; a step is for {choices(FIXED_METHODS)}")
         return step
 
     @field_validator("times")

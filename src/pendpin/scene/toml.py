@@ -56,7 +56,7 @@ def write_toml(path: Path, scene: Record) -> Path:
         data = text.encode("utf-8", "surrogatepass")
         if len(data) > MAX_SCENE_BYTES:
             raise InputError(
-                f"this scene takes {len(data) / 1e6:.3g} MB; a scene file has {MAX_SCENE_BYTES / 1e6:g} at most"
+                f"this scene needs {len(data) / 1e6:.3g} MB; a scene file has {MAX_SCENE_BYTES / 1e6:g} at most"
             )
     return write_whole(path, lambda file: file.write(data))
 

@@ -66,7 +66,7 @@ class Deadline:
         if not found:
             abandoned.append(thread)
             atexit.register(thread.join)
-            raise Halted(f"it takes over {self.limit:g} s, with its equations not yet compiled")
+            raise Halted(f"it reached the limit of {self.limit:g} s while compiling")
         if isinstance(found[0], BaseException):
             raise found[0]
         return found[0]

@@ -34,9 +34,7 @@ def state_transition(run: Trajectory, t0: float, t1: float) -> Array:
         if isinstance(t, bool) or not isinstance(t, int | float) or not run.t[0] <= t <= run.t[-1]:
             raise InputError(f"{name}: {shown(t)} is not a time of the run, {run.t[0]:.6g} to {run.t[-1]:.6g} s")
     if t1 < t0:
-        raise InputError(
-            f"t1: {t1:.6g} s is before t0, {t0:.6g} s; the inverse of the other way round is what you need"
-        )
+        raise InputError(f"t1: {t1:.6g} s is before t0, {t0:.6g} s; invert the transition from t1 to t0 instead")
     scene, nv = scene_of(run), len(run.joints)
     variations = Variations(scene, states_as_keys(nv))
     there = run.at([t0])
@@ -103,7 +101,7 @@ def _change_of(run: Trajectory, scene: Scene, key: str, change: Array, name: str
             w * _quantity(run, s, k * step * change, name) for s, k, w in zip(scenes, offsets, weights, strict=True)
         ]
         return np.sum(sums, 0) / step
-    raise InputError(f"{key}: numbers beside {value:g} are refused there, so {name} has no derivative by it")
+    raise InputError(f"{key}: values near {value:g} are refused, so {name} has no derivative by it")
 
 
 def _moved(scene: Scene, key: str, value: float) -> Scene:

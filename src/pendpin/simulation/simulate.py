@@ -92,10 +92,10 @@ def run_to_setting(
     if scene.solver.accuracy is None:
         return run_scene(scene, energy_balance, progress, deadline, checkpoint, anyway=anyway)
     if anyway:
-        raise InputError("anyway: an accuracy is a claim that a wrong energy refutes: give a tolerance or a step")
+        raise InputError("anyway: a run with a wrong energy cannot meet an accuracy; give a tolerance or a step")
     if checkpoint:
         raise InputError(
-            "checkpoint: an accuracy takes several runs, which a checkpoint cannot hold: give a tolerance or a step"
+            "checkpoint: an accuracy needs several runs, which a checkpoint cannot hold; give a tolerance or a step"
         )
     return run_to_accuracy(scene, energy_balance, progress, deadline)
 

@@ -216,5 +216,5 @@ def _checked(plan: Plan) -> Plan:
     if not plan.keys:
         raise InputError("vary: nothing is varied; name a number of the scene, such as model.rods[0].length")
     if plan.count > MOST_CASES:
-        raise InputError(f"vary: {plan.count} cases, where {MOST_CASES} are the most")
+        raise InputError(f"vary: {plan.count} cases are more than {MOST_CASES}")
     return plan

@@ -28,7 +28,7 @@ def sobol_plan(spreads: Mapping[str, Spread], count: int, seed: int = 0) -> Plan
     if count < 2 or count & (count - 1):
         raise InputError(f"sobol: {count} is not a power of 2 above 1, such as {1 << max(1, int(count).bit_length())}")
     if (cases := count * (len(spreads) + 2)) > MOST_CASES:
-        raise InputError(f"sobol: {count} base cases are {cases} cases, where {MOST_CASES} are the most")
+        raise InputError(f"sobol: {count} base cases make {cases} cases, more than {MOST_CASES}")
     check_spreads(spreads)
     rows = _salib("sample").sample(problem(spreads), count, calc_second_order=False, seed=seed)
     return pairs({key: rows[:, i] for i, key in enumerate(spreads)})

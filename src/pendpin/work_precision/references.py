@@ -80,7 +80,7 @@ def reference(
         if len(found) == 2:
             return _agreed(scene, length, error, *found)
     raise InputError(
-        f"no reference solution: it takes two families of methods, and only {len(found)} can run this scene"
+        f"no reference solution: two families of methods are needed, and only {len(found)} can run this scene"
     )
 
 

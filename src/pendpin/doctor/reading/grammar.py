@@ -41,7 +41,7 @@ class Parser(Brackets):
                     before = ""
             elif token.kind == "relation":
                 if before == "=" or not found[-1]:
-                    raise Unread("nothing stands before =", token.start)
+                    raise Unread("the left side of = is empty", token.start)
                 self.take()
                 before = "="
             elif before == "side" or token.kind in ("close", "condition", "other relation"):
@@ -50,7 +50,7 @@ class Parser(Brackets):
                 found[-1].append(self.sum())
                 before = "side"
         if before == "=":
-            raise Unread("nothing stands after =", token.start)
+            raise Unread("the right side of = is empty", token.start)
         return [sides for sides in found if sides]
 
     def _separates(self, token: Token, before: str) -> bool:
@@ -58,7 +58,7 @@ class Parser(Brackets):
         if token.kind in ("&", "."):
             return False
         if before == "=":
-            raise Unread("nothing stands after =", token.start)
+            raise Unread("the right side of = is empty", token.start)
         return self.peek().kind not in ("end", "&", "relation", *SEPARATORS)
 
     def _misplaced(self, token: Token) -> None:
