@@ -193,7 +193,7 @@ WHOLE: dict[str, tuple[Content, str]] = {
         "a URDF has no DOCTYPE and no entities",
     ),
     "10 MB": (ROD + " " * 10_000_000, "rod.urdf: larger than the 8 MB that a URDF may have"),
-    "5,000 links in a row": (chain(5000), "5000 links hang in a row"),
+    "5,000 links in a row": (chain(5000), "5000 links in a row"),
     "5,000 children": (chain(5000, parent="l0"), "rod.urdf: 4999 joints need about"),
     "30,000 links": ("<robot>" + "".join(f'<link name="{i}"/>' for i in range(30_000)) + "</robot>", "30000 links"),
     "a pipe": (os.mkfifo, "rod.urdf: cannot be read: it is a pipe, not a file"),

@@ -91,7 +91,7 @@ TRACKS = {
     "a time twice": (TRACK.replace("0.3, 0, 0", "0.2, 0, 0"), "line 5: t = 0.2 does not come after 0.2"),
     "a gap in time": (
         TRACK + "9, 0, 0, 0\n",
-        "nothing between t = 1 and 9, where a row comes every 0.1 s: a spline cannot",
+        "nothing between t = 1 and 9, where a row comes every 0.1 s",
     ),
     "starts late": ("0.01, 0, 0, 0\n1, 0, 0, 0\n", "its times, 0.01 to 1 s, do not cover the run, 0 to 0.1 s"),
     "ends early": ("0, 0, 0, 0\n0.09, 0, 0, 0\n", "its times, 0 to 0.09 s, do not cover the run, 0 to 0.1 s"),

@@ -167,7 +167,8 @@ def _reason(fault: Any, record: type) -> str:
         case "union_tag_invalid" if context["tag"] == "~no table":
             return f"{value} is not a table with a `kind`"
         case "union_tag_invalid" if context["tag"] == "~":
-            return f"missing; it is one of: {_allowed(context)}"
+            allowed = _allowed(context)
+            return f'missing; it is one of: {allowed}; for example kind = "{allowed.split(", ")[0]}"'
         case "union_tag_invalid":
             return not_one_of(context["tag"].removeprefix("~"), _allowed(context).split(", "))
         case "literal_error":

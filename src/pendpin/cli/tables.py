@@ -133,7 +133,7 @@ def print_cost_row(row: "CostRow", peers: bool) -> None:
     from pendpin.work_precision.report import ACCURACIES, time_text
 
     if row.accuracy >= max(ACCURACIES):
-        head = ["accuracy", "take this", "first run", "each further run"]
+        head = ["accuracy", "fastest method", "first run", "each further run"]
         print(_aligned([*head, *(["best of the others"] if peers else []), "or, for a single run"]))
     times = ["" if seconds is None else time_text(seconds) for seconds in (row.first_seconds, row.seconds)]
     ratio = f", {row.ratio:.3g} x" if row.ratio else ""

@@ -20,14 +20,14 @@ def cost(
     ] = 1e-9,
     peers: Annotated[bool, typer.Option("--peers", help="Measure MuJoCo, Drake and plain SciPy too.")] = False,
     thorough: Annotated[
-        bool, typer.Option("--thorough", help="Measure all methods at all settings, on the whole scene.")
+        bool, typer.Option("--thorough", help="Measure all methods at all settings, over the full duration.")
     ] = False,
     budget: Annotated[
         float, typer.Option(min=0, help="Stop measuring a method when one of its runs takes longer, in s.")
     ] = 1.0,
     plot: Plot = None,
     short: Annotated[
-        bool, typer.Option("--short", help="Draw the cheapest method of each tool, and what its next digit takes.")
+        bool, typer.Option("--short", help="Draw the cheapest method of each tool, and the time of its next digit.")
     ] = False,
     json: Json = False,
 ) -> None:

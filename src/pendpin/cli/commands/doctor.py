@@ -27,7 +27,7 @@ def doctor(
     symbols: Annotated[
         str | None, typer.Option(help="The meaning of the text's own symbols, as in alpha=theta,A=J_1.")
     ] = None,
-    scene: Annotated[Path | None, typer.Option(help="A scene of a chain of rods that the equations are about.")] = None,
+    scene: Annotated[Path | None, typer.Option(help="A scene of a chain of rods that the equations describe.")] = None,
     html: Annotated[Path | None, typer.Option(help="Where to write the report as one HTML page.")] = None,
     json: Json = False,
 ) -> None:

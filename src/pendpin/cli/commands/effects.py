@@ -15,7 +15,9 @@ def effects(
     accuracy: Annotated[
         float, typer.Option(help="Smallest change that matters: tip distance over the chain's length.")
     ] = 1e-3,
-    thorough: Annotated[bool, typer.Option("--thorough", help="The whole scene, as long as that takes.")] = False,
+    thorough: Annotated[
+        bool, typer.Option("--thorough", help="Compare over the full duration, however long that takes.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Show what each effect changes and costs, and which effects the scene needs at an accuracy."""

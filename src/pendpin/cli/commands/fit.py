@@ -36,7 +36,7 @@ def fit(
     plot: Plot = None,
     json: Json = False,
 ) -> None:
-    """Fit free numbers of a scene to measured swings: values with errors, and what the data cannot tell."""
+    """Identify parameters of a scene from measured swings: values, errors, and which numbers the data cannot determine."""
     from pendpin.fitting import explain_residual as explained
     from pendpin.fitting import fit as fitted
 

@@ -20,7 +20,7 @@ def reference(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
     json: Json = False,
 ) -> None:
-    """Write what another engine's tests need: the model as URDF, MJCF and SDF, and numbers with error bounds."""
+    """Write a model as URDF, MJCF and SDF with reference numbers and error bounds, for another engine's tests."""
     from pendpin.agreement.reference import write_reference
 
     chosen = scene_with(scene, urdf, (), None, changes or ())

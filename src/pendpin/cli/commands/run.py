@@ -55,7 +55,7 @@ def run(
     plot: Plot = None,
     energy_balance: Annotated[bool, typer.Option("--energy-balance", help="Compute the work of every effect.")] = False,
     anyway: Annotated[
-        bool, typer.Option("--anyway", help="Run on where the energy goes wrong: a note says so.")
+        bool, typer.Option("--anyway", help="Continue when the energy goes wrong; a note says from when.")
     ] = False,
     explain: Annotated[bool, typer.Option("--explain", help="Print what acts in this scene.")] = False,
     view: Annotated[bool, typer.Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,

@@ -26,7 +26,7 @@ def stability(
 ) -> None:
     """Print the rests of a scene and whether they are stable; with a drive, the multipliers of its periodic motion.
 
-    With --lyapunov the exponents of the motion, each with its error; --plot then draws their estimates over time.
+    --lyapunov adds the Lyapunov exponents of the motion, each with its error; --plot then draws their estimates over time.
     """
     from pendpin.stability.lyapunov import lyapunov as exponents_of
     from pendpin.stability.report import stability as report_on

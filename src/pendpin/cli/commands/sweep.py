@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pendpin.sweeps.plan import Plan
 
 VARY = "KEY=FROM:TO:COUNT or KEY=1,2,5; with --sample KEY=LOW:HIGH or KEY=normal(MEAN,DEVIATION). May be repeated."
-MEASURE = "What is measured, such as swing, flip_time, theta_1.max or flip_time.spread. May be repeated."
+MEASURE = "Number to be measured, such as swing, flip_time, theta_1.max or flip_time.spread. May be repeated."
 
 
 def sweep(
@@ -33,7 +33,7 @@ def sweep(
         Path | None, typer.Option(help="CSV of cases: keys in the first line, a case in each further line.")
     ] = None,
     in_pairs: Annotated[
-        bool, typer.Option("--zip", help="Take the first values of all keys together, then the second ones, ...")
+        bool, typer.Option("--zip", help="Vary all keys together: the first values, the second values, ...")
     ] = False,
     sample: Annotated[int | None, typer.Option(min=1, help="Number of random cases.")] = None,
     sampling: Annotated[str, typer.Option(help="latin, sobol or random.")] = "latin",

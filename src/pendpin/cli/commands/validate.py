@@ -15,7 +15,7 @@ def validate(
     cases: Annotated[list[str] | None, typer.Argument(help="Names of cases; all if absent.")] = None,
     listed: Annotated[bool, typer.Option("--list", help="List the cases with their sources and run none.")] = False,
     methods: Annotated[
-        str | None, typer.Option(help="Methods, with commas between; all that can run a case if absent.")
+        str | None, typer.Option(help="Methods, separated by commas; all that can run a case if absent.")
     ] = None,
     html: Annotated[Path | None, typer.Option(help="A page with the table, the motions and the sources.")] = None,
     json: Json = False,

@@ -103,10 +103,10 @@ def summary(diagnosis: Diagnosis) -> str:
     verdicts = [finding.verdict for finding in diagnosis.findings]
     counts = [verdicts.count(verdict) for verdict in VERDICTS]
     words = ("hold", "hold under a condition", "fail", "are not checked")
-    counted = ", ".join(
-        f"{count} {word}" for count, word in zip(counts, words, strict=True) if count or word != words[1]
-    )
-    return f"Of {len(verdicts)} equations {counted}; for {diagnosis.title}."
+    alone = ("holds", "holds under a condition", "fails", "is not checked")
+    said = [(n, one if n == 1 else many) for n, one, many in zip(counts, alone, words, strict=True)]
+    counted = ", ".join(f"{count} {word}" for count, word in said if count or word != words[1])
+    return f"{len(verdicts)} equations of {diagnosis.title}: {counted}."
 
 
 def shared_words(old: str, new: str, numbers: tuple[int, ...]) -> str:
