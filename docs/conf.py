@@ -114,13 +114,14 @@ def point_into_the_site(app, name, source):
     source[0] = text
 
 
-def copy_notebook(app):
-    """The notebook of examples/ is shown beside the tutorials; that of robots is too large for a page."""
-    shutil.copy(HERE.parent / "examples" / "first_steps.ipynb", HERE / "start")
+def copy_notebooks(app):
+    """The notebooks of examples/ are shown beside the tutorials, with the outputs that they hold."""
+    for notebook in (HERE.parent / "examples").glob("*.ipynb"):
+        shutil.copy(notebook, HERE / "start")
 
 
 def setup(app):
     """Sphinx calls this."""
-    app.connect("builder-inited", copy_notebook)
+    app.connect("builder-inited", copy_notebooks)
     app.extensions["sphinx-mathjax-offline"].parallel_read_safe = True  # it only names files
     app.connect("source-read", point_into_the_site)

@@ -205,18 +205,18 @@ def test_starts_have_rates() -> None:
 @pytest.mark.parametrize(
     ("key", "said"),
     [
-        ("model.rods[9].mass", "no derivative by it"),
+        ("model.rods[9].mass", "has no derivative"),
         ("model.rods[0].com", "None is not a number"),
         ("model.rods[0].colour", "not a number"),
-        ("model.copies", "no derivative by it"),
+        ("model.copies", "has no derivative"),
         ("effects[0].kind", "is not a number"),
         ("effects[0].direction", "is not a number"),
         ("effects[1].kinetic", "acts through events"),
-        ("effects[7].coefficient", "no derivative by it"),
+        ("effects[7].coefficient", "has no derivative"),
         ("start.positions.theta_9", "theta_9"),
-        ("start.unit", "no derivative by it"),
-        ("solver.tolerance", "no derivative by it"),
-        ("duration", "no derivative by it"),
+        ("start.unit", "has no derivative"),
+        ("solver.tolerance", "has no derivative"),
+        ("duration", "has no derivative"),
     ],
 )
 def test_keys_without_a_derivative_are_refused(key: str, said: str) -> None:

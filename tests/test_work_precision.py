@@ -101,7 +101,7 @@ def test_chaos_has_a_horizon() -> None:
 
 
 def test_without_a_second_family_there_is_no_reference() -> None:
-    with pytest.raises(pp.InputError, match="two families of methods.*only 1"):
+    with pytest.raises(pp.InputError, match=r"two families of methods.*only 1"):
         reference(scene(THICK), 1e-9, (by_elliptic_functions, by_runge_kutta))
 
 

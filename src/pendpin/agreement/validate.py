@@ -113,7 +113,7 @@ def validate(
     Args:
         names: of the cases; all if empty.
         methods: the methods to run them by; all that can run a case if absent. "accuracy" stands for a run to the case's
-            target accuracy, whose claimed error is added to the bound of places.
+            target accuracy, whose claimed error is added to the bound of positions.
         progress: called with the case and the method.
 
     Returns:

@@ -94,7 +94,7 @@ def _start_rate(scene: Scene, model: Model, path: KeyPath) -> Array:
         return out
     fields = ("positions", "velocities")
     if len(path) != 3 or path[1] not in fields:
-        raise InputError(f"{written(path)}: no derivative by it; by positions and velocities of joints there is one")
+        raise InputError(f"{written(path)}: this number has no derivative; positions and velocities of joints have one")
     joint = path[2] if isinstance(path[2], int) else model.index(path[2], "start")
     if joint >= nv:
         raise InputError(f"{written(path)}: the model has {nv} joints")
@@ -112,9 +112,7 @@ def _changed(scene: Scene, path: KeyPath) -> tuple[Chain | None, tuple[Effect, .
         return None, found
     if path[:2] == ("model", "rods") and isinstance(model, Chain) and (found := _with_step(model.rods, path, 2)):
         return Chain.model_construct(kind="chain", rods=found, copies=model.copies), effects
-    raise InputError(
-        f"{written(path)}: no derivative by it; by numbers of rods, of effects and of the start there is one"
-    )
+    raise InputError(f"{written(path)}: this number has no derivative; numbers of rods, effects and the start have one")
 
 
 def _with_step(records: Sequence[Record], path: KeyPath, depth: int) -> tuple[Any, ...]:
@@ -127,7 +125,7 @@ def _with_step(records: Sequence[Record], path: KeyPath, depth: int) -> tuple[An
         return ()
     record, kind = records[place], type(records[place])
     if isinstance(record, Idle):
-        raise InputError(f"{written(path)}: {record.kind} acts through events; there is no derivative by its numbers")
+        raise InputError(f"{written(path)}: {record.kind} acts through events; its numbers have no derivatives")
     fields = {name: getattr(record, name) for name in kind.model_fields}
     if not rest or rest[0] not in fields:
         raise InputError(f"{written(path)}: not a number of the scene")

@@ -61,7 +61,7 @@ class Push(BodyEffect):
         return force, moment
 
     def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
-        """-force . r of a constant force in J, zero at the origin of W; None for any other."""
+        """The potential -force . r of a constant force in J, zero at the origin of W; None for others."""
         if self.frequency is not None or any(self.torque):
             return None
         return -(motion.points(self._point(bodies, xp)) @ np.array(self.force))[..., 0]

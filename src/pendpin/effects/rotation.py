@@ -44,7 +44,7 @@ class Rotation(BodyEffect):
 
     @property
     def axial(self) -> bool:
-        """False: what lies on the axis of a rod does not turn about it."""
+        """False: inertial forces do not turn a thin rod about its axis."""
         return False
 
     @property

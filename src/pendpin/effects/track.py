@@ -172,7 +172,7 @@ def _rows(text: str) -> Iterator[tuple[Any, ...]]:
 
 def _row(number: int, cells: tuple[str, ...]) -> tuple[float, ...]:
     if len(cells) != len(COLUMNS):
-        raise InputError(f"line {number}: {len(cells)} values, where 4 are wanted: t, x, y, z")
+        raise InputError(f"line {number}: {len(cells)} values instead of 4: t, x, y, z")
     return tuple(_value(number, name, cell) for name, cell in zip(COLUMNS, cells, strict=True))
 
 

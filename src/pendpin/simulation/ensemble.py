@@ -147,8 +147,8 @@ def _starts(model: Model, scene: Scene, positions: ArrayLike, velocities: ArrayL
     n, nv = len(scene.times), len(model.joints)
     if (size := 16.0 * len(q) * n * nv) > MAX_BYTES:
         raise InputError(
-            f"positions: {len(q)} starts with {n} samples of {nv} joints are {size / 1e9:.3g} GB, where "
-            f"{MAX_BYTES / 1e9:g} GB are the most: take fewer starts, or fewer solver.samples"
+            f"positions: {len(q)} starts with {n} samples of {nv} joints need {size / 1e9:.3g} GB, more "
+            f"than {MAX_BYTES / 1e9:g} GB; use fewer starts, or fewer solver.samples"
         )
     return q, v
 

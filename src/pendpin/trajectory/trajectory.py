@@ -177,7 +177,7 @@ class Trajectory:
         return extend(self._sampled, duration)
 
     def state_transition(self, t0: float, t1: float) -> Array:
-        """d(q, v) at t1 by (q, v) at t0, both in s inside the run: (2 nv, 2 nv), to the accuracy of the run.
+        """The derivative of (q, v) at t1 by (q, v) at t0 (s, inside the run): (2 nv, 2 nv), to the accuracy of the run.
 
         Integrated beside the motion by exact derivatives of the equations. Raises InputError for other times, for friction
         and stops, which act at events, and for effects without derivatives; RunError where angles have no derivative.

@@ -57,7 +57,7 @@ def run(
     anyway: Annotated[
         bool, typer.Option("--anyway", help="Continue when the energy goes wrong; a note says from when.")
     ] = False,
-    explain: Annotated[bool, typer.Option("--explain", help="Print what acts in this scene.")] = False,
+    explain: Annotated[bool, typer.Option("--explain", help="Print the effects that act in this scene.")] = False,
     view: Annotated[bool, typer.Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
     json: Json = False,
 ) -> None:

@@ -18,8 +18,8 @@ def view(
 ) -> None:
     """Show a saved run in a browser, on this machine only, until Ctrl-C; or write it as one HTML page.
 
-    Several runs are shown as the first one with the others as ghosts, and the distance of their tips. An ending of the
-    page's address selects its view: #t=1.5&view=above&speed=5&reactions=on&frames=on.
+    With several runs the page shows the first one, the others as ghosts, and the distance of the tips. Append to the
+    page's address to choose its view: #t=1.5&view=above&speed=5&reactions=on&frames=on.
     """
     from pendpin.trajectory import Trajectory
 

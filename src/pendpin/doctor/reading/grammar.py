@@ -67,7 +67,7 @@ class Parser(Brackets):
             self.take()
             if self.peek().kind in ("end", *SEPARATORS):
                 return
-            raise Unread(f"what holds only {token.text} is not checked", token.start)
+            raise Unread(f"an equation that holds only {token.text} is not checked", token.start)
         if token.kind == "other relation":
             raise Unread(f"not an equation: it holds the relation {token.text}", token.start)
         opening = {closed: opened for opened, closed in CLOSING.items()}.get(token.text, "")
