@@ -69,11 +69,11 @@ class PeriodicOrbit:
 def periodic_orbit(
     scene: Scene | str | Path, guess: Start | Sequence[float] | None = None, period: float | None = None
 ) -> PeriodicOrbit:
-    """The periodic motion near a guess: a Start, or (q, v) as (2 nv,); the scene's own start if absent.
+    """The periodic motion near a guess, a Start or (q, v) as (2 nv,); the scene's own start if absent.
 
     period: in s; if absent that of the scene's drive, else, without a drive, it is found from the first return of a run
-    of the scene. Where orbits are a family, as without damping, the one next to the guess is taken. Raises InputError for
-    what cannot be a period or a guess, for friction and stops, and for effects without derivatives; RunError if no orbit
+    of the scene. Where orbits are a family, as without damping, the one next to the guess is returned. Raises InputError for
+    an impossible period or guess, for friction and stops, and for effects without derivatives; RunError if no orbit
     is found.
     """
     scene = chosen_scene(scene)

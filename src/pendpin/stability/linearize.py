@@ -115,7 +115,7 @@ def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> Linea
     """The linear model of a scene, or of that of a file, near a state.
 
     at: None for the rest near the scene's start (`Start.at_rest`), "start" for the scene's own start, or a Start. The
-    derivatives are exact, of every effect that has them; effects that change with time are taken as they are at the
+    derivatives are exact, of every effect that has them; effects that change with time count as they are at the
     start's time. Friction and stops are left out. The model's `notes` say what was left out, and its `residual` how far
     the state is from an equilibrium.
 

@@ -58,7 +58,7 @@ class Lyapunov:
 def lyapunov(scene: Scene | str | Path, count: int | None = None, duration: float | None = None) -> Lyapunov:
     """The Lyapunov exponents of the motion from a scene's start.
 
-    count: how many, the largest ones; all 2 nv if absent. duration: s; the scene's if absent. Exponents of a finite time
+    count: how many of the largest ones (all 2 nv if absent). duration: s; the scene's if absent. Exponents of a finite time
     are estimates: `error` tells how far off they may be, and falls as 1/duration for a regular motion. Raises InputError
     for another count or duration, for friction and stops, and for effects without derivatives; RunError where the motion
     cannot be integrated.

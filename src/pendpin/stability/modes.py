@@ -170,8 +170,8 @@ class Modes:
 def modes(scene: Scene | str | Path) -> Modes:
     """The modes of a scene, or of that of a file, about the rest near its start (`Start.at_rest`).
 
-    M x'' + C x' + K x = 0 with exact derivatives M, C, K. Effects that change with time are taken as they are at the
-    start's time; friction and stops are left out; `notes` say so.
+    M x'' + C x' + K x = 0 with exact derivatives M, C, K. Effects that change with time count as they are at the
+    start's time. Friction and stops are left out; `notes` say so.
 
     Raises InputError where there is no rest, for a model with a joint that moves no inertia, and for effects without
     derivatives; MissingLibrary without llvmlite.
