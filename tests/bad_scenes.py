@@ -80,7 +80,7 @@ MODELS = {
     "too many rods in all": (
         f"[{ROD}]",
         f"[{f'{ROD},' * 50}]\ncopies = 90000",
-        "model: 4500000 rods, where 100000 are the",
+        "model: 4500000 rods",
     ),
     "urdf without path": (SCENE, '[model]\nkind = "urdf"', "scene.toml: model: a URDF needs a path or a name"),
     "path as number": (SCENE, '[model]\nkind = "urdf"\npath = 3', "scene.toml: model.path: 3 is not a path"),

@@ -198,7 +198,7 @@ def test_a_run_anyway_reaches_its_end() -> None:
     assert run.stats.notes[0].startswith(f"from t = {run.t[len(cut.t)]:.6g} s on the energy is off by over a tenth")
     calm = given.with_solver(method="gauss4", step=0.01)
     assert pp.simulate(calm, anyway=True) == pp.simulate(calm)
-    with pytest.raises(pp.InputError, match="anyway: an accuracy"):
+    with pytest.raises(pp.InputError, match="anyway: a run with a wrong energy"):
         pp.simulate(scene(TWO), accuracy=1e-3, anyway=True)
 
 
