@@ -158,7 +158,7 @@ def test_the_command_goes_on_and_cleans_up(folder: Path, capfd: pytest.CaptureFi
     """Halted, the file stays and the closing line names it; done, it is gone and the run is the unbroken one."""
     assert run_main("run", "scene.toml", "--out", "whole.npz") == 0
     assert run_main(*COMMAND, "--limit", "0") == 1
-    assert capfd.readouterr().err.endswith("; run.ckpt holds what is done: the same run goes on from there\n")
+    assert capfd.readouterr().err.endswith("; run.ckpt holds the run so far; the same command resumes it\n")
     assert len(pp.Trajectory.load("run.npz").t) < 2401
     assert run_main(*COMMAND) == 0
     assert not Path("run.ckpt").exists()

@@ -142,15 +142,15 @@ class Fit:
             f"residuals of {worst} are {rms[worst]:.3g} {unit}, {rms[worst] / self.noise[worst]:.3g} times the noise"
         )
         if part > MOSTLY and rms[worst] <= NOISY * self.noise[worst]:
-            return f"These data tell little: {100 * part:.2g} % of what moves in them is noise of the sensors."
+            return f"These data tell little: {100 * part:.2g} % of their variation is noise of the sensors."
         if self.explained:
-            return "The model explains the data: what is left over is white and no larger than the noise."
+            return "The model explains the data: the residuals are white and no larger than the noise."
         if rms[worst] <= NOISY * self.noise[worst]:
             return f"The model cannot explain the data: residuals are small, but correlated (p = {self.white:.1g})."
         what = f"{times}, {100 * part:.2g} % of the motion, and correlated"
         if part > POOR:
             return f"The model cannot explain the data at all: {what}; {CHECK}."
-        return f"The model cannot explain the data: {what}; something is missing."
+        return f"The model cannot explain the data: {what}. Some effect is missing."
 
     def __repr__(self) -> str:
         return brief(f"Fit of {len(self.values)} numbers; {'; '.join(self.lines())}")

@@ -148,7 +148,7 @@ def resumable(path: Path | None) -> Iterator[None]:
 
 
 def _note(path: Path) -> str:
-    return f"; {path} holds what is done: the same run goes on from there" if os.path.exists(path) else ""
+    return f"; {path} holds the run so far; the same command resumes it" if os.path.exists(path) else ""
 
 
 def identity(scene: Scene, energy_balance: bool, engine: str) -> dict[str, Any]:

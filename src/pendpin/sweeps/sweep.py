@@ -122,7 +122,7 @@ def _run(task: Task, results: Memory | Store, workers: int | None, dask: str | N
                 done += end - begin
                 progress(done, count)
     except (KeyboardInterrupt, Interrupted):
-        again = "; the same sweep goes on from there" if isinstance(results, Store) else ""
+        again = "; the same sweep resumes from there" if isinstance(results, Store) else ""
         raise Interrupted(f"stopped by the user after {done} of {count} cases{again}", results.dataset()) from None
     except RunError as error:
         raise RunError(str(error), results.dataset()) from None
