@@ -182,7 +182,7 @@ def test_a_full_disk_ends_a_run_with_what_is_done(tmp_path: Path, monkeypatch: p
         return write(target, content)
 
     monkeypatch.setattr(checkpoint, "write_whole", full)
-    with pytest.raises(pp.RunError, match=r"No space left on device; .* holds what is done") as caught:
+    with pytest.raises(pp.RunError, match=r"No space left on device; .* holds the run so far") as caught:
         pp.simulate(scene(), checkpoint=path, every=0)
     assert len(caught.value.partial.t) > 1
     monkeypatch.undo()
@@ -193,4 +193,4 @@ def test_a_run_that_fails_does_not_offer_to_go_on(tmp_path: Path) -> None:
     """Going on would lead to the same place."""
     with pytest.raises(pp.RunError, match="the energy is off by over a tenth") as caught:
         pp.simulate(scene(duration=40.0), method="rk4", step=0.2, checkpoint=tmp_path / "run.ckpt")
-    assert "holds what is done" not in str(caught.value)
+    assert "holds the run so far" not in str(caught.value)
