@@ -1,9 +1,9 @@
 """A test of a printed version of the rod's equations: which of them fail, by how much, and which change corrects them.
 
-The six balances of a uniform thin rod on a universal joint circulate in print with two faults: the moments are taken
-about the centre of mass G, but with m l²/3, the transverse inertia about the joint; and one sign in the acceleration
-along b3 is wrong. Written down below as printed, with a switch for each fault, they are one more route for
-pendpin's cross-check. docs/derivation.md, section 7, has the mathematics.
+The six balances of a uniform thin rod on a universal joint circulate in print with two faults. The moments are taken about
+the centre of mass G, but with m l²/3, the transverse inertia about the joint. One sign in the acceleration along b3 is
+wrong. The equations below are as printed, with a switch for each fault. They are one more route for pendpin's cross-check.
+docs/derivation.md, section 7, has the mathematics.
 """
 
 from functools import partial
