@@ -5,13 +5,14 @@ docs/gallery_scripts. What can be read off the package (API, commands, scene fil
 docs/_extensions/reference_pages.py; docs/_extensions/site_checks.py checks the result.
 """
 
+import json
 import os
 import re
-import shutil
 import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
+MOST_OF_A_PLAYER = 1_000_000  # characters in a notebook
 sys.path[:0] = [str(HERE.parent / "src"), str(HERE / "_extensions")]
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # tutorials call `pendpin`
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [sys.path[0], os.environ.get("PYTHONPATH", "")]))
@@ -115,9 +116,14 @@ def point_into_the_site(app, name, source):
 
 
 def copy_notebooks(app):
-    """The notebooks of examples/ are shown beside the tutorials, with the outputs that they hold."""
-    for notebook in (HERE.parent / "examples").glob("*.ipynb"):
-        shutil.copy(notebook, HERE / "start")
+    """The notebooks of examples/ beside the tutorials. The player of a robot with its meshes is left to the URDF tutorial."""
+    for path in (HERE.parent / "examples").glob("*.ipynb"):
+        notebook = json.loads(path.read_text(encoding="utf-8"))
+        for cell in notebook["cells"]:
+            for output in cell.get("outputs", ()):
+                if len("".join(output.get("data", {}).get("text/html", ""))) > MOST_OF_A_PLAYER:
+                    del output["data"]["text/html"]
+        (HERE / "start" / path.name).write_text(json.dumps(notebook), encoding="utf-8")
 
 
 def setup(app):
