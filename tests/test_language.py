@@ -39,7 +39,7 @@ def test_all_that_is_read_is_plain(language: ModuleType) -> None:
         ("It takes 0.05, 0.16, 0.7 and 2.4 us for each.", "numbers in a row"),
         ("Six methods are slow: they are explicit; radau is fast.", "colons and semicolons"),
         ("The ledger balances.", "words of builders"),
-        (" ".join(["word"] * 50), "50 words"),
+        (" ".join(["word"] * 50), "too long"),
     ],
 )
 def test_each_pattern_is_found(language: ModuleType, sentence: str, rule: str) -> None:
