@@ -116,7 +116,7 @@ def point_into_the_site(app, name, source):
 
 
 def copy_notebooks(app):
-    """The notebooks of examples/ beside the tutorials; the player of a robot with its meshes is in the URDF tutorial alone."""
+    """The notebooks of examples/ beside the tutorials; the player of a robot with its meshes is in the tutorial alone."""
     for path in (HERE.parent / "examples").glob("*.ipynb"):
         notebook = json.loads(path.read_text(encoding="utf-8"))
         for cell in notebook["cells"]:
