@@ -37,8 +37,8 @@ def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:
 
     Every sum over effects uses this order, so that the order of a scene's list changes no bit.
     """
-    acts = ((effect, f"effects[{i}]") for i, effect in enumerate(effects) if not isinstance(effect, Idle))
-    return sorted(acts, key=lambda pair: BaseModel.__repr__(pair[0]))
+    acts = [(effect, f"effects[{i}]") for i, effect in enumerate(effects) if not isinstance(effect, Idle)]
+    return sorted(acts, key=lambda pair: BaseModel.__repr__(pair[0])) if len(acts) > 1 else acts
 
 
 def refuse_seconds(effects: Sequence[Effect]) -> None:

@@ -28,7 +28,7 @@ from pendpin.simulation.loop import task_of
 from pendpin.simulation.motion_with_events import loop_of
 from pendpin.trajectory import Reactions, Stats, Trajectory
 
-PART, LEAST = 1 << 11, 64  # rods, and samples, completed at once: what they need stays in a processor's fast memory
+PART, LEAST = 1 << 12, 64  # rods, and samples, completed at once: what they need stays in a processor's fast memory
 AUTOMATIC = ("auto", "compiled")  # engines with which samples are computed in machine code
 NEAR_POLE = 0.3  # of cos(phi)
 LONG_ENOUGH = 5e-3  # s, of a measurement of the time to complete samples
