@@ -1,6 +1,11 @@
 """Libraries that need not be installed: imported where they are used, and named where they are missing."""
 
+import ctypes
+from collections.abc import Mapping
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from pendpin.errors import MissingLibrary
@@ -12,3 +17,20 @@ def optional(library: str, what: str, package: str) -> Any:
         return import_module(library)
     except ImportError:
         raise MissingLibrary(f"{what} needs {library.partition('.')[0]}: pip install {package}") from None
+
+
+def c_functions(package: str, file: str, names: Mapping[str, tuple[str, Any, tuple[Any, ...]]]) -> Any:
+    """Functions in a file of an installed package, by names of ours, without importing the package.
+
+    `names` has the name in the file, the type of the result and those of the arguments. Raises OSError, ValueError or
+    AttributeError where there is no such file or function.
+    """
+    spec = find_spec(package)
+    assert spec is not None
+    assert spec.origin is not None
+    (path,) = Path(spec.origin).parent.glob(file)
+    library, found = ctypes.CDLL(str(path)), {}
+    for name, (own, result, arguments) in names.items():
+        found[name] = library[own]
+        found[name].restype, found[name].argtypes = result, arguments
+    return SimpleNamespace(**found)

@@ -3,18 +3,15 @@
 Their arguments are those of the versions named in SERIES; another llvmlite is as if it were not there.
 """
 
-import ctypes
 import os
 import platform
 import sys
 from ctypes import POINTER, byref, c_bool, c_char_p, c_int, c_uint64, c_void_p
 from functools import cache
-from importlib.util import find_spec
-from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 from pendpin.errors import MissingLibrary
+from pendpin.libraries import c_functions
 from pendpin.versions import installed as versions
 
 SERIES = "0.50."
@@ -125,14 +122,5 @@ def _text(function: Any) -> bytes:
 @cache
 def _api() -> Any:
     """The functions by the names above."""
-    spec = find_spec("llvmlite")
-    assert spec is not None
-    assert spec.origin is not None
-    (path,) = (Path(spec.origin).parent / "binding").glob("*llvmlite.*")
-    functions = ctypes.CDLL(str(path))
-    return SimpleNamespace(**{name: _function(functions[f"LLVMPY_{name}"], *kinds) for name, kinds in _NAMES.items()})
-
-
-def _function(function: Any, result: Any, arguments: tuple[Any, ...]) -> Any:
-    function.restype, function.argtypes = result, arguments
-    return function
+    names = {name: (f"LLVMPY_{name}", *types) for name, types in _NAMES.items()}
+    return c_functions("llvmlite", "binding/*llvmlite.*", names)

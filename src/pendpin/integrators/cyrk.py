@@ -4,15 +4,13 @@ Its functions are found by their C++ names. These spell out the types of the arg
 interface is as if it were not there; the numbers of the methods are those of the versions named in SERIES.
 """
 
-import ctypes
 from ctypes import c_bool, c_double, c_int, c_size_t, c_void_p
 from functools import cache
 from importlib.util import find_spec
-from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 from pendpin.engines import llvm
+from pendpin.libraries import c_functions
 from pendpin.versions import version
 
 SERIES = "0.20."
@@ -44,13 +42,8 @@ def library() -> Any:
     """The functions by the names above; None if this CyRK, or this processor, does not have them."""
     if not installed() or not version("CyRK").startswith(SERIES) or not _processor_suits():
         return None
-    spec = find_spec("CyRK")
-    assert spec is not None
-    assert spec.origin is not None
     try:
-        (path,) = Path(spec.origin).parent.glob("nb/numba_c_api.*.so")
-        functions = ctypes.CDLL(str(path))
-        return SimpleNamespace(**{name: _function(functions, *given) for name, given in _NAMES.items()})
+        return c_functions("CyRK", "nb/numba_c_api.*.so", _NAMES)
     except (OSError, AttributeError, ValueError):
         return None
 
@@ -59,12 +52,6 @@ def library() -> Any:
 def installed() -> bool:
     """Whether CyRK is there, without importing it."""
     return find_spec("CyRK") is not None
-
-
-def _function(functions: ctypes.CDLL, name: str, result: Any, arguments: tuple[Any, ...]) -> Any:
-    function = functions[name]
-    function.restype, function.argtypes = result, arguments
-    return function
 
 
 def _processor_suits() -> bool:

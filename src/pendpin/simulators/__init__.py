@@ -51,6 +51,6 @@ def task_of(scene: Scene) -> PeerTask:
     dynamics = Dynamics(build(scene.model), scene.effects)
     model, gravity = dynamics.model, dynamics.loads.constant
     q, v = start_state(model, scene.start)
-    some = np.sin(1.0 + np.arange(2 * len(model.joints))).reshape(2, -1)  # any state will do
-    probe = Probe(*some, dynamics.acceleration(0.0, *some))
+    at, rates = np.sin(1.0 + np.arange(2 * len(model.joints))).reshape(2, -1)  # any state will do
+    probe = Probe(at, rates, dynamics.acceleration(0.0, at, rates))
     return PeerTask(*same_for_all(scene.model), model.joints, q, v, gravity, scene.times, probe)
