@@ -14,7 +14,8 @@ declare double @tan(double)
 declare double @tanh(double)
 declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)
 declare ptr @llvm.launder.invariant.group.p0(ptr)
-
+"""
+ROW = """
 define internal i64 @row(ptr %times, i64 %rows, double %t) noinline {
 entry:
   br label %look

@@ -19,20 +19,18 @@ Steps = ctypes.CFUNCTYPE(
 # n, t (n,), y (n, size), block, dy (n, size), more (n, further results)
 Many = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, *[ctypes.c_void_p] * 5)
 
-_WHOLE = """
-define internal i64 @whole(ptr %blocks, i64 %cell) {                         ; a whole number of a block
-  %block = load ptr, ptr %blocks
-  %at = getelementptr i64, ptr %block, i64 %cell
-  %value = load i64, ptr %at
-  ret i64 %value
-}
-"""
 
-MANY = f"""{_WHOLE}
+def _whole(name: str, cell: int) -> str:
+    """A whole number of a block."""
+    return f"""
+  %{name}_at = getelementptr i64, ptr %cells, i64 {cell}
+  %{name} = load i64, ptr %{name}_at"""
+
+
+MANY = f"""
 define void @many(ptr %rate, i64 %n, ptr %t, ptr %y, ptr %block, ptr %dy, ptr %more) {{
 entry:
-  %size = call i64 @whole(ptr %block, i64 {STATE})
-  %size_more = call i64 @whole(ptr %block, i64 {MORE})
+  %cells = load ptr, ptr %block{_whole("size", STATE)}{_whole("size_more", MORE)}
   br label %next
 next:
   %i = phi i64 [ 0, %entry ], [ %after, %next ]
@@ -52,7 +50,7 @@ done:
 }}
 """
 
-STEPS = f"""{_WHOLE}
+STEPS = f"""
 declare double @llvm.sqrt.f64(double)
 
 define internal void @along(i64 %size, ptr %out, ptr %y, double %h, ptr %k) {{ ; out = y + h k
@@ -114,8 +112,7 @@ done:
 
 define void @steps(ptr %rate, ptr %y, double %t, double %h, i64 %count, ptr %block, ptr %k1) {{
 entry:
-  %size = call i64 @whole(ptr %block, i64 {STATE})
-  %units = call i64 @whole(ptr %block, i64 {UNITS})
+  %cells = load ptr, ptr %block{_whole("size", STATE)}{_whole("units", UNITS)}
   %k2 = getelementptr double, ptr %k1, i64 %size
   %k3 = getelementptr double, ptr %k2, i64 %size
   %k4 = getelementptr double, ptr %k3, i64 %size

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from pendpin.engines import machine_quadrature
 from pendpin.engines.machine_lines import (
     DECLARED,
+    ROW,
     arithmetic,
     kind_of,
     lanes_of,
@@ -119,6 +120,8 @@ class Text:
         yield from self._computed(place for place in once if place in schedule.late)
         yield from self._results()
         yield "  ret void\n}"
+        if any(tape.operations[place][0] == "row" for place in schedule.needed):
+            yield ROW
         if self._has_trigonometry:
             yield f"declare void @{TRIGONOMETRY}(ptr, i64, ptr, ptr)"
         if self._quadratures:
