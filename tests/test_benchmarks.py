@@ -35,6 +35,7 @@ SMALL = {
     "overhead": "--repetitions 1 --duration 10",
     "peers": "--rods 1",
     "rounding_estimates": "--count 4",
+    "sensitivities": "2 1",
     "sweep": "--starts 20 --sample 4",
 }
 OTHERS = {"ensembles": "mujoco", "peers": "mujoco", "sweep": "mujoco"}  # what a script needs beside the extra dev

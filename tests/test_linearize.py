@@ -1,5 +1,7 @@
 """`linearize`: exact linear models of scenes near a state, against Pinocchio, differences and closed forms."""
 
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -123,44 +125,20 @@ def test_drag_and_friction_are_said() -> None:
     assert np.abs(found.A[2:, 2:]).max() < 1e-15  # the support is at its turning point, but for the rounding of pi
 
 
-HOSTILE = {
-    "an unknown state": (lambda: pp.linearize(hanging(), "rest"), "at: 'rest' is not a Start"),
-    "a number": (lambda: pp.linearize(hanging(), 3.0), "at: 3.0 is not a Start"),
-    "an unknown joint": (lambda: pp.linearize(hanging(), pp.Start(positions={"thet": 1.0})), "thet"),
-    "a pole of a thin rod": (
-        lambda: pp.linearize(hanging(rods=(POINT,)), pp.Start(positions={"phi": np.pi / 2})),
-        "rod is thin and at phi = ±90 degrees",
-    ),
-    "a thin rod that hangs along x": (
-        lambda: pp.modes(pp.Scene(model=pp.Chain(rods=[POINT]), effects=[fx.Gravity(direction=(1.0, 0, 0))])),
-        "rod is thin and at phi = ±90 degrees",
-    ),
-    "a torque without derivative": (
-        lambda: pp.linearize(hanging(fx.Torque(lambda t, q, v: -v, steady=True))),
-        r"effects\[1\]: torque has no derivative",
-    ),
-    "no equilibrium": (lambda: pp.linearize(hanging(fx.Motor(joint="theta", torque=50.0))), "no equilibrium"),
-    "a file that is not there": (lambda: pp.linearize("nowhere.toml"), "nowhere.toml"),
-    "no scene": (lambda: pp.linearize(7), "7"),
-}
+def test_without_python_control_its_name_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The package, and how to get it."""
+    monkeypatch.setitem(sys.modules, "control", None)
+    with pytest.raises(pp.MissingLibrary, match="pip install control"):
+        pp.linearize(hanging()).to_control()
 
 
-@pytest.mark.parametrize("name", list(HOSTILE))
-def test_hostile_calls_end_in_one_line(name: str) -> None:
-    """InputError with one readable line."""
-    call, said = HOSTILE[name]
-    with pytest.raises(pp.InputError, match=said) as error:
-        call()
-    assert "\n" not in str(error.value)
-
-
-def test_without_python_control_its_name_is_said() -> None:
-    """to_control gives its StateSpace, or names the package."""
-    found = pp.linearize(hanging())
-    try:
-        import control  # noqa: F401  # pyright: ignore[reportMissingImports]
-    except ImportError:
-        with pytest.raises(pp.MissingLibrary, match="pip install control"):
-            found.to_control()
-    else:
-        assert (found.to_control().A == found.A).all()
+def test_python_control_has_the_same_model() -> None:
+    """Its poles are the eigenvalues; its static gain from a torque is minus the inverse of the stiffness in A."""
+    pytest.importorskip("control", reason="python-control is not installed: pip install control")
+    found = pp.linearize(hanging(fx.Viscous(coefficient=0.2), rods=(ROD, ROD)))
+    system = found.to_control()
+    poles, own = (np.sort_complex(np.round(x, 9)) for x in (system.poles(), found.eigenvalues))
+    assert np.abs(poles - own).max() < 1e-8  # two planes, so that each eigenvalue is double
+    assert system.state_labels == list(found.states)
+    assert system.input_labels == list(found.inputs)
+    assert np.allclose(system.dcgain(), -np.linalg.solve(found.A, found.B), atol=1e-12)

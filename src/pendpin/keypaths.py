@@ -15,7 +15,9 @@ _PART = re.compile(r"""\[(\d{1,9})\]|\.?(?:([\w-]+)|('(?:[^'\\\n]|\\.)*'|"(?:[^"
 
 
 def parsed(text: str) -> KeyPath:
-    """The parts of a key path. Raises InputError for text that is none."""
+    """The parts of a key path. Raises InputError for what is none."""
+    if not isinstance(text, str):
+        raise InputError(f"{shown(text)} is not a key path, such as model.rods[0].mass")
     parts: list[str | int] = []
     place = 0
     while place < len(text) or not parts:

@@ -44,6 +44,8 @@ def state_transition(run: Trajectory, t0: float, t1: float) -> Array:
 
 def sensitivity(run: Trajectory, keys: Sequence[str] | str, of: str | None) -> Array:
     """As `Trajectory.sensitivity`."""
+    if not isinstance(keys, Sequence):
+        raise InputError(f"keys: {shown(keys)} is not a list of key paths of the scene")
     keys = [keys] if isinstance(keys, str) else list(keys)
     if not keys:
         raise InputError('keys: none is given; name a number of the scene, as "model.rods[0].length"')

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.derivatives import Variational
+from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import timing
 from pendpin.effects import ContactEffect
@@ -44,6 +44,7 @@ class Variations:
         self.keys, self.nv = tuple(keys), self.equations.nv
         q, v = start_state(self.equations.model, scene.start)
         dynamics = Dynamics(self.equations.model, scene.effects, start=scene.start.time)
+        refuse_poles(self.equations.model, q)
         self.start = np.concatenate([q, v])
         self.pace = timing(dynamics, scene.effects, q, v, scene.duration, None).pace
 
@@ -71,8 +72,8 @@ class Variations:
             part = solved(self.equations.block, now, at, max(tolerance, LEAST_RTOL), atol, float(longest))
             if len(part) < len(at) or not np.isfinite(part).all():
                 raise RunError(
-                    f"the changes of the motion cannot be integrated beyond {at[min(len(part), len(at)) - 1]:.6g} s: "
-                    "near phi = 90 degrees of a thin rod angles have no derivative"
+                    f"the changes of the motion cannot be integrated beyond {at[max(len(part), 1) - 1]:.6g} s: they grow "
+                    "too large, take too many steps, or a thin rod is near phi = 90 degrees, where its angles are singular"
                 )
             rows.append(part[1 : len(due) + 1])
             now = part[-1]

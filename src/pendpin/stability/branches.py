@@ -107,6 +107,8 @@ def follow(orbit: PeriodicOrbit, key: str, to: float) -> Branch:
     Folds and changes of stability on the way are located to about ten digits. The branch ends at `to`, or where the curve
     comes back to the first value. Raises InputError for a key or value that cannot be, RunError where the curve ends.
     """
+    if not isinstance(orbit, PeriodicOrbit):
+        raise InputError(f"orbit: {shown(orbit)} is not a periodic orbit; take one from periodic_orbit")
     if isinstance(to, bool) or not isinstance(to, int | float) or not np.isfinite(to):
         raise InputError(f"to: {shown(to)} is not a finite number")
     first = number_at(orbit.scene, key)
@@ -119,10 +121,11 @@ def follow(orbit: PeriodicOrbit, key: str, to: float) -> Branch:
 
 def _curve(orbit: PeriodicOrbit, key: str, first: float, to: float) -> _Curve:
     scene, y = orbit.scene, _state(orbit)
-    if orbit.free and frequencies_of(scene.replace({key: to})):
-        raise InputError(f"{key}: at {to:g} the scene changes with time, and the orbit's period was not given; give it")
+    tuned = _is_tuned(scene, key)
+    if tuned and to * first <= 0:
+        raise InputError(f"to: at {key} = 0 the drive has no period; give a number on the side of {first:g}")
     turns = over_a_period(scene, y, orbit.period).turns
-    return _Curve(scene, key, first, to - first, orbit.period, orbit.free, _is_tuned(scene, key), turns)
+    return _Curve(scene, key, first, to - first, orbit.period, orbit.free, tuned, turns)
 
 
 def _is_tuned(scene: Scene, key: str) -> bool:
