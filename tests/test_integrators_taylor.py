@@ -107,6 +107,6 @@ def test_thin_recursion_vs_reactions_as_unknowns(rods: int) -> None:
     moment -= d * (d * moment).sum(-1, keepdims=True)
     moment[0] = 0  # on a point mass
     field = random.normal(size=3)
-    found = thin_recursion.turning(chain, d, rate, field, force, moment)
+    found, _ = thin_recursion.turning(chain, d, rate, field, force, moment)
     expected = np.cross(d, thin.solve(chain, d, rate, field, force=force, moment=moment).acceleration)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())

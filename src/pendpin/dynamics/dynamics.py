@@ -21,6 +21,7 @@ from pendpin.dynamics.samples import Sampler
 from pendpin.dynamics.symbols import Asked
 from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
+from pendpin.engines.external_forces import centres_of, in_joint_frames
 from pendpin.errors import InputError
 from pendpin.model import kinematics
 from pendpin.model.bodies import with_gravity
@@ -225,14 +226,11 @@ def loads_at(dynamics: Dynamics, q: Array, v: Array) -> tuple[Array | None, Arra
     if loads.torque is not None:
         tau = np.array([loads.torque(0.0, *state) for state in zip(q, v, strict=True)])
     if loads.wrench is not None:
-        engine = Revolute(dynamics.model, loads)
-        external = np.zeros((*q.shape, 6))
+        bodies, engine = dynamics.model.bodies, Revolute(dynamics.model, loads)
+        com, joints, external = centres_of(bodies), [body.joint for body in bodies], np.zeros((*q.shape, 6))
         for i, state in enumerate(np.concatenate([q, v], -1)):
             motion = engine.motion(state)
-            forces, moments = loads.wrench(0.0, motion)
-            for body, R, force, moment in zip(dynamics.model.bodies, motion.rotation, forces, moments, strict=True):
-                linear = R.T @ force
-                external[i, body.joint] += np.concatenate([linear, R.T @ moment + np.cross(body.com, linear)])
+            external[i, joints] = in_joint_frames(com, motion, *loads.wrench(0.0, motion))
     return tau, external
 
 

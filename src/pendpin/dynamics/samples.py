@@ -134,7 +134,7 @@ def _in_directions(model: Model, loads: Loads, tree: Tree, numbers: Parameters, 
             f, about_joint = np.split(external[1], 2)
             force, moment = applied(R, f)[None], applied(R, about_joint - cross(chain.h[0] * _DOWN, f))[None]
         state = applied(R, _DOWN)[None], applied(R, cross(spin, _DOWN))[None]
-        turned, reaction = thin_recursion.turning_and_forces(chain, *state, loads.field(t), force, moment, xp)
+        turned, reaction = thin_recursion.turning(chain, *state, loads.field(t), force, moment, xp)
         across, reaction = (applied(transposed(R), x[0]) for x in (turned, reaction))
         across = across - dot(spin, _DOWN) * cross(_DOWN, spin)  # of the frame, which spins with its angles
         forces = np.stack([applied(joints[1].R, reaction), reaction])

@@ -255,7 +255,7 @@ def _in_directions(engine: Directions, loads: Loads, powered: Powered | None, nu
         motion = thin_motion(chain.l[:, None], d, rate, omega, xp)
         if loads.wrench is not None:
             force, moment = (part * SIGNS for part in loads.wrench(t, motion))
-        turning = thin_recursion.turning(chain, d, rate, loads.field(t) * SIGNS, force, moment, xp)
+        turning, _ = thin_recursion.turning(chain, d, rate, loads.field(t) * SIGNS, force, moment, xp)
         work = powered(State(t, d, omega, lambda: motion)) if powered else []
         return [*rate.reshape(-1), *turning.reshape(-1), *work], []
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, applied, dot, outer, symmetric
+from pendpin.arrays import Array, applied, cross, dot, outer, symmetric
 from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.equations.passes import inward, outward
 
@@ -57,24 +57,12 @@ def turning(
     force: Array | None = None,
     moment: Array | None = None,
     xp: Any = np,
-) -> Array:
-    """omega' = d x d'' (n, 3) in I, rad/s², from unit directions d (n, 3), rates d' (n, 3) in 1/s, and a field (3,) in I.
-
-    force and moment (n, 3), external, in N and N m, the moment about the centre of mass and normal to the rod.
-    """
-    return turning_and_forces(chain, d, rate, field, force, moment, xp)[0]
-
-
-def turning_and_forces(
-    chain: ThinRods | ChainInertia,
-    d: Array,
-    rate: Array,
-    field: Array,
-    force: Array | None = None,
-    moment: Array | None = None,
-    xp: Any = np,
 ) -> tuple[Array, Array]:
-    """As `turning`, and the force (n, 3) in N on each rod at its joint."""
+    """omega' = d x d'' (n, 3) in I, rad/s², and the force (n, 3) in N on each rod at its joint.
+
+    From unit directions d (n, 3), rates d' (n, 3) in 1/s, and a field (3,) in I; force and moment (n, 3), external, in N
+    and N m, the moment about the centre of mass and normal to the rod.
+    """
 
     def release(i: int, hanging: _Hanging) -> tuple[_Hanging, _Answer]:
         m, h, length, J = chain.m[i], chain.h[i], chain.l[i], chain.I1[i] + chain.m[i] * chain.h[i] ** 2
@@ -86,7 +74,7 @@ def turning_and_forces(
         Y = _inverse(J * _UNIT + length**2 * (P @ A @ P)) @ P
         c = h * f + length * (length * applied(A, inward_part) - b)
         if moment is not None:
-            c = c + np.cross(moment[i], d[i])
+            c = c + cross(moment[i], d[i])
         through = B @ P @ Y
         A, b = symmetric(m * _UNIT + A - through @ B), applied(through, c) - applied(B, inward_part) + b - f
         hanging = _Hanging(A, b)
@@ -104,7 +92,7 @@ def _joined(one: _Hanging, other: _Hanging) -> _Hanging:
 
 def _inverse(M: Array) -> Array:
     """The inverse of a symmetric (3, 3) matrix, by cofactors."""
-    cofactors = np.stack([np.cross(M[1], M[2]), np.cross(M[2], M[0]), np.cross(M[0], M[1])])
+    cofactors = np.stack([cross(M[1], M[2]), cross(M[2], M[0]), cross(M[0], M[1])])
     return cofactors * (1 / dot(M[0], cofactors[0]))
 
 
@@ -116,7 +104,7 @@ def _outward(
     def move(i: int, a: Array) -> tuple[Array, tuple[Array, Array]]:
         P, Y, c, B, (A, b), inward_part = answers[i]
         u = applied(Y, c - applied(B, a))
-        return a + chain.l[i] * (applied(P, u) - inward_part), (np.cross(d[i], u), applied(A, a) + b)
+        return a + chain.l[i] * (applied(P, u) - inward_part), (cross(d[i], u), applied(A, a) + b)
 
-    turning, forces = zip(*outward(move, np.zeros(3), parents, xp), strict=True)
-    return np.stack(turning), np.stack(forces)
+    turned, forces = zip(*outward(move, np.zeros(3), parents, xp), strict=True)
+    return np.stack(turned), np.stack(forces)
