@@ -216,7 +216,7 @@ class Motion(NamedTuple):
         return self._replace(origin=origin, rotation=rotation, velocity=velocity, spin=spin, into_links=into)
 
     def levers(self, points: Array) -> Array:
-        """Vectors (n, 3) given in the link frames, in W."""
+        """Vectors (n, 3) given in the link frames, with components in W."""
         return applied(self.rotation, points)
 
     def points(self, points: Array) -> Array:
@@ -224,7 +224,7 @@ class Motion(NamedTuple):
         return self.origin + self.levers(points)
 
     def velocities(self, points: Array) -> Array:
-        """How points fixed in the links move, (n, 3) m/s."""
+        """Velocities of points fixed in the links, (n, 3) m/s."""
         return self.velocity + cross(self.spin, self.levers(points))
 
 

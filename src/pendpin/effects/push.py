@@ -43,7 +43,7 @@ class Push(BodyEffect):
 
     @property
     def axial(self) -> bool:
-        """Whether there is a torque: a force on the axis does not turn a rod about it."""
+        """True with a torque; a force on the axis does not turn a rod about it."""
         return any(self.torque)
 
     def pace(self, begin: float, end: float, negligible: float) -> Pace:
