@@ -14,10 +14,11 @@ import pendpin as pp
 from effect_cases import EFFECTS, MODELS, URDF
 from laws import law
 from pendpin import effects as fx
+from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.contacts import Mode
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.symbols import record
-from pendpin.engines import Compiled
+from pendpin.engines import Compiled, llvm
 from pendpin.engines.machine_code import Code, Function
 from pendpin.integrators import cyrk
 from pendpin.model.build import build
@@ -48,6 +49,16 @@ def test_the_same_rates(model: str, effects: tuple) -> None:
         y = np.concatenate([random.uniform(-1.2, 1.2, n), random.uniform(-3, 3, n)])
         expected, found = rates(plain, t, y), rates(compiled, t, y)
         assert np.abs(found - expected).max() < 3e-12 * np.abs(expected).max()  # light rods on heavy: condition 1e3
+
+
+def test_another_llvmlite_is_as_if_it_were_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The functions of its library may take other arguments."""
+    monkeypatch.setattr(llvm, "installed", llvm.installed.__wrapped__)
+    monkeypatch.setattr(llvm, "SERIES", "0.0.")
+    model = build(MODELS["one rod"])
+    assert not compilable(model, [fx.Gravity()])
+    with pytest.raises(pp.MissingLibrary, match=r"pip install 'llvmlite==0.0"):
+        Dynamics(model, (fx.Gravity(),), "compiled")
 
 
 def test_two_threads_compile_once(monkeypatch: pytest.MonkeyPatch) -> None:
