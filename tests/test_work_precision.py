@@ -226,7 +226,7 @@ def test_a_quick_report_ends_in_time(counted: Clock) -> None:
     assert counted.now < work_precision.LIMIT + 4 * work_precision.OF_REFERENCE + 20 * every
     assert report.halted
     assert report.horizon < 100.0
-    assert "more takes long" in " ".join(report.words)
+    assert "--thorough" in " ".join(report.words)
     assert report.rows[0].seconds
     assert all(row.seconds or row.why for row in report.rows)
     counted.every = 1.0

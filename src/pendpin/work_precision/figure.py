@@ -147,7 +147,7 @@ def _frame(ax: Any, report: CostReport) -> None:
     ax.set_xlim(left, right)  # errors fall to the right
     ax.axvspan(report.error, right, color="#edf2f7", zorder=-1)
     note = {"transform": ax.get_xaxis_transform(), "fontsize": 8, "va": "bottom", "ha": "left"}
-    ax.text(report.error, 0.02, " the reference\n knows no better", color="#718096", rotation=90, **note)
+    ax.text(report.error, 0.02, " accuracy of\n the reference", color="#718096", rotation=90, **note)
     ax.axvline(report.accuracy, color="#1a202c", linewidth=0.9, linestyle=":")
     ax.text(report.accuracy, 0.01, f" asked: {report.accuracy:g}", **note)
     ax.set_xlabel("largest error of a tip over the run, over the chain's length  (more accurate to the right)")

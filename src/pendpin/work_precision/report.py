@@ -194,11 +194,11 @@ class CostReport:
 def _words(report: CostReport) -> Iterator[str]:
     if report.horizon < report.duration:
         differ = f"later, the two references differ by more than {report.accuracy / 10:.0e}"
-        why = "more takes long, and is for --thorough" if report.halted else differ
+        why = "the rest would take long; --thorough measures it" if report.halted else differ
         yield f"Compared up to {report.horizon:.3g} s of {report.duration:g} s: {why}."
     yield f"Error of the reference: {report.error:.0e}, the difference of {report.solutions[0]} and {report.solutions[1]}."
     if report.missing:
-        yield f"Not among the others: {', '.join(report.missing)}, not installed; pip install mujoco drake."
+        yield f"Not installed, and so not compared: {', '.join(report.missing)} (pip install mujoco drake)."
     if not report.thorough:
         yield from _next_digit(report)
         return
