@@ -13,6 +13,8 @@ import pendpin as pp
 from bad_input import run_main
 from laws import law
 from pendpin import effects as fx
+from pendpin.dynamics.residual import Matrices
+from pendpin.dynamics.vibrations import vibrations
 from pendpin.stability.modes import Modes
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install 'pendpin[fast]'")
@@ -192,6 +194,14 @@ def test_the_command_prints_json(capfd: pytest.CaptureFixture) -> None:
     assert list(found) == ["omega", "damping_ratio", "stable"]
     assert found["omega"] == known.omega.tolist()
     assert found["stable"] is True
+
+
+def test_damped_modes_end_in_one_line() -> None:
+    """Beyond the size that takes seconds the number of coupled joints is said; what is not coupled counts apart."""
+    eye = np.eye(501)
+    with pytest.raises(pp.InputError, match="up to 500 coupled joints, here are 501"):
+        vibrations(Matrices(eye, np.ones((501, 501)), eye))
+    assert (vibrations(Matrices(eye, 2 * eye, eye)).damping_ratio == 1).all()
 
 
 @pytest.mark.slow

@@ -104,7 +104,7 @@ REFUSED: dict[str, tuple[Call, str]] = {
     "a wrong key": (lambda: pp.follow(orbit(), "effects[1].amplitud[2]", 0.2), "nothing there"),
     "a key that is no text": (lambda: pp.follow(orbit(), None, 0.2), "None is not a key path"),
     "a key that is no number": (lambda: pp.follow(orbit(), "model.kind", 0.2), "'chain' is not a number"),
-    "a key without derivative": (lambda: pp.follow(orbit(), "duration", 9.0), "no derivative by it"),
+    "a key without derivative": (lambda: pp.follow(orbit(), "duration", 9.0), "has no derivative"),
     "to NaN": (lambda: pp.follow(orbit(), HEIGHT, math.nan), "to: nan is not a finite number"),
     "to words": (lambda: pp.follow(orbit(), HEIGHT, "far"), "to: 'far' is not a finite number"),
     "to where it is": (lambda: pp.follow(orbit(), HEIGHT, 0.1), "is 0.1 already"),
@@ -124,7 +124,7 @@ REFUSED: dict[str, tuple[Call, str]] = {
     "a number that is not there": (lambda: run().sensitivity("model.rods[0].lenght"), "lenght"),
     "a rod that is not there": (lambda: run().sensitivity("model.rods[7].length"), r"rods\[7\]"),
     "a joint that is not there": (lambda: run().sensitivity("start.positions.theta_9"), "theta_9"),
-    "a duration's derivative": (lambda: run().sensitivity("duration"), "duration: no derivative"),
+    "a duration's derivative": (lambda: run().sensitivity("duration"), "duration: this number has no derivative"),
     "a quantity that is not there": (lambda: run().sensitivity("model.rods[0].length", of="R3_9"), "R3_9"),
     "an unknown statistic": (lambda: run().sensitivity("model.rods[0].length", of="R3.largest"), "largest"),
 }

@@ -17,6 +17,7 @@ from pendpin.errors import InputError
 
 NEVER = np.inf  # the damping ratio of what a damper holds and no spring brings back
 
+MOST_DAMPED = 500  # coupled degrees of freedom: the time grows with their cube, to 6 s of one processor there
 IN_STEP = 1e-10  # of the largest entry of a shape: imaginary parts below it are rounding
 
 
@@ -139,6 +140,11 @@ def _damped(matrices: Matrices) -> Vibrations:
     from scipy.linalg import solve_triangular
 
     M, C, K = matrices
+    if len(M) > MOST_DAMPED:
+        raise InputError(
+            f"model: damped modes are found for up to {MOST_DAMPED} coupled joints, here are {len(M)}: take fewer rods, "
+            "or leave damping out"
+        )
     L, n = _factor(M), len(M)
     C, K = (solve_triangular(L, solve_triangular(L, part, lower=True).T, lower=True).T for part in (C, K))
     values, errors, vectors = spectrum(np.block([[np.zeros((n, n)), np.eye(n)], [-K, -C]]))

@@ -69,12 +69,21 @@ class PeriodicOrbit:
 def periodic_orbit(
     scene: Scene | str | Path, guess: Start | Sequence[float] | None = None, period: float | None = None
 ) -> PeriodicOrbit:
-    """The periodic motion near a guess, a Start or (q, v) as (2 nv,); the scene's own start if absent.
+    """The periodic motion near a guess, by Newton's method on the return map.
 
-    period: in s; if absent that of the scene's drive, else, without a drive, it is found from the first return of a run
-    of the scene. Where orbits are a family, as without damping, the one next to the guess is returned. Raises InputError for
-    an impossible period or guess, for friction and stops, and for effects without derivatives; RunError if no orbit
-    is found.
+    Where orbits are a family, as without damping, the one next to the guess is taken.
+
+    Args:
+        scene: a Scene, or the path of a TOML file.
+        guess: a Start, or (q, v) as (2 nv,) in rad and rad/s; the scene's own start if absent.
+        period: s; if absent that of the drive, and without a drive it is found from the first return of a run.
+
+    Returns:
+        The PeriodicOrbit: period in s, multipliers (2 nv,), stable, and `orbit`, the Trajectory over one period.
+
+    Raises:
+        InputError: for a period or guess that cannot be, for friction and stops, for effects without derivatives.
+        RunError: if no orbit is found.
     """
     scene = chosen_scene(scene)
     state = _guess_of(scene, guess)

@@ -102,10 +102,22 @@ class _Curve(NamedTuple):
 
 
 def follow(orbit: PeriodicOrbit, key: str, to: float) -> Branch:
-    """The orbits that continue one as the number of its scene at a key path goes to another value.
+    """The orbits that continue one as a number of its scene goes to another value, round folds.
 
-    Folds and changes of stability on the way are located to about ten digits. The branch ends at `to`, or where the curve
-    comes back to the first value. Raises InputError for a key or value that cannot be, RunError where the curve ends.
+    A period that was given, or is that of the drive, stays; one that was found changes along the branch. Folds and changes
+    of stability are located to about ten digits. The branch ends at `to`, or where it comes back to the first value.
+
+    Args:
+        orbit: a PeriodicOrbit, from `periodic_orbit`.
+        key: key path of the number, such as "effects[1].amplitude[2]".
+        to: the value at the end, in the number's unit.
+
+    Returns:
+        The Branch: orbits, values (n,), stable (n,), folds and changes (values of the number).
+
+    Raises:
+        InputError: for a key or value that cannot be.
+        RunError: where the orbits end on the way.
     """
     if not isinstance(orbit, PeriodicOrbit):
         raise InputError(f"orbit: {shown(orbit)} is not a periodic orbit; take one from periodic_orbit")

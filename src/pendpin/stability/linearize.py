@@ -112,15 +112,21 @@ def _row(value: complex, error: float) -> str:
 
 
 def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> LinearModel:
-    """The linear model of a scene, or of that of a file, near a state.
+    """The linear model x' = A x + B u of a scene near a state, by exact derivatives of every effect.
 
-    at: None for the rest near the scene's start (`Start.at_rest`), "start" for the scene's own start, or a Start. The
-    derivatives are exact, of every effect that has them; effects that change with time count as they are at the
-    start's time. Friction and stops are left out. The model's `notes` say what was left out, and its `residual` how far
-    the state is from an equilibrium.
+    Effects that change with time are taken as they are at the start's time; friction and stops are left out; `notes` say so.
 
-    Raises InputError where there is no rest, for a state at which the equations have no finite derivative, and for effects
-    without derivatives; MissingLibrary without llvmlite.
+    Args:
+        scene: a Scene, or the path of a TOML file.
+        at: None for the rest near the scene's start (`Start.at_rest`), "start" for the scene's own start, or a Start.
+
+    Returns:
+        The LinearModel: A (2 nv, 2 nv), B (2 nv, nv + 3), states, inputs, eigenvalues in 1/s, stable, and `residual` (nv,)
+            in rad/s², how far the state is from an equilibrium.
+
+    Raises:
+        InputError: where there is no rest, where the equations have no finite derivative, for effects without derivatives.
+        MissingLibrary: without llvmlite.
     """
     scene = chosen_scene(scene)
     start = chosen_start(scene, at)

@@ -56,12 +56,22 @@ class Lyapunov:
 
 
 def lyapunov(scene: Scene | str | Path, count: int | None = None, duration: float | None = None) -> Lyapunov:
-    """The Lyapunov exponents of the motion from a scene's start.
+    """The Lyapunov exponents of the motion from a scene's start, by its variational equations.
 
-    count: how many of the largest ones (all 2 nv if absent). duration: s; the scene's if absent. Exponents of a finite time
-    are estimates: `error` tells how far off they may be, and falls as 1/duration for a regular motion. Raises InputError
-    for another count or duration, for friction and stops, and for effects without derivatives; RunError where the motion
-    cannot be integrated.
+    Those of a finite time are estimates: `error` tells how far off they may be, and falls as 1/duration for a regular
+    motion.
+
+    Args:
+        scene: a Scene, or the path of a TOML file.
+        count: how many, the largest ones; all 2 nv if absent.
+        duration: s; the scene's if absent.
+
+    Returns:
+        The Lyapunov record: exponents (k,) and error (k,) in 1/s, history (n, k), the estimate at each of t (n,) in s.
+
+    Raises:
+        InputError: for another count or duration, for friction and stops, for effects without derivatives.
+        RunError: where the motion cannot be integrated.
     """
     scene = chosen_scene(scene)
     if duration is not None:

@@ -168,13 +168,21 @@ class Modes:
 
 
 def modes(scene: Scene | str | Path) -> Modes:
-    """The modes of a scene, or of that of a file, about the rest near its start (`Start.at_rest`).
+    """The natural frequencies, damping and shapes of the small motions about the rest near a scene's start.
 
-    M x'' + C x' + K x = 0 with exact derivatives M, C, K. Effects that change with time count as they are at the
-    start's time. Friction and stops are left out; `notes` say so.
+    M x'' + C x' + K x = 0 with exact derivatives M, C, K. Effects that change with time are taken as they are at the
+    start's time; friction and stops are left out; `notes` say so.
 
-    Raises InputError where there is no rest, for a model with a joint that moves no inertia, and for effects without
-    derivatives; MissingLibrary without llvmlite.
+    Args:
+        scene: a Scene, or the path of a TOML file.
+
+    Returns:
+        The Modes, by rising frequency: omega (nv,) in rad/s, damping_ratio (nv,), shapes (nv, nv), stable, and more.
+
+    Raises:
+        InputError: where there is no rest, for a joint that moves no inertia, for effects without derivatives, and for
+            damped models of more than 500 degrees of freedom that are coupled.
+        MissingLibrary: without llvmlite.
     """
     scene = chosen_scene(scene)
     found = small_motions(scene)
