@@ -71,7 +71,7 @@ def periodic_orbit(
 ) -> PeriodicOrbit:
     """The periodic motion near a guess, by Newton's method on the return map.
 
-    Where orbits are a family, as without damping, the one next to the guess is taken.
+    Where orbits are a family, as without damping, it is the one next to the guess.
 
     Args:
         scene: a Scene, or the path of a TOML file.

@@ -114,7 +114,7 @@ def _row(value: complex, error: float) -> str:
 def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> LinearModel:
     """The linear model x' = A x + B u of a scene near a state, by exact derivatives of every effect.
 
-    Effects that change with time are taken as they are at the start's time; friction and stops are left out; `notes` say so.
+    Effects that change with time act as at the start's time. Friction and stops are left out. `notes` say so.
 
     Args:
         scene: a Scene, or the path of a TOML file.

@@ -170,8 +170,8 @@ class Modes:
 def modes(scene: Scene | str | Path) -> Modes:
     """The natural frequencies, damping and shapes of the small motions about the rest near a scene's start.
 
-    M x'' + C x' + K x = 0 with exact derivatives M, C, K. Effects that change with time are taken as they are at the
-    start's time; friction and stops are left out; `notes` say so.
+    M x'' + C x' + K x = 0 with exact derivatives M, C, K. Effects that change with time act as at the
+    start's time. Friction and stops are left out. `notes` say so.
 
     Args:
         scene: a Scene, or the path of a TOML file.
