@@ -43,7 +43,7 @@ def test_notebooks_hold_what_their_cells_give() -> None:
     """A reader on the web sees it: a player and a figure in each, no error, in less than 5 MB."""
     import nbformat
 
-    assert NOTEBOOKS == ["first_steps.ipynb", "robots.ipynb"]
+    assert NOTEBOOKS == ["first_steps.ipynb", "robots.ipynb", "stability.ipynb"]
     for name in NOTEBOOKS:
         notebook = nbformat.read(EXAMPLES / name, as_version=4)
         nbformat.validate(notebook)

@@ -80,9 +80,7 @@ def draw(run: Trajectory, names: tuple[str, ...] = (), compare: Sequence[Traject
 
     Runs to `compare` are drawn with dashes over the first, on the same axes, and their distance from it below.
     """
-    from matplotlib.figure import Figure
-
-    figure: Any = Figure()
+    figure = new_figure()
     runs = [run, *compare]
     panels, sides = (quantity_panels(run, names), ()) if names else (panels_of(run), PATHS)
     if compare and not names:
@@ -105,7 +103,15 @@ def draw(run: Trajectory, names: tuple[str, ...] = (), compare: Sequence[Traject
     axes[-1].set_xlabel("time, s")
     _place(figure, axes, paths, [LOW if panel is draw_drift else ROW for panel in panels])
     _write_title(figure, runs)
-    figure._repr_png_ = lambda: picture_of(figure)  # a notebook shows it, without pyplot too
+    return figure
+
+
+def new_figure(**options: Any) -> Any:
+    """A matplotlib Figure with these options, which a notebook shows without pyplot too."""
+    from matplotlib.figure import Figure
+
+    figure: Any = Figure(**options)
+    figure._repr_png_ = lambda: picture_of(figure)
     return figure
 
 

@@ -37,9 +37,9 @@ class Branch:
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the largest multiplier against the number on a matplotlib Axes, a new one if absent; returns it."""
-        from matplotlib.figure import Figure
+        from pendpin.graphics.figure import new_figure
 
-        ax = ax if ax is not None else Figure(figsize=(7.0, 4.0), layout="constrained").subplots()
+        ax = ax if ax is not None else new_figure(figsize=(7.0, 4.0), layout="constrained").subplots()
         size, stable = np.array([np.abs(orbit.multipliers).max() for orbit in self.orbits]), self.stable
         ax.plot(self.values, size, color="0.8", lw=1)
         ax.plot(self.values[stable], size[stable], "o", ms=3, label="stable")

@@ -34,9 +34,9 @@ class Lyapunov:
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the estimates against time on a matplotlib Axes, a new one if absent; returns it."""
-        from matplotlib.figure import Figure
+        from pendpin.graphics.figure import new_figure
 
-        ax = ax if ax is not None else Figure(figsize=(7.0, 4.0), layout="constrained").subplots()
+        ax = ax if ax is not None else new_figure(figsize=(7.0, 4.0), layout="constrained").subplots()
         for i, (series, last) in enumerate(zip(self.history.T, self.exponents, strict=True)):
             ax.plot(self.t, series, lw=1.2, label=f"{i + 1}: {last:.3g} /s")
         ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)

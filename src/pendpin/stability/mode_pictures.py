@@ -9,6 +9,7 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import FrameEffect, Idle
 from pendpin.errors import InputError
 from pendpin.graphics.animation import Animation
+from pendpin.graphics.figure import new_figure
 from pendpin.graphics.panels import COLORS
 from pendpin.integrators import Run
 from pendpin.model import kinematics
@@ -29,15 +30,13 @@ PALE = "#b8c2cf"
 
 def draw_modes(modes: "Modes", chosen: list[int], ax: Any) -> Any:
     """A panel for each shape, seen across the plane in which it moves most: the rest pale, both ends of the swing."""
-    from matplotlib.figure import Figure
-
     places = chosen or [group.modes[0] for group in modes.lines(SHOWN)]
     if ax is not None:
         if len(places) > 1 and chosen:
             raise InputError("ax: one axes takes one mode; give its number alone, as in plot(1, ax=ax)")
         _panel(ax, modes, places[0])
         return ax.figure
-    figure = Figure(figsize=(1.2 + 1.9 * len(places), 4.2), layout="constrained")
+    figure = new_figure(figsize=(1.2 + 1.9 * len(places), 4.2), layout="constrained")
     panels = figure.subplots(1, len(places), sharey=True, squeeze=False)[0]
     for axes, place in zip(panels, places, strict=True):
         _panel(axes, modes, place)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.graphics.figure import picture_of, write_figure
+from pendpin.graphics.figure import new_figure, write_figure
 from pendpin.scene import METHODS
 from pendpin.work_precision.report import CostReport, Curve
 
@@ -47,9 +47,7 @@ def draw_cost(report: CostReport) -> Any:
 
 def draw_all(report: CostReport) -> Any:
     """All methods: error across, falling to the right; seconds up; a line for each."""
-    from matplotlib.figure import Figure
-
-    figure: Any = Figure(figsize=(10, 6.2), layout="constrained")
+    figure = new_figure(figsize=(10, 6.2), layout="constrained")
     ax = figure.subplots()
     shown = [curve for curve in report.curves if any(point.error < 1 for point in curve.points)]
     for i, curve in enumerate(sorted(shown, key=lambda curve: curve.peer)):
@@ -58,7 +56,6 @@ def draw_all(report: CostReport) -> Any:
     _frame(ax, report)
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
     _write_about(figure, ax, report)
-    figure._repr_png_ = lambda: picture_of(figure)  # a notebook shows it, without pyplot too
     return figure
 
 
