@@ -9,7 +9,7 @@ from collections.abc import Callable, Hashable, Sequence
 from functools import partial
 from threading import Lock
 
-from pendpin.dynamics.acting import plain_arithmetic
+from pendpin.dynamics.binding.acting import plain_arithmetic
 from pendpin.dynamics.parameters import Parameters
 from pendpin.dynamics.samples import Sampler, parameters_of_samples, record_samples
 from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, record_by_rod, records_by_rod

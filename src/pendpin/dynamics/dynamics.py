@@ -1,6 +1,6 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -10,16 +10,16 @@ from typing import Any, Literal
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.acting import acting, chosen_bodies, chosen_joints, in_order, plain_arithmetic
 from pendpin.dynamics.as_written import with_home
-from pendpin.dynamics.binding import bind_loads, bodies_of, surroundings
+from pendpin.dynamics.binding import Binding
+from pendpin.dynamics.binding.acting import acting
+from pendpin.dynamics.binding.contacts import bind_contacts
 from pendpin.dynamics.compiling import compilable, compiled, sampler_of
-from pendpin.dynamics.contact_binding import bind_contacts
 from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.powers import Accounts
 from pendpin.dynamics.samples import Sampler
 from pendpin.dynamics.symbols import Asked
-from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, JointEffect, Motion
+from pendpin.effects import ContactEffect, Effect
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
 from pendpin.engines.external_forces import centres_of, in_joint_frames
 from pendpin.errors import InputError
@@ -28,8 +28,6 @@ from pendpin.model.bodies import with_gravity
 from pendpin.model.build import Model, build
 from pendpin.scene import METHODS, Form, Scene, chosen_scene
 from pendpin.trajectory import Reactions
-
-Potential = Callable[[Array, Array], Array]  # q (n, nv), poses (n, bodies, 4, 4) -> J (n,)
 
 
 class Dynamics:
@@ -44,7 +42,8 @@ class Dynamics:
         model = with_home(model, effects)
         self.model, self.start, self.effects = model, start, acting(model, effects)
         effects = self.effects
-        self.loads = bind_loads(model, effects, start=start)
+        self.binding = Binding(model, effects, start=start)
+        self.loads = self.binding.loads
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
         form = "angles" if touching else form
         self._base = choose_engine(model, self.loads, "auto" if engine == "compiled" else engine, form)
@@ -52,7 +51,7 @@ class Dynamics:
         if touching and isinstance(self._base, AngleEngine):
             self.contacts = bind_contacts(model, effects, self._base)
         self.engine: Engine = self.compiled() if engine == "compiled" else self._base
-        self.potentials = potentials(model, effects)
+        self.potentials = [bound and bound.potential() for bound in self.binding.acts]
         self.conservative = all(potential is not None for potential in self.potentials)
         self.sampler: Sampler | None = None  # of samples in machine code, where these are used
         if model.make_pin is not None:
@@ -112,59 +111,6 @@ class Dynamics:
             if state.shape != (nv,):
                 raise InputError(f"{name} has shape {state.shape}; this model has {nv} joints")
         return tuple(state[None] for state in states)
-
-
-def potentials(model: Model, effects: Sequence[Effect]) -> list[Potential | None]:
-    """The potential energy of each effect, in the order of `in_order`; None for one that has none.
-
-    A body effect may look at gravity and at where W is: where these change with time, what it offers is no potential.
-    """
-    steady = all(effect.constant for effect in effects if isinstance(effect, FieldEffect))
-    complete = surroundings(effects) if steady else None
-    return [_potential(model, effect, where, complete) for effect, where in in_order(effects)]
-
-
-def _potential(
-    model: Model, effect: Effect, where: str, complete: Callable[[float, Motion], Motion] | None
-) -> Potential | None:
-    """The potential (n,) in J of one effect as a function of q (n, nv) and poses; None if it has none."""
-    if isinstance(effect, FieldEffect) and effect.constant:
-        field = effect.field(0.0)
-        return lambda q, poses: kinematics.field_potential(model, poses, field)
-    if isinstance(effect, JointEffect):
-        chosen = chosen_joints(model, effect.on, where)
-        return _where_offered(model, lambda q, poses: effect.potential(q[:, chosen]))
-    if isinstance(effect, BodyEffect) and complete is not None:
-        return _body_potential(model, effect, where, complete)
-    return None
-
-
-def _body_potential(
-    model: Model, effect: BodyEffect, where: str, complete: Callable[[float, Motion], Motion]
-) -> Potential | None:
-    """The potential (n,) in J of a body effect, from poses (n, bodies, 4, 4); None if it has none."""
-    chosen = chosen_bodies(model, effect.on, where)
-    bodies, rest = bodies_of(model).of(chosen), np.zeros((len(chosen), 3))
-
-    def at(poses: Array) -> Any:
-        poses = poses[..., chosen, :, :]
-        motion = Motion(poses[..., :3, 3], poses[..., :3, :3], rest, rest)
-        return effect.potential(bodies, complete(0.0, motion))
-
-    def potential(q: Array, poses: Array) -> Any:
-        if plain_arithmetic([effect]):
-            return at(poses)
-        values = [at(pose) for pose in poses]
-        return None if values[0] is None else np.array([np.sum(value) for value in values], float)
-
-    return _where_offered(model, potential)
-
-
-def _where_offered(model: Model, potential: Callable[[Array, Array], Any]) -> Potential | None:
-    """The potential, or None if its value is None."""
-    q = np.zeros((1, len(model.joints)))
-    with np.errstate(all="ignore"):
-        return None if potential(q, kinematics.poses(model, q)) is None else potential
 
 
 def refuse_nonsmooth(effects: Sequence[Effect], what: str) -> None:

@@ -6,10 +6,12 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.acting import in_order
-from pendpin.dynamics.binding import bodies_of, body_wrench, field_since, joint_torque, since, surroundings
+from pendpin.dynamics.binding.context import Bound
+from pendpin.dynamics.binding.fields import BoundField
+from pendpin.dynamics.binding.torques import BoundTorque
+from pendpin.dynamics.binding.wrenches import BoundWrench
 from pendpin.dynamics.dynamics import Dynamics, bind
-from pendpin.effects import BodyEffect, Effect, FieldEffect, JointEffect, Motion
+from pendpin.effects import Motion
 from pendpin.engines import Revolute
 from pendpin.engines.external_forces import forces, in_joint_frames, joints_of
 from pendpin.errors import InputError
@@ -35,8 +37,7 @@ def efforts(run: Trajectory) -> dict[str, Array]:
     pin, model = pinocchio(), dynamics.model.pin.copy()
     model.gravity = pin.Motion.Zero()
     data, engine, start = model.createData(), Revolute(dynamics.model, dynamics.loads), dynamics.start
-    ordered = [(effect.kind, _effort(dynamics, effect, where, model)) for effect, where in in_order(dynamics.effects)]
-    acts = [(kind, effort) for kind, effort in ordered if effort is not None]
+    acts = [(bound.effect.kind, _effort(dynamics, bound, model)) for bound in dynamics.binding.acts if bound]
     kinds = dict.fromkeys(kind for kind, _ in acts)
     out = {kind: np.zeros_like(run.q) for kind in kinds}
     rest = np.zeros_like(run.q)
@@ -48,17 +49,14 @@ def efforts(run: Trajectory) -> dict[str, Array]:
     return out | ({CONTACTS: rest} if dynamics.contacts is not None else {})
 
 
-def _effort(dynamics: Dynamics, effect: Effect, where: str, model: Any) -> Effort | None:
-    """The generalised force of one effect; None for one that acts through events. `model` is a pin.Model without gravity."""
-    start = dynamics.start
-    if isinstance(effect, JointEffect):
-        torque = since(start, effect, joint_torque(dynamics.model, effect, where))
-        return lambda t, q, v, motion: torque(t, q, v)
-    if isinstance(effect, FieldEffect):
-        return _of_field(field_since(start, effect, "field"), model)
-    if isinstance(effect, BodyEffect):
-        return _of_wrench(dynamics, effect, where, model)
-    return None
+def _effort(dynamics: Dynamics, bound: Bound[Any], model: Any) -> Effort:
+    """The generalised force of one effect. `model` is a pin.Model without gravity."""
+    if isinstance(bound, BoundTorque):
+        return lambda t, q, v, motion: bound.at(t, q, v)
+    if isinstance(bound, BoundField):
+        return _of_field(bound.at, model)
+    assert isinstance(bound, BoundWrench)
+    return _of_wrench(dynamics, bound, model)
 
 
 def _of_field(field: Callable[[float], Array], model: Any) -> Effort:
@@ -72,13 +70,12 @@ def _of_field(field: Callable[[float], Array], model: Any) -> Effort:
     return effort
 
 
-def _of_wrench(dynamics: Dynamics, effect: BodyEffect, where: str, model: Any) -> Effort:
+def _of_wrench(dynamics: Dynamics, bound: BoundWrench, model: Any) -> Effort:
     pin, data = pinocchio(), model.createData()
-    wrench = since(dynamics.start, effect, body_wrench(dynamics.model, effect, where))
-    complete, coms = surroundings(dynamics.effects, start=dynamics.start), bodies_of(dynamics.model).com
+    complete, coms = dynamics.binding.complete, dynamics.binding.bodies.com
 
     def effort(t: float, q: Array, v: Array, motion: Motion) -> Array:
-        wrenches = in_joint_frames(coms, motion, *wrench(t, complete(t, motion)))
+        wrenches = in_joint_frames(coms, motion, *bound.at(t, complete(t, motion)))
         external = forces(wrenches, joints_of(dynamics.model.bodies), model.njoints)
         still = np.zeros(len(q))
         return -pin.rnea(model, data, q, still, still, external)

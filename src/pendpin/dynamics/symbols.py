@@ -6,11 +6,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array, Indices, Mask, cross
-from pendpin.dynamics.acting import plain_arithmetic
-from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.binding import Binding
+from pendpin.dynamics.binding.acting import plain_arithmetic
+from pendpin.dynamics.binding.context import State
 from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.parameters import Numbers, Parameters, RodParameters
-from pendpin.dynamics.powers import Accounts, Powered, State, powers
+from pendpin.dynamics.powers import Accounts, Powered, powers
 from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Directions, Engine, Loads
 from pendpin.engines.external_forces import centres_of, in_joint_frames
@@ -135,8 +136,8 @@ def _right_hand_side(
     model = engine.model
     names = () if numbers.by_rod else (model.joints, tuple(body.link for body in model.bodies))
     numbers.constant((isinstance(engine, Directions), numbers.by_rod, *names, asked.accounts))
-    loads = bind_loads(model, effects, xp, start, numbers)
-    powered = asked.accounts and powers(model, effects, asked.accounts, start, xp, numbers)
+    binding = Binding(model, effects, xp, start, numbers)
+    loads, powered = binding.loads, asked.accounts and powers(binding, asked.accounts)
     if isinstance(engine, Directions):
         return _in_directions(engine, loads, powered, numbers, xp)
     assert isinstance(engine, AngleEngine)

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import body_wrench, field_since, joint_torque, since, surroundings
+from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.declared import declared_pace, law_name
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.effects import BodyEffect, Effect, FieldEffect, JointEffect, Torque
+from pendpin.effects import Effect, FieldEffect, Torque
 from pendpin.effects.pace import Pace, intervals_for, measured, together, without_jumps
 
 SAMPLES = intervals_for(1024)  # of an effect that does not declare its pace: intervals over the run
@@ -78,13 +78,6 @@ def _sampled(
 
 def action(dynamics: Dynamics, effects: Sequence[Effect], i: int, q: Array, v: Array) -> Callable[[float], Array]:
     """What one of the effects exerts at a state q, v (nv,), flat, as a function of the time since the start in s."""
-    effect, start, model, where = effects[i], dynamics.start, dynamics.model, f"effects[{i}]"
-    if isinstance(effect, FieldEffect):
-        return field_since(start, effect, "field")
-    if isinstance(effect, JointEffect):
-        torque = since(start, effect, joint_torque(model, effect, where))
-        return lambda t: torque(t, q, v)
-    assert isinstance(effect, BodyEffect)
-    wrench, complete = since(start, effect, body_wrench(model, effect, where)), surroundings(effects, start=start)
-    motion = dynamics.engine.motion(dynamics.engine.pack(q, v))
-    return lambda t: np.concatenate(wrench(t, complete(t, motion))).ravel()
+    bound = Binding(dynamics.model, effects, start=dynamics.start).bound(effects[i], f"effects[{i}]")
+    assert bound is not None
+    return bound.action(q, v, dynamics.engine.motion(dynamics.engine.pack(q, v)))

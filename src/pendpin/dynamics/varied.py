@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array, Mask
-from pendpin.dynamics.acting import acting
+from pendpin.dynamics.binding.acting import acting
 from pendpin.dynamics.parameters import Parameters
 from pendpin.dynamics.symbols import parameters_of
 from pendpin.effects import Effect, Idle

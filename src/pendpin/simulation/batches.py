@@ -66,4 +66,4 @@ class Motions(NamedTuple):
     @property
     def finite(self) -> Mask:
         """Which cases (c,) were integrated to their ends."""
-        return np.isfinite([self.q, self.v]).all((0, 2, 3))
+        return np.asarray(np.isfinite([self.q, self.v]).all((0, 2, 3)))

@@ -3,9 +3,10 @@
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.acting import in_order
+from pendpin.dynamics.binding.acting import in_order
+from pendpin.dynamics.binding.context import State
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.dynamics.powers import State, accounts_of, powers
+from pendpin.dynamics.powers import accounts_of, powers
 from pendpin.effects import Idle
 from pendpin.engines import Derivative, Engine
 
@@ -21,7 +22,7 @@ class EnergyBalance:
         self.kinds, self._nv = accounts.kinds, len(dynamics.model.joints)
         self._idle = tuple(effect.kind for effect in effects if isinstance(effect, Idle))
         self.engine: Engine = dynamics.compiled(accounts) if dynamics.engine.compiles else dynamics.engine
-        self._powers = powers(dynamics.model, effects, accounts, dynamics.start)
+        self._powers = powers(dynamics.binding, accounts)
         accounted = zip(in_order(effects), dynamics.potentials, strict=True)
         self._offered = [
             (self.kinds.index(effect.kind), place)

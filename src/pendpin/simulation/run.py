@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.acting import built_in
-from pendpin.dynamics.contact_binding import check_start
+from pendpin.dynamics.binding.acting import built_in
+from pendpin.dynamics.binding.contacts import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind, reactions
 from pendpin.effects.pace import Pace, together
 from pendpin.engines import ProgressCallback

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array, Indices, subdivided
-from pendpin.dynamics.acting import acting
+from pendpin.dynamics.binding.acting import acting
 from pendpin.dynamics.compiling import equations_of
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.symbols import parameters_of, staying_zero

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pendpin.arrays import EPS, Array
-from pendpin.dynamics.contact_binding import check_start
+from pendpin.dynamics.binding.contacts import check_start
 from pendpin.dynamics.dynamics import bind
 from pendpin.engines import Engine
 from pendpin.model.build import build, start_state

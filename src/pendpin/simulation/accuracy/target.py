@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from pendpin.arrays import EPS, Array
-from pendpin.dynamics.acting import built_in
+from pendpin.dynamics.binding.acting import built_in
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
 from pendpin.model.build import build

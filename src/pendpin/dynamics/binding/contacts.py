@@ -1,11 +1,11 @@
-"""The contacts of the joints from the dry friction and the stops of a scene."""
+"""Contacts: those of the joints from the dry friction and the stops of a scene."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.acting import chosen_joints, in_order
+from pendpin.dynamics.binding.acting import chosen_joints, in_order
 from pendpin.dynamics.contacts import Contacts
 from pendpin.effects import ContactEffect, DryFriction, Effect
 from pendpin.engines import AngleEngine

@@ -1,0 +1,11 @@
+"""The effects of a scene, bound to a model: one file for each interface, with all that an effect does through it.
+
+May import: what dynamics may.
+To add an interface of effects: a file with a class like those in fields.py, torques.py and wrenches.py (its law with the
+time counted from the start, its power, its potential), and its name in binding.py.
+"""
+
+from pendpin.dynamics.binding.binding import Binding, bind_loads
+from pendpin.dynamics.binding.context import bodies_of
+
+__all__ = ["Binding", "bind_loads", "bodies_of"]
