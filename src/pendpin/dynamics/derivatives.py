@@ -78,11 +78,7 @@ class Variational:
 
 def refuse_poles(model: Model, q: Array) -> None:
     """Raise InputError for positions q (nv,) with a thin rod at phi = ±90 degrees, where its angles are singular."""
-    if model.chain is None:
-        return
-    at_pole = (model.chain.I3 == 0) & (np.abs(np.cos(q[1::2])) < POLE)
-    if at_pole.any():
-        rod = model.rods[int(np.argmax(at_pole))].link
+    if rod := model.thin_at_pole(q, POLE):
         raise InputError(f"{rod} is thin and at phi = ±90 degrees, where its angles are singular: give it a radius")
 
 

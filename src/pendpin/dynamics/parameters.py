@@ -13,6 +13,7 @@ from pendpin.arrays import Array, Mask
 from pendpin.effects import Effect
 from pendpin.engines.machine_code import Table
 from pendpin.engines.tape import Tape
+from pendpin.equations.base import JOINTS
 
 AnEffect = TypeVar("AnEffect", bound=Effect)
 
@@ -139,7 +140,7 @@ class RodParameters(Parameters):
 
     def joints(self, x: Array) -> Array:
         """As `Numbers`, from the numbers (2 n, ...) of theta and phi of every rod."""
-        return self._of_rod(np.reshape(_as_numbers(x), (self.rods, 2, *np.shape(x)[1:])))
+        return self._of_rod(np.reshape(_as_numbers(x), (self.rods, JOINTS, *np.shape(x)[1:])))
 
     def bodies(self, x: Array) -> Array:
         """As `Numbers`, from the numbers (n, ...) of every rod."""

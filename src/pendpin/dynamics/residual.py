@@ -16,13 +16,14 @@ from pendpin.dynamics.compiling import looked_up
 from pendpin.dynamics.derivatives import differentiable
 from pendpin.dynamics.dynamics import choose_engine
 from pendpin.dynamics.parameters import Parameters, RodParameters
-from pendpin.dynamics.symbols import JOINTS, external_wrenches, records_by_rod, tree_with_numbers
+from pendpin.dynamics.symbols import external_wrenches, records_by_rod, tree_with_numbers
 from pendpin.effects import Effect
 from pendpin.engines import Engine
 from pendpin.engines.tangents import STATE, with_tangents
 from pendpin.engines.tape import Recording, Tape, recorded
 from pendpin.engines.tape_passes import recorded_by_rod
 from pendpin.equations import recursion
+from pendpin.equations.base import JOINTS
 from pendpin.model.build import build
 from pendpin.scene import Scene
 

@@ -12,7 +12,7 @@ import numpy as np
 from pendpin.arrays import Array, applied, cross, dot, transposed
 from pendpin.dynamics.binding import bind_loads, bodies_of
 from pendpin.dynamics.parameters import Parameters, RodParameters
-from pendpin.dynamics.symbols import JOINTS, external_wrenches, motion_in_links, tree_with_numbers
+from pendpin.dynamics.symbols import external_wrenches, motion_in_links, tree_with_numbers
 from pendpin.effects import Bodies, Effect, Motion
 from pendpin.engines import Engine, Loads
 from pendpin.engines.machine_code import Block
@@ -20,6 +20,7 @@ from pendpin.engines.spherical import Thin
 from pendpin.engines.tape import Recording, Tape, recorded
 from pendpin.engines.tape_passes import recorded_by_rod
 from pendpin.equations import recursion, thin_recursion
+from pendpin.equations.base import JOINTS
 from pendpin.equations.passes import outward, total
 from pendpin.equations.trees import Joint, Tree, joints_at, prepared
 from pendpin.model.build import Model

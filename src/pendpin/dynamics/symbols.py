@@ -18,7 +18,7 @@ from pendpin.engines.external_forces import centres_of, in_joint_frames
 from pendpin.engines.tape import Recording, Tape, Term, recorded
 from pendpin.engines.tape_passes import recorded_by_rod
 from pendpin.equations import newton_euler, recursion, thin_recursion, trees
-from pendpin.equations.base import RodInertia
+from pendpin.equations.base import JOINTS, RodInertia
 from pendpin.equations.passes import outward, total
 from pendpin.equations.trees import Tree
 from pendpin.model.bodies import tree_of
@@ -28,7 +28,6 @@ Right = Callable[[Any, Array], tuple[list[Any], list[Any]]]  # t, y (size,) -> y
 Rubbing = Callable[[Array], list[tuple[str, Array]]]  # v (nv,) -> kinds of effects and torques (nv,)
 Acceleration = Callable[[Any, Array, Array], Array]  # t, q, v (nv,) -> q'' (nv,)
 PARTS = 2  # of a chain's state: angles and rates, or directions and angular velocities
-JOINTS = 2  # of a rod
 WRITTEN_OUT = 3  # rods, up to which code without a loop takes less time: the first and the last rod lack a neighbour
 
 

@@ -8,6 +8,7 @@ from pendpin.arrays import Array, Indices, applied
 from pendpin.effects import Motion
 from pendpin.engines.base import AngleEngine, Derivative, ProgressCallback, Sample, counted
 from pendpin.engines.loads import Loads
+from pendpin.equations.base import PHI, THETA, split_by_rod
 from pendpin.equations.chain import solution
 from pendpin.equations.chain.kinematics import motion
 from pendpin.model.build import FLIP, SIGNS, Model
@@ -37,7 +38,7 @@ class LongChain(AngleEngine):
 
     def motion(self, y: Array) -> Motion:
         """Poses and velocities of all rods from y = (q, v), (2 nv,)."""
-        return self._motion(*y.reshape(2, -1, 2))
+        return self._motion(*split_by_rod(y.reshape(2, -1)))
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """Solves of some states at a time; the wrench on a massless cross is its rod's, in the cross's frame."""
@@ -46,8 +47,8 @@ class LongChain(AngleEngine):
         for part in (slice(i, i + size) for i in range(0, len(t), size)):
             found = self._solve(*(x[part] for x in given))
             a[part] = found.acceleration.reshape(-1, q.shape[1])
-            wrench[part, 1::2] = found.wrench * np.tile(SIGNS, 2)
-            _turn_to_cross(wrench[part, ::2], found.wrench, q[part, 1::2, None])
+            wrench[part, PHI] = found.wrench * np.tile(SIGNS, 2)
+            _turn_to_cross(wrench[part, THETA], found.wrench, q[part, PHI, None])
         return Sample(a, wrench)
 
     def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
@@ -59,14 +60,14 @@ class LongChain(AngleEngine):
         k, shape = len(joints), (len(joints), self._chain.n, 2)
         torque = np.zeros((k, len(q)))
         torque[np.arange(k), joints] = 1.0
-        angles = np.broadcast_to(q.reshape(-1, 2), shape)
+        angles = np.broadcast_to(split_by_rod(q), shape)
         found = solution.solve(self._chain, angles, np.zeros(shape), np.zeros(3), torque=torque.reshape(shape))
         return found.acceleration.reshape(k, -1).T
 
     def _solve(self, t: Array, q: Array, v: Array, extra: Array | None = None) -> solution.ChainSolution:
         """The chain equations at times (n,) and states (n, nv), all at once."""
         loads = self.loads
-        angles, rates = (x.reshape(len(t), -1, 2) for x in (q, v))
+        angles, rates = split_by_rod(q), split_by_rod(v)
         torque, force, moment = extra, None, None
         if loads.torque is not None:
             own = np.array([loads.torque(*state) for state in zip(t, q, v, strict=True)])

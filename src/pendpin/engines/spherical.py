@@ -18,6 +18,7 @@ from pendpin.engines.base import Derivative, Engine, ProgressCallback, Sample, c
 from pendpin.engines.chain import LongChain
 from pendpin.engines.external_forces import centres_of, external_forces
 from pendpin.engines.loads import Loads
+from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import angles, thin
 from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.equations.chain.kinematics import Joints, rods_last
@@ -60,7 +61,7 @@ class Thin(Engine):
 
     def _read(self, t: Array, d: Array, rate: Array, near: Array) -> angles.Reading:
         """The angles of directions d, d' (k, n, 3); d'' is computed only at a pole, where a rate is read from it."""
-        near = near.reshape(-1, 2)
+        near = split_by_rod(near)
         reading = angles.read(d, rate, None, near)
         if (pole := (reading.across < 2 * angles.POLE).any(1)).any():
             bend = np.zeros_like(d)
@@ -110,7 +111,7 @@ class Directions(Thin):
 
     def pack(self, q: Array, v: Array) -> Array:
         """(d, omega), (6 n,): unit directions in I, and angular velocities normal to them."""
-        return _joined(*thin.directions(q.reshape(-1, 2), v.reshape(-1, 2)))
+        return _joined(*thin.directions(split_by_rod(q), split_by_rod(v)))
 
     def directions(self, y: Array) -> tuple[Array, Array]:
         """d and d' (k, n, 3) from states (k, 6 n)."""
@@ -172,8 +173,8 @@ class Spherical(Thin):
 
     def pack(self, q: Array, v: Array) -> Array:
         """Unit quaternions and angular velocities of the relative rotations, (7 n,)."""
-        joints = Joints.at(q.reshape(-1, 2))
-        spinless = joints.omega(rods_last(v.reshape(-1, 2))).T * SIGNS * [1, 1, 0]
+        joints = Joints.at(split_by_rod(q))
+        spinless = joints.omega(rods_last(split_by_rod(v))).T * SIGNS * [1, 1, 0]
         relative = FLIP @ joints.R.transpose(2, 0, 1) @ FLIP
         quaternions = [pinocchio().Quaternion(R).coeffs() for R in relative]
         return np.concatenate([*quaternions, _relative(relative, spinless).reshape(-1)])

@@ -1,8 +1,16 @@
-"""What the routes for one rod share: the rod's inertia and the names of the answers. No equations live here."""
+"""What the routes share: a rod's inertia, its columns among the joints, the names of the answers. No equations live here."""
 
 from typing import NamedTuple
 
 from pendpin.arrays import Array
+
+JOINTS = 2  # of a rod on a universal joint
+THETA, PHI = slice(0, None, JOINTS), slice(1, None, JOINTS)  # their columns in a chain: theta_1, phi_1, theta_2, ...
+
+
+def split_by_rod(x: Array) -> Array:
+    """Numbers (..., nv) of a chain's joints as (..., rods, 2): theta and phi of each rod."""
+    return x.reshape(*x.shape[:-1], x.shape[-1] // JOINTS, JOINTS)
 
 
 class RodInertia(NamedTuple):

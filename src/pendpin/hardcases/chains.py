@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import EPS, Array
+from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import solution
 from pendpin.hardcases.base import Case, Solve, case, chain_of, scene, settings
 from pendpin.model.bodies import pinocchio
@@ -80,7 +81,7 @@ def _accelerations(model: Chain, q: Array, v: Array) -> Array:
     """(k, 2n) by the chain equations."""
     inertia = build(model).chain
     assert inertia is not None
-    angles, rates = (x.reshape(len(x), -1, 2) for x in (q, v))
+    angles, rates = split_by_rod(q), split_by_rod(v)
     return solution.solve(inertia, angles, rates, np.array([0.0, 0.0, 9.81])).acceleration.reshape(q.shape)
 
 

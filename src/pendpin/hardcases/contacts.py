@@ -6,6 +6,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.effects import DryFriction, Motor, Spring, Stop
+from pendpin.equations.base import THETA
 from pendpin.hardcases.base import (
     THICK,
     G,
@@ -86,7 +87,7 @@ def _both(solve: Solve, full: bool) -> float:
     given = scene(BALANCED, stop, v=(RATE, 0.0, RATE, 0.0), duration=20.0 if full else 4.0, samples=81, gravity=None)
     run = solve(given)
     wave = np.abs((RATE * run.t + LIMIT) % (4 * LIMIT) - 2 * LIMIT)
-    return float(np.abs(run.q[:, ::2] - (LIMIT - wave)[:, None]).max())
+    return float(np.abs(run.q[:, THETA] - (LIMIT - wave)[:, None]).max())
 
 
 def _beyond(solve: Solve, full: bool) -> float:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import EPS, TINY, Array, Mask
+from pendpin.equations.base import PHI
 from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.equations.trees import Tree
 from pendpin.errors import InputError, choices, find, shown
@@ -53,6 +54,13 @@ class Model:
     findings: tuple[str, ...] = ()  # what no real body has, computed as written
     written: tuple[WrittenJoint, ...] | None = None  # what a URDF says of its joints; None without one
     home: Array | None = None  # (nv,), positions of joints of which a start says nothing; 0 if None
+
+    def thin_at_pole(self, q: Array, near: float) -> str | None:
+        """The first thin rod of a chain with |cos phi| < near at q (nv,), where its angles are singular; None without."""
+        if self.chain is None:
+            return None
+        at_pole = (self.chain.I3 == 0) & (np.abs(np.cos(q[PHI])) < near)
+        return self.rods[int(np.argmax(at_pole))].link if at_pole.any() else None
 
     def __repr__(self) -> str:
         return (
@@ -169,7 +177,7 @@ def tree_of_chain(chain: ChainInertia) -> Tree:
     """The plain data of a chain: two joints for each rod, as `model.pin` has them, for any number of rods."""
     n, zero = chain.n, np.zeros(chain.n)
     inertias = np.zeros((2 * n, 3, 3), np.result_type(chain.I1, float))
-    inertias[1::2] = np.stack([chain.I1, chain.I2, chain.I3], -1)[:, None] * np.eye(3)
+    inertias[PHI] = np.stack([chain.I1, chain.I2, chain.I3], -1)[:, None] * np.eye(3)
     return Tree(
         parents=tuple(range(-1, 2 * n - 1)),
         kinds=("revolute",) * (2 * n),

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array, Mask, across
+from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import kinematics
 from pendpin.model.bodies import NEAR, pinocchio, tree_of
 from pendpin.model.build import SIGNS, Model
@@ -14,7 +15,7 @@ from pendpin.model.build import SIGNS, Model
 def poses(model: Model, q: Array) -> Array:
     """Poses of the bodies' links, (n, bodies, 4, 4) in W, from q (n, nv)."""
     if model.chain is not None:
-        at = kinematics.positions(model.chain, q.reshape(len(q), -1, 2))
+        at = kinematics.positions(model.chain, split_by_rod(q))
         return _chain_poses(at.frames, at.tips)
     return _joint_poses(model, q, [body.joint for body in model.bodies])
 
@@ -173,7 +174,7 @@ def tip_distance(one: Array, other: Array, length: float) -> Array:
 def poses_and_energy(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
     """Poses of the bodies' links (n, bodies, 4, 4) in W, and the kinetic energy (n,) in J, of states q, v (n, nv)."""
     if model.chain is not None:
-        moving = kinematics.motion(model.chain, *(x.reshape(len(q), -1, 2) for x in (q, v)))
+        moving = kinematics.motion(model.chain, split_by_rod(q), split_by_rod(v))
         return _chain_poses(moving.frames, moving.tips), kinematics.kinetic_energy(model.chain, moving)
     pin, energy = pinocchio(), np.empty(len(q))
 

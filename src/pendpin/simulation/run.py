@@ -174,11 +174,10 @@ def _remedy(dynamics: Dynamics, run: Run) -> str:
     model, (q, v) = dynamics.model, (run.q[-1], run.v[-1]) if run.stop is None else (run.stop.q, run.stop.v)
     if isinstance(run.failure, Interrupted):
         return ""
-    if model.chain is not None and dynamics.engine.on_angles:
-        near = (np.abs(np.cos(q[1::2])) < NEAR_POLE) & (model.chain.I3 == 0)
-        if near.any():
-            rod = model.rods[int(np.argmax(near))].link
-            return f"; {rod} is thin and near phi = 90 degrees, where nothing resists a torque about theta: give it a radius"
+    if dynamics.engine.on_angles and (rod := model.thin_at_pole(q, NEAR_POLE)):
+        return (
+            f"; {rod} is thin and near phi = 90 degrees, where nothing resists a torque about theta: give it a radius"
+        )
     if str(run.failure) == ENERGY_ERROR:
         return ""
     return f"; fastest there: {model.joints[int(np.argmax(np.abs(v)))]}, at {np.abs(v).max():.3g} (rad/s)"

@@ -10,6 +10,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.derivatives import Variational
+from pendpin.equations.base import THETA
 from pendpin.errors import PendpinError, brief
 from pendpin.scene import Chain, Scene, Start, chosen_scene
 from pendpin.simulation.periodic import PeriodicOrbit, drive_of, periodic_orbit
@@ -85,9 +86,9 @@ def _candidates(scene: Scene) -> Iterator[Start]:
     if not isinstance(scene.model, Chain) or len(scene.model.all_rods) > MOST_RODS:
         return
     equations = Variational(scene.model_copy(update={"start": Start(time=scene.start.time)}))
-    for upright in product((0.0, np.pi), repeat=equations.nv // 2):
+    for upright in product((0.0, np.pi), repeat=len(scene.model.all_rods)):
         q = np.zeros(equations.nv)
-        q[::2] = np.diff(upright, prepend=0.0)
+        q[THETA] = np.diff(upright, prepend=0.0)
         if (rest := _corrected(equations, q)) is not None:
             yield Start(time=scene.start.time, positions=tuple(rest.tolist()))
 
