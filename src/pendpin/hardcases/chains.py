@@ -144,23 +144,12 @@ CASES = (
         methods=settings(auto=1e-9),
         measure=partial(_energy, model=HUNDRED, most=0.5, short=0.02),
     ),
-    case(
-        "chain-100-digits",
-        bound=200 * 100 * EPS,
-        methods=settings(auto=None),
-        measure=_digits,
-        beside=_other_joints,
-    ),
+    case("chain-100-digits", bound=200 * 100 * EPS, methods=settings(auto=None), measure=_digits, beside=_other_joints),
     case(
         "chain-2000",
         bound=1e-8 * 1000 * 10,
         methods=settings(auto=1e-8),
         measure=partial(_energy, model=chain_of(LINK, copies=2000), most=0.02, short=0.001),
     ),
-    case(
-        "whip",
-        bound=1e-10 * 2000 * 100,
-        methods=settings(auto=1e-10, rk45=1e-10),
-        measure=_whip,
-    ),
+    case("whip", bound=1e-10 * 2000 * 100, methods=settings(auto=1e-10, rk45=1e-10), measure=_whip),
 )

@@ -112,18 +112,8 @@ CASES = (
         methods=settings(auto=1e-10, rk45=1e-9, radau=1e-9, lsoda=1e-10, taylor=1e-10),
         measure=_methods_agree,
     ),
-    case(
-        "chaos-back",
-        bound=1.0,
-        methods=settings(auto=1e-10, lsoda=1e-10, taylor=1e-10),
-        measure=_there_and_back,
-    ),
-    case(
-        "mirrored",
-        bound=100 * EPS * 1000 * GROWTH,
-        methods=ALIKE,
-        measure=_mirrored,
-    ),
+    case("chaos-back", bound=1.0, methods=settings(auto=1e-10, lsoda=1e-10, taylor=1e-10), measure=_there_and_back),
+    case("mirrored", bound=100 * EPS * 1000 * GROWTH, methods=ALIKE, measure=_mirrored),
     case(
         "turned",
         bound=2 * 1e-12 * 1000 * GROWTH,

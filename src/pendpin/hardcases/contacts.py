@@ -98,40 +98,10 @@ def _beyond(solve: Solve, full: bool) -> float:
 METHODS = settings(auto=1e-11, rk45=1e-11, radau=1e-11)
 
 CASES = (
-    case(
-        "stick-edge",
-        bound=0.0,
-        methods=METHODS,
-        measure=_edge,
-    ),
-    case(
-        "stick-slip",
-        bound=1e-11 * 2000,
-        methods=settings(auto=1e-11, rk45=1e-11),
-        measure=_sticking,
-    ),
-    case(
-        "stop-rest",
-        bound=0.0,
-        methods=METHODS,
-        measure=_resting,
-    ),
-    case(
-        "bounces",
-        bound=1e-11 * 1000 * 3,
-        methods=METHODS,
-        measure=_bouncing,
-    ),
-    case(
-        "stops-at-once",
-        bound=1e-11 * 2000,
-        methods=METHODS,
-        measure=_both,
-    ),
-    case(
-        "stop-beyond",
-        bound=0.0,
-        methods=METHODS,
-        measure=_beyond,
-    ),
+    case("stick-edge", bound=0.0, methods=METHODS, measure=_edge),
+    case("stick-slip", bound=1e-11 * 2000, methods=settings(auto=1e-11, rk45=1e-11), measure=_sticking),
+    case("stop-rest", bound=0.0, methods=METHODS, measure=_resting),
+    case("bounces", bound=1e-11 * 1000 * 3, methods=METHODS, measure=_bouncing),
+    case("stops-at-once", bound=1e-11 * 2000, methods=METHODS, measure=_both),
+    case("stop-beyond", bound=0.0, methods=METHODS, measure=_beyond),
 )

@@ -104,10 +104,5 @@ CASES = (
         methods=settings(auto=1e-12, taylor=1e-16, gauss6=0.05),
         measure=_thousand,
     ),
-    case(
-        "triple-1e4",
-        bound=1e-10 * 200 * 10_000 * 10,
-        methods=settings(auto=1e-10),
-        measure=_triple,
-    ),
+    case("triple-1e4", bound=1e-10 * 200 * 10_000 * 10, methods=settings(auto=1e-10), measure=_triple),
 )

@@ -114,21 +114,10 @@ def _passing(radius: float, aim: float) -> Case:
 TURNING: dict[str, Any] = {"bound": 1e-12 * 1000 * 180, "methods": settings(auto=1e-12, rk45=1e-12, taylor=1e-16)}
 
 CASES = (
+    case("thin-pole", **TURNING, measure=_straight_through),
+    case("thin-pole-close", **TURNING, measure=_close_by),
     case(
-        "thin-pole",
-        **TURNING,
-        measure=_straight_through,
-    ),
-    case(
-        "thin-pole-close",
-        **TURNING,
-        measure=_close_by,
-    ),
-    case(
-        "thin-pole-chain",
-        bound=2 * 1e-12 * 2000 * 240,
-        methods=settings(auto=1e-12, lsoda=1e-12),
-        measure=_in_a_chain,
+        "thin-pole-chain", bound=2 * 1e-12 * 2000 * 240, methods=settings(auto=1e-12, lsoda=1e-12), measure=_in_a_chain
     ),
     *(_passing(radius, aim) for radius in (1e-3, 1e-4) for aim in (1e-3, 1e-6, 0.0)),
 )

@@ -128,12 +128,7 @@ CASES = (
             ("kilo", "kilometres and tonnes", 1e3, 1e3),
         )
     ),
-    case(
-        "gravity-0",
-        bound=1000 * EPS * 200,
-        methods=TIGHT | settings(gauss6=0.1, rk4=0.1),
-        measure=_straight,
-    ),
+    case("gravity-0", bound=1000 * EPS * 200, methods=TIGHT | settings(gauss6=0.1, rk4=0.1), measure=_straight),
     *(
         case(
             "gravity",
@@ -152,22 +147,9 @@ CASES = (
         methods=settings(auto=None, rk45=None, radau=None, taylor=None, gauss6=1e-5, rk4=1e-5),
         measure=_late,
     ),
-    case(
-        "late-driven",
-        bound=1e-12 * 500 * 10,
-        methods=TIGHT,
-        measure=_driven_late,
-    ),
-    case(
-        "no-duration",
-        **AT_ONCE,
-        measure=partial(_start_alone, samples=None),
-    ),
-    case(
-        "one-sample",
-        **AT_ONCE,
-        measure=partial(_start_alone, samples=1),
-    ),
+    case("late-driven", bound=1e-12 * 500 * 10, methods=TIGHT, measure=_driven_late),
+    case("no-duration", **AT_ONCE, measure=partial(_start_alone, samples=None)),
+    case("one-sample", **AT_ONCE, measure=partial(_start_alone, samples=1)),
     case(
         "fine-samples",
         bound=1e-10 * 50 * 5 * 10,

@@ -88,18 +88,8 @@ TIGHT = settings(auto=1e-12, taylor=1e-16)
 FINE = settings(auto=FINEST, taylor=1e-16)
 
 CASES = (
-    case(
-        "pole-rest-thin",
-        bound=FALLING,
-        methods=TIGHT,
-        measure=_fall(THIN, REDUCED, (0.0, POLE), (0.0, 0.0)),
-    ),
-    case(
-        "pole-spin-thin",
-        bound=FALLING,
-        methods=TIGHT,
-        measure=_fall(THIN, REDUCED, (0.0, POLE), (SPIN, 0.0)),
-    ),
+    case("pole-rest-thin", bound=FALLING, methods=TIGHT, measure=_fall(THIN, REDUCED, (0.0, POLE), (0.0, 0.0))),
+    case("pole-spin-thin", bound=FALLING, methods=TIGHT, measure=_fall(THIN, REDUCED, (0.0, POLE), (SPIN, 0.0))),
     case(
         "pole-rest-thick",
         bound=FALLING,
@@ -118,18 +108,8 @@ CASES = (
         methods=TIGHT,
         measure=_about_itself,
     ),
-    case(
-        "pole-phi-torque-thin",
-        bound=1e-12 * 500 * 13.5,
-        methods=settings(auto=1e-12, radau=1e-12),
-        measure=_across,
-    ),
-    case(
-        "pole-torque-thin",
-        bound=0.0,
-        methods=settings(auto=None),
-        measure=partial(_no_motion, phi=POLE),
-    ),
+    case("pole-phi-torque-thin", bound=1e-12 * 500 * 13.5, methods=settings(auto=1e-12, radau=1e-12), measure=_across),
+    case("pole-torque-thin", bound=0.0, methods=settings(auto=None), measure=partial(_no_motion, phi=POLE)),
     case(
         "upright-exact",
         bound=0.0,

@@ -80,12 +80,7 @@ CASES = (
         methods=settings(auto=1e-12, taylor=1e-16, gauss6=1e-5),
         measure=_ringing,
     ),
-    case(
-        "spring-chain",
-        bound=1e-10 * 20_000 * 10,
-        methods=settings(auto=1e-10),
-        measure=_bending,
-    ),
+    case("spring-chain", bound=1e-10 * 20_000 * 10, methods=settings(auto=1e-10), measure=_bending),
     case(
         "clamped-1e8",
         bound=2 * (100 * 2 / STIFF + 1e-9 * 1000 * 15),
