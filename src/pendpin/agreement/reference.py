@@ -145,17 +145,14 @@ def reference_states(dynamics: Dynamics, random: np.random.Generator) -> tuple[l
         q, v = random.uniform(-reach, reach), random.normal(size=len(reach))
         exactly = _quantities(dynamics, q, v, exact(DIGITS))
         rounded = {name: np.asarray(value).astype(float) for name, value in exactly.items()}
-        plain = _quantities(dynamics, q, v, np) if _loaded(dynamics) else rounded
+        loaded = dynamics.loads.torque is not None or dynamics.loads.wrench is not None
+        plain = _quantities(dynamics, q, v, np) if loaded else rounded
         for name, value in rounded.items():
             # half a spacing of doubles; loads are doubles: their rounding changes less than rounding all of the route
             off = EPS * np.abs(value).max() + MARGIN * np.abs(np.asarray(plain[name]) - value).max()
             worst[name] = max(worst.get(name, 0.0), float(off))
         states.append({"q": q.tolist(), "v": v.tolist()} | {name: value.tolist() for name, value in rounded.items()})
     return states, worst
-
-
-def _loaded(dynamics: Dynamics) -> bool:
-    return dynamics.loads.torque is not None or dynamics.loads.wrench is not None
 
 
 def _quantities(dynamics: Dynamics, q: Array, v: Array, xp: Any) -> dict[str, Any]:

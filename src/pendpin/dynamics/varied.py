@@ -57,15 +57,15 @@ def vary(scene: Scene, engine: Engine, keys: Sequence[str], by_rod: bool) -> Var
     places = [parsed(key) for key in keys]
     changes = [_changed(scene, path) for path in places]
     active = _active(model, scene, [effects for _, effects in changes])
-    found = [
-        (_engine_of(model, engine, chain), tuple(map(_chosen, effects, active)))
-        for chain, effects in [(None, scene.effects), *changes]
-    ]
+    pairs: list[tuple[Engine, tuple[Effect, ...]]] = []
+    for chain, effects in [(None, scene.effects), *changes]:
+        chosen = (e if acts else Idle(kind=e.kind) for e, acts in zip(effects, active, strict=True))
+        pairs.append((_engine_of(model, engine, chain), tuple(chosen)))
     start = scene.start.time
     masks: list[Mask] = []
-    for one in (parameters_of(*pair, start, by_rod=by_rod) for pair in found):
+    for one in (parameters_of(*pair, start, by_rod=by_rod) for pair in pairs):
         masks = [a | b for a, b in zip(masks, one.masks, strict=True)] if masks else list(one.masks)
-    base, *others = (parameters_of(*pair, start, by_rod=by_rod, given=masks) for pair in found)
+    base, *others = (parameters_of(*pair, start, by_rod=by_rod, given=masks) for pair in pairs)
     shared, rods = list(base.values), list(base.values_of_rods)
     directions = []
     for key, one in zip(places, others, strict=True):
@@ -74,7 +74,7 @@ def vary(scene: Scene, engine: Engine, keys: Sequence[str], by_rod: bool) -> Var
         directions.append(Direction(_appended(shared, rates), _appended(rods, of_rods), time))
     starts = np.array([_start_rate(scene, model, path) for path in places]).reshape(len(keys), 2 * len(model.joints))
     columns = np.array(rods, float).reshape(len(rods), base.values_of_rods.shape[1])
-    return Variation(*found[0], base, masks, shared, columns, tuple(directions), starts)
+    return Variation(*pairs[0], base, masks, shared, columns, tuple(directions), starts)
 
 
 def _appended(values: list[Any], rates: Array) -> dict[int, int]:
@@ -147,10 +147,6 @@ def _active(model: Model, scene: Scene, changed: Sequence[tuple[Effect, ...]]) -
     """Which effects act, with the numbers of the scene or with those that a step changes."""
     lists = [acting(model, effects) for effects in (scene.effects, *changed)]
     return [not all(isinstance(effect, Idle) for effect in column) for column in zip(*lists, strict=True)]
-
-
-def _chosen(effect: Effect, acts: bool) -> Effect:
-    return effect if acts else Idle(kind=effect.kind)
 
 
 def _engine_of(model: Model, engine: Engine, chain: Chain | None) -> Engine:

@@ -144,16 +144,16 @@ def _joined(begin: float, ends: Array, steps: Array) -> Pace:
     joined: list[tuple[float, float]] = []  # length, longest step
     for length, step in zip(np.diff(ends, prepend=begin), steps, strict=True):
         piece = (float(length), float(step))
-        while joined and _cost(both := _both(joined[-1], piece)) <= _cost(joined[-1]) + _cost(piece) + RESTART:
+        while joined:
+            before = joined[-1]
+            both = before[0] + piece[0], min(before[1], piece[1])
+            if _cost(both) > _cost(before) + _cost(piece) + RESTART:
+                break
             joined.pop()
             piece = both
         joined.append(piece)
     lengths, steps = np.array(joined).T
     return Pace(begin + np.cumsum(lengths)[:-1], np.where(steps < lengths, steps, np.inf))
-
-
-def _both(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
-    return a[0] + b[0], min(a[1], b[1])
 
 
 def _cost(piece: tuple[float, float]) -> float:

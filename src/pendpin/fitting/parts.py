@@ -156,11 +156,12 @@ def _omissions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
 
 def _additions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
     kinds, many = {effect.kind for effect in scene.effects}, len(scene.effects)
-    size = SMALL * _weight(scene)
+    size, model = SMALL * _weight(scene), scene.model
+    length = min(rod.length for rod in model.rods) if isinstance(model, Chain) else 1.0
     added: dict[str, tuple[Any, list[str]]] = {
         "viscous": (Viscous(coefficient=size / SLOW), ["coefficient"]),
         "dry_friction": (DryFriction(kinetic=size), ["kinetic"]),
-        "drag": (Drag(diameter=_length(scene) / SLENDER, coefficient=0.01), ["coefficient"]),
+        "drag": (Drag(diameter=length / SLENDER, coefficient=0.01), ["coefficient"]),
     }
     for kind, (effect, names) in added.items():
         if kind not in kinds:
@@ -210,7 +211,3 @@ def _weight(scene: Scene) -> float:
     if not isinstance(scene.model, Chain):
         return 1.0
     return sum(9.81 * rod.properties.m * rod.length for rod in scene.model.all_rods)
-
-
-def _length(scene: Scene) -> float:
-    return min(rod.length for rod in scene.model.rods) if isinstance(scene.model, Chain) else 1.0

@@ -150,7 +150,7 @@ def _sdf_link(out: Element, tree: Tree, link: _Link, link_of: Mapping[int, str])
     pose = ElementTree.SubElement(element, "pose")
     if link.parent >= 0:
         pose.set("relative_to", link_of[link.parent])
-    pose.text = _numbers([*link.r, *_roll_pitch_yaw(link.R)])
+    pose.text = _numbers([*link.r, *pinocchio().rpy.matrixToRpy(link.R)])
     inertial = ElementTree.SubElement(element, "inertial")
     ElementTree.SubElement(inertial, "pose").text = _numbers([*tree.coms[link.body], 0, 0, 0])
     ElementTree.SubElement(inertial, "mass").text = repr(float(tree.masses[link.body]))
@@ -180,11 +180,6 @@ def _sdf_joint(
         ElementTree.SubElement(axis, "xyz").text = _numbers(tree.axes[i])
         if names[i] in damping:
             ElementTree.SubElement(ElementTree.SubElement(axis, "dynamics"), "damping").text = repr(damping[names[i]])
-
-
-def _roll_pitch_yaw(R: Array) -> Array:
-    """The angles about the fixed axes x, y, z of a rotation."""
-    return pinocchio().rpy.matrixToRpy(R)
 
 
 def _text(root: Element) -> str:

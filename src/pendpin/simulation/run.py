@@ -55,7 +55,7 @@ def run_scene(
     """
     dynamics = bind_for_run(scene)
     q, v = start_state(dynamics.model, scene.start)
-    start = _at_start(q, v)
+    start = Run(np.zeros(1), q[None], v[None], None, np.zeros((1, 0)), 0, 0, 0, 0.0, "", "")  # the first sample
     _refuse_overflow(dynamics, start)
     if dynamics.contacts is not None:
         check_start(dynamics.contacts, dynamics.model, q)
@@ -181,11 +181,6 @@ def _remedy(dynamics: Dynamics, run: Run) -> str:
     if str(run.failure) == ENERGY_ERROR:
         return ""
     return f"; fastest there: {model.joints[int(np.argmax(np.abs(v)))]}, at {np.abs(v).max():.3g} (rad/s)"
-
-
-def _at_start(q: Array, v: Array) -> Run:
-    """The first sample of a run, from q, v (nv,)."""
-    return Run(np.zeros(1), q[None], v[None], None, np.zeros((1, 0)), 0, 0, 0, 0.0, "", "")
 
 
 def _reserve(scene: Scene, dynamics: Dynamics, start: Run, deadline: Deadline) -> Callable[[float], float]:

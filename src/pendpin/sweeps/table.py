@@ -29,11 +29,7 @@ def write_table(found: Any, path: Path) -> Path:
         text = io.TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)
         writer = csv.writer(text)
         writer.writerow([*keys, *names])
-        writer.writerows([_cell(x) for x in row] for row in rows)
+        writer.writerows([x if isinstance(x, str) else repr(float(x)) for x in row] for row in rows)
         text.detach()
 
     return write_whole(path, write)
-
-
-def _cell(x: Any) -> str:
-    return x if isinstance(x, str) else repr(float(x))

@@ -82,7 +82,7 @@ def run_on_cluster(task: Task, spans: Sequence[Span], client: Any) -> Results:
 @contextmanager
 def remote_cluster(address: str) -> Iterator[Any]:
     """A client of a cluster that runs already. Raises InputError where none answers, or workers have other libraries."""
-    dask, distributed = _libraries()
+    dask, distributed = (optional(name, "a sweep on a cluster", EXTRA) for name in ("dask", "distributed"))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of versions that matter to nobody; ours are checked below
@@ -110,8 +110,3 @@ def _check_versions(client: Any) -> None:
                     f"dask: the worker {worker} has {name} {theirs.get(name) or 'not at all'}, and this process {version}: "
                     "install the same versions"
                 )
-
-
-def _libraries() -> tuple[Any, Any]:
-    dask, distributed = (optional(name, "a sweep on a cluster", EXTRA) for name in ("dask", "distributed"))
-    return dask, distributed

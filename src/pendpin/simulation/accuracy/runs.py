@@ -36,7 +36,9 @@ class Runs:
         self._options, self.seconds = (energy_balance, progress, deadline), 0.0
         self.scene, self.every = scene, 1
         intervals = len(scene.times) - 1
-        while 0 < self.every * intervals < SAMPLE.intervals and _are_apart(_sample_closely(scene, 2 * self.every)):
+        while 0 < self.every * intervals < SAMPLE.intervals:
+            if not (np.diff(_sample_closely(scene, 2 * self.every).clock) > 0).all():
+                break  # times so close are no different doubles
             self.every *= 2
 
     @property
@@ -146,11 +148,6 @@ def compute_extent(run: Trajectory, length: float) -> float:
 def choose_length(model: Model, run: Trajectory) -> float:
     """The length that errors are divided by, m: the largest possible distance of a tip from W's origin; else the actual."""
     return chain_length(model) or float(np.linalg.norm(run.tips, axis=-1).max()) or 1.0
-
-
-def _are_apart(scene: Scene) -> bool:
-    """Whether all samples have different times as doubles."""
-    return bool((np.diff(scene.clock) > 0).all())
 
 
 def _thin_out(run: Trajectory, every: int) -> Trajectory:
