@@ -53,6 +53,11 @@ class Effect(Record):
         return None
 
     @property
+    def resistances(self) -> tuple[str, ...]:
+        """Its numbers by which it brakes a motion, and nothing else: a fit may free all of a scene together."""
+        return ()
+
+    @property
     def symbolic(self) -> bool:
         """Whether it uses no functions but those of xp, so that it runs on symbols and can be compiled."""
         return self.smooth

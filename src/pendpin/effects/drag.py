@@ -77,6 +77,11 @@ class Drag(BodyEffect):
         return self.density * self.buoyancy
 
     @property
+    def resistances(self) -> tuple[str, ...]:
+        """The coefficient of the quadratic part, and that of the linear one where it was given."""
+        return ("coefficient", "linear") if "linear" in self.model_fields_set else ("coefficient",)
+
+    @property
     def smooth(self) -> bool:
         """False with quadratic drag: |u| u has no second derivative where the flow across a rod vanishes."""
         return self.quadratic == 0

@@ -58,6 +58,11 @@ class DryFriction(ContactEffect):
             raise ValueError("stribeck needs static: the friction at rest, from which it falls to kinetic")
         return self
 
+    @property
+    def resistances(self) -> tuple[str, ...]:
+        """All its numbers where it falls with speed, else what acts while a joint slides."""
+        return self.parameters if self.stribeck is not None else ("kinetic",)
+
     def resistance(self) -> tuple[float, float]:
         """kinetic, and static or kinetic, N m."""
         return self.kinetic, self.kinetic if self.static is None else self.static

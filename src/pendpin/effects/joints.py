@@ -22,6 +22,11 @@ class Viscous(OnJoints):
     kind: Literal["viscous"] = Field("viscous", description="which effect it is")
     coefficient: NotNegative = Field(description="N m s/rad")
 
+    @property
+    def resistances(self) -> tuple[str, ...]:
+        """The coefficient."""
+        return ("coefficient",)
+
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
         """-coefficient v, (k,) N m."""
         return -self.coefficient * v

@@ -50,14 +50,20 @@ class Rotation(BodyEffect):
     @property
     def vector(self) -> Array:
         """Omega, (3,) in rad/s, in W."""
+        return self._vector(np)
+
+    def _vector(self, xp: Any) -> Array:
         if self.latitude is None:
             return np.array(self.rate)
-        angle = np.radians(self.latitude) if isinstance(self.latitude, float) else self.latitude * (np.pi / 180)
-        return EARTH * np.array([0.0, np.cos(angle), np.sin(angle)])
+        if isinstance(self.latitude, float):
+            angle, xp = np.radians(self.latitude), np  # numbers of the scene are doubles whatever the equations run on
+        else:
+            angle = self.latitude * (np.pi / 180)
+        return EARTH * np.array([0.0, xp.cos(angle), xp.sin(angle)])
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """Coriolis and centrifugal forces (n, 3) N and moments (n, 3) N m about the centres of mass, W."""
-        omega, lever = motion.fixed(self.vector), motion.levers(bodies.com)
+        omega, lever = motion.fixed(self._vector(xp)), motion.levers(bodies.com)
         r = motion.origin + lever + motion.fixed(motion.pivot)
         v = motion.velocity + cross(motion.spin, lever) + motion.fixed(motion.pivot_velocity)
         force = -bodies.mass[:, None] * cross(omega, 2 * v + cross(omega, r))

@@ -8,7 +8,7 @@ import annotated_types
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.effects import Drag, DryFriction, Viscous
+from pendpin.effects import DryFriction
 from pendpin.equations.numbers import symbols
 from pendpin.errors import InputError, not_one_of, shown
 from pendpin.keypaths import parsed
@@ -53,7 +53,7 @@ class Free:
 
     def dissipation(self, scene: Scene) -> Array:
         """Whether a coordinate (nz,) is that of a friction or a drag."""
-        places = {i for i, effect in enumerate(scene.effects) if isinstance(effect, Viscous | DryFriction | Drag)}
+        places = {i for i, effect in enumerate(scene.effects) if effect.resistances}
         rows = [home == "effects" and place in places for home, place, _, _ in map(_parse, self.keys)]
         return np.asarray(self.transform[rows].any(0))
 
@@ -154,7 +154,7 @@ def _short_form(scene: Scene, key: str) -> list[str]:
     if key not in {"physics", "friction"}:
         return [key]
     bodies = _bodies(scene.model) if isinstance(scene.model, Chain) and key == "physics" else []
-    torques = [f"effects[{i}].{name}" for i, effect in enumerate(scene.effects) for name in _dissipation(effect)]
+    torques = [f"effects[{i}].{name}" for i, effect in enumerate(scene.effects) for name in effect.resistances]
     if not bodies + torques:
         raise InputError(f'free: "{key}": the scene has no rods, friction or drag that could be free')
     return bodies + torques
@@ -165,17 +165,6 @@ def _bodies(chain: Chain) -> list[str]:
     rods = len(chain.rods)
     bodies = [f"model.rods[{i}].{name}" for i in range(rods) for name in ("com", "inertia")]
     return bodies + [f"model.rods[{i}].length" for i in range(rods if chain.copies > 1 else rods - 1)]
-
-
-def _dissipation(effect: Any) -> list[str]:
-    """The parameters of a friction or drag that the short forms free."""
-    if isinstance(effect, Viscous):
-        return ["coefficient"]
-    if isinstance(effect, DryFriction):
-        return ["kinetic", "static", "stribeck"] if effect.stribeck is not None else ["kinetic"]
-    if isinstance(effect, Drag):
-        return ["coefficient", "linear"] if "linear" in effect.model_fields_set else ["coefficient"]
-    return []
 
 
 def _single_numbers(scene: Scene, key: str) -> list[str]:
