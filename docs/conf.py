@@ -72,7 +72,7 @@ nb_merge_streams = True
 
 default_role = "code"
 autodoc_member_order = "bysource"
-autodoc_typehints = "none"  # types are told by the text, with units and shapes
+autodoc_typehints = "none"  # the text has the types, with units and shapes
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
 napoleon_custom_sections = [("Fields", "params_style")]

@@ -123,8 +123,8 @@ def inside(place: str) -> Iterator[None]:
 
 def not_one_of(value: Any, names: Iterable[str]) -> str:
     """What a message says of a value that none of the names is: the names, or the first of many, and the nearest."""
-    known = tuple(names)
-    return f"{shown(value)} is not one of: {_first_of(known)}{did_you_mean(value, known)}"
+    valid = tuple(names)
+    return f"{shown(value)} is not one of: {_first_of(valid)}{did_you_mean(value, valid)}"
 
 
 def is_no(what: str, value: Any, names: Iterable[str]) -> str:
@@ -132,9 +132,9 @@ def is_no(what: str, value: Any, names: Iterable[str]) -> str:
     return f"{shown(value)} is no {what}{nearest_or_all(value, tuple(names))}"
 
 
-def nearest_or_all(value: Any, known: tuple[str, ...]) -> str:
+def nearest_or_all(value: Any, valid: tuple[str, ...]) -> str:
     """What a message adds for an unknown name: the nearest, or the first of those that there are."""
-    return did_you_mean(value, known) or (f"; there are: {_first_of(known)}" if known else "")
+    return did_you_mean(value, valid) or (f"; there are: {_first_of(valid)}" if valid else "")
 
 
 def _first_of(names: tuple[str, ...]) -> str:

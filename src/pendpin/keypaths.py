@@ -21,27 +21,27 @@ def parsed(text: str) -> KeyPath:
     parts: list[str | int] = []
     place = 0
     while place < len(text) or not parts:
-        found = _PART.match(text, place)
-        dotted = found is not None and text[place] == "."
-        if found is None or dotted != (bool(parts) and found[1] is None) or (found[1] and not parts):
+        part = _PART.match(text, place)
+        dotted = part is not None and text[place] == "."
+        if part is None or dotted != (bool(parts) and part[1] is None) or (part[1] and not parts):
             raise InputError(f"{shown(text)} is not a key path, such as model.rods[0].mass or start.positions.theta_1")
-        index, plain, quoted = found.groups()
+        index, plain, quoted = part.groups()
         parts.append(int(index) if index else plain or _unquoted(quoted))
-        place = found.end()
+        place = part.end()
     return tuple(parts)
 
 
 def number_at(record: Any, key: str) -> float:
     """The number at a key path of a scene. Raises InputError where there is none."""
-    found = record
+    value = record
     for part in parsed(key):
         try:
-            found = found[part] if isinstance(part, int) or isinstance(found, Mapping) else getattr(found, part)
+            value = value[part] if isinstance(part, int) or isinstance(value, Mapping) else getattr(value, part)
         except (AttributeError, LookupError, TypeError):
             raise InputError(f"{key}: the scene has nothing there; name a number, as model.rods[0].length") from None
-    if isinstance(found, bool) or not isinstance(found, int | float):
-        raise InputError(f"{key}: {shown(found)} is not a number")
-    return float(found)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{key}: {shown(value)} is not a number")
+    return float(value)
 
 
 def _unquoted(literal: str) -> str:

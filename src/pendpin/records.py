@@ -202,7 +202,7 @@ def _fields_at(record: type, loc: tuple[str | int, ...]) -> list[str]:
 def _records_in(annotation: Any) -> list[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [found for inner in get_args(annotation) for found in _records_in(inner)]
+    return [record for inner in get_args(annotation) for record in _records_in(inner)]
 
 
 def _allowed(context: Any) -> str:

@@ -66,5 +66,5 @@ class StabilityBounds(Near):
 
 def differences(quantity: Frequencies | StabilityBounds, scene: Scene) -> Iterator[float]:
     """By how much each found number differs from the published one, in its unit; NaN where there is none."""
-    found = quantity.found(scene)
-    yield from np.abs(found - np.array(quantity.values)).tolist()
+    value = quantity.found(scene)
+    yield from np.abs(value - np.array(quantity.values)).tolist()

@@ -140,12 +140,12 @@ def _scale(bodies: _Bodies, field: float, states: _States) -> TreeScale:
     inertia = np.linalg.norm(bodies.inertia, axis=(-1, -2))
     spin = inertia * turning + ONE_PRODUCT * bodies.mass * speed**2 + moment
     forces, moments = weight @ below.T, applied(below * reach, weight) + spin @ below.T
-    own = np.where(bodies.slides, forces, moments) + np.abs(states.torque) + TINY
+    at_joint = np.where(bodies.slides, forces, moments) + np.abs(states.torque) + TINY
     inverse = _inverse(motion.mass_matrix)
     unit_wrenches = _unit_wrenches(bodies, motion, centre)
-    through = (applied(np.abs(x @ inverse[:, None]), own[:, None]) for x in unit_wrenches)  # (n, 3, k)
+    through = (applied(np.abs(x @ inverse[:, None]), at_joint[:, None]) for x in unit_wrenches)  # (n, 3, k)
     force, moment = (np.linalg.norm(x, axis=1) for x in through)
-    return TreeScale(applied(np.abs(inverse), own), force + forces, moment + moments)
+    return TreeScale(applied(np.abs(inverse), at_joint), force + forces, moment + moments)
 
 
 def _unit_wrenches(bodies: _Bodies, motion: _Motion, centre: Array) -> tuple[Array, Array]:

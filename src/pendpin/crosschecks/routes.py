@@ -62,16 +62,16 @@ def _named(dynamics: Dynamics, q: Array, a: Array, wrench: Array, xp=np) -> Answ
     """Accelerations (n, nv) by joint; reactions by rod at universal joints, else forces and moments by joint."""
     model = dynamics.model
     if len(model.joints) == 2 and len(model.rods) == 1:
-        found = {"theta_dd": a[:, :1], "phi_dd": a[:, 1:]}
+        answer = {"theta_dd": a[:, :1], "phi_dd": a[:, 1:]}
     else:
-        found = {"acceleration": a}
+        answer = {"acceleration": a}
     rods = reactions(model, q, wrench, xp)
     if rods is not None:
-        found |= rods._asdict()
+        answer |= rods._asdict()
     if others := other_joints(model):
         n = len(q)
-        found |= {"force": wrench[:, others, :3].reshape(n, -1), "moment": wrench[:, others, 3:].reshape(n, -1)}
-    return found
+        answer |= {"force": wrench[:, others, :3].reshape(n, -1), "moment": wrench[:, others, 3:].reshape(n, -1)}
+    return answer
 
 
 def other_joints(model: Model) -> list[int]:
@@ -90,10 +90,10 @@ def hand_routes(dynamics: Dynamics, own: Mapping[str, HandRoute]) -> dict[str, R
 
     def bound(route: HandRoute) -> Route:
         def answer(q: Array, v: Array) -> Answer:
-            found = {name: np.asarray(x, float) for name, x in route(inertia, q * turn, v * turn, field).items()}
-            if "theta_dd" in found:
-                found["theta_dd"] = rod.sign * found["theta_dd"]
-            return {name: x.reshape(-1, 1) for name, x in found.items()}
+            parts = {name: np.asarray(x, float) for name, x in route(inertia, q * turn, v * turn, field).items()}
+            if "theta_dd" in parts:
+                parts["theta_dd"] = rod.sign * parts["theta_dd"]
+            return {name: x.reshape(-1, 1) for name, x in parts.items()}
 
         return answer
 

@@ -29,8 +29,8 @@ def expanded(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
 
 def with_home(model: Model, effects: Sequence[Effect]) -> Model:
     """The model with its joints, where a start says nothing of them, inside the limits that act as written."""
-    found = homes(model.written or (), effects)
-    return replace(model, home=np.array([found.get(joint, 0.0) for joint in model.joints])) if found else model
+    moved = homes(model.written or (), effects)
+    return replace(model, home=np.array([moved.get(joint, 0.0) for joint in model.joints])) if moved else model
 
 
 def _joints_of(model: Model, where: str) -> tuple[WrittenJoint, ...]:
@@ -41,17 +41,17 @@ def _joints_of(model: Model, where: str) -> tuple[WrittenJoint, ...]:
 
 def _effects_of(effect: AsWritten, joints: Sequence[WrittenJoint]) -> list[Effect]:
     """One effect for each number, or pair of limits, that some of the joints share."""
-    found = list[Effect]()
+    effects = list[Effect]()
     if effect.damping:
         by_value = _grouped(joints, lambda joint: (joint.damping,) if joint.damping else None)
-        found += [Viscous(coefficient=damping, joints=names) for (damping,), names in by_value.items()]
+        effects += [Viscous(coefficient=damping, joints=names) for (damping,), names in by_value.items()]
     if effect.friction:
         by_value = _grouped(joints, lambda joint: (joint.friction,) if joint.friction else None)
-        found += [DryFriction(kinetic=friction, joints=names) for (friction,), names in by_value.items()]
+        effects += [DryFriction(kinetic=friction, joints=names) for (friction,), names in by_value.items()]
     if effect.limits:
         by_value = _grouped(joints, _limits)
-        found += [Stop(lower=lower, upper=upper, joints=names) for (lower, upper), names in by_value.items()]
-    return found
+        effects += [Stop(lower=lower, upper=upper, joints=names) for (lower, upper), names in by_value.items()]
+    return effects
 
 
 def _limits(joint: WrittenJoint) -> tuple[float | None, ...] | None:
@@ -61,8 +61,8 @@ def _limits(joint: WrittenJoint) -> tuple[float | None, ...] | None:
 
 def _grouped(joints: Sequence[WrittenJoint], key: Callable[[WrittenJoint], tuple | None]) -> dict[tuple, list[str]]:
     """The names of the joints by what the key makes of them; without those of which it makes None."""
-    found = dict[tuple, list[str]]()
+    groups = dict[tuple, list[str]]()
     for joint in joints:
         if (value := key(joint)) is not None:
-            found.setdefault(value, []).append(joint.name)
-    return found
+            groups.setdefault(value, []).append(joint.name)
+    return groups

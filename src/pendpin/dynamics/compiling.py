@@ -87,13 +87,13 @@ def sampler_of(engine: Engine, effects: Sequence[Effect], start: float) -> Sampl
 def looked_up(key: Hashable, record: Callable[[], Recording], parameters: Parameters) -> CompiledEquations:
     """The equations of a structure, new ones if they are not known."""
     with _lock:
-        found = _known.get(key)
-        if found is None:
-            found = _known[key] = CompiledEquations(record, len(parameters.tables))
+        equations = _known.get(key)
+        if equations is None:
+            equations = _known[key] = CompiledEquations(record, len(parameters.tables))
         _known.move_to_end(key)
         while len(_known) > MOST_KNOWN:
             _known.popitem(last=False)
-    return found
+    return equations
 
 
 def differentiated(variation: Variation, start: float, by_rod: bool) -> Block:

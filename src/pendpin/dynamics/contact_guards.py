@@ -55,16 +55,16 @@ class Guards:
 
         At positions q (nv,), by the guards that fired and the joints (nv,) that are held then.
         """
-        found: dict[int, str] = {}
+        kinds: dict[int, str] = {}
         for joint in (held != self.mode.held).nonzero()[0].tolist():
             ends = not self.contacts.lower[joint] < q[joint] < self.contacts.upper[joint]
-            found[joint] = "stick" if held[joint] else "release" if ends else "slip"
+            kinds[joint] = "stick" if held[joint] else "release" if ends else "slip"
         for kind, joint in zip(self.kind[fired].tolist(), self.joint[fired].tolist(), strict=True):
             if kind in (UPPER, LOWER):
-                found[joint] = "stop"
+                kinds[joint] = "stop"
             elif kind == RATE and not held[joint]:
-                found[joint] = "reverse"
-        return sorted(found.items())
+                kinds[joint] = "reverse"
+        return sorted(kinds.items())
 
 
 def guards_of(contacts: Contacts, q: Array, mode: Mode, scales: Scales, tolerance: float) -> Guards:

@@ -65,8 +65,8 @@ class Variational:
     def rates(self, t: Array, y: Array, w: Array) -> tuple[Array, Array]:
         """y' (n, 2 nv) and w' (n, K, 2 nv) at times (n,), states y (n, 2 nv) and w (n, K, 2 nv)."""
         n, size = y.shape
-        found, _ = self._block.evaluated(t, np.concatenate([y, w.reshape(n, -1)], 1))
-        return found[:, :size], found[:, size:].reshape(w.shape)
+        rows, _ = self._block.evaluated(t, np.concatenate([y, w.reshape(n, -1)], 1))
+        return rows[:, :size], rows[:, size:].reshape(w.shape)
 
     def jacobian(self, t: float, q: Array, v: Array) -> Jacobian:
         """The accelerations at a state (nv,) each and their derivatives; for one without keys."""

@@ -77,14 +77,14 @@ class Parameters(Numbers):
         if x is None:
             self._structure.append(None)
             return None
-        given = _as_numbers(x)
-        present = self._present(given != 0)
-        self._structure.append((given.shape, present.tobytes()))
+        values = _as_numbers(x)
+        present = self._present(values != 0)
+        self._structure.append((values.shape, present.tobytes()))
         places = range(len(self.values), len(self.values) + int(present.sum()))
-        self.values += given[present].tolist()
+        self.values += values[present].tolist()
         if self._tape is None:
-            return given[()]
-        out = given.astype(object)
+            return values[()]
+        out = values.astype(object)
         out[present] = [self._tape.parameter(place) for place in places]
         return out[()]
 
@@ -164,8 +164,8 @@ class RodParameters(Parameters):
 
 
 def _as_numbers(x: Any) -> Array:
-    given = np.asarray(x)
-    return given.astype(complex if given.dtype.kind == "c" else float)
+    values = np.asarray(x)
+    return values.astype(complex if values.dtype.kind == "c" else float)
 
 
 GIVEN = Numbers()

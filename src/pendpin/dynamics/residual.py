@@ -56,12 +56,12 @@ def matrices(scene: Scene, q: Array, v: Array, a: Array) -> Matrices:
     )
     values = parameters.values, parameters.values_of_rods
     block = equations.function.block(*values, parameters.tables, lambda seconds: None)
-    given, found = np.concatenate([q, v, a]), np.empty((PARTS * nv, nv))
+    point, derivatives = np.concatenate([q, v, a]), np.empty((PARTS * nv, nv))
     for begin in range(0, PARTS * nv, TOGETHER):
         ways = _rows(begin, PARTS * nv)
-        states = np.concatenate([np.broadcast_to(given, ways.shape), ways], 1)
-        found[begin : begin + len(ways)] = block.evaluated(np.zeros(len(ways)), states)[0][:, nv : 2 * nv]
-    of_q, of_v, of_a = found.reshape(PARTS, nv, nv).transpose(0, 2, 1)
+        states = np.concatenate([np.broadcast_to(point, ways.shape), ways], 1)
+        derivatives[begin : begin + len(ways)] = block.evaluated(np.zeros(len(ways)), states)[0][:, nv : 2 * nv]
+    of_q, of_v, of_a = derivatives.reshape(PARTS, nv, nv).transpose(0, 2, 1)
     return Matrices(of_a, of_v, of_q)
 
 
@@ -84,10 +84,10 @@ def _recorded(engine: Engine, effects: Sequence[Effect], start: float, by_rod: b
     xp = recorded_by_rod(tape) if by_rod else recorded()
     residual = _residual(engine, effects, start, _parameters(engine, by_rod, tape), xp)
     width = JOINTS if by_rod else PARTS * nv
-    given = tape.state_of_rod(PARTS, JOINTS) if by_rod else tape.state(PARTS * nv)
-    found = list(residual(tape.time(), *given.reshape(PARTS, -1)))
-    recording = Recording(tape, [], parts=PARTS, width=width, of_rod=found)
-    return with_tangents(recording if by_rod else Recording(tape, found, width=width), [STATE])
+    state = tape.state_of_rod(PARTS, JOINTS) if by_rod else tape.state(PARTS * nv)
+    residuals = list(residual(tape.time(), *state.reshape(PARTS, -1)))
+    recording = Recording(tape, [], parts=PARTS, width=width, of_rod=residuals)
+    return with_tangents(recording if by_rod else Recording(tape, residuals, width=width), [STATE])
 
 
 def _residual(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters, xp: Any) -> Residual:

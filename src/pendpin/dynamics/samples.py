@@ -50,8 +50,8 @@ def record_samples(engine: Engine, effects: Sequence[Effect], start: float) -> R
     tape, n = Tape(), _rods(engine.model)
     by_rod = n > 1
     numbers, xp = (RodParameters(n, tape), recorded_by_rod(tape)) if by_rod else (Parameters(tape), recorded())
-    given = tape.state_of_rod(PARTS, JOINTS) if by_rod else tape.state(PARTS * JOINTS)
-    rows, kinetic = _sampled(engine, effects, start, numbers, xp)(tape.time(), *given.reshape(PARTS, JOINTS))
+    state = tape.state_of_rod(PARTS, JOINTS) if by_rod else tape.state(PARTS * JOINTS)
+    rows, kinetic = _sampled(engine, effects, start, numbers, xp)(tape.time(), *state.reshape(PARTS, JOINTS))
     if by_rod:
         return Recording(tape, [], [kinetic], parts=PARTS, width=JOINTS, more_of_rod=list(rows))
     return Recording(tape, [], [*rows, kinetic], width=PARTS * JOINTS)

@@ -157,8 +157,8 @@ def _one_rod(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Accele
     inertia = RodInertia(*map(numbers, rod.inertia))
 
     def acceleration(t: Any, q: Array, v: Array) -> Array:
-        found = newton_euler.solve(inertia, turn * q, turn * v, rod.base.T @ loads.field(t), xp)
-        return turn * np.array([found.theta_dd, found.phi_dd])
+        solution = newton_euler.solve(inertia, turn * q, turn * v, rod.base.T @ loads.field(t), xp)
+        return turn * np.array([solution.theta_dd, solution.phi_dd])
 
     return acceleration
 

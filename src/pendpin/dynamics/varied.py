@@ -108,10 +108,10 @@ def _changed(scene: Scene, path: KeyPath) -> tuple[Chain | None, tuple[Effect, .
     if path[0] == "start":
         return None, scene.effects
     model, effects = scene.model, scene.effects
-    if path[0] == "effects" and (found := _with_step(effects, path, 1)):
-        return None, found
-    if path[:2] == ("model", "rods") and isinstance(model, Chain) and (found := _with_step(model.rods, path, 2)):
-        return Chain.model_construct(kind="chain", rods=found, copies=model.copies), effects
+    if path[0] == "effects" and (changed := _with_step(effects, path, 1)):
+        return None, changed
+    if path[:2] == ("model", "rods") and isinstance(model, Chain) and (changed := _with_step(model.rods, path, 2)):
+        return Chain.model_construct(kind="chain", rods=changed, copies=model.copies), effects
     raise InputError(f"{written(path)}: this number has no derivative; numbers of rods, effects and the start have one")
 
 

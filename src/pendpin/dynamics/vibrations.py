@@ -33,13 +33,13 @@ class Vibrations(NamedTuple):
 
 def vibrations(matrices: Matrices) -> Vibrations:
     """The modes of M, C, K (n, n). Raises InputError for a mass matrix that is not positive definite."""
-    n, parts, known = len(matrices.mass), [], dict[bytes, Vibrations]()
+    n, parts, solved = len(matrices.mass), [], dict[bytes, Vibrations]()
     for chosen in _uncoupled(matrices):
         block = Matrices(*(part[np.ix_(chosen, chosen)] for part in matrices))
         key = b"".join(part.tobytes() for part in block)  # the two planes of a chain are the same to the bit
-        if key not in known:
-            known[key] = _undamped(block) if _is_conservative(block) else _damped(block)
-        parts.append((chosen, known[key]))
+        if key not in solved:
+            solved[key] = _undamped(block) if _is_conservative(block) else _damped(block)
+        parts.append((chosen, solved[key]))
     omega = np.concatenate([part.omega for _, part in parts])
     kind = complex if any(np.iscomplexobj(part.shapes) for _, part in parts) else float
     shapes, row = np.zeros((n, n), kind), 0
@@ -156,9 +156,9 @@ def _damped(matrices: Matrices) -> Vibrations:
     swinging, others = np.flatnonzero(imag > 0), np.flatnonzero(imag == 0)
     pairs = [(values[i], values[i].conj(), shapes[i]) for i in swinging]
     pairs += [(values[i], values[j], shapes[i]) for i, j in _pairs(others, real, vectors[:n])]
-    found = [_of_pair(one, other) for one, other, _ in pairs]
+    modes = [_of_pair(one, other) for one, other, _ in pairs]
     rows = _normalised(np.array([shape for *_, shape in pairs]))
-    return Vibrations(np.array([x for x, _ in found]), np.array([x for _, x in found]), rows, values, stable)
+    return Vibrations(np.array([x for x, _ in modes]), np.array([x for _, x in modes]), rows, values, stable)
 
 
 def _pairs(real: Indices, values: Array, shapes: Array) -> Iterator[tuple[int, int]]:

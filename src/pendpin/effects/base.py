@@ -76,18 +76,18 @@ class Idle(Effect):
     kind: str = Field(description="which effect it stands for")
 
 
-def returned(what: str, found: Any, shape: tuple[int, ...], kind: type = float) -> Array:
+def returned(what: str, output: Any, shape: tuple[int, ...], kind: type = float) -> Array:
     """What a user's function returned as an array of this shape; one row may be written without its first axis.
 
     Raises InputError for another shape, and where floats are asked, for what is no real number.
     """
     try:
-        numbers = np.asarray(found)
+        numbers = np.asarray(output)
         if kind is float and numbers.dtype.kind not in "biufO":
             raise TypeError
         numbers = np.array(numbers, kind)  # its own: a function may return the same array every time
     except (TypeError, ValueError):
-        raise InputError(f"{what} returned {shown(found)}, which is not an array of numbers") from None
+        raise InputError(f"{what} returned {shown(output)}, which is not an array of numbers") from None
     if numbers.shape != shape and not (shape[0] == 1 and numbers.shape == shape[1:]):
         raise InputError(f"{what} returned shape {numbers.shape}, where {shape} is wanted")
     return numbers.reshape(shape)

@@ -118,23 +118,23 @@ def _distances(t: Array, values: Array, floor: Array, count: int) -> Array:
     for order in range(1, 5):  # Newton's divided differences
         gaps = (knots[:, order:] - knots[:, :-order])[..., None]
         table[:, order:] = (table[:, order:] - table[:, order - 1 : -1]) / gaps
-    found = table[:, 4, None]
+    values_between = table[:, 4, None]
     for k in (3, 2, 1, 0):
-        found = table[:, k, None] + (time - knots[:, k, None])[..., None] * found
-    distance = np.abs(value - found).max(2)
+        values_between = table[:, k, None] + (time - knots[:, k, None])[..., None] * values_between
+    distance = np.abs(value - values_between).max(2)
     return np.where(distance > floor[places], distance, 0.0).max(1)
 
 
 def _pieces(t: Array, distances: list[Array], resolved: list[Array]) -> tuple[Array, Array]:
     """Ends (n,) of the largest resolved intervals, in s, and the longest steps in them."""
-    wanted, ends, steps = np.ones(1, bool), [], []
+    unresolved, ends, steps = np.ones(1, bool), [], []
     for distance, good in zip(reversed(distances), reversed(resolved), strict=True):
         size = (len(t) - 1) // len(good)
-        found = np.flatnonzero(wanted & good)
-        length = t[(found + 1) * size] - t[found * size]
-        ends.append(t[(found + 1) * size])
-        steps.append(np.where(distance[found] > 0, STEP * length, length))
-        wanted = np.repeat(wanted & ~good, 2)
+        accepted = np.flatnonzero(unresolved & good)
+        length = t[(accepted + 1) * size] - t[accepted * size]
+        ends.append(t[(accepted + 1) * size])
+        steps.append(np.where(distance[accepted] > 0, STEP * length, length))
+        unresolved = np.repeat(unresolved & ~good, 2)
     order = np.argsort(np.concatenate(ends))
     return np.concatenate(ends)[order], np.concatenate(steps)[order]
 

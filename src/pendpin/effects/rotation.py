@@ -77,8 +77,8 @@ class Rotation(BodyEffect):
         """J, of the centrifugal force: minus half the integral of |Omega x r|² dm."""
         omega = self.vector
         at_com = cross(omega, motion.points(bodies.com) + motion.pivot)
-        own = applied(motion.rotation.swapaxes(-1, -2), omega[None])  # Omega in the link frames
-        spread = (own * applied(bodies.inertia, own)).sum((-2, -1))
+        in_links = applied(motion.rotation.swapaxes(-1, -2), omega[None])  # Omega in the link frames
+        spread = (in_links * applied(bodies.inertia, in_links)).sum((-2, -1))
         return -((bodies.mass * (at_com**2).sum(-1)).sum(-1) + spread) / 2
 
 

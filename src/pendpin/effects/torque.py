@@ -50,10 +50,10 @@ class Torque(OnJoints):
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
         """The torques that the function returns, (k,) N m. Raises InputError if that is not k finite numbers."""
-        found = self.function(t, q.copy(), v.copy())
-        torques = returned("effects: Torque: its function", found, q.shape)
+        output = self.function(t, q.copy(), v.copy())
+        torques = returned("effects: Torque: its function", output, q.shape)
         if not np.isfinite(torques).all():
-            raise InputError(f"effects: Torque: its function returned {shown(found)} at t = {t:.10g} s")
+            raise InputError(f"effects: Torque: its function returned {shown(output)} at t = {t:.10g} s")
         return torques
 
     @field_serializer("function")

@@ -67,8 +67,8 @@ class Track:
         size = np.abs(self.spline(rows)).max() + self.length * np.abs(self.spline(rows, 1)).max()
         rounding = ROUNDING * size / gaps
         velocity = self.spline(t, 1)
-        found = measured(t, velocity - velocity.mean(0), negligible, rounding)
-        return found._replace(corners=found.corners - a + begin)
+        pace = measured(t, velocity - velocity.mean(0), negligible, rounding)
+        return pace._replace(corners=pace.corners - a + begin)
 
     def position(self, t: Array) -> Array:
         """Where it is at times (...) in s, (..., 3) in m."""
@@ -85,9 +85,9 @@ class Track:
     def _own(self, t: Array) -> Array:
         """Times (n,) in s since the first row; those outside by no more than rounding are put on the first or last row."""
         start, rest, rounding = self._origin
-        own = np.subtract(t, start) - rest
-        inside = np.minimum(np.maximum(own, 0.0), self.length)
-        return np.where(np.abs(own - inside) <= rounding, inside, np.nan)
+        local = np.subtract(t, start) - rest
+        inside = np.minimum(np.maximum(local, 0.0), self.length)
+        return np.where(np.abs(local - inside) <= rounding, inside, np.nan)
 
     @cached_property
     def _origin(self) -> tuple[float, float, float]:
@@ -126,9 +126,9 @@ class LookedUp:
 
     def _derivative(self, order: int, t: Any) -> Array:
         """The derivative (3,) of this order of the position at time t in s, m/s^order."""
-        own = t - self.start - self.rest
-        begin, *coefficients = self.row(own)
-        powers, s = np.array(coefficients).reshape(-1, 3), own - begin
+        local = t - self.start - self.rest
+        begin, *coefficients = self.row(local)
+        powers, s = np.array(coefficients).reshape(-1, 3), local - begin
         degree, out = len(powers) - 1, np.zeros(3)
         for i, coefficient in enumerate(powers[: degree + 1 - order]):
             out = out * s + coefficient * float(math.perm(degree - i, order))

@@ -228,8 +228,8 @@ def _outward(
         first = applied(joint.across, first) + joint.axis * along
         return (first, second) if joint.turns else (second, first), (qdd, torque)
 
-    found = outward(move, (np.zeros(3), np.zeros(3)), tree.parents, xp)
-    a, holding = (np.concatenate(parts, -1) for parts in zip(*found, strict=True))
+    moved = outward(move, (np.zeros(3), np.zeros(3)), tree.parents, xp)
+    a, holding = (np.concatenate(parts, -1) for parts in zip(*moved, strict=True))
     return a, holding
 
 

@@ -58,11 +58,11 @@ def fit(
     others = None if hold_out is None else read_swings(hold_out, setting.table)
     compared_samples(others or (), hold_out_start)  # what is wrong with them is said before the search
     solution = solve(setting, progress)
-    held = None if others is None else predict(setting, solution, others, hold_out_start)
-    return _report(setting, solution, held, time.perf_counter() - begin)
+    prediction = None if others is None else predict(setting, solution, others, hold_out_start)
+    return _report(setting, solution, prediction, time.perf_counter() - begin)
 
 
-def _report(setting: Setting, solution: Solution, held: Prediction | None, seconds: float) -> Fit:
+def _report(setting: Setting, solution: Solution, prediction: Prediction | None, seconds: float) -> Fit:
     """The report of a solution."""
     values, gradients = _numbers(setting, solution)
     certainty, train = solution.certainty, fitted_prediction(setting, solution)
@@ -81,7 +81,7 @@ def _report(setting: Setting, solution: Solution, held: Prediction | None, secon
         undetermined=unsure,
         combinations=combinations(setting.scene, setting.free, solution.z, certainty, set(unsure), trusted),
         train=train,
-        hold_out=held,
+        hold_out=prediction,
         noise=dict(zip(setting.columns, setting.noise.tolist(), strict=True)),
         white=whiteness(r),
         inflation=certainty.inflation,

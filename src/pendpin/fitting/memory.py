@@ -23,7 +23,7 @@ class Grid(NamedTuple):
     times: int = 12  # correlation times, tried twice: over the whole range, then where the likelihood is
     ratios: int = 9  # variances of slow noise over those of white noise, the same
     shortest: float = 0.2  # of the time between two samples: these are then uncorrelated but for 0.7 %
-    longest: float = 1.0  # of the longest series: slower noise cannot be told from a drift
+    longest: float = 1.0  # of the longest series: slower noise looks like a drift
     least: float = 1e-3  # ratio: slow noise that no data show
     most: float = 1e4  # ratio: as good as no white noise
     unlikely: float = 1e-3  # of the largest likelihood: such a kind adds nothing

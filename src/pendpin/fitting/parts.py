@@ -72,7 +72,7 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
     friction that stood in for drag, or was hidden by it, is seen only then.
     """
     keys, taken = list(fit.setting.free.keys), []
-    own = {other[0] for other in _omissions(fit.scene, keys)}
+    omitted = {other[0] for other in _omissions(fit.scene, keys)}
     progress("the fit as it is")
     now = _refit(fit, fit.solution, fit.scene, keys)
     while True:
@@ -84,7 +84,7 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
         taken.append(best[0])
         keys = list(best[1].setting.free.keys)
         now = _refit(fit, best[1].solution, best[1].scene, keys)
-    present = (other for other in _omissions(now.scene, keys) if other[0] in own)
+    present = (other for other in _omissions(now.scene, keys) if other[0] in omitted)
     parts = [*taken, *(part for part, _ in [*others, *_compare_all(fit, now, present, progress)])]
     return replace(fit, parts=tuple(sorted(parts, key=lambda part: part.criterion)))
 

@@ -116,7 +116,7 @@ class Fit:
 
     def as_dict(self) -> dict[str, Any]:
         """The report as plain data, for JSON."""
-        held = self.hold_out and {"rms": self.hold_out.rms, "max": self.hold_out.max}
+        hold_out = self.hold_out and {"rms": self.hold_out.rms, "max": self.hold_out.max}
         return {
             "values": {key: None if key in self.undetermined else value for key, value in self.values.items()},
             "errors": self.errors,
@@ -124,7 +124,7 @@ class Fit:
             "combinations": {c.name: {"value": c.value, "error": c.error, "unit": c.unit} for c in self.combinations},
             "seconds": self.seconds,
             "train": {"rms": self.train.rms},
-            "hold_out": held,
+            "hold_out": hold_out,
             "explained": self.explained,
             "verdict": self.verdict,
             "parts": [asdict(part) | {"needed": part.needed} for part in self.parts],
@@ -219,8 +219,8 @@ class Fit:
             )
         rows.append("Fitted: rms " + self.train.listed(self.train.rms))
         if self.hold_out:
-            held = self.hold_out
-            rows.append(f"Held out: rms {held.listed(held.rms)}; largest {held.listed(held.max)}")
+            hold_out = self.hold_out
+            rows.append(f"Held out: rms {hold_out.listed(hold_out.rms)}; largest {hold_out.listed(hold_out.max)}")
         return [*rows, *(str(part) for part in self.parts), f"{self.seconds:.1f} s"]
 
 

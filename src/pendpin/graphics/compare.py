@@ -8,7 +8,7 @@ from pendpin.arrays import Array, Indices
 from pendpin.errors import InputError
 from pendpin.trajectory import Trajectory
 
-MOST = 4  # runs: as many colours and dashes are told apart
+MOST = 4  # runs: the eye tells four colours and dashes apart
 Runs = Trajectory | Sequence[Trajectory] | None
 
 

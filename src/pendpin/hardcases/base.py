@@ -125,8 +125,8 @@ class Outcome:
 
 def on_method(case: Case, method: str) -> Solve:
     """A function that solves a scene by one method of the case, with its setting."""
-    given: dict[str, Any] = dict(case.methods[method])
-    return lambda scene: simulate(scene, method=method, **given)
+    settings: dict[str, Any] = dict(case.methods[method])
+    return lambda scene: simulate(scene, method=method, **settings)
 
 
 def scene(
@@ -174,10 +174,10 @@ def departure(run: Trajectory, angle: Array, far: float) -> float:
     return float(run.t[i - 1] + (np.log(far) - low) / (high - low) * (run.t[i] - run.t[i - 1]))
 
 
-def refused(solve: Solve, given: Callable[[], Scene], *words: str) -> float:
+def refused(solve: Solve, make_scene: Callable[[], Scene], *words: str) -> float:
     """0 if the scene is refused, or its run ends, with an error of one line that has these words; else 1."""
     try:
-        solve(given())
+        solve(make_scene())
     except Interrupted:
         raise
     except (InputError, RunError) as error:

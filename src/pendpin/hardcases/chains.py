@@ -88,9 +88,9 @@ def _accelerations(model: Chain, q: Array, v: Array) -> Array:
 def _digits(solve: Solve, full: bool) -> float:
     """Accelerations of runs that start in random states, against the chain equations."""
     starts = [scene(HUNDRED, q=q, v=v, duration=0.0) for q, v in zip(*_states(HUNDRED), strict=True)]
-    found = np.array([solve(start).a[0] for start in (starts if full else starts[:1])])
+    accelerations = np.array([solve(start).a[0] for start in (starts if full else starts[:1])])
     q, v = _states(HUNDRED)
-    return _difference(found, _accelerations(HUNDRED, q, v)[: len(found)])
+    return _difference(accelerations, _accelerations(HUNDRED, q, v)[: len(accelerations)])
 
 
 def _other_joints() -> dict[str, float]:

@@ -97,8 +97,8 @@ def _quarter(solve: Solve, full: bool) -> float:
 
 
 def _reversed(solve: Solve, full: bool) -> float:
-    given = _calm(CALM_Q, CALM_V, full)
-    back = solve(turned_rates(solve(given), given))
+    calm = _calm(CALM_Q, CALM_V, full)
+    back = solve(turned_rates(solve(calm), calm))
     return float(np.abs(np.concatenate([back.q[-1] - CALM_Q, back.v[-1] + CALM_V])).max())
 
 

@@ -40,11 +40,11 @@ STIFFNESS, FRICTION = 4.0, 0.13  # N m/rad, N m
 def _sticking(solve: Solve, full: bool) -> float:
     """The error of the place where a rod on a spring sticks: each half swing is 2 friction / stiffness shorter."""
     spring = Spring(stiffness=STIFFNESS, joints=("theta",))
-    given = scene(THICK, spring, DryFriction(kinetic=FRICTION), q=(1.0,), duration=16.0, samples=2, gravity=None)
+    rubbing = scene(THICK, spring, DryFriction(kinetic=FRICTION), q=(1.0,), duration=16.0, samples=2, gravity=None)
     amplitude, sign = 1.0, 1.0
     while amplitude > FRICTION / STIFFNESS:
         amplitude, sign = amplitude - 2 * FRICTION / STIFFNESS, -sign
-    run = solve(given)
+    run = solve(rubbing)
     return float(abs(run.q[-1, 0] - sign * amplitude) + abs(run.v[-1, 0]))
 
 
@@ -84,15 +84,15 @@ RATE, LIMIT = 1.0, 0.5  # rad/s, rad
 def _both(solve: Solve, full: bool) -> float:
     """The error of two joints with coupled inertias at one rate; exact: a triangle wave between their stops."""
     stop = Stop(lower=-LIMIT, upper=LIMIT, restitution=1.0)
-    given = scene(BALANCED, stop, v=(RATE, 0.0, RATE, 0.0), duration=20.0 if full else 4.0, samples=81, gravity=None)
-    run = solve(given)
+    bouncing = scene(BALANCED, stop, v=(RATE, 0.0, RATE, 0.0), duration=20.0 if full else 4.0, samples=81, gravity=None)
+    run = solve(bouncing)
     wave = np.abs((RATE * run.t + LIMIT) % (4 * LIMIT) - 2 * LIMIT)
     return float(np.abs(run.q[:, THETA] - (LIMIT - wave)[:, None]).max())
 
 
 def _beyond(solve: Solve, full: bool) -> float:
-    given = partial(scene, THICK, Stop(upper=0.5), q=(1.0,), duration=1.0)
-    return refused(solve, given, "start.positions.theta", "beyond its stop")
+    make_scene = partial(scene, THICK, Stop(upper=0.5), q=(1.0,), duration=1.0)
+    return refused(solve, make_scene, "start.positions.theta", "beyond its stop")
 
 
 METHODS = settings(auto=1e-11, rk45=1e-11, radau=1e-11)

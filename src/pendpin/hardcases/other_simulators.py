@@ -59,14 +59,14 @@ COMPARED: Mapping[str, Callable[[], Scene]] = {
 }
 
 
-def _against_ours(case: Case, given: Callable[[], Scene]) -> Case:
+def _against_ours(case: Case, make_scene: Callable[[], Scene]) -> Case:
     @cache
     def ours() -> Trajectory:
-        return simulate(given(), method="dop853", tolerance=1e-13)
+        return simulate(make_scene(), method="dop853", tolerance=1e-13)
 
     def measure(solve: Solve, full: bool) -> float:
-        length = kinematics.chain_length(build(given().model))
-        return float(kinematics.tip_distance(solve(given()).tips, ours().tips, length).max())
+        length = kinematics.chain_length(build(make_scene().model))
+        return float(kinematics.tip_distance(solve(make_scene()).tips, ours().tips, length).max())
 
     words = {"figure": "distance to pendpin's tips at tolerance 1e-13, over the chain's length", "derivation": "chosen"}
     return replace(case, measure=measure, bound=CLOSE, beside=None, **words)
@@ -84,32 +84,32 @@ def on_peers(case: Case, progress: Progress) -> Iterator[Outcome]:
 def _best(case: Case, name: str) -> Outcome:
     """The best outcome over settings from coarse to fine; none finer after a run longer than LIMIT."""
     build_peers, method, kind = SIMULATORS[name]
-    found: list[Outcome] = []
+    outcomes: list[Outcome] = []
     for setting in SETTINGS[kind]:
         solve = partial(_by_peer, build_peers, method, setting)
-        found.append(replace(measured(case, f"{name}, {setting:g}", solve, full=False), claimed=False))
-        if found[-1].seconds > LIMIT:
+        outcomes.append(replace(measured(case, f"{name}, {setting:g}", solve, full=False), claimed=False))
+        if outcomes[-1].seconds > LIMIT:
             break
-    return min(found, key=lambda o: np.inf if o.measured is None else o.measured)
+    return min(outcomes, key=lambda o: np.inf if o.measured is None else o.measured)
 
 
-def _by_peer(build_peers: Callable[..., Iterator[Peer]], method: str, setting: float, given: Scene) -> Trajectory:
+def _by_peer(build_peers: Callable[..., Iterator[Peer]], method: str, setting: float, scene: Scene) -> Trajectory:
     """A scene run by another simulator. Raises RunError if the run does not reach its end."""
-    peer = next(peer for peer in build_peers(task_of(given)) if peer.name == method)
+    peer = next(peer for peer in build_peers(task_of(scene)) if peer.name == method)
     if peer.kind == "step":
-        setting *= given.duration or 1.0
+        setting *= scene.duration or 1.0
     try:
         run = peer.run(setting, LIMIT)
     except RuntimeError as error:  # Drake's, before its first step
         raise RunError(str(error)) from None
     if run.failure:
         raise RunError(run.failure)
-    return _trajectory(given, peer, setting, run)
+    return _trajectory(scene, peer, setting, run)
 
 
-def _trajectory(given: Scene, peer: Peer, setting: float, run: PeerRun) -> Trajectory:
+def _trajectory(scene: Scene, peer: Peer, setting: float, run: PeerRun) -> Trajectory:
     """The run of another simulator as a Trajectory; NaN for what it does not compute."""
-    model, (n, nv) = build(given.model), run.q.shape
+    model, (n, nv) = build(scene.model), run.q.shape
     unknown: Any = np.full((n, nv), np.nan)
     tolerance, step = (setting if peer.kind == kind else None for kind in ("tolerance", "step"))
     stats = Stats(

@@ -97,8 +97,8 @@ def _passing(radius: float, aim: float) -> Case:
     narrow = float(np.sqrt(rod.properties.I3 / inertia_about_joint(rod)))
 
     def measure(solve: Solve, full: bool) -> float:
-        given, end = passage(radius, aim)
-        return float(np.abs(solve(given).q[-1] - end).max())
+        at_pole, end = passage(radius, aim)
+        return float(np.abs(solve(at_pole).q[-1] - end).max())
 
     return case(
         "thick-pole",

@@ -54,13 +54,13 @@ def _line(outcome: Outcome) -> str:
 
 def reported(cases: Sequence[Case], outcomes_of: Callable[[Case], Iterator[Outcome]]) -> HardReport:
     """The outcomes of all cases; after Ctrl-C those so far."""
-    found: list[Outcome] = []
+    results: list[Outcome] = []
     try:
         for case in cases:
-            found.extend(outcomes_of(case))
+            results.extend(outcomes_of(case))
     except (KeyboardInterrupt, Interrupted):
-        return HardReport(tuple(found), tuple(cases), stopped=True)
-    return HardReport(tuple(found), tuple(cases))
+        return HardReport(tuple(results), tuple(cases), stopped=True)
+    return HardReport(tuple(results), tuple(cases))
 
 
 def outcomes(case: Case, methods: Sequence[str] | None, full: bool, progress: Progress) -> Iterator[Outcome]:
@@ -72,9 +72,9 @@ def outcomes(case: Case, methods: Sequence[str] | None, full: bool, progress: Pr
     if case.beside is not None and methods is None:
         progress(f"{case.name}, beside")
         begin = time.perf_counter()
-        found = case.beside()
-        seconds = (time.perf_counter() - begin) / max(len(found), 1)
-        for name, measured in found.items():
+        beside = case.beside()
+        seconds = (time.perf_counter() - begin) / max(len(beside), 1)
+        for name, measured in beside.items():
             yield Outcome(case.name, name, measured, case.bound, seconds, claimed=False, beside=True)
 
 

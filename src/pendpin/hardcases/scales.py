@@ -25,9 +25,9 @@ ROD = THICK.rods[0]
 REDUCED = inertia_about_joint(ROD) / (ROD.mass * ROD.properties.h)  # m
 
 
-def _off(found: Array, wanted: Array) -> float:
+def _off(values: Array, exact: Array) -> float:
     """The largest difference of two arrays of one shape (n, k)."""
-    return float(np.abs(found - wanted).max())
+    return float(np.abs(values - exact).max())
 
 
 # --- units ----------------------------------------------------------------------------------------------------------
@@ -39,8 +39,8 @@ def _sized(length: float, mass: float, duration: float, time: float = 0.0) -> Sc
     upper = Rod(length=length, mass=mass, radius=0.05 * length)
     lower = Rod(length=0.7 * length, mass=2 * mass, radius=0.05 * length)
     v = np.array([1.3, -0.8, 0.2, 0.5]) / unit
-    given = {"q": (0.7, 0.4, -0.3, 0.2), "v": v, "duration": float(duration * unit), "samples": 21, "time": time}
-    return scene(chain_of(upper, lower), **given)
+    fields = {"q": (0.7, 0.4, -0.3, 0.2), "v": v, "duration": float(duration * unit), "samples": 21, "time": time}
+    return scene(chain_of(upper, lower), **fields)
 
 
 def _rescaled(solve: Solve, full: bool, length: float, mass: float) -> float:

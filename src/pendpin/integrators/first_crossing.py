@@ -71,21 +71,21 @@ def first_crossing(sample: Functions, bounds: Array, floor: Array) -> Crossing |
         jumps = b - a <= SHORTEST * whole or looks[part.place] > MOST
         if not (part.resolved or jumps):
             waiting += _intervals(sample, np.array([a, (a + b) / 2, b]), floor, part.place)
-        elif found := _crossing(part, jumps, TOGETHER * whole):
-            return found
+        elif crossing := _crossing(part, jumps, TOGETHER * whole):
+            return crossing
     return None
 
 
 def _crossing(part: _Interval, jumps: bool, together: float) -> Crossing | None:
     """The first crossing in an interval with those no more than `together` in s after it."""
     seek, scale, floor = _drop if jumps else _root, 2 / (part.end - part.begin), part.floor.tolist()
-    found = {k: seek(part.series[:, k], floor[k]) for k in part.reaching}
-    which = min(found, key=lambda k: found[k][0])
-    x, slope = found[which]
+    roots = {k: seek(part.series[:, k], floor[k]) for k in part.reaching}
+    which = min(roots, key=lambda k: roots[k][0])
+    x, slope = roots[which]
     if x == math.inf:
         return None
     t = min(max(part.begin + (x + 1) / scale, part.begin), part.end)
-    fired = [k for k, (place, _) in found.items() if place <= x + scale * together]
+    fired = [k for k, (place, _) in roots.items() if place <= x + scale * together]
     return Crossing(t, part.place, which, fired, slope * scale)
 
 
@@ -106,13 +106,13 @@ def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None
     least = np.where(sizes[:, 1] > curved, np.minimum(values[:, 0], values[:, -1]), inside)
     change = sizes[:, 1] + 4 * sizes[:, 2]  # of the function, where time changes by half an interval
     floors = np.maximum(floor, np.maximum(ROUNDING * whole, 2 * np.spacing(np.abs(end)) / (end - begin) * change))
-    reaching, found = least < unseen - floors, list[_Interval]()
+    reaching, intervals = least < unseen - floors, list[_Interval]()
     for i in sorted(set(reaching.nonzero()[0].tolist()), reverse=True):
         which = reaching[i].nonzero()[0].tolist()
         resolved = all(unseen[i, k] <= floors[i, k] for k in which)
         ends = float(bounds[i]), float(bounds[i + 1])
-        found.append(_Interval(i if place is None else place, *ends, series[i], floors[i], which, resolved))
-    return found
+        intervals.append(_Interval(i if place is None else place, *ends, series[i], floors[i], which, resolved))
+    return intervals
 
 
 def _root(coefficients: Array, floor: float) -> tuple[float, float]:

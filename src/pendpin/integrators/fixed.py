@@ -49,8 +49,8 @@ class FixedStep(Integrator):
             np.full((len(times), len(y)), np.nan),
             0,
         )
-        known = None if plan.anew or not grid.inside(float(times[0])) else plan.memory
-        whole = np.array(y if known is None else known["grid_state"])
+        memory = None if plan.anew or not grid.inside(float(times[0])) else plan.memory
+        whole = np.array(y if memory is None else memory["grid_state"])
         part = whole.copy()
         advance, finish = self.advancing(derivative, whole), self.advancing(derivative, part)
         states[0] = y

@@ -175,8 +175,8 @@ class Gauss(Integrator):
     def _slopes(self, times: Array, Q: Array, V: Array, now: list[Canonical], thorough: bool) -> tuple[Array, Array]:
         """dF/dq and dF/dv (s, nv, nv) at the stages; all terms if `thorough`."""
         self._calls += thorough * len(times) * self._nv
-        found = [self._form.slopes(*stage, thorough) for stage in zip(times, Q, V, now, strict=True)]
-        in_q, in_v = map(np.array, zip(*found, strict=True))
+        slopes = [self._form.slopes(*stage, thorough) for stage in zip(times, Q, V, now, strict=True)]
+        in_q, in_v = map(np.array, zip(*slopes, strict=True))
         return in_q, in_v
 
     def _matrix(self, h: float, M: Array, N: Array, in_q: Array, in_v: Array) -> Array:
@@ -225,15 +225,20 @@ class _State:
     @classmethod
     def recalled(cls, memory: Memory) -> "_State":
         """The state that a memory holds."""
-        known = int(memory["steps_known"])
-        return cls(memory["canonical"], memory["lost"], memory["stages"][STEPS - known :])
+        steps_known = int(memory["steps_known"])
+        return cls(memory["canonical"], memory["lost"], memory["stages"][STEPS - steps_known :])
 
     @property
     def memory(self) -> Memory:
         """The arrays that restore this state."""
-        known, *shape = self.past.shape
-        stages = np.concatenate([np.zeros((STEPS - known, *shape)), self.past])
-        return {"canonical": self._both, "lost": self._lost, "stages": stages, "steps_known": np.array(float(known))}
+        steps_known, *shape = self.past.shape
+        stages = np.concatenate([np.zeros((STEPS - steps_known, *shape)), self.past])
+        return {
+            "canonical": self._both,
+            "lost": self._lost,
+            "stages": stages,
+            "steps_known": np.array(float(steps_known)),
+        }
 
     @property
     def q(self) -> Array:

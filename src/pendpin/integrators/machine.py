@@ -83,8 +83,8 @@ class AdaptiveInMachineCode(EventIntegrator):
         """The states (n, size), the steps and the failure, from y (size,) at `times` (n,) in s, by CyRK."""
         tolerance = self._tolerance
         call = Call(self._method, self.block.code().address, self.block, tolerance, tolerance, first_step, longest)
-        found = call.solved(y, times[0], times[-1], times)
-        return found.states(y), found.steps, found.failure
+        solution = call.solved(y, times[0], times[-1], times)
+        return solution.states(y), solution.steps, solution.failure
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,13 +108,13 @@ class InMachineCode(Stepper):
 
     def _part(self, call: "Call", t: float, y: Array, end: float) -> Steps:
         """All steps from y (size,) at t to `end`; the good ones again after a failure, when CyRK does not interpolate."""
-        found = call.solved(y, t, end, dense=True)
+        solution = call.solved(y, t, end, dense=True)
         self.raised()
-        states, _, failure = finite_part(found.states(y), 0, found.failure)
-        bounds = found.times(t)[: len(states)]
+        states, _, failure = finite_part(solution.states(y), 0, solution.failure)
+        bounds = solution.times(t)[: len(states)]
         if failure and len(bounds) > 1:
-            found = call.solved(y, t, bounds[-1], dense=True)
-        return Steps(bounds, states, found.inside, failure)
+            solution = call.solved(y, t, bounds[-1], dense=True)
+        return Steps(bounds, states, solution.inside, failure)
 
     def state_at(self, t: float, y: Array, end: float) -> Array:
         """The last state (size,)."""
@@ -137,23 +137,23 @@ class Call(NamedTuple):
         y = np.ascontiguousarray(y)
         first_step = min(self.first_step, (end - t) / 2, self.longest)  # CyRK refuses more than a half
         at = (None, 0) if times is None else (times.ctypes.data, len(times))
-        found = cyrk.library().solve(
+        pointer = cyrk.library().solve(
             *(self.address, t, end, address(y), len(y), self.method, 0, 0),
             *(self.block.address, ctypes.sizeof(ctypes.c_void_p), 0, _MEGABYTES, dense),
             *(*at, None, None, 0),
             *(address(self.rtol), len(self.rtol), address(self.atol), len(self.atol)),
             *(min(self.longest, _NO_LIMIT), first_step, False),
         )
-        return Solution(found, len(y))
+        return Solution(pointer, len(y))
 
 
 class Solution:
     """What CyRK returned; it lives as long as this object."""
 
-    def __init__(self, found: int, size: int) -> None:
-        self._found, self._api, self._size = found, cyrk.library(), size
-        self._count = self._api.size(found)  # of states
-        self.failure = None if self._api.success(found) else _message(self._api, found)
+    def __init__(self, pointer: int, size: int) -> None:
+        self._found, self._api, self._size = pointer, cyrk.library(), size
+        self._count = self._api.size(pointer)  # of states
+        self.failure = None if self._api.success(pointer) else _message(self._api, pointer)
 
     def __del__(self) -> None:
         self._api.free(self._found)
@@ -185,9 +185,9 @@ class Solution:
         return out
 
 
-def _message(api: Any, found: int) -> str:
+def _message(api: Any, pointer: int) -> str:
     text = ctypes.create_string_buffer(256)
-    api.message(found, ctypes.addressof(text), len(text))
+    api.message(pointer, ctypes.addressof(text), len(text))
     return text.value.decode().rstrip(".")
 
 

@@ -76,11 +76,11 @@ class Taylor(Integrator):
                 return Segment(np.concatenate(states), self._steps - before, NOT_FINITE, self.memory(y))
             self._progress(series.time)
             ahead = np.concatenate([[series.time], times[done:]])
-            outcome, _, _, steps, _, found = series.propagate_grid(
+            outcome, _, _, steps, _, reached = series.propagate_grid(
                 ahead, max_steps=STEPS_AT_ONCE, max_delta_t=SERIES * plan.longest
             )
-            states.append(found[1:])
-            done, self._steps = done + len(found) - 1, self._steps + steps
+            states.append(reached[1:])
+            done, self._steps = done + len(reached) - 1, self._steps + steps
             if outcome == self._heyoka.taylor_outcome.err_nf_state:
                 failure = NOT_FINITE
         return Segment(np.concatenate(states), self._steps - before, failure, {"series": series.state.copy()})
@@ -122,9 +122,9 @@ class Taylor(Integrator):
         series.pars[:] = run_time_parameters(recording, parameters.values)
         return series
 
-    def _free(self, known: dict[Hashable, Any]) -> Any:
+    def _free(self, compiled: dict[Hashable, Any]) -> Any:
         """An integrator that no other run uses, until this one is gone: a copy takes a millisecond."""
-        first, free = known[self.tolerance]
+        first, free = compiled[self.tolerance]
         try:
             series = free.pop()
         except IndexError:
@@ -136,24 +136,24 @@ class Taylor(Integrator):
 def run_time_parameters(recording: Recording, values: Sequence[float]) -> list[float]:
     """What the series of a recording take as par[i], from the values of the recording's parameters."""
     fixed = recording.tape.fixed_operands(recording.places)
-    known = recording.tape.values(fixed, values)
-    return [known[place] for place in fixed]
+    cells = recording.tape.values(fixed, values)
+    return [cells[place] for place in fixed]
 
 
 def expressions(hy: Any, recording: Recording) -> tuple[list[Any], list[Any]]:
     """heyoka's variables of the state, and its rates; what depends on parameters alone as parameters of its own."""
     tape, symbols = recording.tape, hy.make_vars(*(f"y{i}" for i in range(recording.size)))
     functions = {"add": add, "sub": sub, "mul": mul, "div": truediv, "neg": neg, "pow": pow}
-    known = {place: hy.par[cell] for cell, place in enumerate(tape.fixed_operands(recording.places))}
+    terms = {place: hy.par[cell] for cell, place in enumerate(tape.fixed_operands(recording.places))}
     for place in tape.needed(recording.places):
         name, *operands = tape.operations[place]
         if name == "number":
-            known[place] = hy.expression(operands[0])
+            terms[place] = hy.expression(operands[0])
         elif name == "time":
-            known[place] = hy.time
+            terms[place] = hy.time
         elif name == "state":
-            known[place] = symbols[operands[0]]
+            terms[place] = symbols[operands[0]]
         elif not tape.fixed[place]:
             function = functions.get(name) or getattr(hy, name)
-            known[place] = function(*(known[x] for x in operands))
-    return symbols, [known[place] for place in recording.places]
+            terms[place] = function(*(terms[x] for x in operands))
+    return symbols, [terms[place] for place in recording.places]

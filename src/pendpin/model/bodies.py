@@ -174,7 +174,7 @@ def find_rods(model: Any) -> tuple[RodJoint, ...]:
     joints = [_kind_and_axis(model.joints[i]) for i in range(1, model.njoints)]
     axes = {i: axis for i, (kind, axis) in enumerate(joints, start=1) if kind == "revolute"}
     children = np.bincount(list(model.parents)[1:], minlength=model.njoints)
-    found = []
+    rods = []
     for phi in range(2, model.njoints):
         theta, mount = model.parents[phi], model.jointPlacements[phi]
         if theta not in axes or phi not in axes or children[theta] != 1:
@@ -182,8 +182,8 @@ def find_rods(model: Any) -> tuple[RodJoint, ...]:
         cross = model.inertias[theta]
         perpendicular = abs(axes[theta] @ mount.rotation @ axes[phi]) < 1e-12
         if perpendicular and cross.mass == 0 and not cross.inertia.any() and not mount.translation.any():
-            found.append(_rod_joint(model, theta, phi, axes))
-    return tuple(found)
+            rods.append(_rod_joint(model, theta, phi, axes))
+    return tuple(rods)
 
 
 def _rod_joint(model: Any, theta: int, phi: int, axes: dict[int, Array]) -> RodJoint:

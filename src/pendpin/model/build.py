@@ -119,8 +119,8 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
 def _unnamed_home(model: Model, start: Start) -> Array:
     """The positions (nv,) of the joints of which the start says nothing, where these are not 0."""
     home = np.zeros(len(model.joints)) if model.home is None else model.home.copy()
-    given = start.positions if isinstance(start.positions, dict) else model.joints
-    home[[model.index(name, "start.positions") for name in given]] = 0.0
+    named = start.positions if isinstance(start.positions, dict) else model.joints
+    home[[model.index(name, "start.positions") for name in named]] = 0.0
     return home
 
 
@@ -264,11 +264,11 @@ def _loaded(record: str, content: bytes) -> Model:
 def _drawn(urdf: Urdf) -> dict[str, tuple[Array, float]]:
     """The two ends (2, 3) m, in the link frame, and the radius of the shapes that links are drawn with."""
     rotate = pinocchio().rpy.rpyToMatrix
-    found = {}
+    ends = {}
     for link, shape in urdf.shapes.items():
         half = rotate(np.array(shape.rpy))[:, shape.axis] * (shape.length / 2)
-        found[link] = (np.array(shape.xyz) + np.array([half, -half]), shape.radius)
-    return found
+        ends[link] = (np.array(shape.xyz) + np.array([half, -half]), shape.radius)
+    return ends
 
 
 def _refuse_size(nv: int, where: str) -> None:

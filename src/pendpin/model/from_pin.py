@@ -9,20 +9,20 @@ from pendpin.errors import InputError, shown
 from pendpin.model.bodies import append_body, pinocchio, twist_of
 
 
-def plain_copy(given: Any) -> Any:
+def plain_copy(value: Any) -> Any:
     """A pin.Model with the same joints as revolute and prismatic ones, links and frames. Raises InputError for others."""
     pin = pinocchio()
-    if given.njoints < 2:
+    if value.njoints < 2:
         raise InputError("model: the pin.Model has no joint")
     model = pin.Model()
-    model.name, model.gravity = given.name, pin.Motion.Zero()
-    for i in range(1, given.njoints):
-        name = given.names[i]
-        joint = _joint(given.joints[i], name)
-        model.addJoint(given.parents[i], joint, given.jointPlacements[i], name)
-        _check_inertia(given.inertias[i], name)
-        append_body(model, i, given.inertias[i])
-    for frame in list(given.frames)[1:]:
+    model.name, model.gravity = value.name, pin.Motion.Zero()
+    for i in range(1, value.njoints):
+        name = value.names[i]
+        joint = _joint(value.joints[i], name)
+        model.addJoint(value.parents[i], joint, value.jointPlacements[i], name)
+        _check_inertia(value.inertias[i], name)
+        append_body(model, i, value.inertias[i])
+    for frame in list(value.frames)[1:]:
         if frame.type != pin.FrameType.JOINT:
             model.addFrame(pin.Frame(frame.name, frame.parentJoint, 0, frame.placement, frame.type), False)
     return model

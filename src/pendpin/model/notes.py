@@ -14,15 +14,15 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
     """What the user should know about a scene, a line each. Raises InputError for a start that does not fit the model."""
     q, _ = start_state(model, scene.start)
     far = np.flatnonzero((np.abs(q) > TURN) & ~model.slides)
-    found = [
+    lines = [
         f"start.positions.{model.joints[joint]}: {q[joint]:.6g} rad is more than a whole turn; "
         'for degrees write unit = "degrees" in [start]'
         for joint in far[:1]
     ]
-    found += _homes_note(scene, model)
+    lines += _homes_note(scene, model)
     if not scene.effects:
-        found.append("effects: nothing acts in this scene; gravity must be listed too")
-    return (*ignored(model.written or (), scene.effects), *model.notes, *found)
+        lines.append("effects: nothing acts in this scene; gravity must be listed too")
+    return (*ignored(model.written or (), scene.effects), *model.notes, *lines)
 
 
 def _homes_note(scene: Scene, model: Model) -> list[str]:
@@ -30,8 +30,8 @@ def _homes_note(scene: Scene, model: Model) -> list[str]:
     given = scene.start.positions
     if given and not isinstance(given, dict):
         return []
-    found = homes(model.written or (), scene.effects)
-    begin = [f"{name} at {position:g}" for name, position in found.items() if name not in given]
+    moved = homes(model.written or (), scene.effects)
+    begin = [f"{name} at {position:g}" for name, position in moved.items() if name not in given]
     if not begin:
         return []
     more = f", ... ({len(begin)} joints)" if len(begin) > SHOWN else ""

@@ -114,7 +114,7 @@ def _check_link(where: str, link: Element) -> None:
 
 def _longest_shape(link: Element) -> RodShape | None:
     """The longest shape of a link's drawing that is longer than wide; None where there is none."""
-    found = []
+    shapes = []
     for visual in link.findall("visual"):
         geometry, origin = visual.find("geometry"), visual.find("origin")
         shape = None if geometry is None else next(iter(geometry), None)
@@ -122,12 +122,12 @@ def _longest_shape(link: Element) -> RodShape | None:
         if shape is not None and shape.tag in {"cylinder", "capsule"}:
             radius = number("", shape, "radius")
             length = number("", shape, "length") + 2 * radius * (shape.tag == "capsule")
-            found.append((RodShape(xyz, rpy, 2, radius, length), 2 * radius))
+            shapes.append((RodShape(xyz, rpy, 2, radius, length), 2 * radius))
         elif shape is not None and shape.tag == "box":
             sides = triple("", shape, "size")
             axis = max(range(3), key=sides.__getitem__)
-            found.append((RodShape(xyz, rpy, axis, 0.0, sides[axis]), sorted(sides)[1]))
-    rods = (shape for shape, width in found if shape.length > width)
+            shapes.append((RodShape(xyz, rpy, axis, 0.0, sides[axis]), sorted(sides)[1]))
+    rods = (shape for shape, width in shapes if shape.length > width)
     return max(rods, key=lambda shape: shape.length, default=None)
 
 

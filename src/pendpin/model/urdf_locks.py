@@ -47,8 +47,8 @@ def massless_joints(links: dict[str, Element], joints: dict[str, Element]) -> tu
             carrying.add(link)
             link = above.get(link, link)
     moving = [name for name, joint in joints.items() if joint.get("type") != "fixed"]
-    found = tuple(name for name in moving if _end(joints[name], "child") not in carrying)
-    return found if len(found) < len(moving) else ()
+    names = tuple(name for name in moving if _end(joints[name], "child") not in carrying)
+    return names if len(names) < len(moving) else ()
 
 
 def massless_finding(names: Sequence[str]) -> tuple[str, ...]:

@@ -49,15 +49,15 @@ def parse(data: bytes) -> Element:
 
 def named(robot: Element, tag: str) -> dict[str, Element]:
     """The elements of one kind by name. Raises InputError where a name is absent or there twice."""
-    found: dict[str, Element] = {}
+    elements: dict[str, Element] = {}
     for element in robot.findall(tag):
         name = element.get("name", "")
         if not name.strip():
             raise InputError(f"a <{tag}> has no name")
-        if name in found:
+        if name in elements:
             raise InputError(f"two {tag}s are named {shown(name)}")
-        found[name] = element
-    return found
+        elements[name] = element
+    return elements
 
 
 def needed(where: str, element: Element, tag: str) -> Element:

@@ -30,8 +30,8 @@ def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:
         return [*value[:key], changed(value[key], rest, new, here), *value[key + 1 :]]
     if value is None and isinstance(key, str):  # a table that was left out
         return {key: changed(None, rest, new, here)}
-    given = "nothing is given there" if value is None else f"{value!r} has no parts"
-    raise InputError(f"{written(here)}: {written(place)}: {given}; set {written(place)} as a whole")
+    why = "nothing is given there" if value is None else f"{value!r} has no parts"
+    raise InputError(f"{written(here)}: {written(place)}: {why}; set {written(place)} as a whole")
 
 
 def default_of(record: Record, name: Any) -> Any:

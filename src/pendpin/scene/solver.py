@@ -105,8 +105,8 @@ class Solver(Record):
             unfit |= {"accuracy"}
         if "samples" in given or "times" in given:
             unfit |= {"samples", "times"}
-        own = {name: value for name, value in self.model_dump().items() if value is not None and name not in unfit}
-        return type(self)(**(own | given))
+        kept = {name: value for name, value in self.model_dump().items() if value is not None and name not in unfit}
+        return type(self)(**(kept | given))
 
 
 def least_tolerance(method: str) -> float:

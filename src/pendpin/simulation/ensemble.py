@@ -153,32 +153,32 @@ def _starts(model: Model, scene: Scene, positions: ArrayLike, velocities: ArrayL
     return q, v
 
 
-def _numbers(name: str, given: ArrayLike, model: Model, most: float) -> Array:
+def _numbers(name: str, values: ArrayLike, model: Model, most: float) -> Array:
     """Rows of finite numbers, (k, nv), as an array of their own."""
     nv = len(model.joints)
     try:
-        rows = np.array(given)
+        rows = np.array(values)
     except ValueError:
         raise InputError(f"{name}: rows of different lengths, where each start has {nv} numbers") from None
     if rows.dtype.kind not in "iuf":
-        raise InputError(f"{name}: {shown(given)} is not an array of numbers")
+        raise InputError(f"{name}: {shown(values)} is not an array of numbers")
     if rows.ndim != 2 or rows.shape[1] != nv or not len(rows):
         raise InputError(f"{name}: shape {rows.shape}, where (starts, {nv}) is wanted, with at least one start")
     rows = rows.astype(float)
     if (bad := ~(np.abs(rows) <= most)).any():
         start, joint = np.argwhere(bad)[0]
-        wanted = f"a finite number up to {most:g}"
-        raise InputError(f"{name}[{start}]: {model.joints[joint]} is {rows[start, joint]:g}, not {wanted}")
+        right = f"a finite number up to {most:g}"
+        raise InputError(f"{name}[{start}]: {model.joints[joint]} is {rows[start, joint]:g}, not {right}")
     return rows
 
 
-def _workers(given: int | None, starts: int) -> tuple[int, int]:
+def _workers(workers: int | None, starts: int) -> tuple[int, int]:
     """How many threads, and how many processes, run the starts."""
-    if given is None:
+    if workers is None:
         return min(cores(), starts), 1
-    if not isinstance(given, int) or isinstance(given, bool) or given < 1:
-        raise InputError(f"workers: {shown(given)} is not a whole number above 0")
-    return min(given, starts), min(given, starts)
+    if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
+        raise InputError(f"workers: {shown(workers)} is not a whole number above 0")
+    return min(workers, starts), min(workers, starts)
 
 
 # --- what is done ---------------------------------------------------------------------------------------------------

@@ -52,24 +52,24 @@ class Deadline:
         """
         if self.limit is None or not long:
             return compute()
-        found: list[T | BaseException] = []
+        outcome: list[T | BaseException] = []
 
         def work() -> None:
             try:
-                found.append(compute())
+                outcome.append(compute())
             except BaseException as error:  # raised in the thread that waits
-                found.append(error)
+                outcome.append(error)
 
         thread = Thread(target=work, daemon=True)
         thread.start()
         thread.join(max(self.left, 0.0))
-        if not found:
+        if not outcome:
             abandoned.append(thread)
             atexit.register(thread.join)
             raise Halted(f"it reached the limit of {self.limit:g} s while compiling")
-        if isinstance(found[0], BaseException):
-            raise found[0]
-        return found[0]
+        if isinstance(outcome[0], BaseException):
+            raise outcome[0]
+        return outcome[0]
 
 
 class Stalled(Halted):

@@ -127,18 +127,18 @@ def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> C
     """
     times, values = more.run.t, quantity(more.run)
     tiny = ROUNDING * max(size, float(np.abs(values).max(initial=0.0)))
-    pieces, found, room = _interpolated(times, values, _events_of(more.run)), [(times, values)], MOST
+    pieces, samples, room = _interpolated(times, values, _events_of(more.run)), [(times, values)], MOST
     for depth in range(DEEPEST + 1):
         turns, pieces = _settled(pieces, tiny)
-        found += turns
+        samples += turns
         if depth:
-            found.append((_times(pieces)[:, 1:-1].reshape(-1), pieces.values[:, 1:-1].reshape(-1)))
+            samples.append((_times(pieces)[:, 1:-1].reshape(-1), pieces.values[:, 1:-1].reshape(-1)))
             pieces = _halves(pieces)
         room -= (DEGREE - 1) * len(pieces.begin)
         if depth == DEEPEST or room < 0 or not len(pieces.begin):
             break
         pieces = _sampled(more, quantity, pieces)
-    t, x = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    t, x = (np.concatenate(parts) for parts in zip(*samples, strict=True))
     t, first = np.unique(t, return_index=True)
     x = x[first]
     signs = _signs(x)

@@ -67,8 +67,8 @@ def simulate(
         RunError: for a run that cannot reach its end or its accuracy; `partial` is the Trajectory up to there.
     """
     deadline = Deadline(limit)
-    wanted = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
-    chosen = varied(scene, duration, samples, times, wanted)
+    settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
+    chosen = varied(scene, duration, samples, times, settings)
     for note in notes(chosen, build(chosen.model)):
         say_note(note, stacklevel=3)
     saved = None if checkpoint is None else Checkpoint(Path(checkpoint), every)

@@ -39,8 +39,8 @@ def small_motions(scene: Scene) -> SmallMotions:
     rest = rest_of(scene)
     still, (q, v) = scene.model_copy(update={"start": rest}), start_state(build(scene.model), rest)
     refuse_poles(build(scene.model), q)
-    found = matrices(still, q, v, np.zeros(len(q)))
-    return SmallMotions(still, q, found, vibrations(found))
+    linear = matrices(still, q, v, np.zeros(len(q)))
+    return SmallMotions(still, q, linear, vibrations(linear))
 
 
 def largest_multiplier(scene: Scene) -> float:
@@ -61,8 +61,8 @@ def stable(scene: Scene) -> bool:
     equations = Variational(scene)
     q, v = start_state(equations.model, scene.start)
     refuse_poles(equations.model, q)
-    found = equations.jacobian(0.0, q, v)
-    if v.any() or np.abs(found.acceleration).max() > REST * max(1.0, np.abs(found.of_q).max()):
+    jacobian = equations.jacobian(0.0, q, v)
+    if v.any() or np.abs(jacobian.acceleration).max() > REST * max(1.0, np.abs(jacobian.of_q).max()):
         return small_motions(scene).vibrations.stable
-    A = np.block([[np.zeros_like(found.of_q), np.eye(len(q))], [found.of_q, found.of_v]])
+    A = np.block([[np.zeros_like(jacobian.of_q), np.eye(len(q))], [jacobian.of_q, jacobian.of_v]])
     return is_stable(*spectrum(A)[:2])

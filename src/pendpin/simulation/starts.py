@@ -34,20 +34,20 @@ def at_rest(scene: Scene) -> Start:
         return dynamics.acceleration(time, q, np.zeros_like(q))
 
     size = max(float(np.abs(pull(0.0, x)).max()) for x in (q, q + 0.5))
-    if (found := _hanging(dynamics, q)) is None:
+    if (rest := _hanging(dynamics, q)) is None:
         stiffness = _stiffness(scene)
-        found = _relaxed(pull, q, ~dynamics.model.slides, stiffness)
+        rest = _relaxed(pull, q, ~dynamics.model.slides, stiffness)
         for _ in range(AGAIN):
-            if stiffness is None or (aside := _unstable_way(stiffness(0.0, found))) is None:
+            if stiffness is None or (aside := _unstable_way(stiffness(0.0, rest))) is None:
                 break
-            found = _relaxed(pull, found + aside, ~dynamics.model.slides, stiffness)
-    if not np.abs(pull(0.0, found)).max(initial=0.0) <= REST * size:
+            rest = _relaxed(pull, rest + aside, ~dynamics.model.slides, stiffness)
+    if not np.abs(pull(0.0, rest)).max(initial=0.0) <= REST * size:
         raise InputError(
             "start: there is no equilibrium near start.positions; give other positions, or remove effects that "
             "never come to rest"
         )
-    _refuse_beyond_stops(dynamics, found)
-    return Start(time=time, positions=dict(zip(dynamics.model.joints, found.tolist(), strict=True)))
+    _refuse_beyond_stops(dynamics, rest)
+    return Start(time=time, positions=dict(zip(dynamics.model.joints, rest.tolist(), strict=True)))
 
 
 def _hanging(dynamics: Dynamics, q: Array) -> Array | None:
@@ -57,9 +57,9 @@ def _hanging(dynamics: Dynamics, q: Array) -> Array | None:
     if chain is None or (chain.h <= 0).any() or loads.torque or loads.wrench or dynamics.contacts or not along.any():
         return None
     x, y, z = along / np.linalg.norm(along)
-    found = np.zeros(len(q))
-    found[:2] = np.arctan2(y, z), np.arctan2(x, np.hypot(y, z))
-    return found + 2 * np.pi * np.round((q - found) / (2 * np.pi))
+    hanging = np.zeros(len(q))
+    hanging[:2] = np.arctan2(y, z), np.arctan2(x, np.hypot(y, z))
+    return hanging + 2 * np.pi * np.round((q - hanging) / (2 * np.pi))
 
 
 def _relaxed(pull: Pull, q: Array, turns: Mask, stiffness: Stiffness | None) -> Array:

@@ -54,17 +54,17 @@ def _motion(
 
     def prepare(tolerance: float) -> Prepared:
         start, span, evaluations = _state(places, task.q, task.v), task.times[[0, -1]], 0
-        given: dict[str, Any] = {"method": method, "rtol": max(tolerance, LEAST_RELATIVE), "atol": tolerance}
+        options: dict[str, Any] = {"method": method, "rtol": max(tolerance, LEAST_RELATIVE), "atol": tolerance}
 
         def rows(look: Look) -> Iterator[Array]:
             nonlocal evaluations
             derivative = right_hand_side(look)
             with warnings.catch_warnings(action="ignore"):  # the failure says it
-                found = solve_ivp(derivative, span, start, t_eval=task.times, **given)
-            evaluations = found.nfev
-            yield from np.reshape(found.y, (len(start), -1))[places].T[1:]
-            if not found.success:
-                raise RunError(found.message)
+                solution = solve_ivp(derivative, span, start, t_eval=task.times, **options)
+            evaluations = solution.nfev
+            yield from np.reshape(solution.y, (len(start), -1))[places].T[1:]
+            if not solution.success:
+                raise RunError(solution.message)
 
         return Prepared(rows, lambda: (0, evaluations))
 

@@ -14,11 +14,11 @@ from pendpin.sweeps.vectors import vectors_of
 def run_block(task: Task, begin: int, end: int) -> Block:
     """The measures of the cases from `begin` to `end`; what one gives does not depend on the others."""
     rows = task.plan.rows(np.arange(begin, end))
-    found, vectors = Block.empty(len(rows), len(task.chosen)), vectors_of(task)
-    done = vectors.fill(rows, found) if vectors else np.zeros(len(rows), bool)
+    block, vectors = Block.empty(len(rows), len(task.chosen)), vectors_of(task)
+    done = vectors.fill(rows, block) if vectors else np.zeros(len(rows), bool)
     for i in np.flatnonzero(~done):
-        found.values[i], found.why[i] = run_case(task, rows[i])
-    return found
+        block.values[i], block.why[i] = run_case(task, rows[i])
+    return block
 
 
 def run_case(task: Task, row: Array) -> tuple[Array, str]:
@@ -38,9 +38,9 @@ def _looser(scene: Scene) -> Scene:
     """The scene at a tolerance or accuracy 100 times looser, or a step twice as long."""
     solver = scene.solver
     if solver.accuracy is not None:
-        given = {"accuracy": min(0.1, LOOSER * solver.accuracy)}
+        settings = {"accuracy": min(0.1, LOOSER * solver.accuracy)}
     elif solver.step is not None:
-        given = {"step": 2 * solver.step}
+        settings = {"step": 2 * solver.step}
     else:
-        given = {"tolerance": min(0.1, LOOSER * (solver.tolerance or 0.0))}
-    return scene.model_copy(update={"solver": solver.replaced(**given)})
+        settings = {"tolerance": min(0.1, LOOSER * (solver.tolerance or 0.0))}
+    return scene.model_copy(update={"solver": solver.replaced(**settings)})

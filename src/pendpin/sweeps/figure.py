@@ -133,8 +133,8 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
 
 def without_value(name: str, dataset: Any) -> str:
     """What is so of the cells without a value: did not turn over in 10 s."""
-    known = MEASURES.get(name.removesuffix(".spread"))
-    text = known.without if known else "no value"
+    measure = MEASURES.get(name.removesuffix(".spread"))
+    text = measure.without if measure else "no value"
     duration = json.loads(dataset.attrs.get("scene", "{}")).get("duration")
     if duration is not None and text != "no value":
         text += f" in {duration:g} s"
@@ -145,8 +145,8 @@ def _colours(arrays: list[Array]) -> dict[str, Any]:
     """Perceptual colours over the range of all (m, n): symmetric where they have both signs, logarithmic over decades."""
     from matplotlib.colors import LogNorm
 
-    found = np.concatenate([array[np.isfinite(array)].ravel() for array in arrays])
-    low, high = (float(found.min()), float(found.max())) if found.size else (0.0, 1.0)
+    values = np.concatenate([array[np.isfinite(array)].ravel() for array in arrays])
+    low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
     if low < 0 < high:
         most = max(-low, high)
         return {"cmap": "RdBu_r", "vmin": -most, "vmax": most}
@@ -157,9 +157,9 @@ def _colours(arrays: list[Array]) -> dict[str, Any]:
 
 def _legend(panels: list[tuple[Array, Mask, str]], patch: Any, none: str) -> list[Any]:
     """What the hatches and the empty cells of panels (values (m, n), doubtful (m, n), title) mean."""
-    found = []
+    entries = []
     if any(doubtful.any() for _, doubtful, _ in panels):
-        found.append(patch(facecolor="#e2e8f0", hatch="////", edgecolor="#4a5568", label="two tolerances disagree"))
+        entries.append(patch(facecolor="#e2e8f0", hatch="////", edgecolor="#4a5568", label="two tolerances disagree"))
     if any((np.isnan(values) & ~doubtful).any() for values, doubtful, _ in panels):
-        found.append(patch(facecolor="#e2e8f0", label=none))
-    return found
+        entries.append(patch(facecolor="#e2e8f0", label=none))
+    return entries

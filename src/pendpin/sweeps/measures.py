@@ -213,8 +213,8 @@ def lyapunov(run: Trajectory) -> float:
         q, v = np.split(states[begin] + apart_by, 2)
         start = Start(time=float(run.t[begin]), positions=tuple(q.tolist()), velocities=tuple(v.tolist()))
         solver = scene.solver.model_copy(update={"samples": 2})
-        given = {"start": start, "duration": float(run.t[end] - run.t[begin]), "solver": solver}
-        other = run_to_setting(scene.model_copy(update=given))
+        fields = {"start": start, "duration": float(run.t[end] - run.t[begin]), "solver": solver}
+        other = run_to_setting(scene.model_copy(update=fields))
         apart_by = np.concatenate([other.q[-1], other.v[-1]]) - states[end]
         grown = float(np.linalg.norm(apart_by))
         growth += math.log(grown / small)

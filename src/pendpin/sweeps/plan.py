@@ -136,16 +136,16 @@ def read_spreads(texts: Sequence[str]) -> dict[str, Spread]:
 
 
 def _each(texts: Sequence[str], read: Any) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for text in texts:
         match = _AXIS.fullmatch(text.strip())
         if match is None:
             raise InputError(f"--vary: {shown(text)} is not KEY=FROM:TO:COUNT, such as model.rods[0].length=0.5:2:16")
         key = match["key"].strip()
-        if key in found:
+        if key in values:
             raise InputError(f"--vary: {key} is given twice")
-        found[key] = read(key, match["rest"].strip())
-    return found
+        values[key] = read(key, match["rest"].strip())
+    return values
 
 
 def _axis(key: str, text: str) -> Array:
@@ -182,7 +182,7 @@ def _columns(values: Mapping[str, ArrayLike]) -> dict[str, Array]:
     """The numbers (k,) of each key. Raises InputError for anything else."""
     if not isinstance(values, Mapping):
         raise InputError(f"vary: {shown(values)} is not a mapping of key paths to numbers")
-    return {key: _numbers(key, given) for key, given in values.items()}
+    return {key: _numbers(key, values_of_key) for key, values_of_key in values.items()}
 
 
 def _numbers(key: str, given: ArrayLike) -> Array:
@@ -208,8 +208,8 @@ def check_spreads(spreads: Mapping[str, Spread]) -> None:
         if kind not in ("uniform", "normal"):
             raise InputError(f"vary: {key}: {not_one_of(kind, ('uniform', 'normal'))}")
         if not np.isfinite(other - one) or (one >= other if kind == "uniform" else other <= 0):
-            wanted = "a lower and a higher number" if kind == "uniform" else "a mean and a standard deviation above 0"
-            raise InputError(f"vary: {key}: {one:g}, {other:g}: {wanted} are wanted")
+            right = "a lower and a higher number" if kind == "uniform" else "a mean and a standard deviation above 0"
+            raise InputError(f"vary: {key}: {one:g}, {other:g}: {right} are wanted")
 
 
 def _checked(plan: Plan) -> Plan:

@@ -46,10 +46,12 @@ def indices(spreads: Mapping[str, Spread], values: Any, seed: int = 0) -> dict[s
         )
     if np.ptp(y) == 0:
         return {key: {"first": 0.0, "first_conf": 0.0, "total": 0.0, "total_conf": 0.0} for key in spreads}
-    given = problem(spreads)
-    found = _salib("analyze").analyze(given, y, calc_second_order=False, conf_level=LEVEL, seed=seed)
+    saltelli = problem(spreads)
+    shares = _salib("analyze").analyze(saltelli, y, calc_second_order=False, conf_level=LEVEL, seed=seed)
     names = {"first": "S1", "first_conf": "S1_conf", "total": "ST", "total_conf": "ST_conf"}
-    return {key: {name: float(found[own][i]) for name, own in names.items()} for i, key in enumerate(spreads)}
+    return {
+        key: {name: float(shares[salib_name][i]) for name, salib_name in names.items()} for i, key in enumerate(spreads)
+    }
 
 
 def _salib(part: str) -> Any:

@@ -29,11 +29,11 @@ REMEDY = "delete it or name another store"
 class Blocks:
     """How the cases are cut: block i is the cases from i * size on, whole rows of the trailing dimensions."""
 
-    def __init__(self, shape: tuple[int, ...], wanted: int) -> None:
+    def __init__(self, shape: tuple[int, ...], size: int) -> None:
         self.shape, self.count = shape, int(np.prod(shape))
         trailing = np.cumprod([1, *shape[::-1]])[::-1]  # cases behind one place of each dimension, and of all
-        axis = int(np.argmax(trailing[1:] <= max(wanted, 1)))  # the first whose single places are small enough
-        along = max(1, min(shape[axis], wanted // int(trailing[axis + 1])))
+        axis = int(np.argmax(trailing[1:] <= max(size, 1)))  # the first whose single places are small enough
+        along = max(1, min(shape[axis], size // int(trailing[axis + 1])))
         self.chunks = (1,) * axis + (along,) + shape[axis + 1 :]
         self.grid = tuple(-(-n // c) for n, c in zip(shape, self.chunks, strict=True))
         self.blocks = int(np.prod(self.grid))
@@ -71,13 +71,13 @@ class Memory:
         """The blocks that are not done."""
         return np.flatnonzero(~self._done).tolist()
 
-    def put(self, block: int, found: Block) -> None:
+    def put(self, block: int, results: Block) -> None:
         """Take over the results of a block."""
         region = self.blocks.region(block)
         shape = tuple(s.stop - s.start for s in region)
-        for (_, array), column in zip(self._values.items(), found.values.T, strict=True):
+        for (_, array), column in zip(self._values.items(), results.values.T, strict=True):
             array[region] = column.reshape(shape)
-        self._why[region] = found.why.reshape(shape)
+        self._why[region] = results.why.reshape(shape)
         self._done[block] = True
 
     def dataset(self) -> Any:
@@ -94,11 +94,11 @@ class Memory:
 class Store:
     """Results in a Zarr store; made anew, or gone on with where it is there. Raises InputError where that cannot be."""
 
-    def __init__(self, task: Task, path: Path, wanted: int) -> None:
+    def __init__(self, task: Task, path: Path, size: int) -> None:
         self.task, self.path = task, path
         with _one_line(path):
             if new := not path.exists():
-                _create(task, Blocks(task.plan.shape, wanted), path)
+                _create(task, Blocks(task.plan.shape, size), path)
             import zarr
 
             self._group: Any = zarr.open_group(str(path), mode="r+")
@@ -112,17 +112,17 @@ class Store:
         with _one_line(self.path):
             return _left({name: self._group[name][...] for name in _stored(self._group.attrs)}, self.blocks)
 
-    def put(self, block: int, found: Block) -> None:
+    def put(self, block: int, results: Block) -> None:
         """Write the results of a block, then that it is done."""
         region = self.blocks.region(block)
         shape = tuple(s.stop - s.start for s in region)
         with _one_line(self.path):
             group = self._group
-            for m, column in zip(self.task.chosen, found.values.T, strict=True):
+            for m, column in zip(self.task.chosen, results.values.T, strict=True):
                 group[m.name][region] = column.reshape(shape)
-            if any(found.why):
-                group["why"][region] = found.why.reshape(shape)
-            group["done"][block] = _checksum(found.values.T, found.why)
+            if any(results.why):
+                group["why"][region] = results.why.reshape(shape)
+            group["done"][block] = _checksum(results.values.T, results.why)
 
     def dataset(self) -> Any:
         """The xarray.Dataset of the store, read when it is asked for."""
@@ -136,21 +136,21 @@ def load(path: Path) -> Any:
 
         if not path.is_dir():
             raise InputError("there is no store of a sweep")
-        found = xarray.open_zarr(str(path), consolidated=False, chunks=None)
-        _refuse_foreign(found.attrs)
-        keys = tuple(found.attrs["keys"])
-        plan = Plan(keys, {key: found[key].values for key in keys}, CASE not in found.dims)
-        if plan.identity != found.attrs["cases"]:
+        dataset = xarray.open_zarr(str(path), consolidated=False, chunks=None)
+        _refuse_foreign(dataset.attrs)
+        keys = tuple(dataset.attrs["keys"])
+        plan = Plan(keys, {key: dataset[key].values for key in keys}, CASE not in dataset.dims)
+        if plan.identity != dataset.attrs["cases"]:
             raise InputError(f"the numbers that are varied are damaged; {REMEDY}")
-        blocks, dims = Blocks.of(plan.shape, found["why"].encoding["chunks"]), found["why"].dims
-        arrays = {name: found[name].values for name in _stored(found.attrs)}
+        blocks, dims = Blocks.of(plan.shape, dataset["why"].encoding["chunks"]), dataset["why"].dims
+        arrays = {name: dataset[name].values for name in _stored(dataset.attrs)}
         arrays["why"] = arrays["why"].astype(object)
         for block in _left(arrays, blocks):
-            for name in found.attrs["measures"]:
+            for name in dataset.attrs["measures"]:
                 arrays[name][blocks.region(block)] = np.nan
             arrays["why"][blocks.region(block)] = NOT_RUN
-        names = [*found.attrs["measures"], "why"]
-        return found[names].assign({name: (dims, arrays[name], found[name].attrs) for name in names})
+        names = [*dataset.attrs["measures"], "why"]
+        return dataset[names].assign({name: (dims, arrays[name], dataset[name].attrs) for name in names})
 
 
 def _stored(attributes: Any) -> list[str]:
@@ -171,10 +171,12 @@ def _left(arrays: Mapping[str, Array], blocks: Blocks) -> list[int]:
 
 def _checksum(measures: Iterable[Array], why: Array) -> int:
     """A number above 0 of the values of a block's measures (cases,) and its reasons (cases,)."""
-    found = zlib.crc32("\n".join(why.tolist()).encode())
+    checksum = zlib.crc32("\n".join(why.tolist()).encode())
     for values in measures:
-        found = zlib.crc32(np.where(np.isnan(values), np.nan, values).tobytes(), found)  # one NaN, whatever its bits
-    return found + 1
+        checksum = zlib.crc32(
+            np.where(np.isnan(values), np.nan, values).tobytes(), checksum
+        )  # one NaN, whatever its bits
+    return checksum + 1
 
 
 def _refuse_foreign(attributes: Any) -> None:
@@ -230,14 +232,14 @@ def _change(name: str, there: Any, here: Any) -> str:
     return f"{name}: {shown(there, 40)} there and {shown(here, 40)} here"
 
 
-def _leaves(given: Any, path: str = "") -> dict[str, Any]:
+def _leaves(value: Any, path: str = "") -> dict[str, Any]:
     """The numbers and texts of nested tables and lists, by key path."""
-    if isinstance(given, dict):
-        parts = [(f"{path}.{name}" if path else name, part) for name, part in given.items()]
-    elif isinstance(given, list):
-        parts = [(f"{path}[{i}]", part) for i, part in enumerate(given)]
+    if isinstance(value, dict):
+        parts = [(f"{path}.{name}" if path else name, part) for name, part in value.items()]
+    elif isinstance(value, list):
+        parts = [(f"{path}[{i}]", part) for i, part in enumerate(value)]
     else:
-        return {path: given}
+        return {path: value}
     return {key: leaf for place, part in parts for key, leaf in _leaves(part, place).items()}
 
 

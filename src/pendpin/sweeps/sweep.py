@@ -70,8 +70,8 @@ def sweep(
     """
     for library in ("xarray", "zarr"):
         optional(library, "a sweep", EXTRA)
-    given = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
-    setting = {name: value for name, value in given.items() if value is not None}
+    settings = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
+    setting = {name: value for name, value in settings.items() if value is not None}
     plan = vary if isinstance(vary, Plan) else plans.grid(vary)
     chosen = chosen_scene(scene)
     if setting or "solver.accuracy" not in plan.keys:  # beside an accuracy a scene has no tolerance
@@ -89,20 +89,20 @@ def sweep(
     return results.dataset()
 
 
-def _measures(given: Any) -> tuple[str | Function, ...]:
+def _measures(measure: Any) -> tuple[str | Function, ...]:
     """One measure or several. Raises InputError for none."""
-    wanted = (given,) if isinstance(given, str) or not isinstance(given, Sequence) else tuple(given)
-    if not wanted:
+    measures = (measure,) if isinstance(measure, str) or not isinstance(measure, Sequence) else tuple(measure)
+    if not measures:
         raise InputError("measure: nothing is measured; name a number of a run, such as swing")
-    return wanted
+    return measures
 
 
 def _check_place(workers: int | None, dask: str | None) -> None:
     """Raises InputError for a number of workers or an address that cannot be."""
     most = WORKERS_EACH * cores()
     if workers is not None and (type(workers) is not int or not 1 <= workers <= most):
-        wanted = f"a count from 1 to {most}, {WORKERS_EACH} for each processor"
-        raise InputError(f"workers: {shown(workers)} is not {wanted}")
+        right = f"a count from 1 to {most}, {WORKERS_EACH} for each processor"
+        raise InputError(f"workers: {shown(workers)} is not {right}")
     if dask is not None and not isinstance(dask, str):
         raise InputError(f"dask: {shown(dask)} is not an address, such as tcp://host:8786")
     if workers is not None and dask is not None:

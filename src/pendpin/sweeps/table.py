@@ -12,18 +12,18 @@ from pendpin.files import write_whole
 from pendpin.sweeps.store import NOT_RUN
 
 
-def summary(found: Any) -> Array:
+def summary(dataset: Any) -> Array:
     """How many cases there are, how many were not run, how many could not be: (3,)."""
-    why = found["why"].values
+    why = dataset["why"].values
     return np.array([why.size, (why == NOT_RUN).sum(), ((why != "") & (why != NOT_RUN)).sum()])
 
 
-def write_table(found: Any, path: Path) -> Path:
+def write_table(dataset: Any, path: Path) -> Path:
     """Write every case as a row of a CSV file, whole or not at all: its numbers, its measures, why it has none."""
-    keys = [str(key) for key in found.attrs["keys"]]
-    names = [str(name) for name in found.data_vars]
-    grids = [found[key].broadcast_like(found["why"]).transpose(*found["why"].dims).values for key in keys]
-    rows = zip(*(grid.ravel() for grid in grids), *(found[name].values.ravel() for name in names), strict=True)
+    keys = [str(key) for key in dataset.attrs["keys"]]
+    names = [str(name) for name in dataset.data_vars]
+    grids = [dataset[key].broadcast_like(dataset["why"]).transpose(*dataset["why"].dims).values for key in keys]
+    rows = zip(*(grid.ravel() for grid in grids), *(dataset[name].values.ravel() for name in names), strict=True)
 
     def write(file: Any) -> None:
         text = io.TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)

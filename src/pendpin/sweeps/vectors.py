@@ -30,8 +30,8 @@ class Vectors:
 
     def __init__(self, task: Task) -> None:
         scene = typical(task)
-        wanted = any(m.name.startswith("flip_time") for m in task.chosen)
-        sums = accumulated(build(scene.model).joints) if wanted else []
+        with_flips = any(m.name.startswith("flip_time") for m in task.chosen)
+        sums = accumulated(build(scene.model).joints) if with_flips else []
         if all(m.ends for m in task.chosen):
             few = {"times": tuple(scene.clock[[0, -1]].tolist())} if scene.solver.times else {"samples": 2}
             scene = scene.model_copy(update={"solver": scene.solver.model_copy(update=few)})

@@ -98,13 +98,13 @@ def remote_cluster(address: str) -> Iterator[Any]:
 
 def _check_versions(client: Any) -> None:
     """Raises InputError for workers with other versions than here, or without pendpin: their bits may differ."""
-    own = versions()
+    ours = versions()
     try:
-        found = client.run(versions)
+        by_worker = client.run(versions)
     except Exception as error:
         raise InputError(f"dask: a worker cannot run pendpin: {error}; install it there as here") from None
-    for worker, theirs in found.items():
-        for name, version in own.items():
+    for worker, theirs in by_worker.items():
+        for name, version in ours.items():
             if theirs.get(name) != version:
                 raise InputError(
                     f"dask: the worker {worker} has {name} {theirs.get(name) or 'not at all'}, and this process {version}: "

@@ -25,24 +25,24 @@ def columns(run: Any) -> dict[str, Place]:
     kinetic, potential, energy; work_ of each kind of effect.
     """
     joints, rods = run.joints, run.tips.shape[1]
-    found: dict[str, Place] = {"t": ("t", ...), "kinetic": ("kinetic", ...), "potential": ("potential", ...)}
-    found["energy"] = ("energy", ...)
+    places: dict[str, Place] = {"t": ("t", ...), "kinetic": ("kinetic", ...), "potential": ("potential", ...)}
+    places["energy"] = ("energy", ...)
     for name, part in (("", "q"), ("_rate", "v"), ("_acceleration", "a")):
         for j, joint in enumerate(joints):
             key = f"{joint}{name}"
-            found[f"{key} (joint)" if key in found else key] = (part, (..., j))
+            places[f"{key} (joint)" if key in places else key] = (part, (..., j))
     if run.rod_reactions is not None:
         count = run.rod_reactions.R1.shape[1]
         for name in Reactions._fields:
-            found |= {f"{name}_{i + 1}" if count > 1 else name: (name, (..., i)) for i in range(count)}
+            places |= {f"{name}_{i + 1}" if count > 1 else name: (name, (..., i)) for i in range(count)}
     else:
         for j, joint in enumerate(joints):
-            found |= {f"{joint}_{axis}": ("wrench", (..., j, k)) for k, axis in enumerate(WRENCH)}
-    found |= {f"tip_{axis}": ("tips", (..., rods - 1, k)) for k, axis in enumerate(AXES)}
-    found |= {f"tip_{axis}_{i + 1}": ("tips", (..., i, k)) for i in range(rods - 1) for k, axis in enumerate(AXES)}
-    found |= {f"work_{kind}": (kind, ...) for kind in run.work}
-    energies = {name: found.pop(name) for name in ("kinetic", "potential", "energy")}
-    return found | energies
+            places |= {f"{joint}_{axis}": ("wrench", (..., j, k)) for k, axis in enumerate(WRENCH)}
+    places |= {f"tip_{axis}": ("tips", (..., rods - 1, k)) for k, axis in enumerate(AXES)}
+    places |= {f"tip_{axis}_{i + 1}": ("tips", (..., i, k)) for i in range(rods - 1) for k, axis in enumerate(AXES)}
+    places |= {f"work_{kind}": (kind, ...) for kind in run.work}
+    energies = {name: places.pop(name) for name in ("kinetic", "potential", "energy")}
+    return places | energies
 
 
 def unit_of(run: Any, name: str) -> str:

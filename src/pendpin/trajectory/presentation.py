@@ -47,14 +47,14 @@ def summary(run: Any) -> Summary:
     """The largest swing, when it comes to rest if it does, the extremes of the reactions, periods and energy of a run."""
     if not len(run.t):
         return Summary()
-    found, half = {}, np.searchsorted(run.t, (run.t[0] + run.t[-1]) / 2)
+    rows, half = {}, np.searchsorted(run.t, (run.t[0] + run.t[-1]) / 2)
     for name, values, unit in (
         *([] if np.isnan(run.swing).any() else [("largest swing", np.degrees(run.swing), "degrees")]),
         ("farthest sideways", np.hypot(*run.tips[:, -1, :2].T), "m"),
     ):
-        found[name] = _extreme(values[:, None], run.t, np.max, unit, [""])
-        found[f"{name}, second half"] = _extreme(values[half:, None], run.t[half:], np.max, unit, [""])
-    found |= _rest(run)
+        rows[name] = _extreme(values[:, None], run.t, np.max, unit, [""])
+        rows[f"{name}, second half"] = _extreme(values[half:, None], run.t[half:], np.max, unit, [""])
+    rows |= _rest(run)
     if run.rod_reactions is not None:
         rods = (
             [f"rod {i + 1}" for i in range(run.rod_reactions.R1.shape[1])]
@@ -64,13 +64,13 @@ def summary(run: Any) -> Summary:
         for name, unit in (*((force, "N") for force in FORCES), ("M3", "N m")):
             values = getattr(run.rod_reactions, name)
             if values.any():
-                found[f"{name} least"] = _extreme(values, run.t, np.min, unit, rods)
-                found[f"{name} largest"] = _extreme(values, run.t, np.max, unit, rods)
-    found |= dict(_periods(run))
+                rows[f"{name} least"] = _extreme(values, run.t, np.min, unit, rods)
+                rows[f"{name} largest"] = _extreme(values, run.t, np.max, unit, rods)
+    rows |= dict(_periods(run))
     energy = run.energy().total
-    found["energy at the start"] = Figure(float(energy[0]), "J")
-    found["energy at the end"] = Figure(float(energy[-1]), "J")
-    return Summary(found)
+    rows["energy at the start"] = Figure(float(energy[0]), "J")
+    rows["energy at the end"] = Figure(float(energy[-1]), "J")
+    return Summary(rows)
 
 
 def _rest(run: Any) -> dict[str, Figure]:
@@ -154,12 +154,12 @@ def _trust(run: Any) -> str:
 
 
 def _extremes(run: Any) -> str:
-    found = summary(run)
-    parts = [f"at rest from {found['at rest from']}"] if "at rest from" in found else []
-    parts += [f"largest swing {found['largest swing']}"] if "largest swing" in found else []
-    if "R3 largest" in found:
-        parts.append(f"tension R3 from {found['R3 least'].value:.4g} to {found['R3 largest']}")
-    parts += [f"{name} {figure}" for name, figure in found.items() if name.startswith(("period", "mean swing"))][:1]
+    rows = summary(run)
+    parts = [f"at rest from {rows['at rest from']}"] if "at rest from" in rows else []
+    parts += [f"largest swing {rows['largest swing']}"] if "largest swing" in rows else []
+    if "R3 largest" in rows:
+        parts.append(f"tension R3 from {rows['R3 least'].value:.4g} to {rows['R3 largest']}")
+    parts += [f"{name} {figure}" for name, figure in rows.items() if name.startswith(("period", "mean swing"))][:1]
     return "; ".join(parts)
 
 

@@ -58,9 +58,9 @@ class _Bench:
     first_step: float  # s, of series of steps
     thorough: bool
 
-    def error_of(self, found: Array) -> float:
+    def error_of(self, points: Array) -> float:
         """The largest distance of tips (n, rods, 3) to the reference, over the length."""
-        return float(tip_distance(self.known.tips, found, scale(self.model)).max())
+        return float(tip_distance(self.known.tips, points, scale(self.model)).max())
 
 
 def cost(
@@ -105,20 +105,20 @@ def cost(
     limit = Budget(np.inf if thorough else LIMIT * (1 + peers))
     progress("the reference")
     bench = _bench(scene, accuracy, thorough)
-    own = [_method(bench, method) for method in methods or _suited(bench)]
+    methods_tried = [_method(bench, method) for method in methods or _suited(bench)]
     others = [_peer(bench, peer) for peer in (_peers(bench.scene) if peers else ())]
     others.sort(key=lambda one: OTHERS.index(one.name.split()[0]))
     climb = Climb(bench.error_of, repetitions, budget, thorough, progress)
     rows: list[CostRow] = []
     try:
-        for found in _answers(bench, climb, own, others, accuracy, limit):
+        for found in _answers(bench, climb, methods_tried, others, accuracy, limit):
             rows.append(found)
             answered(found)
-        for one in own + others if thorough else ():
+        for one in methods_tried + others if thorough else ():
             climb.up_to(one, bench.known.error, budget, limit)
     except (KeyboardInterrupt, Interrupted):
-        return _report(bench, own + others, rows, accuracy, repetitions, _missing(peers), interrupted=True)
-    return _report(bench, own + others, rows, accuracy, repetitions, _missing(peers), interrupted=False)
+        return _report(bench, methods_tried + others, rows, accuracy, repetitions, _missing(peers), interrupted=True)
+    return _report(bench, methods_tried + others, rows, accuracy, repetitions, _missing(peers), interrupted=False)
 
 
 def _check(scene: Scene, methods: Sequence[str] | None, accuracy: float, peers: bool) -> None:
@@ -133,15 +133,15 @@ def _check(scene: Scene, methods: Sequence[str] | None, accuracy: float, peers: 
 
 
 def _answers(
-    bench: _Bench, climb: Climb, own: list[Series], others: list[Series], accuracy: float, limit: Budget
+    bench: _Bench, climb: Climb, series: list[Series], others: list[Series], accuracy: float, limit: Budget
 ) -> Iterator[CostRow]:
     """The row of each accuracy, from coarse to fine; the time that is left is shared among those that can be answered."""
-    accuracies, known = sorted({*ACCURACIES, accuracy}, reverse=True), bench.known.error
+    accuracies, least = sorted({*ACCURACIES, accuracy}, reverse=True), bench.known.error
     for i, error in enumerate(accuracies):
-        wanted = max(sum(other >= known for other in accuracies[i:]), 1)
-        _contest(climb, bench, own, error, Budget(limit.left / wanted / (2 if others else 1)))
-        _contest(climb, bench, others, error, Budget(limit.left / (2 * wanted - 1)))
-        yield row([one.curve for one in own + others], error, known)
+        asked = max(sum(other >= least for other in accuracies[i:]), 1)
+        _contest(climb, bench, series, error, Budget(limit.left / asked / (2 if others else 1)))
+        _contest(climb, bench, others, error, Budget(limit.left / (2 * asked - 1)))
+        yield row([one.curve for one in series + others], error, least)
 
 
 def _report(
@@ -153,16 +153,16 @@ def _report(
     missing: tuple[str, ...],
     interrupted: bool,
 ) -> CostReport:
-    known = bench.known
+    exact = bench.known
     return CostReport(
         subject=_subject(bench.model),
         curves=tuple(one.curve for one in series),
         accuracy=accuracy,
-        error=known.error,
-        solutions=known.solutions,
-        duration=known.duration,
-        horizon=known.horizon,
-        halted=known.halted,
+        error=exact.error,
+        solutions=exact.solutions,
+        duration=exact.duration,
+        horizon=exact.horizon,
+        halted=exact.halted,
         machine=machine(),
         versions={name: version for name, version in installed(*LIBRARIES).items() if version},
         repetitions=repetitions,
@@ -177,14 +177,14 @@ def _bench(scene: Scene, accuracy: float, thorough: bool) -> _Bench:
     samples = scene.solver.samples or (SAMPLES if scene.duration else 1)
     scene = scene.with_solver(method="auto", samples=samples if thorough else min(samples, SAMPLES))
     solutions, limit = (SOLUTIONS, np.inf) if thorough else (QUICK, OF_REFERENCE)
-    known = reference(scene, KNOWN * accuracy, solutions, limit)
-    solver = scene.solver.model_copy(update={"samples": len(known.t)})
-    scene = scene.model_copy(update={"duration": known.horizon, "solver": solver})
+    exact = reference(scene, KNOWN * accuracy, solutions, limit)
+    solver = scene.solver.model_copy(update={"samples": len(exact.t)})
+    scene = scene.model_copy(update={"duration": exact.horizon, "solver": solver})
     pilot = run_to_setting(scene.by("dop853", 1e-3))
     if not thorough:
         refuse_other_equations(scene, pilot)
-    first_step = scene.duration / max(pilot.stats.steps, len(known.t) - 1, 1)
-    return _Bench(scene, known, build(scene.model), first_step, thorough)
+    first_step = scene.duration / max(pilot.stats.steps, len(exact.t) - 1, 1)
+    return _Bench(scene, exact, build(scene.model), first_step, thorough)
 
 
 def _subject(model: Model) -> str:
@@ -240,16 +240,16 @@ def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Trial]:
     def run(setting: float, stop: float) -> Trial:
         begin = time.perf_counter()
         try:
-            found = run_to_setting(uncompiled(scene.by(name, setting)), progress=halting(stop))
+            result = run_to_setting(uncompiled(scene.by(name, setting)), progress=halting(stop))
         except Interrupted:
             raise
         except PendpinError as error:
             hopeless = not isinstance(error, RunError)
             seconds = stop if isinstance(error, Halted) else time.perf_counter() - begin
             return Trial(None, seconds, failure=one_line(str(error)), hopeless=hopeless)
-        stats = found.stats
+        stats = result.stats
         return Trial(
-            marks(bench.model, found.tips, found.q),
+            marks(bench.model, result.tips, result.q),
             *(stats.seconds, stats.steps, stats.evaluations),
             max(stats.compile_seconds, _compiled_in(scene)),
             f"{stats.library} {stats.version}",
@@ -279,11 +279,11 @@ def _missing(peers: bool) -> tuple[str, ...]:
 
 def _peer(bench: _Bench, peer: "Peer") -> Series:
     def run(setting: float, stop: float) -> Trial:
-        found = peer.run(setting, stop)
-        if found.failure is not None:
-            return Trial(None, found.seconds, failure=found.failure)
-        positions = marks(bench.model, tips(bench.model, poses(bench.model, found.q)), found.q)
-        return Trial(positions, found.seconds, found.steps, found.evaluations)
+        result = peer.run(setting, stop)
+        if result.failure is not None:
+            return Trial(None, result.seconds, failure=result.failure)
+        positions = marks(bench.model, tips(bench.model, poses(bench.model, result.q)), result.q)
+        return Trial(positions, result.seconds, result.steps, result.evaluations)
 
     settings = steps(bench.first_step) if peer.kind == "step" else tolerances(1e-14)
     return Series(peer.name, peer.library, peer.kind, settings, run, peer=True)

@@ -118,12 +118,12 @@ def _next_digit(curve: Curve) -> float | None:
 
 def _line(ax: Any, curve: Curve, floor: float, index: int) -> None:
     points = [point for point in curve.points if point.error < 1]
-    known = [point for point in points if point.error > floor]
+    above = [point for point in points if point.error > floor]
     name = curve.name.split()[0]
     color = METHODS[name].color if name in METHODS and not curve.peer else PEERS.get(name, "#4a5568")
     dash = "--" if curve.peer else "-." if curve.name.endswith("compiled") else "-"
     style: dict[str, Any] = {"linestyle": dash, "linewidth": 1.1 if curve.peer else 1.7}
-    errors, seconds = [point.error for point in known], [point.seconds for point in known]
+    errors, seconds = [point.error for point in above], [point.seconds for point in above]
     ax.plot(errors, seconds, marker=MARKS[index % len(MARKS)], ms=4.5, color=color, label=curve.name, **style)
 
 

@@ -74,13 +74,13 @@ def reference(
     Raises InputError if fewer than two can run the scene, if they contradict each other, or do not agree to `error`.
     """
     model = build(scene.model)
-    length, found = scale(model), []
+    length, solutions_found = scale(model), []
     for maker in SOLUTIONS if solutions is None else solutions:
-        found += list(_attempt(maker, scene, model, length, limit))
-        if len(found) == 2:
-            return _agreed(scene, length, error, *found)
+        solutions_found += list(_attempt(maker, scene, model, length, limit))
+        if len(solutions_found) == 2:
+            return _agreed(scene, length, error, *solutions_found)
     raise InputError(
-        f"no reference solution: two families of methods are needed, and only {len(found)} can run this scene"
+        f"no reference solution: two families of methods are needed, and only {len(solutions_found)} can run this scene"
     )
 
 

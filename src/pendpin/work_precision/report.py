@@ -67,11 +67,11 @@ class Curve:
     @property
     def front(self) -> tuple[Point, ...]:
         """Its points that no other beats in both error and time, the cheapest first."""
-        found: list[Point] = []
+        points: list[Point] = []
         for point in sorted(self.points, key=lambda point: (point.seconds, point.error)):
-            if not found or point.error < found[-1].error:
-                found.append(point)
-        return tuple(found)
+            if not points or point.error < points[-1].error:
+                points.append(point)
+        return tuple(points)
 
 
 def _between(cheaper: Point, dearer: Point, error: float) -> float:
@@ -110,10 +110,10 @@ def _taken(name: str, kind: str, setting: float) -> str:
     return f"{name}, {kind} {setting:.1e} s" if kind == "step" else f"{name}, {kind} {setting:.0e}"
 
 
-def row(curves: Sequence[Curve], accuracy: float, known: float) -> CostRow:
-    """The answer for an accuracy from what was measured against a reference with the error `known`."""
-    if accuracy < known:
-        return CostRow(accuracy, why=f"the reference is accurate to {known:.0e} only")
+def row(curves: Sequence[Curve], accuracy: float, least: float) -> CostRow:
+    """The answer for an accuracy from what was measured against a reference with the error `least`."""
+    if accuracy < least:
+        return CostRow(accuracy, why=f"the reference is accurate to {least:.0e} only")
     met = [(curve, point) for curve in curves if (point := curve.point_at(accuracy))]
     best = min(((c, p) for c, p in met if not c.peer), key=lambda pair: pair[1].seconds, default=None)
     peer = min(((c, p) for c, p in met if c.peer), key=lambda pair: pair[1].seconds, default=None)
@@ -125,10 +125,10 @@ def row(curves: Sequence[Curve], accuracy: float, known: float) -> CostRow:
     return CostRow(accuracy, curve.name, curve.kind, point.setting, *first, **_once(met, point), **other)
 
 
-def _why(own: Sequence[Curve]) -> str:
+def _why(curves: Sequence[Curve]) -> str:
     """Why no run meets an accuracy: where no run of any method reached its end, the first reason."""
-    if own and all(curve.failures and not curve.points for curve in own):
-        return own[0].failures[0]
+    if curves and all(curve.failures and not curve.points for curve in curves):
+        return curves[0].failures[0]
     return "no method reaches it in the time allowed"
 
 
@@ -168,8 +168,8 @@ class CostReport:
 
     def best(self, error: float, peers: bool | None = False) -> tuple[str, float] | None:
         """The cheapest curve that meets an error, and its time in s; of methods, of simulators (True) or of all (None)."""
-        found = ((curve.name, curve.seconds_at(error)) for curve in self.curves if peers in (None, curve.peer))
-        return min(((name, time) for name, time in found if time is not None), key=lambda pair: pair[1], default=None)
+        times = ((curve.name, curve.seconds_at(error)) for curve in self.curves if peers in (None, curve.peer))
+        return min(((name, time) for name, time in times if time is not None), key=lambda pair: pair[1], default=None)
 
     @property
     def decades(self) -> tuple[float, ...]:
@@ -210,10 +210,10 @@ def _words(report: CostReport) -> Iterator[str]:
 
 
 def _asked(report: CostReport) -> Iterator[str]:
-    if (found := report.best(report.accuracy)) is None:
+    if (best := report.best(report.accuracy)) is None:
         yield f"No method that was tried reaches {report.accuracy:g} within the time allowed."
         return
-    name, seconds = found
+    name, seconds = best
     finer = next(curve for curve in report.curves if curve.name == name).seconds_at(report.accuracy / 10)
     more = f"; the next digit costs {finer / seconds:.2f} times as much" if finer else ""
     yield f"{report.accuracy:g} costs {time_text(seconds)} with {name}{more}."
@@ -240,13 +240,15 @@ def _spans(report: CostReport) -> Iterator[tuple[float, float, str]]:
 def _against_peers(report: CostReport) -> Iterator[str]:
     """Beside the other simulators at each decade, by the runs of the table."""
     for error in report.decades:
-        found = row(report.curves, error, report.error)
-        if found.seconds and found.peer_seconds:
-            times = f"{found.method} {time_text(found.seconds)}, {found.peer} {time_text(found.peer_seconds)}"
-            yield f"At {error:.0e}: {times}, {found.ratio:.3g} times as long."
-        elif found.seconds and any(curve.peer for curve in report.curves):
-            own = f"{found.method} {time_text(found.seconds)}"
-            yield f"At {error:.0e}: {own}; no other simulator reaches it within the time allowed."
+        cheapest = row(report.curves, error, report.error)
+        if cheapest.seconds and cheapest.peer_seconds:
+            times = (
+                f"{cheapest.method} {time_text(cheapest.seconds)}, {cheapest.peer} {time_text(cheapest.peer_seconds)}"
+            )
+            yield f"At {error:.0e}: {times}, {cheapest.ratio:.3g} times as long."
+        elif cheapest.seconds and any(curve.peer for curve in report.curves):
+            ours = f"{cheapest.method} {time_text(cheapest.seconds)}"
+            yield f"At {error:.0e}: {ours}; no other simulator reaches it within the time allowed."
 
 
 def _price(row: CostRow) -> str:

@@ -73,15 +73,15 @@ class Climb:
                 series.ended = True
                 return
             self.progress(f"{series.name}, {setting:.1e}")
-            found = series.run(setting, min(PATIENCE * worth, limit.left))
-            series.library = found.library or series.library
-            series.ended = found.hopeless or found.seconds > self.budget
-            if found.tips is None:
-                series.failures.append(found.failure or "")
-                if found.seconds > worth:
+            trial = series.run(setting, min(PATIENCE * worth, limit.left))
+            series.library = trial.library or series.library
+            series.ended = trial.hopeless or trial.seconds > self.budget
+            if trial.tips is None:
+                series.failures.append(trial.failure or "")
+                if trial.seconds > worth:
                     return
             else:
-                series.points.append(self._point(series, setting, found, worth))
+                series.points.append(self._point(series, setting, trial, worth))
 
     def _next(self, series: Series, error: float) -> float | None:
         skipped = None
@@ -91,15 +91,15 @@ class Climb:
             skipped = setting
         return skipped
 
-    def _point(self, series: Series, setting: float, found: Trial, worth: float) -> Point:
+    def _point(self, series: Series, setting: float, trial: Trial, worth: float) -> Point:
         """A point with the least time of some repetitions, as many as are worth it; that of the first run if none."""
-        spent, times = found.seconds, []
+        spent, times = trial.seconds, []
         while len(times) < self.repetitions and spent < worth:
             times.append(series.run(setting, PATIENCE * worth).seconds)
             spent += times[-1]
-        assert found.tips is not None
-        counts = (found.steps, found.evaluations, found.compile_seconds)
-        return Point(setting, self.error_of(found.tips), min(times, default=found.seconds), *counts)
+        assert trial.tips is not None
+        counts = (trial.steps, trial.evaluations, trial.compile_seconds)
+        return Point(setting, self.error_of(trial.tips), min(times, default=trial.seconds), *counts)
 
 
 def tolerances(least: float, stride: int = 1) -> Iterator[float]:

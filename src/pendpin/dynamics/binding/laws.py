@@ -23,12 +23,12 @@ def law(effect: Effect, name: str, xp: Any = np, numbers: Numbers = GIVEN) -> Ca
     what, kind = f"effects: {effect.kind}: its {name}", float if xp is np else object
 
     def checked(t: Any, *state: Any) -> Any:
-        found = method(t, *map(_copy, state))
+        output = method(t, *map(_copy, state))
         if name != "wrench":
-            return returned(what, found, state[0].shape if state else (3,), kind)
-        if not isinstance(found, tuple | list) or len(found) != len(WRENCH):
-            raise InputError(f"{what} returned {shown(found)}, where {' and '.join(WRENCH)} are wanted")
-        return tuple(returned(what, part, state[0].com.shape, kind) for part in found)
+            return returned(what, output, state[0].shape if state else (3,), kind)
+        if not isinstance(output, tuple | list) or len(output) != len(WRENCH):
+            raise InputError(f"{what} returned {shown(output)}, where {' and '.join(WRENCH)} are wanted")
+        return tuple(returned(what, part, state[0].com.shape, kind) for part in output)
 
     return checked
 

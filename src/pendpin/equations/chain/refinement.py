@@ -170,8 +170,8 @@ def _relative(system: System, linear: Array, step: Step, x: Array, turn: Array) 
     forces = _share(rods.n, step.x[:3], x[:3], rods.m * at_work)
     with np.errstate(over="ignore"):  # levers next to nothing
         turning = at_work / (np.abs(rods.h) + np.abs(rods.k))
-        known = np.abs(system.turning).max(0) / (rods.m * (rods.h**2 + rods.k**2) + rods.inertia[0])
-    return max(forces, _share(rods.n, step.turn, turn, np.maximum(turning, known)))
+        scale = np.abs(system.turning).max(0) / (rods.m * (rods.h**2 + rods.k**2) + rods.inertia[0])
+    return max(forces, _share(rods.n, step.turn, turn, np.maximum(turning, scale)))
 
 
 def _share(n: int, change: Array, x: Array, floor: Array) -> float:

@@ -31,13 +31,15 @@ class Rough(NamedTuple):
 
     name: str
     t: float  # s
-    shortest: float  # s, the longest step that cannot jump over it; inf where it cannot be told, as of a single jump
+    shortest: (
+        float  # s, the longest step that cannot jump over it; inf where it cannot be measured, as of a single jump
+    )
 
 
 def describe_assumptions(scene: Scene, rough: Sequence[Rough]) -> tuple[str, ...]:
     """Notes on the user's own effects of a scene, with what was seen of them along its run."""
-    own = [(i, effect) for i, effect in enumerate(scene.effects) if users_own(effect) and not effect.idle]
-    notes = [note for i, effect in own for note in _of_declaration(f"effects[{i}] ({effect.kind})", effect)]
+    users = [(i, effect) for i, effect in enumerate(scene.effects) if users_own(effect) and not effect.idle]
+    notes = [note for i, effect in users for note in _of_declaration(f"effects[{i}] ({effect.kind})", effect)]
     notes += [
         f"{one.name} changes abruptly with position or rate near t = {one.t:.6g} s: the estimated error may be too "
         "small; compare with a run whose steps are much shorter than the change"
@@ -49,12 +51,12 @@ def describe_assumptions(scene: Scene, rough: Sequence[Rough]) -> tuple[str, ...
 def probe_effects(scene: Scene, run: Trajectory) -> list[Rough]:
     """Where the user's own effects of a scene change abruptly along its run; none after impacts, where all signals jump."""
     dynamics = bind(scene)
-    own = [i for i, effect in enumerate(dynamics.effects) if users_own(effect)]
-    if not own or len(run.t) < 2 or dynamics.contacts:
+    places = [i for i, effect in enumerate(dynamics.effects) if users_own(effect)]
+    if not places or len(run.t) < 2 or dynamics.contacts:
         return []
     pace = timing(dynamics, dynamics.effects, run.q[0], run.v[0], scene.duration, None).pace
-    found = [_roughest(dynamics, i, run, pace) for i in own]
-    return [one for one in found if one is not None]
+    roughest = [_roughest(dynamics, i, run, pace) for i in places]
+    return [one for one in roughest if one is not None]
 
 
 def _of_declaration(name: str, effect: Effect) -> list[str]:

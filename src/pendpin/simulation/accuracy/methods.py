@@ -32,11 +32,11 @@ def choose_refinement(scene: Scene, runs: Runs) -> Refinement:
 def _count_steps_of_pace(scene: Scene, runs: Runs, run: Trajectory) -> int:
     """How many equal steps do not jump over what acts in a scene. Raises RunError for too many; the run is a partial one."""
     dynamics = bind(scene)
-    found = timing(dynamics, dynamics.effects, *start_state(dynamics.model, scene.start), scene.duration, None)
-    needed = scene.duration / float(found.pace.shortest.min())
+    pace_of_run = timing(dynamics, dynamics.effects, *start_state(dynamics.model, scene.start), scene.duration, None)
+    needed = scene.duration / float(pace_of_run.pace.shortest.min())
     if needed <= SETTING.most_steps:
         return math.ceil(needed)
-    name, shortest = min(found.fastest, key=lambda one: one[1])
+    name, shortest = min(pace_of_run.fastest, key=lambda one: one[1])
     raise RunError(
         f"accuracy {scene.solver.accuracy:g} is not met: {name} changes within {shortest:.3g} s, and "
         f"{scene.solver.method} needs {needed:.0e} equal steps to resolve it; use a method with a tolerance, such as dop853",

@@ -82,8 +82,8 @@ class Runs:
 
     def keep_output_times(self, run: Trajectory) -> Trajectory:
         """The run at the output times only."""
-        own = self.scene.solver.model_dump(mode="json", include={"samples", "times"})
-        scene = run.scene | {"solver": run.scene["solver"] | own}
+        output_times = self.scene.solver.model_dump(mode="json", include={"samples", "times"})
+        scene = run.scene | {"solver": run.scene["solver"] | output_times}
         return replace(_thin_out(run, self.every), scene=scene)
 
 

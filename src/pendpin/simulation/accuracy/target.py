@@ -238,8 +238,8 @@ class _Search:
         self._know_rounding(self.last)
         assert self.rounding is not None
         method = next(method for method in choose_independent(self.scene) if method != self.method.name)
-        own = self.last.setting if self.refinement.spacing is None else 1.0
-        tolerance = max(min(own, self._bound_comparison()), COMPARISON.least_tolerance)
+        setting = self.last.setting if self.refinement.spacing is None else 1.0
+        tolerance = max(min(setting, self._bound_comparison()), COMPARISON.least_tolerance)
         other = self.runs.run(self.scene.by(method, tolerance))
         gap = measure_gap(self.last.run, other, self.length, len(self.runs.times))
         return ESTIMATE.disagreement * gap + self.rounding.error
