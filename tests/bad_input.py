@@ -1,5 +1,6 @@
 """What the tests of bad and odd input share: a good URDF, a good scene, and the command run as a user would."""
 
+import re
 import sys
 import tomllib
 import warnings
@@ -58,6 +59,16 @@ start.positions = [0.7, 0.4]
 effects = [{ kind = "gravity" }]
 """
 
+FACT = re.compile(
+    r"""(?x)
+    '[^']*' | <\w+/?>?  # what is quoted, an element of a URDF
+    | [^\s:]+(?=:)  # a key path or a file, in front of what is wrong with it
+    | (?<!\w)--?\w[\w-]*  # an option or a negative number
+    | \b(?:missing|unknown|twice|negative|pipe|device|folder|loop|deep|larger|DOCTYPE|XML|TOML|UTF-8)\b  # what is wrong
+    | [\w.]*\d[\w.+-]*  # a number, a name with one
+    """
+)
+
 
 @dataclass(frozen=True)
 class Case:
@@ -65,12 +76,26 @@ class Case:
 
     name: str
     arguments: tuple[str, ...]
-    says: str  # a part of the message
+    says: str  # a part of the message; its facts have to be in it, in this order, its other words may be mended
     files: Mapping[str, Content] = field(default_factory=dict)
     status: int = 1
 
     def __str__(self) -> str:
         return self.name
+
+    @property
+    def facts(self) -> list[str]:
+        """Key paths, values, names, units of code and options in `says`; the whole of it where it has none."""
+        return FACT.findall(self.says) or [self.says]
+
+    def is_said(self, message: str) -> bool:
+        """Whether all facts stand in a message, in their order."""
+        place = 0
+        for fact in self.facts:
+            place = message.find(fact, place) + len(fact)
+            if place < len(fact):
+                return False
+        return True
 
     def lay_out(self, folder: Path) -> None:
         """Write the files of the case into a folder."""

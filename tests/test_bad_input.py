@@ -36,7 +36,7 @@ def assert_refused(case: Case, status: int, out: str, err: str) -> None:
     assert err.startswith("pendpin: ")
     assert err.endswith("\n")
     assert err[:-1].isprintable()
-    assert case.says in err
+    assert case.is_said(err), (case.facts, err)
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
