@@ -86,6 +86,11 @@ def case(
     return Case(**filled, bound=bound, methods=methods, measure=measure, beside=beside)
 
 
+def drift_of(make: Callable[[Any], Scene], long: float, short: float) -> Callable[[Solve, bool], float]:
+    """A measure: the energy drift in the scene that `make` gives for a duration, in s or in turns."""
+    return lambda solve, full: solve(make(long if full else short)).energy().drift
+
+
 @cache
 def catalogue() -> dict[str, dict[str, Any]]:
     """The texts of all cases, by name or by the name of their family."""

@@ -8,7 +8,7 @@ import numpy as np
 from pendpin.arrays import EPS, Array
 from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import solution
-from pendpin.hardcases.base import Case, Solve, case, chain_of, scene, settings
+from pendpin.hardcases.base import Case, Solve, case, chain_of, drift_of, scene, settings
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import build
 from pendpin.scene import Chain, Rod, Scene, Solver
@@ -62,10 +62,6 @@ def tumbling(model: Chain, duration: float) -> Scene:
     random = np.random.default_rng(0)
     q, v = random.normal(size=(2, 2 * model.count))
     return scene(model, q=0.3 * q, v=v, duration=duration, samples=3)
-
-
-def _energy(solve: Solve, full: bool, model: Chain, most: float, short: float) -> float:
-    return solve(tumbling(model, most if full else short)).energy().drift
 
 
 def _difference(a: Array, exact: Array) -> float:
@@ -142,14 +138,14 @@ CASES = (
         "chain-100",
         bound=1e-9 * 1000 * 10,
         methods=settings(auto=1e-9),
-        measure=partial(_energy, model=HUNDRED, most=0.5, short=0.02),
+        measure=drift_of(partial(tumbling, HUNDRED), long=0.5, short=0.02),
     ),
     case("chain-100-digits", bound=200 * 100 * EPS, methods=settings(auto=None), measure=_digits, beside=_other_joints),
     case(
         "chain-2000",
         bound=1e-8 * 1000 * 10,
         methods=settings(auto=1e-8),
-        measure=partial(_energy, model=chain_of(LINK, copies=2000), most=0.02, short=0.001),
+        measure=drift_of(partial(tumbling, chain_of(LINK, copies=2000)), long=0.02, short=0.001),
     ),
     case("whip", bound=1e-10 * 2000 * 100, methods=settings(auto=1e-10, rk45=1e-10), measure=_whip),
 )

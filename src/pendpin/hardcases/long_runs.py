@@ -16,6 +16,7 @@ from pendpin.hardcases.base import (
     Solve,
     case,
     chain_of,
+    drift_of,
     scene,
     settings,
     tip_errors,
@@ -32,16 +33,12 @@ def cone(rate: float, turns: int, samples: int = 3) -> Scene:
     return scene(THIN, q=(0.0, phi), v=v, duration=2 * np.pi * turns / rate, samples=samples)
 
 
-def _cone(solve: Solve, full: bool, rate: float) -> float:
-    return solve(cone(rate, 10_000 if full else 50)).energy().drift
-
-
 def _spinning(rate: float) -> Case:
     return case(
         "cone",
         bound=1e-10 * 10_000 * 10 * 2,
         methods=settings(auto=1e-10, taylor=1e-16),
-        measure=partial(_cone, rate=rate),
+        measure=drift_of(partial(cone, rate), long=10_000, short=50),
         rate=rate,
         fastest=rate / (G / (REDUCED * rate**2)),
     )
@@ -73,9 +70,9 @@ def _swings(solve: Solve, full: bool, most: int, short: int) -> float:
     return tip_errors(run, run.q[:, 0], _exact(duration, samples))
 
 
-def _thousand(solve: Solve, full: bool) -> float:
-    duration = 1600.0 if full else 40.0
-    return solve(scene(THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=duration, samples=801)).energy().drift
+def in_space(duration: float) -> Scene:
+    """A thick rod that swings in space."""
+    return scene(THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=duration, samples=801)
 
 
 TRIPLE = chain_of(THICK.rods[0], copies=3)
@@ -84,10 +81,6 @@ TRIPLE = chain_of(THICK.rods[0], copies=3)
 def triple(duration: float) -> Scene:
     """Three thick rods that move chaotically."""
     return scene(TRIPLE, q=(1.5, 0.3, 1.0, -0.2, 0.5, 0.1), duration=duration, samples=101)
-
-
-def _triple(solve: Solve, full: bool) -> float:
-    return solve(triple(10_000.0 if full else 10.0)).energy().drift
 
 
 CASES = (
@@ -102,7 +95,12 @@ CASES = (
         "swings-in-space",
         bound=1e-12 * 50 * 1600,
         methods=settings(auto=1e-12, taylor=1e-16, gauss6=0.05),
-        measure=_thousand,
+        measure=drift_of(in_space, long=1600.0, short=40.0),
     ),
-    case("triple-1e4", bound=1e-10 * 200 * 10_000 * 10, methods=settings(auto=1e-10), measure=_triple),
+    case(
+        "triple-1e4",
+        bound=1e-10 * 200 * 10_000 * 10,
+        methods=settings(auto=1e-10),
+        measure=drift_of(triple, 1e4, 10.0),
+    ),
 )

@@ -91,7 +91,9 @@ def build(model: Chain | UrdfModel | PinModel) -> Model:
     """The model of a scene. Raises InputError for a model that cannot be simulated, with its place and the reason."""
     if isinstance(model, PinModel):
         return _from_pin(model)
-    return _from_urdf(model) if isinstance(model, UrdfModel) else _from_chain(model)  # pyright: ignore[reportArgumentType]
+    if isinstance(model, UrdfModel):  # a run asks for it several times: it is loaded once while its file stays the same
+        return _loaded(model.model_dump_json(), content(model))
+    return _from_chain(model)  # pyright: ignore[reportArgumentType]
 
 
 def start_state(model: Model, start: Start) -> tuple[Array, Array]:
@@ -232,11 +234,6 @@ def _from_pin(model: PinModel) -> Model:
 
 
 # --- URDF trees -----------------------------------------------------------------------------------------------------
-
-
-def _from_urdf(model: UrdfModel) -> Model:
-    """The model of a URDF; one run asks for it several times, and it is loaded once as long as the file is the same."""
-    return _loaded(model.model_dump_json(), content(model))
 
 
 @lru_cache(maxsize=16)

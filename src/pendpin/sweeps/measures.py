@@ -231,12 +231,8 @@ def divergence(run: Trajectory, looser: Trajectory) -> float:
 
 def _divergence_of_motions(motions: Motions, looser: Motions) -> Array:
     """`divergence` of each of the c runs, (c,)."""
-    return _tips_apart(*(_tips_of(m, m.q[:, -1:])[:, 0] for m in (motions, looser)))
-
-
-def _tips_of(motions: Motions, q: Array) -> Array:
-    """The tips (c, n, rods, 3) m in W at positions q (c, n, nv) of its c runs."""
-    return of_each(lambda model, q: tips(model, poses(model, q)), motions.models, q)
+    ends = (of_each(lambda model, q: tips(model, poses(model, q)), m.models, m.q[:, -1:]) for m in (motions, looser))
+    return _tips_apart(*(tips_at_end[:, 0] for tips_at_end in ends))
 
 
 def _tips_apart(one: Array, other: Array) -> Array:
