@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import pendpin as pp
@@ -110,9 +110,13 @@ def swing_of(samples: int, spacing: float = 0.01) -> Swing:
     return Swing("1", t, np.sin(t)[:, None] + [0.0, 1.0], np.arange(samples), "sample", 0)
 
 
+@example(121, 0.1)  # 12 pieces of 0.1 s, in doubles 9e-17 s more
 @given(st.integers(8, 500), st.floats(0.05, 10))
 def test_pieces_are_the_swing(samples: int, longest: float) -> None:
-    """Together they are the swing; none is longer than asked unless samples are few; sizes differ by one at most."""
+    """Together they are the swing; none is longer than asked unless samples are few; sizes differ by one at most.
+
+    Longer by 1e-9 of it is not longer: the number of pieces is rounded down by as much, against the rounding of times.
+    """
     swing = swing_of(samples)
     pieces = cut_pieces([swing], longest)
     assert np.concatenate([piece.t for piece in pieces]).tolist() == swing.t.tolist()
@@ -121,7 +125,7 @@ def test_pieces_are_the_swing(samples: int, longest: float) -> None:
     assert max(sizes) - min(sizes) <= 1
     assert min(sizes) >= FEWEST
     few = (samples // (len(pieces) + 1)) < FEWEST
-    assert few or max(piece.t[-1] - piece.t[0] for piece in pieces) <= longest
+    assert few or max(piece.t[-1] - piece.t[0] for piece in pieces) <= longest * (1 + 1e-9)
     assert len(pieces) == 1 or (swing.t[-1] / (len(pieces) - 1)) > longest * (1 - 1e-6)
 
 
