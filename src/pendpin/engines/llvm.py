@@ -8,6 +8,7 @@ import platform
 import sys
 from ctypes import POINTER, byref, c_bool, c_char_p, c_int, c_uint64, c_void_p
 from functools import cache
+from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 from pendpin.errors import MissingLibrary
@@ -38,7 +39,8 @@ _NAMES: dict[str, tuple[Any, tuple[Any, ...]]] = {  # type of the result, types 
 @cache
 def installed() -> bool:
     """Whether llvmlite is there, in a version of this series."""
-    return (versions("llvmlite")["llvmlite"] or "").startswith(SERIES)
+    there = find_spec("llvmlite") is not None
+    return there and (versions("llvmlite")["llvmlite"] or "").startswith(SERIES)
 
 
 def require(what: str) -> None:
