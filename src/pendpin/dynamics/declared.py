@@ -47,16 +47,18 @@ def changes_with_time(effect: Effect, start: float, duration: float, negligible:
     if law_name(effect) is None or (isinstance(effect, FieldEffect) and effect.constant):
         return False
     pace = declared_pace(effect, start, duration, negligible)
-    return pace is None or bool(np.isfinite(pace.shortest).any())
+    return pace is None or len(pace.corners) > 0 or bool(np.isfinite(pace.shortest).any())
 
 
 def users_own(effect: Effect) -> bool:
-    """Whether an effect acts on positions and rates by a law that is not pendpin's own."""
+    """Whether an effect acts on positions and rates by a law that is not pendpin's own, and not at instants only."""
     if not isinstance(effect, JointEffect | BodyEffect):
         return False
     name = law_name(effect)
     assert name is not None
-    return isinstance(effect, Torque) or not owner(effect, name).__module__.startswith("pendpin.")
+    if isinstance(effect, Torque):
+        return effect.every is None
+    return not owner(effect, name).__module__.startswith("pendpin.")
 
 
 def declared_smooth(effect: Effect) -> bool | None:

@@ -16,6 +16,7 @@ from pendpin.dynamics.binding.acting import acting
 from pendpin.dynamics.binding.contacts import bind_contacts
 from pendpin.dynamics.compiling import compilable, compiled, sampler_of
 from pendpin.dynamics.contacts import Contacts
+from pendpin.dynamics.held import HeldTorque
 from pendpin.dynamics.powers import Accounts
 from pendpin.dynamics.samples import Sampler
 from pendpin.dynamics.symbols import Asked
@@ -42,6 +43,7 @@ class Dynamics:
         model = with_home(model, effects)
         self.model, self.start, self.effects = model, start, acting(model, effects)
         effects = self.effects
+        self.held = tuple(effect for effect in effects if isinstance(effect, HeldTorque))
         self.binding = Binding(model, effects, start=start)
         self.loads = self.binding.loads
         touching = any(isinstance(effect, ContactEffect) for effect in effects)

@@ -11,6 +11,7 @@ from pendpin.dynamics.binding.fields import BoundField
 from pendpin.dynamics.binding.torques import BoundTorque
 from pendpin.dynamics.binding.wrenches import BoundWrench
 from pendpin.dynamics.dynamics import Dynamics, bind
+from pendpin.dynamics.held import recall_outputs
 from pendpin.effects import Motion
 from pendpin.engines import Revolute
 from pendpin.engines.external_forces import forces, in_joint_frames, joints_of
@@ -32,6 +33,7 @@ def efforts(run: Trajectory) -> dict[str, Array]:
     for Pinocchio.
     """
     dynamics = bind(scene_of(run))
+    recall_outputs(dynamics.held, run, float(run.t[-1]) - dynamics.start, dynamics.start)
     if dynamics.model.pin is None:
         raise InputError(f"efforts: {len(run.joints)} joints are too many for Pinocchio's memory")
     pin, model = pinocchio(), dynamics.model.pin.copy()

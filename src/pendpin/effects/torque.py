@@ -5,10 +5,10 @@ from collections.abc import Callable
 from functools import partial
 from hashlib import sha256
 from types import MethodType
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_serializer
+from pydantic import Field, field_serializer, model_validator
 
 from pendpin.arrays import Array
 from pendpin.effects.base import OnJoints, returned
@@ -24,6 +24,9 @@ class Torque(OnJoints):
     torques (k,) in N m. It is called with floats, once an evaluation: a scene with one is not compiled, and is not
     written to a file. How fast it changes cannot be seen from outside: declare `steady` or `shortest`, and `gradual`,
     or a note says what was assumed.
+
+    `every` in s makes it a sampled torque, as of a digital controller: the function is called at t = 0, every, 2 every, ...
+    after the start, and its output is held until the next instant. A step of the integration ends at each.
     """
 
     kind: Literal["torque"] = Field("torque", description="which effect it is")
@@ -31,6 +34,17 @@ class Torque(OnJoints):
     steady: bool = Field(False, description="time makes no difference to it")
     shortest: Positive | None = Field(None, description="s, the shortest time in which it changes at rest")
     gradual: bool | None = Field(None, description="it changes with positions and rates as slowly as the motion does")
+
+    every: Positive | None = Field(None, description="s, between two instants at which it is sampled; held in between")
+
+    @model_validator(mode="after")
+    def _one_pace(self) -> Self:
+        declared = [name for name in ("steady", "shortest", "gradual") if getattr(self, name) not in (None, False)]
+        if self.every is not None and declared:
+            raise ValueError(
+                f"every and {declared[0]} do not go together: what is sampled changes at its instants only"
+            )
+        return self
 
     @classmethod
     def from_one(cls, function: Callable[..., Any]) -> dict[str, Any]:

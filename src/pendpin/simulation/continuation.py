@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from pendpin.arrays import Array, ArrayLike
+from pendpin.dynamics.held import recall_outputs
 from pendpin.errors import InputError, RunError, shown
 from pendpin.integrators import Run
 from pendpin.scene import Scene, scene_of
@@ -29,6 +30,7 @@ class Continuation:
         self.dynamics = bind_for_run(self.scene)
         task, _ = task_of(self.scene, self.dynamics, run.q[0], run.v[0], bool(run.work), lambda t: None)
         self._loop = loop_of(task)
+        recall_outputs(self.dynamics.held, run, self.scene.duration, self.scene.start.time)
         self._loop.first_segment = ALL  # of a piece: the run has shown what they cost
         self._loop.begin(run.q[0], run.v[0])  # all pieces share the scales of the run
 

@@ -51,17 +51,21 @@ class LoopWithEvents(IntegrationLoop):
         t = float(self.times[0])
         y = np.concatenate([q, v, np.zeros(self.accounts)])
         try:
+            self.sample(t, y)
             self._scales = self._scales or self.contacts.scales(self.times, *self._angles(y))
             mode = self._meet(t, y)
+            if self.sample(t, y):  # after the impacts
+                mode = self._meet(t, y)
             y[2 * self.nv :] = 0.0  # the work of an impact at the start is not counted
             first = self._rows(y[None], self.times[:1], mode)[0]
         except (RunError, np.linalg.LinAlgError) as error:
             raise InputError(f"start: {error}") from None
-        return RunState.at_start(first, len(self.times), _carried(t, y, mode, 0.0))
+        return RunState.at_start(first, len(self.times), _carried(t, y, mode, 0.0) | self.held_arrays())
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
         """One segment: to the next event, over some output times, or to a corner of the pace."""
         t, y, mode, at_once = _recalled(done.carried)
+        self.hold_on(done.carried)
         self.progress(t)
         times, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self._evaluations()
         if times[0] <= t + instant(t, float(times[-1]) - t):  # at the instant of an event
@@ -72,7 +76,8 @@ class LoopWithEvents(IntegrationLoop):
         fall = self._low_fall(t, y, mode)
         end = end if fall is None else min(end, t + LANDED * fall.longest)
         guards, stepper = self._guards(y, mode, fall), self._stepper(float(self.pace.shortest[corner]), mode, fall)
-        found = integrate_to_event(stepper, guards.values, guards.floor, t, y, end, times)
+        due = times if not self.sampled_at(end) else times[times < end - instant(t, end - t)]  # the next segment's
+        found = integrate_to_event(stepper, guards.values, guards.floor, t, y, end, due)
         happened: list[Event] | None = None
         rows, failure = self._rows(found.samples, times[: len(found.samples)], mode), found.failure
         at_once = at_once + 1 if found.t <= t else 0.0
@@ -86,9 +91,11 @@ class LoopWithEvents(IntegrationLoop):
                     happened = [
                         Event(float(found.t), self.dynamics.model.joints[joint], kind) for joint, kind in changes
                     ]
+                if self.sample(found.t, y):
+                    mode = self._meet(found.t, y)
             except (RunError, np.linalg.LinAlgError) as error:
                 failure = str(error)
-        carried = _carried(found.t, y, mode, at_once)
+        carried = _carried(found.t, y, mode, at_once) | self.held_arrays()
         return done.grown(rows, carried, found.steps, self._evaluations() - before, happened), failure
 
     def _evaluations(self) -> int:

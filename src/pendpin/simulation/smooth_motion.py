@@ -45,6 +45,7 @@ class SmoothLoop(IntegrationLoop):
     def begin(self, q: Array, v: Array) -> RunState:
         """The first sample, from q, v (nv,)."""
         y, work = self.engine.pack(q, v), np.zeros(self.accounts)
+        self.sample(float(self.times[0]), y)
         carried = {
             "t": np.array(float(self.times[0])),
             "q": q,
@@ -54,6 +55,7 @@ class SmoothLoop(IntegrationLoop):
             "first_step": np.array(0.0),
             "density": np.array(self._first_density(y)),
             **self.integrator.memory(np.concatenate([y, work])),
+            **self.held_arrays(),
         }
         return RunState.at_start(np.concatenate([q, v, work]), len(self.times), carried)
 
@@ -71,6 +73,7 @@ class SmoothLoop(IntegrationLoop):
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
         """One segment; its number of output times follows from the evaluations of the last one."""
         carried, n = done.carried, len(done.carried["y"])
+        self.hold_on(carried)
         due = self.times[done.n :][: int(carried["ahead"])]
         span = np.concatenate([carried["t"][None], due])
         self.progress(float(span[0]))
@@ -90,6 +93,7 @@ class SmoothLoop(IntegrationLoop):
             "first_step": (times[-1] - times[0]) / segment.steps if segment.steps else carried["first_step"],
             "density": np.array(MARGIN * density),
             **segment.memory,
+            **self.held_arrays(),
         }
         rows = np.concatenate([q[at], v[at], work[at]], 1)
         return done.grown(rows, more, segment.steps, took), segment.failure
@@ -146,6 +150,8 @@ class SmoothLoop(IntegrationLoop):
             plan = StepPlan(first_step, float(longest), memory, anew=bool(begin in self.pace.corners))
             part = self.integrator.states_at(self._one_sided(begin, end), y, times, plan)
             rows, steps = np.concatenate([rows, part.y[1 : len(due) + 1]]), steps + part.steps
+            if not part.failure:
+                self.sample(float(end), part.y[-1])
             if part.failure or end == span[-1]:
                 return replace(part, y=rows, steps=steps)
             y, memory, first_step = part.y[-1], part.memory, None
@@ -156,7 +162,8 @@ class SmoothLoop(IntegrationLoop):
 
         An effect may jump there. What it does on the other side would spoil the order of a method with fixed steps.
         """
-        at_begin, at_end = np.isin([begin, end], self.pace.corners)
+        corners = self.pace.corners
+        at_begin, at_end = (corners.searchsorted(t, "left") < corners.searchsorted(t, "right") for t in (begin, end))
         if not (at_begin or at_end):
             return self._derivative
         margin = BESIDE * (abs(self.dynamics.start) + abs(end))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
+from pendpin.arrays import Array
 from pendpin.files import ArrayFile
 from pendpin.records import LARGEST, fault_text
 from pendpin.trajectory.parts import KINDS, Event, Reactions, Stats
@@ -36,8 +37,19 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
     work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
     if work and not _fits(set(work), {str(effect.get("kind")) for effect in scene.get("effects") or ()}):
         raise ValueError("its works are not those of its scene's effects")
-    found |= {"events": read_events(file, joints)}
+    found |= {"events": read_events(file, joints), "held": _read_outputs(file, nv)}
     return found | {"joints": joints, "rod_reactions": reactions, "work": work, "stats": stats, "scene": scene}
+
+
+def _read_outputs(file: ArrayFile, nv: int) -> tuple[Array, ...]:
+    """The outputs (instants, k) of each sampled torque. Raises ValueError for such as cannot be."""
+    names = [name for name in file.headers if name.startswith("held_")]
+    if sorted(names) != sorted(f"held_{i}" for i in range(len(names))):
+        raise ValueError("the arrays of held torques do not fit together")
+    shapes = [(_length(file, name, 0), _length(file, name, 1)) for name in sorted(names)]
+    if any(joints > nv for _, joints in shapes):
+        raise ValueError(f"held torques of more than {nv} joints")
+    return tuple(read_array(file, f"held_{i}", shape) for i, shape in enumerate(shapes))
 
 
 def _fits(works: set[str], kinds: set[str]) -> bool:

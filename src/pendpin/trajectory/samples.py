@@ -25,4 +25,5 @@ def joined(runs: Sequence[Trajectory]) -> Trajectory:
         columns = zip(*(run.reactions() for run in runs), strict=True)
         arrays["rod_reactions"] = Reactions(*(np.concatenate(parts) for parts in columns))
     work = {kind: np.concatenate([run.work[kind] for run in runs]) for kind in runs[0].work}
-    return replace(runs[0], **arrays, work=work, events=tuple(event for run in runs for event in run.events))
+    held = runs[-1].held  # from the first instant on
+    return replace(runs[0], **arrays, work=work, held=held, events=tuple(event for run in runs for event in run.events))

@@ -43,6 +43,7 @@ class Trajectory:
     stats: Stats
     events: tuple[Event, ...] = ()  # of dry friction and stops, as they happened; none in older files
     work: dict[str, Array] = field(default_factory=dict)  # J (n,), of each kind of effect, with energy_balance
+    held: tuple[Array, ...] = ()  # N m (instants, k), of each Torque with `every`: its outputs, from t[0] on
     scene: dict[str, Any] = field(default_factory=dict)  # as in a scene file
     source: Any = field(default=None, repr=False, compare=False)  # the Scene that was run, in the process that ran it
 
@@ -99,7 +100,12 @@ class Trajectory:
     def _arrays(self) -> list[Array]:
         """Every array, in a fixed order; an empty one for each that there is not."""
         rods = [np.empty(0)] * len(Reactions._fields) if self.rod_reactions is None else list(self.rod_reactions)
-        return [getattr(self, name) for name in ARRAYS] + rods + [self.work[kind] for kind in sorted(self.work)]
+        return (
+            [getattr(self, name) for name in ARRAYS]
+            + rods
+            + [self.work[kind] for kind in sorted(self.work)]
+            + list(self.held)
+        )
 
     @property
     def _sampled(self) -> Self:
@@ -291,6 +297,7 @@ class Trajectory:
         if self.rod_reactions is not None:
             arrays |= self.rod_reactions._asdict()
         arrays |= {f"work_{kind}": work for kind, work in self.work.items()}
+        arrays |= {f"held_{i}": outputs for i, outputs in enumerate(self.held)}
         arrays |= event_arrays(self.events)
         meta = {"format": FORMAT, "scene": self.scene, **asdict(self.stats)}
         arrays["meta"] = np.array(json.dumps(meta))

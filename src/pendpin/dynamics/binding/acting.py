@@ -7,6 +7,7 @@ from pydantic import BaseModel
 
 from pendpin.arrays import Indices
 from pendpin.dynamics.as_written import expanded
+from pendpin.dynamics.held import HeldTorque
 from pendpin.effects import BodyEffect, ContactEffect, Effect, Idle, JointEffect, Torque
 from pendpin.errors import InputError, find, shown
 from pendpin.model.build import Model
@@ -15,12 +16,18 @@ from pendpin.model.build import Model
 def acting(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
     """The effects of a scene, with `Idle` in place of each of strength 0: these change no bit of a run.
 
-    In place of an as_written there is what it stands for.
+    In place of an as_written there is what it stands for, in place of a sampled Torque one that can hold.
 
     Raises InputError for a joint or link that the model lacks, whatever the strength.
     """
     listed = expanded(model, effects)
-    return tuple(_named(model, effect, f"effects[{i}]") if effect.idle else effect for i, effect in enumerate(listed))
+    return tuple(_bound(model, effect, f"effects[{i}]") for i, effect in enumerate(listed))
+
+
+def _bound(model: Model, effect: Effect, where: str) -> Effect:
+    if isinstance(effect, Torque) and effect.every is not None:
+        return HeldTorque.of(effect, chosen_joints(model, effect.on, where))
+    return _named(model, effect, where) if effect.idle else effect
 
 
 def _named(model: Model, effect: Effect, where: str) -> Idle:
@@ -76,5 +83,9 @@ def plain_arithmetic(effects: Sequence[Effect]) -> bool:
 
 
 def built_in(effects: Sequence[Effect]) -> bool:
-    """Whether all laws are pendpin's own: whether others run on symbols, or jump, their authors may never have asked."""
-    return all(type(effect).__module__.startswith("pendpin.") and not isinstance(effect, Torque) for effect in effects)
+    """Whether all laws are pendpin's own: whether others run on symbols, or jump, their authors may never have asked.
+
+    What is held from instant to instant jumps nowhere else.
+    """
+    own = (type(effect).__module__.startswith("pendpin.") for effect in effects)
+    return all(own) and not any(isinstance(effect, Torque) and effect.every is None for effect in effects)
