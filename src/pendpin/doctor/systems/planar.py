@@ -1,6 +1,6 @@
 """Systems that move in a vertical plane: one pendulum, two, and one on a cart; and a pendulum in polar angle and azimuth.
 
-Each is a function that gives accelerations, energies and positions; a body is a point mass at the end of its length, a
+A body is a point mass at the end of its length, a
 uniform rod, or any body with its centre of mass at h and the inertia I about it. Angles are measured from the vertical,
 hanging ("down") or upright ("up").
 """
@@ -8,7 +8,8 @@ hanging ("down") or upright ("up").
 from itertools import product
 
 from pendpin.doctor.systems.base import Formula, Quantities, Spec, Values
-from pendpin.doctor.systems.tables import Table, table_spec
+from pendpin.doctor.systems.linkages import SLIDES, Linkage
+from pendpin.doctor.systems.tables import Motion, Table, table_spec
 
 BODIES = {"any": "any rigid body", "point": "a point mass on a string or massless rod", "uniform": "a uniform rod"}
 
@@ -133,207 +134,107 @@ def _body(body: str, m: str, length: str, h: str, inertia: str) -> dict[str, For
     }
 
 
-def _energies(table: dict[str, Formula]) -> dict[str, Formula]:
-    return table | {"L": lambda q: q["T"] - q["V"], "E": lambda q: q["T"] + q["V"]}
+def _energies(linkage: Linkage) -> dict[str, Formula]:
+    return {"T": linkage.kinetic, "V": linkage.potential, **_SUMS}
 
 
-def _partial(of: str, by: str) -> Formula:
-    return lambda q: q.derivative(lambda there: there[of], by)
+_SUMS: dict[str, Formula] = {"L": lambda q: q["T"] - q["V"], "E": lambda q: q["T"] + q["V"]}
+
+
+def _rate(name: str, order: int = 1) -> Formula:
+    """The rate of a quantity; the second gives its acceleration."""
+    return lambda q: q.derivative(lambda there: there["d" * (order - 1) + name], "t")
 
 
 def _plane(body: str, up: bool) -> Spec:
+    linkage = Linkage(("theta",), (("theta",),), (("m", "I", ("h",)),), up)
     sign = -1 if up else 1  # of the weight's moment
     s, c = (lambda q: q.xp.sin(q["theta"])), (lambda q: q.xp.cos(q["theta"]))
-
-    def solve(q: Quantities) -> dict[str, Values]:
-        return {"ddtheta": -sign * q["m"] * q["g"] * q["h"] * s(q) / q["J"]}
-
-    formulas = _energies(
-        {
-            **_body(body, "m", "l", "h", "I"),
-            "J": lambda q: q["I"] + q["m"] * q["h"] ** 2,
-            "x": lambda q: q["h"] * s(q),
-            "y": lambda q: -sign * q["h"] * c(q),
-            "vx": lambda q: q["h"] * c(q) * q["dtheta"],
-            "vy": lambda q: sign * q["h"] * s(q) * q["dtheta"],
-            "v": lambda q: q["h"] * q["dtheta"],
-            "omega": lambda q: q["dtheta"] + q.number(0),
-            "alpha": lambda q: q["ddtheta"] + q.number(0),
-            "w0": lambda q: q.xp.sqrt(q["m"] * q["g"] * q["h"] / q["J"]),
-            "period": lambda q: q.number(2) * q.xp.pi / q["w0"],
-            "T": lambda q: q["J"] * q["dtheta"] ** 2 / q.number(2),
-            "V": lambda q: -sign * q["m"] * q["g"] * q["h"] * c(q),
-            "p": lambda q: q["J"] * q["dtheta"],
-            "S": lambda q: q["m"] * (q["h"] * q["dtheta"] ** 2 + sign * q["g"] * c(q)),
-            "Rt": lambda q: q["m"] * (q["h"] * q["ddtheta"] + sign * q["g"] * s(q)),
-            "Rx": lambda q: q["m"] * q["h"] * (c(q) * q["ddtheta"] - s(q) * q["dtheta"] ** 2),
-            "Ry": lambda q: q["m"] * (q["g"] + sign * q["h"] * (s(q) * q["ddtheta"] + c(q) * q["dtheta"] ** 2)),
-            "W": lambda q: q["m"] * q["g"],
-        }
-    )
-    parameters = ("m", "g", "l", *(("h", "I") if body == "any" else ()))
+    formulas = {
+        **_body(body, "m", "l", "h", "I"),
+        **_energies(linkage),
+        "J": linkage.mass("theta", "theta"),
+        "x": linkage.place("x", ("h",)),
+        "y": linkage.place("y", ("h",)),
+        "vx": _rate("x"),
+        "vy": _rate("y"),
+        "v": lambda q: q["h"] * q["dtheta"],
+        "omega": lambda q: q["dtheta"] + q.number(0),
+        "alpha": lambda q: q["ddtheta"] + q.number(0),
+        "w0": lambda q: q.xp.sqrt(q["m"] * q["g"] * q["h"] / q["J"]),
+        "period": lambda q: q.number(2) * q.xp.pi / q["w0"],
+        "p": linkage.momentum("theta"),
+        "S": lambda q: q["m"] * (q["h"] * q["dtheta"] ** 2 + sign * q["g"] * c(q)),
+        "Rt": lambda q: q["m"] * (q["h"] * q["ddtheta"] + sign * q["g"] * s(q)),
+        "Rx": lambda q: q["m"] * q["h"] * (c(q) * q["ddtheta"] - s(q) * q["dtheta"] ** 2),
+        "Ry": lambda q: q["m"] * (q["g"] + sign * q["h"] * (s(q) * q["ddtheta"] + c(q) * q["dtheta"] ** 2)),
+        "W": lambda q: q["m"] * q["g"],
+    }
     where = "its angle from upright" if up else "its angle from the vertical"
     title = f"a pendulum in a plane, {BODIES[body]}, in {where}"
-    kind = f"plane {body}{' up' if up else ''}"
+    parameters = ("m", "g", "l", *(("h", "I") if body == "any" else ()))
     extra = ("h", "I", "J") if body == "any" else ("h",)
-    return table_spec(
-        kind,
-        title,
-        Table(_PLANE),
-        ("theta",),
-        parameters,
-        ("ddtheta",),
-        formulas,
-        solve,
-        (),
-        (*extra, "omega", "v", "x"),
-    )
+    motion = Motion(("theta",), parameters, formulas, linkage.solve)
+    return table_spec(f"plane {body}{' up' * up}", title, Table(_PLANE), motion, (), (*extra, "omega", "v", "x"))
+
+
+def _pair(body: str, relative: bool, up: bool, loads: tuple[str, ...]) -> tuple[Linkage, dict[str, Formula]]:
+    """Two links and what is true of them."""
+    second = ("theta1", "theta2") if relative else ("theta2",)
+    bodies = (("m1", "I1", ("h1",)), ("m2", "I2", ("l1", "h2")))
+    linkage = Linkage(("theta1", "theta2"), (("theta1",), second), bodies, up, forces=("tau1", "tau2"))
+    ends = {"1": ("h1",), "2": ("l1", "h2"), "p1": ("l1",), "p2": ("l1", "l2")}
+    zeros: dict[str, Formula] = {name: lambda q: q.number(0) for name in ("tau1", "tau2") if name not in loads}
+    return linkage, {
+        **_body(body, "m1", "l1", "h1", "I1"),
+        **_body(body, "m2", "l2", "h2", "I2"),
+        **_energies(linkage),
+        **{f"J{i}": (lambda q, i=i: q[f"I{i}"] + q[f"m{i}"] * q[f"h{i}"] ** 2) for i in (1, 2)},
+        **{f"{axis}{end}": linkage.place(axis, lengths) for axis in "xy" for end, lengths in ends.items()},
+        **{f"p{i}": linkage.momentum(f"theta{i}") for i in (1, 2)},
+        **{f"M{i}{j}": linkage.mass(f"theta{i}", f"theta{j}") for i, j in ((1, 1), (1, 2), (2, 2))},
+        **zeros,
+    }
 
 
 def _two(body: str, relative: bool, equal: bool, up: bool, drive: str = "") -> Spec:
-    sign = -1 if up else 1
-
-    def angles(q: Quantities) -> tuple[Values, Values, Values, Values]:
-        """The absolute angles and their rates."""
-        first, second = q["theta1"], q["theta2"]
-        rates = q["dtheta1"], q["dtheta2"]
-        return (first, first + second, rates[0], sum(rates)) if relative else (first, second, *rates)  # type: ignore[return-value]
-
-    def inertias(q: Quantities) -> tuple[Values, Values, Values]:
-        first = q["I1"] + q["m1"] * q["h1"] ** 2 + q["m2"] * q["l1"] ** 2
-        return first, q["m2"] * q["l1"] * q["h2"], q["I2"] + q["m2"] * q["h2"] ** 2
-
-    def solve(q: Quantities) -> dict[str, Values]:
-        a, b, da, db = angles(q)
-        first, mixed, second = inertias(q)
-        c, s = q.xp.cos(a - b), q.xp.sin(a - b)
-        weight = sign * q["g"]
-        right = [-mixed * s * db**2 - (q["m1"] * q["h1"] + q["m2"] * q["l1"]) * weight * q.xp.sin(a)]
-        right += [mixed * s * da**2 - q["m2"] * q["h2"] * weight * q.xp.sin(b)]
-        if drive == "acrobot":
-            right = [right[0] - q["tau2"], right[1] + q["tau2"]]
-        if drive == "both":
-            right = [right[0] + q["tau1"] - q["tau2"], right[1] + q["tau2"]]
-        det = first * second - (mixed * c) ** 2
-        dda = (second * right[0] - mixed * c * right[1]) / det
-        ddb = (first * right[1] - mixed * c * right[0]) / det
-        return {"ddtheta1": dda, "ddtheta2": ddb - dda if relative else ddb}
-
-    def kinetic(q: Quantities) -> Values:
-        a, b, da, db = angles(q)
-        first, mixed, second = inertias(q)
-        return (first * da**2 + second * db**2) / q.number(2) + mixed * q.xp.cos(a - b) * da * db
-
-    def potential(q: Quantities) -> Values:
-        a, b, *_ = angles(q)
-        first = (q["m1"] * q["h1"] + q["m2"] * q["l1"]) * q.xp.cos(a)
-        return -sign * q["g"] * (first + q["m2"] * q["h2"] * q.xp.cos(b))
-
-    def matrix(i: int, j: int) -> Formula:
-        def value(q: Quantities) -> Values:
-            a, b, *_ = angles(q)
-            first, mixed, second = inertias(q)
-            off = mixed * q.xp.cos(a - b)
-            absolute = {(1, 1): first, (1, 2): off, (2, 2): second}
-            if not relative or (i, j) == (2, 2):
-                return absolute[i, j] + q.number(0)
-            return first + q.number(2) * off + second if (i, j) == (1, 1) else second + off
-
-        return value
-
-    def place(i: int, name: str, end: str) -> Formula:
-        def value(q: Quantities) -> Values:
-            a, b, *_ = angles(q)
-            xp, length = q.xp, q["h1" if end == "h" else "l1"]
-            turn = xp.sin if name == "x" else xp.cos
-            factor = 1 if name == "x" else -sign
-            if i == 1:
-                return factor * length * turn(a)
-            return factor * (q["l1"] * turn(a) + q["h2" if end == "h" else "l2"] * turn(b))
-
-        return value
-
-    formulas = _energies(
-        {
-            **_body(body, "m1", "l1", "h1", "I1"),
-            **_body(body, "m2", "l2", "h2", "I2"),
-            **{f"J{i}": (lambda q, i=i: q[f"I{i}"] + q[f"m{i}"] * q[f"h{i}"] ** 2) for i in (1, 2)},
-            **{f"{n}{i}": place(i, n, "h") for n in "xy" for i in (1, 2)},
-            **{f"{n}p{i}": place(i, n, "l") for n in "xy" for i in (1, 2)},
-            "T": kinetic,
-            "V": potential,
-            "p1": _partial("T", "dtheta1"),
-            "p2": _partial("T", "dtheta2"),
-            "M11": matrix(1, 1),
-            "M12": matrix(1, 2),
-            "M22": matrix(2, 2),
-        }
-    )
     loads = {"acrobot": ("tau2",), "both": ("tau1", "tau2"), "": ()}[drive]
-    formulas |= {name: (lambda q: q.number(0)) for name in ("tau1", "tau2") if name not in loads}
+    linkage, formulas = _pair(body, relative, up, loads)
     parameters = ("m1", "m2", "g", "l1", "l2", *(("h1", "h2", "I1", "I2") if body == "any" else ()))
     if equal:
         pairs = [(name, name[:-1] + "1") for name in parameters if name.endswith("2")]
         formulas |= {name: (lambda q, other=other: q[other] + q.number(0)) for name, other in pairs}
         parameters = tuple(name for name in parameters if not name.endswith("2"))
     kinds = {"point": "point masses", "uniform": "uniform rods", "any": "rigid bodies"}[body]
-    which = "relative" if relative else "absolute"
-    where = "upright" if up else "the vertical"
-    title = f"a double pendulum in a plane of {'equal ' * equal}{kinds}, in {which} angles from {where}"
+    which, where = "relative" if relative else "absolute", "upright" if up else "the vertical"
     driven = {"acrobot": ", with a torque at the second joint", "both": ", with torques at both joints", "": ""}[drive]
-    sums = ("sin theta1-theta2", "cos theta1-theta2") if not relative else ("sin theta1+theta2", "cos theta1+theta2")
+    title = f"a double pendulum in a plane of {'equal ' * equal}{kinds}, in {which} angles from {where}{driven}"
     kind = f"double {body} {which}{' equal' * equal}{' up' * up}{f' {drive}' if drive else ''}"
-    return table_spec(
-        kind,
-        title + driven,
-        Table(_TWO),
-        ("theta1", "theta2"),
-        (*parameters, *loads),
-        ("ddtheta1", "ddtheta2"),
-        formulas,
-        solve,
-        sums,
-    )
+    both = f"theta1{'+' if relative else '-'}theta2"
+    motion = Motion(linkage.coordinates, (*parameters, *loads), formulas, linkage.solve)
+    return table_spec(kind, title, Table(_TWO), motion, (f"sin {both}", f"cos {both}"))
 
 
 def _cart(body: str, up: bool, mirrored: bool) -> Spec:
-    sign, side = (-1 if up else 1), (-1 if mirrored else 1)
-
-    def solve(q: Quantities) -> dict[str, Values]:
-        s, c = q.xp.sin(q["theta"]), q.xp.cos(q["theta"])
-        mh, total = q["m"] * q["h"], q["M"] + q["m"]
-        push = q["F"] + side * mh * s * q["dtheta"] ** 2
-        fall = -sign * mh * q["g"] * s
-        det = total * q["J"] - (mh * c) ** 2
-        ddx = (q["J"] * push - side * mh * c * fall) / det
-        return {"ddx": ddx, "ddtheta": (total * fall - side * mh * c * push) / det}
-
-    def kinetic(q: Quantities) -> Values:
-        c, dx, dtheta = q.xp.cos(q["theta"]), q["dx"], q["dtheta"]
-        square = (q["M"] + q["m"]) * dx**2 + q["J"] * dtheta**2
-        return square / q.number(2) + side * q["m"] * q["h"] * c * dx * dtheta
-
-    formulas = _energies(
-        {
-            **_body(body, "m", "l", "h", "I"),
-            "J": lambda q: q["I"] + q["m"] * q["h"] ** 2,
-            "xp": lambda q: q["x"] + side * q["h"] * q.xp.sin(q["theta"]),
-            "yp": lambda q: -sign * q["h"] * q.xp.cos(q["theta"]),
-            "T": kinetic,
-            "V": lambda q: -sign * q["m"] * q["g"] * q["h"] * q.xp.cos(q["theta"]),
-            "px": _partial("T", "dx"),
-            "ptheta": _partial("T", "dtheta"),
-            "N": lambda q: q["m"] * q.derivative(lambda there: there["dxp"], "t"),
-            "P": lambda q: q["m"] * (q["g"] + q.derivative(lambda there: there["dyp"], "t")),
-        }
-    )
-    parameters = ("M", "m", "g", "l", *(("h", "I") if body == "any" else ()), "F")
+    bodies = (("M", "", (SLIDES,)), ("m", "I", (SLIDES, "h")))
+    linkage = Linkage(("x", "theta"), (("x",), ("theta",)), bodies, up, mirrored, ("F", ""))
+    formulas = {
+        **_body(body, "m", "l", "h", "I"),
+        **_energies(linkage),
+        "J": linkage.mass("theta", "theta"),
+        "xp": linkage.place("x", (SLIDES, "h")),
+        "yp": linkage.place("y", (SLIDES, "h")),
+        "px": linkage.momentum("x"),
+        "ptheta": linkage.momentum("theta"),
+        "N": lambda q: q["m"] * _rate("xp", 2)(q),
+        "P": lambda q: q["m"] * (q["g"] + _rate("yp", 2)(q)),
+    }
     where = "upright" if up else "the vertical"
     title = f"a pendulum on a cart, {BODIES[body]}, its angle from {where}{', positive the other way' * mirrored}"
     kind = f"cart-pole {body}{' up' * up}{' mirrored' * mirrored}"
-    return table_spec(
-        kind, title, Table(_CART), ("x", "theta"), parameters, ("ddx", "ddtheta"), formulas, solve, (), ("J", "I", "F")
-    )
+    parameters = ("M", "m", "g", "l", *(("h", "I") if body == "any" else ()), "F")
+    motion = Motion(linkage.coordinates, parameters, formulas, linkage.solve)
+    return table_spec(kind, title, Table(_CART), motion, (), ("J", "I", "F"))
 
 
 def conical_rate(q: Quantities) -> Values:
@@ -352,30 +253,27 @@ def _polar(body: str, up: bool) -> Spec:
     def square(q: Quantities) -> Values:
         return q["dtheta"] ** 2 + (q["dphi"] * q.xp.sin(q["theta"])) ** 2
 
-    formulas = _energies(
-        {
-            **{name: f for name, f in _body(body, "m", "l", "h", "J").items() if name == "h"},
-            **(
-                {"J": lambda q: q["m"] * q["l"] ** 2 / q.number(3 if body == "uniform" else 1)} if body != "any" else {}
-            ),
-            "x": lambda q: q["h"] * q.xp.sin(q["theta"]) * q.xp.cos(q["phi"]),
-            "y": lambda q: q["h"] * q.xp.sin(q["theta"]) * q.xp.sin(q["phi"]),
-            "z": lambda q: -sign * q["h"] * q.xp.cos(q["theta"]),
-            "v": lambda q: q["h"] * q.xp.sqrt(square(q)),
-            "T": lambda q: q["J"] * square(q) / q.number(2),
-            "V": lambda q: -sign * q["m"] * q["g"] * q["h"] * q.xp.cos(q["theta"]),
-            "p": lambda q: q["J"] * q["dphi"] * q.xp.sin(q["theta"]) ** 2,
-            "ptheta": lambda q: q["J"] * q["dtheta"],
-            "S": lambda q: q["m"] * (q["h"] * square(q) + sign * q["g"] * q.xp.cos(q["theta"])),
-        }
-    )
-    parameters = ("m", "g", "l", *(("h", "J") if body == "any" else ()))
+    inertia = _body(body, "m", "l", "h", "I")
+    if body != "any":
+        inertia["J"] = lambda q: q["I"] + q["m"] * q["h"] ** 2
+    formulas = {
+        **inertia,
+        "x": lambda q: q["h"] * q.xp.sin(q["theta"]) * q.xp.cos(q["phi"]),
+        "y": lambda q: q["h"] * q.xp.sin(q["theta"]) * q.xp.sin(q["phi"]),
+        "z": lambda q: -sign * q["h"] * q.xp.cos(q["theta"]),
+        "v": lambda q: q["h"] * q.xp.sqrt(square(q)),
+        "T": lambda q: q["J"] * square(q) / q.number(2),
+        "V": lambda q: q["m"] * q["g"] * q["z"],
+        **_SUMS,
+        "p": lambda q: q["J"] * q["dphi"] * q.xp.sin(q["theta"]) ** 2,
+        "ptheta": lambda q: q["J"] * q["dtheta"],
+        "S": lambda q: q["m"] * (q["h"] * square(q) + sign * q["g"] * q.xp.cos(q["theta"])),
+    }
     where = "upwards" if up else "downwards"
     title = f"a spherical pendulum, {BODIES[body]}: theta is the polar angle from {where} and phi the azimuth"
-    kind = f"polar {body}{' up' * up}"
-    return table_spec(
-        kind, title, Table(_POLAR), ("theta", "phi"), parameters, ("ddtheta", "ddphi"), formulas, solve, (), ("J", "p")
-    )
+    parameters = ("m", "g", "l", *(("h", "J") if body == "any" else ()))
+    motion = Motion(("theta", "phi"), parameters, formulas, solve)
+    return table_spec(f"polar {body}{' up' * up}", title, Table(_POLAR), motion, (), ("J", "p"))
 
 
 _FLAGS = (False, True)
