@@ -9,6 +9,7 @@ from pendpin.doctor.reading.names import CONSTANTS
 from pendpin.doctor.reading.tree import Unread, symbols, walk
 from pendpin.doctor.systems.base import Convention, System
 from pendpin.doctor.systems.known import SPECS
+from pendpin.doctor.systems.rod import RODS
 from pendpin.errors import InputError, not_one_of
 
 MOST_SAMPLED = 6  # equations that fail, of which a convention that is searched on explains one
@@ -83,47 +84,30 @@ def find_convention(equations: list[Printed], rod: str) -> tuple[Convention, lis
 
 
 INERTIAS = {"I1", "I2", "I3", "J1", "J2", "J3"}
-
-
-def most_general_rod(equations: list[Printed]) -> str:
-    """The kind of rod that a text is about: the symbols tell, unless more equations hold for any rod."""
-    likely = likely_rod(equations)
-    names = set().union(*(equation.names for one in equations for equation, _ in list(one.readings())[:1]))
-    if not names & {"h", "J1", "J2", "J3"}:
-        return likely
-    rods = dict.fromkeys((likely, "general", "symmetric"))
-    held = {rod: sum(_holds(one, System(SPECS[rod])) is True for one in equations) for rod in rods}
-    return max(rods, key=lambda rod: held[rod])
+ANY = {"symmetric", "general"}  # rods of any shape
+SYMBOLS_COUNT = 1.5  # equations: what the symbols of a text tell of its rod; another that is of any shape too needs less
+ITSELF = 0.25
 
 
 def likely_rod(equations: list[Printed]) -> str:
-    """The kind of rod that a text is about.
+    """The kind of rod that a text is about: its symbols tell, unless at least two equations more hold for another one."""
+    guess = _rod_of_symbols(equations)
 
-    What is stated counts first: an inertia about the axis that is 0, or h or an inertia given by l. Then the symbols: h, or
-    inertias without a length, call for any rod; r, or an inertia about the axis, for a uniform one; else it is thin.
-    """
-    names: set[str] = set()
-    for one in equations:
-        for equation, _ in list(one.readings())[:1]:
-            names |= equation.names
-    if any(_says_slender(one) for one in equations):
-        return "thin"
-    uniform = "uniform" if "r" in names else "thin"
-    if any(_says_uniform(one) for one in equations):
-        return uniform
-    if "h" in names or (names & INERTIAS and "l" not in names):
-        return "general" if any(_numbered(one) for one in equations) else "symmetric"
-    if uniform == "thin" and names & {"I3", "J3"}:
-        held = {rod: sum(_holds(one, System(SPECS[rod])) is True for one in equations) for rod in ("uniform", "thin")}
-        return "uniform" if held["thin"] < held["uniform"] + 2 else "thin"
-    return "point" if uniform == "thin" and _fits_point(equations) else uniform
+    def score(rod: str) -> float:
+        alike = rod == guess or {rod, guess} == ANY
+        held = sum(_holds(one, System(SPECS[rod])) is True for one in equations)
+        return held + SYMBOLS_COUNT * alike + ITSELF * (rod == guess)
+
+    return max(RODS, key=score)
 
 
-def _fits_point(equations: list[Printed]) -> bool:
-    """Whether two equations or more tell a point mass at the tip from a thin rod, and all of these hold for the point."""
-    verdicts = [[_holds(one, System(SPECS[rod])) for rod in ("point", "thin")] for one in equations]
-    telling = [point for point, thin in verdicts if point is not thin]
-    return len(telling) > 1 and all(telling)
+def _rod_of_symbols(equations: list[Printed]) -> str:
+    """h, or inertias without a length, call for any rod, r for a uniform one; else it is thin."""
+    readings = [equation for one in equations for equation, _ in list(one.readings())[:1]]
+    names = set().union(*(equation.names for equation in readings))
+    if _says_uniform(equations) or not ("h" in names or (names & INERTIAS and "l" not in names)):
+        return "uniform" if names & {"r", "I3", "J3"} else "thin"
+    return "general" if any(_numbered(one) for one in equations) else "symmetric"
 
 
 def _numbered(one: Printed) -> bool:
@@ -133,24 +117,13 @@ def _numbered(one: Printed) -> bool:
     return any(written.index[:1] in (*"12xy",) or written.styled for written in inertias)
 
 
-def _lone(one: Printed) -> tuple[set[str], set[str]]:
-    """The symbols and numbers that are all of a side of an equation, and all its names."""
-    sides = one.ways[0][0] if one.ways else ()
-    if len(sides) < 2:
-        return set(), set()
-    return {str(side.value) for side in sides if side.kind in ("symbol", "number")}, set().union(*map(symbols, sides))
-
-
-def _says_slender(one: Printed) -> bool:
-    """Whether an equation sets the inertia or moment about the rod's axis to 0."""
-    lone, _ = _lone(one)
-    return "0" in lone and bool(lone & {"I3", "J3", "M3", "Mc", "r"})
-
-
-def _says_uniform(one: Printed) -> bool:
+def _says_uniform(equations: list[Printed]) -> bool:
     """Whether an equation gives h or an inertia by the length."""
-    lone, names = _lone(one)
-    return "l" in names and "h" not in names - lone and bool(lone & {"h", "inertia", *INERTIAS})
+    for sides in (one.ways[0][0] for one in equations if one.ways):
+        lone, names = {side.value for side in sides if side.kind == "symbol"}, set().union(*map(symbols, sides))
+        if "l" in names and "h" not in names - lone and lone & {"h", "inertia", *INERTIAS}:
+            return True
+    return False
 
 
 def single_conventions() -> list[Convention]:

@@ -8,7 +8,7 @@ from functools import partial
 from itertools import chain
 from typing import Any
 
-from pendpin.doctor.conventions import conventions_of, find_convention, most_general_rod, single_conventions
+from pendpin.doctor.conventions import conventions_of, find_convention, likely_rod, single_conventions
 from pendpin.doctor.letters import MOST_COUNTED, Again, held, settled, weight
 from pendpin.doctor.patients import Printed, printed
 from pendpin.doctor.reading.documents import Document
@@ -127,7 +127,7 @@ def _as_rod(document: Document, table: dict[str, str], rod: str | None, conventi
     usual = {f"?{letter}": lone(f"{name}(phi)", words) for letter, name in (("s", "sin"), ("c", "cos"))}
     known = {k: v for k, v in usual.items() if v}
     equations = printed(document.statements, given, known, words)
-    kind = rod or most_general_rod(equations)
+    kind = rod or likely_rod(equations)
     base, remarks = (conventions_of(convention), []) if convention is not None else find_convention(equations, kind)
     if rod is None and kind == "point":
         text = "These are equations of a point mass on a massless rod or string"
@@ -155,7 +155,7 @@ def _renamed_rods(document: Document, table: dict[str, str], rod: Reading) -> It
         renamed = {first: Written("theta"), second: Written("phi")}
         words, given = read_symbols(table, rod.system.spec, renamed)
         equations = printed(document.statements, given, {}, words)
-        spec = SPECS[most_general_rod(equations)]
+        spec = SPECS[likely_rod(equations)]
         option = f"{'_'.join(first).rstrip('_')}=theta,{'_'.join(second).rstrip('_')}=phi"
         words_of = f"The angles are read so that most equations hold; confirm it with --symbols {option}."
         again = partial(printed, document.statements, given, {})
