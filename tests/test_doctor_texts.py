@@ -109,6 +109,16 @@ def test_a_letter_has_one_meaning_in_a_text(wrong, right):
     assert right in finding.mends[0].new
 
 
+@pytest.mark.parametrize(
+    ("text", "verdict"), [("J_1 = I_1", "fails"), ("h = l/2", "not checked"), ("l = 2 m", "not checked")]
+)
+def test_a_parameter_is_chosen_only_among_those_that_there_are(text, verdict):
+    """J_1 is always larger than I_1; l may be two metres. Where nobody named the system, J may be another name of I."""
+    assert [f.verdict for f in pp.diagnose([text], rod="general").findings] == [verdict]
+    renamed = pp.diagnose(r"$J=I$, $J\ddot\theta = -m g h\sin\theta$, $T = J\dot\theta^2/2$")
+    assert [f.verdict for f in renamed.findings] == ["not checked", "holds", "holds"]
+
+
 def test_a_damping_is_said_to_be_0():
     """Its letter may be a length elsewhere."""
     energies = r"$T = \frac12 m l^2\dot\theta^2$, $V = -m g l\cos\theta$, "

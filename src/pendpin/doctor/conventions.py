@@ -85,7 +85,9 @@ def find_convention(equations: list[Printed], rod: str) -> tuple[Convention, lis
 
 INERTIAS = {"I1", "I2", "I3", "J1", "J2", "J3"}
 ANY = {"symmetric", "general"}  # rods of any shape
-SYMBOLS_COUNT = 1.5  # equations: what the symbols of a text tell of its rod; another that is of any shape too needs less
+SYMBOLS_COUNT = (
+    1.5  # equations: what the symbols of a text tell of its rod; another that is of any shape too needs less
+)
 ITSELF = 0.25
 
 

@@ -8,6 +8,10 @@ from functools import partial
 from itertools import chain
 from typing import Any
 
+import numpy as np
+
+from pendpin.doctor.checking.dimensions import of_equation
+from pendpin.doctor.checking.residuals import residuals
 from pendpin.doctor.conventions import conventions_of, find_convention, likely_rod, single_conventions
 from pendpin.doctor.letters import MOST_COUNTED, Again, held, settled, weight
 from pendpin.doctor.patients import Printed, printed
@@ -16,7 +20,7 @@ from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.legend import legend
 from pendpin.doctor.reading.names import Vocabulary, Written, of_word, raw
 from pendpin.doctor.reading.tree import Node, Unread, symbols, walk
-from pendpin.doctor.systems.base import Convention, Spec, System
+from pendpin.doctor.systems.base import Convention, Spec, System, random_states
 from pendpin.doctor.systems.known import SPECS
 from pendpin.doctor.systems.planar import FAMILIES
 from pendpin.doctor.systems.rod import RODS
@@ -66,7 +70,8 @@ class Reading:
         if all(side.kind == "symbol" for side in sides) and any("q_i" in inside for inside in names):
             return "it says what a name stands for"
         every = set().union(*names)
-        if every <= spec.still and all(_is_multiple(side) for side in sides):
+        multiples = every <= spec.still and all(_is_multiple(side) for side in sides)
+        if multiples and (not self.chosen or _can_be_chosen(one, self.system)):  # else J may be called I
             return "it chooses a parameter: nothing to check"
         values = [side for side, inside in zip(sides, names, strict=True) if not inside]
         lone = all(side.kind == "symbol" for side in sides if side not in values)
@@ -80,6 +85,19 @@ def _is_multiple(node: Node) -> bool:
     """Whether an expression is a number times one symbol at most."""
     inside = [part for part in walk(node) if part.kind == "symbol"]
     return len(inside) <= 1 and all(part.kind in ("symbol", "number", "product", "power") for part in walk(node))
+
+
+def _can_be_chosen(one: Printed, system: System) -> bool:
+    """Whether parameters may be equal: one is a number, also of metres, or neither is always the larger."""
+    names = [_names(side) for side in one.ways[0][0]]
+    lengths = {name for name in system.spec.still if system.spec.dimensions[name] == (0, 1, 0)}
+    if not all(names) or ({"m"} in names and lengths.intersection(*names[:1])):
+        return True
+    for equation, _ in one.readings():
+        rows = np.concatenate([rows for rows, _ in residuals(equation, random_states(system))])
+        if rows.min() <= 0 <= rows.max() and not of_equation(equation, system.spec)[1]:
+            return True
+    return False
 
 
 def _names(node: Node) -> set[str]:

@@ -147,7 +147,8 @@ class Parser(Brackets):
     def power(self) -> Node:
         """A factor with its exponents."""
         base = self.atom()
-        while base.bracketed and self.peek().kind == "prime":
+        bracketed = base.bracketed is not None
+        while bracketed and self.peek().kind == "prime":
             for _ in self.take().text:
                 base = Node("derivative", (base.outer[0], self.peek(-1).end), "t", (base,))
         while self.peek().kind in ("^", "superscript"):

@@ -207,7 +207,7 @@ class PrintedNames:
 
     def differentiated(self, node: Node, by: Node | None, span: Span) -> Node:
         """The derivative of a node; a symbol's rate is a symbol."""
-        variable = by.value if by is not None else "t"
+        variable = "t" if by is None else _variable(by)
         if variable == "t" and node.kind == "symbol":
             assert node.written is not None
             return named(replace(node.written, dots=node.written.dots + 1), span, self.words)
@@ -227,6 +227,11 @@ class PrintedNames:
             depth += {"open": 1, "close": -1}.get(self.take().kind, 0)
             if depth == 0:
                 return
+
+
+def _variable(by: Node) -> str:
+    """The name of what is derived by: of a rate without a name of its own that of its symbol with a d before it."""
+    return str(by.value) if by.kind == "symbol" else f"?d{_variable(by.children[0]).lstrip('?')}"
 
 
 def named(written: Written, span: Span, words: Vocabulary) -> Node:

@@ -1,8 +1,9 @@
 """Trees as MathML, which browsers typeset without fonts or network; changed parts are marked."""
 
 import html
+from dataclasses import replace
 
-from pendpin.doctor.reading.names import Written
+from pendpin.doctor.reading.names import Written, of_word
 from pendpin.doctor.reading.tree import Node, Span
 
 GREEK = {"theta": "θ", "phi": "φ", "omega": "ω", "alpha": "α", "psi": "ψ", "pi": "π", "beta": "β", "gamma": "γ"}
@@ -55,10 +56,23 @@ def _inside(node: Node, changed: tuple[Span, ...]) -> str:
             lines = "".join(f"<mtr>{''.join(cells[i * columns : (i + 1) * columns])}</mtr>" for i in range(rows))
             return f"<mrow><mo>[</mo><mtable>{lines}</mtable><mo>]</mo></mrow>"
         case _:
-            variable = "t" if values == "t" else symbol(Written(str(values)))
-            sign = "d" if values == "t" else "∂"
-            below = f"<mrow><mi>{sign}</mi>{variable if values != 't' else '<mi>t</mi>'}</mrow>"
-            return f"<mrow><mfrac><mi>{sign}</mi>{below}</mfrac>{part(node.children[0], changed)}</mrow>"
+            return _derivative(node, changed)
+
+
+def _derivative(node: Node, changed: tuple[Span, ...]) -> str:
+    """Dots over a symbol without a name for its rate; d over dt, or over what else, before anything else."""
+    inner, order = node.children[0], 1
+    while inner.kind == "derivative" and inner.value == node.value and not inner.bracketed:
+        inner, order = inner.children[0], order + 1
+    if node.value == "t" and inner.kind == "symbol":
+        written = inner.written or Written(str(inner.value).lstrip("?"))
+        return symbol(replace(written, dots=written.dots + order))
+    name = str(node.value).lstrip("?")
+    sign, variable = ("d", "<mi>t</mi>") if name == "t" else ("∂", symbol(of_word(name) or Written(name)))
+    above, below = f"<mi>{sign}</mi>", variable
+    if order > 1:
+        above, below = (f"<msup>{text}<mn>{order}</mn></msup>" for text in (above, below))
+    return f"<mrow><mfrac>{above}<mrow><mi>{sign}</mi>{below}</mrow></mfrac>{part(inner, changed)}</mrow>"
 
 
 def _power(node: Node, changed: tuple[Span, ...]) -> str:
