@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 import pendpin as pp
+from pendpin.doctor.reading.grammar import parse
+from pendpin.doctor.reading.names import Vocabulary, raw
+from pendpin.doctor.reports.mathml import part
 from pendpin.doctor.systems.base import System, random_states
 from pendpin.doctor.systems.planar import FAMILIES
 
@@ -117,6 +120,27 @@ def test_a_parameter_is_chosen_only_among_those_that_there_are(text, verdict):
     assert [f.verdict for f in pp.diagnose([text], rod="general").findings] == [verdict]
     renamed = pp.diagnose(r"$J=I$, $J\ddot\theta = -m g h\sin\theta$, $T = J\dot\theta^2/2$")
     assert [f.verdict for f in renamed.findings] == ["not checked", "holds", "holds"]
+
+
+def test_one_fault_leaves_the_system_and_the_letters_as_they_are():
+    """A wrong sign in a Lagrangian makes no other system of the text; s_2 = sin q_2 is no length, though T is wrong."""
+    texts_by_title = {title.partition(" [")[0]: text for title, text in by_hand()}
+    faults = {
+        "spherical pendulum by its constant momentum": (r"\sin^2\theta) + mgR", r"\sin^2\theta) - mgR"),
+        "an article on two rods, relative angles": (r"l_1^2}{3}+m_2", r"l_1^2}{3}-m_2"),
+    }
+    for title, change in faults.items():
+        (wrong,) = pp.diagnose(texts_by_title[title].replace(*change)).wrong
+        assert wrong.mends[0].words.startswith("the sign of")
+
+
+@pytest.mark.parametrize(
+    ("printed", "typeset"), [(r"\varphi''", "<mi>φ</mi>"), (r"(J\phi)''", "<msup><mi>d</mi><mn>2</mn></msup>")]
+)
+def test_second_derivatives_are_typeset_as_one(printed, typeset):
+    [[side]] = parse(printed, Vocabulary(raw))
+    assert typeset in part(side, ())
+    assert part(side, ()).count("<mfrac>") == ("(" in printed)
 
 
 def test_a_damping_is_said_to_be_0():

@@ -5,11 +5,12 @@ else does not hold. A letter that the text defines itself has that meaning, what
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from itertools import islice
 
 from pendpin.doctor.checking.conditions import loads_at_zero, small_angles
+from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.patients import Printed, holding
 from pendpin.doctor.reading.names import Vocabulary, Written
@@ -57,9 +58,10 @@ def settled(equations: list[Printed], system: System, again: Again) -> list[Prin
     words = next(one.words for one in equations if one.ways)
     for _ in range(MOST_CHANGED):
         here, better = held(equations, system), None
-        for name, meaning in islice(_other_meanings(equations, system, words), MOST_TRIED):
-            other = replace(words, chosen=words.chosen | {name: meaning})
-            changed = _with(equations, again(other), name)
+        singles = ({name: meaning} for name, meaning in islice(_other_meanings(equations, system, words), MOST_TRIED))
+        for change in (_defined_anew(equations, system, words), *singles):
+            other = replace(words, chosen=words.chosen | change)
+            changed = _with(equations, again(other), change.keys())
             if (most := held(changed, system)) > here:
                 here, better = most, (changed, other)
         if better is None:
@@ -68,11 +70,24 @@ def settled(equations: list[Printed], system: System, again: Again) -> list[Prin
     return _agreed(equations, system, again, words)
 
 
-def _with(equations: list[Printed], changed: list[Printed], name: Name) -> list[Printed]:
-    """The changed equations in place of those that have a letter, or a symbol that is defined by it."""
+def _with(equations: list[Printed], changed: list[Printed], names: Collection[Name]) -> list[Printed]:
+    """The changed equations in place of those that have one of some letters, or a symbol that is defined by it."""
     if len(changed) != len(equations):
         return changed
-    return [new if name in _letters(one) else one for one, new in zip(equations, changed, strict=True)]
+    return [new if _letters(one) & {*names} else one for one, new in zip(equations, changed, strict=True)]
+
+
+def _defined_anew(equations: list[Printed], system: System, words: Vocabulary) -> dict[Name, str]:
+    """The letters that equations such as s_2 = sin q_2, which use none of these, give another dimension: a meaning anew."""
+    found: dict[Name, set[Name]] = {}
+    for one in (one for one in equations if one.ways and one.ways[0][0][0].written):
+        (first, *others), _ = one.ways[0]
+        assert first.written is not None
+        name = (first.written.letter, first.written.index)
+        disagree = all(of_equation(equation, system.spec)[1] for equation, _ in one.readings())
+        if disagree and not first.written.dots and not {*_meanings(name, words)} & {*system.spec.state}:
+            found[name] = {(part.written.letter, part.written.index) for part in _symbols(others) if part.written}
+    return {name: "" for name, used in found.items() if not used & found.keys()}
 
 
 def _letters(one: Printed) -> set[Name]:
@@ -131,7 +146,7 @@ def _agreed(equations: list[Printed], system: System, again: Again, words: Vocab
         alike = [other for other in others if _same_dimension(usual, other[0], system)]
         if len(alike) != 1 or alike[0][1] > 1 or often < OFTEN:
             continue
-        changed = _with(equations, again(replace(words, chosen=words.chosen | {name: usual})), name)
+        changed = _with(equations, again(replace(words, chosen=words.chosen | {name: usual})), [name])
         lost = sum(holding(one, system) is not None for one in equations)
         lost -= sum(holding(one, system) is not None for one in changed)
         if lost == 1:

@@ -35,6 +35,7 @@ ANGLE_LETTERS = {"theta", "phi", "alpha", "beta", "psi", "gamma", "q", "varphi",
 UNKNOWN = "no system that pendpin knows"
 RARELY = 5  # times that a letter stands more often than another that is a slip
 NEARLY = 0.99  # of what may hold: the search ends
+CLOSE, MOST_SETTLED = 2.5, 4  # readings in which so few equations fewer hold are compared more closely, and how many
 SURE = 0.6  # of what may hold: no other system is tried then
 FEW = 3  # equations: fewer, none of which holds, may all be wrong
 # words of texts about systems that pendpin does not know
@@ -115,20 +116,34 @@ def read(document: Document, choices: dict[str, Any]) -> Reading:
     rod = _as_rod(document, table, kind if kind in RODS else None, convention)
     best, most = rod, held(rod.equations, rod.system) + 0.5 if kind not in FAMILIES else -1.0
     sure = kind in RODS or convention is not None or rod.unknown or most > SURE * _most(rod)
-    others: list[Reading] = []
+    counted: list[tuple[float, Reading]] = []
     for other in () if sure else chain(_renamed_rods(document, table, rod), _others(document, table, kind)):
-        others.append(other)
-        if (count := held(other.equations, other.system)) > most:
-            best, most = other, count
+        counted.append((held(other.equations, other.system), other))
+        if counted[-1][0] > most:
+            most, best = counted[-1]
         if most > NEARLY * _most(best):
             break
     if most < 1:
-        counts = [held(one.equations, one.system, small=True) for one in others]
-        best, most = max([(best, 0.5), *zip(others, counts, strict=True)], key=lambda pair: pair[1])
-    if not best.unknown and best.again is not None:
-        best = replace(best, equations=settled(best.equations, best.system, best.again), chosen=kind is not None)
-        most = max(most, held(best.equations, best.system))
+        small = [(held(one.equations, one.system, small=True), one) for _, one in counted]
+        most, best = max([(0.5, best), *small], key=lambda pair: pair[0])
+    elif not sure and most <= NEARLY * _most(best):
+        best = _best_settled(best, [other for count, other in counted if count > most - CLOSE and other is not best])
+    best = best if best.unknown else replace(_settled(best), chosen=kind is not None)
+    most = max(most, held(best.equations, best.system))
     return best if best.chosen or best.unknown else _doubted(best, int(most), document)
+
+
+def _settled(reading: Reading) -> Reading:
+    """The same, each of whose letters has one meaning."""
+    if reading.again is None:
+        return reading
+    return replace(reading, equations=settled(reading.equations, reading.system, reading.again), again=None)
+
+
+def _best_settled(best: Reading, others: list[Reading]) -> Reading:
+    """Of readings in which about as many equations hold that in which most do once their letters have one meaning."""
+    readings = [_settled(one) for one in (best, *others[:MOST_SETTLED])]
+    return max(readings, key=lambda one: held(one.equations, one.system))
 
 
 def _as_scene(document: Document, table: dict[str, str], scene: Any) -> Reading:

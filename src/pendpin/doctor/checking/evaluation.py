@@ -155,7 +155,8 @@ def _sum(node: Node, parts: list[Values]) -> Values:
     for sign, part, child in zip(node.value, parts, node.children, strict=True):
         if part.shape[:-1] != shape and not (child.kind == "number" and child.value == 0):
             raise Mismatch("a number is added to a vector", child.span[0])
-        total = total + part if sign > 0 else total - part
+        with np.errstate(invalid="ignore"):  # infinite less infinite: the equation has no value, and is said not to
+            total = total + part if sign > 0 else total - part
     return total
 
 

@@ -191,10 +191,10 @@ def _read(values: Values, reader: Reader) -> Iterator[tuple[Monomial, str]]:
 
 
 def equal_products(found: list[Need], equation: Equation, quantities: Quantities, editor: Editor) -> list[Edit]:
-    """A number that is wrong in the same way in several equal products, such as m l²/3 printed twice."""
+    """A number that is wrong in the same way wherever it or an equal product stands, such as m l²/3 printed twice."""
     groups: dict[tuple, dict[int, Need]] = defaultdict(dict)
     for need in found:
-        if need.node.kind == "product" and not any(part.kind == "sum" for part in walk(need.node)):
+        if need.node.kind in ("product", "number") and not any(part.kind == "sum" for part in walk(need.node)):
             groups[key(need.node)][id(need.node)] = need
     edits = []
     for members in (list(group.values()) for group in groups.values() if len(group) > 1):

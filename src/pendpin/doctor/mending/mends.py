@@ -202,7 +202,7 @@ def _verified(patient: Patient, edits: list[Edit]) -> list[Mend]:
         text = apply(patient.text, edit.splices)
         try:
             equation = patient.read(text)
-            if not _empty(equation, patient) and relative_error(equation, truth) < TOLERANCE:
+            if relative_error(equation, truth) < TOLERANCE and not _empty(equation, patient):
                 shape, odd = standing(equation, patient.system)
                 held.append((edit.cost + odd, edit, text, equation, shape))
         except Unread:
@@ -223,12 +223,18 @@ def _verified(patient: Patient, edits: list[Edit]) -> list[Mend]:
 
 
 def _empty(equation: Equation, patient: Patient) -> bool:
-    """Whether an equation says little: of constants alone unlike the wrong one, two sides alike, or one within another."""
-    if equation.names <= patient.system.spec.still and not patient.equation.names <= patient.system.spec.still:
-        return True
+    """Whether an equation that holds says little.
+
+    That is one of constants alone unlike the wrong one, of what is given freely and cancels, with two sides alike, or with
+    one side within another.
+    """
+    spec = patient.system.spec
+    fewer = equation.names <= spec.still and not patient.equation.names <= spec.still
+    given = equation.names <= {*spec.state, *spec.parameters} and not _differentiated(equation)
+    cancels = given and equation.names & {*spec.parameters}
     lone = {side.value: side for side in equation.sides if side.kind == "symbol"}
     again = any(lone.keys() & symbols(side) for side in equation.sides if side not in lone.values())
-    return again or any(key(left) == key(right) for left, right in pairwise(equation.sides))
+    return bool(fewer or cancels or again) or any(key(left) == key(right) for left, right in pairwise(equation.sides))
 
 
 def _order(edit: Edit) -> tuple[float, int, str]:

@@ -29,7 +29,7 @@ v | m/s | v v_G v_cm
 omega | 1/s | omega Omega w
 alpha | 1/s | alpha
 w0 | 1/s | omega omega_0 omega_n Omega
-T | N m | T K E_k T_1 E_kin KE
+T | N m | T K E_k E_c T_1 E_kin KE
 V | N m | V U E_p E_pot PE Pi
 L | N m | L
 E | N m | E H E_0 H_0
@@ -64,7 +64,7 @@ xp1 | m | x_1
 yp1 | m | y_1 z_1
 xp2 | m | x_2
 yp2 | m | y_2 z_2
-T | N m | T K E_k KE
+T | N m | T K E_k E_c KE
 V | N m | V U E_p PE
 L | N m | L
 E | N m | E H
@@ -89,7 +89,7 @@ I | kg m2 | I J I_G I_1 J_1
 J | kg m2 | J I I_O J_O
 xp | m | x_p x_2 x_m x_1 x_G
 yp | m | y_p y_2 y_m y y_1 y_G
-T | N m | T K E_k KE
+T | N m | T K E_k E_c KE
 V | N m | V U E_p PE
 L | N m | L
 E | N m | E H
@@ -112,7 +112,7 @@ x | m | x
 y | m | y
 z | m | z
 v | m/s | v
-T | N m | T K E_k
+T | N m | T K E_k E_c
 V | N m | V U E_p
 L | N m | L
 E | N m | E H

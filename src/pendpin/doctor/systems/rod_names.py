@@ -49,8 +49,10 @@ def _base(written: Written) -> tuple[str, ...]:
     if letter == "q":
         return {"1": ("theta",), "2": ("phi",), "i": ("q_i",), "": ("q_i",)}.get(index, ())
     if letter in _ENERGIES:
-        known = index in ("", "k", "p", "kin", "pot", "tot")
-        energy = {"E_k": "T", "E_p": "V", "E_kin": "T", "E_pot": "V"}.get(f"{letter}_{index}", _ENERGIES[letter])
+        known = index in ("", "k", "c", "p", "kin", "pot", "tot")
+        energy = {"E_k": "T", "E_c": "T", "E_p": "V", "E_kin": "T", "E_pot": "V"}.get(
+            f"{letter}_{index}", _ENERGIES[letter]
+        )
         return () if not known else ("L", "l") if energy == "L" and not index else (energy,)
     return (letter,) if letter in _SIMPLE and not index else ()
 
