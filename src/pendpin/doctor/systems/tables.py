@@ -47,7 +47,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Motion:
-    """What moves, what is given, what follows from these, and the accelerations of the coordinates."""
+    """Coordinates, parameters, the quantities that follow from these, and the accelerations of the coordinates."""
 
     coordinates: tuple[str, ...]
     parameters: tuple[str, ...]
