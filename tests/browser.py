@@ -10,7 +10,6 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -18,10 +17,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from laws import HANG
+from laws import HANG, sooner_or_later
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-LIMIT = HANG  # s, for an answer
 FLAGS = """
     --headless --no-sandbox --disable-gpu --use-angle=swiftshader --enable-unsafe-swiftshader --disable-quic
     --no-first-run --disable-background-networking --disable-component-update --disable-sync --disable-dev-shm-usage
@@ -55,18 +53,17 @@ class Browser:
         self._asked += 1
         message = {"id": self._asked, "method": method, "params": params}
         os.write(self._to, json.dumps(message | ({"sessionId": session} if session else {})).encode() + b"\0")
-        end = time.monotonic() + LIMIT
-        while (answer := self._next(end)).get("id") != self._asked:
+        while (answer := self._next()).get("id") != self._asked:
             self.events.append(answer)
         assert "error" not in answer, answer
         return answer["result"]
 
-    def _next(self, end: float) -> dict[str, Any]:
+    def _next(self) -> dict[str, Any]:
         while b"\0" not in self._heard:
-            ready, _, _ = select.select([self._back], [], [], max(0.0, end - time.monotonic()))
+            ready, _, _ = select.select([self._back], [], [], HANG)
             heard = os.read(self._back, 1 << 20) if ready else b""
             if not heard:
-                pytest.fail(f"Chromium {'ended' if ready else f'did not answer within {LIMIT} s'}")
+                pytest.fail(f"Chromium {'ended' if ready else f'did not answer within {HANG} s'}")
             self._heard += heard
         message, self._heard = self._heard.split(b"\0", 1)
         return json.loads(message)
@@ -96,13 +93,10 @@ class Page:
         """The text of the element with this id."""
         return self.evaluate(f"document.getElementById({name!r}).textContent")
 
-    def wait_for(self, condition: str, seconds: float = LIMIT) -> None:
+    def wait_for(self, condition: str) -> None:
         """Wait until an expression holds in the page."""
-        end = time.monotonic() + seconds
-        while not self.evaluate(condition):
-            if time.monotonic() > end:
-                pytest.fail(f"after {seconds} s this does not hold: {condition}; the page says {self.complaints}")
-            time.sleep(0.05)
+        if not sooner_or_later(lambda: self.evaluate(condition)):
+            pytest.fail(f"this does not come to hold: {condition}; the page says {self.complaints}")
 
     def press(self, x: float, y: float) -> None:
         """Press and release the mouse at a place, in pixels from the top left."""

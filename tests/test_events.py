@@ -24,7 +24,6 @@ INERTIA = ROD.rods[0].properties.I1 + 0.25  # kg m² about the joint
 G = 9.81
 METHODS = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
 
-
 run_of = partial(scenes.run_of, model=ROD, duration=5.0, method="dop853", samples=2)
 
 
@@ -62,7 +61,6 @@ def test_a_jump_is_found_where_it_is() -> None:
 
 def test_rounding_is_no_jump() -> None:
     """A function that starts at 0 and is off by its rounding, far above the floor, does not wear out the search."""
-
     looks = []
 
     def guards(t):

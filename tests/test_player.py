@@ -1,7 +1,6 @@
 """The player of a run: every control does what it says, in a headless Chromium; and what is drawn, by its laws."""
 
 import os
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +10,7 @@ import pytest
 
 import pendpin as pp
 from browser import Browser, Page, chromium
-from laws import HANG
+from laws import sooner_or_later
 from pendpin.graphics.drawing import Curve, Plot, Quantity
 from pendpin.graphics.page import write_page
 from pendpin.graphics.run_drawing import drawing_of
@@ -329,10 +328,7 @@ def test_a_failing_test_leaves_no_browser_behind() -> None:
     with pytest.raises(ZeroDivisionError):
         fail()
     [profile] = profiles
-    end = time.monotonic() + HANG  # killed, they take a moment to go
-    while processes_with(profile) and time.monotonic() < end:
-        time.sleep(0.05)
-    assert processes_with(profile) == []
+    assert sooner_or_later(lambda: processes_with(profile) == [])  # killed, they take a moment to go
     assert not os.path.exists(profile)
 
 

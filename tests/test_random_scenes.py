@@ -1,4 +1,4 @@
-"""A slice of the campaign of random scenes; and its reference_route sees what it is there to see."""
+"""A slice of the campaign of random scenes; and its judgement sees what it is there to see."""
 
 import os
 import re
@@ -145,7 +145,6 @@ def test_what_happens_to_a_worker_is_a_fault(
 
     monkeypatch.setattr(random_scenes, "outcome", acting)
     monkeypatch.setattr(random_scenes, "LATE", 0.2 if act is _spin else HANG)
-    monkeypatch.setattr(random_scenes, "STARVED", HANG)
     first, second = (result for _, result in outcomes(range(2), SEED, tmp_path))
     assert first.kind == FAULT
     assert words in first.words

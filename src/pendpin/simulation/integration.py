@@ -15,7 +15,7 @@ from pendpin.arrays import Array
 from pendpin.errors import Halted, Interrupted, PendpinError, RunError
 from pendpin.integrators import Run, Stop
 from pendpin.simulation.checkpoint import RunState, Saver
-from pendpin.simulation.limits import Stalled
+from pendpin.simulation.limits import SamplesTooFew, Stalled
 from pendpin.simulation.loop import IntegrationLoop
 
 LEVELS, PARTS = (
@@ -66,13 +66,14 @@ def integrate_to_end(
 def _locate_stop(loop: IntegrationLoop, done: RunState, error: RunError) -> tuple[RunState, Stop | None]:
     """The run with the samples that its last segment has lost, and the last state before it stopped, where there is one.
 
-    The error is that of the segment. A method with a fixed step has a sample there.
+    The error is that of the segment. A method with a fixed step has a sample there. Too few samples stop nothing: nearer
+    ones would pass.
     """
     times = loop.times
     try:
         if isinstance(error, Stalled):
             return _recover(loop, done, error.t)
-        if loop.integrator.step is not None or done.complete:
+        if loop.integrator.step is not None or done.complete or isinstance(error, SamplesTooFew):
             return done, None
         return done, _approach(loop, done)
     finally:

@@ -11,7 +11,7 @@ import numpy as np
 from pendpin.arrays import Array, Mask
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import ProgressCallback
-from pendpin.errors import Halted
+from pendpin.errors import Halted, RunError
 from pendpin.records import LARGEST
 from pendpin.trajectory import Trajectory, exchanged
 from pendpin.trajectory.parts import ROUNDING
@@ -76,6 +76,10 @@ class Stalled(Halted):
     """A run that hardly advances any more; up to `t`, in s since its start, it advanced at a usable pace."""
 
     t = 0.0
+
+
+class SamplesTooFew(RunError):
+    """Output times are too far apart to read a result from: another choice of them is the cure, wherever the run is."""
 
 
 class Patience:

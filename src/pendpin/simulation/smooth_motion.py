@@ -7,11 +7,11 @@ import numpy as np
 
 from pendpin.arrays import Array, Indices, subdivided
 from pendpin.engines import Derivative
-from pendpin.errors import RunError
 from pendpin.integrators import Memory, Segment, StepPlan
 from pendpin.integrators.base import SHORTEST
 from pendpin.integrators.fixed import steps_in
 from pendpin.simulation.checkpoint import RunState
+from pendpin.simulation.limits import SamplesTooFew
 from pendpin.simulation.loop import IntegrationLoop, Task
 
 EVALUATIONS = 20_000  # in a segment, about: an interrupt loses at most these
@@ -122,13 +122,13 @@ class SmoothLoop(IntegrationLoop):
     def _density(self, span: Array, times: Array, segment: Segment, size: int) -> float:
         """The states per second that a segment needs at times (k,) over a beginning of `span` (n,): at least one a step.
 
-        Raises RunError where a rod turns too often to be followed.
+        Raises SamplesTooFew where a rod turns too often to be followed.
         """
         if self.engine.on_angles:
             return 0.0
         turning = self.engine.density(segment.y[:, :size])
         if turning * float(np.diff(span).max()) > MOST_STATES:
-            raise RunError("thin rods turn too far between samples to count their turns: take more samples")
+            raise SamplesTooFew("thin rods turn too far between samples to count their turns: take more samples")
         return max(turning, segment.steps / max(float(times[-1] - times[0]), SHORTEST))
 
     def _parts(self, span: Array, density: float) -> Indices:
