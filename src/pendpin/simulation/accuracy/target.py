@@ -78,6 +78,7 @@ class _Search:
         self.length = choose_length(build(scene.model), self.last.run)
         self.first_gap: Array | None = None  # (n,), between the first run, which is shifted, and the second
         self.rounding: RoundingError | None = None
+        self.chaos_denied = False  # whether a run to a small tolerance has shown that finer ones may meet the target
         self.probed: tuple[Trajectory, list[Rough]] | None = None
 
     @property
@@ -114,7 +115,7 @@ class _Search:
             return None
         del self.attempts[:-3]
         verdict = self._estimate()
-        if self.attempts[0] is self.first and verdict.lost:
+        if not self.chaos_denied and (verdict.lost or (self.refinement.spacing and not verdict.small)):
             self._refuse_chaos()
         if verdict.error[-1] <= self.target or self.finest or (verdict.small and not verdict.regular):
             self._know_rounding(self.attempts[-2 if verdict.small else -1])
@@ -292,16 +293,16 @@ class _Search:
         """Raise RunError if the motion magnifies rounding far beyond the target.
 
         The run so far is a hint. It is wrong, and may be unstable where the true motion is not, as a coarse run gains or
-        loses energy: a run to a small tolerance decides.
+        loses energy: a run to a small tolerance decides. Runs of fixed steps may all end early while they are coarse, and
+        give no hint.
         """
-        method, hopeless = (
-            self.method.name if self.method.shows_rounding else "dop853",
-            INSTABILITY.hopeless * self.target,
-        )
-        for scene in (self.attempts[1].scene, self.scene.by(method, INSTABILITY.sure)):
+        method = self.method.name if self.method.shows_rounding else "dop853"
+        hopeless, sure = INSTABILITY.hopeless * self.target, self.scene.by(method, INSTABILITY.sure)
+        for scene in (sure,) if self.refinement.spacing else (self.attempts[1].scene, sure):
             like = replace(self.last, scene=scene)
             rounding = measure_rounding_of_lost_run(self.runs, like, hopeless, self.length)
             if rounding.last <= hopeless:
+                self.chaos_denied = scene is sure
                 return
         self.rounding = rounding
         verdict = self._estimate()
