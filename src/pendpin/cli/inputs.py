@@ -1,20 +1,69 @@
 """What commands read: scenes with what the options change in them, and what is odd in a scene."""
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import wraps
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
+from pendpin.cli.options import Changes, Lock, Mimic, SceneFile, Strict, UrdfFile
 from pendpin.cli.streams import say
-from pendpin.errors import InputError
+from pendpin.errors import InputError, inside
 
 if TYPE_CHECKING:
     from pendpin.scene import Scene, Solver
     from pendpin.trajectory import Stats
 
 MOST_NOTES = 12  # lines before a table
+
+
+@dataclass(frozen=True)
+class SceneInput:
+    """The scene that the options of a command describe, and where it comes from."""
+
+    scene: "Scene"
+    path: Path | None
+    urdf: str | None
+    strict: bool
+
+    @property
+    def files(self) -> list[Path | None]:
+        """The files that are read: none of them may be written."""
+        return [self.path, *files_of(self.scene)]
+
+    @contextmanager
+    def noted(self) -> Iterator["Scene"]:
+        """The scene, after the notes on it; errors inside name it."""
+        with inside(place_named(self.urdf or self.path)):
+            print_notes(self.scene, self.strict)
+            yield self.scene
+
+
+def on_scene(command: Callable[..., None]) -> Callable[..., None]:
+    """A command that takes a SceneInput first, as typer sees it: with the options that describe the scene in its place."""
+
+    def run(
+        scene: SceneFile = None,
+        urdf: UrdfFile = None,
+        lock: Lock = None,
+        mimic: Mimic = None,
+        strict: Strict = False,
+        changes: Changes = None,
+        **options: Any,
+    ) -> None:
+        chosen = scene_with(scene, urdf, lock or (), mimic, changes or ())
+        command(SceneInput(chosen, scene, urdf, strict), **options)
+
+    *shared, _ = signature(run).parameters.values()
+    _, *further = signature(command).parameters.values()
+    wrapped: Any = wraps(command)(run)
+    wrapped.__signature__ = signature(command).replace(parameters=[*shared, *further])
+    return wrapped
 
 
 def read_scene(path: Path | None) -> "Scene":
@@ -30,7 +79,6 @@ def scene_with(
     lock: Sequence[str] = (),
     mimic: str | None = None,
     changes: Sequence[str] = (),
-    as_written: bool = False,
 ) -> "Scene":
     """A scene, or a URDF in place of one, with the joints of its URDF locked and values changed as the options say."""
     from pendpin.effects import Gravity
@@ -39,11 +87,10 @@ def scene_with(
     if path is not None and urdf is not None:
         raise typer.BadParameter("give a scene or a URDF, not both")
     scene = Scene(model=UrdfModel(urdf), effects=(Gravity(),)) if urdf else read_scene(path)
-    scene = _with_locks(scene, lock, mimic).replace(dict(map(_change, changes)))
-    return _as_written(scene) if as_written else scene
+    return _with_locks(scene, lock, mimic).replace(dict(map(_change, changes)))
 
 
-def _as_written(scene: "Scene") -> "Scene":
+def with_as_written(scene: "Scene") -> "Scene":
     """The scene with what its URDF writes of the joints among its effects, if that is not listed there."""
     from pendpin.effects import AsWritten
     from pendpin.scene import UrdfModel

@@ -4,19 +4,15 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import place_named, print_notes, scene_with
-from pendpin.cli.options import Changes, Json, Lock, Mimic, SceneFile, Strict, UrdfFile
+from pendpin.cli.inputs import SceneInput, on_scene
+from pendpin.cli.options import Json
 from pendpin.cli.tables import print_check
-from pendpin.errors import PendpinError, inside
+from pendpin.errors import PendpinError
 
 
+@on_scene
 def check(
-    scene: SceneFile = None,
-    urdf: UrdfFile = None,
-    lock: Lock = None,
-    mimic: Mimic = None,
-    strict: Strict = False,
-    changes: Changes = None,
+    chosen: SceneInput,
     states: Annotated[int, typer.Option(min=1, max=10_000_000, help="How many random states.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
     every_row: Annotated[bool, typer.Option("--all", help="Print every pair of routes in every quantity too.")] = False,
@@ -28,10 +24,8 @@ def check(
     """
     from pendpin.crosschecks.crosscheck import crosscheck
 
-    chosen = scene_with(scene, urdf, lock or (), mimic, changes or ())
-    with inside(place_named(urdf or scene)):
-        print_notes(chosen, strict)
-        report = crosscheck(chosen, states=states, seed=seed)
+    with chosen.noted() as scene:
+        report = crosscheck(scene, states=states, seed=seed)
     print_check(report, every_row, json)
     if report.fault:
         raise PendpinError(report.fault)

@@ -5,20 +5,15 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import files_of, place_named, print_notes, scene_with
-from pendpin.cli.options import Changes, Json, Lock, Mimic, Plot, SceneFile, Strict, UrdfFile
+from pendpin.cli.inputs import SceneInput, on_scene
+from pendpin.cli.options import Json, Plot
 from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.tables import print_files, print_modes
-from pendpin.errors import inside
 
 
+@on_scene
 def modes(
-    scene: SceneFile = None,
-    urdf: UrdfFile = None,
-    lock: Lock = None,
-    mimic: Mimic = None,
-    strict: Strict = False,
-    changes: Changes = None,
+    chosen: SceneInput,
     every: Annotated[bool, typer.Option("--all", help="Print every mode, not the lowest alone.")] = False,
     plot: Plot = None,
     html: Annotated[Path | None, typer.Option(help="Animation of a mode as one HTML page.")] = None,
@@ -31,11 +26,9 @@ def modes(
     """
     from pendpin.stability.modes import modes as modes_of
 
-    chosen = scene_with(scene, urdf, lock or (), mimic, changes or ())
-    refuse_outputs([scene, *files_of(chosen)], plot=plot, html=html)
-    with inside(place_named(urdf or scene)):
-        print_notes(chosen, strict)
-        found = modes_of(chosen)
+    refuse_outputs(chosen.files, plot=plot, html=html)
+    with chosen.noted() as scene:
+        found = modes_of(scene)
         found.place(mode)
         print_modes(found, every, json)
         files = [found.save_plot(plot)] if plot else []

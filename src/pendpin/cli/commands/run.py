@@ -1,44 +1,28 @@
 """Simulate a scene: pendpin run."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pendpin.cli.inputs import check_options, files_of, lasting, place_named, print_binding, print_notes, scene_with
-from pendpin.cli.options import (
-    Accuracy,
-    AsWritten,
-    Changes,
-    Json,
-    Lock,
-    Method,
-    Mimic,
-    Plot,
-    SceneFile,
-    Strict,
-    Tolerance,
-    UrdfFile,
-)
+from pendpin.cli.inputs import SceneInput, check_options, lasting, on_scene, print_binding, with_as_written
+from pendpin.cli.options import Accuracy, AsWritten, Json, Method, Plot, Tolerance
 from pendpin.cli.outputs import refuse_outputs, show_run, write_run
 from pendpin.cli.progress import progress_bar
 from pendpin.cli.tables import print_run
-from pendpin.errors import Halted, PendpinError, RunError, inside
+from pendpin.errors import Halted, PendpinError, RunError
 
 if TYPE_CHECKING:
     from pendpin.scene import Scene
     from pendpin.trajectory import Trajectory
 
 
+@on_scene
 def run(
-    scene: SceneFile = None,
-    urdf: UrdfFile = None,
-    lock: Lock = None,
-    mimic: Mimic = None,
+    chosen: SceneInput,
     as_written: AsWritten = False,
-    strict: Strict = False,
-    changes: Changes = None,
     duration: Annotated[float | None, typer.Option(help="Duration in s, in place of the scene's.")] = None,
     samples: Annotated[
         int | None, typer.Option(help="Output times from 0 to the end, in place of the scene's.")
@@ -69,20 +53,20 @@ def run(
     from pendpin.crosschecks.crosscheck import along
     from pendpin.simulation.checkpoint import resumable
 
-    chosen = lasting(scene_with(scene, urdf, lock or (), mimic, changes or (), as_written), duration, samples)
-    if scene is None and urdf is None:
+    scene = lasting(with_as_written(chosen.scene) if as_written else chosen.scene, duration, samples)
+    chosen = replace(chosen, scene=scene)
+    if chosen.path is None and chosen.urdf is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")
-    refuse_outputs([scene, *files_of(chosen)], plot=plot, html=html, run=out, checkpoint=checkpoint)
+    refuse_outputs(chosen.files, plot=plot, html=html, run=out, checkpoint=checkpoint)
     settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
-    check_options(chosen.solver, **settings)
+    check_options(scene.solver, **settings)
     settings |= {"energy_balance": energy_balance, "limit": limit, "checkpoint": checkpoint, "every": every}
     settings |= {"anyway": anyway}
     with resumable(checkpoint):
-        with inside(place_named(urdf or scene)), progress_bar("integrating", chosen.duration, hidden=json) as progress:
-            print_notes(chosen, strict)
-            trajectory, stopped = _simulated(chosen, settings, progress)
+        with chosen.noted(), progress_bar("integrating", scene.duration, hidden=json) as progress:
+            trajectory, stopped = _simulated(scene, settings, progress)
         if explain and not json:
-            print_binding(chosen, trajectory.stats)
+            print_binding(scene, trajectory.stats)
         report = along(trajectory)
         print_run(trajectory, report, write_run(trajectory, out, plot, html), json)
     if checkpoint and not isinstance(stopped, Halted):

@@ -4,20 +4,15 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import files_of, place_named, print_notes, scene_with
-from pendpin.cli.options import Changes, Json, Lock, Mimic, Plot, SceneFile, Strict, UrdfFile
+from pendpin.cli.inputs import SceneInput, on_scene
+from pendpin.cli.options import Json, Plot
 from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.tables import print_exponents, print_files, print_stability
-from pendpin.errors import inside
 
 
+@on_scene
 def stability(
-    scene: SceneFile = None,
-    urdf: UrdfFile = None,
-    lock: Lock = None,
-    mimic: Mimic = None,
-    strict: Strict = False,
-    changes: Changes = None,
+    chosen: SceneInput,
     lyapunov: Annotated[
         bool, typer.Option("--lyapunov", help="The Lyapunov exponents of the motion from the start, over its duration.")
     ] = False,
@@ -31,16 +26,14 @@ def stability(
     from pendpin.stability.lyapunov import lyapunov as exponents_of
     from pendpin.stability.report import stability as report_on
 
-    chosen = scene_with(scene, urdf, lock or (), mimic, changes or ())
-    refuse_outputs([scene, *files_of(chosen)], plot=plot)
+    refuse_outputs(chosen.files, plot=plot)
     if plot and not lyapunov:
         raise typer.BadParameter("it draws Lyapunov exponents: give --lyapunov too", param_hint="--plot")
-    with inside(place_named(urdf or scene)):
-        print_notes(chosen, strict)
+    with chosen.noted() as scene:
         if not lyapunov:
-            print_stability(report_on(chosen), json)
+            print_stability(report_on(scene), json)
             return
-        found = exponents_of(chosen)
+        found = exponents_of(scene)
     print_exponents(found, json)
     if plot:
         found.plot().figure.savefig(plot)
