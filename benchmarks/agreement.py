@@ -21,7 +21,7 @@ def table(report: AgreementReport) -> list[str]:
     lines = ["| case | quantity | bound | smallest difference | largest difference |", "|---|---|---|---|---|"]
     for worst in report.worst:
         rows = [row for row in report.comparisons if (row.case, row.quantity) == (worst.case, worst.quantity)]
-        best = min(rows, key=lambda row: row.difference if row.difference is not None else float("inf"))
+        best = min(rows, key=lambda row: row.measured if row.measured is not None else float("inf"))
         cells = (worst.case, worst.quantity, f"{worst.bound:.0e} {worst.unit}")
         lines.append(f"| {' | '.join(cells)} | {best.shown}, {best.method} | {worst.shown}, {worst.method} |")
     return lines

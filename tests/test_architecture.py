@@ -9,7 +9,7 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "src/pendpin"  # as written, not as installed: a wheel has the examples inside
 ROWS = [  # the ground first
     {"errors", "versions"},
-    {"arrays", "files", "keypaths", "libraries"},
+    {"arrays", "claims", "files", "keypaths", "libraries"},
     {"records"},
     {"effects", "equations"},
     {"scene", "trajectory"},

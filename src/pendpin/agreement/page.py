@@ -64,7 +64,7 @@ def _row(row: Comparison) -> str:
     shown = html.escape(row.failure or row.shown)
     cells = (row.case, row.quantity, f"{row.bound:.1e} {row.unit}", shown, row.method)
     texts = "".join(f'<td class="number">{cell}</td>' for cell in cells)
-    return f'<tr class="{"holds" if row.holds else "broken"}">{texts}</tr>'
+    return f'<tr class="{"holds" if row.ok else "broken"}">{texts}</tr>'
 
 
 def _source(name: str) -> str:

@@ -1,6 +1,6 @@
 """Every published case by every method that can run it, and once to a target accuracy, against the published numbers."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -8,7 +8,8 @@ import numpy as np
 
 from pendpin.agreement.near import Frequencies, differences
 from pendpin.agreement.published import Case, Quantity, published_cases
-from pendpin.errors import InputError, Interrupted, MissingLibrary, PendpinError, brief, not_one_of
+from pendpin.claims import Claim, Progress, attempt, choose_cases, collect, describe_broken
+from pendpin.errors import InputError, MissingLibrary, brief, not_one_of
 from pendpin.model.build import build
 from pendpin.model.kinematics import scale
 from pendpin.scene import METHODS
@@ -32,31 +33,23 @@ USUAL = {
 }
 TO_ACCURACY = "accuracy"  # in place of a method: the run whose estimate of its own error is tested too
 
-Progress = Callable[[str], None]  # called with the case and method that begin
-
 
 @dataclass(frozen=True)
-class Comparison:
-    """One published quantity against one run."""
+class Comparison(Claim):
+    """One published quantity against one run; the figure is the largest difference, in the quantity's unit."""
 
-    case: str
     source: str
     quantity: str
     unit: str
-    method: str
-    bound: float
-    difference: float | None  # None where the run failed
-    failure: str | None = None
 
-    @property
-    def holds(self) -> bool:
-        """Whether the difference is within the bound; False for NaN."""
-        return self.difference is not None and bool(self.difference <= self.bound)
+    def __str__(self) -> str:
+        why = self.failure or f"{self.measured:.3g} {self.unit} is above {self.bound:.3g}"
+        return f"{self.case}, {self.quantity}, by {self.method}: {why}"
 
     @property
     def shown(self) -> str:
         """The difference with its unit, in a table."""
-        return "failed" if self.difference is None else f"{self.difference:.1e} {self.unit}"
+        return "failed" if self.measured is None else f"{self.measured:.1e} {self.unit}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -74,7 +67,7 @@ class AgreementReport:
     @property
     def broken(self) -> tuple[Comparison, ...]:
         """The comparisons beyond their bounds."""
-        return tuple(row for row in self.comparisons if not row.holds)
+        return tuple(row for row in self.comparisons if not row.ok)
 
     @property
     def worst(self) -> tuple[Comparison, ...]:
@@ -82,25 +75,19 @@ class AgreementReport:
         worst: dict[tuple[str, str], Comparison] = {}
         for row in self.comparisons:
             before = worst.setdefault((row.case, row.quantity), row)
-            if before.difference is not None and not (row.difference or np.inf) <= before.difference:
+            if before.measured is not None and not (row.measured or np.inf) <= before.measured:
                 worst[row.case, row.quantity] = row
         return tuple(worst.values())
 
     @property
     def fault(self) -> str | None:
         """The broken comparisons in one line; None if all hold."""
-        if not self.broken:
-            return None
-        return "broken: " + "; ".join(map(_line, self.broken))
+        return describe_broken(self.broken)
 
     def to_json(self) -> list[dict[str, Any]]:
         """A list of plain records, one for each comparison."""
-        return [asdict(row) | {"holds": row.holds} for row in self.comparisons]
-
-
-def _line(row: Comparison) -> str:
-    where = f"{row.case}, {row.quantity}, by {row.method}"
-    return f"{where}: {row.failure or f'{row.difference:.3g} {row.unit} is above {row.bound:.3g}'}"
+        rows = [asdict(row) | {"holds": row.ok} for row in self.comparisons]
+        return [{"difference": row.pop("measured")} | row for row in rows]
 
 
 def validate(
@@ -122,64 +109,49 @@ def validate(
     Raises:
         InputError: for unknown names.
     """
-    cases = _chosen(names)
+    cases = choose_cases(published_cases(), names, "validate")
     for method in methods or ():
         if method not in (*METHODS, TO_ACCURACY):
             raise InputError(f"methods: {not_one_of(method, (*METHODS, TO_ACCURACY))}")
-    rows: list[Comparison] = []
     left_out: list[str] = []
-    try:
-        for name, case in cases.items():
-            rows.extend(_compared_near(name, case, progress))
-            for method in (methods or (TO_ACCURACY, *METHODS)) if case.quantities else ():
-                if method in case.leave_out:
-                    left_out.append(f"{name} by {method}: {case.leave_out[method]}")
-                    continue
-                progress(f"{name} by {method}")
-                rows.extend(_compared(name, case, method, left_out))
-    except (KeyboardInterrupt, Interrupted):
-        return AgreementReport(tuple(rows), tuple(left_out), stopped=True)
-    return AgreementReport(tuple(rows), tuple(left_out))
+    rows, stopped = collect(_compare_all(cases, methods or (TO_ACCURACY, *METHODS), progress, left_out))
+    return AgreementReport(rows, tuple(left_out), stopped)
 
 
-def _chosen(names: Sequence[str]) -> dict[str, Case]:
-    cases = published_cases()
-    for name in names:
-        if name not in cases:
-            raise InputError(f"validate: case {not_one_of(name, cases)}; `pendpin validate --list` shows all")
-    return {name: cases[name] for name in names or cases}
+def _compare_all(
+    cases: dict[str, Case], methods: Sequence[str], progress: Progress, left_out: list[str]
+) -> Iterator[Comparison]:
+    for name, case in cases.items():
+        yield from _compare_near(name, case, progress)
+        for method in methods if case.quantities else ():
+            if method in case.leave_out:
+                left_out.append(f"{name} by {method}: {case.leave_out[method]}")
+                continue
+            progress(f"{name} by {method}")
+            yield from _compare(name, case, method, left_out)
 
 
-def _compared(name: str, case: Case, method: str, left_out: list[str]) -> Iterator[Comparison]:
+def _compare(name: str, case: Case, method: str, left_out: list[str]) -> Iterator[Comparison]:
     """The comparisons of a case by one method; a failed run is one for each quantity."""
-    run, failure = None, None
-    try:
-        run = _run(case, method)
-    except MissingLibrary as error:
+    run, error = attempt(lambda: _run(case, method))
+    if isinstance(error, MissingLibrary):
         left_out.append(f"{name} by {method}: {error}")
         return
-    except Interrupted:
-        raise
-    except PendpinError as error:
-        failure = str(error)
     for quantity in case.quantities:
         bound = quantity.bound + _claim(quantity, run)
         difference = None if run is None else largest_difference(quantity, run)
-        shown = f"accuracy {case.accuracy:g}" if method == TO_ACCURACY else method
-        yield Comparison(name, case.source, quantity.name, quantity.unit, shown, bound, difference, failure)
+        by = f"accuracy {case.accuracy:g}" if method == TO_ACCURACY else method
+        yield Comparison(name, by, difference, bound, error and str(error), case.source, quantity.name, quantity.unit)
 
 
-def _compared_near(name: str, case: Case, progress: Progress) -> Iterator[Comparison]:
+def _compare_near(name: str, case: Case, progress: Progress) -> Iterator[Comparison]:
     """The comparisons of what a case says of the motions near a rest, which no method integrates."""
     for quantity in (*case.frequencies, *case.stability):
-        how = "linear model" if isinstance(quantity, Frequencies) else "multipliers"
-        progress(f"{name} by the {how}")
-        difference, failure = None, None
-        try:
-            difference = max(differences(quantity, case.scene))
-        except PendpinError as error:
-            failure = str(error)
-        yield Comparison(name, case.source, quantity.name, quantity.unit, how, quantity.bound, difference, failure)
+        by = "linear model" if isinstance(quantity, Frequencies) else "multipliers"
+        progress(f"{name} by the {by}")
+        difference, error = attempt(lambda: max(differences(quantity, case.scene)))  # noqa: B023  called at once
+        source, unit = case.source, quantity.unit
+        yield Comparison(name, by, difference, quantity.bound, error and str(error), source, quantity.name, unit)
 
 
 def _run(case: Case, method: str) -> Trajectory:

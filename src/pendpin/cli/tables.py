@@ -275,7 +275,7 @@ def print_agreement(report: "AgreementReport", as_json: bool) -> None:
             f"{r.bound:.0e} {r.unit}",
             r.shown,
             r.method,
-            "ok" if r.holds else "BROKEN",
+            _verdict(r.ok),
         ]
         for i, r in enumerate(report.worst)
     ]

@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 
+from pendpin.claims import Progress, choose_cases
 from pendpin.hardcases import chains, chaos, contacts, long_runs, poles, scales, starts, stiff
 from pendpin.hardcases.base import Case, Outcome
-from pendpin.hardcases.running import HardReport, Progress, chosen, outcomes, reported
+from pendpin.hardcases.running import HardReport, outcomes, reported
 
 _FAMILIES = (poles, starts, long_runs, chains, stiff, contacts, scales, chaos)
 CASES = {
@@ -25,7 +26,7 @@ def hard(
     only gravity acts. `progress` is called with the name of the case and method. After Ctrl-C the report holds the
     outcomes so far. Raises InputError for an unknown case, MissingLibrary for a missing simulator.
     """
-    cases = chosen(CASES, names)
+    cases = tuple(choose_cases(CASES, names, "hard").values())
     if not peers:
         return reported(cases, lambda case: outcomes(case, methods, full, progress))
     from pendpin.hardcases.other_simulators import contests, on_peers

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.claims import Claim
 from pendpin.effects import Effect, Gravity
 from pendpin.errors import InputError, Interrupted, RunError
 from pendpin.scene import FIXED_METHODS, Chain, Rod, Scene, Solver, Start
@@ -98,22 +99,15 @@ def catalogue() -> dict[str, dict[str, Any]]:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Outcome(Claim):
     """The result of one case on one method."""
 
-    case: str
-    method: str
-    measured: float | None  # None if the run failed
-    bound: float
     seconds: float
-    failure: str | None = None
     claimed: bool = True  # False for other algorithms and simulators
     beside: bool = False  # whether it is another algorithm, there to show how it fails
 
-    @property
-    def ok(self) -> bool:
-        """Whether the figure is within the bound; False for NaN."""
-        return self.measured is not None and bool(self.measured <= self.bound)
+    def __str__(self) -> str:
+        return f"{self.case} on {self.method}: {self.failure or f'{self.measured:.3g} is above {self.bound:.3g}'}"
 
     @property
     def shown(self) -> str:

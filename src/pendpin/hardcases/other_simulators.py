@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.claims import Progress
 from pendpin.errors import RunError
 from pendpin.hardcases import chains, chaos, long_runs
 from pendpin.hardcases.base import Case, Outcome, Solve, scene
-from pendpin.hardcases.running import Progress, measured, outcome
+from pendpin.hardcases.running import measured, outcome
 from pendpin.model import kinematics
 from pendpin.model.build import build
 from pendpin.scene import Scene
