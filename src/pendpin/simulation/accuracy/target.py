@@ -298,12 +298,17 @@ class _Search:
         """
         method = self.method.name if self.method.shows_rounding else "dop853"
         hopeless, sure = INSTABILITY.hopeless * self.target, self.scene.by(method, INSTABILITY.sure)
-        for scene in (sure,) if self.refinement.spacing else (self.attempts[1].scene, sure):
+
+        def measure(scene: Scene) -> RoundingError:
             like = replace(self.last, scene=scene)
-            rounding = measure_rounding_of_lost_run(self.runs, like, hopeless, self.length)
-            if rounding.last <= hopeless:
-                self.chaos_denied = scene is sure
-                return
+            return measure_rounding_of_lost_run(self.runs, like, hopeless, self.length)
+
+        if not self.refinement.spacing and measure(self.attempts[1].scene).last <= hopeless:
+            return
+        rounding = measure(sure)
+        if rounding.last <= hopeless:
+            self.chaos_denied = True
+            return
         self.rounding = rounding
         verdict = self._estimate()
         raise self._refuse(RunError, verdict.error, self._explain(verdict))
