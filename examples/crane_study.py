@@ -56,14 +56,14 @@ found["R3.max"] /= 2020 * 9.81
 for name, words, unit in (
     ("swing", "largest swing", "degrees"),
     ("R3.max", "largest rope force", "weights of rope and load"),
-    ("effects[1].ramp", "trolley ramp", "s"),
-    ("model.rods[0].length", "rope length", "m"),
+    ("ramp", "trolley ramp", "s"),
+    ("length", "rope length", "m"),
 ):
     found[name].attrs.update(long_name=words, units=unit)
 
 save_map(found, "crane_swing.png", "swing")
 save_map(found, "crane_force.png", "R3.max")
-short, long = (float(found.swing[0].sel({"model.rods[0].length": x}, method="nearest")) for x in (5.0, 25.0))
+short, long = (float(found.swing[0].sel(length=x, method="nearest")) for x in (5.0, 25.0))
 gentle = float(found.swing[-1].max())
 print(f"A ramp of {RAMPS[0]:g} s swings the load by {short:.0f} degrees on 5 m of rope and by {long:.0f} on 25 m;")
 print(f"a ramp of {RAMPS[-1]:g} s swings it by {gentle:.1f} degrees at most.")

@@ -10,9 +10,9 @@ from pydantic_core import PydanticSerializationError
 
 from pendpin.arrays import Array
 from pendpin.effects import AnyEffect, Gravity
-from pendpin.errors import InputError
+from pendpin.errors import InputError, written
 from pendpin.files import folder_of
-from pendpin.keypaths import parsed
+from pendpin.keypaths import parsed, places_of
 from pendpin.records import NotNegative, Record
 from pendpin.scene.data import Data
 from pendpin.scene.methods import FIXED_METHODS
@@ -69,6 +69,9 @@ class Scene(Record):
         for path, value in (changes or {}).items():
             name, *rest = parsed(path)
             first = str(name)
+            if first not in Scene.model_fields and (places := places_of(first, self.model_dump())):
+                others = f" (or {len(places) - 1} more of that name)" * (len(places) > 1)
+                raise InputError(f"{path}: unknown key; did you mean {written((*places[0], *rest))}{others}?")
             before = given.get(first, default_of(self, first))
             given[first] = changed(before, tuple(rest), value, (first,)) if first in Scene.model_fields else value
         return type(self)(**given)

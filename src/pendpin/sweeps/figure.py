@@ -10,6 +10,7 @@ from pendpin.arrays import Array, Mask
 from pendpin.errors import InputError, not_one_of
 from pendpin.graphics.figure import write_figure
 from pendpin.sweeps.measures import MEASURES
+from pendpin.sweeps.plan import short_names
 
 DOUBTFUL = 1e-3  # of a measure's range: a spread beyond is hatched
 DIVERGED = 1e-2  # a divergence beyond is hatched
@@ -69,12 +70,13 @@ def doubtful_cells(dataset: Any, name: str) -> Mask:
 
 
 def label(name: str, dataset: Any) -> str:
-    """A measure or a varied number as an axis names it, with its unit: theta_1 (rad) of start.positions.theta_1.
+    """A measure or a varied number as an axis names it, with its unit: theta_1 (rad), model.rods[0].length (m).
 
     The attributes long_name and units of the variable may say it otherwise, as in any xarray.Dataset.
     """
-    attributes, short = dataset[name].attrs, name.rpartition(".")[2] if name.startswith("start.") else name
-    text, unit = attributes.get("long_name", short), attributes.get("units", "")
+    attributes = dataset[name].attrs
+    key = attributes.get("key", name)
+    text, unit = attributes.get("long_name", name if key.startswith("start.") else key), attributes.get("units", "")
     return f"{text} ({unit})" if unit else text
 
 
@@ -82,16 +84,16 @@ def _line(dataset: Any, name: str, dim: str) -> Any:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8, 4.5), layout="constrained")
-    ax, keys = figure.subplots(), list(dataset.attrs.get("keys", [dim]))
-    if dim in keys:
+    ax, varied = figure.subplots(), short_names(dataset.attrs["keys"]) if "keys" in dataset.attrs else [dim]
+    if dim in varied:
         x, y = dataset[dim].values, dataset[name].values
         ax.plot(x, y, color="#2b6cb0", linewidth=1.6)
         doubtful = doubtful_cells(dataset, name)
         ax.plot(x[doubtful], y[doubtful], "x", color="#c53030", label="two tolerances disagree")
     else:  # samples: the measure against the first number that is varied
-        x = dataset[keys[0]].values
+        x = dataset[varied[0]].values
         ax.plot(x, dataset[name].values, ".", color="#2b6cb0", markersize=3)
-    ax.set_xlabel(label(dim if dim in keys else keys[0], dataset))
+    ax.set_xlabel(label(dim if dim in varied else varied[0], dataset))
     ax.set_ylabel(label(name, dataset))
     ax.grid(alpha=0.25, linewidth=0.6)
     ax.spines[["top", "right"]].set_visible(False)

@@ -13,8 +13,10 @@ import numpy as np
 from pendpin.arrays import Array, ArrayLike, Indices
 from pendpin.errors import InputError, inside, not_one_of, shown
 from pendpin.files import csv_table, read_whole
+from pendpin.keypaths import parsed
 
 CASE = "case"  # the dimension of what is no grid
+RESERVED = ("why", "done", "block", CASE)  # variables and dimensions of a result
 MOST_CASES = 100_000_000
 MAX_CSV_BYTES = 100_000_000
 METHODS = ("random", "latin", "sobol")  # of sampling
@@ -28,8 +30,8 @@ Spread = tuple[str, float, float]  # "uniform", low, high; or "normal", mean, st
 class Plan:
     """The cases of a sweep. `keys` are key paths; `dims` the names and sizes of the dimensions of the result.
 
-    A grid has a dimension for each key, with `values[key]` along it; anything else has the one dimension "case", and
-    `values[key]` holds a number for each case.
+    A grid has a dimension for each key, by its short name, with `values[key]` along it; anything else has the one
+    dimension "case", and `values[key]` holds a number for each case.
     """
 
     keys: tuple[str, ...]
@@ -40,13 +42,13 @@ class Plan:
     def dims(self) -> dict[str, int]:
         """The dimensions and their sizes."""
         if self.grid:
-            return {key: len(self.values[key]) for key in self.keys}
-        return {CASE: len(self.values[self.keys[0]])}
+            return dict(zip(short_names(self.keys), self.shape, strict=True))
+        return {CASE: self.shape[0]}
 
     @property
     def shape(self) -> tuple[int, ...]:
         """The sizes of the dimensions."""
-        return tuple(self.dims.values())
+        return tuple(len(self.values[key]) for key in self.keys[: None if self.grid else 1])
 
     @property
     def count(self) -> int:
@@ -67,6 +69,23 @@ class Plan:
         for key in self.keys:
             digest.update(np.ascontiguousarray(self.values[key]).tobytes())
         return digest.hexdigest()[:32]
+
+
+def short_names(keys: Sequence[str]) -> list[str]:
+    """A name for each key path, as `.sel(length=...)` takes it: as few of its last parts as tell it from the others.
+
+    Raises InputError for what is not a key path.
+    """
+    parts = [[re.sub(r"\W", "_", str(part)) for part in parsed(key)] for key in keys]
+    names: list[str] = []
+    for i, own in enumerate(parts):
+        tails = ["_".join(own[-count:]) for count in range(1, len(own) + 1)]
+        others = {
+            "_".join(other[-count:]) for other in parts[:i] + parts[i + 1 :] for count in range(1, len(other) + 1)
+        }
+        free = (name for name in tails if name.isidentifier() and name not in {*others, *RESERVED, *names})
+        names.append(next(free, f"varied_{i + 1}"))
+    return names
 
 
 def grid(values: Mapping[str, ArrayLike]) -> Plan:

@@ -18,10 +18,10 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
-from pendpin.sweeps.plan import CASE, Plan
+from pendpin.sweeps.plan import CASE, Plan, short_names
 from pendpin.sweeps.task import Block, Task, versions
 
-FORMAT = 2
+FORMAT = 3
 NOT_RUN = "not run"  # why a case of a block that is not done has no measures
 REMEDY = "delete it or name another store"
 
@@ -139,7 +139,8 @@ def load(path: Path) -> Any:
         dataset = xarray.open_zarr(str(path), consolidated=False, chunks=None)
         _refuse_foreign(dataset.attrs)
         keys = tuple(dataset.attrs["keys"])
-        plan = Plan(keys, {key: dataset[key].values for key in keys}, CASE not in dataset.dims)
+        values = {key: dataset[name].values for key, name in zip(keys, short_names(keys), strict=True)}
+        plan = Plan(keys, values, CASE not in dataset.dims)
         if plan.identity != dataset.attrs["cases"]:
             raise InputError(f"the numbers that are varied are damaged; {REMEDY}")
         blocks, dims = Blocks.of(plan.shape, dataset["why"].encoding["chunks"]), dataset["why"].dims
@@ -194,12 +195,12 @@ def _refuse_another(attributes: Any, task: Task) -> None:
 
 
 def coordinates(task: Task) -> dict[str, Any]:
-    """The coordinates of a sweep's result: the values of each key."""
+    """The coordinates of a sweep's result: dimension, values and attributes of each key, by its short name."""
     plan = task.plan
-    if plan.grid:
-        return {key: (key, plan.values[key]) for key in plan.keys}
-    dimension = next(iter(plan.dims))
-    return {dimension: np.arange(plan.count)} | {key: (dimension, plan.values[key]) for key in plan.keys}
+    names = short_names(plan.keys)
+    varied = zip(names, plan.keys, names if plan.grid else [CASE] * len(names), strict=True)
+    cases = {} if plan.grid else {CASE: (CASE, np.arange(plan.count), {})}
+    return cases | {name: (dim, plan.values[key], {"key": key}) for name, key, dim in varied}
 
 
 def described(dataset: Any, task: Task) -> Any:
@@ -258,11 +259,13 @@ def _create(task: Task, blocks: Blocks, path: Path) -> None:
                 _array(group, m.name, blocks.shape, blocks.chunks, "f8", np.nan, names)
             _array(group, "why", blocks.shape, blocks.chunks, str, "", names)
             _array(group, "done", (blocks.blocks,), (1,), "i8", 0, ["block"])
-            for name, value in coordinates(task).items():
-                dimension, values = value if isinstance(value, tuple) else (name, value)
-                _array(group, name, values.shape, values.shape, values.dtype.str, 0, [dimension])[:] = values
+            for name, (dimension, values, attributes) in coordinates(task).items():
+                array = _array(group, name, values.shape, values.shape, values.dtype.str, 0, [dimension])
+                array[:] = values
+                array.attrs.update(attributes)
             for name, unit in task.units.items():
                 group[name].attrs["units"] = unit
+            zarr.consolidate_metadata(str(draft))  # which readers look for, and warn where it is not
         try:
             draft.rename(path)
         except OSError:

@@ -9,6 +9,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.files import write_whole
+from pendpin.sweeps.plan import short_names
 from pendpin.sweeps.store import NOT_RUN
 
 
@@ -22,7 +23,8 @@ def write_table(dataset: Any, path: Path) -> Path:
     """Write every case as a row of a CSV file, whole or not at all: its numbers, its measures, why it has none."""
     keys = [str(key) for key in dataset.attrs["keys"]]
     names = [str(name) for name in dataset.data_vars]
-    grids = [dataset[key].broadcast_like(dataset["why"]).transpose(*dataset["why"].dims).values for key in keys]
+    varied = [dataset[name] for name in short_names(keys)]
+    grids = [values.broadcast_like(dataset["why"]).transpose(*dataset["why"].dims).values for values in varied]
     rows = zip(*(grid.ravel() for grid in grids), *(dataset[name].values.ravel() for name in names), strict=True)
 
     def write(file: Any) -> None:

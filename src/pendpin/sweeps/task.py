@@ -12,11 +12,10 @@ from pendpin.errors import InputError, RunError, inside, shown
 from pendpin.scene import Scene
 from pendpin.simulation.simulate import run_to_setting
 from pendpin.sweeps.measures import Function, Measure, measure
-from pendpin.sweeps.plan import CASE, Plan
+from pendpin.sweeps.plan import RESERVED, Plan, short_names
 from pendpin.trajectory.columns import unit_of
 from pendpin.versions import VERSION, installed
 
-RESERVED = ("why", "done", CASE)  # variables and dimensions of a result
 TRIED = 33  # cases, at most, until one has numbers that can be had
 LOOSER = 100.0  # times the tolerance, for what compares two runs
 LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")
@@ -81,10 +80,11 @@ def versions() -> dict[str, str | None]:
 def checked(task: Task) -> Task:
     """The task with its units. Raises InputError for keys or measures that no case could have."""
     scene, names = typical(task), [m.name for m in task.chosen]
-    units = {key: unit for key in task.plan.keys if (unit := _unit_of_key(key, scene))}
+    varied = dict(zip(short_names(task.plan.keys), task.plan.keys, strict=True))
+    units = {name: unit for name, key in varied.items() if (unit := _unit_of_key(key, scene))}
     units |= {m.name: m.unit for m in task.chosen if m.unit}
     for i, name in enumerate(names):
-        if name in names[:i] or name in RESERVED or name in task.plan.keys:
+        if name in names[:i] or name in RESERVED or name in varied:
             why = "given twice" if name in names[:i] else "a name of the result itself"
             raise InputError(f"measure: {name} is {why}")
         if not name or name.startswith((".", "__")) or "/" in name:
