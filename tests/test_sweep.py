@@ -10,10 +10,9 @@ import pendpin as pp
 from pendpin import effects as fx
 from pendpin.dynamics.symbols import staying_zero
 from pendpin.sweeps import plan
-from pendpin.sweeps.cases import run_block, run_case
+from pendpin.sweeps.cases import run_block, run_case, vectors_of
 from pendpin.sweeps.sensitivity import indices, sobol_plan
 from pendpin.sweeps.task import Block, Task
-from pendpin.sweeps.vectors import vectors_of
 from sweep_scenes import KEYS, ROD, scene
 
 pytest.importorskip("xarray")

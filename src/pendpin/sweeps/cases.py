@@ -1,14 +1,32 @@
-"""Running a block of a sweep's cases: in vectors (vectors.py) where these cover them, else each simulated on its own."""
+"""Running a block of a sweep's cases: side by side in the processor's vectors, else each simulated on its own.
+
+Smooth scenes of few joints go side by side, by simulation/series.py.
+"""
+
+from functools import partial
+from importlib.util import find_spec
+from threading import Lock
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, Indices, Mask
 from pendpin.errors import Interrupted, PendpinError
+from pendpin.integrators import Run
+from pendpin.keypaths import parsed
+from pendpin.model.build import FARTHEST, Model, build, start_state
+from pendpin.records import LARGEST
 from pendpin.scene import Scene
+from pendpin.simulation.accuracy.side_by_side import Ladder
+from pendpin.simulation.accuracy.thresholds import VECTOR
+from pendpin.simulation.batches import MOST_JOINTS, Cases, Motions
+from pendpin.simulation.limits import ends_well
+from pendpin.simulation.run import fill_in
+from pendpin.simulation.series import Series
 from pendpin.simulation.simulate import run_to_setting
-from pendpin.sweeps.measures import measured
-from pendpin.sweeps.task import LOOSER, Block, Task, with_numbers
-from pendpin.sweeps.vectors import vectors_of
+from pendpin.sweeps.measures import Measure, accumulated, measured
+from pendpin.sweeps.task import LOOSER, Block, Task, typical, with_numbers
+from pendpin.trajectory import Trajectory
+from pendpin.versions import installed
 
 
 def run_block(task: Task, begin: int, end: int) -> Block:
@@ -44,3 +62,158 @@ def _looser(scene: Scene) -> Scene:
     else:
         settings = {"tolerance": min(0.1, LOOSER * (solver.tolerance or 0.0))}
     return scene.model_copy(update={"solver": solver.replaced(**settings)})
+
+
+class Vectors:
+    """A sweep whose cases go side by side."""
+
+    def __init__(self, task: Task) -> None:
+        scene = typical(task)
+        with_flips = any(m.name.startswith("flip_time") for m in task.chosen)
+        sums = accumulated(build(scene.model).joints) if with_flips else []
+        if all(m.ends for m in task.chosen):
+            few = {"times": tuple(scene.clock[[0, -1]].tolist())} if scene.solver.times else {"samples": 2}
+            scene = scene.model_copy(update={"solver": scene.solver.model_copy(update=few)})
+        self.task, self.scene, self.ladder = task, scene, None
+        made = partial(Series, scene, flips=sums, other=_from_elsewhere(task, scene))
+        if scene.solver.accuracy:
+            self.ladder = Ladder(scene, made)
+            self.series = self.ladder.series[::-1]
+        else:
+            fine = scene.solver.tolerance or 0.0
+            self.series = [made(tolerance) for tolerance in ([fine, min(0.1, LOOSER * fine)] if task.two else [fine])]
+        self._joints = _start_joints(task, self.series[0].dynamics.model)
+        self._start = start_state(self.series[0].dynamics.model, scene.start)
+        self._starts_alone = all(key.startswith("start") for key in task.plan.keys)
+        self._clock = scene.clock
+
+    def fill(self, rows: Array, block: Block) -> Mask:
+        """Put in what the cases with these numbers (k, keys) give; those that went well (k,), the rest is untouched."""
+        places, cases = self._cases(rows) if self._joints is None else self._starts(rows, self._joints)
+        done = np.zeros(len(rows), bool)
+        if cases:
+            for piece in cases.pieces(len(self._clock)):
+                done[places[piece]] = self._fill_piece(rows, places[piece], cases.some(piece), block)
+        return done
+
+    def _cases(self, rows: Array) -> tuple[Indices, Cases | None]:
+        """The cases with these numbers (k, keys), and where they are among them; `simulate` has to look at the others."""
+        cases = {place: case for place, row in enumerate(rows) if (case := self._case(row))}
+        return np.array([*cases], int), Cases.joined([*cases.values()]) if cases else None
+
+    def _case(self, row: Array) -> Cases | None:
+        """The case with these numbers (keys,); None for one that `simulate` has to look at."""
+        try:
+            return self.series[0].case(with_numbers(self.task.scene, self.task.plan.keys, row))
+        except PendpinError:
+            return None  # simulate says why
+
+    def _starts(self, rows: Array, joints: tuple[Indices, Indices]) -> tuple[Indices, Cases]:
+        """As `_cases` for numbers (k, keys) that are angles and rates of the start."""
+        states = np.tile(self._start, (len(rows), 1, 1))
+        states[:, *joints] = rows
+        places = np.flatnonzero(np.all(np.abs(states) <= [[FARTHEST], [LARGEST]], axis=(1, 2)))
+        return places, self.series[0].started(*np.moveaxis(states[places], 1, 0))
+
+    def _runs(self, cases: Cases) -> tuple[list[Motions], Mask]:
+        """The motions of c cases and, where two are compared, looser ones; which cases (c,) met the setting."""
+        if self.ladder:
+            *runs, met = self.ladder.run(cases)
+        else:
+            runs, met = [series.run(cases, self.scene.times) for series in self.series], np.ones(len(cases.q), bool)
+        return [run._replace(t=self._clock) for run in runs], met
+
+    def _fill_piece(self, rows: Array, places: Indices, cases: Cases, block: Block) -> Mask:
+        """Put in the measures of c cases, which are at `places` (c,) of the numbers (k, keys); which went well (c,)."""
+        runs, good = self._runs(cases)
+        for run in runs:
+            good &= run.finite
+        if self._starts_alone:  # else each case has energies of its own
+            good &= ends_well(self.series[0].dynamics, runs[0].q, runs[0].v)
+        columns = [_of_motions(m, runs) for m in self.task.chosen]
+        for values, column in zip(columns, block.values.T, strict=True):
+            if values is not None:
+                column[places[good]] = values[good]
+        if missing := [k for k, values in enumerate(columns) if values is None]:
+            for i in np.flatnonzero(good).tolist():
+                self._complete(rows, int(places[i]), i, missing, runs, block)
+        return good
+
+    def _complete(self, rows: Array, place: int, i: int, missing: list[int], runs: list[Motions], block: Block) -> None:
+        """Put in the measures of case i of `runs` that need whole runs; its numbers are rows[place] (keys,)."""
+        try:
+            whole = [self._whole(rows[place], run, i) for run in runs]
+            for k in missing:
+                block.values[place, k] = measured(self.task.chosen[k], whole[0], whole[-1])
+        except PendpinError as error:
+            block.values[place], block.why[place] = np.nan, str(error)
+
+    def _whole(self, row: Array, motions: Motions, place: int) -> Trajectory:
+        """The trajectory of case `place` of a batch, with forces and energies; its numbers are row (keys,)."""
+        scene = with_numbers(self.scene, self.task.plan.keys, row).by("taylor", self.series[0].tolerance)
+        dynamics = self.series[0].bound(scene)
+        dynamics.use_compiled_samples()
+        version = installed("heyoka")["heyoka"] or ""
+        steps, none = int(motions.steps[place]), np.zeros((len(scene.times), 0))
+        run = Run(scene.times, motions.q[place], motions.v[place], None, none, steps, steps, 0, 0.0, "heyoka", version)
+        return fill_in(scene, dynamics, None, run)
+
+
+def _of_motions(m: Measure, motions: list[Motions]) -> Array | None:
+    """The measure (c,) from positions and rates alone; None where these do not say it."""
+    try:
+        if m.two:
+            return m.of_motions(*motions) if m.of_motions else None
+        return m.of_motion(motions[0]) if m.of_motion else None
+    except LookupError:  # a series of something else
+        return None
+
+
+def _start_joints(task: Task, model: Model) -> tuple[Indices, Indices] | None:
+    """Where in (q, v) each key belongs, if all are angles or rates of the start in radians; else None."""
+    paths = [parsed(key) for key in task.plan.keys]
+    fields = ("positions", "velocities")
+    states = all(len(path) == 3 and path[0] == "start" and path[1] in fields for path in paths)
+    if not states or task.scene.start.unit == "degrees":
+        return None
+    joints = [path[2] if isinstance(path[2], int) else model.index(path[2], "vary") for path in paths]
+    return np.array([fields.index(str(path[1])) for path in paths]), np.array(joints)
+
+
+def _from_elsewhere(task: Task, scene: Scene) -> Scene | None:
+    """The scene with other numbers, by chance, where the start is varied."""
+    keys = [key for key in task.plan.keys if key.startswith("start.")]
+    try:
+        return with_numbers(scene, keys, np.random.default_rng(0).uniform(0.1, 1.0, len(keys)))
+    except PendpinError:
+        return None
+
+
+_VECTORS: dict[str, Vectors | None] = {}
+_LOCK = Lock()
+
+
+def vectors_of(task: Task) -> Vectors | None:
+    """What runs the task in vectors, made once in a process; None where that cannot be."""
+    name = f"{task.plan.identity} {[m.name for m in task.chosen]} {task.scene.model_dump_json()}"
+    with _LOCK:
+        if name not in _VECTORS:
+            _VECTORS.clear()
+            _VECTORS[name] = _made(task)
+        return _VECTORS[name]
+
+
+def _made(task: Task) -> Vectors | None:
+    """None for a scene that series do not take, or a key that changes how it is run."""
+    solver, kinds = task.scene.solver, {parsed(key)[0] for key in task.plan.keys}
+    if find_spec("heyoka") is None or solver.method not in ("auto", "taylor") or not task.scene.duration:
+        return None
+    if solver.accuracy is not None and not (solver.accuracy >= VECTOR.finest and task.scene.duration):
+        return None
+    if kinds - {"model", "effects", "start"} or "start.time" in task.plan.keys:
+        return None
+    smooth = all(effect.smooth for effect in task.scene.effects)
+    if not smooth or len(build(task.scene.model).joints) > MOST_JOINTS or solver.engine != "auto":
+        return None
+    made = Vectors(task)
+    return made if made.series[0].covered else None

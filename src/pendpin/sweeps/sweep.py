@@ -14,12 +14,11 @@ from pendpin.scene import Scene, chosen_scene
 from pendpin.simulation.batches import WIDTH
 from pendpin.simulation.pools import cores
 from pendpin.sweeps import plan as plans
-from pendpin.sweeps.cases import run_block
+from pendpin.sweeps.cases import run_block, vectors_of
 from pendpin.sweeps.measures import Function
 from pendpin.sweeps.plan import Plan
 from pendpin.sweeps.store import Blocks, Memory, Store
 from pendpin.sweeps.task import EXTRA, Task, checked
-from pendpin.sweeps.vectors import vectors_of
 from pendpin.sweeps.workers import Results, Span, remote_cluster, run_in_processes, run_in_threads, run_on_cluster
 
 WORKERS_EACH = 8  # processes for each processor, at most
