@@ -48,12 +48,14 @@ def run_scene(
     between: Callable[[RunState], RunState] | None = None,
     longest: float = np.inf,
     anyway: bool = False,
+    bound: Dynamics | None = None,
 ) -> Trajectory:
     """The motion of a scene by its method and tolerance or step; as `simulate`, and `between` as in the loop, which see.
 
     `longest` in s limits the steps of a method without a fixed one. `anyway`: a wrong energy is a note, not an error.
+    `bound`: the dynamics of the scene, if it is bound already.
     """
-    dynamics = bind_for_run(scene)
+    dynamics = bound or bind_for_run(scene)
     q, v = start_state(dynamics.model, scene.start)
     start = Run(np.zeros(1), q[None], v[None], None, np.zeros((1, 0)), 0, 0, 0, 0.0, "", "")  # the first sample
     _refuse_overflow(dynamics, start)

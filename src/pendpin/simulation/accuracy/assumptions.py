@@ -11,7 +11,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.declared import declared_smooth, users_own
-from pendpin.dynamics.dynamics import Dynamics, bind
+from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import action, timing
 from pendpin.effects import Effect, Torque
 from pendpin.effects.pace import STEP, Pace, intervals_for, measured, without_jumps
@@ -48,13 +48,12 @@ def describe_assumptions(scene: Scene, rough: Sequence[Rough]) -> tuple[str, ...
     return tuple(notes)
 
 
-def probe_effects(scene: Scene, run: Trajectory) -> list[Rough]:
-    """Where the user's own effects of a scene change abruptly along its run; none after impacts, where all signals jump."""
-    dynamics = bind(scene)
+def probe_effects(dynamics: Dynamics, duration: float, run: Trajectory) -> list[Rough]:
+    """Where the user's own effects change abruptly along a run; none after impacts, where all signals jump."""
     places = [i for i, effect in enumerate(dynamics.effects) if users_own(effect)]
     if not places or len(run.t) < 2 or dynamics.contacts:
         return []
-    pace = timing(dynamics, dynamics.effects, run.q[0], run.v[0], scene.duration, None).pace
+    pace = timing(dynamics, dynamics.effects, run.q[0], run.v[0], duration, None).pace
     roughest = [_roughest(dynamics, i, run, pace) for i in places]
     return [one for one in roughest if one is not None]
 

@@ -31,7 +31,7 @@ def choose_refinement(scene: Scene, runs: Runs) -> Refinement:
 
 def _count_steps_of_pace(scene: Scene, runs: Runs, run: Trajectory) -> int:
     """How many equal steps do not jump over what acts in a scene. Raises RunError for too many; the run is a partial one."""
-    dynamics = bind(scene)
+    dynamics = runs.bind(scene)
     pace_of_run = timing(dynamics, dynamics.effects, *start_state(dynamics.model, scene.start), scene.duration, None)
     needed = scene.duration / float(pace_of_run.pace.shortest.min())
     if needed <= SETTING.most_steps:

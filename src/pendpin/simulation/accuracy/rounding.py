@@ -17,7 +17,7 @@ import numpy as np
 
 from pendpin.arrays import EPS, Array
 from pendpin.dynamics.binding.contacts import check_start
-from pendpin.dynamics.dynamics import bind
+from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Engine
 from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import marks, poses, tip_distance, tips
@@ -50,12 +50,13 @@ class RoundingError:
 
 def run_first(runs: Runs, scene: Scene, target: float) -> tuple[Trajectory, float]:
     """The first run of a search, shifted by a part of the target, and by how many units of rounding."""
-    dynamics = bind(scene)
+    dynamics = runs.bind(scene)
     q, v = start_state(dynamics.model, scene.start)
     shift = min(ROUNDING.first_shift * target, ROUNDING.largest_first_shift)
     units = shift / EPS / max(1.0, float(np.abs(q).max()))
     unit = _compute_unit(dynamics.engine, np.zeros(1), q[None], v[None], scene.duration / ROUNDING.first_steps)
-    return runs.run(_shift_start(scene, unit, units), between=_LaterShifts(units, len(runs.times))), units
+    shifted = _shift_start(scene, dynamics, unit, units)
+    return runs.run(shifted, between=_LaterShifts(units, len(runs.times))), units
 
 
 def bound_rounding(gap: Array, units: float, fine: Trajectory, length: float) -> RoundingError:
@@ -124,8 +125,9 @@ def _run_shifted(runs: Runs, scene: Scene, fine: Trajectory, units: float) -> Tr
     """A run of the scene, shifted by so many units of rounding at its start and at later times."""
     some = np.unique(np.linspace(0, len(fine.t) - 1, ROUNDING.states).astype(int))
     step = (fine.t[-1] - fine.t[0]) / max(fine.stats.steps, 1)
-    unit = _compute_unit(bind(scene).engine, fine.t[some] - fine.t[0], fine.q[some], fine.v[some], step)
-    return runs.run(_shift_start(scene, unit, units), between=_LaterShifts(units, len(runs.times)))
+    dynamics = runs.bind(scene)
+    unit = _compute_unit(dynamics.engine, fine.t[some] - fine.t[0], fine.q[some], fine.v[some], step)
+    return runs.run(_shift_start(scene, dynamics, unit, units), between=_LaterShifts(units, len(runs.times)))
 
 
 class _LaterShifts:
@@ -150,9 +152,8 @@ class _LaterShifts:
         return replace(done, carried=carried)
 
 
-def _shift_start(scene: Scene, unit: tuple[Array, Array], units: float) -> Scene:
+def _shift_start(scene: Scene, dynamics: Dynamics, unit: tuple[Array, Array], units: float) -> Scene:
     """The scene with its start shifted by so many units of rounding (nv,) of positions and rates."""
-    dynamics = bind(scene)
     q, v = start_state(dynamics.model, scene.start)
     dq, dv = unit
     ahead = np.where(q == 0, _draw_directions(len(q), 1) * _find_signs(v), np.sign(q))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
 from pendpin.model.build import Model, build
@@ -14,7 +15,7 @@ from pendpin.scene import FIXED_METHODS, Scene, scene_of
 from pendpin.simulation.accuracy.thresholds import SAMPLE
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.limits import Deadline
-from pendpin.simulation.run import ENERGY_ERROR, run_scene
+from pendpin.simulation.run import ENERGY_ERROR, bind_for_run, run_scene
 from pendpin.trajectory import Trajectory, samples_of
 
 Between = Callable[[RunState], RunState]
@@ -34,6 +35,7 @@ class Runs:
 
     def __init__(self, scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> None:
         self._options, self.seconds = (energy_balance, progress, deadline), 0.0
+        self._bound = dict[tuple[str, str], Dynamics]()
         self.scene, self.every = scene, 1
         intervals = len(scene.times) - 1
         while 0 < self.every * intervals < SAMPLE.intervals:
@@ -46,6 +48,19 @@ class Runs:
         """When runs are compared, (n,) in s since the start: the output times and, where these are few, times between."""
         return _sample_closely(self.scene, self.every).times
 
+    def bind(self, scene: Scene) -> Dynamics:
+        """The dynamics of the scene with another solver or start, bound once for each method and engine.
+
+        Sampled torques are bound for each run: they record its outputs.
+        """
+        key = scene.solver.method, scene.solver.engine
+        if key not in self._bound:
+            dynamics = bind_for_run(scene)
+            if dynamics.held:
+                return dynamics
+            self._bound[key] = dynamics
+        return self._bound[key]
+
     def run(self, scene: Scene, denser: int = 1, between: Between | None = None, longest: float = np.inf) -> Trajectory:
         """A run of a scene with a method and its setting; if too coarse, it may end early. `between`: as in the loop.
 
@@ -55,7 +70,7 @@ class Runs:
             scene = scene.by(scene.solver.method, longest)
         close = _sample_closely(scene, self.every * denser)
         try:
-            run = run_scene(close, *self._options, between=between, longest=longest)
+            run = run_scene(close, *self._options, between=between, longest=longest, bound=self.bind(scene))
         except Halted as error:
             raise type(error)(str(error), self.keep_output_times(_thin_out(error.partial, denser))) from None
         except RunError as error:
