@@ -23,6 +23,7 @@ import sys
 import time
 import types
 from collections.abc import Callable, Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -184,6 +185,8 @@ def in_a_fork(run: Callable[[], str], most: int) -> str:
 def exchange_code(fault: Fault) -> None:
     """Give all functions of a module that exist the code that they have with the fault."""
     path = SOURCE / fault.module
+    # a module that is imported late would come without the fault
+    import_module("pendpin." + fault.module.removesuffix(".py").replace("/", "."))
     right = path.read_text()
     both = (codes(compile(text, str(path), "exec")) for text in (right, fault.planted(right)))
     new = {place(one): other for one, other in zip(*both, strict=True)}
