@@ -2,6 +2,7 @@
 
 import math
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,15 +12,21 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin.arrays import EPS
+from pendpin.model.build import build
 from pendpin.scene.methods import method_of
+from pendpin.simulation.accuracy.assumptions import probe_effects
 from pendpin.simulation.accuracy.methods import list_alternatives
 from pendpin.simulation.accuracy.refinement import refine_by_step, refine_by_tolerance
 from pendpin.simulation.accuracy.rounding import RoundingError, bound_rounding
-from pendpin.simulation.accuracy.runs import Runs, compute_extent, compute_speeds, measure_gap
+from pendpin.simulation.accuracy.runs import Runs, choose_length, compute_extent, compute_speeds, measure_gap
 from pendpin.simulation.accuracy.thresholds import INSTABILITY, ROUNDING, SAMPLE
 from pendpin.simulation.limits import Deadline
 
 RATE = 2.0  # rad/s
+SLIDE = """<robot name="slide"><link name="base"/><link name="car"><inertial><mass value="2"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="x" type="prismatic">
+<parent link="base"/><child link="car"/><axis xyz="1 0 0"/>
+<limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>"""
 
 
 def spinning(duration: float = 3.0, begin: float = 0.0, length: float = 2.0, rate: float = RATE, **solver) -> pp.Scene:
@@ -96,6 +103,35 @@ def test_gaps_never_fall() -> None:
     found = measure_gap(one, short, 2.0, 9)
     assert found[:3] == pytest.approx(2 * np.sin(angles[:3] / 2), abs=1e-8)
     assert np.isinf(found[3:]).all()
+
+
+def test_a_slide_is_measured_by_its_way(tmp_path: Path) -> None:
+    """A chain by the sum of its rods, wherever it is; a slide, which has no length, by how far it gets."""
+    scene = spinning()
+    assert choose_length(build(scene.model), pp.simulate(scene)) == 2.0
+    file = tmp_path / "slide.urdf"
+    file.write_text(SLIDE)
+    start = pp.Start(positions={"x": -0.5}, velocities={"x": 1.0})
+    run = pp.simulate(pp.Scene(duration=3.0, model=pp.UrdfModel(path=file), start=start))
+    assert choose_length(build(run.source.model), run) == pytest.approx(2.5, rel=1e-9)
+
+
+def test_the_probe_sees_a_narrow_force_and_when() -> None:
+    """Within 0.2 mrad of a place on a way of 2.2 rad, half way between two of 4,096 points, which would miss it."""
+    scene = spinning(duration=1.1, begin=7.0, samples=6)
+    place = 2500.5 * 2.2 / 4096
+    narrow = pp.effects.Torque(lambda t, q, v: np.where(np.abs(q - place) < 2e-4, 1.0, 0.0))
+    (seen,) = probe_effects(scene.replace(effects=[narrow]), pp.simulate(scene))
+    assert seen.name == "effects[0] (torque)"
+    assert seen.t == pytest.approx(7.0 + place / RATE, abs=2e-4)
+    assert seen.shortest <= 2e-4
+
+
+def test_the_probe_passes_over_what_changes_with_time() -> None:
+    """A pulse of 3 ms that declares itself is no change with position."""
+    scene = spinning(duration=1.1, begin=7.0, samples=6, rate=0.5)
+    pulse = pp.effects.Torque(lambda t, q, v: np.exp(-(((t - 7.6) / 3e-3) ** 2)) * np.ones(2), shortest=3e-3)
+    assert probe_effects(scene.replace(effects=[pulse]), pp.simulate(scene)) == []
 
 
 # --- where runs are compared ----------------------------------------------------------------------------------------
@@ -186,6 +222,13 @@ def test_tolerances_are_relative_to_the_angles(method: str) -> None:
         assert refinement.first / finer >= 50 * (1 - 1e-9)
         assert finer >= refinement.least
     assert refinement.finer(refinement.least, 100.0) == refinement.least
+
+
+def test_a_power_series_keeps_to_few_tolerances() -> None:
+    """Each is compiled: the next is finer by the least power of 100 that is enough."""
+    refinement = refine_by_tolerance("taylor", 1e-6)
+    ratios = [refinement.first / refinement.finer(refinement.first, factor) for factor in (2.0, 100.0, 101.0, 1e4)]
+    assert ratios == pytest.approx([1e2, 1e2, 1e4, 1e4], rel=1e-12)
 
 
 def test_other_methods_are_those_that_were_not_tried() -> None:

@@ -4,15 +4,20 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 import pendpin as pp
+from laws import law
 from pendpin.dynamics.contact_guards import LEAST, LOWER, MOST, RATE, UPPER, guards_of
 from pendpin.dynamics.contacts import Contacts, Mode, Scales
-from pendpin.dynamics.falls import falls_of, rates_and_mode
+from pendpin.dynamics.falls import Falls, falls_of, rates_and_mode
 from pendpin.effects import DryFriction, Motor, Stop
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))
 INERTIA = ROD.rods[0].properties.I1 + 0.25  # kg m² about the joint, of theta where phi is 0 and of phi
+TWO = pp.Chain(rods=ROD.rods, copies=2)
+NAMES = ("theta_1", "phi_1", "theta_2", "phi_2")
 ONE = Scales(np.ones(2), np.ones(2), np.ones(2))
 
 
@@ -91,6 +96,22 @@ def test_a_fall_at_constant_acceleration(sign: int, thrown: float) -> None:
         rate = fall.rate[0]
     assert rate == pytest.approx(math.sqrt(2 * a * height), rel=1e-12)
     assert fall.time[0] == pytest.approx(2 * rate / a, rel=1e-12)  # up, and down again
+
+
+def test_low_falls_tell_the_shortest_and_the_longest() -> None:
+    """Two joints fall 1e-6 and 1e-2 rad, or times as long as the rounding of the clock; a third fall is too high."""
+    height, a = np.array([1e-6, 1e-2, 0.5]), np.array([2.0, 0.5, 1.0])
+    three = Scales(*np.ones((3, 3)))
+    low = Falls(height, a).low(0.0, np.zeros(3), three, 1e-6)
+    assert low is not None
+    assert low.joints.tolist() == [True, True, False]
+    assert (low.shortest, low.longest) == pytest.approx(tuple(np.sqrt(8 * height[:2] / a[:2])), rel=1e-12)
+    assert low.scales.position == pytest.approx([1e-6, 1e-2, 1.0], rel=1e-12)
+    assert low.scales.rate == pytest.approx([*np.sqrt(2 * height[:2] * a[:2]), 1.0], rel=1e-12)
+    late = Falls(height, a).low(1e12, np.zeros(3), three, 1e-6)
+    assert late is not None
+    assert late.shortest == 64 * math.ulp(1e12)
+    assert Falls(height + 0.1, a).low(0.0, np.zeros(3), three, 1e-6) is None
 
 
 def test_only_the_bounces_that_are_too_small_end() -> None:
@@ -180,3 +201,26 @@ def test_guards_of_a_held_joint_are_what_is_left_of_its_hold(torque: float) -> N
     assert values == pytest.approx([0.5 + torque, 0.5 - torque])  # what holds is -torque
     assert guards.land(np.zeros(2), np.zeros(2), [0]).tolist() == [-1.0, 0.0]
     assert guards.land(np.zeros(2), np.zeros(2), [1]).tolist() == [1.0, 0.0]
+
+
+@law(30)
+@given(st.lists(st.floats(-2, 2), min_size=12, max_size=12))
+def test_what_rubs_starts_as_it_accelerates(numbers: list[float]) -> None:
+    """Joints at rest are held within their static torques, or start the way that they accelerate, however they couple."""
+    q, torques, static = np.array(numbers).reshape(3, 4)
+    kinetic = np.abs(static)
+    pushes = [Motor(joint=name, torque=torque) for name, torque in zip(NAMES, torques.tolist(), strict=True)]
+    rubs = [
+        DryFriction(kinetic=value, joints=[name]) for name, value in zip(NAMES, kinetic.tolist(), strict=True) if value
+    ]
+    assume(rubs)
+    contacts = pp.bind(pp.Scene(model=TWO, effects=[*pushes, *rubs])).contacts
+    assert contacts is not None
+    v = np.zeros(4)
+    mode = contacts.choose(0.0, q, v, Scales(*np.ones((3, 4))))
+    a, holding = contacts.accelerate(0.0, q, v, mode)
+    size = 1e-9 * (1 + np.abs(a).max())
+    assert (np.abs(holding[mode.held]) <= kinetic[mode.held] + size).all()
+    started = ~mode.held & (kinetic > 0)
+    assert (mode.sign[started] != 0).all()
+    assert (a[started] * mode.sign[started] >= -size).all()

@@ -16,6 +16,7 @@ from pendpin import effects as fx
 from pendpin.equations import exact
 from pendpin.simulation.accuracy.runs import Runs
 from pendpin.simulation.run import run_scene
+from test_accuracy_measures import SLIDE
 from test_error_estimates import REDUCED, claim_holds, swing, true_error
 
 # --- 3: rounding ----------------------------------------------------------------------------------------------------
@@ -216,12 +217,6 @@ def test_output_times_of_any_spacing() -> None:
             assert run.t.tolist() == times
             angle = exact.planar(2.6, 0.0, REDUCED, 9.81, run.t)
             assert np.abs(run.q[:, 0] - angle).max() <= 1e-4
-
-
-SLIDE = """<robot name="slide"><link name="base"/><link name="car"><inertial><mass value="2"/>
-<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="x" type="prismatic">
-<parent link="base"/><child link="car"/><axis xyz="1 0 0"/>
-<limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>"""
 
 
 @pytest.mark.parametrize("method", ["auto", "dop853", "rk4"])
