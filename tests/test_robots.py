@@ -57,6 +57,7 @@ def test_every_robot_is_taken() -> None:
     assert len(models) == 66
     odd = {path.stem for path, model in models.items() if model.findings}
     assert {"allegro_left_hand", "romeo_small", "pr2", "hyq_no_sensors", "go1", "icub", "tiago", "bolt"} <= odd
+    assert not [finding for model in models.values() for finding in model.findings if "did you mean" in finding]
     assert not {"ur5_robot", "talos_reduced", "panda", "double_pendulum", "solo12"} & odd
 
 
@@ -244,6 +245,25 @@ def test_a_start_without_inertia_is_refused(tmp_path: Path) -> None:
         pp.simulate(scene)
     model = pp.UrdfModel(path=robot("icub"), lock={"neck_roll": 0.0})
     assert pp.simulate(scene.model_copy(update={"model": model})).energy().drift < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("right", "slip", "where"),
+    [
+        ("<axis ", "<axsi ", "joint 'b': 'axsi' is not an element of <joint>"),
+        ("<origin ", "<orgin ", "link 'two': 'orgin' is not an element of <inertial>"),
+        ('lower="', 'lowr="', "joint 'b': 'lowr' is not an attribute of <limit>"),
+    ],
+)
+def test_a_slip_in_a_name_is_a_finding(right: str, slip: str, where: str, tmp_path: Path) -> None:
+    """Names that are far from those of URDF, or beside the right one, are extensions."""
+    assert not tree(tmp_path, tied='<gearing K="1"/>').findings
+    text = (tmp_path / "tree.urdf").read_text().replace(' velocity="', ' gear_velocity="2" upper_="3" velocity="')
+    path = tmp_path / "slip.urdf"
+    path.write_text(text.replace(right, slip))
+    findings = build(pp.UrdfModel(path=path)).findings
+    known = "".join(filter(str.isalpha, right))
+    assert f"{where}; did you mean '{known}'?" in findings
 
 
 def test_every_robot_is_found_by_its_name() -> None:

@@ -18,7 +18,7 @@ from pendpin.files import read_whole
 from pendpin.model.urdf_inertia import check_inertial, in_mass_unit, inertia_findings
 from pendpin.model.urdf_locks import freeze_joints, massless_finding, massless_joints
 from pendpin.model.urdf_written import WrittenJoint, written_joints
-from pendpin.model.urdf_xml import Element, named, needed, number, numbers, parse, plain, put, triple
+from pendpin.model.urdf_xml import Element, misspelt, named, needed, number, numbers, parse, plain, put, triple
 from pendpin.scene import UrdfModel
 
 MAX_BYTES = 8_000_000
@@ -93,7 +93,7 @@ def _checked(model: UrdfModel, robot: Element) -> Urdf:
     for joint in joints.values():
         _make_plain(joint)
     drawn = {name: longest for name, link in links.items() if (longest := _longest_shape(link))}
-    findings = (*findings, *inertia_findings(links))
+    findings = (*misspelt(links), *misspelt(joints), *findings, *inertia_findings(links))
     unit = in_mass_unit(links)
     return Urdf(place_of(model.file), plain(links, joints), moving, findings, notes, written, drawn, unit)
 

@@ -2,13 +2,13 @@
 
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from xml.etree import ElementTree
 
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError, did_you_mean, shown
 from pendpin.records import LARGEST_SIZE
 
 Element = ElementTree.Element
@@ -25,6 +25,26 @@ _KEPT = {  # what Pinocchio gets to see
     "axis": ("xyz",),
     "limit": ("lower", "upper", "effort", "velocity"),
     "dynamics": ("damping", "friction"),
+}
+_CHILDREN = {  # what the URDF specification knows inside links and joints
+    "link": "inertial visual collision",
+    "joint": "origin parent child axis calibration dynamics limit mimic safety_controller",
+    "inertial": "origin mass inertia",
+    "visual": "origin geometry material",
+    "collision": "origin geometry verbose",
+    "geometry": "box cylinder sphere capsule mesh",
+    "material": "color texture",
+}
+_ATTRIBUTES = {
+    **{tag: " ".join(keys) for tag, keys in _KEPT.items()},
+    "link": "name type",
+    "joint": "name type",
+    "mimic": "joint multiplier offset",
+    "box": "size",
+    "cylinder": "radius length",
+    "sphere": "radius",
+    "mesh": "filename scale",
+    "color": "rgba",
 }
 
 
@@ -58,6 +78,30 @@ def named(robot: Element, tag: str) -> dict[str, Element]:
             raise InputError(f"two {tag}s are named {shown(name)}")
         elements[name] = element
     return elements
+
+
+def misspelt(elements: dict[str, Element]) -> Iterator[str]:
+    """The unknown names in links or joints that are a slip away from a name of URDF; those of extensions are not."""
+    for name, element in elements.items():
+        yield from _slips(f"{element.tag} {shown(name)}", element)
+
+
+def _slips(where: str, element: Element) -> Iterator[str]:
+    children, keys = (names.get(element.tag, "").split() for names in (_CHILDREN, _ATTRIBUTES))
+    absent = [key for key in keys if key not in element.attrib]  # beside the right name it is an extension
+    for key in element.attrib:
+        if key not in keys and (hint := _nearest(key, absent)):
+            yield f"{where}: {shown(key)} is not an attribute of <{element.tag}>{hint}"
+    for child in element:
+        if child.tag in children:
+            yield from _slips(where, child)
+        elif hint := _nearest(child.tag, children):
+            yield f"{where}: {shown(child.tag)} is not an element of <{element.tag}>{hint}"
+
+
+def _nearest(name: str, known: Iterable[str]) -> str:
+    """A longer name is another one, such as gear_velocity of a vendor."""
+    return did_you_mean(name, (word for word in known if abs(len(word) - len(name)) < 2))
 
 
 def needed(where: str, element: Element, tag: str) -> Element:
