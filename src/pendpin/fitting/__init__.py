@@ -2,7 +2,7 @@
 
 May import: graphics, simulation and what is below them; no other tool. Reading: data, sensors; the free numbers:
 parameters; motion: equations, motion; search: guess, search, fitting; what the result is worth: honesty, memory,
-combinations, parts; what is shown: report, figure.
+robust, combinations, parts; what is shown: report, figure.
 """
 
 import time

@@ -23,7 +23,8 @@ from pendpin.fitting.guess import (
 )
 from pendpin.fitting.honesty import Certainty, certainty, sensor_noise
 from pendpin.fitting.parameters import Free, free_parameters
-from pendpin.fitting.search import Problem, Search, Solved, Starts, solve_starts
+from pendpin.fitting.robust import huber_scale, huber_weights, pseudo_residuals
+from pendpin.fitting.search import MOST_START_STEPS, Problem, Search, Solved, Starts, solve_starts
 from pendpin.fitting.sensors import sensors_of
 from pendpin.model.build import build
 from pendpin.scene import Data, Scene
@@ -41,7 +42,6 @@ NEAR = 0.3  # of the spread of a column: residuals from which whole swings can b
 MOST_GROWTH = 1e3  # of a disturbance of a start: pieces are cut where the motion forgets its start
 MOST_WEIGHT = 10.0  # between the best and the worst explained piece
 NOISE_ALONE = 0.95  # of the spread of every column: noise in which nothing can be seen to move
-ROBUST = 1.345  # standard deviations: P. Huber, Robust Statistics (1981)
 
 Progress = Callable[[str], None]
 
@@ -156,7 +156,7 @@ def solve(setting: Setting, progress: Progress) -> Solution:
     problem = _rescale(setting, _whole_swings(setting, problem, x), x)
     x, solved, _ = Search(problem, Starts(x, _states(setting, problem, x))).run(FAR, COARSE)
     problem = replace(_rescale(setting, problem, x), still=np.zeros(len(x), bool))
-    problem = _weigh(setting, problem, solved)
+    problem = _count_outliers_less(setting, _weigh(setting, problem, solved), x, solved.starts)
     x, solved, _ = Search(problem, Starts(x, solved.starts)).run(FAR)
     p = problem
     x = nearest_to_guess(setting.regression, x, p.prior, _guess_sizes(setting, p), p.scale, p.lower, p.upper)
@@ -267,25 +267,45 @@ def _weigh(setting: Setting, problem: Problem, solved: Solved) -> Problem:
     seen = ~np.isnan(problem.batch.y)
     M, columns, P = seen.shape
     r = solved.r.reshape(P, M, columns).transpose(1, 2, 0) / problem.weights[:, None]
-    mean = lambda axis: np.sqrt((r**2).sum(axis) / np.maximum(seen.sum(axis), 1))  # noqa: E731
-    weights = 1 / np.maximum(mean((0, 2)), setting.noise)
-    piece = np.sqrt(((r * weights[:, None]) ** 2).sum((0, 1)) / np.maximum(seen.sum((0, 1)), 1))
+
+    def size(r: Array, axis: tuple[int, int]) -> Array:
+        if setting.robust:
+            return huber_scale(r, seen, axis)
+        return np.sqrt((r**2).sum(axis) / np.maximum(seen.sum(axis), 1))
+
+    weights = 1 / np.maximum(size(r, (0, 2)), setting.noise)
+    piece = size(r * weights[:, None], (0, 1))
     share = np.ones_like(r) / np.clip(piece / np.median(piece), 1 / MOST_WEIGHT, MOST_WEIGHT)
-    if setting.robust:
-        size = np.abs(r * weights[:, None] * share)
-        share = share * np.sqrt(np.minimum(1.0, ROBUST / np.maximum(size, 1e-300)))
     return replace(problem, weights=weights, share=share)
 
 
+def _count_outliers_less(setting: Setting, problem: Problem, x: Array, starts: Array) -> Problem:
+    """The problem with less weight for outliers at unknowns x (nx,) and starts (2n, P), if the fit is robust."""
+    if not setting.robust:
+        return problem
+    M, columns, P = problem.batch.y.shape
+    r = problem.residuals(x, starts).reshape(P, M, columns).transpose(1, 2, 0)
+    return replace(problem, share=problem.share * huber_weights(r))
+
+
 def _finish(setting: Setting, problem: Problem, x: Array, solved: Solved) -> Solution:
-    """The solution over all samples, in finer steps, from unknowns x (nx,), and what is known of it."""
+    """The solution over all samples, in finer steps, from unknowns x (nx,), and what is known of it.
+
+    Errors of a robust fit are those of least squares over its pseudo-residuals, with even weights.
+    """
     pieces = batch(setting.swings, problem.batch.longest)
     full = replace(problem, batch=pieces, share=1.0, largest_step=STEP / 4 * setting.pace)
-    solved = solve_starts(full, x, solved.starts)
+    solved = solve_starts(full, x, solved.starts, 0 if setting.robust else MOST_START_STEPS)
     full = _weigh(setting, full, solved)
-    x, solved, J = Search(full, Starts(x, solved.starts)).run(LAST, central=True)
+    search = _count_outliers_less(setting, full, x, solved.starts)
+    x, solved, J = Search(search, Starts(x, solved.starts)).run(LAST, central=True)
+    seen = ~np.isnan(pieces.y.transpose(2, 0, 1))
+    if setting.robust:
+        solved = solve_starts(full, x, solved.starts, 0)
+        J = solved.rest(full.by_unknowns(x, solved.starts, solved.r, central=True))
+        solved = replace(solved, r=pseudo_residuals(solved.r, seen.reshape(len(J), -1)))
     shape = (len(J), -1, len(setting.columns))
     rest = solved.rest(solved.r[..., None]).reshape(shape)
-    Q, seen = solved.Q.reshape(*shape, solved.Q.shape[-1]), ~np.isnan(pieces.y.transpose(2, 0, 1))
+    Q = solved.Q.reshape(*shape, solved.Q.shape[-1])
     worth = certainty(rest, J.reshape(*shape, len(x)), Q, full.scale, pieces.swing, pieces.t, seen)
     return Solution(full, x, solved, worth)

@@ -13,6 +13,7 @@ from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, read_swings, 
 from pendpin.fitting.fitting import Setting, Solution, start_states
 from pendpin.fitting.guess import joint_angles
 from pendpin.fitting.honesty import NOISY, WHITE, outliers
+from pendpin.fitting.robust import huber_scale
 from pendpin.fitting.search import solve_starts
 from pendpin.scene import Chain, Scene
 
@@ -30,6 +31,7 @@ class Prediction(NamedTuple):
     compared: tuple[Array, ...]  # (m,) whether a sample counts: those after the part that the start was fitted on
     columns: tuple[str, ...]
     units: tuple[str, ...]  # rad or m, of each column
+    robust: bool = False  # whether outliers do not speak against the model
 
     def __repr__(self) -> str:
         return f"Prediction of {len(self.swings)} swings: rms {self.listed(self.rms)}, largest {self.listed(self.max)}"
@@ -52,13 +54,21 @@ class Prediction(NamedTuple):
         return dict(zip(self.columns, np.sqrt(np.nanmean(self.errors() ** 2, 0)).tolist(), strict=True))
 
     @property
+    def usual(self) -> dict[str, float]:
+        """The rms of each column, of robust fits without outliers, rad or m."""
+        if not self.robust:
+            return self.rms
+        errors = self.errors()
+        return dict(zip(self.columns, huber_scale(errors, ~np.isnan(errors), 0).tolist(), strict=True))
+
+    @property
     def part(self) -> float:
-        """The largest rms of a column over the standard deviation of what was measured there."""
-        return float(max(np.array(list(self.rms.values())) / spread_of(self.swings)))
+        """The largest usual error of a column over the standard deviation of what was measured there."""
+        return float(max(np.array(list(self.usual.values())) / spread_of(self.swings)))
 
     def follows(self, noise: Array) -> bool:
         """Whether it follows the motion: errors are below half of it, or are noise (columns,), rad or m."""
-        return self.part <= MOSTLY or bool((np.array(list(self.rms.values())) <= NOISY * noise).all())
+        return self.part <= MOSTLY or bool((np.array(list(self.usual.values())) <= NOISY * noise).all())
 
     @property
     def max(self) -> dict[str, float]:
@@ -101,7 +111,7 @@ class Fit:
     @property
     def explained(self) -> bool:
         """Whether the model explains the data: what is left over is no larger than the noise, and white."""
-        loud = any(rms > NOISY * self.noise[name] for name, rms in self.train.rms.items())
+        loud = any(rms > NOISY * self.noise[name] for name, rms in self.train.usual.items())
         return not loud and self.white > WHITE
 
     def predict(self, data: Any, start: float = 0.1) -> Prediction:
@@ -133,7 +143,7 @@ class Fit:
     @property
     def verdict(self) -> str:
         """Whether the model explains the data, in a sentence."""
-        rms, part = self.train.rms, self.train.part
+        rms, part = self.train.usual, self.train.part
         if not np.isfinite(part):
             return f"The model cannot explain the data at all: its motions grow without bound; {CHECK}."
         worst = max(rms, key=lambda name: rms[name] / self.noise[name])
@@ -187,10 +197,11 @@ class Fit:
         if far := outliers(self.residuals, spread_of(self.train.swings)):
             size, swing, sample, column = far[0]
             name, unit = self.train.columns[column], self.train.units[column]
-            many = "1 sample stands out" if len(far) == 1 else f"{len(far)} samples stand out, the farthest"
-            less = (
-                "They count less." if self.setting.robust else "Correct or remove them, or use --robust (robust=True)."
-            )
+            one = len(far) == 1
+            many = "1 sample stands out" if one else f"{len(far)} samples stand out, the farthest"
+            less = f"Correct or remove {'it' if one else 'them'}, or use --robust (robust=True)."
+            if self.setting.robust:
+                less = "It counts less." if one else "They count less."
             said.append(f"{many} by {size:.3g} {unit}: {swing.source} {swing.rows[sample]}, column {name}. {less}")
         return said
 
@@ -217,7 +228,10 @@ class Fit:
             rows.append(
                 f"Standard errors are up to {self.inflation:.3g} times wider because the residuals are correlated."
             )
-        rows.append("Fitted: rms " + self.train.listed(self.train.rms))
+        rms, usual = self.train.rms, self.train.usual
+        outlying = any(rms[name] > NOISY * usual[name] for name in rms)
+        without = f"; without outliers {self.train.listed(usual)}" if outlying else ""
+        rows.append(f"Fitted: rms {self.train.listed(rms)}{without}")
         if self.hold_out:
             hold_out = self.hold_out
             rows.append(f"Held out: rms {hold_out.listed(hold_out.rms)}; largest {hold_out.listed(hold_out.max)}")
@@ -241,7 +255,7 @@ def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
         pieces = zip(own, cut_pieces([swing], p.batch.longest), strict=True)
         predicted.append(np.concatenate([columns[: len(piece.t), :, place] for place, piece in pieces]))
     compared = tuple(np.ones(len(swing.t), bool) for swing in setting.swings)
-    return Prediction(setting.swings, tuple(predicted), compared, setting.columns, _units(setting))
+    return Prediction(setting.swings, tuple(predicted), compared, setting.columns, _units(setting), setting.robust)
 
 
 def compared_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
