@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -113,6 +114,17 @@ def test_ctrl_c_while_the_command_line_is_imported_is_one_line(
         pendpin.cli.main()
     assert end.value.code == 130
     assert capsys.readouterr().err == "pendpin: stopped by the user\n"
+
+
+def test_ctrl_c_in_a_run_has_its_status(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture) -> None:
+    """The part that was done is written, and the status is that of every command after Ctrl-C."""
+
+    def interrupt(t: float) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pendpin.cli.commands.run.progress_bar", lambda *_, **__: nullcontext(interrupt))
+    assert run_main("run", "--out", "part.csv") == 130
+    assert capfd.readouterr().err.endswith("stopped by the user\n")
 
 
 def test_examples_answer_what_they_ask(capfd: pytest.CaptureFixture) -> None:

@@ -1,8 +1,13 @@
 """The compiled equations are those of the engine they stand in for: the same rates, orders and motions."""
 
+import operator
+import signal
 import time
+from _thread import interrupt_main
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +24,7 @@ from pendpin.dynamics.contacts import Mode
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.symbols import record
 from pendpin.engines import Compiled, llvm
-from pendpin.engines.machine_code import Code, Function
+from pendpin.engines.machine_code import Block, Callback, Code, Function
 from pendpin.integrators import cyrk
 from pendpin.model.build import build
 from pendpin.versions import version
@@ -232,8 +237,28 @@ def test_a_run_in_machine_code_can_be_stopped() -> None:
         duration=1e4, model=MODELS["one rod"], start=pp.Start(positions={"theta_1": 0.5}), effects=SEVERAL[:2]
     )
     scene = with_engine(scene, "compiled", samples=2)
+    pp.simulate(scene, method="dop853", duration=1.0)  # compiles
     with pytest.raises(pp.RunError, match="it takes over 0 s"):
         pp.simulate(scene, method="dop853", tolerance=1e-10, limit=0.0)
+
+
+def test_ctrl_c_in_machine_code_stops_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A signal that comes while CyRK computes is still pending when CyRK calls back: the answer is to stop."""
+    pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
+    answers, real = [], Block.on_progress
+
+    def on_progress(block: Block, callback: Callable[[float], bool]) -> None:
+        answers.extend(map(operator.call, (interrupt_main, partial(Callback(callback), 0.0))))  # no Python in between
+        real(block, callback)
+
+    monkeypatch.setattr(Block, "on_progress", on_progress)
+    scene = with_engine(pp.Scene(duration=1.0, model=MODELS["one rod"]), "compiled", samples=2)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # it is off where tests run in the background
+    try:
+        pp.simulate(scene, method="dop853")
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert answers == [None, True]
 
 
 def with_engine(scene: pp.Scene, engine: str, **others: int) -> pp.Scene:

@@ -27,7 +27,7 @@ from pendpin.cli.commands.urdf import urdf
 from pendpin.cli.commands.validate import validate
 from pendpin.cli.commands.view import view
 from pendpin.cli.streams import drop_output, finish_output, prepare_streams, say
-from pendpin.errors import Note, PendpinError, one_line
+from pendpin.errors import Interrupted, Note, PendpinError, one_line
 from pendpin.versions import VERSION
 
 app = typer.Typer(
@@ -40,6 +40,7 @@ app = typer.Typer(
 )
 
 OBJECTS = 100_000  # new ones between two searches for cycles; imports make many, and no cycles that end
+INTERRUPTED = 130  # the status after Ctrl-C: 128 and the number of SIGINT
 UsageError: Any = typer.BadParameter.__base__  # whatever is wrong with the command line itself
 
 
@@ -51,16 +52,16 @@ def main() -> None:
     warnings.simplefilter("ignore", Note)  # the commands print them as lines of their own
     try:
         status = app(prog_name="pendpin", standalone_mode=False)
-        if status == 130:  # what newer typers make of Ctrl-C
+        if status == INTERRUPTED:  # what newer typers make of Ctrl-C
             raise KeyboardInterrupt
         sys.stdout.flush()
         _leave(status or 0)
     except PendpinError as error:
-        _fail(str(error))
+        _fail(str(error), INTERRUPTED if isinstance(error, Interrupted) else 1)
     except UsageError as error:
         _fail_usage(error)
     except (KeyboardInterrupt, typer.Abort):
-        _fail("stopped by the user", 130)
+        _fail("stopped by the user", INTERRUPTED)
     except BrokenPipeError:  # the reader of our output is gone
         drop_output()
         sys.exit(1)

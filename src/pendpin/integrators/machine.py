@@ -4,7 +4,7 @@ CyRK has this interface for Numba; no Numba function is compiled here.
 """
 
 import ctypes
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -54,7 +54,9 @@ class AdaptiveInMachineCode(EventIntegrator):
     def compiled_for_events(self, engine: Engine, progress: ProgressCallback) -> Block:
         """The equations of a compiled engine."""
         self.block, self._progress = engine.block(), progress
-        self.block.on_progress(self._stop)
+        answers = self._answers()
+        next(answers)
+        self.block.on_progress(answers.send)
         return self.block
 
     def stepper(self, scales: StateScales, first_step: float, longest: float, derivative: Derivative) -> Stepper:
@@ -71,13 +73,19 @@ class AdaptiveInMachineCode(EventIntegrator):
         if self._error is not None:
             raise self._error
 
-    def _stop(self, t: float) -> bool:
-        """Call the progress callback with t; an exception is raised after CyRK has returned."""
-        try:
-            self._progress(t)
-        except BaseException as error:
-            self._error = error
-        return self._error is not None
+    def _answers(self) -> Generator[bool, float, None]:
+        """Call the progress callback with each t that is sent; an exception is raised after CyRK has returned.
+
+        A function that CyRK calls would begin outside its `try`, and Python raises there what Ctrl-C left pending.
+        """
+        while True:
+            try:
+                while True:
+                    self._progress((yield self._error is not None))
+            except GeneratorExit:
+                return
+            except BaseException as error:
+                self._error = error
 
     def _solved(self, y: Array, times: Array, first_step: float, longest: float) -> tuple[Array, int, str | None]:
         """The states (n, size), the steps and the failure, from y (size,) at `times` (n,) in s, by CyRK."""
