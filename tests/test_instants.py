@@ -93,17 +93,40 @@ def test_a_first_sample_may_come_as_soon_as_numbers_allow(method: str) -> None:
 # --- where a quantity crosses a level -------------------------------------------------------------------------------
 
 
-def test_what_is_rounding_is_not_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_rounding_is_not_searched(asked: list[int]) -> None:
     """Where a quantity stays at its level but for rounding, thousands of times tell no more than a few."""
     rods = (pp.Rod(length=1.0, mass=2.0, com=-0.3, inertia=(0.2, 0.25, 0.1)), pp.Rod(length=1.0, mass=1.0))
     start = pp.Start(positions=(np.pi, 1e-160, 0.0, -np.pi / 2))
     scene = pp.Scene(duration=0.5, model=pp.Chain(rods=rods), start=start, effects=(GRAVITY,))
     run = pp.simulate(scene, method="radau", tolerance=1e-6, samples=7)
-    asked, at = [], Continuation.at
-    monkeypatch.setattr(Continuation, "at", lambda self, t: asked.append(len(t)) or at(self, t))
     found = run.crossings("theta_1", np.pi)
     assert (np.abs(found["theta_1"] - np.pi) < 1e-12).all()
     assert sum(asked) < 10_000  # thirteen million once
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How many times runs are asked for, each time that they are."""
+    asked, at = list[int](), Continuation.at
+    monkeypatch.setattr(Continuation, "at", lambda self, t: asked.append(len(t)) or at(self, t))
+    return asked
+
+
+def test_events_do_not_multiply_the_samples(asked: list[int]) -> None:
+    """Two samples and 11 events: the pieces between events are cut as their steps need, not each as the whole run."""
+    hard = pp.effects.Stop(lower=-0.3, upper=0.7, restitution=0.95)
+    run = pp.simulate(swinging(THICK, hard, duration=6.0), method="dop853", tolerance=1e-9, samples=2)
+    assert len(run.crossings("theta", 0.3).t) == len(run.events) == 11
+    assert sum(asked) < 10 * run.stats.steps  # 18 once; with more events it was an error to have so few samples
+
+
+def test_the_angles_of_a_pole_are_not_searched(asked: list[int]) -> None:
+    """A thin rod hangs at its pole: which angles say so is rounding, at any scale of time."""
+    start = pp.Start(positions=(0.0, np.pi / 2), velocities=(1.0, 0.0))
+    side = pp.effects.Gravity(direction=(1.0, 0.0, 0.0))
+    run = pp.simulate(pp.Scene(duration=1.0, model=THIN, start=start, effects=(side,)), method="dop853", samples=7)
+    run.crossings("R3", 9.0)
+    assert sum(asked) < 100 * len(run.t)  # an error once: 13 samples were too few for a run of 7 steps
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ OFF = 0.1  # of what a joint moves in an interval or beside it: a sine in steps 
 STILL = 1e-9  # of what a joint moves in all: so little is rounding
 STEPS = 2  # parts that an interval is cut into, times the steps that the run took in it
 PARTS, LEVELS = 4, 8  # into how many it is cut again, how often: a rod that passes its pole turns in any time
+GROWN = 4  # times as many intervals as after the first cut: a passage of a pole has few at any level, rounding has ever more
 MOST = 200_000  # samples after that, and again where a quantity is sampled
 BESIDE = 1e-7  # of the run: how far before and behind an event a sample is taken, as rates jump in between
 POINTS = (6, 4)  # samples by which a quantity is interpolated; the distance of both is the error
@@ -59,19 +60,23 @@ def resolved(run: Trajectory) -> Continuation:
 
     Raises InputError if these would be too many.
     """
-    parts = max(PARTS, int(np.ceil(STEPS * run.stats.steps / max(len(run.t) - 1, 1))))
+    dense = STEPS * run.stats.steps / max(len(run.t) - 1, 1)  # parts of a whole interval between samples
+    most = np.inf
     more = _sampled_too(Continuation(run), _beside_events(run, _coarse(run)))
     for _ in range(LEVELS):
-        if not len(coarse := _coarse(more.run)):
+        if not 0 < len(coarse := _coarse(more.run)) <= most:
             break
-        if len(more.run.t) + parts * len(coarse) > MOST:
+        most = np.inf if dense else min(most, GROWN * len(coarse))
+        shares = np.diff(more.run.t)[coarse] / np.diff(run.t)[_intervals_of(run, more.run.t[coarse])]
+        parts = np.maximum(PARTS, np.ceil(dense * shares)).astype(int)
+        if len(more.run.t) + parts.sum() > MOST:
             raise InputError(
                 f"crossings: {len(run.t)} samples are too few for a run of {run.stats.steps} steps; "
                 f"run it with samples = {run.stats.steps}"
             )
         cuts = np.ones(len(more.run.t) - 1, int)
         cuts[coarse] = parts
-        more, parts = _sampled_too(more, subdivided(more.run.t, cuts)), PARTS
+        more, dense = _sampled_too(more, subdivided(more.run.t, cuts)), 0.0
     return more
 
 
