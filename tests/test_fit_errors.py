@@ -52,7 +52,9 @@ def test_autocorrelation_is_the_mean_product() -> None:
     """Of pieces and columns pooled, against sums of products."""
     r = np.random.default_rng(0).normal(0, 1, (3, 50, 2)).cumsum(1)
     sums = np.array([(r[:, lag:] * r[:, : 50 - lag]).sum() for lag in range(20)])
-    assert autocorrelation(r, 19) == pytest.approx(sums / sums[0], abs=1e-12)
+    for unit in (1.0, 1e-9):  # rad, or nrad
+        assert autocorrelation(unit * r, 19) == pytest.approx(sums / sums[0], abs=1e-12)
+    assert autocorrelation(0 * r, 3).tolist() == [1, 0, 0, 0]
 
 
 def test_summed_covariance_is_that_of_windows() -> None:
@@ -150,6 +152,7 @@ def test_errors_of_white_noise_are_those_of_least_squares() -> None:
     assert known.inflation == pytest.approx(np.max(errors / exact), rel=0.05)
     _, other = swings.fitted(np.random.default_rng(0).normal(0, 3.0, (5, 1_000)), known.scale * [1, 2, 3])
     assert [other.error(unit) for unit in np.eye(3)] == pytest.approx(errors, rel=1e-6)
+    assert known.duration == 5 * 999.0  # s, of all pieces
 
 
 def coverage(rho: float, P: int, M: int, count: int) -> tuple[float, float, np.ndarray]:

@@ -8,6 +8,7 @@ import pytest
 
 import pendpin as pp
 from pendpin.scene import builtin_scene
+from pendpin.simulation.crossings import first_crossings
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ROD = {"kind": "chain", "rods": [{"length": 1.0, "mass": 1.0, "radius": 0.02}]}
@@ -88,13 +89,28 @@ def test_crossings_do_not_depend_on_the_samples(samples: int, size: float) -> No
     assert not [name for name in few.summary() if name.startswith("period")]
 
 
+def test_an_instant_takes_few_looks() -> None:
+    """Of a smooth quantity: six digits more from the third on. By halving it would take fifty."""
+    looks = []
+
+    def over(rows: pp.Trajectory) -> np.ndarray:
+        looks.append(len(rows.t))
+        return rows["theta"] - 0.1
+
+    run = pp.simulate(SCENES["smooth"], samples=200)
+    (instant,) = first_crossings(run, [over])
+    assert run.at([instant])["theta"] == pytest.approx([0.1], abs=1e-12)
+    assert looks.count(1) <= 6
+
+
 def test_crossings_that_no_two_samples_enclose() -> None:
     """A level just inside a turning point is crossed twice between two samples."""
     run = pp.simulate(SCENES["smooth"], samples=25)
     top = float(run.crossings("theta_rate", 0.0, direction=-1)["theta"][-1])
     near = run.crossings("theta", top - 1e-4)
     assert len(near.t) >= 2
-    assert len(run.crossings("theta", 10.0).t) == 0
+    none = run.crossings("theta", 10.0)
+    assert (len(none.t), none.stats.steps, none.stats.evaluations, none.stats.events) == (0, 0, 0, 0)
     up, down = (run.crossings("theta", 0.0, direction=d) for d in (1, -1))
     assert (up["theta_rate"] > 0).all()
     assert (down["theta_rate"] < 0).all()

@@ -1,6 +1,7 @@
 """Sweeps: every case is what a single run gives, whoever runs it and however the sweep is cut or broken off."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -231,6 +232,34 @@ def test_sampling_and_pairs() -> None:
     assert sorted(np.floor((rows[:, 1] + 1) * 4)) == list(range(16))
     with pytest.raises(pp.InputError, match="as many values"):
         plan.pairs({"a": [1.0, 2.0], "b": [1.0]})
+
+
+def test_axes_on_the_command_line(tmp_path: Path) -> None:
+    """FROM:TO:COUNT, or numbers with commas; rows of a file, at least one."""
+    axes = plan.read_axes(["a=-1:3:5", "b=2:7:1", "c=1, 4"])
+    assert [axes[key].tolist() for key in "abc"] == [[-1, 0, 1, 2, 3], [2], [1, 4]]
+    for text in ("a=0:1", "a=0:1:2:3", "a=0:1:x", "a=0:1:0", "a=0:1:2.5"):
+        with pytest.raises(pp.InputError, match="FROM:TO:COUNT"):
+            plan.read_axes([text])
+    cases = tmp_path / "cases.csv"
+    cases.write_text("a,b\n1,2\n3,4\n")
+    assert plan.cases_of(cases).rows(np.arange(2)).tolist() == [[1, 2], [3, 4]]
+    cases.write_text("a,b\n")
+    with pytest.raises(pp.InputError, match="no cases"):
+        plan.cases_of(cases)
+    with pytest.raises(pp.InputError, match="finite"):
+        plan.grid({"a": [1.0, np.inf]})
+
+
+@pytest.mark.parametrize("method", ["latin", "sobol", "random"])
+def test_a_seed_gives_its_cases(method: str) -> None:
+    """The same again, from 0 on; another seed gives others."""
+    spreads = {"a": ("uniform", 0.0, 1.0), "b": ("normal", 0.0, 1.0)}
+    zero, again, one = (plan.samples(spreads, 4, method, seed).rows(np.arange(4)) for seed in (0, 0, 1))
+    assert np.array_equal(zero, again)
+    assert not np.array_equal(zero, one)
+    with pytest.raises(pp.InputError, match="seed"):
+        plan.samples(spreads, 4, method, -1)
 
 
 def test_sobol_indices_of_a_known_function() -> None:

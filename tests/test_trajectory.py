@@ -1,5 +1,6 @@
 """What is saved is what was computed, whole or not at all."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,14 @@ def test_a_saved_run_comes_back_bit_for_bit(run: pp.Trajectory, tmp_path: Path) 
     assert all((x == y).all() for x, y in zip(again.reactions(), run.reactions(), strict=True))
     assert (again.tips == run.tips).all()
     assert (again.stats, again.joints, again.scene) == (run.stats, run.joints, run.scene)
+
+
+def test_runs_are_equal_in_scene_and_numbers(run: pp.Trajectory) -> None:
+    """One bit of one number makes another run, and so does another scene with the same numbers."""
+    assert run == replace(run, q=run.q.copy())
+    assert run != replace(run, q=np.nextafter(run.q, 9))
+    assert run != replace(run, scene=run.scene | {"duration": 2.0})
+    assert run != 1
 
 
 def test_the_file_holds_the_named_arrays(run: pp.Trajectory, tmp_path: Path) -> None:
