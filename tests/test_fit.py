@@ -237,5 +237,28 @@ def test_numbers_of_a_model_that_does_not_follow_have_no_errors(unit: float) -> 
     table = swings_of(scene_of(1, data=ANGLE), [1.0])
     found = pp.fit(scene_of(1, data=ANGLE), table | {"t": table["t"] * unit})
     assert not found.errors
+    assert not found.combinations
+    assert set(found.undetermined) == set(found.values)
     assert "check the units of angles and times" in found.verdict
     assert all(np.isfinite(value) for value in found.values.values())
+
+
+def test_a_fit_that_does_not_follow_writes_nothing(tmp_path: Path, capfd, monkeypatch) -> None:
+    """With the report exit status 1; wrong usage is 2, and a fault of the data names their file alone."""
+    table, scene, csv, out = (
+        swings_of(scene_of(1, data=ANGLE), [1.0]),
+        *(tmp_path / x for x in ("s.toml", "d.csv", "o.toml")),
+    )
+    scene_of(1, data=ANGLE).save(scene)
+    rows = [f"{t / 1000},0,{a}" for t, a in zip(table["t"], table["a1"], strict=True)]
+    endings = []
+    for text, more in ((rows, ["--json"]), (rows, ["--hold-out-start", "0.2"]), ([*rows, "9,0,high"], [])):
+        csv.write_text("\n".join(["t,segment,a1", *text]))
+        monkeypatch.setattr("sys.argv", ["pendpin", "fit", str(scene), str(csv), "--out", str(out), *more])
+        with pytest.raises(SystemExit) as end:
+            main()
+        endings.append((end.value.code, *capfd.readouterr()))
+    assert [ending[0] for ending in endings] == [1, 2, 1]
+    assert set(json.loads(endings[0][1])["values"].values()) == {None}
+    assert endings[2][2].startswith(f"pendpin: {csv}: line 203, column a1")
+    assert not out.exists()

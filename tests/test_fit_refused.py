@@ -77,3 +77,10 @@ def test_a_wrong_table_is_refused(table: dict, said: str) -> None:
     with pytest.raises(pp.InputError) as found:
         sensors_of(Data(**table), build(scene_of(1).model))
     assert said in str(found.value)
+
+
+def test_columns_of_other_lengths_are_refused() -> None:
+    """With both lengths; a table of tables is not a column."""
+    for values, said in (([0.0, 1.0], "data: a1 has 2 values, t has 3"), ([[0.0]] * 3, "data: a1 is not a column")):
+        with pytest.raises(pp.InputError, match=said):
+            read_swings({"t": [0.0, 0.1, 0.2], "segment": [1, 1, 1], "a1": values}, ANGLE)

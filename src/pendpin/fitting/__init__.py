@@ -66,10 +66,11 @@ def _report(setting: Setting, solution: Solution, prediction: Prediction | None,
     """The report of a solution."""
     values, gradients = _numbers(setting, solution)
     certainty, train = solution.certainty, fitted_prediction(setting, solution)
-    known = {key: certainty.error(g) for key, g in gradients.items() if certainty.determined(g)}
+    follows = train.follows(setting.noise)
+    known = {key: certainty.error(g) for key, g in gradients.items() if follows and certainty.determined(g)}
     unsure = tuple(key for key in values if key not in known)
-    trusted = certainty.enough and train.follows(setting.noise)
-    errors = known if trusted else {}
+    errors = known if certainty.enough else {}
+    ratios = combinations(setting.scene, setting.free, solution.z, certainty, set(unsure)) if follows else ()
     matrix = np.array([gradients[key] for key in errors]).reshape(len(errors), len(solution.x))
     batch = solution.problem.batch
     r = solution.solved.r.reshape(len(batch.swing), -1, len(setting.columns))
@@ -79,7 +80,7 @@ def _report(setting: Setting, solution: Solution, prediction: Prediction | None,
         errors=errors,
         covariance=matrix @ certainty.covariance @ matrix.T,
         undetermined=unsure,
-        combinations=combinations(setting.scene, setting.free, solution.z, certainty, set(unsure), trusted),
+        combinations=ratios,
         train=train,
         hold_out=prediction,
         noise=dict(zip(setting.columns, setting.noise.tolist(), strict=True)),

@@ -28,12 +28,10 @@ class Combination(NamedTuple):
         return f"{self.name} = {self.value:.6g}{error} {self.unit}".rstrip()
 
 
-def combinations(
-    scene: Scene, free: Free, z: Array, certainty: Certainty, unsure: set[str], trusted: bool
-) -> tuple[Combination, ...]:
+def combinations(scene: Scene, free: Free, z: Array, certainty: Certainty, unsure: set[str]) -> tuple[Combination, ...]:
     """The ratios of a chain that the data determine, of those that hold an undetermined number; z (nz,).
 
-    They have errors where these can be trusted.
+    They have errors if the data are long enough.
     """
     if not isinstance(scene.model, Chain) or not unsure:
         return ()
@@ -43,7 +41,7 @@ def combinations(
         gradient = np.zeros(len(certainty.scale))
         gradient[: len(z)] = _gradient(function, values) @ free.gradients(z)
         if certainty.determined(gradient):
-            error = certainty.error(gradient) if trusted else None
+            error = certainty.error(gradient) if certainty.enough else None
             determined.append(Combination(name, float(function(values)), error, unit))
     return tuple(determined)
 

@@ -50,12 +50,14 @@ class Batch(NamedTuple):
 def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
     """The swings of a CSV file, of several, or of a mapping of columns to numbers (a pandas table is one).
 
-    Raises InputError with the file, line and column of what is wrong.
+    Swings that were read are returned as they are. Raises InputError with the file, line and column of what is wrong.
     """
     if isinstance(data, str | Path):
         with inside(str(data)):
             columns, lines = _read_csv(Path(data), table)
             return _swings(columns, table, np.array(lines), f"{data}: line")
+    if isinstance(data, Swing):
+        return (data,)
     if isinstance(data, Sequence):
         swings = tuple(swing for one in data for swing in read_swings(one, table))
         _refuse_twice(swings)
@@ -65,7 +67,13 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
     with inside("data"):
         names = list(data.keys())
         columns = {name: np.asarray(data[_column(names, name)]) for name in _needed_columns(table)}
-        return _swings(columns, table, np.arange(1, len(columns[table.time]) + 1), "sample")
+        count = columns[table.time].size
+        for name, values in columns.items():
+            if values.ndim != 1:
+                raise InputError(f"{name} is not a column of numbers: it has {values.ndim} dimensions")
+            if values.size != count:
+                raise InputError(f"{name} has {values.size} values, {table.time} has {count}")
+        return _swings(columns, table, np.arange(1, count + 1), "sample")
 
 
 def spread_of(swings: Sequence[Swing]) -> Array:

@@ -99,17 +99,22 @@ class Solution:
         return self.problem.split(self.x)[1]
 
 
-def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = False) -> Setting:
-    """Read the data and compile the equations. Raises InputError for what is wrong with scene, data or keys."""
+def data_table(scene: Scene) -> Data:
+    """The [data] table of a scene. Raises InputError."""
     if scene.data is None:
         raise InputError("data: the scene has no [data] table, which says what the columns of the CSV file measure")
-    model = build(scene.model)
-    sensors = sensors_of(scene.data, model)
-    swings = read_swings(data, scene.data)
+    return scene.data
+
+
+def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = False) -> Setting:
+    """Read the data and compile the equations. Raises InputError for what is wrong with scene, data or keys."""
+    table, model = data_table(scene), build(scene.model)
+    sensors = sensors_of(table, model)
+    swings = read_swings(data, table)
     parameters = free_parameters(scene, free)
     equations = compile_equations(scene, parameters, sensors.joints)
     seen = sensor_noise(swings)
-    noise = np.full(len(seen), scene.data.noise) if scene.data.noise else np.maximum(seen, 1e-12)
+    noise = np.full(len(seen), table.noise) if table.noise else np.maximum(seen, 1e-12)
     pace = time_scale(swings, seen)
     if not np.isfinite(pace):
         raise InputError("data: nothing moves in the columns that are measured")
@@ -117,9 +122,9 @@ def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = F
         raise InputError(
             "data: neighbouring samples differ as much as any two: the columns hold noise, or a motion too fast for them"
         )
-    names = tuple(scene.data.columns)
+    names = tuple(table.columns)
     outputs, swings = sensors.of(equations.joints), thin_out(swings, STEP / 4 * pace)
-    return Setting(scene, scene.data, parameters, equations, outputs, swings, pace, noise, names, robust)
+    return Setting(scene, table, parameters, equations, outputs, swings, pace, noise, names, robust)
 
 
 def change_scene(setting: Setting, scene: Scene, free: str | Sequence[str]) -> Setting:

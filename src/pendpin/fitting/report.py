@@ -19,8 +19,10 @@ from pendpin.scene import Chain, Scene
 
 CHECK = "check the units of angles and times, and what the columns measure"
 WIDER = 1.2  # times: said from there on
-MOSTLY = 0.5  # of the spread of a column: residuals beside which there is little motion
+MOSTLY = 0.5  # of the spread of a column: noise beside which there is little motion
+LOST = 0.25  # of the spread of a column: residuals of a model that does not follow the motion
 POOR = 0.05  # of the spread of a column: residuals of a model that misses something large
+FAR = 10.0  # times the residuals of the fit: held-out errors that need a reason
 
 
 class Prediction(NamedTuple):
@@ -67,8 +69,8 @@ class Prediction(NamedTuple):
         return float(max(np.array(list(self.usual.values())) / spread_of(self.swings)))
 
     def follows(self, noise: Array) -> bool:
-        """Whether it follows the motion: errors are below half of it, or are noise (columns,), rad or m."""
-        return self.part <= MOSTLY or bool((np.array(list(self.usual.values())) <= NOISY * noise).all())
+        """Whether it follows the motion: errors are below a quarter of it, or are noise (columns,), rad or m."""
+        return self.part <= LOST or bool((np.array(list(self.usual.values())) <= NOISY * noise).all())
 
     @property
     def max(self) -> dict[str, float]:
@@ -81,9 +83,9 @@ class Fit:
     """A fitted scene and what is known of its numbers.
 
     values and errors (standard errors) are by key path. Numbers that the data do not determine are in `undetermined` and
-    have no error. Their values are the nearest to your guess among all that fit the data equally well. There are no errors
-    if the model does not follow the motion at all, or if the data are too short. Zeros of columns are in the unit of [data],
-    residuals and noise in rad, or m for tips.
+    have no error. Their values are the nearest to your guess among all that fit the data equally well. If the model does
+    not follow the motion at all, nothing is determined; if the data are too short, there are no errors. Zeros of columns
+    are in the unit of [data], residuals and noise in rad, or m for tips.
     """
 
     scene: Scene  # with the fitted numbers
@@ -107,6 +109,11 @@ class Fit:
         """Fitted less measured, swing by swing, (m, columns)."""
         pairs = zip(self.train.swings, self.train.predicted, strict=True)
         return tuple(swing._replace(y=predicted - swing.y) for swing, predicted in pairs)
+
+    @property
+    def follows(self) -> bool:
+        """Whether the model follows the motion at all: else its numbers mean nothing."""
+        return self.train.follows(np.array(list(self.noise.values())))
 
     @property
     def explained(self) -> bool:
@@ -158,8 +165,10 @@ class Fit:
         if rms[worst] <= NOISY * self.noise[worst]:
             return f"The model cannot explain the data: residuals are small, but correlated (p = {self.white:.1g})."
         what = f"{times}, {100 * part:.2g} % of the motion, and correlated"
-        if part > POOR:
+        if not self.follows:
             return f"The model cannot explain the data at all: {what}; {CHECK}."
+        if part > POOR:
+            return f"The model cannot explain the data: {what}. Some effect is missing; else {CHECK}."
         return f"The model cannot explain the data: {what}. Some effect is missing."
 
     def __repr__(self) -> str:
@@ -210,7 +219,7 @@ class Fit:
         rows = [self.verdict, *self._odd_samples()]
         if not isinstance(self.scene.model, Chain):
             rows.append('Masses and inertias are those of the URDF: a fit frees those of rods (kind = "chain") only.')
-        if self.undetermined:
+        if self.undetermined and self.follows:
             rows.append(
                 f"Not determined by these data: {', '.join(self.undetermined)}. Do not free those that you can weigh or "
                 "measure. The fitted scene holds, of all values that fit equally well, those nearest to your guess."
@@ -218,7 +227,7 @@ class Fit:
         if self.combinations:
             rows.append("Only these combinations of them are determined:")
             rows += [f"  {combination}" for combination in self.combinations]
-        if not self.solution.certainty.enough:
+        if self.follows and not self.solution.certainty.enough:
             certainty = self.solution.certainty
             rows.append(
                 f"No standard errors: residuals stay correlated for {certainty.memory:.2g} s, too long for "
@@ -235,6 +244,12 @@ class Fit:
         if self.hold_out:
             hold_out = self.hold_out
             rows.append(f"Held out: rms {hold_out.listed(hold_out.rms)}; largest {hold_out.listed(hold_out.max)}")
+            times = max(rms / max(usual[name], self.noise[name]) for name, rms in hold_out.rms.items())
+            if times > FAR:
+                rows.append(
+                    f"Held-out errors are {times:.2g} times those of the fit: check the units of the held-out data. Larger "
+                    "swings than the fitted ones, and those of another pendulum, are not predicted either."
+                )
         return [*rows, *(str(part) for part in self.parts), f"{self.seconds:.1f} s"]
 
 

@@ -10,7 +10,7 @@ from pendpin.cli.options import Json, Plot
 from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.progress import waiting
 from pendpin.cli.tables import print_files, print_fit
-from pendpin.errors import inside
+from pendpin.errors import InputError, inside
 
 
 def fit(
@@ -23,8 +23,11 @@ def fit(
         list[Path] | None, typer.Option(help="CSV of other swings, which the fitted model predicts.")
     ] = None,
     hold_out_start: Annotated[
-        float, typer.Option(help="Part of each held-out swing on which its start is fitted; the rest is compared.")
-    ] = 0.1,
+        float | None,
+        typer.Option(
+            help="Part of each held-out swing on which its start is fitted; the rest is compared. 0.1 if absent."
+        ),
+    ] = None,
     explain_residual: Annotated[
         bool,
         typer.Option(
@@ -39,14 +42,22 @@ def fit(
     """Identify parameters of a scene from measured swings: values, errors, and which numbers the data cannot determine."""
     from pendpin.fitting import explain_residual as explained
     from pendpin.fitting import fit as fitted
+    from pendpin.fitting.data import read_swings
+    from pendpin.fitting.fitting import data_table
 
+    if hold_out_start is not None and not (hold_out and 0 < hold_out_start < 1):
+        raise typer.BadParameter("give --hold-out, and a part between 0 and 1", param_hint="--hold-out-start")
     chosen = read_scene(scene)
     refuse_outputs([scene, *data, *(hold_out or []), *files_of(chosen)], plot=plot, scene=out)
     with inside(str(scene)):
         print_notes(chosen, strict=False)
+        table = data_table(chosen)
+    swings, others = read_swings(data, table), read_swings(hold_out, table) if hold_out else None
     with inside(str(scene)), waiting("fitting", hidden=json) as progress:
-        found = fitted(chosen, data, free, hold_out, hold_out_start, robust=robust, progress=progress)
-        if explain_residual:
+        found = fitted(chosen, swings, free, others, hold_out_start or 0.1, robust=robust, progress=progress)
+        if explain_residual and found.follows:
             found = explained(found, progress)
     print_fit(found, json)
+    if not found.follows:
+        raise InputError(f"{scene}: its motions do not follow the data" + "; no file is written" * bool(out or plot))
     print_files([file for file in (out and found.scene.save(out), plot and found.plot(plot)) if file], json)
