@@ -11,6 +11,7 @@ import pytest
 import sympy as sp
 
 import pendpin as pp
+from bad_input import run_main
 from pendpin.doctor.systems.base import Convention, Quantities, System, free_states, solved
 from pendpin.doctor.systems.known import SPECS
 from pendpin.errors import InputError
@@ -214,6 +215,12 @@ def doctor(*arguments):
     """The command, as a process."""
     command = [sys.executable, "-c", "from pendpin.cli import main; main()", "doctor", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("wrong", [("--rod", "thinn"), ("--convention", "zup")], ids=" ".join)
+def test_a_name_that_an_option_does_not_know_is_wrong_usage(wrong, capsys):
+    assert run_main("doctor", str(PRINTED), *wrong) == 2
+    assert "did you mean" in capsys.readouterr().err
 
 
 def test_the_command_writes_json_and_a_page(tmp_path):

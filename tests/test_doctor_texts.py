@@ -13,6 +13,7 @@ from pendpin.doctor.reading.names import Vocabulary, raw
 from pendpin.doctor.reports.mathml import part
 from pendpin.doctor.systems.base import System, random_states
 from pendpin.doctor.systems.planar import FAMILIES
+from pendpin.errors import InputError
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 from hostile_texts import hostile_text, written_by_hand
@@ -161,3 +162,41 @@ def test_damaged_texts_are_answered(seeds, tmp_path, monkeypatch):
             assert str(found)
             assert len(found.to_json()) == len(found.findings)
     assert not list(tmp_path.iterdir())
+
+
+OWN_ANGLES = r"""The angles are $\alpha$ and $\beta$, $z$ points up.
+$$ x = -\frac{l}{2}\sin\beta $$
+$$ y = \frac{l}{2}\sin\alpha\cos\beta $$
+$$ z = -\frac{l}{2}\cos\alpha\cos\beta $$
+$$ T = \frac{m l^2}{6}(\dot\alpha^2\cos^2\beta + \dot\beta^2) $$
+"""
+
+
+@pytest.mark.parametrize("options", [{}, {"rod": "thin"}, {"convention": "z-mirrored,phi-reversed"}], ids=str)
+def test_angles_with_other_names_are_guessed_in_every_convention_and_beside_every_option(options):
+    found = pp.diagnose(OWN_ANGLES, **options)
+    assert {finding.verdict for finding in found.findings} == {"holds"}
+    assert "alpha=theta,beta=phi" in found.remarks[0]
+    assert "z points up" in found.remarks[1]
+
+
+def test_a_mend_takes_a_minus_away_and_writes_none_before_another():
+    found = pp.diagnose(OWN_ANGLES, convention="standard")
+    mended = [mend.latex for finding in found.findings for mend in finding.mends]
+    assert mended
+    assert not any("--" in text.replace(" ", "") for text in mended)
+
+
+def test_a_symbol_cannot_stand_for_a_word_that_names_nothing():
+    with pytest.raises(InputError, match="did you mean 'theta'"):
+        pp.diagnose("x = l/2*sin(a)", symbols={"a": "thetaa"})
+    assert pp.diagnose("x = l/2*sin(a)", symbols={"a": "phi"}).ok
+
+
+def test_a_file_of_other_bytes_is_no_text(tmp_path):
+    path = tmp_path / "page.md"
+    path.write_bytes(b"x = 1\x00\x02")
+    with pytest.raises(InputError, match="not a text file"):
+        pp.diagnose(path)
+    path.write_bytes("Länge: $x = \\frac{l}{2}\\sin\\phi$".encode("latin-1"))
+    assert pp.diagnose(path).ok

@@ -153,8 +153,15 @@ def place_named(path: Path | str | None) -> str:
 
 def check_options(solver: "Solver", **options: Any) -> None:
     """Check options that replace settings of the scene's solver; errors name the option."""
-    try:
+    with naming_options():
         solver.replaced(**options)
+
+
+@contextmanager
+def naming_options() -> Iterator[None]:
+    """What raises InputError `name: reason` in the block is wrong usage of --name."""
+    try:
+        yield
     except InputError as error:
         name, reason = str(error).split(": ", 1)
         raise typer.BadParameter(reason, param_hint=f"--{name}") from None

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pendpin.doctor.black_box import Comparison
 
 MOST_ALONE = 20_000  # characters of a text that may be one equation
+_BINARY = re.compile(rb"[\x00-\x08\x0e-\x1a]")  # in no text in ASCII, UTF-8 or Latin-1
 _MARKED = re.compile(r"\\\[|\\\(|\$|\\begin\{|```math|\n")
 
 
@@ -40,8 +41,8 @@ def diagnose(
             symbols if absent.
         symbols: names of your own, such as {"alpha": "theta", "A": "J_1"}.
         scene: a chain of rods that the equations describe.
-        convention: differences from docs/derivation.md: "theta-ccw", "phi-reversed", "z-up", "swapped", "b3-up",
-            "transposed", several with commas, or "standard". Found if absent.
+        convention: differences from docs/derivation.md: "theta-ccw", "phi-reversed", "z-up", "z-mirrored", "swapped",
+            "b3-up", "transposed", several with commas, or "standard" for none. Found if absent.
         accelerations: with a Scene, f(q, v) -> (nv,) rad/s², compared with the scene's own at random states.
         reactions: with a Scene, f(q, v) -> a mapping with any of R1, R2, R3, M3, Mc to (rods,), or wrenches (joints, 6).
         progress: called with the name of each step.
@@ -114,6 +115,8 @@ def _file(path: Path) -> Document:
         data = read_whole(path, MOST_BYTES, "a derivation")
     if path.suffix.lower() == ".toml":
         return read_toml(data, str(path))
+    if _BINARY.search(data):
+        raise InputError(f"{path}: not a text file")
     return read_text(data.decode(errors="replace"))
 
 

@@ -18,7 +18,7 @@ from pendpin.doctor.patients import Printed, printed
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.legend import legend
-from pendpin.doctor.reading.names import Vocabulary, Written, of_word, raw
+from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_word, raw
 from pendpin.doctor.reading.tree import Node, Unread, symbols, walk
 from pendpin.doctor.systems.base import Convention, Spec, System, random_states
 from pendpin.doctor.systems.known import SPECS
@@ -105,19 +105,27 @@ def _names(node: Node) -> set[str]:
     return symbols(node) - {"pi"}
 
 
+def check_choices(rod: str | None, convention: str | None) -> None:
+    """Check the names of a system and of a convention. Raises InputError."""
+    if rod is not None and rod not in (*RODS, *FAMILIES):
+        raise InputError(f"rod: {not_one_of(rod, (*RODS, *FAMILIES))}")
+    conventions_of(convention or "")
+
+
 def read(document: Document, choices: dict[str, Any]) -> Reading:
     """The equations of a document, read as those of the system that they fit best. Raises InputError."""
     kind, convention = choices.get("rod") or document.rod, choices.get("convention") or document.convention
-    if kind is not None and kind not in (*RODS, *FAMILIES):
-        raise InputError(f"rod: {not_one_of(kind, (*RODS, *FAMILIES))}")
+    check_choices(kind, convention)
     table = {**document.symbols, **choices.get("symbols", {})}
     if scene := choices.get("scene"):
         return _as_scene(document, table, scene)
     rod = _as_rod(document, table, kind if kind in RODS else None, convention)
     best, most = rod, held(rod.equations, rod.system) + 0.5 if kind not in FAMILIES else -1.0
-    sure = kind in RODS or convention is not None or rod.unknown or most > SURE * _most(rod)
+    is_rod = kind in RODS or convention is not None
+    sure = rod.unknown or most > SURE * _most(rod)
     counted: list[tuple[float, Reading]] = []
-    for other in () if sure else chain(_renamed_rods(document, table, rod), _others(document, table, kind)):
+    renamed = () if kind in FAMILIES else _renamed_rods(document, table, kind, convention)
+    for other in () if sure else chain(renamed, () if is_rod else _others(document, table, kind)):
         counted.append((held(other.equations, other.system), other))
         if counted[-1][0] > most:
             most, best = counted[-1]
@@ -154,9 +162,11 @@ def _as_scene(document: Document, table: dict[str, str], scene: Any) -> Reading:
     return Reading(equations, System(spec), spec.title, (), True)
 
 
-def _as_rod(document: Document, table: dict[str, str], rod: str | None, convention: str | None) -> Reading:
-    """The equations read as those of a rod on a universal joint."""
-    words, given = read_symbols(table, SPECS["thin"], {}, list(legend(document.text)))
+def _as_rod(
+    document: Document, table: dict[str, str], rod: str | None, convention: str | None, renamed: Renamed | None = None
+) -> Reading:
+    """The equations read as those of a rod on a universal joint, whose angles may have other names."""
+    words, given = read_symbols(table, SPECS["thin"], renamed or {}, list(legend(document.text)))
     usual = {f"?{letter}": lone(f"{name}(phi)", words) for letter, name in (("s", "sin"), ("c", "cos"))}
     known = {k: v for k, v in usual.items() if v}
     equations = printed(document.statements, given, known, words)
@@ -178,21 +188,19 @@ def _as_rod(document: Document, table: dict[str, str], rod: str | None, conventi
     return Reading(equations, system, title, tuple(remarks), rod is not None, chained, conventions, again)
 
 
-def _renamed_rods(document: Document, table: dict[str, str], rod: Reading) -> Iterator[Reading]:
+def _renamed_rods(
+    document: Document, table: dict[str, str], rod: str | None, convention: str | None
+) -> Iterator[Reading]:
     """The equations as those of a rod whose angles have other names."""
     moving, _ = _letters(document, table)
     letters = [name for name in sorted(moving) if name[0] in ANGLE_LETTERS and name[1] in ("", "1", "2")]
     if len(letters) != 2 or {"theta", "phi"} <= {name[0] for name in letters}:
         return
     for first, second in (letters, letters[::-1]):
-        renamed = {first: Written("theta"), second: Written("phi")}
-        words, given = read_symbols(table, rod.system.spec, renamed)
-        equations = printed(document.statements, given, {}, words)
-        spec = SPECS[likely_rod(equations)]
+        found = _as_rod(document, table, rod, convention, {first: Written("theta"), second: Written("phi")})
         option = f"{'_'.join(first).rstrip('_')}=theta,{'_'.join(second).rstrip('_')}=phi"
-        words_of = f"The angles are read so that most equations hold; confirm it with --symbols {option}."
-        again = partial(printed, document.statements, given, {})
-        yield Reading(equations, System(spec), spec.title, (words_of,), again=again)
+        words = f"The angles are read so that most equations hold; confirm it with --symbols {option}."
+        yield replace(found, remarks=(words, *found.remarks))
 
 
 def _others(document: Document, table: dict[str, str], kind: str | None) -> Iterator[Reading]:
@@ -305,11 +313,19 @@ def read_symbols(
             raise InputError(f"symbols.{name}: {shown(name)} is not one symbol")
         if right is None:
             raise InputError(f"symbols.{name}: {shown(text)} is not one expression")
+        if text not in table and _is_no_name(str(text), right):
+            raise InputError(f"symbols.{name}: {not_one_of(text, (*spec.state, *spec.unknowns, *spec.parameters))}")
         if right.kind == "symbol" and right.written and not left.dots:
             words.renamed[left.letter, left.index] = right.written
         else:
             found[words(left)[0]] = right
     return words, found
+
+
+def _is_no_name(text: str, node: Node) -> bool:
+    """Whether a word is no name of a quantity, and no product of letters that all have a meaning."""
+    unknown = any(part.startswith("?") for part in symbols(node))
+    return unknown and text not in GREEK and bool(re.fullmatch("[A-Za-z]{2,}", text))
 
 
 def _key(name: str) -> Written | None:

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from pendpin.cli.inputs import naming_options
 from pendpin.cli.options import Json
 from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.progress import waiting
@@ -22,7 +23,11 @@ def doctor(
         ),
     ] = None,
     convention: Annotated[
-        str | None, typer.Option(help="theta-ccw, phi-reversed, z-up, swapped, separated by commas; found if absent.")
+        str | None,
+        typer.Option(
+            help="theta-ccw, phi-reversed, z-up, z-mirrored, swapped, b3-up, transposed, separated by commas; or standard. "
+            "Found if absent."
+        ),
     ] = None,
     symbols: Annotated[
         str | None, typer.Option(help="The meaning of the text's own symbols, as in alpha=theta,A=J_1.")
@@ -36,8 +41,11 @@ def doctor(
     The exit status is 0 only if at least one equation could be read and each one that was read is right.
     """
     from pendpin.doctor.diagnose import diagnose_file
+    from pendpin.doctor.recognition import check_choices
 
     refuse_outputs([file], html=html)
+    with naming_options():
+        check_choices(rod, convention)
     with waiting("reading", hidden=json) as progress:
         diagnosis = diagnose_file(file, rod, convention, progress, symbols, scene)
     print_diagnosis(diagnosis, json)

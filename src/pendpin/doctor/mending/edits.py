@@ -113,7 +113,7 @@ class Editor:
                 return (*mark, "+" if need.index else "")
             return (*mark, "-") if mark[1] > mark[0] else (mark[0], mark[0], "-")
         start = node.outer[0]
-        return (start, start, "-")
+        return (start, start + 1, "") if self.text[start] == "-" else (start, start, "-")
 
     def without_term(self, need: Need) -> Splice:
         """A sum without one of its terms; the term that comes first then loses its plus."""

@@ -69,7 +69,7 @@ def _term(need: Need, editor: Editor) -> tuple[str, str]:
     """A term before and after its sign is changed."""
     text = editor.of(need.node.outer)
     if need.role != "term":
-        return text, f"-{text}"
+        return text, text[1:].lstrip() if text[:1] == "-" else f"-{text}"
     minus = need.parents[-1].value[need.index] < 0
     return ("-" + text, "+" + text) if minus else ("+" + text, "-" + text)
 

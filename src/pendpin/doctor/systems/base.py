@@ -42,7 +42,8 @@ class Convention:
             "theta is positive counter-clockwise": self.theta < 0,
             "phi is reversed": self.phi < 0,
             "the names of the angles are swapped": self.swapped,
-            "z points up": self.z != "down",
+            "z points up": self.z == "up",
+            "z points up and y as usual": self.z == "mirrored",
             "b3 points from the tip to the joint": self.along < 0,
             "direction cosine matrices are transposed": self.transposed,
         }
