@@ -161,16 +161,19 @@ def _asked_alone(run: pp.Trajectory, name: str, level: float, t: Array, f: Array
 
 
 def _of_direction(query: Query, found: Array) -> list[str]:
-    """What is wrong with the crossings one way: they have to be among all."""
+    """What is wrong with the crossings one way: they have to be among all, but for times between which only noise is."""
+    run, name, level = query.run, query.name, query.level
     if not query.direction:
         return []
-    one, other = (query.run.crossings(query.name, query.level, d).t for d in (query.direction, -query.direction))
-    both, close = np.sort(np.concatenate([one, other])), 1e-6 * (query.run.t[-1] - query.run.t[0])
-    return (
-        []
-        if len(both) == len(found) and (np.abs(both - found) < close).all()
-        else [f"{len(one)} one way and {len(other)} the other are not {len(found)}"]
-    )
+    one, other = (run.crossings(name, level, d).t for d in (query.direction, -query.direction))
+    both = np.sort(np.concatenate([one, other]))
+    if len(both) != len(found):
+        return [f"{len(one)} one way and {len(other)} the other are not {len(found)}"]
+    t, f = _dense(run, name, level, np.unique((both + found) / 2))
+    apart = np.abs(both - found) > 1e-6 * (run.t[-1] - run.t[0])
+    off = np.abs(f[np.searchsorted(t, (both + found)[apart] / 2)])
+    far = off > noise(run, name, level, t, f)
+    return [f"one way, {far.sum()} are not among those both ways"] if far.any() else []
 
 
 def _dense(run: pp.Trajectory, name: str, level: float, more: Array) -> tuple[Array, Array]:

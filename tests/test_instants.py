@@ -129,6 +129,15 @@ def test_the_angles_of_a_pole_are_not_searched(asked: list[int]) -> None:
     assert sum(asked) < 100 * len(run.t)  # an error once: 13 samples were too few for a run of 7 steps
 
 
+def test_crossings_of_fixed_steps_are_on_the_level() -> None:
+    """Two samples tell little of the run: those in between are at ends of steps, and do not change what comes behind."""
+    run = pp.simulate(swinging(THICK, duration=3.0), method="euler", step=0.002, samples=2)
+    found = run.crossings("R1", 0.1)
+    assert len(found.t) > 2
+    for t in found.t:
+        assert abs(run.at([t])["R1"][0] - 0.1) < 1e-11  # 1e-6 once
+
+
 @pytest.mark.parametrize(
     "number",
     [9, 12, 17, 98, pytest.param(14, marks=pytest.mark.slow)],  # 98 and 14, across events, once missed a pair

@@ -14,6 +14,7 @@ from numpy.polynomial import chebyshev
 
 from pendpin.arrays import Array, Indices, Mask, subdivided
 from pendpin.errors import InputError
+from pendpin.integrators.grid import NEAR
 from pendpin.simulation.continuation import Continuation
 from pendpin.trajectory import Trajectory, joined, samples_of
 
@@ -82,11 +83,24 @@ def resolved(run: Trajectory) -> Continuation:
 
 def _sampled_too(more: Continuation, times: Array) -> Continuation:
     """The run with samples at some times (k,) as well."""
-    run, times = more.run, np.setdiff1d(times, more.run.t)
+    run, times = more.run, np.setdiff1d(_where_steps_end(more, times), more.run.t)
     if not len(times):
         return more
     whole = joined([run, more.at(times)])
     return more.beside(replace(samples_of(whole, np.argsort(whole.t, kind="stable")), events=run.events))
+
+
+def _where_steps_end(more: Continuation, times: Array) -> Array:
+    """The times (k,), of a run with a fixed step the ends of steps before them, counted from its samples.
+
+    Steps begin anew at a sample: inside a step it would change the motion behind it.
+    """
+    if (step := more.scene.solver.step) is None:
+        return times
+    before = _intervals_of(more.run, times)
+    begin, left = more.run.t[before], more.run.t[before + 1] - times
+    steps = np.floor((times - begin) / step + NEAR)
+    return np.where(left > NEAR * step, begin + steps * step, times)
 
 
 def _intervals_of(run: Trajectory, t: Array) -> Indices:
