@@ -36,8 +36,29 @@ def test_a_spring_moves_the_rests() -> None:
     assert math.radians(rows[0]["degrees"]["theta"]) == pytest.approx(angle, abs=1e-9)
 
 
+def test_rounding_does_not_swing() -> None:
+    """Damping shifts a swing a little, and an overdamped motion has none: the eigenvalues are real but for rounding."""
+    rods = pp.Chain(rods=[pp.Rod(length=0.4, mass=0.5, radius=0.015)], copies=4)
+    free, damped = (
+        stability(scene(*effects, q=(0.0,) * 8, model=rods)).rows() for effects in ([], [fx.Viscous(coefficient=1e-2)])
+    )
+    for one, other in zip(free, damped, strict=True):
+        assert one["degrees"] == pytest.approx(other["degrees"], abs=1e-6)
+        assert (one["slowest"] is None) == (other["slowest"] is None)
+        assert other["slowest"] is None or other["slowest"] == pytest.approx(one["slowest"], rel=0.05)
+        assert all(-180 < angle <= 180 + 1e-6 for angle in other["degrees"].values())
+
+
+def test_a_shaken_rod_far_from_its_motion_is_reported_upright() -> None:
+    """Newton's method does not reach the periodic motion from a start that is still falling towards it."""
+    shaken = kapitza(0.01)
+    start = pp.Start(time=shaken.start.time, positions={"theta": 2.6, "phi": 0.3})
+    found = stability(shaken.replace(start=start))
+    assert "theta 180°" in found.text()
+
+
 def test_the_command(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
-    """JSON of rests, of a driven motion, of exponents; one line for what has no period."""
+    """JSON of rests, of a driven motion, of exponents; the rests of what has no period."""
     two, shaken, beating = (tmp_path / f"{name}.toml" for name in ("two", "shaken", "beating"))
     scene(duration=1.0).save(two)
     kapitza(0.01).save(shaken)
@@ -48,6 +69,9 @@ def test_the_command(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(capsys.readouterr().out)["stable"] is True
     assert run_main("stability", str(two), "--lyapunov", "--json") == 0
     assert len(json.loads(capsys.readouterr().out)["exponents"]) == 2 * 2 * len(TWO.all_rods)
-    assert run_main("stability", str(beating)) == 1
+    assert run_main("stability", str(beating)) == 0
+    assert "all 0 " in (said := capsys.readouterr().out)
+    assert "--period" in said
+    assert run_main("stability", str(beating), "--period", "0") == 1
     assert capsys.readouterr().err.count("\n") == 1
     assert G.acceleration == 9.81

@@ -204,7 +204,7 @@ def print_stability(found: "Stability", as_json: bool) -> None:
         return
     orbit = found.orbit
     if orbit is None:
-        print_json({"rests": found.rows()})
+        print_json({"rests": found.rows(), "notes": list(found.notes)})
         return
     parts = [[float(x.real), float(x.imag)] for x in orbit.multipliers]
     print_json({"period": orbit.period, "multipliers": parts, "errors": orbit.errors.tolist(), "stable": orbit.stable})

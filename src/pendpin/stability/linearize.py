@@ -57,6 +57,11 @@ class LinearModel:
         return self._spectrum[0]
 
     @property
+    def errors(self) -> Array:
+        """The rounding errors (2 nv,) of the eigenvalues, in 1/s."""
+        return self._spectrum[1]
+
+    @property
     def stable(self) -> bool:
         """Whether no eigenvalue is right of the imaginary axis by more than its rounding error."""
         return is_stable(*self._spectrum)

@@ -18,10 +18,9 @@ from pendpin.errors import InputError, brief, shown
 from pendpin.model.build import Model, build
 from pendpin.scene import Scene, chosen_scene
 from pendpin.simulation.small_motions import small_motions
-from pendpin.stability.rests import remarks
+from pendpin.stability.rests import place_of, remarks
 
 EQUAL = 1e-9  # of a frequency: two that are closer are one line of the table
-TWO = "two directions"
 MOST_ROWS = 20  # of a table that is printed
 FEW = 6  # rows of a representation
 MOST_RODS = 2  # that a line names
@@ -39,18 +38,17 @@ class Line(NamedTuple):
     def cells(self) -> list[str]:
         """The line as text."""
         first, last = self.modes[0] + 1, self.modes[-1] + 1
-        many = {1: "", 2: TWO}.get(len(self.modes), f"{len(self.modes)} directions")
         return [
             f"{first}" if first == last else f"{first}, {last}" if last == first + 1 else f"{first} to {last}",
             f"{self.omega:.7g}",
             f"{self.omega / (2 * np.pi):.6g}",
             f"{self.damping_ratio:.4g}",
-            many,
+            f"{len(self.modes)}",
             self.where,
         ]
 
 
-HEAD = ["mode", "rad/s", "Hz", "damping", "", "moves most"]
+HEAD = ["mode", "rad/s", "Hz", "damping", "directions", "moves most"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -127,8 +125,9 @@ class Modes:
         """What stands below the table."""
         groups = sum(1 for _ in self._groups())
         left = [f"... and {groups - most} more"] if most is not None and groups > most else []
-        verdict = "The rest is stable." if self.stable else "The rest is unstable: small motions grow."
-        return [*left, verdict, *(f"note: {note}" for note in self.notes)]
+        verdict = "is stable." if self.stable else "is unstable: small motions grow."
+        place = place_of(self._engine.model, self.q)
+        return [*left, f"The rest ({place}) {verdict}", *(f"note: {note}" for note in self.notes)]
 
     def __repr__(self) -> str:
         return brief(self.text(FEW))

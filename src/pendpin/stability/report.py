@@ -1,6 +1,7 @@
 """What `pendpin stability` says of a scene: its rests, or its driven periodic motion, and whether they are stable."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -10,40 +11,48 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.derivatives import Variational
+from pendpin.effects import Spring
 from pendpin.equations.base import THETA
-from pendpin.errors import PendpinError, brief
+from pendpin.errors import PendpinError, RunError, brief
+from pendpin.model.build import Model, build, start_state
 from pendpin.scene import Chain, Scene, Start, chosen_scene
-from pendpin.simulation.periodic import PeriodicOrbit, drive_of, periodic_orbit
+from pendpin.simulation.periodic import PeriodicOrbit, frequencies_of, periodic_orbit
 from pendpin.stability.linearize import LinearModel, linearize
-from pendpin.stability.rests import rest_of
+from pendpin.stability.rests import place_of, remarks, rest_of
 
 MOST_RODS = 4  # of a chain, each tried hanging and upright
 CORRECTIONS = 30  # of Newton's method, from there to a rest
 RESIDUAL = 1e-10  # of the accelerations that a turn by 1 rad causes: what is less is a rest
 SAME = 1e-6  # rad: two rests that differ by less are one
+NO_PERIOD = "the scene is not driven by one frequency: its multipliers need a period in s (--period)"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Stability:
-    """The rests of a scene that was not driven, or the periodic motion of one that is."""
+    """The rests of a scene that has no period, or the periodic motion of one that is driven."""
 
+    model: Model
     rests: tuple[LinearModel, ...]
     orbit: PeriodicOrbit | None
+    notes: tuple[str, ...]  # what is left out, or taken as it is at the start
 
     def __repr__(self) -> str:
         return brief(self.text())
 
     def text(self) -> str:
-        """A line for each rest, or the multipliers of the motion."""
+        """A line for each rest, or the start and the multipliers of the motion; then the notes."""
+        notes = [f"note: {note}" for note in self.notes]
         if self.orbit is not None:
-            return self.orbit.text()
-        lines = [f"{'rest (degrees)':<44} {'':<9} {'fastest growth (1/s)':>21} {'slowest swing (rad/s)':>22}"]
-        for row in self.rows():
-            place = ", ".join(f"{name} {angle:.5g}" for name, angle in row["degrees"].items() if abs(angle) > 1e-9)
+            q, _ = start_state(self.model, self.orbit.scene.start)
+            return "\n".join([self.orbit.text(), f"It begins at {place_of(self.model, q)}.", *notes])
+        places = [place_of(self.model, rest.q) for rest in self.rests]
+        wide = max(map(len, places))
+        lines = [f"{'rest':<{wide}} {'':<9} {'fastest growth (1/s)':>21} {'slowest swing (rad/s)':>22}"]
+        for place, row in zip(places, self.rows(), strict=True):
             verdict, growth, swing = "stable" if row["stable"] else "unstable", row["growth"], row["slowest"]
             swing = "" if swing is None else f"{swing:.6g}"
-            lines.append(f"{place or 'all 0':<44} {verdict:<9} {growth:>21.6g} {swing:>22}")
-        return "\n".join(lines)
+            lines.append(f"{place:<{wide}} {verdict:<9} {growth:>21.6g} {swing:>22}")
+        return "\n".join([*lines, *notes])
 
     def rows(self) -> list[dict[str, Any]]:
         """Of each rest: its angles in degrees, whether it is stable, fastest growth in 1/s, slowest swing in rad/s."""
@@ -51,44 +60,74 @@ class Stability:
         for rest in self.rests:
             names, values = rest.states[: len(rest.q)], rest.eigenvalues
             swings, growths = np.abs(np.imag(values)), np.real(values)
+            swings = swings[swings > rest.errors]  # what is less is rounding of a real eigenvalue
             found.append(
                 {
                     "degrees": {name: float(np.degrees(x)) for name, x in zip(names, rest.q, strict=True)},
                     "stable": rest.stable,
                     "growth": 0.0 if rest.stable else float(growths.max()),
-                    "slowest": float(swings[swings > 0].min()) if (swings > 0).any() else None,
+                    "slowest": float(swings.min()) if len(swings) else None,
                 }
             )
         return found
 
 
-def stability(scene: Scene | str | Path) -> Stability:
-    """The rests of a scene, stable or not; with a drive of one frequency, the motion of its period near the start.
+def stability(scene: Scene | str | Path, period: float | None = None) -> Stability:
+    """The rests of a scene, stable or not; with a drive of one frequency or a period in s, its periodic motion.
 
     Rests are looked for from the stable one near the start and, in a chain of up to four rods, from every rod hanging or
-    upright. Raises InputError for effects without derivatives and where there is no rest, RunError where no periodic
-    motion is found.
+    upright; the periodic motion from the start, then from those. Raises InputError for effects without derivatives and
+    where there is no rest, RunError where no periodic motion is found.
     """
     scene = chosen_scene(scene)
-    if drive_of(scene) is not None:
-        return Stability((), periodic_orbit(scene))
+    model, notes = build(scene.model), remarks(scene)
+    drives = frequencies_of(scene)
+    if period is not None or (len(drives) == 1 and None not in drives):
+        return Stability(model, (), _nearest_orbit(scene, period), ())
     found: list[LinearModel] = []
     for start in _candidates(scene):
-        model = linearize(scene, at=start)
-        if not any(np.abs(_apart(model.q, other.q)).max() < SAME for other in found):
-            found.append(model)
-    return Stability(tuple(found), None)
+        rest = linearize(scene, at=_without_turns(scene, model, start))
+        if not any(np.abs(_apart(rest.q, other.q)).max() < SAME for other in found):
+            found.append(rest)
+    return Stability(model, tuple(found), None, (*notes, *[NO_PERIOD] * bool(drives)))
+
+
+def _nearest_orbit(scene: Scene, period: float | None) -> PeriodicOrbit:
+    """The periodic motion next to the start or, where none is, next to the nearest chain of rods hanging or upright."""
+    try:
+        return periodic_orbit(scene, period=period)
+    except RunError as error:
+        q, _ = start_state(build(scene.model), scene.start)
+        for guess in sorted(_hanging_or_upright(scene), key=lambda at: float(np.abs(_apart(q, at)).max())):
+            with suppress(RunError):
+                return periodic_orbit(scene, [*guess, *np.zeros(len(guess))], period)
+        raise error
+
+
+def _without_turns(scene: Scene, model: Model, rest: Start) -> Start:
+    """A rest with angles in (-pi, pi], unless springs tell a turn from none."""
+    q, _ = start_state(model, rest)
+    if any(isinstance(effect, Spring) for effect in scene.effects):
+        return rest
+    turned = np.where(model.slides, q, q - 2 * np.pi * np.ceil((q - np.pi - SAME) / (2 * np.pi)))
+    return Start(time=rest.time, positions=tuple(turned.tolist()))
+
+
+def _hanging_or_upright(scene: Scene) -> Iterator[Array]:
+    """The angles (nv,) of a chain of few rods, each hanging or upright."""
+    if not isinstance(scene.model, Chain) or len(scene.model.all_rods) > MOST_RODS:
+        return
+    for upright in product((0.0, np.pi), repeat=len(scene.model.all_rods)):
+        q = np.zeros(2 * len(upright))
+        q[THETA] = np.diff(upright, prepend=0.0)
+        yield q
 
 
 def _candidates(scene: Scene) -> Iterator[Start]:
     """Rests: the one near the start, then those next to every rod hanging or upright."""
     yield rest_of(scene)
-    if not isinstance(scene.model, Chain) or len(scene.model.all_rods) > MOST_RODS:
-        return
     equations = Variational(scene.model_copy(update={"start": Start(time=scene.start.time)}))
-    for upright in product((0.0, np.pi), repeat=len(scene.model.all_rods)):
-        q = np.zeros(equations.nv)
-        q[THETA] = np.diff(upright, prepend=0.0)
+    for q in _hanging_or_upright(scene):
         if (rest := _corrected(equations, q)) is not None:
             yield Start(time=scene.start.time, positions=tuple(rest.tolist()))
 

@@ -1,15 +1,21 @@
-"""Rests about which small motions are taken, and what is not linear there."""
+"""Rests about which small motions are taken, their places in words, and what is not linear there."""
 
 from collections.abc import Iterator
 
+import numpy as np
+
+from pendpin.arrays import Array
 from pendpin.dynamics.declared import changes_with_time
 from pendpin.dynamics.timing import NEGLIGIBLE
 from pendpin.effects import ContactEffect, Drag, Effect
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError, choices, shown
+from pendpin.model.build import Model
 from pendpin.scene import Scene, Start
 from pendpin.simulation.small_motions import rest_of
 
 AT_START = "start"
+ZERO = 1e-9  # degrees or m: what is less is 0 in words
+FEW_JOINTS = 4  # that say where a rest is
 
 
 def chosen_start(scene: Scene, at: Start | str | None) -> Start:
@@ -24,6 +30,13 @@ def chosen_start(scene: Scene, at: Start | str | None) -> Start:
     if at == AT_START:
         return scene.start
     raise InputError(f'at: {shown(at)} is not a Start, nor "{AT_START}", nor None for the rest near the start')
+
+
+def place_of(model: Model, q: Array) -> str:
+    """Positions (nv,) in rad or m in words: the first that are not 0."""
+    places = zip(model.joints, np.where(model.slides, q, np.degrees(q)), model.slides, strict=True)
+    parts = [f"{name} {x:.5g}{' m' if slides else '°'}" for name, x, slides in places if abs(x) > ZERO]
+    return choices(parts[:FEW_JOINTS] + ["..."] * (len(parts) > FEW_JOINTS)) or "all 0"
 
 
 def remarks(scene: Scene) -> tuple[str, ...]:

@@ -16,6 +16,9 @@ def stability(
     lyapunov: Annotated[
         bool, typer.Option("--lyapunov", help="The Lyapunov exponents of the motion from the start, over its duration.")
     ] = False,
+    period: Annotated[
+        float | None, typer.Option(help="Period in s of the motion; that of the drive if absent.")
+    ] = None,
     plot: Plot = None,
     json: Json = False,
 ) -> None:
@@ -31,7 +34,7 @@ def stability(
         raise typer.BadParameter("it draws Lyapunov exponents: give --lyapunov too", param_hint="--plot")
     with chosen.noted() as scene:
         if not lyapunov:
-            print_stability(report_on(scene), json)
+            print_stability(report_on(scene, period), json)
             return
         found = exponents_of(scene)
     print_exponents(found, json)
