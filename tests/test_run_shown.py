@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import pendpin as pp
+from pendpin.graphics import curves
+from pendpin.graphics.run_drawing import drawing_of
 from pendpin.scene import builtin_scene
 from test_run_surface import EXAMPLES, SCENES
 
@@ -93,6 +95,7 @@ def test_runs_share_their_axes_in_one_figure() -> None:
     apart = np.linalg.norm(run.tips[:, -1] - other.tips[:, -1], axis=-1)
     (line,) = next(ax for ax in both.axes if ax.get_ylabel() == "tips apart, m").lines
     np.testing.assert_array_equal(line.get_ydata(), np.where(apart > 0, apart, np.nan))
+    assert line.get_linestyle() == positions.lines[-1].get_linestyle() != single.lines[0].get_linestyle()
     assert "rk4" in both.texts[1].get_text()
     with pytest.raises(pp.InputError, match="a str is not a run"):
         run.plot(compare=["run.npz"])
@@ -148,9 +151,14 @@ def test_representations_of_all_else_are_short() -> None:
         assert len(str(thing)) < 1000
 
 
-def test_a_figure_says_that_rods_are_left_out() -> None:
-    """Of five rods it draws three."""
+def test_a_figure_says_that_rods_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of five rods it draws three; a page says that it does not offer every quantity."""
     chain = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)], copies=5)
-    figure = pp.simulate(pp.Scene(model=chain, duration=0.1), samples=3).plot()
+    run = pp.simulate(pp.Scene(model=chain, duration=0.1), samples=3)
+    assert drawing_of(run).notes == ()
+    monkeypatch.setattr(curves, "MOST_QUANTITIES", 10)
+    (note,) = drawing_of(run).notes
+    assert note.startswith(f"10 of {len(run.names) - 1} quantities")
+    figure = run.plot()
     legends = [[text.get_text() for text in ax.get_legend().get_texts()] for ax in figure.axes if ax.get_legend()]
     assert sum("3 of 5 rods" in legend for legend in legends) == 2  # positions, tensions

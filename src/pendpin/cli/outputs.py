@@ -7,13 +7,18 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pendpin.trajectory import Trajectory
 
-SUFFIXES = {"run": (".npz", ".csv"), "html": (".html",), "csv": (".csv",)}  # by what is written
+SUFFIXES = {
+    "run": (".npz", ".csv"),
+    "html": (".html",),
+    "film": (".gif", ".mp4"),
+    "csv": (".csv",),
+}  # by what is written
 
 
 def refuse_outputs(read: Iterable[Path | None], **written: Path | None) -> None:
     """Refuse, before the work begins, files that cannot be written, that are read too, or are named as another format.
 
-    What is written is a plot, html, csv or run; what has another name here may have any suffix.
+    What is written is a plot, html, film, csv or run; what has another name here may have any suffix.
     """
     from pendpin.files import refuse_other_format, refuse_targets
     from pendpin.graphics.figure import picture_kind
@@ -32,7 +37,7 @@ def write_run(trajectory: "Trajectory", out: Path, plot: Path | None, html: Path
     if plot:
         files.append(save_plot(trajectory, plot))
     if html:
-        files.append(write_page(trajectory, html))
+        files.append(write_animation(trajectory, html))
     return files
 
 
@@ -46,8 +51,8 @@ def save_plot(
     return save_plot(trajectory, path, names, runs_of(trajectory, compare)[1:])
 
 
-def write_page(trajectory: "Trajectory", path: Path, compare: Sequence["Trajectory"] = ()) -> Path:
-    """Write the animation of a run, with others as ghosts, and the report on them as one HTML page. Raises InputError."""
+def write_animation(trajectory: "Trajectory", path: Path, compare: Sequence["Trajectory"] = ()) -> Path:
+    """Write the animation of a run, with others as ghosts: a film, or a page with the report on them. Raises InputError."""
     return trajectory.animate(compare).save(path)
 
 

@@ -9,6 +9,7 @@ from pendpin.errors import InputError
 from pendpin.trajectory import Trajectory
 
 MOST = 4  # runs: the eye tells four colours and dashes apart
+DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 1.5, 1, 1.5)))  # in a figure: of the first run, the second, ...
 Runs = Trajectory | Sequence[Trajectory] | None
 
 

@@ -21,6 +21,14 @@ def quantities_of(run: Trajectory) -> tuple[Quantity, ...]:
     return tuple(Quantity(name, unit_of(run, name), np.asarray(run[name], float)) for name in names)
 
 
+def left_out(run: Trajectory) -> tuple[str, ...]:
+    """A note that a page does not offer every quantity of a long chain."""
+    count = len(run.names) - 1  # without t
+    if count <= MOST_QUANTITIES:
+        return ()
+    return (f"{MOST_QUANTITIES} of {count} quantities can be plotted here; pendpin plot and run.plot draw any",)
+
+
 def _is_shown(run: Trajectory, name: str) -> bool:
     """Whether a quantity belongs to the whole run, to a joint that moves most or to a rod that is shown."""
     part, index = place_of(run, name)

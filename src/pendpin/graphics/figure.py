@@ -10,7 +10,7 @@ from typing import Any
 
 from pendpin.errors import InputError
 from pendpin.files import write_whole
-from pendpin.graphics.compare import Runs, labels_of, runs_of
+from pendpin.graphics.compare import DASHES, Runs, labels_of, runs_of
 from pendpin.graphics.panels import (
     COLORS,
     MOST_JOINTS,
@@ -34,7 +34,6 @@ LABEL = 0.62  # inches, from an axis to its name: to find a place for it, matplo
 TICKS = 6  # of an axis at most, and one: drawing them takes half the time of a figure
 LEAST = 6.0  # inches, of the panels where paths are beside them
 LETTER = 0.066  # inches, of a legend
-DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 1.5, 1, 1.5)))  # of the first run, the second, ...
 MARKS = ("\u2014", "\u2013 \u2013", "\u00b7\u00b7\u00b7", "\u2013\u00b7\u2013")  # the same in letters
 MOST_LETTERS = 90  # of a title
 
@@ -161,7 +160,7 @@ def _write_title(figure: Any, runs: Sequence[Trajectory]) -> None:
     """The scene's title, and how it was integrated; of several runs, which is which."""
     width, height = figure.get_size_inches()
     stats = runs[0].stats
-    how = f"{stats.method}, {stats.setting}, {stats.evaluations} evaluations"
+    how = f"{stats.method}, {stats.setting}, {stats.evaluations} evaluations" if stats.evaluations else ""
     if len(runs) > 1:
         how = "   ".join(f"{mark} {label}" for mark, label in zip(MARKS, labels_of(runs), strict=False))
     for text, y, style in ((runs[0].title, 0.12, {"weight": "bold", "fontsize": 13}), (how, 0.4, {"fontsize": 9})):

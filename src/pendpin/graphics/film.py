@@ -10,6 +10,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.errors import MissingLibrary
 from pendpin.files import write_whole
+from pendpin.graphics.compare import labels_of
 from pendpin.graphics.page import pick
 from pendpin.graphics.panels import COLORS, plain_name
 from pendpin.graphics.path import smooth_trail
@@ -83,6 +84,11 @@ def _film(runs: Sequence[Trajectory]) -> tuple[Any, Callable[[int], None], int]:
     ]
     rods = axes.plot([], [], color=COLORS[1], linewidth=2.5, marker="o" if bodies <= MOST_DOTS else "", markersize=4)[0]
     pivot = axes.plot([], [], marker="s", color="#7a8696", markersize=8)[0]
+    for i, (label, color) in enumerate(
+        zip(labels_of(runs)[::-1], (COLORS[1], *colors)[len(runs) - 1 :: -1], strict=True)
+    ):
+        if others:
+            axes.text(0.03, 0.02 + 0.045 * i, plain_name(label), color=color, fontsize=9, transform=axes.transAxes)
     clock = axes.text(0.5, 0.99, "", transform=axes.transAxes, ha="center", va="top")
 
     def draw(frame: int) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import one_line
-from pendpin.graphics.compare import distance, labels_of, rows_within
+from pendpin.graphics.compare import DASHES, distance, labels_of, rows_within
 from pendpin.graphics.path import smooth
 from pendpin.trajectory import Trajectory
 from pendpin.trajectory.columns import DRIFT, named_with_units, unit_of
@@ -58,13 +58,14 @@ def draw_drift(ax: Any, run: Trajectory) -> None:
 def draw_distance(ax: Any, runs: Sequence[Trajectory]) -> None:
     """How far the tips of further runs are from that of the first, on a logarithmic axis; 0 is not drawn."""
     labels = labels_of(runs)
-    for color, label, run in zip(COLORS, labels[1:], runs[1:], strict=False):
+    for dash, label, run in zip(DASHES[1:], labels[1:], runs[1:], strict=False):
         apart = distance(run, runs[0])
         ax.plot(
             run.t[rows_within(run, runs[0])],
             np.where(apart > 0, apart, np.nan),
             label=plain_name(label, 24),
-            color=color,
+            color=BLACK,
+            linestyle=dash,
         )
     ax.set_yscale("log")
     ax.set_ylabel("tips apart, m")
@@ -149,6 +150,8 @@ def draw_path_from_the_side(ax: Any, run: Trajectory) -> None:
 def _draw_path(ax: Any, run: Trajectory, right: int, up: int) -> None:
     """Two coordinates of the last tip to one scale, a dot where it starts."""
     path = run.tips[:, -1]
+    middle, reach = (path.min(0) + path.max(0)) / 2, np.ptp(path, axis=0).max() / 2
+    ax.update_datalim([(middle[right] + side * reach, middle[up]) for side in (-1, 1)])  # one scale for all three views
     if len(path) > 2:
         rate = len(path) / np.ptp(run.t)  # a second: no coarser than the samples
         path = smooth(run.t, path, np.gradient(path, run.t, axis=0), rate, max(MOST_POINTS, len(path)))[1]

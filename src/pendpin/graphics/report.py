@@ -30,9 +30,10 @@ def report_of(runs: Sequence[Trajectory], check: Check | None = None) -> str:
     body = "".join(f"<tr><th>{_text(name)}</th>{row}</tr>" for name, row in cells.items())
     figure = base64_of(picture_of(draw(runs[0], compare=runs[1:])))
     scenes = dict.fromkeys(map(_scene, runs))
+    alt = "Energy, positions, reactions and paths of the tip"
     return (
-        f"<h2>{_text(runs[0].title)}</h2><table>{body}</table>"
-        f'<h2>Figure</h2><img src="data:image/png;base64,{figure}" alt="Energy, positions, reactions and paths of the tip">'
+        f"<h2>{_text(runs[0].title)}</h2><div class=wide><table>{body}</table></div>"
+        f'<h2>Figure</h2><div class="wide"><img src="data:image/png;base64,{figure}" alt="{alt}"></div>'
         f"<h2>Scene</h2>{''.join(f'<pre>{_text(scene)}</pre>' for scene in scenes)}"
     )
 
@@ -45,9 +46,10 @@ def _rows(run: Trajectory, check: Check | None) -> Iterator[tuple[str, str]]:
     """What a run was, row by row; rows without an answer are left out."""
     stats = run.stats
     yield "time", f"{run.t[0]:g} to {run.t[-1]:g} s, {len(run.t)} samples"
-    yield "method", f"{stats.method}, {stats.setting}"
-    yield "engine", stats.engine
-    yield "cost", f"{stats.steps} steps, {stats.evaluations} evaluations, {stats.seconds:.3g} s"
+    if stats.evaluations:  # a mode of small motions is not integrated
+        yield "method", f"{stats.method}, {stats.setting}"
+        yield "engine", stats.engine
+        yield "cost", f"{stats.steps} steps, {stats.evaluations} evaluations, {stats.seconds:.3g} s"
     if stats.accuracy:
         error = "no estimate" if stats.error is None else f"{stats.error:.1e} of the length estimated"
         yield "accuracy", f"{error}, {stats.accuracy:g} asked"
@@ -62,7 +64,7 @@ def _rows(run: Trajectory, check: Check | None) -> Iterator[tuple[str, str]]:
         yield name, str(figure)
     if run.events:
         yield "events", _events(run)
-    yield "versions", f"pendpin {VERSION}, {stats.library} {stats.version}"
+    yield "versions", f"pendpin {VERSION}, {stats.library} {stats.version}".rstrip(", ")
 
 
 def _energy(run: Trajectory) -> Iterator[tuple[str, str]]:

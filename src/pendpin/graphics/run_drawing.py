@@ -7,7 +7,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.effects import FrameEffect, Support
 from pendpin.errors import InputError
-from pendpin.graphics.curves import plots_of, quantities_of
+from pendpin.graphics.curves import left_out, plots_of, quantities_of
 from pendpin.graphics.drawing import WORLD, Drawing, Joint, Shape
 from pendpin.graphics.shapes import rod_shapes, urdf_shapes
 from pendpin.model import kinematics
@@ -52,7 +52,10 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
         joints=tuple(_joints(model, joints, extent)),
         support=poses.shape[1] - 1 if as_rods or trajectory.rod_reactions is not None else None,
         label=f"{trajectory.stats.method}, {trajectory.stats.setting}",
-        notes=ignored(model.written or (), scene.effects),  # limits among them, which a motion may be seen to pass
+        notes=(
+            *ignored(model.written or (), scene.effects),  # limits among them, which a motion may be seen to pass
+            *left_out(trajectory),
+        ),
     )
 
 

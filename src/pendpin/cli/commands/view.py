@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.outputs import refuse_outputs, show_run, write_page
+from pendpin.cli.outputs import refuse_outputs, show_run, write_animation
 from pendpin.cli.tables import print_files
 from pendpin.errors import inside
 
@@ -15,8 +15,9 @@ def view(
         list[Path], typer.Argument(metavar="RUN...", help="Saved runs (.npz), up to 4; all but the first as ghosts.")
     ],
     html: Annotated[Path | None, typer.Option(help="Write the animation to one HTML page and show nothing.")] = None,
+    film: Annotated[Path | None, typer.Option(help="Write a film, .gif or .mp4, and show nothing.")] = None,
 ) -> None:
-    """Show a saved run in a browser, on this machine only, until Ctrl-C; or write it as one HTML page.
+    """Show a saved run in a browser, on this machine only, until Ctrl-C; or write it as a page or a film.
 
     With several runs the page shows the first one, the others as ghosts, and the distance of the tips. Append to the
     page's address to choose its view: #t=1.5&view=above&speed=5&reactions=on&frames=on.
@@ -24,9 +25,9 @@ def view(
     from pendpin.trajectory import Trajectory
 
     first, *others = map(Trajectory.load, runs)
-    refuse_outputs(runs, html=html)
+    refuse_outputs(runs, html=html, film=film)
     with inside(str(runs[0])):
-        if html is None:
-            show_run(first, others)
+        if html or film:
+            print_files([write_animation(first, path, others) for path in (html, film) if path])
         else:
-            print_files([write_page(first, html, others)])
+            show_run(first, others)

@@ -32,18 +32,20 @@ function fork(color) {
   return new THREE.Group().add(pin, ...cheeks, bridge);
 }
 
-// Letters that follow points: show(list of [text, point, colour]) at the places where a camera sees them.
+// Letters that follow points: show(list of [text, point, colour]) at the places where a camera sees them, save in a `hole`.
 function letters(parent) {
   const spans = [];
-  function show(list, camera, { left, bottom, width, height }, stage) {
+  function show(list, camera, { left, bottom, width, height }, stage, hole = { width: 0 }) {
     list.forEach(([text, point, color], i) => {
       spans[i] ??= make("span", parent);
       const { x, y, z } = new THREE.Vector3(point.x, point.z, -point.y).project(camera);
-      const seen = Math.abs(x) < 1 && Math.abs(y) < 1 && Math.abs(z) < 1;
+      const [right, up] = [left + ((x + 1) / 2) * width, bottom + ((y + 1) / 2) * height];
+      const covered = Math.abs(right - hole.left - hole.width / 2) < hole.width / 2 && Math.abs(up - hole.bottom - hole.height / 2) < hole.height / 2;
+      const seen = Math.abs(x) < 1 && Math.abs(y) < 1 && Math.abs(z) < 1 && !covered;
       Object.assign(spans[i].style, {
         display: seen ? "" : "none",
-        left: `${left + ((x + 1) / 2) * width}px`,
-        top: `${stage.clientHeight - bottom - ((y + 1) / 2) * height}px`,
+        left: `${right}px`,
+        top: `${stage.clientHeight - up}px`,
         color: `#${color.toString(16).padStart(6, "0")}`,
       });
       if (spans[i].dataset.text !== text) {
@@ -135,7 +137,7 @@ function addFrames(viewer, extent, joints, objects, support, stage) {
     };
     place(forks[0], a[0], up[2].clone().negate());
     place(forks[1], a[1], b[2]);
-    sayAngles(`θ ${theta.toFixed(3)} rad, φ ${phi.toFixed(3)} rad`);
+    sayAngles(`θ\u00a0${theta.toFixed(3)}\u00a0rad, φ\u00a0${phi.toFixed(3)}\u00a0rad`);
   }
 
   function sayAngles(text) {
@@ -152,8 +154,8 @@ function addFrames(viewer, extent, joints, objects, support, stage) {
     if (!group.visible || !now) return;
     const { renderer, scene, camera } = viewer;
     const pane = stage;
-    showLetters(now.words, camera, { left: 0, bottom: 0, width: pane.clientWidth, height: pane.clientHeight }, stage);
     const box = inset();
+    showLetters(now.words, camera, { left: 0, bottom: 0, width: pane.clientWidth, height: pane.clientHeight }, stage, box);
     const back = camera.position.clone().sub(viewer.controls.target).normalize();
     const target = new THREE.Vector3(now.p.x, now.p.z, -now.p.y);
     close.aspect = box.width / box.height;

@@ -319,7 +319,7 @@ const paint = viewer.render.bind(viewer);
 viewer.render = () => (paint(), frames?.render());
 if (runs.length > 1) {
   element("ghosts").hidden = false;
-  runs.forEach(({ label }, i) => (make("span", element("ghosts"), { textContent: label }).style.color = RUN_COLORS[i]));
+  runs.forEach(({ label }, i) => markRun(make("span", element("ghosts"), { textContent: label }), i));
 }
 offerSpeeds();
 VIEWS.corner.from = acrossSwing(trail.points, VIEWS.corner.from);

@@ -2,7 +2,7 @@
 "use strict";
 
 const DASHES = ["", "7 4", "2 3", "10 3 2 3"]; // of the first run, the second, ...
-const RUNS = ["#2d3748", "#009E73", "#CC79A7", "#56B4E9"]; // one quantity of several runs
+const DARK = "#2d3748"; // one quantity of one run
 const BLOCK = 3; // pixels for a swing: of more swings than fit, the envelope is drawn
 
 function make(tag, parent, properties = {}) {
@@ -17,6 +17,21 @@ function makePath(svg, name, d, color = "", dash = "") {
   path.style.strokeDasharray = dash;
   if (name === "curve envelope") path.style.fill = color;
   svg.appendChild(path);
+}
+
+// A run's name in its colour of `RUN_COLORS`, or another, underlined with its dashes.
+function markRun(label, run, color = RUN_COLORS[run % RUN_COLORS.length]) {
+  label.style.color = color;
+  if (run) label.style.textDecoration = `underline ${run === 1 ? "dashed" : "dotted"}`;
+  return label;
+}
+
+// A quantity at a time, between samples on the straight line through them.
+function valueAt({ times, values }, t) {
+  const before = lastBefore(times, t);
+  const after = Math.min(before + 1, times.length - 1);
+  const share = after > before ? Math.min(1, Math.max(0, (t - times[before]) / (times[after] - times[before] || 1))) : 0;
+  return values[before] + share * (values[after] - values[before]);
 }
 
 // Round numbers from low to high with their labels, `count` to three times as many.
@@ -76,10 +91,10 @@ function addPlots(section, runs, plots, shown, start, duration, seek) {
   const names = [...runs[0].quantities.keys()];
   const offers = [
     ...plots.map((plot) => ({ ...plot, group: "Together" })),
-    ...names.map((name) => ({ title: name, curves: [{ name, label: name, color: RUNS[0], minus: 0 }], group: "One quantity" })),
+    ...names.map((name) => ({ title: name, curves: [{ name, label: name, color: DARK, minus: 0 }], group: "One quantity" })),
   ];
   if (runs.length > 1 && runs[1].quantities.has("distance")) {
-    offers.push({ title: "distance of the tips", curves: [{ name: "distance", label: "distance", color: RUNS[1], minus: 0 }], group: "Together" });
+    offers.push({ title: "distance of the tips", curves: [{ name: "distance", label: "distance", color: DARK, minus: 0 }], group: "Together" });
   }
 
   // The curves of an offer, of every run that has them.
@@ -90,7 +105,7 @@ function addPlots(section, runs, plots, shown, start, duration, seek) {
         if (!quantity) return [];
         const alone = curves.length === 1 && runs.length > 1;
         const who = runs.length > 1 ? (alone ? `${runs[run].label}:` : `${label}${"′".repeat(run)}`) : label;
-        return [{ ...quantity, label: who, minus, color: alone ? RUNS[run % RUNS.length] : color, dash: DASHES[run % DASHES.length] }];
+        return [{ ...quantity, label: who, minus, color: alone ? RUN_COLORS[run % RUN_COLORS.length] : color, run, dash: DASHES[run % DASHES.length] }];
       }),
     );
   }
@@ -108,6 +123,7 @@ function addPlots(section, runs, plots, shown, start, duration, seek) {
     const cursor = make("div", area, { className: "cursor" });
     let curves = [];
     let labels = [];
+    let own = false; // whether each value needs its own unit
 
     function draw() {
       area.replaceChildren(cursor);
@@ -132,7 +148,7 @@ function addPlots(section, runs, plots, shown, start, duration, seek) {
       }
       for (const { place, label } of ticks(start + from, start + to, 4)) {
         makePath(svg, "tick", `M${1000 * place} 0V1000`);
-        if ((1 - place) * width > 62) make("i", area, { className: "x", textContent: label }).style.left = `${100 * place}%`;
+        if ((1 - place) * width > 50) make("i", area, { className: "x", textContent: label }).style.left = `${100 * place}%`;
       }
       make("i", area, { className: "x name", textContent: "time, s" });
       let enveloped = false;
@@ -167,16 +183,12 @@ function addPlots(section, runs, plots, shown, start, duration, seek) {
       const offer = offers[index];
       select.value = index;
       curves = curvesOf(offer);
-      const unit = curves[0]?.unit;
+      const units = new Set(curves.map(({ unit }) => unit)); // a slide among joints that turn has its own
       figure.ariaLabel = `${offer.title} against time`;
       values.replaceChildren();
-      if (unit) make("b", values, { textContent: unit });
-      labels = curves.map(({ color, dash }) => {
-        const label = make("span", values);
-        label.style.color = color;
-        if (dash) label.style.textDecoration = `underline ${dash.startsWith("7") ? "dashed" : "dotted"}`;
-        return label;
-      });
+      own = units.size > 1;
+      if (!own && curves[0]?.unit) make("b", values, { textContent: curves[0].unit });
+      labels = curves.map(({ color, run }) => markRun(make("span", values), run, color));
       draw();
     }
 
@@ -184,10 +196,11 @@ function addPlots(section, runs, plots, shown, start, duration, seek) {
       const place = (t - from) / (to - from);
       cursor.hidden = place < 0 || place > 1;
       cursor.style.left = `${100 * place}%`;
-      curves.forEach(({ times, values, minus, step, label }, i) => {
-        const value = values[lastBefore(times, t)] - minus;
+      curves.forEach((curve, i) => {
+        const { minus, step, label, unit } = curve;
+        const value = valueAt(curve, t) - minus;
         const text = Math.abs(value) <= step ? "0" : short(value);
-        labels[i].textContent = `${label} ${text}`;
+        labels[i].textContent = `${label} ${text}${own ? ` ${unit}` : ""}`;
       });
     }
 

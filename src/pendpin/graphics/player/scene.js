@@ -115,7 +115,7 @@ function addTrail(viewer, extent, times, points) {
 }
 
 const GHOST_COLORS = [0x009e73, 0xcc79a7, 0x56b4e9]; // of further runs
-const RUN_COLORS = ["#d9622b", "#009E73", "#b05a8a", "#3a8fc0"]; // their names, after that of the first
+const RUN_COLORS = ["#d9622b", "#009E73", "#b05a8a", "#3a8fc0"]; // of the first and further runs: names and curves
 
 // The path of a further run's tip.
 function addPath(viewer, points, color, i) {
