@@ -1,0 +1,101 @@
+"""Parts of the equation doctor against exact values: errors over the terms, units, fractions, conditions in words."""
+
+from fractions import Fraction
+
+import pytest
+import sympy as sp
+
+import pendpin as pp
+from pendpin.doctor.checking.dimensions import Disagreement, common, unit
+from pendpin.doctor.checking.exact import Quotient
+from pendpin.doctor.diagnosis import Finding
+
+FORCE = (Fraction(1), Fraction(1), Fraction(-2))
+
+
+def finding_of(equation: str, rod: str | None = "thin") -> Finding:
+    """What is said of one equation."""
+    (finding,) = pp.diagnose([equation], rod=rod).findings
+    return finding
+
+
+@pytest.mark.parametrize("equation", ["m l = 1.001 m l", "m l = m l = 1.001 m l", "1.001 m l = m l"])
+def test_an_error_is_the_difference_over_all_terms(equation: str) -> None:
+    """Of the left side once as a value and of both sides as terms; of several pairs of sides the largest."""
+    left = 1.001 if equation.startswith("1") else 1.0
+    assert finding_of(equation).error == pytest.approx(0.001 / (left + 2.001), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "equation",
+    [
+        r"\sin(\theta+\frac{\pi}{2}) = \cos\theta",
+        r"\cos(\phi-\frac{3\pi}{2}) = -\sin\phi",
+        r"\dot\theta l^{-1} l = \dot\theta",
+        r"\vec r_G + 0 = \vec r_G",
+        r"\vec r_G - \vec r_G = 0",
+        r"\begin{bmatrix}1&0&0\\0&1&0\\0&0&1\end{bmatrix}\vec r_G = \vec r_G",
+        r"\vec\omega = (-1.0\dot\theta\cos\phi,\ \dot\phi,\ -1.0\dot\theta\sin\phi)",
+    ],
+)
+def test_right_equations_are_proved(equation: str) -> None:
+    """Quarter turns, negative powers, zeros among vectors, printed decimals."""
+    finding = finding_of(equation)
+    assert (finding.verdict, finding.proved) == ("holds", True)
+
+
+def test_a_digit_beyond_rounding_fails() -> None:
+    """The eleventh, of one row among right ones: states do not tell, a proof does."""
+    finding = finding_of(r"\vec\omega = (-1.0\dot\theta\cos\phi,\ \dot\phi,\ -1.00000000001\dot\theta\sin\phi)")
+    assert finding.verdict == "fails"
+
+
+@pytest.mark.parametrize(
+    ("equation", "remark"),
+    [
+        (r"\vec r_G + 1 = \vec r_G", "a number is added to a vector"),
+        (r"\vec r_G l = 1 l", "a vector is set equal to a number"),
+        (r"\begin{bmatrix}\vec r_G & 0 & 0\\ 0&1&0\\0&0&1\end{bmatrix} = 0", "a matrix of vectors"),
+    ],
+)
+def test_what_has_no_meaning_is_not_checked(equation: str, remark: str) -> None:
+    """And says why."""
+    finding = finding_of(equation)
+    assert (finding.verdict, finding.remark) == ("not checked", remark)
+
+
+@pytest.mark.parametrize(
+    ("equation", "condition"),
+    [
+        (r"R_3 = m g \quad \text{hanging straight down}", "at rest, hanging straight down"),
+        (r"\ddot\phi = -\dot\theta^2\sin\phi\cos\phi", "there is no gravity"),
+    ],
+)
+def test_a_special_case_is_exact(equation: str, condition: str) -> None:
+    """An equation that holds in a special case alone, which is named."""
+    finding = finding_of(equation, None)
+    assert (finding.verdict, finding.condition) == ("holds if", condition)
+
+
+def test_units_of_dimensions() -> None:
+    """By their names, or as powers; what has none takes that of the others, and two that differ disagree."""
+    named = {(1, 2, -2): "N m", (1, 1, -2): "N", (1, 2, 0): "kg m²", (0, 0, 0): "a pure number"}
+    assert {powers: unit(tuple(map(Fraction, powers))) for powers in named} == named
+    assert unit((Fraction(2), Fraction(2), Fraction(0))) == "kg² m²"
+    assert common([None, FORCE, None, FORCE]) == FORCE
+    assert common([None, None]) is None
+    with pytest.raises(Disagreement, match="N and kg m²"):
+        common([FORCE, (Fraction(1), Fraction(2), Fraction(0))])
+
+
+def test_fractions_are_a_field() -> None:
+    """Inverses, powers of either sign, and numbers on either side."""
+    domain, x, y = sp.ring(["x", "y"], sp.QQ)
+    a, b = Quotient(x + y, domain.one), Quotient(x, y)
+    assert (a / b - Quotient((x + y) * y, x)).zero
+    assert (2 / a * a - 2).zero
+    assert (a**-2 * a * a - 1).zero
+    assert (b**3 - Quotient(x**3, y**3)).zero
+    assert (b**0 - 1).zero
+    assert (1 - b + b - 1).zero
+    assert not (2 / a - a / 2).zero
