@@ -197,6 +197,24 @@ def test_a_tolerance_that_takes_no_more_steps_promises_nothing(method: str, more
     assert refinement.predict_fall(1e-6 * ratio, 1e-6) == pytest.approx(ratio)
 
 
+def test_fixed_steps_promise_their_order() -> None:
+    """However many steps are counted: half the step of rk4 makes a 16th of the error."""
+    refinement = refine_by_step("rk4", np.array([0.0, 1.0]), 10)
+    for more in (1.0, 2.0, np.inf):
+        assert refinement.predict_fall(0.1, 0.05, more) == pytest.approx(16, rel=1e-12)
+
+
+@pytest.mark.parametrize(("pace", "scatter"), [(0.85, 1.5), (0.5, 3.0)])
+def test_the_bounds_of_what_is_evidence(pace: float, scatter: float) -> None:
+    """Gaps that fall with half the expected power are regular; settings are distinct from 1.1 times the scatter on."""
+    for beside, good in ((1.001, True), (0.999, False)):
+        fallen = 100.0 ** (pace / 2 * beside)
+        gaps = Gaps(np.array([1e-3]), np.array([1e-3 / fallen]), (100.0, 100.0), pace, scatter)
+        assert estimate_error(gaps, 1.0, np.full(1, 1e-16), 0.0).regular == good
+        promised = (1.1 * scatter * beside) ** (1 / pace)
+        assert Gaps(gaps.first, gaps.second, (1e9, promised), pace, scatter).distinct == good
+
+
 @given(st.floats(1e-12, 1e-2), st.floats(1.0, 1.3))
 def test_settings_that_change_nothing_are_no_evidence(gap: float, promised: float) -> None:
     """Runs whose steps are the same, because a fast effect bounds them, agree and may both be wrong."""
