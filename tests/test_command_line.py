@@ -12,6 +12,7 @@ import pytest
 
 import pendpin as pp
 from bad_input import run_main
+from pendpin.cli.tables import print_table
 from pendpin.scene.examples import examples_folder
 
 
@@ -125,6 +126,17 @@ def test_ctrl_c_in_a_run_has_its_status(monkeypatch: pytest.MonkeyPatch, capfd: 
     monkeypatch.setattr("pendpin.cli.commands.run.progress_bar", lambda *_, **__: nullcontext(interrupt))
     assert run_main("run", "--out", "part.csv") == 130
     assert capfd.readouterr().err.endswith("stopped by the user\n")
+
+
+def test_tables_cut_no_letter(capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a narrow terminal the first column, of names, is as wide as they are, and the other columns wrap."""
+    monkeypatch.setenv("COLUMNS", "60")
+    name, long = "thick-pole-1mm-0.001", "letters" * 20
+    print_table(["case", "method", "verdict"], [[name, long, "ok"], [name, "a few words " * 9, long]])
+    said = capsys.readouterr().out
+    assert said.count(name) == 2
+    assert "…" not in said
+    assert max(map(len, said.splitlines())) <= 60
 
 
 def test_examples_answer_what_they_ask(capfd: pytest.CaptureFixture) -> None:

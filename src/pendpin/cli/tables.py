@@ -302,12 +302,13 @@ def _percent(added: float | None) -> str:
 
 
 def print_table(head: list[str], rows: list[list[str]]) -> None:
-    """A table on the terminal."""
+    """A table on the terminal: the first column has names, and the others give way to it; no letter is cut."""
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Column, Table
     from rich.text import Text
 
-    table = Table(*head, show_header=any(head[1:]))
+    columns = [Column(title, overflow="fold", no_wrap=i == 0) for i, title in enumerate(head)]
+    table = Table(*columns, show_header=any(head[1:]))
     for row in rows:
         table.add_row(*map(Text, row))  # no markup in what users named
     console = Console()
