@@ -117,6 +117,7 @@ def test_on_the_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ca
     assert [effect["kind"] for effect in pp.Trajectory.load("run.npz").scene["effects"]] == ["gravity", "as_written"]
     Path("chain.toml").write_text('duration = 1.0\nmodel = { kind = "chain", rods = [{ length = 1.0, mass = 1.0 }] }\n')
     assert run_main("run", "chain.toml", "--as-written") == 2
+    assert run_main("run", "--as-written") == 2
 
 
 @pytest.mark.parametrize("name", ROBOTS)

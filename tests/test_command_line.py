@@ -1,5 +1,6 @@
 """What the commands share with Python: other values by key path, robots by name, tables, examples."""
 
+import inspect
 import json
 import re
 import subprocess
@@ -12,6 +13,7 @@ import pytest
 
 import pendpin as pp
 from bad_input import run_main
+from pendpin.cli.app import app
 from pendpin.cli.tables import print_table
 from pendpin.scene.examples import examples_folder
 
@@ -124,8 +126,16 @@ def test_ctrl_c_in_a_run_has_its_status(monkeypatch: pytest.MonkeyPatch, capfd: 
         raise KeyboardInterrupt
 
     monkeypatch.setattr("pendpin.cli.commands.run.progress_bar", lambda *_, **__: nullcontext(interrupt))
-    assert run_main("run", "--out", "part.csv") == 130
+    pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), effects=[pp.effects.Gravity()]).save("rod.toml")
+    assert run_main("run", "rod.toml", "--out", "part.csv") == 130
     assert capfd.readouterr().err.endswith("stopped by the user\n")
+
+
+def test_paragraphs_of_help_have_one_line_each() -> None:
+    """Typer keeps the line ends of those after the first."""
+    for command in app.registered_commands:
+        _, *further = inspect.getdoc(command.callback).split("\n\n")
+        assert not [text for text in further if "\n" in text]
 
 
 def test_tables_cut_no_letter(capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:

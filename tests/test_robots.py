@@ -270,3 +270,10 @@ def test_every_robot_is_found_by_its_name() -> None:
     """Each URDF of example-robot-data by one name at least."""
     assert {"ur5", "panda", "talos_reduced", "double_pendulum", "anymal_b"} <= named.robot_files().keys()
     assert pp.UrdfModel("ur5").file.name == "ur5_robot.urdf"
+
+
+def test_a_robot_is_not_written_as_a_urdf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd) -> None:
+    """`pendpin urdf` writes chains; the line for a robot's name says which command takes it."""
+    monkeypatch.chdir(tmp_path)
+    assert run_main("urdf", "ur5") == 1
+    assert capfd.readouterr().err.endswith("pendpin run --urdf ur5 runs it\n")

@@ -90,11 +90,14 @@ def scene_with(
     return _with_locks(scene, lock, mimic).replace(dict(map(_change, changes)))
 
 
-def with_as_written(scene: "Scene") -> "Scene":
+def with_as_written(chosen: SceneInput) -> "Scene":
     """The scene with what its URDF writes of the joints among its effects, if that is not listed there."""
     from pendpin.effects import AsWritten
     from pendpin.scene import UrdfModel
 
+    scene = chosen.scene
+    if chosen.path is None and chosen.urdf is None:
+        raise typer.BadParameter("the built-in rod has no damping, friction or limits; --as-written needs --urdf FILE")
     if not isinstance(scene.model, UrdfModel):
         raise typer.BadParameter("the model is a chain of rods; --as-written is for a URDF")
     listed = any(isinstance(effect, AsWritten) for effect in scene.effects)

@@ -19,7 +19,9 @@ Mimic = Annotated[str | None, typer.Option(help="Joints of the URDF with <mimic>
 AsWritten = Annotated[
     bool, typer.Option("--as-written", help="Damping, friction and limits of the URDF act as its file writes them.")
 ]
-Strict = Annotated[bool, typer.Option("--strict", help="Refuse a model with findings: inertia that no real body has.")]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Refuse a model with findings: impossible inertia, slips in names.")
+]
 Method = Annotated[str | None, typer.Option(help="Integration method, such as dop853.")]
 Tolerance = Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")]
 Accuracy = Annotated[

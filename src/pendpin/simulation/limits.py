@@ -43,7 +43,7 @@ class Deadline:
             return
         wall, own = time.perf_counter() - self._begin, time.thread_time() - self._begin_own
         if self.limit - wall < reserve * max(1.0, min(wall / max(own, 1e-9), MOST_BUSY)):
-            raise Halted(f"it takes over {self.limit:g} s")
+            raise Halted(f"it takes over {self.limit:g} s, compiling included")
 
     def waits_for(self, compute: Callable[[], T], long: bool) -> T:
         """The result of a computation; of a long one that cannot be stopped, such as compiling, only until the deadline.

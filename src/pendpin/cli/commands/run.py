@@ -31,7 +31,9 @@ def run(
     tolerance: Tolerance = None,
     step: Annotated[float | None, typer.Option(help="Step in s, for fixed-step methods.")] = None,
     accuracy: Accuracy = None,
-    limit: Annotated[float | None, typer.Option(min=0, help="Stop the run after this time, in s.")] = None,
+    limit: Annotated[
+        float | None, typer.Option(min=0, help="Stop the run after this time in s, with compiling.")
+    ] = None,
     checkpoint: Annotated[Path | None, typer.Option(help="Save the state of the run here; continue from it.")] = None,
     every: Annotated[float, typer.Option(min=0, help="Time between two saves of that file, in s.")] = 5.0,
     out: Annotated[Path, typer.Option(help="Where the run is saved: .npz, or .csv for a table.")] = Path("run.npz"),
@@ -47,13 +49,14 @@ def run(
 ) -> None:
     """Simulate a scene, save the run, and print its cost and its checks.
 
-    Without SCENE the built-in rod is run, and run.html and run.png are written beside run.npz. If a run with
-    a checkpoint was killed or stopped, the same command continues it.
+    Without SCENE the built-in rod is run, and run.html and run.png are written beside run.npz.
+
+    If a run with a checkpoint was killed or stopped, the same command continues it.
     """
     from pendpin.crosschecks.crosscheck import along
     from pendpin.simulation.checkpoint import resumable
 
-    scene = lasting(with_as_written(chosen.scene) if as_written else chosen.scene, duration, samples)
+    scene = lasting(with_as_written(chosen) if as_written else chosen.scene, duration, samples)
     chosen = replace(chosen, scene=scene)
     if chosen.path is None and chosen.urdf is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")

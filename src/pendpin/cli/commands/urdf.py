@@ -27,6 +27,9 @@ def urdf(
         return
     if scene is None:
         raise typer.BadParameter("give the scene of a chain, or --list")
+    if not (scene.suffix or scene.exists()) and scene.name in robot_files():
+        file = robot_files()[scene.name]
+        raise PendpinError(f"{scene}: this robot has a URDF already, {file}; pendpin run --urdf {scene} runs it")
     model = read_scene(scene).model
     if not isinstance(model, Chain):
         raise PendpinError(

@@ -19,8 +19,9 @@ def view(
 ) -> None:
     """Show a saved run in a browser, on this machine only, until Ctrl-C; or write it as a page or a film.
 
-    With several runs the page shows the first one, the others as ghosts, and the distance of the tips. Append to the
-    page's address to choose its view: #t=1.5&view=above&speed=5&reactions=on&frames=on.
+    With several runs the page shows the first one, the others as ghosts, and the distance of the tips.
+
+    The end of the page's address chooses its view: #t=1.5&view=above&speed=5&reactions=on&frames=on.
     """
     from pendpin.trajectory import Trajectory
 
