@@ -121,7 +121,7 @@ def test_the_probe_sees_a_narrow_force_and_when() -> None:
     scene = spinning(duration=1.1, begin=7.0, samples=6)
     place = 2500.5 * 2.2 / 4096
     narrow = pp.effects.Torque(lambda t, q, v: np.where(np.abs(q - place) < 2e-4, 1.0, 0.0))
-    (seen,) = probe_effects(scene.replace(effects=[narrow]), pp.simulate(scene))
+    (seen,) = probe_effects(pp.bind(scene.replace(effects=[narrow])), scene.duration, pp.simulate(scene))
     assert seen.name == "effects[0] (torque)"
     assert seen.t == pytest.approx(7.0 + place / RATE, abs=2e-4)
     assert seen.shortest <= 2e-4
@@ -131,7 +131,7 @@ def test_the_probe_passes_over_what_changes_with_time() -> None:
     """A pulse of 3 ms that declares itself is no change with position."""
     scene = spinning(duration=1.1, begin=7.0, samples=6, rate=0.5)
     pulse = pp.effects.Torque(lambda t, q, v: np.exp(-(((t - 7.6) / 3e-3) ** 2)) * np.ones(2), shortest=3e-3)
-    assert probe_effects(scene.replace(effects=[pulse]), pp.simulate(scene)) == []
+    assert probe_effects(pp.bind(scene.replace(effects=[pulse])), scene.duration, pp.simulate(scene)) == []
 
 
 # --- where runs are compared ----------------------------------------------------------------------------------------
@@ -209,6 +209,7 @@ def test_too_many_steps_are_said_in_a_unit_that_one_reads(seconds: float, words:
     """Two of a unit at least."""
     text = refine_by_step("rk4", np.array([0.0, 1.0]), 1).describe_too_many(2e8, seconds)
     assert text.startswith(f"rk4 is of order 4 and would take about 2e+08 steps, about {words};")
+    assert refine_by_tolerance("dop853", 1e-9).describe_too_many(2e8, seconds).endswith(words)  # not in its own place
 
 
 @pytest.mark.parametrize("method", ["dop853", "radau", "taylor"])

@@ -90,9 +90,22 @@ def test_chaos_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(tolerances) == 7  # three ever finer, and two pairs that differ by rounding
 
 
-def test_rounding_is_said() -> None:
-    with pytest.raises(pp.RunError, match="accuracy 1e-16 is not met"):
-        pp.simulate(scene(), accuracy=1e-16)
+@pytest.mark.parametrize("method", ["auto", "dop853", "gauss4", "euler"])
+def test_rounding_is_said(method: str) -> None:
+    """A target that no number can hold is refused before anything is integrated, and no method is advised."""
+    with pytest.raises(pp.RunError, match="accuracy 1e-16 is not met: it is finer than numbers of 64 bits") as refusal:
+        pp.simulate(scene(), method=method, accuracy=1e-16)
+    assert refusal.value.partial.stats.steps == 0
+    with pytest.raises(pp.InputError, match="accuracy: 1e-16 is finer than can be measured"):
+        pp.cost(scene(), methods=[method.replace("auto", "rk4")], accuracy=1e-16)
+
+
+def test_steps_that_cost_more_are_fewer() -> None:
+    """A million steps of gauss2 take minutes, as ten millions of euler do: both are foretold, and another method named."""
+    for method, accuracy in (("gauss2", 1e-12), ("euler", 1e-9)):
+        with pytest.raises(pp.RunError, match=r"would take about .* steps, about .*, such as dop853; ") as refusal:
+            pp.simulate(scene(duration=0.5), method=method, accuracy=accuracy)
+        assert refusal.value.partial.stats.steps < 1e5
 
 
 @pytest.mark.parametrize("method", ["auto", "rk4", "gauss4"])

@@ -35,6 +35,7 @@ class Method:
     # Both measured on random scenes by benchmarks/goal.py, with a margin: the search for an accuracy rests on them.
     steepest: float = math.inf  # the highest power of the step with which the error falls between two tolerances
     scatter: float = 1.5  # the largest factor between an error and the power law through its neighbours
+    step_price: float = 1.0  # the time of a step over that of a step of euler, which takes 0.01 ms for one rod
     color: str  # in figures
     price_rank: int  # comparisons begin with the methods that are most often the cheapest
 
@@ -92,6 +93,7 @@ def _collocation(stages: int, **facts: Any) -> Method:
         order=order,
         stages=stages,
         state="angles",  # it integrates positions and momenta
+        step_price=30.0,  # 20 to 40: it solves the stage equations in Python
         **facts,
     )
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import EPS, Array
 from pendpin.dynamics.dynamics import bind
 from pendpin.engines import Compiled
 from pendpin.errors import Halted, InputError, Interrupted, PendpinError, RunError, not_one_of, one_line
@@ -128,6 +128,11 @@ def _check(scene: Scene, methods: Sequence[str] | None, accuracy: float, peers: 
             raise InputError(f"methods: {not_one_of(method, _compared())}")
     if not 0 < accuracy < 1:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
+    if KNOWN * accuracy < EPS:
+        raise InputError(
+            f"accuracy: {accuracy:g} is finer than can be measured: numbers of 64 bits are rounded to {EPS:.1g} of "
+            f"themselves, and the reference has to be {1 / KNOWN:g} times as accurate"
+        )
     if peers:
         _peers(scene)
 

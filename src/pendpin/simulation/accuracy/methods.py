@@ -10,7 +10,7 @@ from pendpin.dynamics.timing import timing
 from pendpin.errors import RunError
 from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, automatic, taylor_takes
 from pendpin.model.build import build, start_state
-from pendpin.scene import FIXED_METHODS, Scene
+from pendpin.scene import FIXED_METHODS, Scene, method_of
 from pendpin.simulation.accuracy.refinement import Refinement, refine_by_step, refine_by_tolerance
 from pendpin.simulation.accuracy.runs import Runs
 from pendpin.simulation.accuracy.thresholds import SETTING
@@ -34,7 +34,7 @@ def _count_steps_of_pace(scene: Scene, runs: Runs, run: Trajectory) -> int:
     dynamics = runs.bind(scene)
     pace_of_run = timing(dynamics, dynamics.effects, *start_state(dynamics.model, scene.start), scene.duration, None)
     needed = scene.duration / float(pace_of_run.pace.shortest.min())
-    if needed <= SETTING.most_steps:
+    if needed * method_of(scene.solver.method).step_price <= SETTING.most_steps:
         return math.ceil(needed)
     name, shortest = min(pace_of_run.fastest, key=lambda one: one[1])
     raise RunError(

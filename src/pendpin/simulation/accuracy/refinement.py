@@ -9,7 +9,7 @@ from pendpin.arrays import Array
 from pendpin.scene import method_of
 from pendpin.simulation.accuracy.thresholds import SETTING
 
-TAYLOR = "taylor"
+TAYLOR, HIGH_ORDER = "taylor", "dop853"
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,8 @@ class Refinement:
     def describe_too_many(self, steps: float, seconds: float) -> str:
         """What is said of a run of more than `most_steps`."""
         order = f" is of order {self.order:g} and" if self.spacing else ""
-        return (
-            f"{self.method}{order} would take about {steps:.0e} steps, {_describe_duration(seconds)}; "
-            "take a method of higher order, such as dop853"
-        )
+        higher = "" if self.method in (HIGH_ORDER, TAYLOR) else f"; take a method of higher order, such as {HIGH_ORDER}"
+        return f"{self.method}{order} would take about {steps:.0e} steps, {_describe_duration(seconds)}{higher}"
 
 
 def _describe_duration(seconds: float) -> str:

@@ -48,6 +48,13 @@ class NotMet(RunError):
 
 def run_to_accuracy(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> Trajectory:
     """The motion of a scene to the accuracy of its solver; as `simulate`, which see."""
+    if scene.duration and (scene.solver.accuracy or 0.0) < EPS:
+        alone = scene.model_copy(update={"duration": 0.0, "solver": scene.solver.replaced(samples=1)})
+        raise RunError(
+            f"accuracy {scene.solver.accuracy:g} is not met: it is finer than numbers of 64 bits, which are rounded to "
+            f"{EPS:.1g} of themselves",
+            run_to_accuracy(alone, energy_balance, progress, deadline),
+        )
     chosen = choose_method(scene, energy_balance)
     runs = Runs(chosen, energy_balance, progress, deadline)
     try:
@@ -275,7 +282,7 @@ class _Search:
         more = np.log(steps / max(before.run.stats.steps, 1)) / np.log(before.setting / last.setting)
         power = 1 / self.refinement.order if self.refinement.spacing else max(float(more), 0.0)
         needed = last.run.stats.steps * factor**power
-        if needed > SETTING.most_steps:
+        if needed * self.method.step_price > SETTING.most_steps:
             reason = self.refinement.describe_too_many(needed, needed * last.run.stats.seconds / steps)
             raise self._refuse(NotMet, np.full(len(self.runs.times), np.inf), reason)
         return float(np.clip(factor, self.refinement.smallest, SEARCH.farthest))

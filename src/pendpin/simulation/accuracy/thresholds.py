@@ -20,7 +20,7 @@ class SettingThresholds:
     first_tolerance_of_series: float = 1e3
     # The first tolerance over the least: three different settings then remain even for the finest targets.
     room: float = 1e4
-    # Of one run: some minutes for one rod on compiled equations, hours in Python.
+    # Of one run, times the price of a step: two minutes for one rod.
     most_steps: float = 1e7
     # Rounding of a number of steps, below which it is a whole number.
     whole: float = 1.0 - 1e-9
