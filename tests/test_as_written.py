@@ -120,6 +120,13 @@ def test_on_the_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ca
     assert run_main("run", "--as-written") == 2
 
 
+@pytest.mark.slow
+def test_a_slide_that_falls_without_end_has_no_rest() -> None:
+    """Stops do not act in small motions: panda's finger falls, and one line says so."""
+    with pytest.raises(pp.InputError, match="start: a slide falls without end"):
+        pp.Start.at_rest(pp.Scene(model=pp.UrdfModel("panda"), effects=(GRAVITY, fx.AsWritten())))
+
+
 @pytest.mark.parametrize("name", ROBOTS)
 def test_robots_as_written(name: str) -> None:
     """Two notes at most, energy that closes, and joints that stay within their limits."""

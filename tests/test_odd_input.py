@@ -156,7 +156,7 @@ def test_damping_is_noted(folder: Path, capfd: pytest.CaptureFixture) -> None:
     (folder / "scene.toml").write_text(URDF_SCENE)
     (folder / "rod.urdf").write_text(edited(ROD, ("</joint>", '<dynamics damping="0.5" friction="0"/></joint>')))
     assert run_main("run", "scene.toml") == 0
-    said = "<dynamics damping> of 'theta': ignored; the effect as_written (--as-written) lets them act"
+    said = "<dynamics damping> of 'theta': ignored; the effect as_written (--as-written, effects.AsWritten()) lets them act"
     assert capfd.readouterr().err == f"pendpin: note: {said}\n"
 
 

@@ -159,7 +159,7 @@ def test_limits_that_are_not_applied_are_noted(tmp_path: Path) -> None:
     close = joint("a", "base", "one", kind="revolute").replace("</joint>", limits.format(-1, 1))
     far = joint("b", "one", "two", kind="revolute").replace("</joint>", limits.format(-1e9, 1e9))
     scene = pp.Scene(model=robot(tmp_path, *parts, close, far), effects=(fx.Gravity(),))
-    said = "<limit> of 'a': ignored; the effect as_written (--as-written) lets them act"
+    said = "<limit> of 'a': ignored; the effect as_written (--as-written, effects.AsWritten()) lets them act"
     assert notes(scene, build(scene.model)) == (said,)
 
 

@@ -53,7 +53,7 @@ def ignored(joints: Sequence[WrittenJoint], effects: Sequence[Effect]) -> tuple[
     parts = [f"{what} of {_names(names)}" for what, names in left.items() if names]
     if not parts:
         return ()
-    return (f"{', '.join(parts)}: ignored; the effect as_written (--as-written) lets them act",)
+    return (f"{', '.join(parts)}: ignored; the effect as_written (--as-written, effects.AsWritten()) lets them act",)
 
 
 def written_text(joints: Sequence[WrittenJoint], effects: Sequence[Effect]) -> str:

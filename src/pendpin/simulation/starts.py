@@ -63,7 +63,10 @@ def _hanging(dynamics: Dynamics, q: Array) -> Array | None:
 
 
 def _relaxed(pull: Pull, q: Array, turns: Mask, stiffness: Stiffness | None) -> Array:
-    """Where q (nv,) comes to rest if it moves with a speed that is its acceleration; `turns` (nv,): not a slide."""
+    """Where q (nv,) comes to rest if it moves with a speed that is its acceleration; `turns` (nv,): not a slide.
+
+    Raises InputError for what falls without end.
+    """
     from scipy.integrate import solve_ivp  # here: half a second, which a chain that hangs does not need
     from scipy.optimize import root
 
@@ -72,7 +75,11 @@ def _relaxed(pull: Pull, q: Array, turns: Mask, stiffness: Stiffness | None) -> 
 
     far.terminal = True  # type: ignore[attr-defined]
     options: Any = {"rtol": 1e-6, "atol": 1e-9, "jac": stiffness, "events": far}
-    rest = solve_ivp(pull, (0.0, LONG), q, method="Radau", **options).y[:, -1]
+    try:
+        with np.errstate(all="ignore"):
+            rest = solve_ivp(pull, (0.0, LONG), q, method="Radau", **options).y[:, -1]
+    except ValueError:  # of SciPy: a slide that falls without end has passed the largest double
+        raise InputError("start: a slide falls without end; there is no equilibrium near start.positions") from None
     return root(lambda x: pull(0.0, x), rest, tol=1e-15, jac=stiffness and (lambda x: stiffness(0.0, x))).x
 
 
