@@ -5,7 +5,6 @@ import json
 import re
 import subprocess
 import sys
-from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +14,7 @@ import pendpin as pp
 from bad_input import run_main
 from pendpin.cli.app import app
 from pendpin.cli.tables import print_table
+from pendpin.errors import Interrupted
 from pendpin.scene.examples import examples_folder
 
 
@@ -120,15 +120,14 @@ def test_ctrl_c_while_the_command_line_is_imported_is_one_line(
 
 
 def test_ctrl_c_in_a_run_has_its_status(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture) -> None:
-    """The part that was done is written, and the status is that of every command after Ctrl-C."""
+    """It is that of Ctrl-C anywhere else; the line is that of the run, which says what was done."""
 
-    def interrupt(t: float) -> None:
-        raise KeyboardInterrupt
+    def interrupted(path: Path) -> None:
+        raise Interrupted("stopped by the user after 3 of 9 cases")
 
-    monkeypatch.setattr("pendpin.cli.commands.run.progress_bar", lambda *_, **__: nullcontext(interrupt))
-    pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), effects=[pp.effects.Gravity()]).save("rod.toml")
-    assert run_main("run", "rod.toml", "--out", "part.csv") == 130
-    assert capfd.readouterr().err.endswith("stopped by the user\n")
+    monkeypatch.setattr("pendpin.cli.commands.urdf.read_scene", interrupted)
+    assert run_main("urdf", "chain.toml") == 130
+    assert capfd.readouterr().err == "pendpin: stopped by the user after 3 of 9 cases\n"
 
 
 def test_paragraphs_of_help_have_one_line_each() -> None:
