@@ -91,7 +91,7 @@ REST = {
     "wrong count": (POSITIONS, "[0.7]", "scene.toml: start.positions: a list of 1, where the model has 2 joints"),
     "nan in a list": (POSITIONS, "[0, nan]", "start.positions[1]: nan is not a finite number"),
     "start as text": (POSITIONS, '"up"', "start.positions: 'up' is not a list"),
-    "angle as text": ("theta_1 = 0.7", 'theta_1 = "40°"', "start.positions.theta_1: '40°' is not a number"),
+    "angle as text": ("theta_1 = 0.7", 'theta_1 = "40°"', "'40°' is not a number; for numbers in degrees write unit"),
     "nested start": ("theta_1 = 0.7", "theta_1.x = 0.7", "start.positions.theta_1: {'x': 0.7} is not a number"),
     "unknown start": ("positions", "angles", "start.angles: unknown key"),
     "start as number": (f"[start]\npositions = {POSITIONS}", "[[start]]", "start: [{}] is not a table"),
@@ -131,8 +131,8 @@ REST = {
 }
 
 WHOLE: dict[str, tuple[Content, str]] = {
-    "empty": ("", "scene.toml: model: missing"),
-    "comment only": ("# nothing\n", "scene.toml: model: missing"),
+    "empty": ("", "scene.toml: it is empty; `pendpin new` prints a scene to start from"),
+    "comment only": ("# nothing\n", "scene.toml: it is empty; `pendpin new` prints"),
     "effects as number": ("effects = 3\n" + SCENE.replace("[[effects]]\n" + KIND, ""), "effects: 3 is not a list"),
     "effect in a list as number": (
         "effects = [3]\n" + SCENE.replace("[[effects]]\n" + KIND, ""),

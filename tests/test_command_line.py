@@ -14,7 +14,7 @@ import pendpin as pp
 from bad_input import run_main
 from pendpin.cli.app import app
 from pendpin.cli.tables import print_table
-from pendpin.errors import Interrupted
+from pendpin.errors import Interrupted, not_one_of
 from pendpin.scene.examples import examples_folder
 
 
@@ -53,8 +53,8 @@ def test_python_runs_the_package() -> None:
         (("--set", "model.path"), "is not KEY=VALUE"),
         (("--set", "start.positions.teta=1"), "did you mean 'theta'"),
         (("--set", "duratoin=1"), "duratoin: unknown key; did you mean 'duration'"),
-        (("--duration=-1",), "--duration: duration: -1.0 is below 0"),
-        (("--samples", "0"), "--samples: solver.samples: 0 is below 1"),
+        (("--duration=-1",), "--duration: -1.0 is below 0"),
+        (("--samples", "0"), "--samples: 0 is below 1"),
         (("--out", "run.json"), "its name ends in .json"),
         (("--html", "page.png"), "its name ends in .png"),
         (("--urdf", "ur55"), "did you mean 'ur5'"),
@@ -135,6 +135,25 @@ def test_paragraphs_of_help_have_one_line_each() -> None:
     for command in app.registered_commands:
         _, *further = inspect.getdoc(command.callback).split("\n\n")
         assert not [text for text in further if "\n" in text]
+
+
+def test_names_that_differ_in_a_number_are_listed_as_one() -> None:
+    """Every kind of name is then in a line that would not hold all names."""
+    names = [f"{kind}_{i}{end}" for kind, end in [("theta", ""), ("theta", "_rate"), ("R3", "")] for i in range(1, 21)]
+    assert not_one_of("swing", [*names, "tip_x"]).endswith(
+        ": theta_1 to theta_20, theta_1_rate to theta_20_rate, R3_1 to R3_20, tip_x"
+    )
+
+
+def test_lines_of_wrong_usage_name_the_option_once(capfd: pytest.CaptureFixture) -> None:
+    """Not the record or the key path behind it; a table of a run is no run."""
+    for arguments, says in [
+        (("run", "--samples", "1"), "pendpin: Invalid value for --samples: 1 is the start alone"),
+        (("run", "--duration", "-1"), "pendpin: Invalid value for --duration: -1.0 is below 0"),
+        (("plot", "run.csv"), "pendpin: run.csv: a table, not a run"),
+    ]:
+        assert run_main(*arguments) == 1 + (arguments[0] == "run")
+        assert capfd.readouterr().err.startswith(says)
 
 
 def test_tables_cut_no_letter(capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -73,7 +73,7 @@ EFFECTS = {
         "effects[1]: a rotation needs a latitude or a rate",
     ),
     "beyond the pole": ('"rotation"\nlatitude = 91', "effects[1].latitude: 91 is above 90"),
-    "rate as number": ('"rotation"\nrate = 3', "effects[1].rate: 3 is not a list"),
+    "rate as number": ('"rotation"\nrate = 3', "effects[1].rate: 3 is not a list of 3 numbers"),
 }
 
 TRACKS = {

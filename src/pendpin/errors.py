@@ -15,6 +15,7 @@ MOST_REPR = 900  # of a representation
 KeyPath = tuple[str | int, ...]  # names of fields or joints, and places in lists; a name first
 
 _PLAIN = re.compile(r"[\w-]+")
+_NUMBERED = re.compile(r"_\d+(?=_|$)")
 MOST_COMPARED = 2_000  # names, with one that is unknown
 OTHER_WORDS = {"damping": "viscous", "damper": "viscous", "friction": "dry_friction", "limit": "stop", "air": "drag"}
 
@@ -138,6 +139,11 @@ def nearest_or_all(value: Any, valid: tuple[str, ...]) -> str:
 
 
 def _first_of(names: tuple[str, ...]) -> str:
+    if len(names) > MOST_NAMES:  # those that differ in a number alone become one
+        series: dict[str, list[str]] = {}
+        for name in names:
+            series.setdefault(_NUMBERED.sub("_", str(name), count=1), []).append(name)
+        names = tuple(f"{first} to {more[-1]}" if more else first for first, *more in series.values())
     return f"{choices(names[:MOST_NAMES])}{', ...' if len(names) > MOST_NAMES else ''}"
 
 

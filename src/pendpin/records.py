@@ -1,6 +1,7 @@
 """Frozen, validated data: the base of scenes and effects, the number types they use, and what their errors say."""
 
 import inspect
+import re
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, get_args
 
@@ -20,6 +21,8 @@ Number = Annotated[  # an int or float; never text or a bool
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 Vector = tuple[Number, Number, Number]
+_VECTORS = (Vector, Vector | None)
+_DEGREES = re.compile(r"\d *(deg|°)")
 
 
 def _absolute(path: Path) -> Path:
@@ -174,7 +177,11 @@ def _reason(fault: Any, record: type) -> str:
         case "literal_error":
             return not_one_of(fault["input"], context["expected"].replace("'", "").replace(" or ", ", ").split(", "))
         case "extra_forbidden":
-            return f"unknown key{nearest_or_all(fault['loc'][-1], tuple(_fields_at(record, fault['loc'][:-1])))}"
+            return f"unknown key{nearest_or_all(fault['loc'][-1], tuple(_names_at(record, fault['loc'][:-1])))}"
+        case "float_type" if isinstance(fault["input"], str) and _DEGREES.search(fault["input"]):
+            return f'{value} is not a number; for numbers in degrees write unit = "degrees" in [start]'
+        case "tuple_type" if any(field.annotation in _VECTORS for field in _fields_of(record, fault["loc"])):
+            return f"{value} is not a list of 3 numbers"
         case "tuple_type" if isinstance(fault["input"], dict):
             return f"{value} is a table, not a list; a list of tables begins with [[{_path(fault)}]]"
         case "value_error":
@@ -187,8 +194,18 @@ def _reason(fault: Any, record: type) -> str:
             return f"{value}: {fault['msg'].removeprefix('Input ').replace(' after validation', '')}"
 
 
-def _fields_at(record: type, loc: tuple[str | int, ...]) -> list[str]:
+def _fields_of(record: type, loc: tuple[str | int, ...]) -> list[Any]:
+    """The fields that a place in a class of records may be."""
+    *place, name = loc or ("",)
+    return [r.model_fields[name] for r in _records_at(record, tuple(place)) if name in r.model_fields]
+
+
+def _names_at(record: type, loc: tuple[str | int, ...]) -> list[str]:
     """The names of the fields of the record at a place in a class of records."""
+    return [name for r in _records_at(record, loc) for name in r.model_fields]
+
+
+def _records_at(record: type, loc: tuple[str | int, ...]) -> list[type[BaseModel]]:
     records = [record] if issubclass(record, BaseModel) else []
     for part in loc:
         if isinstance(part, str) and part.startswith("~"):
@@ -196,7 +213,7 @@ def _fields_at(record: type, loc: tuple[str | int, ...]) -> list[str]:
         elif isinstance(part, str):
             annotations = [r.model_fields[part].annotation for r in records if part in r.model_fields]
             records = [found for annotation in annotations for found in _records_in(annotation)]
-    return [name for r in records for name in r.model_fields]
+    return records
 
 
 def _records_in(annotation: Any) -> list[type[BaseModel]]:

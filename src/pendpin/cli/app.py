@@ -90,7 +90,8 @@ def _fail_usage(error: Any) -> None:
     if len(sys.argv) < 2:
         sys.exit(2)  # the help has been printed
     command = error.ctx.command_path if error.ctx else "pendpin"
-    _fail(f"{error.format_message().rstrip('.')}; see {command} --help", 2)
+    said = error.format_message().rstrip(".").replace("Input should be", "it must be")  # as newer typers say it
+    _fail(f"{said}; see {command} --help", 2)
 
 
 def _print_version(wanted: bool) -> None:

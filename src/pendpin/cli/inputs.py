@@ -145,7 +145,8 @@ def lasting(scene: "Scene", duration: float | None, samples: int | None) -> "Sce
         try:
             scene = scene if value is None else scene.replace({path: value})
         except InputError as error:
-            raise typer.BadParameter(str(error), param_hint=f"--{path.removeprefix('solver.')}") from None
+            reason = str(error).rsplit(f"{path}: ", 1)[-1]
+            raise typer.BadParameter(reason, param_hint=f"--{path.removeprefix('solver.')}") from None
     return scene
 
 

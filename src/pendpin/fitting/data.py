@@ -123,7 +123,8 @@ def _needed_columns(table: Data) -> list[str]:
 def _column(names: list[str], name: str) -> str:
     if name in names:
         return name
-    raise InputError(f"there is no column {shown(name)} among: {choices(names[:20])}{did_you_mean(name, names)}")
+    hint = did_you_mean(name, names) or "; the keys time and columns of [data] say which are read"
+    raise InputError(f"there is no column {shown(name)} among: {choices(names[:20])}{hint}")
 
 
 def _read_csv(path: Path, table: Data) -> tuple[dict[str, Array], list[int]]:

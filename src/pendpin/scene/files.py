@@ -16,6 +16,8 @@ def load_scene(path: str | Path) -> Scene:
         raise InputError(f"{path}: no such file; `pendpin new {path} > {path}.toml` writes the example of that name")
     with inside(str(path)):
         raw = read_toml(path)
+        if not raw:
+            raise InputError("it is empty; `pendpin new` prints a scene to start from")
         try:
             return Scene(**raw)
         except InputError as error:  # the file's name says enough

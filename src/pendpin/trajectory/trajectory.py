@@ -310,6 +310,8 @@ class Trajectory:
         A run of code (a Torque, an effect of one's own) or of a pin.Model can be continued only with its `scene` given:
         its model and effects have to be those of the run.
         """
+        if Path(path).suffix == ".csv":
+            raise InputError(f"{path}: a table, not a run; pendpin run SCENE --out run.npz saves a run")
         with open_arrays(Path(path), "a run that pendpin saved (pendpin run SCENE saves one)") as file:
             run = cls(**read_fields(file))
         if scene is None:
