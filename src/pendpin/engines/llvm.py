@@ -17,6 +17,7 @@ from pendpin.versions import installed as versions
 
 SERIES = "0.50."
 _TEXT = POINTER(c_char_p)
+# Without the prefix LLVMPY_ of llvmlite's exports. C names do not tell the types of arguments: SERIES stands for them.
 _NAMES: dict[str, tuple[Any, tuple[Any, ...]]] = {  # type of the result, types of the arguments
     "InitializeNativeTarget": (c_int, ()),
     "InitializeNativeAsmPrinter": (c_int, ()),

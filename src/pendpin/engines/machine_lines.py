@@ -38,6 +38,8 @@ done:
   ret i64 %low
 }
 """
+# "contract" lets LLVM round a product and the sum that it enters once instead of twice; a quotient enters no such sum. More
+# freedom, as of "fast", would let it change the order of sums too.
 _BINARY = {"add": "fadd contract", "sub": "fsub contract", "mul": "fmul contract", "div": "fdiv"}
 _COMPARED = {"min": "olt", "max": "ogt"}
 _INTRINSIC = ("sqrt", "exp", "log", "sin", "cos", "pow")

@@ -189,7 +189,7 @@ class Text:
         for place, cell in schedule.carried(loop):
             first, following = self._lanes(cell.first, 0, place), self._lanes(cell.next, loop, place)
             yield f"  %v{place} = phi {self._kind(place)} [ {first}, %enter{loop} ], [ {following}, %loop{loop} ]"
-        for row in rows:
+        for row in rows:  # an address that LLVM cannot follow, which is what keeps loop strength reduction from it
             yield f"  %{row.at(loop)} = call ptr @llvm.launder.invariant.group.p0(ptr %row_{row.at(loop)})"
         for place, (row, cell) in reads.items():
             yield from load(f"v{place}_{loop}", row.at(loop), str(cell), self._kind(place))

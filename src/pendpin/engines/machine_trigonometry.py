@@ -20,7 +20,7 @@ _COSINE = (  # of r² in (cos r - 1 + r²/2) / r⁴
     *(-2.7557317271145144e-7, 2.087614614655861e-9, -1.1382623647474604e-11),
 )
 _HALF_PI, _REST, _LAST = 1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33
-_TO_QUARTERS = 0.6366197723675814
+_TO_QUARTERS = 0.6366197723675814  # 2/pi
 _ROUNDS = 1.5 * 2.0**52  # added and taken away it leaves a whole number, which is in the last bits of the sum
 _VECTOR = f"<{WIDE} x double>"
 _WHOLE = f"<{WIDE} x i64>"

@@ -68,7 +68,7 @@ class Revolute(AngleEngine):
 
     def motion(self, y: Array) -> Motion:
         """Poses and velocities of the bodies at y (2 nv,), by Pinocchio's forward kinematics."""
-        nv = self._pin.nv
+        nv = self._pin.nv  # ABA leaves the poses of an earlier call (docs/pinocchio_notes.md, 6)
         pinocchio().forwardKinematics(self._pin, self._data, y[:nv], y[nv:])
         return motion_of(self._data, self._places)
 
@@ -79,6 +79,8 @@ class Revolute(AngleEngine):
         rnea, reactions = pinocchio().rnea, [self._data.f[joint].vector for joint in range(1, self._pin.njoints)]
         for i in range(len(q)):
             a[i] = self.accelerate(t[i], q[i], v[i], extra[i], externals[i])
+            # RNEA, though ABA has computed forces too: with external forces it leaves them out of data.f, and data.f[0] adds
+            # up from call to call (docs/pinocchio_notes.md, 5).
             rnea(self._pin, self._data, q[i], v[i], a[i], *externals[i])
             wrench[i] = reactions  # they follow the data
         return Sample(a, wrench)

@@ -188,6 +188,8 @@ def _released_first(joint: Joint, body: _Body, tau: Array) -> tuple[_Body, _Answ
     drive = (tau - dot(axis, body.first)) * inverse
     first, second = applied(across, column), applied(transposed(body.B), axis)
     answer = _Answer(drive, first * inverse, second * inverse, inertia)
+    # Made symmetric at every joint: left to rounding, the two halves grow apart from rod to rod, by 1e12 over 60 rods on
+    # spherical joints (docs/pinocchio_notes.md, 2).
     rest = _Body(
         symmetric(across @ body.A @ across - outer(first, answer.first)),
         across @ body.B - outer(first, answer.second),

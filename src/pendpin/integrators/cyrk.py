@@ -14,12 +14,15 @@ from pendpin.libraries import c_functions
 from pendpin.versions import version
 
 SERIES = "0.20."
+# The places of CyRK's enum ODEMethod, which no exported function tells: a new series has to be looked at before it is used.
 METHODS = {"RK23": 3, "RK45": 4, "DOP853": 5, "BDF": 6, "LSODA": 7, "Radau": 8}
 
 _RATE_TIMES_STATE = (c_void_p, c_double, c_double, c_void_p, c_size_t)
 _SIZES = (c_int, c_size_t, c_size_t, c_void_p, c_size_t, c_size_t, c_size_t, c_bool)
 _OUTPUT_EVENTS = (c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
 _TOLERANCES_STEPS = (c_void_p, c_size_t, c_void_p, c_size_t, c_double, c_double, c_bool)
+# As `nm -D --defined-only` prints them for CyRK's nb/numba_c_api*.so. The letters behind a function's name are the types of
+# its arguments (c++filt writes them out), so that a changed argument changes the name, and the symbol is not found.
 _NAMES: dict[str, tuple[str, Any, tuple[Any, ...]]] = {  # C++ name, type of the result, types of the arguments
     "solve": (
         "_Z17numba_cysolve_ivpPFvPddS_PcPFvS0_dS_S0_EEddS_m9ODEMethodmmS0_mmmbS_mS2_P5EventmS_mS_mddb",

@@ -22,6 +22,8 @@ Step = Callable[[float, float], None]  # the same for one step
 
 def steps_in(interval: float, step: float) -> int:
     """How many equal steps of at most `step` make an interval, both in s."""
+    # 2.1 / 0.3 is 7.000000000000001, and the time between two samples at 60 Hz often is 1/60 s and a rounding: what rounding
+    # has put above a whole number is that number, not one step more.
     return max(1, math.ceil(interval / step * (1 - 1e-9)))
 
 

@@ -21,7 +21,8 @@ from pendpin.scene import EVENT_METHODS, Scene
 from pendpin.versions import version
 
 MAX_JOINTS = 20  # ten rods compile in about half a minute
-SMALL = 2  # joints, up to which the code is written out whole
+# Joints up to which heyoka writes the code out whole. Two rods take 12 s to compile so, and 0.7 s in the compact form.
+SMALL = 2
 HIGH = 1e-15  # tolerances below are met with compensated sums in the series
 FIRST_STEP = float(np.exp(-2))  # of the radius of convergence: the best there is (Jorba, Zou)
 SERIES = 2.0  # times the shortest time of an effect: the longest step of a series, which knows all derivatives
