@@ -107,7 +107,7 @@ def did_you_mean(name: Any, names: Iterable[str]) -> str:
     """`; did you mean x?` where one of the names is close to `name`, else nothing."""
     from difflib import get_close_matches
 
-    by_lower = {known.lower(): known for known, _ in zip(names, range(MOST_COMPARED), strict=False)}
+    by_lower = {valid.lower(): valid for valid, _ in zip(names, range(MOST_COMPARED), strict=False)}
     word = str(name)[:100].lower()
     close = [other for other in (OTHER_WORDS.get(word),) if other in by_lower] or get_close_matches(word, by_lower, n=1)
     return f"; did you mean {shown(by_lower[close[0]])}?" if close else ""

@@ -155,11 +155,11 @@ FORMATS = {  # that a file's suffix says
 }
 
 
-def refuse_other_format(path: Path, *own: str) -> None:
+def refuse_other_format(path: Path, *suffixes: str) -> None:
     """Raise InputError where a file's suffix says another format than those that it gets."""
-    if path.suffix.lower() in FORMATS - set(own):
+    if path.suffix.lower() in FORMATS - set(suffixes):
         raise InputError(
-            f"{path}: its name ends in {path.suffix}, and what is written is {choices(own)}; give another name"
+            f"{path}: its name ends in {path.suffix}, and what is written is {choices(suffixes)}; give another name"
         )
 
 

@@ -29,8 +29,8 @@ def c_functions(package: str, file: str, names: Mapping[str, tuple[str, Any, tup
     assert spec is not None
     assert spec.origin is not None
     (path,) = Path(spec.origin).parent.glob(file)
-    library, found = ctypes.CDLL(str(path)), {}
-    for name, (own, result, arguments) in names.items():
-        found[name] = library[own]
-        found[name].restype, found[name].argtypes = result, arguments
-    return SimpleNamespace(**found)
+    library, functions = ctypes.CDLL(str(path)), {}
+    for name, (symbol, result, arguments) in names.items():
+        functions[name] = library[symbol]
+        functions[name].restype, functions[name].argtypes = result, arguments
+    return SimpleNamespace(**functions)

@@ -118,8 +118,8 @@ def _short(value: Any) -> str:
 
 
 def _added(cls: type) -> set[str]:
-    own = {name for base in cls.__mro__ if issubclass(base, Record) and base is not Record for name in vars(base)}
-    return {name for name in own if not name.startswith("_") and name != "model_config"} | {"__doc__"}
+    inherited = {name for base in cls.__mro__ if issubclass(base, Record) and base is not Record for name in vars(base)}
+    return {name for name in inherited if not name.startswith("_") and name != "model_config"} | {"__doc__"}
 
 
 def _parameter(name: str, field: Any) -> inspect.Parameter:

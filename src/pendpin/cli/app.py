@@ -94,8 +94,8 @@ def _fail_usage(error: Any) -> None:
     _fail(f"{said}; see {command} --help", 2)
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(is_wanted: bool) -> None:
+    if is_wanted:
         print(f"pendpin {VERSION}")
         raise typer.Exit
 

@@ -111,9 +111,9 @@ def _with_locks(scene: "Scene", lock: Sequence[str], mimic: str | None) -> "Scen
         return scene
     if not isinstance(scene.model, UrdfModel):
         raise typer.BadParameter("the model is a chain of rods; --lock and --mimic are for the joints of a URDF")
-    given = {"lock": scene.model.lock | dict(map(_locked, lock))} | ({"mimic": mimic} if mimic is not None else {})
+    settings = {"lock": scene.model.lock | dict(map(_locked, lock))} | ({"mimic": mimic} if mimic is not None else {})
     try:
-        model = UrdfModel(**(scene.model.model_dump() | given))
+        model = UrdfModel(**(scene.model.model_dump() | settings))
     except InputError as error:
         raise typer.BadParameter(str(error).removeprefix("UrdfModel: ")) from None
     return scene.model_copy(update={"model": model})

@@ -31,14 +31,14 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
     stats = trajectory.stats
     if as_json:
         drift = trajectory.energy().drift if stats.conservative else None
-        found: dict[str, Any] = {"energy_drift": drift, "crosscheck": report and report.worst.relative}
+        checks: dict[str, Any] = {"energy_drift": drift, "crosscheck": report and report.worst.relative}
         if trajectory.work:
-            found["work"] = {kind: float(work[-1]) for kind, work in trajectory.work.items()}
-            found["energy_balance"] = trajectory.imbalance
+            checks["work"] = {kind: float(work[-1]) for kind, work in trajectory.work.items()}
+            checks["energy_balance"] = trajectory.imbalance
         figures = {name: figure._asdict() for name, figure in trajectory.summary().items()}
-        found |= {"crosscheck_ok": report and report.ok, "summary": figures}
-        found |= {"joint_events": [event._asdict() for event in trajectory.events]}
-        print_json(asdict(stats) | found | {"files": [str(file) for file in files]})
+        checks |= {"crosscheck_ok": report and report.ok, "summary": figures}
+        checks |= {"joint_events": [event._asdict() for event in trajectory.events]}
+        print_json(asdict(stats) | checks | {"files": [str(file) for file in files]})
         return
     rows = {
         "method": f"{stats.method}, {stats.setting} ({stats.library} {stats.version})",
@@ -66,11 +66,11 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
 
 def _answers(trajectory: "Trajectory") -> dict[str, str]:
     """How far a pendulum swings, later too if that is less, what it pulls, and when it comes to rest."""
-    found = trajectory.summary()
-    answers = {name: str(found[name]) for name in SHOWN if name in found}
+    summary = trajectory.summary()
+    answers = {name: str(summary[name]) for name in SHOWN if name in summary}
     for name in answers:
-        later = found.get(f"{name}, second half")
-        if later and later.value < found[name].value:
+        later = summary.get(f"{name}, second half")
+        if later and later.value < summary[name].value:
             answers[name] += f"; after half the time {later.value:.6g} {later.unit}"
     return answers | {"extremes": f"those of the {len(trajectory.t)} samples"}
 
@@ -106,23 +106,23 @@ def _verdict(ok: bool) -> str:
     return "ok" if ok else "BROKEN"
 
 
-def print_effects(found: "EffectsReport", as_json: bool) -> None:
+def print_effects(report: "EffectsReport", as_json: bool) -> None:
     """What each effect changes and costs."""
     from dataclasses import asdict
 
     if as_json:
-        print_json(asdict(found))
+        print_json(asdict(report))
         return
     rows = [
         [row.effect, "yes" if row.listed else "no", f"{100 * row.change:.2g} %", _percent(row.added), row.verdict]
-        for row in found.rows
+        for row in report.rows
     ]
     print_table(["effect", "in the scene", "moves a tip by", "time added", "verdict"], rows)
     print("A tip's largest distance with and without it, in per cent of the chain's length.")
-    if any(not row.listed for row in found.rows):
+    if any(not row.listed for row in report.rows):
         print("Effects that the scene lacks were tried with example numbers; yours may differ.")
-    if found.horizon < found.duration:
-        print(f"compared up to {found.horizon:.3g} s of {found.duration:g} s: {found.why}")
+    if report.horizon < report.duration:
+        print(f"compared up to {report.horizon:.3g} s of {report.duration:g} s: {report.why}")
 
 
 COST_WIDTHS = (8, 34, 9, 16, 30, 0)
@@ -187,50 +187,52 @@ def _cost_row(curve: "Curve", errors: list[float], accuracy: float) -> list[str]
     return [curve.name, *("" if t is None else time_text(t) for t in times), *asked]
 
 
-def print_fit(found: "Fit", as_json: bool) -> None:
+def print_fit(fit: "Fit", as_json: bool) -> None:
     """Fitted numbers with their errors."""
     if as_json:
-        print_json(found.as_dict())
+        print_json(fit.as_dict())
         return
-    print_table(["", "value", "standard error"], [list(row) for row in found.rows()])
-    for line in found.words():
+    print_table(["", "value", "standard error"], [list(row) for row in fit.rows()])
+    for line in fit.words():
         print(line)
 
 
-def print_stability(found: "Stability", as_json: bool) -> None:
+def print_stability(stability: "Stability", as_json: bool) -> None:
     """The rests of a scene, or its periodic motion."""
     if not as_json:
-        print(found.text())
+        print(stability.text())
         return
-    orbit = found.orbit
+    orbit = stability.orbit
     if orbit is None:
-        print_json({"rests": found.rows(), "notes": list(found.notes)})
+        print_json({"rests": stability.rows(), "notes": list(stability.notes)})
         return
     parts = [[float(x.real), float(x.imag)] for x in orbit.multipliers]
     print_json({"period": orbit.period, "multipliers": parts, "errors": orbit.errors.tolist(), "stable": orbit.stable})
 
 
-def print_exponents(found: "Lyapunov", as_json: bool) -> None:
+def print_exponents(lyapunov: "Lyapunov", as_json: bool) -> None:
     """The Lyapunov exponents of a motion."""
     if not as_json:
-        print(found.text())
+        print(lyapunov.text())
         return
-    print_json({"exponents": found.exponents.tolist(), "error": found.error.tolist(), "duration": float(found.t[-1])})
+    print_json(
+        {"exponents": lyapunov.exponents.tolist(), "error": lyapunov.error.tolist(), "duration": float(lyapunov.t[-1])}
+    )
 
 
-def print_modes(found: "Modes", every: bool, as_json: bool) -> None:
+def print_modes(modes: "Modes", every: bool, as_json: bool) -> None:
     """The modes of a scene, the lowest ones or all."""
     from math import isfinite
 
     from pendpin.stability.modes import HEAD, MOST_ROWS
 
     if as_json:
-        ratios = [x if isfinite(x) else None for x in found.damping_ratio.tolist()]
-        print_json({"omega": found.omega.tolist(), "damping_ratio": ratios, "stable": found.stable})
+        ratios = [x if isfinite(x) else None for x in modes.damping_ratio.tolist()]
+        print_json({"omega": modes.omega.tolist(), "damping_ratio": ratios, "stable": modes.stable})
         return
     most = None if every else MOST_ROWS
-    print_table(HEAD, [line.cells for line in found.lines(most)])
-    for line in found.words(most):
+    print_table(HEAD, [line.cells for line in modes.lines(most)])
+    for line in modes.words(most):
         print(line)
 
 

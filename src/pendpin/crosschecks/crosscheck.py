@@ -96,16 +96,18 @@ def _regular(dynamics: Dynamics, q: Array) -> Indices:
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # numbers that overflow differ and are reported
-def compare(dynamics: Dynamics, q: Array, v: Array, own: Mapping[str, HandRoute], in_50_digits: int) -> CheckReport:
+def compare(
+    dynamics: Dynamics, q: Array, v: Array, users_routes: Mapping[str, HandRoute], in_50_digits: int
+) -> CheckReport:
     """The report on states q, v (n, nv) by all routes, with some of them compared with 50 digits."""
     by_hand = _one_free_rod(dynamics)
-    if own and not by_hand:
+    if users_routes and not by_hand:
         raise InputError(
             "routes: your own routes need a single rod on a universal joint, its centre of mass on its axis"
         )
     if dynamics.model.pin is None:
         raise InputError(f"{len(dynamics.model.joints)} joints are too many for Pinocchio: no second route to compare")
-    routes = engine_routes(dynamics) | (hand_routes(dynamics, own) if by_hand else {})
+    routes = engine_routes(dynamics) | (hand_routes(dynamics, users_routes) if by_hand else {})
     try:
         answers = {name: route(q, v) for name, route in routes.items()}
         sizes = _sizes(dynamics, q, v, answers["pinocchio"])

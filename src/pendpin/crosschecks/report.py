@@ -141,8 +141,8 @@ def _verdict(report: CheckReport) -> Iterator[str]:
         f"Largest differences, divided by the size of the terms: each route against {report.against} {where}; "
         f"any two at all {n}."
     )
-    if found := report.worst_route:
-        name, row = found
+    if route := report.worst_route:
+        name, row = route
         yield f"Farthest from {REFERENCE}: {name}, {row.ulps:.1f} units in the last place in {row.quantity} of {row.place}."
     who = "Both" if len(report.routes) == 2 else f"All {len(report.routes)}"
     if report.ok:

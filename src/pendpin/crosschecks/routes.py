@@ -80,7 +80,7 @@ def other_joints(model: Model) -> list[int]:
     return [joint for joint in range(len(model.joints)) if joint not in taken]
 
 
-def hand_routes(dynamics: Dynamics, own: Mapping[str, HandRoute]) -> dict[str, Route]:
+def hand_routes(dynamics: Dynamics, users_routes: Mapping[str, HandRoute]) -> dict[str, Route]:
     """The routes for one rod, and the user's own, in the terms of the model's angles."""
     rod = dynamics.model.rods[0]
     inertia = rod.inertia
@@ -97,7 +97,7 @@ def hand_routes(dynamics: Dynamics, own: Mapping[str, HandRoute]) -> dict[str, R
 
         return answer
 
-    return {name: bound(route) for name, route in (HAND_ROUTES | dict(own)).items()}
+    return {name: bound(route) for name, route in (HAND_ROUTES | dict(users_routes)).items()}
 
 
 def _lagrange(rod: RodInertia, q: Array, v: Array, field: Array) -> Answer:

@@ -234,8 +234,8 @@ class Contacts:
 
         The rounding errors of other joints act on a joint too; their torques are compared per length.
         """
-        own = scales.torque + np.abs(holding)
-        return own + _OTHERS * (own * self.length).max(initial=0.0) / self.length
+        size = scales.torque + np.abs(holding)
+        return size + _OTHERS * (size * self.length).max(initial=0.0) / self.length
 
     def scales(self, times: Array, q: Array, v: Array) -> Scales:
         """The scales of a run from q, v (nv,), from evaluations at some of its times (n,)."""

@@ -56,17 +56,19 @@ class HeldTorque(Torque):
             return self._effect.torques(t, q, v)
         return self._values[self._place(t - self._start)].copy()
 
-    def begin(self, start: float, end: float, given: Array | None = None) -> None:
-        """Make room for a run from `start` in s that lasts to `end` in s since then, with outputs `given` (m, k).
+    def begin(self, start: float, end: float, recorded: Array | None = None) -> None:
+        """Make room for a run from `start` in s that lasts to `end` in s since then, with the outputs `recorded` (m, k).
 
         Raises InputError for outputs that are not of these joints.
         """
         self._start, room = start, np.zeros((self._place(end) + 1, len(self._joints)))
-        self._given = 0 if given is None else min(len(given), len(room))
-        if given is not None:
-            if given.shape[1:] != room.shape[1:]:
-                raise InputError(f"the run's outputs of a torque are of {given.shape[1:]} joints, not {room.shape[1:]}")
-            room[: self._given] = given[: self._given]
+        self._given = 0 if recorded is None else min(len(recorded), len(room))
+        if recorded is not None:
+            if recorded.shape[1:] != room.shape[1:]:
+                raise InputError(
+                    f"the run's outputs of a torque are of {recorded.shape[1:]} joints, not {room.shape[1:]}"
+                )
+            room[: self._given] = recorded[: self._given]
         self._values, self._current = room, None
 
     def is_instant(self, t: float) -> bool:
@@ -127,5 +129,5 @@ def recall_outputs(held: Sequence[HeldTorque], run: Any, end: float, start: floa
     """
     if len(held) != len(run.held):
         raise InputError(f"this run has outputs of {len(run.held)} sampled torques, and its scene has {len(held)}")
-    for one, given in zip(held, run.held, strict=True):
-        one.begin(start, end, given)
+    for one, outputs in zip(held, run.held, strict=True):
+        one.begin(start, end, outputs)

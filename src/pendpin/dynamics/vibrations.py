@@ -70,8 +70,8 @@ def spectrum(A: Array, off: float | None = None) -> tuple[Array, Array, Array]:
     if not np.isfinite(A).all():
         raise InputError("the linear model has entries that are not finite: at phi = ±pi/2 a thin rod has no angles")
     balanced, (scale, _) = matrix_balance(A, permute=False, separate=True)
-    found: Any = eig(balanced)
-    values, right = found[0], scale[:, None] * found[1]
+    eigen: Any = eig(balanced)
+    values, right = eigen[0], scale[:, None] * eigen[1]
     with np.errstate(all="ignore"):
         try:
             condition = np.linalg.norm(np.linalg.inv(right), axis=1) * np.linalg.norm(right, axis=0)

@@ -43,12 +43,12 @@ class LongChain(AngleEngine):
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """Solves of some states at a time; the wrench on a massless cross is its rod's, in the cross's frame."""
         size, a, wrench = max(1, BATCH // self._chain.n), np.empty(q.shape), np.empty((*q.shape, 6))
-        given = (t, q, v) if torque is None else (t, q, v, torque)
+        states = (t, q, v) if torque is None else (t, q, v, torque)
         for part in (slice(i, i + size) for i in range(0, len(t), size)):
-            found = self._solve(*(x[part] for x in given))
-            a[part] = found.acceleration.reshape(-1, q.shape[1])
-            wrench[part, PHI] = found.wrench * np.tile(SIGNS, 2)
-            _turn_to_cross(wrench[part, THETA], found.wrench, q[part, PHI, None])
+            block = self._solve(*(x[part] for x in states))
+            a[part] = block.acceleration.reshape(-1, q.shape[1])
+            wrench[part, PHI] = block.wrench * np.tile(SIGNS, 2)
+            _turn_to_cross(wrench[part, THETA], block.wrench, q[part, PHI, None])
         return Sample(a, wrench)
 
     def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
@@ -61,8 +61,8 @@ class LongChain(AngleEngine):
         torque = np.zeros((k, len(q)))
         torque[np.arange(k), joints] = 1.0
         angles = np.broadcast_to(split_by_rod(q), shape)
-        found = solution.solve(self._chain, angles, np.zeros(shape), np.zeros(3), torque=torque.reshape(shape))
-        return found.acceleration.reshape(k, -1).T
+        unit_responses = solution.solve(self._chain, angles, np.zeros(shape), np.zeros(3), torque=torque.reshape(shape))
+        return unit_responses.acceleration.reshape(k, -1).T
 
     def _solve(self, t: Array, q: Array, v: Array, extra: Array | None = None) -> solution.ChainSolution:
         """The chain equations at times (n,) and states (n, nv), all at once."""
@@ -81,13 +81,13 @@ class LongChain(AngleEngine):
 
     def _motion(self, q: Array, v: Array) -> Motion:
         """Poses and velocities in W of n rods with angles and rates q, v (..., n, 2)."""
-        found = motion(self._chain, q, v)
+        moving = motion(self._chain, q, v)
         start = np.zeros((*q.shape[:-2], 1, 3))
         return Motion(
-            np.concatenate([start, found.tips[..., :-1, :]], -2) * SIGNS,
-            FLIP @ found.frames @ FLIP,
-            np.concatenate([start, found.tip_velocities[..., :-1, :]], -2) * SIGNS,
-            applied(found.frames, found.omega) * SIGNS,
+            np.concatenate([start, moving.tips[..., :-1, :]], -2) * SIGNS,
+            FLIP @ moving.frames @ FLIP,
+            np.concatenate([start, moving.tip_velocities[..., :-1, :]], -2) * SIGNS,
+            applied(moving.frames, moving.omega) * SIGNS,
         )
 
 

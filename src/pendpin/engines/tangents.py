@@ -41,12 +41,12 @@ def with_tangents(recording: Recording, directions: Sequence[Direction]) -> Reco
     `more` is left as it is. Of a chain by rods, results that are of no rod have no derivative.
     """
     tape, chain = recording.tape, bool(recording.parts)
-    wanted = [tape.placed(x) for x in (recording.of_rod if chain else recording.results)]
+    places = [tape.placed(x) for x in (recording.of_rod if chain else recording.results)]
     count = -(-len(directions) // LANES)
     groups = [directions[i * len(directions) // count : (i + 1) * len(directions) // count] for i in range(count)]
-    found = _Tangents(recording, groups).of(wanted)
-    new = [_term(tape, place) for place in wanted]
-    for group, changes in zip(groups, found, strict=True):
+    derivatives = _Tangents(recording, groups).of(places)
+    new = [_term(tape, place) for place in places]
+    for group, changes in zip(groups, derivatives, strict=True):
         new += [tape.lane(x, i) for i in range(len(group)) for x in changes]
     times = 1 + len(directions)
     if chain:

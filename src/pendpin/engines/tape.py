@@ -93,11 +93,11 @@ class Tape:
         """What a pass carries when it has come to its end."""
         return self._at(("last", number, place), lanes=lanes)
 
-    def pack(self, given: Sequence[Any]) -> Any:
+    def pack(self, values: Sequence[Any]) -> Any:
         """Several terms or numbers side by side, as one term on which operations act lane by lane; 0 if all are 0."""
-        if len(given) == 1 or not any(isinstance(x, Term) or x for x in given):
-            return given[0]
-        operands = [self.placed(x) for x in given]
+        if len(values) == 1 or not any(isinstance(x, Term) or x for x in values):
+            return values[0]
+        operands = [self.placed(x) for x in values]
         fixed, by_rod = all(self.fixed[x] for x in operands), any(self.by_rod[x] for x in operands)
         return self._at(("pack", *operands), fixed, by_rod, len(operands))
 
@@ -140,13 +140,13 @@ class Tape:
 
     def needed(self, results: Sequence[int]) -> list[int]:
         """The operations that some results take, in order: operands come before what is computed from them."""
-        wanted, left = [False] * len(self.operations), list(results)
+        is_needed, left = [False] * len(self.operations), list(results)
         while left:
             place = left.pop()
-            if not wanted[place]:
-                wanted[place] = True
+            if not is_needed[place]:
+                is_needed[place] = True
                 left.extend(self.sources(place))
-        return [place for place, is_wanted in enumerate(wanted) if is_wanted]
+        return [place for place, is_wanted in enumerate(is_needed) if is_wanted]
 
     def sources(self, place: int) -> Sequence[int]:
         """The places of all that an operation is computed from, on this rod and on others."""
@@ -160,22 +160,22 @@ class Tape:
 
         Those of several lanes are arrays (lanes, 1) or (lanes, n).
         """
-        known: dict[int, Any] = {}
+        results: dict[int, Any] = {}
         for place in self.needed(places):
             name, *operands = self.operations[place]
             if name == "parameter":
-                known[place] = (of_rods if operands[1] else parameters)[operands[0]]
+                results[place] = (of_rods if operands[1] else parameters)[operands[0]]
             elif name == "number":
-                known[place] = operands[0]
+                results[place] = operands[0]
             elif name == "pack":
-                known[place] = np.array(np.broadcast_arrays(*(np.atleast_1d(known[x]) for x in operands)))
+                results[place] = np.array(np.broadcast_arrays(*(np.atleast_1d(results[x]) for x in operands)))
             elif name == "lane":
-                row = known[operands[0]][operands[1]]
-                known[place] = row if self.by_rod[place] else float(row[0])
+                row = results[operands[0]][operands[1]]
+                results[place] = row if self.by_rod[place] else float(row[0])
             else:
-                found = _ON_FLOATS[name](*(known[x] for x in operands))
-                known[place] = found if self.by_rod[place] or self.lanes[place] else float(found)
-        return known
+                result = _ON_FLOATS[name](*(results[x] for x in operands))
+                results[place] = result if self.by_rod[place] or self.lanes[place] else float(result)
+        return results
 
     def placed(self, x: Any) -> int:
         """The place of a term or number."""
@@ -356,9 +356,9 @@ def recorded() -> Any:
 
 
 def _recording(name: str) -> Callable[..., Any]:
-    def function(*given: Any) -> Any:
-        terms = [x for x in given if isinstance(x, Term)]
-        return terms[0].tape.record(name, *given) if terms else float(_ON_FLOATS[name](*given))
+    def function(*operands: Any) -> Any:
+        terms = [x for x in operands if isinstance(x, Term)]
+        return terms[0].tape.record(name, *operands) if terms else float(_ON_FLOATS[name](*operands))
 
     return function
 
@@ -385,7 +385,7 @@ def _unsigned(x: Any) -> Any:
 def _weighted_roots(A: Array, B: Array, C: Array, points: Array, weights: Array) -> Array:
     """As `pendpin.arrays.weighted_roots`, with one operation for each of the terms."""
     A, B, C = np.broadcast_arrays(A, B, C)
-    rows = [_sums(*given, points, weights) for given in zip(A.flat, B.flat, C.flat, strict=True)]
+    rows = [_sums(*coefficients, points, weights) for coefficients in zip(A.flat, B.flat, C.flat, strict=True)]
     return np.stack(rows, -1).reshape(len(weights), *A.shape)
 
 

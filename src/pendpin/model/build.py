@@ -256,8 +256,8 @@ def _loaded(record: str, content: bytes) -> Model:
         raise InputError(f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, lost))}")
     findings = _refuse_what_cannot_move(loaded, joints, urdf.source)
     bodies = find_bodies(loaded, _drawn(urdf), model.tips)
-    found = find_rods(loaded)
-    return Model(joints, lambda: loaded, None, found, bodies, urdf.notes, (*urdf.findings, *findings), urdf.written)
+    rods = find_rods(loaded)
+    return Model(joints, lambda: loaded, None, rods, bodies, urdf.notes, (*urdf.findings, *findings), urdf.written)
 
 
 def _drawn(urdf: Urdf) -> dict[str, tuple[Array, float]]:

@@ -27,11 +27,11 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
 
 def _homes_note(scene: Scene, model: Model) -> list[str]:
     """A note on joints of which the start says nothing, and which begin at a limit."""
-    given = scene.start.positions
-    if given and not isinstance(given, dict):
+    positions = scene.start.positions
+    if positions and not isinstance(positions, dict):
         return []
     moved = homes(model.written or (), scene.effects)
-    begin = [f"{name} at {position:g}" for name, position in moved.items() if name not in given]
+    begin = [f"{name} at {position:g}" for name, position in moved.items() if name not in positions]
     if not begin:
         return []
     more = f", ... ({len(begin)} joints)" if len(begin) > SHOWN else ""

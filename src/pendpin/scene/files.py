@@ -24,11 +24,11 @@ def load_scene(path: str | Path) -> Scene:
             raise InputError(str(error).removeprefix("Scene: ")) from None
 
 
-def chosen_scene(given: Scene | str | Path) -> Scene:
+def chosen_scene(scene_or_path: Scene | str | Path) -> Scene:
     """A scene as it is, or that of a file. Raises InputError for anything else."""
-    scene = load_scene(given) if isinstance(given, str | Path) else given
+    scene = load_scene(scene_or_path) if isinstance(scene_or_path, str | Path) else scene_or_path
     if not isinstance(scene, Scene):
-        raise InputError(f"scene: {shown(given)} is not a Scene, nor the path of a scene file")
+        raise InputError(f"scene: {shown(scene_or_path)} is not a Scene, nor the path of a scene file")
     return scene
 
 

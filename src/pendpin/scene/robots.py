@@ -26,17 +26,17 @@ def robot_files() -> dict[str, Path]:
 
     Of a file `ur5_robot.urdf` the name is ur5; where two files have one name, that of their folder.
     """
-    found = sorted(_folder().rglob("*.urdf"))
-    by_folder = Counter(_folder_name(path) for path in found)
+    files = sorted(_folder().rglob("*.urdf"))
+    by_folder = Counter(_folder_name(path) for path in files)
     names: dict[str, list[Path]] = {}
-    for path in found:
+    for path in files:
         own = {path.stem, path.stem.removesuffix("_robot")}
         own |= {_folder_name(path)} if by_folder[_folder_name(path)] == 1 else set()
         for name in own:
             names.setdefault(name, []).append(path)
     exact = {name: next((path for path in paths if path.stem == name), paths[0]) for name, paths in names.items()}
     twice = {name for name, paths in names.items() if sum(path.stem == name for path in paths) > 1}
-    qualified = {_folder_name(path): path for path in found if path.stem in twice}
+    qualified = {_folder_name(path): path for path in files if path.stem in twice}
     return dict(sorted({name: path for name, path in (exact | qualified).items() if name not in twice}.items()))
 
 

@@ -65,16 +65,16 @@ class Scene(Record):
 
         It is checked like a new scene. Raises InputError as the constructor does, and for a path that leads nowhere.
         """
-        given = self.given() | fields
+        data = self.given() | fields
         for path, value in (changes or {}).items():
             name, *rest = parsed(path)
             first = str(name)
             if first not in Scene.model_fields and (places := places_of(first, self.model_dump())):
                 others = f" (or {len(places) - 1} more of that name)" * (len(places) > 1)
                 raise InputError(f"{path}: unknown key; did you mean {written((*places[0], *rest))}{others}?")
-            before = given.get(first, default_of(self, first))
-            given[first] = changed(before, tuple(rest), value, (first,)) if first in Scene.model_fields else value
-        return type(self)(**given)
+            before = data.get(first, default_of(self, first))
+            data[first] = changed(before, tuple(rest), value, (first,)) if first in Scene.model_fields else value
+        return type(self)(**data)
 
     def save(self, path: str | Path) -> Path:
         """Write the scene to a TOML file, from which load_scene reads an equal one; whole or not at all.
@@ -108,9 +108,9 @@ class Scene(Record):
         """The scene with a method and its setting, a tolerance or a step. Raises InputError where they do not fit."""
         return self.with_solver(method=method, **{"step" if method in FIXED_METHODS else "tolerance": setting})
 
-    def with_solver(self, **given: Any) -> Self:
+    def with_solver(self, **settings: Any) -> Self:
         """The scene with other settings of its solver, as `Solver.replaced`."""
-        return self.model_copy(update={"solver": self.solver.replaced(**given)})
+        return self.model_copy(update={"solver": self.solver.replaced(**settings)})
 
     @model_validator(mode="after")
     def _samples_fit(self) -> Self:

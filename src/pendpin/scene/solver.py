@@ -57,9 +57,9 @@ class Solver(Record):
 
     @field_validator("tolerance")
     @classmethod
-    def _tolerance_of(cls, tolerance: float | None, given: ValidationInfo) -> float | None:
-        method = given.data.get("method", "")
-        if given.data.get("accuracy") is not None:
+    def _tolerance_of(cls, tolerance: float | None, info: ValidationInfo) -> float | None:
+        method = info.data.get("method", "")
+        if info.data.get("accuracy") is not None:
             return _none_beside_accuracy(tolerance)
         if method in FIXED_METHODS:
             if tolerance is not None:
@@ -72,9 +72,9 @@ class Solver(Record):
 
     @field_validator("step")
     @classmethod
-    def _step_of(cls, step: float | None, given: ValidationInfo) -> float | None:
-        method = given.data.get("method", "")
-        if given.data.get("accuracy") is not None:
+    def _step_of(cls, step: float | None, info: ValidationInfo) -> float | None:
+        method = info.data.get("method", "")
+        if info.data.get("accuracy") is not None:
             return _none_beside_accuracy(step)
         if method in FIXED_METHODS and step is None:
             raise ValueError(f"{method} takes a step, in s")
@@ -84,29 +84,29 @@ class Solver(Record):
 
     @field_validator("times")
     @classmethod
-    def _times_rise(cls, times: tuple[float, ...] | None, given: ValidationInfo) -> tuple[float, ...] | None:
+    def _times_rise(cls, times: tuple[float, ...] | None, info: ValidationInfo) -> tuple[float, ...] | None:
         if times is None:
             return None
-        if given.data.get("samples") is not None:
+        if info.data.get("samples") is not None:
             raise ValueError("samples are given too; leave one of them out")
         for i, (before, after) in enumerate(pairwise(times), 1):
             if not before < after:
                 raise ValueError(f"times[{i}], {after:.15g} s, does not come after {before:.15g} s")
         return times
 
-    def replaced(self, **given: Any) -> Self:
+    def replaced(self, **settings: Any) -> Self:
         """The solver with the settings given (those not None); its own settings that no longer fit are left out."""
-        given = {name: value for name, value in given.items() if value is not None}
-        method = given.get("method", self.method)
+        settings = {name: value for name, value in settings.items() if value is not None}
+        method = settings.get("method", self.method)
         unfit = {"tolerance" if method in FIXED_METHODS else "step"}
-        if "accuracy" in given:
+        if "accuracy" in settings:
             unfit = {"tolerance", "step"}
-        elif "tolerance" in given or "step" in given:
+        elif "tolerance" in settings or "step" in settings:
             unfit |= {"accuracy"}
-        if "samples" in given or "times" in given:
+        if "samples" in settings or "times" in settings:
             unfit |= {"samples", "times"}
         kept = {name: value for name, value in self.model_dump().items() if value is not None and name not in unfit}
-        return type(self)(**(kept | given))
+        return type(self)(**(kept | settings))
 
 
 def least_tolerance(method: str) -> float:

@@ -85,10 +85,10 @@ def _recover(loop: IntegrationLoop, done: RunState, t: float) -> tuple[RunState,
     if t <= done.carried["t"]:
         return done, None
     loop.times = np.append(loop.times[loop.times < t], t)
-    found = _integrate(loop, done, len(loop.times))
-    if found.n < len(loop.times):
-        return found, None
-    return found.cut(found.n - 1), _state_of(loop, found)
+    again = _integrate(loop, done, len(loop.times))
+    if again.n < len(loop.times):
+        return again, None
+    return again.cut(again.n - 1), _state_of(loop, again)
 
 
 def _approach(loop: IntegrationLoop, done: RunState) -> Stop | None:

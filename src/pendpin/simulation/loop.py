@@ -33,9 +33,9 @@ def task_of(
     scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool, progress: ProgressCallback
 ) -> tuple[Task, Timing]:
     """The task of a scene from q, v (nv,), and how fast its effects change. Raises InputError for an unfit method."""
-    found = timing(dynamics, dynamics.effects, q, v, scene.duration, scene.solver.tolerance)
+    pace = timing(dynamics, dynamics.effects, q, v, scene.duration, scene.solver.tolerance)
     balance = EnergyBalance(dynamics) if energy_balance else None
-    return Task(integrator_for(scene, dynamics), dynamics, balance, scene.times, progress, found.pace), found
+    return Task(integrator_for(scene, dynamics), dynamics, balance, scene.times, progress, pace.pace), pace
 
 
 class IntegrationLoop(ABC):

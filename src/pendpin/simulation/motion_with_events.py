@@ -77,26 +77,26 @@ class LoopWithEvents(IntegrationLoop):
         end = end if fall is None else min(end, t + LANDED * fall.longest)
         guards, stepper = self._guards(y, mode, fall), self._stepper(float(self.pace.shortest[corner]), mode, fall)
         due = times if not self.sampled_at(end) else times[times < end - instant(t, end - t)]  # the next segment's
-        found = integrate_to_event(stepper, guards.values, guards.floor, t, y, end, due)
+        segment = integrate_to_event(stepper, guards.values, guards.floor, t, y, end, due)
         happened: list[Event] | None = None
-        rows, failure = self._rows(found.samples, times[: len(found.samples)], mode), found.failure
-        at_once = at_once + 1 if found.t <= t else 0.0
+        rows, failure = self._rows(segment.samples, times[: len(segment.samples)], mode), segment.failure
+        at_once = at_once + 1 if segment.t <= t else 0.0
         if at_once > MOST_AT_ONCE:
             failure = f"{t:g} s after the start there are more than {MOST_AT_ONCE:g} events at once"
         if not failure:
             try:
-                y, mode = self._after(found, guards)
-                if found.fired is not None:
-                    changes = guards.changes(y[: self.nv], found.fired, mode.held)
+                y, mode = self._after(segment, guards)
+                if segment.fired is not None:
+                    changes = guards.changes(y[: self.nv], segment.fired, mode.held)
                     happened = [
-                        Event(float(found.t), self.dynamics.model.joints[joint], kind) for joint, kind in changes
+                        Event(float(segment.t), self.dynamics.model.joints[joint], kind) for joint, kind in changes
                     ]
-                if self.sample(found.t, y):
-                    mode = self._meet(found.t, y)
+                if self.sample(segment.t, y):
+                    mode = self._meet(segment.t, y)
             except (RunError, np.linalg.LinAlgError) as error:
                 failure = str(error)
-        carried = _carried(found.t, y, mode, at_once) | self.held_arrays()
-        return done.grown(rows, carried, found.steps, self._evaluations() - before, happened), failure
+        carried = _carried(segment.t, y, mode, at_once) | self.held_arrays()
+        return done.grown(rows, carried, segment.steps, self._evaluations() - before, happened), failure
 
     def _evaluations(self) -> int:
         """The evaluations of the equations so far."""
@@ -149,12 +149,12 @@ class LoopWithEvents(IntegrationLoop):
         size = np.concatenate([scales.position, scales.rate, work])
         return StateScales(size, np.ones(len(size), bool)), float((scales.rate / scales.position).max())
 
-    def _after(self, found: SegmentToEvent, guards: Guards) -> tuple[Array, Mode]:
+    def _after(self, segment: SegmentToEvent, guards: Guards) -> tuple[Array, Mode]:
         """The state (size,) and the mode at the start of the next segment."""
-        y, mode = found.y.copy(), guards.mode
-        if found.fired is not None:
-            loose = guards.land(*self._angles(y), found.fired)
-            mode = self._meet(found.t, y, loose)
+        y, mode = segment.y.copy(), guards.mode
+        if segment.fired is not None:
+            loose = guards.land(*self._angles(y), segment.fired)
+            mode = self._meet(segment.t, y, loose)
         y[self.nv : 2 * self.nv][mode.held] = 0.0
         return y, mode
 

@@ -176,10 +176,10 @@ def drive_of(scene: Scene) -> float | None:
 
     Raises InputError where it is not one frequency: the period has to be given then.
     """
-    found = frequencies_of(scene)
-    if len(found) > 1 or None in found:
+    frequencies = frequencies_of(scene)
+    if len(frequencies) > 1 or None in frequencies:
         raise InputError("period: the scene is not driven by one frequency; give its period in s")
-    return float(found.pop() or 0.0) if found else None
+    return float(frequencies.pop() or 0.0) if frequencies else None
 
 
 def _period_of(scene: Scene, period: float | None) -> float | None:

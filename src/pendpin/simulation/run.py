@@ -69,13 +69,13 @@ def run_scene(
         if checkpoint:
             saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name))
         patience = Patience(scene.duration, deadline, _reserve(scene, dynamics, start, deadline), progress)
-        task, found = task_of(scene, dynamics, q, v, energy_balance, patience)
+        task, pace_of_run = task_of(scene, dynamics, q, v, energy_balance, patience)
         task = replace(task, pace=together([task.pace, Pace.even(longest)]))
         compiles = dynamics.engine.compiles or isinstance(task.integrator, Taylor)
         loop = deadline.waits_for(lambda: loop_of(task), compiles)
     except Halted as error:
         return _finished(scene, dynamics, None, replace(start, failure=error), saver.note)
-    notes = (*_of_jumps(scene), *found.notes(scene.duration, scene.solver.step))
+    notes = (*_of_jumps(scene), *pace_of_run.notes(scene.duration, scene.solver.step))
     run = replace(integrate_to_end(loop, q, v, saver, between), notes=notes)
     guarded = between is None and not anyway  # else something changed the state, or it is to run on with a wrong energy
     trajectory = _finished(scene, dynamics, task.balance, run, saver.note, guarded)
@@ -202,10 +202,10 @@ def _reserve(scene: Scene, dynamics: Dynamics, start: Run, deadline: Deadline) -
 def _refuse_overflow(dynamics: Dynamics, start: Run) -> None:
     """Raise InputError for a start whose forces and energies cannot be computed."""
     try:
-        found = _completed(dynamics, start.t, start.q, start.v)
+        results = _completed(dynamics, start.t, start.q, start.v)
     except np.linalg.LinAlgError as error:
         raise InputError(f"start: {error}") from None
-    if not all(np.abs(x).max(initial=0.0) <= LARGEST for x in (start.q, start.v, *found)):  # False for NaN
+    if not all(np.abs(x).max(initial=0.0) <= LARGEST for x in (start.q, start.v, *results)):  # False for NaN
         raise InputError(START_OVERFLOWS)
 
 
@@ -213,8 +213,8 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
     """Accelerations, wrenches, energies and tips along the run."""
     model, solver = dynamics.model, scene.solver
     size = len(run.t) if model.chain is None else max(LEAST, PART // model.chain.n)
-    given = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
-    parts = [_completed(dynamics, *(x[i : i + size] for x in given)) for i in range(0, len(run.t), size)]
+    states = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
+    parts = [_completed(dynamics, *(x[i : i + size] for x in states)) for i in range(0, len(run.t), size)]
     a, wrench, kinetic, potentials, tips, *rods = map(np.concatenate, zip(*parts, strict=True))
     return Trajectory(
         joints=model.joints,
@@ -265,8 +265,8 @@ def _sampled(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | N
     Where that finds no finite number, the engine's own equations say why.
     """
     if dynamics.sampler is not None:
-        found = dynamics.sampler(t, q, v, torque)
-        if all(np.isfinite(part).all() for part in found):
-            return found
+        parts = dynamics.sampler(t, q, v, torque)
+        if all(np.isfinite(part).all() for part in parts):
+            return parts
     a, wrench = dynamics.engine.evaluate(t, q, v, torque)
     return a, wrench, *kinematics.poses_and_energy(dynamics.model, q, v)

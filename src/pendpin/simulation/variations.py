@@ -86,16 +86,16 @@ def solved(block: Block, y: Array, times: Array, rtol: float, atol: Array, longe
         return np.repeat(y[None], len(times), 0)
     if available():
         call = Call(cyrk.METHODS["DOP853"], block.code().address, block, np.array([rtol]), atol, 0.0, longest)
-        found = call.solved(y, times[0], times[-1], np.ascontiguousarray(times))
-        return found.states(y)
+        solution = call.solved(y, times[0], times[-1], np.ascontiguousarray(times))
+        return solution.states(y)
     from scipy.integrate import solve_ivp
 
     def rates(t: float, state: Array) -> Array:
         return block.evaluated(np.array([t]), state[None])[0][0]
 
     span = (float(times[0]), float(times[-1]))
-    found = solve_ivp(rates, span, y, "DOP853", times, rtol=rtol, atol=atol, max_step=longest)
-    return found.y.T
+    solution = solve_ivp(rates, span, y, "DOP853", times, rtol=rtol, atol=atol, max_step=longest)
+    return solution.y.T
 
 
 def states_as_keys(nv: int) -> list[str]:

@@ -63,9 +63,9 @@ def _motion(mujoco: Any, model: Any, name: str, task: PeerTask) -> Callable[[flo
     at_q, at_v = _places(model, task)
 
     def prepare(step: float) -> Prepared:
-        own, data, count, taken = copy(model), mujoco.MjData(model), steps_in(task.interval, step), 0
-        own.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{name.upper()}")
-        own.opt.timestep = task.interval / count
+        stepped, data, count, taken = copy(model), mujoco.MjData(model), steps_in(task.interval, step), 0
+        stepped.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{name.upper()}")
+        stepped.opt.timestep = task.interval / count
         qpos = data.qpos
         qpos[at_q], data.qvel[at_v] = task.q, task.v
 
@@ -75,7 +75,7 @@ def _motion(mujoco: Any, model: Any, name: str, task: PeerTask) -> Callable[[flo
                 for _ in task.times[1:]:
                     for left in range(count, 0, -STEPS_AT_ONCE):
                         steps = min(left, STEPS_AT_ONCE)
-                        mujoco.mj_step(own, data, steps)
+                        mujoco.mj_step(stepped, data, steps)
                         taken += steps
                         if warnings:
                             raise RunError(warnings[0])

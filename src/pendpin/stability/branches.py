@@ -88,12 +88,12 @@ class _Curve(NamedTuple):
     def gap(self, u: Array) -> tuple[Array, Array]:
         """By how much the motion misses its start, (2 nv,), and the derivative by u."""
         size, period = len(self.turns), self.period_at(u)
-        found = over_a_period(self.scene_at(u), u[:size], period, self.key)
-        by_number = found.by_number - (found.rate * period / self.number(u) if self.tuned else 0.0)
-        columns = [found.transition - np.eye(size), by_number[:, None] * self.way]
+        over_period = over_a_period(self.scene_at(u), u[:size], period, self.key)
+        by_number = over_period.by_number - (over_period.rate * period / self.number(u) if self.tuned else 0.0)
+        columns = [over_period.transition - np.eye(size), by_number[:, None] * self.way]
         if self.free:
-            columns.insert(1, found.rate[:, None] * self.period)
-        return found.end - u[:size] - self.turns, np.hstack(columns)
+            columns.insert(1, over_period.rate[:, None] * self.period)
+        return over_period.end - u[:size] - self.turns, np.hstack(columns)
 
     def orbit(self, u: Array) -> PeriodicOrbit:
         """The orbit at a point, with its multipliers."""
@@ -217,8 +217,8 @@ class _Walk:
         last = self.points[-1]
         guess = last + (u - last) * (1 - last[-1]) / (u[-1] - last[-1])
         guess[-1] = 1.0
-        found = self.corrected(guess, np.eye(len(u))[-1])
-        return u if found is None else found
+        orbit = self.corrected(guess, np.eye(len(u))[-1])
+        return u if orbit is None else orbit
 
     def take(self, u: Array) -> None:
         """Add a point, and what lies between it and the last: a fold, a change of stability."""

@@ -139,8 +139,8 @@ def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> Linea
     equations = Variational(scene)
     q, v = start_state(equations.model, start)
     refuse_poles(equations.model, q)
-    found, nv = equations.jacobian(0.0, q, v), len(q)
-    A = np.block([[np.zeros((nv, nv)), np.eye(nv)], [found.of_q, found.of_v]])
+    slopes, nv = equations.jacobian(0.0, q, v), len(q)
+    A = np.block([[np.zeros((nv, nv)), np.eye(nv)], [slopes.of_q, slopes.of_v]])
     joints = equations.model.joints
     return LinearModel(
         A,
@@ -149,7 +149,7 @@ def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> Linea
         (*(f"torque_{name}" for name in joints), *SUPPORT),
         q,
         v,
-        found.acceleration,
+        slopes.acceleration,
         remarks(scene),
     )
 

@@ -96,14 +96,14 @@ class Modes:
 
     def lines(self, most: int | None = None) -> list[Line]:
         """The lines of the table, at most so many: modes of one frequency and damping together."""
-        found: list[Line] = []
+        lines: list[Line] = []
         for group in self._groups():
-            if most is not None and len(found) == most:
+            if most is not None and len(lines) == most:
                 break
             first = group[0]
             where = _strongest(self._engine.model, np.mean([self._shares(self.shapes[i]) for i in group], 0))
-            found.append(Line(tuple(group), float(self.omega[first]), float(self.damping_ratio[first]), where))
-        return found
+            lines.append(Line(tuple(group), float(self.omega[first]), float(self.damping_ratio[first]), where))
+        return lines
 
     def _groups(self) -> Iterator[list[int]]:
         group: list[int] = []
@@ -184,9 +184,9 @@ def modes(scene: Scene | str | Path) -> Modes:
         MissingLibrary: without llvmlite.
     """
     scene = chosen_scene(scene)
-    found = small_motions(scene)
+    motions = small_motions(scene)
     joints = build(scene.model).joints
-    return Modes(*found.vibrations, joints, found.q, found.matrices, remarks(scene), found.scene)
+    return Modes(*motions.vibrations, joints, motions.q, motions.matrices, remarks(scene), motions.scene)
 
 
 def _same(one: float, other: float) -> bool:
@@ -196,8 +196,8 @@ def _same(one: float, other: float) -> bool:
 def _kinetic(engine: Engine, q: Array, v: Array) -> Array:
     """The kinetic energy of each body (bodies,) in J at q, v (nv,)."""
     bodies, motion = bodies_of(engine.model), engine.motion(engine.pack(q, v))
-    own = (motion.rotation.swapaxes(-1, -2) @ motion.spin[..., None])[..., 0]  # the spin in the link frames
-    turning = (own * (bodies.inertia @ own[..., None])[..., 0]).sum(-1)
+    spin = (motion.rotation.swapaxes(-1, -2) @ motion.spin[..., None])[..., 0]  # the spin in the link frames
+    turning = (spin * (bodies.inertia @ spin[..., None])[..., 0]).sum(-1)
     return (bodies.mass * (motion.velocities(bodies.com) ** 2).sum(-1) + turning) / 2
 
 

@@ -53,30 +53,30 @@ class Measure:
         return self.pair is not None
 
 
-def measure(given: str | Function) -> Measure:
+def measure(name_or_function: str | Function) -> Measure:
     """A measure by its name, or a function of a run. Raises InputError for an unknown name."""
-    if callable(given):
-        return Measure(getattr(given, "__name__", "function"), "", given)
-    if not isinstance(given, str):
-        raise InputError(f"measure: {shown(given)} is neither a name nor a function of a run")
-    if given.endswith(SPREAD):
-        return _spread(measure(given.removesuffix(SPREAD)))
-    if given in MEASURES:
-        return MEASURES[given]
-    series, _, statistic = given.rpartition(".")
+    if callable(name_or_function):
+        return Measure(getattr(name_or_function, "__name__", "function"), "", name_or_function)
+    if not isinstance(name_or_function, str):
+        raise InputError(f"measure: {shown(name_or_function)} is neither a name nor a function of a run")
+    if name_or_function.endswith(SPREAD):
+        return _spread(measure(name_or_function.removesuffix(SPREAD)))
+    if name_or_function in MEASURES:
+        return MEASURES[name_or_function]
+    series, _, statistic = name_or_function.rpartition(".")
     if series and statistic in STATISTICS:
         unit = "s" if statistic == "argmax" else ""
         statistics = STATISTICS[statistic]
         return Measure(
-            *(given, unit, lambda run: float(statistics(run.t, run[series]))),
+            *(name_or_function, unit, lambda run: float(statistics(run.t, run[series]))),
             of_motion=_of_angle(series, statistics),
             series=series,
             ends=statistic == "final",
         )
     if series:
-        raise InputError(f"measure: {given}: {not_one_of(statistic, (*STATISTICS, SPREAD[1:]))}")
+        raise InputError(f"measure: {name_or_function}: {not_one_of(statistic, (*STATISTICS, SPREAD[1:]))}")
     raise InputError(
-        f"measure: {not_one_of(given, MEASURES)}; nor a series of a run followed by "
+        f"measure: {not_one_of(name_or_function, MEASURES)}; nor a series of a run followed by "
         f"{choices(f'.{name}' for name in STATISTICS)}, such as theta_1.max"
     )
 

@@ -204,18 +204,18 @@ def _columns(values: Mapping[str, ArrayLike]) -> dict[str, Array]:
     return {key: _numbers(key, values_of_key) for key, values_of_key in values.items()}
 
 
-def _numbers(key: str, given: ArrayLike) -> Array:
+def _numbers(key: str, sequence: ArrayLike) -> Array:
     """The finite numbers (k,) of a key. Raises InputError for anything else."""
     if not isinstance(key, str):
         raise InputError(f"vary: {shown(key)} is not a key path, such as model.rods[0].mass")
     try:
-        values = np.array(given)
+        values = np.array(sequence)
     except ValueError:
-        raise InputError(f"vary: {key}: {shown(given)} are not numbers") from None
+        raise InputError(f"vary: {key}: {shown(sequence)} are not numbers") from None
     if values.ndim != 1 or not len(values):
         raise InputError(f"vary: {key}: a list of one or more numbers is wanted, not shape {values.shape}")
     if values.dtype.kind not in "iuf":
-        raise InputError(f"vary: {key}: {shown(given)} are not numbers")
+        raise InputError(f"vary: {key}: {shown(sequence)} are not numbers")
     if not np.isfinite(values).all():
         raise InputError(f"vary: {key}: value {int(np.argmin(np.isfinite(values)))} is not a finite number")
     return values.astype(float)

@@ -27,9 +27,9 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
     n, nv, rods = _length(file, "t", 0), len(joints), _length(file, ends, 1)
     shapes = {"t": (n,), "q": (n, nv), "v": (n, nv), "a": (n, nv), "wrench": (n, nv, 6)}
     shapes |= {"kinetic": (n,), "potential": (n,), ends: (n, rods, 3)}
-    found: dict[str, Any] = {name: read_array(file, name, shape) for name, shape in shapes.items()}
-    found["tips"] = found.pop(ends)
-    if np.any(np.diff(found["t"]) <= 0):
+    arrays: dict[str, Any] = {name: read_array(file, name, shape) for name, shape in shapes.items()}
+    arrays["tips"] = arrays.pop(ends)
+    if np.any(np.diff(arrays["t"]) <= 0):
         raise ValueError("array 't' does not rise")
     universal = (n, _length(file, "R1", 1)) if "R1" in file.headers else None
     reactions = Reactions(*(read_array(file, name, universal) for name in Reactions._fields)) if universal else None
@@ -37,8 +37,8 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
     work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
     if work and not _fits(set(work), {str(effect.get("kind")) for effect in scene.get("effects") or ()}):
         raise ValueError("its works are not those of its scene's effects")
-    found |= {"events": read_events(file, joints), "held": _read_outputs(file, nv)}
-    return found | {"joints": joints, "rod_reactions": reactions, "work": work, "stats": stats, "scene": scene}
+    arrays |= {"events": read_events(file, joints), "held": _read_outputs(file, nv)}
+    return arrays | {"joints": joints, "rod_reactions": reactions, "work": work, "stats": stats, "scene": scene}
 
 
 def _read_outputs(file: ArrayFile, nv: int) -> tuple[Array, ...]:
@@ -72,8 +72,8 @@ def read_events(file: ArrayFile, joints: Sequence[str] | None = None) -> tuple[E
         return ()
     t = read_array(file, "event_t", (_length(file, "event_t", 0),))
     names, kinds = (read_array(file, name, ("events",), text=True) for name in ("event_joint", "event_kind"))
-    known = set(names) <= set(joints or names) and set(kinds) <= set(KINDS)
-    if not len(t) == len(names) == len(kinds) or not known or np.any(np.diff(t) < 0):
+    are_known = set(names) <= set(joints or names) and set(kinds) <= set(KINDS)
+    if not len(t) == len(names) == len(kinds) or not are_known or np.any(np.diff(t) < 0):
         raise ValueError("the arrays of events do not fit together")
     return tuple(map(Event, t.tolist(), names.tolist(), kinds.tolist()))
 
@@ -88,12 +88,12 @@ def _length(file: ArrayFile, name: str, axis: int) -> int:
 
 def read_array(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = False) -> NDArray[Any]:
     """An array of finite numbers, or of texts, of this shape; another shape is refused before the data are read."""
-    dtype, found = file.header(name)
-    if text and dtype.kind == "U" and len(found) == len(shape) and all(found):
+    dtype, stored = file.header(name)
+    if text and dtype.kind == "U" and len(stored) == len(shape) and all(stored):
         return file.read(name)
-    if text or dtype != np.float64 or found != shape:
-        wanted = "text" if text else f"float64 {shape}"
-        raise ValueError(f"array {name!r} is {dtype} {found}, not {wanted}")
+    if text or dtype != np.float64 or stored != shape:
+        right = "text" if text else f"float64 {shape}"
+        raise ValueError(f"array {name!r} is {dtype} {stored}, not {right}")
     array = file.read(name)
     if not (np.abs(array) <= LARGEST).all():
         raise ValueError(f"array {name!r} holds NaN or a number beyond {LARGEST:g}")
@@ -116,7 +116,7 @@ def _read_meta(file: ArrayFile) -> tuple[dict[str, Any], Stats]:
     if not _is_scene(scene):
         raise ValueError("meta holds no scene")
     try:
-        known = {f.name: meta[f.name] for f in fields(Stats) if f.name in meta}
-        return scene, TypeAdapter(Stats).validate_python(known)
+        recorded = {f.name: meta[f.name] for f in fields(Stats) if f.name in meta}
+        return scene, TypeAdapter(Stats).validate_python(recorded)
     except ValidationError as error:
         raise ValueError(f"meta: {fault_text(error.errors(include_url=False), Stats)}") from None

@@ -111,9 +111,9 @@ def cost(
     climb = Climb(bench.error_of, repetitions, budget, thorough, progress)
     rows: list[CostRow] = []
     try:
-        for found in _answers(bench, climb, methods_tried, others, accuracy, limit):
-            rows.append(found)
-            answered(found)
+        for answer in _answers(bench, climb, methods_tried, others, accuracy, limit):
+            rows.append(answer)
+            answered(answer)
         for one in methods_tried + others if thorough else ():
             climb.up_to(one, bench.known.error, budget, limit)
     except (KeyboardInterrupt, Interrupted):

@@ -131,7 +131,7 @@ def _front(ax: Any, report: CostReport) -> None:
     """The least time at every error, of all curves, as a broad band behind the lines."""
     errors = np.geomspace(0.3, max(report.error, 1e-16), 200)
     best = [report.best(float(error), None) for error in errors]
-    pairs = [(error, found[1]) for error, found in zip(errors, best, strict=True) if found]
+    pairs = [(error, point[1]) for error, point in zip(errors, best, strict=True) if point]
     if pairs:
         look = {"color": FRONT, "linewidth": 9, "alpha": 0.55, "zorder": 0, "solid_capstyle": "round"}
         ax.plot(*zip(*pairs, strict=True), label="cheapest", **look)

@@ -26,5 +26,5 @@ def effects(
     chosen = read_scene(scene)
     with waiting("comparing runs with and without each effect", hidden=json):
         print_notes(chosen, strict=False)
-        found = significance(chosen, accuracy, thorough)
-    print_effects(found, json)
+        report = significance(chosen, accuracy, thorough)
+    print_effects(report, json)

@@ -28,9 +28,9 @@ def modes(
 
     refuse_outputs(chosen.files, plot=plot, html=html)
     with chosen.noted() as scene:
-        found = modes_of(scene)
-        found.place(mode)
-        print_modes(found, every, json)
-        files = [found.save_plot(plot)] if plot else []
-        files += [found.animate(mode).save(html)] if html else []
+        result = modes_of(scene)
+        result.place(mode)
+        print_modes(result, every, json)
+        files = [result.save_plot(plot)] if plot else []
+        files += [result.animate(mode).save(html)] if html else []
     print_files(files, json)

@@ -36,8 +36,8 @@ def stability(
         if not lyapunov:
             print_stability(report_on(scene, period), json)
             return
-        found = exponents_of(scene)
-    print_exponents(found, json)
+        exponents = exponents_of(scene)
+    print_exponents(exponents, json)
     if plot:
-        found.plot().figure.savefig(plot)
+        exponents.plot().figure.savefig(plot)
         print_files([plot], json)

@@ -58,15 +58,15 @@ def sweep(
     plan = _plan(vary or [], cases, in_pairs, sample, sampling, sobol, seed)
     with inside(str(scene)):
         chosen = load_scene(scene)
-    given = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
+    settings = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
     with progress_bar("sweeping", plan.count, hidden=json) as bar:
         measures = tuple(measure or ("swing",))
-        found = run(
-            chosen, plan, measures, out=out, workers=workers, dask=dask, progress=lambda done, _: bar(done), **given
+        dataset = run(
+            chosen, plan, measures, out=out, workers=workers, dask=dask, progress=lambda done, _: bar(done), **settings
         )
-    shares = partial(_shares, found, vary or [], seed) if sobol else dict
-    _show(found, [*([out] if out else []), *_written(found, csv, plot, None)], json, shares)
-    if (found["why"].values != "").all():
+    shares = partial(_shares, dataset, vary or [], seed) if sobol else dict
+    _show(dataset, [*([out] if out else []), *_written(dataset, csv, plot, None)], json, shares)
+    if (dataset["why"].values != "").all():
         raise typer.Exit(1)
 
 
@@ -82,8 +82,8 @@ def map_(
     from pendpin.sweeps.store import load
 
     refuse_outputs([], csv=csv, plot=plot)
-    found = load(store)
-    _show(found, _written(found, csv, plot, chosen(found, measure)), json)
+    dataset = load(store)
+    _show(dataset, _written(dataset, csv, plot, chosen(dataset, measure)), json)
 
 
 def _plan(
@@ -106,13 +106,13 @@ def _plan(
     return plans.pairs(axes) if in_pairs else plans.grid(axes)
 
 
-def _show(found: Any, files: list[Path], json: bool, shares: Callable[[], dict[str, Any]] = dict) -> None:
+def _show(dataset: Any, files: list[Path], json: bool, shares: Callable[[], dict[str, Any]] = dict) -> None:
     """Print what was found, and the files written; `shares` may raise InputError, when the rest is there."""
     from pendpin.sweeps.figure import names_of
     from pendpin.sweeps.table import summary
 
-    count, waiting, failed = (int(n) for n in summary(found))
-    rows = {name: _range(found[name].values) for name in names_of(found)}
+    count, waiting, failed = (int(n) for n in summary(dataset))
+    rows = {name: _range(dataset[name].values) for name in names_of(dataset)}
     if json:
         names = ("least", "median", "most", "none")
         measures = {name: dict(zip(names, row, strict=True)) for name, row in rows.items()}
@@ -123,17 +123,17 @@ def _show(found: Any, files: list[Path], json: bool, shares: Callable[[], dict[s
     cells = [[name, *(f"{x:.6g}" for x in row[:3]), str(row[3])] for name, row in rows.items()]
     print_table(["measure", "least", "median", "most", "no value"], cells)
     print(f"{count} cases; {failed} could not be run" + (f"; {waiting} not run yet" if waiting else ""))
-    for reason, times in _reasons(found)[:5]:
+    for reason, times in _reasons(dataset)[:5]:
         print(f"  {times} x {reason}")
     print_files(files)
     _print_shares(shares())
 
 
-def _written(found: Any, csv: Path | None, plot: Path | None, measure: str | None) -> list[Path]:
+def _written(dataset: Any, csv: Path | None, plot: Path | None, measure: str | None) -> list[Path]:
     from pendpin.sweeps.figure import save_map
     from pendpin.sweeps.table import write_table
 
-    return [*([write_table(found, csv)] if csv else []), *([save_map(found, plot, measure)] if plot else [])]
+    return [*([write_table(dataset, csv)] if csv else []), *([save_map(dataset, plot, measure)] if plot else [])]
 
 
 def _range(values: Any) -> tuple[float, float, float, int]:
@@ -146,21 +146,21 @@ def _range(values: Any) -> tuple[float, float, float, int]:
     return float(good.min()), float(np.median(good)), float(good.max()), int(values.size - good.size)
 
 
-def _reasons(found: Any) -> list[tuple[str, int]]:
+def _reasons(dataset: Any) -> list[tuple[str, int]]:
     """Why cases could not be run, the most frequent reason first."""
     from collections import Counter
 
-    return Counter(str(why) for why in found["why"].values.flat if why and why != "not run").most_common()
+    return Counter(str(why) for why in dataset["why"].values.flat if why and why != "not run").most_common()
 
 
-def _shares(found: Any, vary: list[str], seed: int) -> dict[str, Any]:
+def _shares(dataset: Any, vary: list[str], seed: int) -> dict[str, Any]:
     """Sobol' indices of each measure, by key."""
     from pendpin.sweeps.figure import names_of
     from pendpin.sweeps.plan import read_spreads
     from pendpin.sweeps.sensitivity import indices
 
     spreads = read_spreads(vary)
-    return {name: indices(spreads, found[name].values, seed) for name in names_of(found)}
+    return {name: indices(spreads, dataset[name].values, seed) for name in names_of(dataset)}
 
 
 def _print_shares(shares: dict[str, Any]) -> None:

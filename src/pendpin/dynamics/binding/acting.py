@@ -87,5 +87,5 @@ def built_in(effects: Sequence[Effect]) -> bool:
 
     What is held from instant to instant jumps nowhere else.
     """
-    own = (type(effect).__module__.startswith("pendpin.") for effect in effects)
-    return all(own) and not any(isinstance(effect, Torque) and effect.every is None for effect in effects)
+    are_ours = (type(effect).__module__.startswith("pendpin.") for effect in effects)
+    return all(are_ours) and not any(isinstance(effect, Torque) and effect.every is None for effect in effects)

@@ -96,9 +96,9 @@ class Joints(NamedTuple):
         """Every rod's axes in I: (3, 3, K), columns b1, b2, b3."""
         if self.n == 1:
             return self.R
-        own = np.zeros_like(self.R)
-        own[..., :: self.n] = self.R[..., :: self.n]
-        return self.propagated(own)
+        turns = np.zeros_like(self.R)
+        turns[..., :: self.n] = self.R[..., :: self.n]
+        return self.propagated(turns)
 
     def relative_omega(self, rate: Array) -> Array:
         """Angular velocity of each rod relative to the rod above it, in its own frame, (3, K); rate (2, K) in rad/s."""

@@ -74,18 +74,18 @@ def solve(
     """
     joints, rate = Joints.at(q), rods_last(v)
     omega = joints.omega(rate)
-    known = _external(chain, joints, torque, force, moment)
+    external = _external(chain, joints, torque, force, moment)
     s, c = joints.phi
     drift = rate[0] * (omega[1] - rate[1]) + rate[1] * (c * omega[0] + s * omega[2])
-    if chain.n == 1 and known.first_spherical == 0:
-        x, alpha = _one_thin_rod(chain.rods, joints, field, omega, drift, known)
+    if chain.n == 1 and external.first_spherical == 0:
+        x, alpha = _one_thin_rod(chain.rods, joints, field, omega, drift, external)
     else:
-        rods, axes = chain.rods.repeated(q[..., 0].size // chain.n), _axes(joints, known.first_spherical)
-        x, alpha = project(_balances(rods, joints, axes, field, omega, drift, known))
+        rods, axes = chain.rods.repeated(q[..., 0].size // chain.n), _axes(joints, external.first_spherical)
+        x, alpha = project(_balances(rods, joints, axes, field, omega, drift, external))
         if axes.spherical is not None:
             alpha = _with_spin(joints, axes.spherical, omega, drift, alpha)
     shape = q.shape[:-1]
-    moment_at_joint = _carried(joints, x[3], known.torque)
+    moment_at_joint = _carried(joints, x[3], external.torque)
     return ChainSolution(
         acceleration=rods_first(_angle_accelerations(joints, rate, omega, alpha), shape),
         alpha=rods_first(alpha, shape),
@@ -151,14 +151,14 @@ def _axes(joints: Joints, first_spherical: int) -> Axes:
 
 
 def _one_thin_rod(
-    rod: Rods, joints: Joints, field: Array, omega: Array, drift: Array, known: _External
+    rod: Rods, joints: Joints, field: Array, omega: Array, drift: Array, external: _External
 ) -> tuple[Array, Array]:
     """Reactions (4, K) and angular accelerations (3, K) of single rods without axial inertia and moment.
 
     Nothing hangs on them: the moments about the joint have one unknown each. The frame spins as its angles do.
     """
-    (s, c), (o1, o2, o3), (moment1, moment2, _) = joints.phi, omega, np.broadcast_to(known.moment, omega.shape)
-    still = joints.into(-np.reshape(field, (-1, 3)).T) - known.push  # m/s², of a rod at rest, less free fall
+    (s, c), (o1, o2, o3), (moment1, moment2, _) = joints.phi, omega, np.broadcast_to(external.moment, omega.shape)
+    still = joints.into(-np.reshape(field, (-1, 3)).T) - external.push  # m/s², of a rod at rest, less free fall
     lever, inertia = rod.m * rod.h, rod.inertia[0] + rod.m * rod.h**2
     a1, a2 = (moment1 + lever * still[1]) / inertia, (moment2 - lever * still[0]) / inertia  # without spin
     x, spun = np.zeros((4, len(a1))), a1 + o2 * o3
@@ -167,7 +167,7 @@ def _one_thin_rod(
 
 
 def _balances(
-    rods: Rods, joints: Joints, axes: Axes, field: Array, omega: Array, drift: Array, known: _External
+    rods: Rods, joints: Joints, axes: Axes, field: Array, omega: Array, drift: Array, external: _External
 ) -> Balances:
     """The balances with known terms from field (..., 3), omega (3, K), drift (K,); no spin on spherical joints."""
     (o1, o2, o3), (I1, I2, I3) = omega, rods.inertia
@@ -180,11 +180,11 @@ def _balances(
     np.multiply(I2 - I3, swing[1], out=moment[0])
     np.multiply(I3 - I1, swing[0], out=moment[1])
     np.multiply(I1 - I2, o1 * o2, out=moment[2])
-    moment += known.moment
+    moment += external.moment
     if axes.spherical is not None:
         moment[2, axes.spherical] = 0
     support = -np.reshape(field, (-1, 3)).T
-    return Balances(rods, rods.inverse, support, known.push, moment, joints, axes, swing, drift)
+    return Balances(rods, rods.inverse, support, external.push, moment, joints, axes, swing, drift)
 
 
 def _with_spin(joints: Joints, spherical: Mask, omega: Array, drift: Array, alpha: Array) -> Array:

@@ -31,9 +31,9 @@ def directions(q: Array, v: Array) -> tuple[Array, Array]:
     relative, turned = joints.relative_omega(rods_last(v)), joints.R.copy()
     omega, n = relative.copy(), joints.n
     for i in range(1, n):  # a run asks for one state: a banded solve would import SciPy's for it
-        own, above = slice(i, None, n), slice(i - 1, None, n)
-        turned[..., own] = np.add.reduce(turned[:, :, None, above] * joints.R[None, ..., own], 1)
-        omega[:, own] += np.add.reduce(joints.R[..., own] * omega[:, None, above], 0)
+        rods, above = slice(i, None, n), slice(i - 1, None, n)
+        turned[..., rods] = np.add.reduce(turned[:, :, None, above] * joints.R[None, ..., rods], 1)
+        omega[:, rods] += np.add.reduce(joints.R[..., rods] * omega[:, None, above], 0)
     rate = turned[:, 0] * omega[1] - turned[:, 1] * omega[0]
     return rods_first(turned[:, 2], q.shape[:-1]), rods_first(rate, q.shape[:-1])
 
@@ -114,11 +114,11 @@ class _ThinBalances(System):
     def band(self) -> Array:
         """The band (6, 3 K): reactions of each joint on its own gap and on the next joint's."""
         rods, d, d_above = self.rods, self.d, above(self.d, self.rods.n)
-        own, own_above = rods.base[0] - rods.base[2], rods.tip_above[0] - rods.tip_above[2]
+        excess, excess_above = rods.base[0] - rods.base[2], rods.tip_above[0] - rods.tip_above[2]
         to_next = rods.cross[0] - rods.cross[2]
         band, blocks = empty_band(rods.m.size, 3)
         for column in range(3):
-            block = -(own * d[column]) * d[column:] - (own_above * d_above[column]) * d_above[column:]
+            block = -(excess * d[column]) * d[column:] - (excess_above * d_above[column]) * d_above[column:]
             block[0] += rods.base[0] + rods.tip_above[0]
             blocks[:, column, column:3] = block.T
             block = (to_next * d[column]) * d

@@ -80,10 +80,10 @@ def refine_by_tolerance(method: str, accuracy: float, turned: float = 1.0) -> Re
     return Refinement(method, first, least, pace=0.7, scatter=scatter)
 
 
-def refine_by_step(method: str, times: Array, wanted: int) -> Refinement:
-    """The steps of a method with fixed ones over output times (n,) in s; the first takes about `wanted` steps in all."""
+def refine_by_step(method: str, times: Array, count: int) -> Refinement:
+    """The steps of a method with fixed ones over output times (n,) in s; the first takes about `count` steps in all."""
     spacing = float(np.diff(times).max())
-    first = spacing / max(1, math.ceil(wanted * spacing / float(times[-1] - times[0])))
+    first = spacing / max(1, math.ceil(count * spacing / float(times[-1] - times[0])))
     order = method_of(method).order
     assert order is not None
     return Refinement(method, first, 0.0, order, usual=30.0, smallest=4.0, spacing=spacing)
