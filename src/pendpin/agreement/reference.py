@@ -119,11 +119,11 @@ def _urdf(scene: Scene, damping: dict[str, float]) -> str:
     if isinstance(scene.model, Chain):
         return chain_urdf(scene.model)
     if isinstance(scene.model, UrdfModel):
-        return _without_dynamics(read_urdf(scene.model).text)
+        return _remove_dynamics(read_urdf(scene.model).text)
     raise InputError("a pin.Model has no URDF text")
 
 
-def _without_dynamics(text: str) -> str:
+def _remove_dynamics(text: str) -> str:
     """A URDF's text without its <dynamics>: nothing of them acts in the scene, and some engines would let it act."""
     robot = fromstring(text)
     for joint in robot.iter("joint"):

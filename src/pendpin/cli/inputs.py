@@ -87,7 +87,7 @@ def scene_with(
     if path is not None and urdf is not None:
         raise typer.BadParameter("give a scene or a URDF, not both")
     scene = Scene(model=UrdfModel(urdf), effects=(Gravity(),)) if urdf else read_scene(path)
-    return _with_locks(scene, lock, mimic).replace(dict(map(_change, changes)))
+    return _lock_joints(scene, lock, mimic).replace(dict(map(_change, changes)))
 
 
 def with_as_written(chosen: SceneInput) -> "Scene":
@@ -104,7 +104,7 @@ def with_as_written(chosen: SceneInput) -> "Scene":
     return scene if listed else scene.replace(effects=(*scene.effects, AsWritten()))
 
 
-def _with_locks(scene: "Scene", lock: Sequence[str], mimic: str | None) -> "Scene":
+def _lock_joints(scene: "Scene", lock: Sequence[str], mimic: str | None) -> "Scene":
     from pendpin.scene import UrdfModel
 
     if not lock and mimic is None:

@@ -56,12 +56,12 @@ def _effort(dynamics: Dynamics, bound: Bound[Any], model: Any) -> Effort:
     if isinstance(bound, BoundTorque):
         return lambda t, q, v, motion: bound.at(t, q, v)
     if isinstance(bound, BoundField):
-        return _of_field(bound.at, model)
+        return _field_effort(bound.at, model)
     assert isinstance(bound, BoundWrench)
-    return _of_wrench(dynamics, bound, model)
+    return _wrench_effort(dynamics, bound, model)
 
 
-def _of_field(field: Callable[[float], Array], model: Any) -> Effort:
+def _field_effort(field: Callable[[float], Array], model: Any) -> Effort:
     pin, under = pinocchio(), model.copy()
     data = under.createData()
 
@@ -72,7 +72,7 @@ def _of_field(field: Callable[[float], Array], model: Any) -> Effort:
     return effort
 
 
-def _of_wrench(dynamics: Dynamics, bound: BoundWrench, model: Any) -> Effort:
+def _wrench_effort(dynamics: Dynamics, bound: BoundWrench, model: Any) -> Effort:
     pin, data = pinocchio(), model.createData()
     complete, coms = dynamics.binding.complete, dynamics.binding.bodies.com
 

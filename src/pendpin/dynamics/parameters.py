@@ -77,7 +77,7 @@ class Parameters(Numbers):
         if x is None:
             self._structure.append(None)
             return None
-        values = _as_numbers(x)
+        values = _convert_to_numbers(x)
         present = self._present(values != 0)
         self._structure.append((values.shape, present.tobytes()))
         places = range(len(self.values), len(self.values) + int(present.sum()))
@@ -140,13 +140,13 @@ class RodParameters(Parameters):
 
     def joints(self, x: Array) -> Array:
         """As `Numbers`, from the numbers (2 n, ...) of theta and phi of every rod."""
-        return self._of_rod(np.reshape(_as_numbers(x), (self.rods, JOINTS, *np.shape(x)[1:])))
+        return self._number_rod(np.reshape(_convert_to_numbers(x), (self.rods, JOINTS, *np.shape(x)[1:])))
 
     def bodies(self, x: Array) -> Array:
         """As `Numbers`, from the numbers (n, ...) of every rod."""
-        return self._of_rod(_as_numbers(x)[:, None])
+        return self._number_rod(_convert_to_numbers(x)[:, None])
 
-    def _of_rod(self, x: Array) -> Array:
+    def _number_rod(self, x: Array) -> Array:
         """The numbers (k, ...) of one rod, from those (n, k, ...) of all."""
         present = self._present((x != 0).any(0))
         self._structure.append((x.shape[1:], present.tobytes()))
@@ -163,7 +163,7 @@ class RodParameters(Parameters):
         return 0.0 if self._tape is None else self._tape.input_of_rod(part, place)
 
 
-def _as_numbers(x: Any) -> Array:
+def _convert_to_numbers(x: Any) -> Array:
     values = np.asarray(x)
     return values.astype(complex if values.dtype.kind == "c" else float)
 

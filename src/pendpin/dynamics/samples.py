@@ -96,7 +96,7 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
     bodies, tree = Bodies(*map(numbers.bodies, bodies_of(model))), tree_with_numbers(model, numbers)
     external = None if loads.wrench is None else external_wrenches(model, loads, numbers, tree, xp)
     thin = isinstance(engine, Thin)
-    equations = _in_directions(model, loads, tree, numbers, xp) if thin else _in_angles(loads, tree, xp)
+    equations = _sample_directions(model, loads, tree, numbers, xp) if thin else _sample_angles(loads, tree, xp)
 
     def sampled(t: Any, q: Array, v: Array, more: Array) -> tuple[Array, Any]:
         links = motion_in_links(model, loads, tree, q, v, xp)
@@ -108,7 +108,7 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
     return sampled
 
 
-def _in_angles(loads: Loads, tree: Tree, xp: Any) -> Equations:
+def _sample_angles(loads: Loads, tree: Tree, xp: Any) -> Equations:
     """Accelerations (nv,) and wrenches (nv, 6), by the articulated bodies and Newton-Euler."""
 
     def equations(t: Any, q: Array, v: Array, more: Array, external: Array | None) -> tuple[Array, Array]:
@@ -120,7 +120,7 @@ def _in_angles(loads: Loads, tree: Tree, xp: Any) -> Equations:
     return equations
 
 
-def _in_directions(model: Model, loads: Loads, tree: Tree, numbers: Parameters, xp: Any) -> Equations:
+def _sample_directions(model: Model, loads: Loads, tree: Tree, numbers: Parameters, xp: Any) -> Equations:
     """The same of a thin rod, whose joint carries no moment, by the recursion in directions; these are in W here."""
     assert model.chain is not None
     rods = (getattr(model.chain, name) for name in thin_recursion.ThinRods._fields)

@@ -138,13 +138,13 @@ def _right_hand_side(
     binding = Binding(model, effects, xp, start, numbers)
     loads, powered = binding.loads, asked.accounts and powers(binding, asked.accounts)
     if isinstance(engine, Directions):
-        return _in_directions(engine, loads, powered, numbers, xp)
+        return _record_directions(engine, loads, powered, numbers, xp)
     assert isinstance(engine, AngleEngine)
     alone = len(model.joints) == 2 and len(model.rods) == 1 and model.rods[0].inertia is not None
     if alone and not any((loads.torque, loads.wrench, *asked)):
         acceleration = _one_rod(model, loads, numbers, xp)
         return lambda t, y: ([*y[2:], *acceleration(t, *np.split(y, 2))], [])
-    return _of_tree(model, loads, asked, powered, numbers, xp)
+    return _record_tree(model, loads, asked, powered, numbers, xp)
 
 
 def _one_rod(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Acceleration:
@@ -163,7 +163,9 @@ def _one_rod(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Accele
     return acceleration
 
 
-def _of_tree(model: Model, loads: Loads, asked: Asked, powered: Powered | None, numbers: Parameters, xp: Any) -> Right:
+def _record_tree(
+    model: Model, loads: Loads, asked: Asked, powered: Powered | None, numbers: Parameters, xp: Any
+) -> Right:
     """The rates of any tree, by the articulated-body recursion, and the torques (nv,) that hold held joints."""
     tree = tree_with_numbers(model, numbers)
     nv = len(tree.parents)
@@ -243,7 +245,9 @@ def _bodies_joints(model: Model, tree: Tree) -> Indices:
     return joints[joints < len(tree.parents)]
 
 
-def _in_directions(engine: Directions, loads: Loads, powered: Powered | None, numbers: Parameters, xp: Any) -> Right:
+def _record_directions(
+    engine: Directions, loads: Loads, powered: Powered | None, numbers: Parameters, xp: Any
+) -> Right:
     """d' = omega x d and omega' = d x d'', in I: regular everywhere."""
     rods = (getattr(engine.chain, name) for name in thin_recursion.ThinRods._fields)
     chain = thin_recursion.ThinRods(*map(numbers.bodies, rods))

@@ -108,14 +108,14 @@ def _changed(scene: Scene, path: KeyPath) -> tuple[Chain | None, tuple[Effect, .
     if path[0] == "start":
         return None, scene.effects
     model, effects = scene.model, scene.effects
-    if path[0] == "effects" and (changed := _with_step(effects, path, 1)):
+    if path[0] == "effects" and (changed := _step_numbers(effects, path, 1)):
         return None, changed
-    if path[:2] == ("model", "rods") and isinstance(model, Chain) and (changed := _with_step(model.rods, path, 2)):
+    if path[:2] == ("model", "rods") and isinstance(model, Chain) and (changed := _step_numbers(model.rods, path, 2)):
         return Chain.model_construct(kind="chain", rods=changed, copies=model.copies), effects
     raise InputError(f"{written(path)}: this number has no derivative; numbers of rods, effects and the start have one")
 
 
-def _with_step(records: Sequence[Record], path: KeyPath, depth: int) -> tuple[Any, ...]:
+def _step_numbers(records: Sequence[Record], path: KeyPath, depth: int) -> tuple[Any, ...]:
     """The records with an imaginary part in the number at a path, whose place at `depth` is that of one of them.
 
     Empty if there is no such record.

@@ -156,7 +156,7 @@ def _damped(matrices: Matrices) -> Vibrations:
     swinging, others = np.flatnonzero(imag > 0), np.flatnonzero(imag == 0)
     pairs = [(values[i], values[i].conj(), shapes[i]) for i in swinging]
     pairs += [(values[i], values[j], shapes[i]) for i, j in _pairs(others, real, vectors[:n])]
-    modes = [_of_pair(one, other) for one, other, _ in pairs]
+    modes = [_frequency_and_damping(one, other) for one, other, _ in pairs]
     rows = _normalised(np.array([shape for *_, shape in pairs]))
     return Vibrations(np.array([x for x, _ in modes]), np.array([x for _, x in modes]), rows, values, stable)
 
@@ -171,7 +171,7 @@ def _pairs(real: Indices, values: Array, shapes: Array) -> Iterator[tuple[int, i
         yield first, left.pop(int(np.argmax(likeness)))
 
 
-def _of_pair(one: complex, other: complex) -> tuple[float, float]:
+def _frequency_and_damping(one: complex, other: complex) -> tuple[float, float]:
     """Frequency and damping ratio of two eigenvalues: s² + 2 zeta omega s + omega² is 0 at both.
 
     Of two real ones on either side of 0 the growing one counts: its rate, with a damping ratio of -1.

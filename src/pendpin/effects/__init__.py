@@ -38,7 +38,7 @@ def _branch(value: Any) -> str:
     return f"~{value.get('kind', '')}" if isinstance(value, dict) else "~no table"
 
 
-def _in_full(value: Any) -> Any:
+def _write_out(value: Any) -> Any:
     """A kind's name as its table, and a function as the torque on all joints that it computes."""
     if isinstance(value, str):
         return {"kind": value}
@@ -61,7 +61,7 @@ AnyEffect = Annotated[
     | Annotated[AsWritten, Tag("~as_written")]
     | Annotated[SkipJsonSchema[InstanceOf[Effect]], Tag("~instance")],
     Discriminator(_branch),
-    BeforeValidator(_in_full),
+    BeforeValidator(_write_out),
 ]
 
 

@@ -57,7 +57,7 @@ class CanonicalForm:
         if loads.torque is not None:
             force = force + loads.torque(t, q, v)
         if loads.wrench is not None:
-            force = force + self._from_bodies(t, q, v)
+            force = force + self._body_forces(t, q, v)
         return Canonical(mass, coupling, force)
 
     def slopes(self, t: float, q: Array, v: Array, now: Canonical, thorough: bool) -> tuple[Array, Array]:
@@ -72,7 +72,7 @@ class CanonicalForm:
         in_v = np.array([self.at(t, q, v + step).force for step in steps]) - now.force
         return in_q.T / DELTA, in_v.T / DELTA
 
-    def _from_bodies(self, t: float, q: Array, v: Array) -> Array:
+    def _body_forces(self, t: float, q: Array, v: Array) -> Array:
         """The generalised forces (nv,) in N m of the body effects."""
         assert self.loads.wrench is not None
         rest, bodies, wrench = self._rest, self.model.bodies, partial(self.loads.wrench, t)

@@ -95,10 +95,10 @@ def _sine_and_cosine(line: _Lines, x: str) -> tuple[str, str]:
     turned = line.on("fsub", rounding, line.on("fmul", r, c))
     squared = line.on("fmul", z, z)
     cosine = line.on("fadd", cosine_left, line.fused(squared, line.polynomial(_COSINE, z), turned))
-    return _in_quarter(line, shifted, sine, cosine)
+    return _turn_by_quarters(line, shifted, sine, cosine)
 
 
-def _in_quarter(line: _Lines, shifted: str, sine: str, cosine: str) -> tuple[str, str]:
+def _turn_by_quarters(line: _Lines, shifted: str, sine: str, cosine: str) -> tuple[str, str]:
     """Sine and cosine of the angle from those of what it is beyond its quarter turn."""
     k = line(f"bitcast {_VECTOR} {shifted} to {_WHOLE}")
     odd = line(f"and {_WHOLE} {k}, {_whole(1)}")

@@ -21,9 +21,9 @@ class Schedule:
         self._passed_on = [(tape.operations[place][1], self._cell(place).next) for place in self._carried]
         self._loops_of_passes = self._fused()
         earliest = self._earliest(self._loops_of_passes)
-        self.loop = self._as_late_as_its_first_use(earliest)  # place -> its loop
+        self.loop = self._assign_loops(earliest)  # place -> its loop
         self.loops = sorted(set(self.loop.values()))
-        self.late = self._after_loops()
+        self.late = self._find_late()
         self.stored = self._stored()  # what a rod's operations leave for later loops
 
     def carried(self, loop: int) -> list[tuple[int, Cell]]:
@@ -58,7 +58,7 @@ class Schedule:
         name = self.tape.operations[place][0]
         return self.tape.fixed[place] or name in LEAVES or self.is_trigonometric(place)
 
-    def _after_loops(self) -> set[int]:
+    def _find_late(self) -> set[int]:
         """The operations of no rod that are computed after the loops."""
         late: set[int] = set()
         for place in self.needed:
@@ -90,7 +90,7 @@ class Schedule:
                 earliest[place] = max([earliest.get(x, 0) for x in self.tape.operands[place]], default=0)
         return earliest
 
-    def _as_late_as_its_first_use(self, earliest: dict[int, int]) -> dict[int, int]:
+    def _assign_loops(self, earliest: dict[int, int]) -> dict[int, int]:
         """The loop of each operation of a rod but leaves: the first that uses it, unless it needs what a pass carries."""
         loop: dict[int, int] = {}
         uses: dict[int, list[int]] = defaultdict(list)  # the loops that use an operation

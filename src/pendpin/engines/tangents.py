@@ -108,9 +108,9 @@ class _Tangents:
             return (self.tape.carried if name == "carried" else self.tape.last)(rest[0], self._cell(j, *rest), lanes)
         if name in LEAVES:
             changes = enumerate(self._groups[j], 1 + self._firsts[j])
-            return self.tape.pack([self._of_leaf(name, rest, one, times) for times, one in changes])
+            return self.tape.pack([self._differentiate_leaf(name, rest, one, times) for times, one in changes])
         if name == "entry":
-            return self._of_entry(rest[0], rest[1], j)
+            return self._differentiate_entry(rest[0], rest[1], j)
         if name in {"row", "roots", "inverse_roots"}:
             return 0.0  # their entries have derivatives
         operands = self.tape.operands[place]
@@ -127,7 +127,7 @@ class _Tangents:
             cells.append(cells[cell])
         return self._cells[j, number, cell]
 
-    def _of_leaf(self, name: str, rest: Sequence[Any], direction: Direction, times: int) -> Any:
+    def _differentiate_leaf(self, name: str, rest: Sequence[Any], direction: Direction, times: int) -> Any:
         """Of the state, a parameter or the time; the change of the state is so many times its size behind it."""
         recording = self._recording
         if name == "time":
@@ -142,7 +142,7 @@ class _Tangents:
             return 0.0 if new is None else self.tape.parameter(new, rest[1])
         return 0.0
 
-    def _of_entry(self, source: int, i: int, j: int) -> Any:
+    def _differentiate_entry(self, source: int, i: int, j: int) -> Any:
         """Of a sum of weights times sqrt(A + B x + C x²): (A_j + B_j x + C_j x²) / (2 sqrt(...)) in place of the root."""
         name, *operation = self.tape.operations[source]
         if name == "row":
@@ -160,14 +160,14 @@ class _Tangents:
 def chain_rule(tape: Tape, name: str, result: Term, operands: Sequence[Any], changes: Sequence[Any]) -> Any:
     """The change of an operation's result from those of its operands, terms or numbers."""
     if name in {"add", "sub", "mul", "div", "pow", "min", "max"}:
-        return _of_two(tape, name, result, *operands, *changes)
+        return _differentiate_binary(tape, name, result, *operands, *changes)
     (x,), (dx,) = operands, changes
     if name == "neg":
         return -dx
     return _slope(tape, name, result, x) * dx
 
 
-def _of_two(tape: Tape, name: str, result: Term, a: Any, b: Any, da: Any, db: Any) -> Any:
+def _differentiate_binary(tape: Tape, name: str, result: Term, a: Any, b: Any, da: Any, db: Any) -> Any:
     if name in {"add", "sub"}:
         return da + db if name == "add" else da - db
     if name == "mul":

@@ -116,14 +116,14 @@ def spherical_at(direction0: Array, rate0: Array, w: Real) -> Callable[[Real], V
     d0 /= mp.norm(d0)
     rate0 -= _dot(d0, rate0) * d0
     spin = d0[0] * rate0[1] - d0[1] * rate0[0]
-    return _in_a_plane(d0, rate0, w) if abs(spin) < NO_SPIN * w else _round_the_vertical(d0, rate0, w)
+    return _planar_direction(d0, rate0, w) if abs(spin) < NO_SPIN * w else _round_the_vertical(d0, rate0, w)
 
 
 def _dot(a: Vector, b: Vector) -> Real:
     return mp.fsum(x * y for x, y in zip(a, b, strict=True))
 
 
-def _in_a_plane(d0: Vector, rate0: Vector, w: Real) -> Callable[[Real], Vector]:
+def _planar_direction(d0: Vector, rate0: Vector, w: Real) -> Callable[[Real], Vector]:
     away = d0 if d0[0] or d0[1] else rate0  # gives the plane
     length = mp.hypot(away[0], away[1]) or mpf(1)
     ex, ey = away[0] / length, away[1] / length

@@ -148,7 +148,7 @@ def solve(setting: Setting, progress: Progress) -> Solution:
     """The unknowns that explain the data best: by equation error, by short pieces, then by whole swings."""
     problem = _problem(setting)
     progress("a start by equation error")
-    x = _by_equation_error(setting, problem)
+    x = _minimise_equation_error(setting, problem)
     guesses = (x, problem.prior)  # noise spoils accelerations first
     near = next((guess for guess in guesses if _follows(setting, problem, guess)), None)
     if near is not None:
@@ -218,7 +218,7 @@ def search_thin(setting: Setting) -> int:
     return max(1, int(STEP * setting.pace / spacing))
 
 
-def _by_equation_error(setting: Setting, problem: Problem) -> Array:
+def _minimise_equation_error(setting: Setting, problem: Problem) -> Array:
     """The unknowns (nx,) that explain the accelerations best, from the guesses."""
     p = _rescale(setting, problem, problem.prior)
     return regress(setting.regression, p.prior, p.scale, p.lower, p.upper, p.still)

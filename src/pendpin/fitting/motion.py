@@ -86,7 +86,7 @@ def _through_events(equations: Equations, now: _Columns, h: Array) -> None:
         meeting = part.some(fired)
         part.y = after
         if fired.size:
-            spent[fired] = _to_event(equations, meeting, after[:, fired], spent[fired])
+            spent[fired] = _advance_to_event(equations, meeting, after[:, fired], spent[fired])
             part.put(fired, meeting)
         now.put(going, part)
         left[going] -= spent
@@ -175,7 +175,7 @@ def _first_dip(equations: Equations, before: _Columns, after: Array, slopes: Arr
     return np.where(dips, where, 1.0).min(0)
 
 
-def _to_event(equations: Equations, part: _Columns, after: Array, h: Array) -> Array:
+def _advance_to_event(equations: Equations, part: _Columns, after: Array, h: Array) -> Array:
     """Move motions to the first event in their step and change what is held there; the time (C,) that it took.
 
     The root of the least margin, by the Illinois form of regula falsi on exact steps.
@@ -187,7 +187,7 @@ def _to_event(equations: Equations, part: _Columns, after: Array, h: Array) -> A
         return np.where(meets, _margins(equations, part, y), np.inf).min(0)
 
     y, tau, f_high = after, h, least(after)
-    low, f_low = _before_event(equations, part, h, least)
+    low, f_low = _find_time_before(equations, part, h, least)
     high, side = h.copy(), np.zeros_like(h)
     for _ in range(_MOST_ROOT_STEPS):
         tau = (low * f_high - high * f_low) / (f_high - f_low)
@@ -203,7 +203,7 @@ def _to_event(equations: Equations, part: _Columns, after: Array, h: Array) -> A
     return tau
 
 
-def _before_event(
+def _find_time_before(
     equations: Equations, part: _Columns, h: Array, least: Callable[[Array], Array]
 ) -> tuple[Array, Array]:
     """A time (C,) before each event and the margin there: later than 0 where a joint has only just set out."""

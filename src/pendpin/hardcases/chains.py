@@ -26,7 +26,7 @@ def _swinging(sizes: Scale, duration: float) -> Scene:
 
 
 @cache
-def _by_reactions(sizes: Scale, duration: float) -> Array:
+def _solve_by_reactions(sizes: Scale, duration: float) -> Array:
     """The tips (n, rods, 3) in m by the chain equations (reactions as the unknowns), at a tight tolerance."""
     solver = Solver(engine="chain", method="dop853", tolerance=1e-12, samples=11)
     return simulate(_swinging(sizes, duration).model_copy(update={"solver": solver})).tips
@@ -34,7 +34,7 @@ def _by_reactions(sizes: Scale, duration: float) -> Array:
 
 def _ratio(solve: Solve, full: bool, sizes: Scale, most: float, short: float) -> float:
     duration = most if full else short
-    apart = solve(_swinging(sizes, duration)).tips - _by_reactions(sizes, duration)
+    apart = solve(_swinging(sizes, duration)).tips - _solve_by_reactions(sizes, duration)
     relative = np.diff(apart, axis=1, prepend=0.0)  # of each rod's tip to its own joint
     return float((np.linalg.norm(relative, axis=-1) / [length for _, length in sizes]).max())
 
@@ -95,10 +95,10 @@ def _other_joints() -> dict[str, float]:
     x, y = np.eye(3)[:2]
     kinds = {"pin Universal": pin.JointModelUniversal(-x, -y), "pin Spherical": pin.JointModelSpherical()}
     words = {word: getattr(pin.Convention, word) for word in ("LOCAL", "WORLD")}
-    return {f"{name}, {word}": _with_joints(kinds[name], words[word]) for name in kinds for word in words}
+    return {f"{name}, {word}": _torque_error(kinds[name], words[word]) for name in kinds for word in words}
 
 
-def _with_joints(joint: Any, convention: Any) -> float:
+def _torque_error(joint: Any, convention: Any) -> float:
     """The largest torque that rnea computes for the accelerations of aba, over the torque that holds the chain."""
     pin = pinocchio()
     model, parent, (m, h, *principal) = pin.Model(), 0, LINK.properties

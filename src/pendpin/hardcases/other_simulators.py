@@ -87,14 +87,14 @@ def _best(case: Case, name: str) -> Outcome:
     build_peers, method, kind = SIMULATORS[name]
     outcomes: list[Outcome] = []
     for setting in SETTINGS[kind]:
-        solve = partial(_by_peer, build_peers, method, setting)
+        solve = partial(_run_peer, build_peers, method, setting)
         outcomes.append(replace(measured(case, f"{name}, {setting:g}", solve, full=False), claimed=False))
         if outcomes[-1].seconds > LIMIT:
             break
     return min(outcomes, key=lambda o: np.inf if o.measured is None else o.measured)
 
 
-def _by_peer(build_peers: Callable[..., Iterator[Peer]], method: str, setting: float, scene: Scene) -> Trajectory:
+def _run_peer(build_peers: Callable[..., Iterator[Peer]], method: str, setting: float, scene: Scene) -> Trajectory:
     """A scene run by another simulator. Raises RunError if the run does not reach its end."""
     peer = next(peer for peer in build_peers(task_of(scene)) if peer.name == method)
     if peer.kind == "step":

@@ -189,7 +189,7 @@ def integrate_to_event(
             before = t - instant(t, float(part.bounds[count] - part.bounds[count - 1]))
         due = times[len(samples) : times.searchsorted(before, "left" if event else "right")]
         if len(due):
-            samples = np.concatenate([samples, _at(part, due)])
+            samples = np.concatenate([samples, _states_at(part, due)])
         if event:
             return SegmentToEvent(t, y, samples, taken, event.fired)
         if part.failure:
@@ -209,7 +209,7 @@ def _event(guards: Guards, floor: Array, part: Steps) -> Crossing | None:
     return first_crossing(lambda t: guards(t, part.inside(t)), part.bounds, floor)
 
 
-def _at(part: Steps, t: Array) -> Array:
+def _states_at(part: Steps, t: Array) -> Array:
     """States (n, size) at times (n,) in some steps; where steps begin and end, those of the method itself."""
     states = part.inside(t)
     place = part.bounds.searchsorted(t)

@@ -194,10 +194,10 @@ def _rod_joint(model: Any, theta: int, phi: int, axes: dict[int, Array]) -> RodJ
         b1, sign = -b1, -1.0
     frame = np.array([b1, b2, np.cross(b1, b2)], float).T + 0.0  # + 0.0 clears the sign of zeros
     base = model.jointPlacements[theta].rotation @ mount @ frame
-    return RodJoint(_link(model, phi), theta - 1, phi - 1, frame, sign, base, _in_body(inertia, frame))
+    return RodJoint(_link(model, phi), theta - 1, phi - 1, frame, sign, base, _turn_into_body(inertia, frame))
 
 
-def _in_body(inertia: Any, frame: Array) -> RodInertia | None:
+def _turn_into_body(inertia: Any, frame: Array) -> RodInertia | None:
     """The inertia in the body frame, columns of frame (3, 3); None if the rod is not principal along it."""
     lever, tensor = frame.T @ inertia.lever, frame.T @ inertia.inertia @ frame
     principal = np.diag(tensor)

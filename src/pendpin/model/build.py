@@ -90,10 +90,10 @@ class Model:
 def build(model: Chain | UrdfModel | PinModel) -> Model:
     """The model of a scene. Raises InputError for a model that cannot be simulated, with its place and the reason."""
     if isinstance(model, PinModel):
-        return _from_pin(model)
+        return _build_pin(model)
     if isinstance(model, UrdfModel):  # a run asks for it several times: it is loaded once while its file stays the same
         return _loaded(model.model_dump_json(), content(model))
-    return _from_chain(model)  # pyright: ignore[reportArgumentType]
+    return _build_chain(model)  # pyright: ignore[reportArgumentType]
 
 
 def start_state(model: Model, start: Start) -> tuple[Array, Array]:
@@ -157,7 +157,7 @@ def chain_names(count: int) -> tuple[tuple[str, str, str], ...]:
 
 
 @lru_cache(maxsize=16)  # one run asks for it several times
-def _from_chain(chain: Chain) -> Model:
+def _build_chain(chain: Chain) -> Model:
     rods, names = chain.all_rods, chain_names(chain.count)
     joints = tuple(name for theta, phi, _ in names for name in (theta, phi))
     arrays = np.array([(*rod.properties, rod.length) for rod in rods]).T
@@ -185,14 +185,14 @@ def tree_of_chain(chain: ChainInertia) -> Tree:
         kinds=("revolute",) * (2 * n),
         axes=np.tile([[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]], (n, 1)),
         rotations=np.tile(np.eye(3), (2 * n, 1, 1)),
-        translations=_along_z(-np.concatenate([[0.0], chain.l[:-1]]), zero),
+        translations=_stack_along_z(-np.concatenate([[0.0], chain.l[:-1]]), zero),
         masses=np.stack([zero, chain.m], -1).reshape(-1),
-        coms=_along_z(zero, -chain.h),
+        coms=_stack_along_z(zero, -chain.h),
         inertias=inertias,
     )
 
 
-def _along_z(of_theta: Array, of_phi: Array) -> Array:
+def _stack_along_z(of_theta: Array, of_phi: Array) -> Array:
     """Vectors (2 n, 3) along z for the joints theta and phi of each rod, from their lengths (n,)."""
     return np.stack([of_theta, of_phi], -1).reshape(-1, 1) * [0.0, 0.0, 1.0]
 
@@ -224,7 +224,7 @@ def _chain_body(rod: Rod, link: str, joint: int) -> Body:
     return Body(link, joint, m, np.array([0, 0, -h]), np.diag(principal), tip, rod.radius)
 
 
-def _from_pin(model: PinModel) -> Model:
+def _build_pin(model: PinModel) -> Model:
     pin = pinocchio()
     if not isinstance(model.pin, pin.Model):
         raise InputError(f"model.pin: {shown(model.pin)} is not a pin.Model")

@@ -91,7 +91,7 @@ def swings(model: Model, link_poses: Array) -> Array:
     A rod points from its joint to its tip, wherever these are. A body that no joint tilts, as a trolley or a turntable,
     does not count, nor one without a tip. NaN where no body is left.
     """
-    angles = _from_down(model, link_poses)[:, _tilting(model)]
+    angles = _angles_from_down(model, link_poses)[:, _tilting(model)]
     return angles.max(1) if angles.shape[1] else np.full(len(angles), np.nan)
 
 
@@ -101,7 +101,7 @@ def swings_of_chain(tip: Array) -> Array:
     return np.arctan2(np.hypot(x, y), -z).max(1)
 
 
-def _from_down(model: Model, link_poses: Array) -> Array:
+def _angles_from_down(model: Model, link_poses: Array) -> Array:
     """The angles of the bodies, joint to tip, from straight down, (n, bodies) rad."""
     x, y, z = np.moveaxis(_turned(link_poses, np.array([body.tip for body in model.bodies])), -1, 0)
     return np.arctan2(np.hypot(x, y), -z)
@@ -113,7 +113,7 @@ def _tilting(model: Model) -> Mask:
     if model.chain is not None:
         return tips_there
     some = np.sin(np.outer(np.arange(4), np.arange(1, len(model.joints) + 1)))  # (4, nv) rad or m, the first all 0
-    return tips_there & (np.ptp(_from_down(model, poses(model, some)), 0) > NEAR)
+    return tips_there & (np.ptp(_angles_from_down(model, poses(model, some)), 0) > NEAR)
 
 
 def chain_length(model: Model) -> float:

@@ -41,7 +41,7 @@ def _links(tree: Tree) -> list[_Link]:
     """The bodies with a mass or an inertia; massless ones between two joints at one point are joined with the next."""
     links, above = [], dict[int, int]()
     for i, parent in enumerate(tree.parents):
-        if parent >= 0 and _only_turns(tree, parent) and _at_same_place(tree, i):
+        if parent >= 0 and _only_turns(tree, parent) and _has_same_frame(tree, i):
             above[i] = parent
     merged = set(above.values())
     for i in range(len(tree.parents)):
@@ -59,7 +59,7 @@ def _only_turns(tree: Tree, i: int) -> bool:
     return massless and tree.kinds[i] == "revolute" and tree.parents.count(i) == 1
 
 
-def _at_same_place(tree: Tree, i: int) -> bool:
+def _has_same_frame(tree: Tree, i: int) -> bool:
     """Whether a joint has the frame of the joint before it."""
     apart = np.abs(tree.translations[i]).max(), np.abs(tree.rotations[i] - np.eye(3)).max()
     return max(apart) <= POINT and tree.kinds[i] == "revolute"

@@ -104,11 +104,11 @@ def _cut(scene: Scene, count: int) -> Scene:
 def _variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Scene]]:
     """The scene without each of its effects, and with each of the candidates that it lacks; None: it is no effect."""
     for i, effect in enumerate(scene.effects):
-        yield effect.kind, True, effect, _with(scene, *scene.effects[:i], *scene.effects[i + 1 :])
+        yield effect.kind, True, effect, _replace_effects(scene, *scene.effects[:i], *scene.effects[i + 1 :])
     kinds = {effect.kind for effect in scene.effects}
     for name, effect in _candidates(scene):
         if effect.kind not in kinds:
-            yield name, False, effect, _with(scene, *scene.effects, effect)
+            yield name, False, effect, _replace_effects(scene, *scene.effects, effect)
     if isinstance(scene.model, Chain) and any(rod.radius and rod.inertia is None for rod in scene.model.rods):
         thin = tuple(Rod(**rod.model_dump() | {"radius": THINNER * rod.radius}) for rod in scene.model.rods)
         model = Chain(rods=thin, copies=scene.model.copies)
@@ -127,7 +127,7 @@ def _candidates(scene: Scene) -> Iterator[tuple[str, Effect]]:
         yield f"viscous joints, for example {coefficient:.2g} N m s/rad", Viscous(coefficient=coefficient)
 
 
-def _with(scene: Scene, *effects: Effect) -> Scene:
+def _replace_effects(scene: Scene, *effects: Effect) -> Scene:
     return scene.model_copy(update={"effects": effects})
 
 

@@ -67,7 +67,7 @@ def _instants(more: Continuation, quantity: Quantity, changes: Changes) -> Array
         b, fb = np.where(open_ & ~same, a, b), np.where(open_ & ~same, fa, fb)
         a, fa = np.where(open_, t, a), np.where(open_, f, fa)
         share = _next_share((a, b, c), (fa, fb, fc))
-    return _behind_jumps(changes, (a, b), (fa, fb))
+    return _choose_ends(changes, (a, b), (fa, fb))
 
 
 def _values(more: Continuation, quantity: Quantity, t: Array) -> Array:
@@ -86,7 +86,7 @@ def _next_share(t: tuple[Array, Array, Array], f: tuple[Array, Array, Array]) ->
     return np.where(smooth & np.isfinite(quadratic), quadratic, 0.5)
 
 
-def _behind_jumps(changes: Changes, t: tuple[Array, Array], f: tuple[Array, Array]) -> Array:
+def _choose_ends(changes: Changes, t: tuple[Array, Array], f: tuple[Array, Array]) -> Array:
     """The better of the two ends of each interval; behind it where the quantity has jumped and not passed 0."""
     nearer = np.abs(f[0]) <= np.abs(f[1])
     instant, off = np.where(nearer, *t), np.where(nearer, *f)

@@ -108,7 +108,7 @@ def simulate_many(
     dynamics = bind(scene)
     q, v = _starts(dynamics.model, scene, positions, velocities)
     threads, processes = _workers(workers, len(q))
-    scene = _with_method(scene, dynamics, q[0], v[0])
+    scene = _choose_method(scene, dynamics, q[0], v[0])
     dynamics = bind(scene)
     integrator = None if scene.solver.accuracy or scene.solver.method == "auto" else integrator_for(scene, dynamics)
     table = _Table(q, v, len(scene.times), progress)
@@ -116,8 +116,8 @@ def simulate_many(
     result = partial(table.ensemble, scene, dynamics.model.joints, threads if in_series else processes)
     try:
         if in_series:
-            _by_series(scene, integrator, table, threads)
-        _one_by_one(scene, table, processes)
+            _run_series(scene, integrator, table, threads)
+        _run_each(scene, table, processes)
     except (KeyboardInterrupt, Interrupted):
         reason = f"stopped by the user after {table.done.sum()} of {len(q)} starts"
         raise Interrupted(reason, result("not run: stopped by the user")) from None
@@ -126,7 +126,7 @@ def simulate_many(
     return result()
 
 
-def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> Scene:
+def _choose_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array) -> Scene:
     """The scene with taylor where taylor is chosen; the first start q, v (nv,) shows whether the scene is stiff."""
     solver = scene.solver
     if solver.method != "auto" or solver.accuracy or not taylor_takes(scene, dynamics, False, MOST_JOINTS):
@@ -234,7 +234,7 @@ class _Table:
 # --- as series, side by side ----------------------------------------------------------------------------------------
 
 
-def _by_series(scene: Scene, integrator: Taylor, table: _Table, workers: int) -> None:
+def _run_series(scene: Scene, integrator: Taylor, table: _Table, workers: int) -> None:
     """Fill in what ends well; the rest wants the closer look of `simulate`."""
     table.methods.add("taylor")
     table.libraries.add((integrator.library, integrator.version))
@@ -269,7 +269,7 @@ class _Row(NamedTuple):
     failure: str | None  # why it ended early
 
 
-def _one_by_one(scene: Scene, table: _Table, workers: int) -> None:
+def _run_each(scene: Scene, table: _Table, workers: int) -> None:
     """Run what is not done yet."""
     left = np.flatnonzero(~table.done)
     jobs = [(table.starts[0][place], table.starts[1][place]) for place in left]

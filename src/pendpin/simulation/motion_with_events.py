@@ -85,7 +85,7 @@ class LoopWithEvents(IntegrationLoop):
             failure = f"{t:g} s after the start there are more than {MOST_AT_ONCE:g} events at once"
         if not failure:
             try:
-                y, mode = self._after(segment, guards)
+                y, mode = self._begin_next(segment, guards)
                 if segment.fired is not None:
                     changes = guards.changes(y[: self.nv], segment.fired, mode.held)
                     happened = [
@@ -149,7 +149,7 @@ class LoopWithEvents(IntegrationLoop):
         size = np.concatenate([scales.position, scales.rate, work])
         return StateScales(size, np.ones(len(size), bool)), float((scales.rate / scales.position).max())
 
-    def _after(self, segment: SegmentToEvent, guards: Guards) -> tuple[Array, Mode]:
+    def _begin_next(self, segment: SegmentToEvent, guards: Guards) -> tuple[Array, Mode]:
         """The state (size,) and the mode at the start of the next segment."""
         y, mode = segment.y.copy(), guards.mode
         if segment.fired is not None:

@@ -65,7 +65,7 @@ def run_scene(
     compiles = dynamics.engine.compiles
     try:
         deadline.waits_for(lambda: dynamics.engine.derivative(progress) if compiles else None, compiles)
-        scene, dynamics = _with_method(scene, dynamics, q, v, energy_balance)
+        scene, dynamics = _choose_method(scene, dynamics, q, v, energy_balance)
         if checkpoint:
             saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name))
         patience = Patience(scene.duration, deadline, _reserve(scene, dynamics, start, deadline), progress)
@@ -75,11 +75,11 @@ def run_scene(
         loop = deadline.waits_for(lambda: loop_of(task), compiles)
     except Halted as error:
         return _finished(scene, dynamics, None, replace(start, failure=error), saver.note)
-    notes = (*_of_jumps(scene), *pace_of_run.notes(scene.duration, scene.solver.step))
+    notes = (*_note_jumps(scene), *pace_of_run.notes(scene.duration, scene.solver.step))
     run = replace(integrate_to_end(loop, q, v, saver, between), notes=notes)
     guarded = between is None and not anyway  # else something changed the state, or it is to run on with a wrong energy
     trajectory = _finished(scene, dynamics, task.balance, run, saver.note, guarded)
-    return _with_energy_note(trajectory) if anyway else trajectory
+    return _note_wrong_energy(trajectory) if anyway else trajectory
 
 
 def bind_for_run(scene: Scene) -> Dynamics:
@@ -94,7 +94,7 @@ def bind_for_run(scene: Scene) -> Dynamics:
     return dynamics
 
 
-def _of_jumps(scene: Scene) -> tuple[str, ...]:
+def _note_jumps(scene: Scene) -> tuple[str, ...]:
     """A note on methods that may step over a jump: a difference across it looks like a fast decay, which they damp."""
     method = scene.solver.method
     if not method_of(method).damps or built_in(scene.effects):
@@ -102,7 +102,9 @@ def _of_jumps(scene: Scene) -> tuple[str, ...]:
     return (f"{method} may be wrong where a function of your own jumps, as sign(v) does: compare with dop853",)
 
 
-def _with_method(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool) -> tuple[Scene, Dynamics]:
+def _choose_method(
+    scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool
+) -> tuple[Scene, Dynamics]:
     """The scene with a method and an engine in place of "auto", and its dynamics in their form; q, v (nv,)."""
     method, engine = automatic(scene, dynamics, q, v, energy_balance)
     if (method, engine) == (scene.solver.method, scene.solver.engine):
@@ -140,7 +142,7 @@ def _finished(
     raise run.failure.said(reason + more, trajectory)
 
 
-def _with_energy_note(run: Trajectory) -> Trajectory:
+def _note_wrong_energy(run: Trajectory) -> Trajectory:
     """The run, with a note that says from when on its energy is wrong, if it is."""
     count = balanced(run)
     if count == len(run.t):

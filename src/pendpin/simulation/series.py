@@ -125,14 +125,14 @@ class Series:
         if len(self._moving) and len(fine) > 1:
             rows, steps, flips = self._integrate(cases, fine)
         else:  # all at rest, for good, or the start alone: heyoka refuses no equations and no interval
-            rows = np.repeat(self._with_zeros(self._packed(cases))[:, None], len(fine), axis=1)
+            rows = np.repeat(self._fill_in_still(self._packed(cases))[:, None], len(fine), axis=1)
             steps, flips = np.zeros(len(rows)), np.full(len(rows), np.nan)
         q, v, needed = self._read(rows, steps, cases, fine, parts)
         return Motions(cases.models, times, q, v, flips, steps), needed
 
     def _integrate(self, cases: Cases, fine: Array) -> tuple[Array, Array, Array]:
         """States (c, n, size) at the fine times (n,), steps (c,), first passages (c,) in s; NaN where a case ends early."""
-        order, y = self._by_energy(cases), self._packed(cases)
+        order, y = self._sort_by_energy(cases), self._packed(cases)
         rows = np.full((len(y), len(fine), self._recording.size), np.nan)
         steps, flips = np.full((2, len(y)), np.nan)
         series = self._take()
@@ -142,14 +142,14 @@ class Series:
                     break
                 series.pars[:] = cases.parameters[places].T
                 states, steps[places] = _propagate(series, y[places], fine, cases.longest[places], self.stopped)
-                rows[places] = self._with_zeros(states)
+                rows[places] = self._fill_in_still(states)
                 flips[places] = np.fmin.reduce([passage.first for passage in _passages(series)], initial=np.nan)
         finally:
             with self._lock:
                 self._spare.append(series)
         return rows, steps, flips
 
-    def _with_zeros(self, states: Array) -> Array:
+    def _fill_in_still(self, states: Array) -> Array:
         """The whole states (..., size) from what moves of them (..., moving)."""
         if states.shape[-1] == self._recording.size:
             return states
@@ -157,7 +157,7 @@ class Series:
         rows[..., self._moving] = states
         return rows
 
-    def _by_energy(self, cases: Cases) -> Indices:
+    def _sort_by_energy(self, cases: Cases) -> Indices:
         """The places (c,) of the cases in the order of their energies: alike, they take like numbers of steps.
 
         As they come where each has a model of its own.

@@ -42,11 +42,11 @@ def place_of(model: Model, q: Array) -> str:
 def remarks(scene: Scene) -> tuple[str, ...]:
     """What the linear model of a scene leaves out or freezes, a sentence for each effect."""
     return tuple(
-        f"effects[{i}]: {text}" for i, effect in enumerate(scene.effects) for text in _of_effect(effect, scene)
+        f"effects[{i}]: {text}" for i, effect in enumerate(scene.effects) for text in _remark_on(effect, scene)
     )
 
 
-def _of_effect(effect: Effect, scene: Scene) -> Iterator[str]:
+def _remark_on(effect: Effect, scene: Scene) -> Iterator[str]:
     if isinstance(effect, ContactEffect):
         yield f"{effect.kind} is left out: it acts through events"
     if isinstance(effect, Drag) and effect.quadratic and not any((*effect.wind, effect.gust)):

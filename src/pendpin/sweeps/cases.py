@@ -75,7 +75,7 @@ class Vectors:
             few = {"times": tuple(scene.clock[[0, -1]].tolist())} if scene.solver.times else {"samples": 2}
             scene = scene.model_copy(update={"solver": scene.solver.model_copy(update=few)})
         self.task, self.scene, self.ladder = task, scene, None
-        made = partial(Series, scene, flips=sums, other=_from_elsewhere(task, scene))
+        made = partial(Series, scene, flips=sums, other=_move_start(task, scene))
         if scene.solver.accuracy:
             self.ladder = Ladder(scene, made)
             self.series = self.ladder.series[::-1]
@@ -130,7 +130,7 @@ class Vectors:
             good &= run.finite
         if self._starts_alone:  # else each case has energies of its own
             good &= ends_well(self.series[0].dynamics, runs[0].q, runs[0].v)
-        columns = [_of_motions(m, runs) for m in self.task.chosen]
+        columns = [_measure_motions(m, runs) for m in self.task.chosen]
         for values, column in zip(columns, block.values.T, strict=True):
             if values is not None:
                 column[places[good]] = values[good]
@@ -159,7 +159,7 @@ class Vectors:
         return fill_in(scene, dynamics, None, run)
 
 
-def _of_motions(m: Measure, motions: list[Motions]) -> Array | None:
+def _measure_motions(m: Measure, motions: list[Motions]) -> Array | None:
     """The measure (c,) from positions and rates alone; None where these do not say it."""
     try:
         if m.two:
@@ -180,7 +180,7 @@ def _start_joints(task: Task, model: Model) -> tuple[Indices, Indices] | None:
     return np.array([fields.index(str(path[1])) for path in paths]), np.array(joints)
 
 
-def _from_elsewhere(task: Task, scene: Scene) -> Scene | None:
+def _move_start(task: Task, scene: Scene) -> Scene | None:
     """The scene with other numbers, by chance, where the start is varied."""
     keys = [key for key in task.plan.keys if key.startswith("start.")]
     try:

@@ -69,7 +69,7 @@ def measure(name_or_function: str | Function) -> Measure:
         statistics = STATISTICS[statistic]
         return Measure(
             *(name_or_function, unit, lambda run: float(statistics(run.t, run[series]))),
-            of_motion=_of_angle(series, statistics),
+            of_motion=_angle_statistic(series, statistics),
             series=series,
             ends=statistic == "final",
         )
@@ -94,7 +94,7 @@ def measured(m: Measure, run: Trajectory, looser: Trajectory) -> float:
         raise RunError(f"{m.name}: {type(error).__name__}: {error}") from None
 
 
-def _of_angle(series: str, statistic: Callable[[Array, Array], Array]) -> Callable[[Motions], Array]:
+def _angle_statistic(series: str, statistic: Callable[[Array, Array], Array]) -> Callable[[Motions], Array]:
     """A statistic (c,) of a joint's angle. Raises LookupError for any other series, which needs the whole run."""
     return lambda motions: statistic(
         motions.t, motions.q[..., {name: i for i, name in enumerate(motions.models[0].joints)}[series]]

@@ -128,7 +128,7 @@ def by_elliptic_functions(scene: Scene, model: Model, length: float, limit: floa
     axis = in_plane or 0
     reduced = (rod.I1, rod.I2)[axis] / rod.m / rod.h + rod.h  # I1 = I2 where I3 = 0
     if rod.I3:
-        direction = _in_plane(axis, q, v, reduced, gravity, scene)
+        direction = _swing_directions(axis, q, v, reduced, gravity, scene)
     else:
         direction = exact.spherical(exact.direction(q), exact.direction_rate(q, v), reduced, gravity, scene.times)
     return Solution("elliptic functions in 100 digits", direction[:, None] * length, np.zeros(len(direction)), EPS)
@@ -142,7 +142,7 @@ def _downwards(effects: tuple[Effect, ...]) -> float | None:
     return float(-field[2]) if field[2] < 0 and not field[:2].any() else None
 
 
-def _in_plane(axis: int, q: Array, v: Array, reduced: float, gravity: float, scene: Scene) -> Array:
+def _swing_directions(axis: int, q: Array, v: Array, reduced: float, gravity: float, scene: Scene) -> Array:
     """Directions (n, 3) of a rod that swings in the plane of one angle, from q, v (2,)."""
     angles = np.zeros((len(scene.times), 2))
     angles[:, axis] = exact.planar(q[axis], v[axis], reduced, gravity, scene.times)
@@ -154,30 +154,34 @@ def by_series(scene: Scene, model: Model, length: float, limit: float) -> Soluti
     if len(model.joints) > (MAX_JOINTS if limit == np.inf else FEW_JOINTS):  # of more joints, it compiles long
         raise InputError("too many joints")
     name = "power series (taylor) of the recursion"
-    return _of_runs(name, scene.with_solver(engine="auto"), length, "taylor", 1e-18, 1e-16, limit)
+    return _compare_runs(name, scene.with_solver(engine="auto"), length, "taylor", 1e-18, 1e-16, limit)
 
 
 def by_runge_kutta(scene: Scene, model: Model, length: float, limit: float) -> Solution:
     """The adaptive integrator, on Pinocchio's accelerations where possible; with a limit on the recursion, which is fast."""
     scene = uncompiled(scene.by("dop853", 1e-14)) if limit == np.inf else _recursion(scene, model)
-    return _of_runs(f"Runge-Kutta (dop853) on {bind(scene).engine.name}", scene, length, "dop853", 1e-14, 1e-13, limit)
+    return _compare_runs(
+        f"Runge-Kutta (dop853) on {bind(scene).engine.name}", scene, length, "dop853", 1e-14, 1e-13, limit
+    )
 
 
-def _on_recursion(family: str, method: str, fine: float, coarse: float, most: float = np.inf) -> Maker:
+def _integrate_recursion(family: str, method: str, fine: float, coarse: float, most: float = np.inf) -> Maker:
     """A method at two tolerances, on the recursion in machine code where it can be compiled, for up to `most` joints."""
 
     def solve(scene: Scene, model: Model, length: float, limit: float) -> Solution:
         if len(model.joints) > most:
             raise InputError("too many joints")
         scene = _recursion(scene, model)
-        return _of_runs(f"{family} ({method}) on {bind(scene).engine.name}", scene, length, method, fine, coarse, limit)
+        return _compare_runs(
+            f"{family} ({method}) on {bind(scene).engine.name}", scene, length, method, fine, coarse, limit
+        )
 
     return solve
 
 
-by_multistep = _on_recursion("multistep", "lsoda", 1e-13, 1e-12, LARGE)
-by_low_order = _on_recursion("order 5", "rk45", 1e-12, 1e-11)  # for scenes that are too large for other families
-by_collocation = _on_recursion("collocation", "radau", 1e-11, 1e-10)
+by_multistep = _integrate_recursion("multistep", "lsoda", 1e-13, 1e-12, LARGE)
+by_low_order = _integrate_recursion("order 5", "rk45", 1e-12, 1e-11)  # for scenes that are too large for other families
+by_collocation = _integrate_recursion("collocation", "radau", 1e-11, 1e-10)
 
 
 def refuse_other_equations(scene: Scene, run: Trajectory) -> None:
@@ -203,7 +207,9 @@ def _recursion(scene: Scene, model: Model) -> Scene:
     return scene.with_solver(engine="compiled") if compiles else scene
 
 
-def _of_runs(name: str, scene: Scene, length: float, method: str, fine: float, coarse: float, limit: float) -> Solution:
+def _compare_runs(
+    name: str, scene: Scene, length: float, method: str, fine: float, coarse: float, limit: float
+) -> Solution:
     runs = [run_within(limit, scene.by(method, setting)) for setting in (fine, coarse)]
     n = min(len(run.t) for run in runs)
     one, other = (marks(build(scene.model), run.tips[:n], run.q[:n]) for run in runs)

@@ -61,7 +61,7 @@ class Curve:
         front = self.front
         for cheaper, point in zip((None, *front), front, strict=False):
             if point.error <= error:
-                return point.seconds if cheaper is None else _between(cheaper, point, error)
+                return point.seconds if cheaper is None else _interpolate_seconds(cheaper, point, error)
         return None
 
     @property
@@ -74,7 +74,7 @@ class Curve:
         return tuple(points)
 
 
-def _between(cheaper: Point, dearer: Point, error: float) -> float:
+def _interpolate_seconds(cheaper: Point, dearer: Point, error: float) -> float:
     share = np.log(cheaper.error / error) / np.log(cheaper.error / max(dearer.error, EPS))
     return float(cheaper.seconds * (dearer.seconds / cheaper.seconds) ** share)
 

@@ -63,7 +63,7 @@ class Binding(Context):
             _total(varying),
             _total(torques),
             wrench and (lambda t, motion: wrench(t, complete(t, motion))),
-            _at_many_states(wrench, complete) if wrench and plain_arithmetic(self.effects) else None,
+            _vectorise(wrench, complete) if wrench and plain_arithmetic(self.effects) else None,
             axial=any(effect.axial for effect in self.effects if isinstance(effect, BodyEffect)),
         )
 
@@ -75,7 +75,7 @@ def bind_loads(
     return Binding(model, effects, xp, start, numbers).loads
 
 
-def _at_many_states(
+def _vectorise(
     wrench: Wrench, complete: Callable[[Any, Motion], Motion]
 ) -> Callable[[Array, Motion], tuple[Array, Array]]:
     """The wrench at times (k,) and motions (k, n, ...)."""

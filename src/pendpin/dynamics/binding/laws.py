@@ -44,11 +44,11 @@ def since(start: float, effect: Effect, function: Any, numbers: Numbers = GIVEN)
     """A function of time of one effect, as a function of the time since `start` in s: late times then lose no digits."""
     if not start:
         return function
-    early = numbers(_in_first_period(start, effect))
+    early = numbers(_reduce_to_first_period(start, effect))
     return lambda t, *state: function(early + t, *state)
 
 
-def _in_first_period(start: float, effect: Effect) -> Any:
+def _reduce_to_first_period(start: float, effect: Effect) -> Any:
     """The time at which a sinusoid first has the phase that it has at `start`, in s; for other effects `start`."""
     if not start or not isinstance(effect, Drag | Motor | Push | Support) or effect.frequency is None:
         return start

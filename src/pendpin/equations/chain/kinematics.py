@@ -132,7 +132,7 @@ def along(chain: ChainInertia, x: Array) -> tuple[Array, Array]:
 
 def positions(chain: ChainInertia, q: Array) -> Positions:
     """Frames, centres of mass and tips for angles q (..., n, 2) in rad."""
-    return Positions(*_in_chunks(lambda angles: _positions(chain, Joints.at(angles)), q))
+    return Positions(*_evaluate_in_chunks(lambda angles: _positions(chain, Joints.at(angles)), q))
 
 
 def motion(chain: ChainInertia, q: Array, v: Array) -> ChainMotion:
@@ -147,7 +147,7 @@ def motion(chain: ChainInertia, q: Array, v: Array) -> ChainMotion:
         direction_rates = np.moveaxis(B[:, 0] * w[1] - B[:, 1] * w[0], 0, -1)
         return *at, np.moveaxis(w, 0, -1), *along(chain, direction_rates)
 
-    return ChainMotion(*_in_chunks(moving, q, v))
+    return ChainMotion(*_evaluate_in_chunks(moving, q, v))
 
 
 def energy(chain: ChainInertia, q: Array, v: Array, field: Array) -> tuple[Array, Array]:
@@ -171,7 +171,7 @@ def _positions(chain: ChainInertia, joints: Joints) -> Positions:
     return Positions(frames, *along(chain, frames[..., 2]))
 
 
-def _in_chunks(function: Callable[..., tuple[Array, ...]], *states: Array) -> list[Array]:
+def _evaluate_in_chunks(function: Callable[..., tuple[Array, ...]], *states: Array) -> list[Array]:
     """function over a batch of states (..., n, 2), some states at a time; every result has the batch axes first."""
     batch, (n, _) = states[0].shape[:-2], states[0].shape[-2:]
     flat = [x.reshape(-1, n, 2) for x in states]

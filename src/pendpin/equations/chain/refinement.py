@@ -74,7 +74,7 @@ class Direct(Correction):
         columns = self._columns(system.bare())
         K, size, _ = columns.shape
         self.width = 2 * size - 1
-        self.rows = _scale(_by_row(np.abs(columns)).max((2, 3)))  # (K, size)
+        self.rows = _scale(_split_by_row(np.abs(columns)).max((2, 3)))  # (K, size)
         columns *= np.pad(self.rows, ((1, 1), (0, 0)))[np.arange(K)[:, None] + np.arange(3)].reshape(K, 1, -1)
         self.cols = _scale(np.abs(columns).max(2))  # (K, size)
         columns *= self.cols[:, :, None]
@@ -114,12 +114,14 @@ class Direct(Correction):
                 around = np.pad(answer, ((1, 1), (0, 0)))
                 rods = np.arange(third, K, 3)
                 columns[rods, unknown] = around[rods[:, None] + np.arange(3)].reshape(len(rods), 3 * size)
-        empty = np.abs(_by_row(columns)).max((2, 3)) == 0  # of a spherical joint: neither Mc nor a spin enters anything
+        empty = (
+            np.abs(_split_by_row(columns)).max((2, 3)) == 0
+        )  # of a spherical joint: neither Mc nor a spin enters anything
         columns[:, np.arange(size), size + np.arange(size)] += empty
         return columns
 
 
-def _by_row(columns: Array) -> Array:
+def _split_by_row(columns: Array) -> Array:
     """(K, size, 3 size) by unknown -> [rod, equation, the rod below, the rod itself, the rod above, unknown]."""
     K, size, _ = columns.shape
     around = np.pad(columns.reshape(K, size, 3, size), ((1, 1), (0, 0), (0, 0), (0, 0)))

@@ -83,7 +83,7 @@ def solve(
         rods, axes = chain.rods.repeated(q[..., 0].size // chain.n), _axes(joints, external.first_spherical)
         x, alpha = project(_balances(rods, joints, axes, field, omega, drift, external))
         if axes.spherical is not None:
-            alpha = _with_spin(joints, axes.spherical, omega, drift, alpha)
+            alpha = _add_spin(joints, axes.spherical, omega, drift, alpha)
     shape = q.shape[:-1]
     moment_at_joint = _carried(joints, x[3], external.torque)
     return ChainSolution(
@@ -117,11 +117,11 @@ def _external(
         if moment is not None:
             about_G = _into_body(frames, moment)
             first_spherical = max(
-                first_spherical, _after_last(np.greater(np.abs(about_G[2]), AXIAL * np.abs(about_G).max()), chain.n)
+                first_spherical, _count_to_last(np.greater(np.abs(about_G[2]), AXIAL * np.abs(about_G).max()), chain.n)
             )
     if torque is not None:
         tau = rods_last(torque)
-        first_spherical = max(first_spherical, _after_last((tau != 0).any(0), chain.n))
+        first_spherical = max(first_spherical, _count_to_last((tau != 0).any(0), chain.n))
         (s_t, c_t), (s, c) = joints.theta, joints.phi
         at_joint = np.stack([-tau[0] * c, tau[1], -tau[0] * s])
         about_G = about_G + at_joint
@@ -136,7 +136,7 @@ def _into_body(frames: Array, x: Array) -> Array:
     return (frames * rods_last(x)[:, None]).sum(0)
 
 
-def _after_last(marked: Mask, n: int) -> int:
+def _count_to_last(marked: Mask, n: int) -> int:
     """Index after the last rod that is marked (K,) in any of the states; 0 if none is."""
     rods = np.flatnonzero(marked.reshape(-1, n).any(0))
     return int(rods[-1]) + 1 if rods.size else 0
@@ -187,7 +187,7 @@ def _balances(
     return Balances(rods, rods.inverse, support, external.push, moment, joints, axes, swing, drift)
 
 
-def _with_spin(joints: Joints, spherical: Mask, omega: Array, drift: Array, alpha: Array) -> Array:
+def _add_spin(joints: Joints, spherical: Mask, omega: Array, drift: Array, alpha: Array) -> Array:
     """Angular accelerations (3, K) of rods on spherical joints, in the frames that the angles give them, which do spin.
 
     Across the axis the frame's spin adds what leaves b3'' unchanged; along it the universal joint's twist constraint

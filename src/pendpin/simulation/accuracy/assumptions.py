@@ -39,7 +39,7 @@ class Rough(NamedTuple):
 def describe_assumptions(scene: Scene, rough: Sequence[Rough]) -> tuple[str, ...]:
     """Notes on the user's own effects of a scene, with what was seen of them along its run."""
     users = [(i, effect) for i, effect in enumerate(scene.effects) if users_own(effect) and not effect.idle]
-    notes = [note for i, effect in users for note in _of_declaration(f"effects[{i}] ({effect.kind})", effect)]
+    notes = [note for i, effect in users for note in _note_declaration(f"effects[{i}] ({effect.kind})", effect)]
     notes += [
         f"{one.name} changes abruptly with position or rate near t = {one.t:.6g} s: the estimated error may be too "
         "small; compare with a run whose steps are much shorter than the change"
@@ -58,7 +58,7 @@ def probe_effects(dynamics: Dynamics, duration: float, run: Trajectory) -> list[
     return [one for one in roughest if one is not None]
 
 
-def _of_declaration(name: str, effect: Effect) -> list[str]:
+def _note_declaration(name: str, effect: Effect) -> list[str]:
     """A note on an effect that does not declare that it is smooth, or that it is not."""
     smooth = declared_smooth(effect)
     if smooth:
