@@ -17,8 +17,9 @@ from pendpin.simulation import processor_time
 from pendpin.work_precision import cost as work_precision
 from pendpin.work_precision import references
 from pendpin.work_precision.cost import cost
+from pendpin.work_precision.curves import Curve
 from pendpin.work_precision.references import by_elliptic_functions, by_runge_kutta, by_series, reference
-from pendpin.work_precision.report import CostReport, CostRow, Curve
+from pendpin.work_precision.report import CostReport, CostRow
 from scenes import scene_of
 
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="not installed: heyoka")

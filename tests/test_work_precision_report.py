@@ -16,9 +16,10 @@ from pendpin.model.build import build
 from pendpin.model.kinematics import tip_distance
 from pendpin.simulation import processor_time
 from pendpin.work_precision import references
+from pendpin.work_precision.curves import Curve, Point
 from pendpin.work_precision.figure import save_cost_plot
 from pendpin.work_precision.references import by_elliptic_functions
-from pendpin.work_precision.report import CostReport, Curve, Point, row
+from pendpin.work_precision.report import CostReport, row
 from test_work_precision import THICK, THIN, needs_heyoka, scene
 
 # --- the report -----------------------------------------------------------------------------------------------------

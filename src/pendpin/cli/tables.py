@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from pendpin.stability.modes import Modes
     from pendpin.stability.report import Stability
     from pendpin.trajectory import Trajectory
-    from pendpin.work_precision.report import CostReport, CostRow, Curve
+    from pendpin.work_precision.curves import Curve
+    from pendpin.work_precision.report import CostReport, CostRow
 
 
 SHOWN = ("at rest from", "largest swing", "farthest sideways", "R3 largest")

@@ -1,14 +1,12 @@
 """A fit as one figure: measured and fitted columns, residuals, their autocorrelation, the held-out part shaded."""
 
 import textwrap
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.fitting.honesty import autocorrelation
-from pendpin.fitting.report import Fit, Prediction
 from pendpin.graphics.figure import write_figure
 
 COLORS = ("#d9622b", "#2b6cb0", "#2f855a", "#6b46c1", "#b7791f", "#4a5568")
@@ -17,17 +15,12 @@ MOST_LAGS = 400
 GAP = 5.0  # times the usual time between samples: no curve is drawn across
 
 
-def plot(fit: Fit, path: Any = None) -> Any:
+def plot(fit: Any, path: Any = None) -> Any:
     """As `Fit.plot`."""
-    return draw_fit(fit) if path is None else save_fit(fit, path)
+    return draw_fit(fit) if path is None else write_figure(path, lambda: draw_fit(fit))
 
 
-def save_fit(fit: Fit, path: str | Path) -> Path:
-    """Write the figure to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
-    return write_figure(path, lambda: draw_fit(fit))
-
-
-def draw_fit(fit: Fit) -> Any:
+def draw_fit(fit: Any) -> Any:
     """The figure; swings are drawn one after the other, with breaks between them."""
     from matplotlib.figure import Figure
 
@@ -55,7 +48,7 @@ def draw_fit(fit: Fit) -> Any:
     return figure
 
 
-def _swings(top: Any, middle: Any, shown: Prediction, begin: float, degrees: bool) -> float:
+def _swings(top: Any, middle: Any, shown: Any, begin: float, degrees: bool) -> float:
     """Draw swings from a time on, angles in degrees where the data were; the time at which the last ends."""
     scales = [180 / np.pi if unit == "rad" and degrees else 1.0 for unit in shown.units]
     for swing, predicted, compared in zip(shown.swings, shown.predicted, shown.compared, strict=True):
@@ -77,7 +70,7 @@ def _broken(t: Array, values: Array) -> tuple[Array, Array]:
     return np.insert(t, gaps, t[gaps]), np.insert(values, gaps, np.nan)
 
 
-def _correlation(ax: Any, fit: Fit) -> None:
+def _correlation(ax: Any, fit: Any) -> None:
     problem, r = fit.solution.problem, fit.solution.solved.r
     r = r.reshape(len(problem.batch.swing), -1, len(fit.train.columns))
     spacing = float(np.median(np.diff(fit.train.swings[0].t)))

@@ -1,6 +1,6 @@
 """Modes as a figure of their shapes, and as something that moves."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from pendpin.model.build import Model, build
 from pendpin.scene import Scene
 from pendpin.simulation.run import fill_in
 
-if TYPE_CHECKING:
-    from pendpin.stability.modes import Modes
-
 SHOWN = 6  # shapes in a figure
 SWING = 0.12  # of the extent of the model: how far a shape is drawn from the rest
 MOST_TURN = 0.6  # rad, or m: the largest entry of a shape that is drawn
@@ -28,7 +25,7 @@ LASTS = 4.0  # s, of a mode that does not swing
 PALE = "#b8c2cf"
 
 
-def draw_modes(modes: "Modes", chosen: list[int], ax: Any) -> Any:
+def draw_modes(modes: Any, chosen: list[int], ax: Any) -> Any:
     """A panel for each shape, seen across the plane in which it moves most: the rest pale, both ends of the swing."""
     places = chosen or [group.modes[0] for group in modes.lines(SHOWN)]
     if ax is not None:
@@ -44,7 +41,7 @@ def draw_modes(modes: "Modes", chosen: list[int], ax: Any) -> Any:
     return figure
 
 
-def _panel(ax: Any, modes: "Modes", place: int) -> None:
+def _panel(ax: Any, modes: Any, place: int) -> None:
     rest, moved = _displaced(modes, place)
     size = float(np.linalg.norm(moved, axis=-1).max()) or 1.0
     extent = float(np.linalg.norm(rest.reshape(-1, 3), axis=-1).max()) or 1.0
@@ -61,7 +58,7 @@ def _panel(ax: Any, modes: "Modes", place: int) -> None:
     ax.tick_params(labelsize=7)
 
 
-def _displaced(modes: "Modes", place: int) -> tuple[Array, Array]:
+def _displaced(modes: Any, place: int) -> tuple[Array, Array]:
     """Both ends of every body at the rest, and how they move to first order with a shape, (bodies, 2, 3) m."""
     model, small = build(modes.scene.model), 1e-6
     rest, ahead, behind = _ends(model, modes.q + np.array([[0.0], [small], [-small]]) * np.real(modes.shapes[place]))
@@ -74,7 +71,7 @@ def _ends(model: Model, q: Array) -> Array:
     return np.stack([poses[..., :3, 3], kinematics.tips(model, poses)], 2)
 
 
-def amplitude(modes: "Modes", place: int) -> float:
+def amplitude(modes: Any, place: int) -> float:
     """The factor with which a shape is played: some body moves by a share of the model's extent, no joint turns far."""
     rest, moved = _displaced(modes, place)
     size = float(np.linalg.norm(moved, axis=-1).max())
@@ -82,7 +79,7 @@ def amplitude(modes: "Modes", place: int) -> float:
     return min(SWING * extent / size if size else np.inf, MOST_TURN / float(np.abs(modes.shapes[place]).max()))
 
 
-def animate_mode(modes: "Modes", place: int) -> Animation:
+def animate_mode(modes: Any, place: int) -> Animation:
     """Some periods of one mode, without damping, in slow motion or fast so that they last a few seconds."""
     model, omega = build(modes.scene.model), modes.omega[place] or 1.0
     phase = np.linspace(0.0, 2 * np.pi * PERIODS, PERIODS * FRAMES + 1)[:, None]

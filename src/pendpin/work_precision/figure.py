@@ -7,7 +7,7 @@ import numpy as np
 
 from pendpin.graphics.figure import new_figure, write_figure
 from pendpin.scene import METHODS
-from pendpin.work_precision.report import CostReport, Curve
+from pendpin.work_precision.curves import Curve
 
 TOOLS = {"pendpin": "#D55E00", "mujoco": "#0072B2", "drake": "#009E73", "scipy": "#7A3E9D"}  # in every figure
 NAMES = {"mujoco": "MuJoCo", "drake": "Drake", "scipy": "SciPy"}
@@ -18,12 +18,12 @@ MARKS = "osD^vP*X"
 FRONT = "#f6e05e"
 
 
-def save_cost_plot(report: CostReport, path: str | Path, short: bool = False) -> Path:
+def save_cost_plot(report: Any, path: str | Path, short: bool = False) -> Path:
     """Write the figure to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
     return write_figure(path, lambda: draw_cost(report) if short else draw_all(report))
 
 
-def draw_cost(report: CostReport) -> Any:
+def draw_cost(report: Any) -> Any:
     """The cheapest method of pendpin and of each other simulator in strong colours, all others pale."""
     from matplotlib.figure import Figure
 
@@ -45,7 +45,7 @@ def draw_cost(report: CostReport) -> Any:
     return figure
 
 
-def draw_all(report: CostReport) -> Any:
+def draw_all(report: Any) -> Any:
     """All methods: error across, falling to the right; seconds up; a line for each."""
     figure = new_figure(figsize=(10, 6.2), layout="constrained")
     ax = figure.subplots()
@@ -59,7 +59,7 @@ def draw_all(report: CostReport) -> Any:
     return figure
 
 
-def _write_about(figure: Any, ax: Any, report: CostReport) -> None:
+def _write_about(figure: Any, ax: Any, report: Any) -> None:
     title = f"What accuracy costs: {report.subject}, {report.horizon:.3g} s"
     ax.set_title(title, loc="left", fontsize=13, fontweight="bold")
     figure.supxlabel(f"{report.machine}; {report.versions_text}", fontsize=7, color="#4a5568")
@@ -68,7 +68,7 @@ def _write_about(figure: Any, ax: Any, report: CostReport) -> None:
 # --- the cheapest of each tool ------------------------------------------------------------------------------------
 
 
-def _cheapest(report: CostReport) -> dict[str, Curve]:
+def _cheapest(report: Any) -> dict[str, Curve]:
     """The curve of each tool that meets the accuracy of interest in the least time; if none does, the most accurate."""
     best = {}
     for tool in TOOLS:
@@ -127,7 +127,7 @@ def _line(ax: Any, curve: Curve, floor: float, index: int) -> None:
     ax.plot(errors, seconds, marker=MARKS[index % len(MARKS)], ms=4.5, color=color, label=curve.name, **style)
 
 
-def _front(ax: Any, report: CostReport) -> None:
+def _front(ax: Any, report: Any) -> None:
     """The least time at every error, of all curves, as a broad band behind the lines."""
     errors = np.geomspace(0.3, max(report.error, 1e-16), 200)
     best = [report.best(float(error), None) for error in errors]
@@ -137,7 +137,7 @@ def _front(ax: Any, report: CostReport) -> None:
         ax.plot(*zip(*pairs, strict=True), label="cheapest", **look)
 
 
-def _frame(ax: Any, report: CostReport) -> None:
+def _frame(ax: Any, report: Any) -> None:
     ax.set_xscale("log")
     ax.set_yscale("log")
     left, right = 1.0, report.error / 3

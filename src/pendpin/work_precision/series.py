@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from pendpin.arrays import Array
 from pendpin.simulation.processor_time import Budget
-from pendpin.work_precision.report import Curve, Point
+from pendpin.work_precision.curves import Curve, Point
 
 MOST_STEPS = 20  # of a series of steps
 GROWTH = 2.0  # of the time from one setting to the next
