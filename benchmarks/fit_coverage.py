@@ -21,7 +21,7 @@ from scipy.special import ndtr
 
 import pendpin as pp
 from pendpin.effects import DryFriction, Gravity, Viscous
-from pendpin.fitting.honesty import Certainty, certainty
+from pendpin.fitting.uncertainty import Certainty, certainty
 from pendpin.scene import Data
 
 SIZES = {"2 x 400": (2, 4.0), "4 x 1000": (4, 10.0), "10 x 400": (10, 4.0), "10 x 2000": (10, 20.0)}

@@ -8,8 +8,10 @@ import pendpin as pp
 from fit_scenes import ANGLE, scene_of, swings_of
 from pendpin.effects import DryFriction, Viscous
 from pendpin.fitting.combinations import Combination
+from pendpin.fitting.correlated_noise import Kinds, _filters, _likelihood, likely_kinds, series_of, sum_covariance
 from pendpin.fitting.data import Swing
-from pendpin.fitting.honesty import (
+from pendpin.fitting.robust import huber_scale, pseudo_residuals
+from pendpin.fitting.uncertainty import (
     Certainty,
     autocorrelation,
     certainty,
@@ -19,8 +21,6 @@ from pendpin.fitting.honesty import (
     summed_covariance,
     whiteness,
 )
-from pendpin.fitting.memory import Kinds, _filters, _likelihood, likely_kinds, series_of, sum_covariance
-from pendpin.fitting.robust import huber_scale, pseudo_residuals
 
 
 def remembering(rho: float, shape: tuple[int, ...], draw: np.random.Generator) -> np.ndarray:

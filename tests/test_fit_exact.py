@@ -11,8 +11,8 @@ from laws import law
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
 from pendpin.errors import InputError
 from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
-from pendpin.fitting.honesty import certainty, outliers, sensor_noise, whiteness
 from pendpin.fitting.parameters import free_parameters, replace_checked, substitute
+from pendpin.fitting.uncertainty import certainty, outliers, sensor_noise, whiteness
 from pendpin.scene import Data
 from test_fit_errors import Swings, swing_of
 

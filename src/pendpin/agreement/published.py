@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.agreement.near import Frequencies, StabilityBounds
+from pendpin.agreement.near_rests import Frequencies, Published, StabilityBounds
 from pendpin.arrays import Array
 from pendpin.errors import InputError, inside, not_one_of
 from pendpin.model import kinematics
@@ -20,13 +20,9 @@ from pendpin.trajectory import Trajectory
 FOLDER = Path(__file__).parent / "cases"
 
 
-class Quantity(Record):
+class Quantity(Published):
     """One published quantity: what it is in a run, in whose axes, and its values at some times."""
 
-    name: str = Field(description="what the source publishes")
-    unit: str = Field(description="its unit")
-    bound: Positive = Field(description="in that unit: how far the published numbers themselves may be off")
-    because: str = Field(description="where the bound comes from")
     of: Literal["angle", "rate", "centre of mass", "tip", "force", "moment"] = Field(description="what it is in a run")
     at: str = Field(description="the joint of an angle, rate, force or moment; the link of a centre of mass or tip")
     frame: Literal["world", "parent", "child"] = Field("world", description="of forces and moments")

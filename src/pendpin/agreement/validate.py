@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.agreement.near import Frequencies, differences
+from pendpin.agreement.near_rests import Frequencies, differences
 from pendpin.agreement.published import Case, Quantity, published_cases
 from pendpin.claims import Claim, Progress, attempt, choose_cases, collect, describe_broken
 from pendpin.errors import InputError, MissingLibrary, brief, not_one_of

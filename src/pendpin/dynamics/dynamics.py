@@ -16,7 +16,7 @@ from pendpin.dynamics.binding.acting import acting
 from pendpin.dynamics.binding.contacts import bind_contacts
 from pendpin.dynamics.compiling import compilable, compiled, sampler_of
 from pendpin.dynamics.contacts import Contacts
-from pendpin.dynamics.held import HeldTorque
+from pendpin.dynamics.held_torques import HeldTorque
 from pendpin.dynamics.powers import Accounts
 from pendpin.dynamics.samples import Sampler
 from pendpin.dynamics.symbols import Asked

@@ -11,7 +11,7 @@ from pendpin.dynamics.binding.fields import BoundField
 from pendpin.dynamics.binding.torques import BoundTorque
 from pendpin.dynamics.binding.wrenches import BoundWrench
 from pendpin.dynamics.dynamics import Dynamics, bind
-from pendpin.dynamics.held import recall_outputs
+from pendpin.dynamics.held_torques import recall_outputs
 from pendpin.effects import Motion
 from pendpin.engines import Revolute
 from pendpin.engines.external_forces import forces, in_joint_frames, joints_of

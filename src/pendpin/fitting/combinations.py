@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.fitting.honesty import Certainty
 from pendpin.fitting.parameters import Free, replace_unchecked, substitute
+from pendpin.fitting.uncertainty import Certainty
 from pendpin.scene import Chain, Scene
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.fitting.honesty import autocorrelation
+from pendpin.fitting.uncertainty import autocorrelation
 from pendpin.graphics.figure import write_figure
 
 COLORS = ("#d9622b", "#2b6cb0", "#2f855a", "#6b46c1", "#b7791f", "#4a5568")

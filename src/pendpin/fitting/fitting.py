@@ -21,11 +21,11 @@ from pendpin.fitting.guess import (
     regression,
     time_scale,
 )
-from pendpin.fitting.honesty import Certainty, certainty, sensor_noise
 from pendpin.fitting.parameters import Free, free_parameters
 from pendpin.fitting.robust import huber_scale, huber_weights, pseudo_residuals
 from pendpin.fitting.search import MOST_START_STEPS, Problem, Search, Solved, Starts, solve_starts
 from pendpin.fitting.sensors import sensors_of
+from pendpin.fitting.uncertainty import Certainty, certainty, sensor_noise
 from pendpin.model.build import build
 from pendpin.scene import Data, Scene
 

@@ -12,9 +12,9 @@ from pendpin.fitting.combinations import Combination
 from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
 from pendpin.fitting.fitting import Setting, Solution, start_states
 from pendpin.fitting.guess import joint_angles
-from pendpin.fitting.honesty import NOISY, WHITE, outliers
 from pendpin.fitting.robust import huber_scale
 from pendpin.fitting.search import solve_starts
+from pendpin.fitting.uncertainty import NOISY, WHITE, outliers
 from pendpin.scene import Chain, Scene
 
 CHECK = "check the units of angles and times, and what the columns measure"

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from pendpin.arrays import Array, ArrayLike
-from pendpin.dynamics.held import recall_outputs
+from pendpin.dynamics.held_torques import recall_outputs
 from pendpin.errors import InputError, RunError, shown
 from pendpin.integrators import Run
 from pendpin.scene import Scene, scene_of

@@ -7,7 +7,7 @@ from pydantic import BaseModel
 
 from pendpin.arrays import Indices
 from pendpin.dynamics.as_written import expanded
-from pendpin.dynamics.held import HeldTorque
+from pendpin.dynamics.held_torques import HeldTorque
 from pendpin.effects import BodyEffect, ContactEffect, Effect, Idle, JointEffect, Torque
 from pendpin.errors import InputError, find, shown
 from pendpin.model.build import Model

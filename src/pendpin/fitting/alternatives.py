@@ -10,10 +10,10 @@ from pendpin.effects import Drag, DryFriction, Gravity, Viscous
 from pendpin.errors import InputError
 from pendpin.fitting.data import batch
 from pendpin.fitting.fitting import Setting, Solution, change_scene, restart, search_thin
-from pendpin.fitting.honesty import autocorrelation
 from pendpin.fitting.parameters import replace_checked, substitute
 from pendpin.fitting.report import Fit, predict
 from pendpin.fitting.search import Search, Solved, Starts
+from pendpin.fitting.uncertainty import autocorrelation
 from pendpin.scene import Chain, Scene
 
 MOST = 24  # steps of a search, from the fitted numbers

@@ -18,34 +18,35 @@ WINDOW = 0.02  # of a published bound of stability: where the verdict is looked 
 HALVINGS = 40  # of that window: 2e-2 to a rounding
 
 
-class Near(Record):
-    """What a published quantity near a rest needs in any case."""
+class Published(Record):
+    """What a published quantity needs in any case."""
 
     name: str = Field(description="what the source publishes")
     unit: str = Field(description="its unit")
     bound: Positive = Field(description="in that unit: how far the published numbers themselves may be off")
     because: str = Field(description="where the bound comes from")
-    values: tuple[Number, ...] = Field(description="the published numbers, rising")
 
 
-class Frequencies(Near):
+class Frequencies(Published):
     """Natural frequencies in rad/s of small motions about the scene's start, a rest."""
 
+    values: tuple[Number, ...] = Field(description="the published numbers, rising")
     every: int = Field(1, description="how many modes share each of them: 2 where both directions are alike")
 
-    def found(self, scene: Scene) -> Array:
+    def compute(self, scene: Scene) -> Array:
         """The lowest natural frequencies of the scene, as many as are published."""
         q, v = start_state(build(scene.model), scene.start)
         omega = vibrations(matrices(scene, q, v, np.zeros(len(q)))).omega
         return omega[:: self.every][: len(self.values)]
 
 
-class StabilityBounds(Near):
+class StabilityBounds(Published):
     """Values of a number of the scene at which its periodic motion becomes stable, or unstable."""
 
+    values: tuple[Number, ...] = Field(description="the published numbers, rising")
     key: str = Field(description="the key path of the number")
 
-    def found(self, scene: Scene) -> Array:
+    def compute(self, scene: Scene) -> Array:
         """Where the multipliers of the scene's motion leave the unit circle, next to each published value."""
         number_at(scene, self.key)
         return np.array([self._next_to(scene, value) for value in self.values])
@@ -66,5 +67,5 @@ class StabilityBounds(Near):
 
 def differences(quantity: Frequencies | StabilityBounds, scene: Scene) -> Iterator[float]:
     """By how much each found number differs from the published one, in its unit; NaN where there is none."""
-    value = quantity.found(scene)
+    value = quantity.compute(scene)
     yield from np.abs(value - np.array(quantity.values)).tolist()
