@@ -77,5 +77,5 @@ def test_explain_says_what_an_evaluation_calls() -> None:
 
 def test_a_clock_that_stands_still_adds_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Evaluations too short for the clock."""
-    monkeypatch.setattr(significance_module, "_evaluation", lambda run, engine: 0.0)
+    monkeypatch.setattr(significance_module, "_measure_evaluation", lambda run, engine: 0.0)
     assert {row.added for row in significance(swing(Gravity(), Viscous(coefficient=0.1)), 1e-3).rows} <= {0.0, None}

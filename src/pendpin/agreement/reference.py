@@ -35,10 +35,8 @@ STATES = 20
 TIMES = 50
 DIGITS = 50
 ANGLE, SLIDE = 1.2, 0.3  # rad, m: random positions; rods stay away from the poles, where thin ones are singular
-FAMILIES = (
-    ("dop853", 1e-13),
-    ("radau", 1e-12),
-)  # explicit and implicit Runge-Kutta; their errors have nothing in common
+# Explicit and implicit Runge-Kutta: their errors have nothing in common.
+FAMILIES = (("dop853", 1e-13), ("radau", 1e-12))
 MARGIN = 2.0  # times the difference of the two families
 WORTH = 1e-6  # rad: where the families differ by more, as after a while in chaos, the motion ends
 TEMPLATES = resources.files("pendpin.agreement").joinpath("folder")

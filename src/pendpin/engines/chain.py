@@ -70,8 +70,8 @@ class LongChain(AngleEngine):
         angles, rates = split_by_rod(q), split_by_rod(v)
         torque, force, moment = extra, None, None
         if loads.torque is not None:
-            own = np.array([loads.torque(*state) for state in zip(t, q, v, strict=True)])
-            torque = own if extra is None else own + extra
+            of_effects = np.array([loads.torque(*state) for state in zip(t, q, v, strict=True)])
+            torque = of_effects if extra is None else of_effects + extra
         if torque is not None:
             torque = torque.reshape(angles.shape)
         if loads.wrench is not None:

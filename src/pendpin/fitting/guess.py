@@ -13,9 +13,8 @@ from pendpin.fitting.equations import Equations
 MOST_POINTS = 1_000  # of the regression
 ONE_PERCENT = 0.01
 INTERPOLATED = 2 / 3  # of the variance of noise, on average, is left between the samples
-SAME = (
-    1e7  # weight of equal accelerations against nearness: a natural scale that changes them by less than 1e-7 is free
-)
+# Weight of equal accelerations against nearness: a natural scale that changes them by less than 1e-7 is free.
+SAME = 1e7
 REACH = 3.0  # natural scales: a step within which accelerations are nearly linear
 NEAREST = 30  # steps at most towards the guess
 STARTS = 12  # of the search for angles, for each sample of tips

@@ -29,11 +29,8 @@ class Adaptive(EventIntegrator):
         except ImportError:
             from scipy import integrate
 
-            self.library, self._solve, self._scipy_method = (
-                "scipy",
-                self._scipy,
-                getattr(integrate, method.library_name),
-            )
+            self.library, self._solve = "scipy", self._scipy
+            self._scipy_method = getattr(integrate, method.library_name)
         else:
             self.library, self._solve, self._cyrk_solve = "CyRK", self._cyrk, CyRK.pysolve_ivp
         self.version = version(self.library)

@@ -23,9 +23,9 @@ from pendpin.versions import version
 MAX_JOINTS = 20  # ten rods compile in about half a minute
 # Joints up to which heyoka writes the code out whole. Two rods take 12 s to compile so, and 0.7 s in the compact form.
 SMALL = 2
-HIGH = 1e-15  # tolerances below are met with compensated sums in the series
+COMPENSATED = 1e-15  # tolerances below are met with compensated sums in the series
 FIRST_STEP = float(np.exp(-2))  # of the radius of convergence: the best there is (Jorba, Zou)
-SERIES = 2.0  # times the shortest time of an effect: the longest step of a series, which knows all derivatives
+LONGEST_STEP = 2.0  # times the shortest time of an effect: the longest step of a series, which knows all derivatives
 STEPS_AT_ONCE = 4096  # between two calls of the progress callback
 
 
@@ -70,7 +70,7 @@ class Taylor(Integrator):
             )
         series.time, series.state[:] = times[0], (plan.memory or self.memory(y))["series"]
         if plan.first is None:
-            self._set_out(min(float(times[1] - times[0]), plan.longest))
+            self._take_first_step(min(float(times[1] - times[0]), plan.longest))
         states, done, failure = [y[None]], 1, None
         while done < len(times) and failure is None:
             if not np.isfinite(series.time):  # a coefficient overflows
@@ -78,7 +78,7 @@ class Taylor(Integrator):
             self._progress(series.time)
             ahead = np.concatenate([[series.time], times[done:]])
             outcome, _, _, steps, _, reached = series.propagate_grid(
-                ahead, max_steps=STEPS_AT_ONCE, max_delta_t=SERIES * plan.longest
+                ahead, max_steps=STEPS_AT_ONCE, max_delta_t=LONGEST_STEP * plan.longest
             )
             states.append(reached[1:])
             done, self._steps = done + len(reached) - 1, self._steps + steps
@@ -86,7 +86,7 @@ class Taylor(Integrator):
                 failure = NOT_FINITE
         return Segment(np.concatenate(states), self._steps - before, failure, {"series": series.state.copy()})
 
-    def _set_out(self, end: float) -> None:
+    def _take_first_step(self, end: float) -> None:
         """A first step by all coefficients: by the last two, as heyoka's are, it may go far beyond where series converge.
 
         From rest at right angles to gravity, three of four coefficients vanish.
@@ -115,15 +115,15 @@ class Taylor(Integrator):
                 list(zip(symbols, rates, strict=True)),
                 np.zeros(recording.size),
                 tol=self.tolerance,
-                high_accuracy=self.tolerance < HIGH,
+                high_accuracy=self.tolerance < COMPENSATED,
                 compact_mode=joints > SMALL,
             )
             equations.series[self.tolerance] = first, []
-        series = self._free(equations.series)
+        series = self._take_free(equations.series)
         series.pars[:] = run_time_parameters(recording, parameters.values)
         return series
 
-    def _free(self, compiled: dict[Hashable, Any]) -> Any:
+    def _take_free(self, compiled: dict[Hashable, Any]) -> Any:
         """An integrator that no other run uses, until this one is gone: a copy takes a millisecond."""
         first, free = compiled[self.tolerance]
         try:

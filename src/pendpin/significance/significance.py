@@ -73,40 +73,40 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
     budget = np.inf if thorough else BUDGET
     tolerance = max(TOLERANCE * accuracy, FINEST)
     base = run_within(budget, scene.by("auto", tolerance))
-    affordable = _cut(scene, len(base.t))
+    affordable = _shorten(scene, len(base.t))
     finer = run_within(2 * budget, affordable.by("auto", FINER * tolerance))
     length = scale(build(scene.model))
     off = tip_distance(_marks(scene, base)[: len(finer.t)], _marks(scene, finer), length) > MARGIN * accuracy
-    compared = _cut(affordable, int(np.argmax(np.append(off, True))))
+    compared = _shorten(affordable, int(np.argmax(np.append(off, True))))
     whole = compared.duration == scene.duration
     why = "" if whole else CHAOTIC if off.any() else LARGE
     rows = []
-    for name, listed, effect, other in _variants(compared):
+    for name, listed, effect, other in _list_variants(compared):
         try:
             run = run_within(2 * budget, other.by("auto", tolerance))  # what it leaves out is no slip: no notes
         except PendpinError as error:
             rows.append(EffectRow(name, listed, float("nan"), None, f"not compared: {error}"))
             continue
-        change = _change(run, base, compared)
-        added = None if effect is None or isinstance(effect, ContactEffect) else _added(run, base, listed)
+        change = _compute_change(run, base, compared)
+        added = None if effect is None or isinstance(effect, ContactEffect) else _compute_added_time(run, base, listed)
         verdict = _verdict(listed, change, accuracy) + ("" if whole else f" up to {compared.duration:.2g} s")
         rows.append(EffectRow(name, listed, change, added, verdict))
     return EffectsReport(tuple(rows), accuracy, scene.duration, compared.duration, why)
 
 
-def _cut(scene: Scene, count: int) -> Scene:
+def _shorten(scene: Scene, count: int) -> Scene:
     """The scene up to the last of so many of its output times, of the first at least."""
     return scene.with_solver(samples=max(count, 1)).model_copy(
         update={"duration": float(scene.times[max(count - 1, 0)])}
     )
 
 
-def _variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Scene]]:
+def _list_variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Scene]]:
     """The scene without each of its effects, and with each of the candidates that it lacks; None: it is no effect."""
     for i, effect in enumerate(scene.effects):
         yield effect.kind, True, effect, _replace_effects(scene, *scene.effects[:i], *scene.effects[i + 1 :])
     kinds = {effect.kind for effect in scene.effects}
-    for name, effect in _candidates(scene):
+    for name, effect in _list_candidates(scene):
         if effect.kind not in kinds:
             yield name, False, effect, _replace_effects(scene, *scene.effects, effect)
     if isinstance(scene.model, Chain) and any(rod.radius and rod.inertia is None for rod in scene.model.rods):
@@ -117,7 +117,7 @@ def _variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Scene]]:
         yield name, True, None, scene.model_copy(update={"model": model})
 
 
-def _candidates(scene: Scene) -> Iterator[tuple[str, Effect]]:
+def _list_candidates(scene: Scene) -> Iterator[tuple[str, Effect]]:
     bodies = bind(scene).model.bodies
     if any(body.radius > 0 for body in bodies):
         yield "drag in still air", Drag()
@@ -131,18 +131,18 @@ def _replace_effects(scene: Scene, *effects: Effect) -> Scene:
     return scene.model_copy(update={"effects": effects})
 
 
-def _change(other: Trajectory, base: Trajectory, scene: Scene) -> float:
+def _compute_change(other: Trajectory, base: Trajectory, scene: Scene) -> float:
     """The largest distance of the tips of another run from those of the base run, over the chain's length."""
     count = min(len(other.t), len(scene.times))
     there, here = (_marks(scene, run)[:count] for run in (other, base))
     return float(tip_distance(here, there, scale(build(scene.model))).max())
 
 
-def _added(other: Trajectory, base: Trajectory, listed: bool) -> float:
+def _compute_added_time(other: Trajectory, base: Trajectory, listed: bool) -> float:
     """What an effect that only one of two runs has adds to the time of an evaluation, both on one engine."""
     engines = {run.source.solver.engine for run in (base, other)}
     engine = min(engines - {"compiled"}, default="compiled")
-    more, less = (_evaluation(run, engine) for run in ((base, other) if listed else (other, base)))
+    more, less = (_measure_evaluation(run, engine) for run in ((base, other) if listed else (other, base)))
     return max(more / less - 1, 0.0) if less else 0.0  # a clock may not have moved
 
 
@@ -157,23 +157,23 @@ def _verdict(listed: bool, change: float, accuracy: float) -> str:
     return "not needed at this accuracy"
 
 
-def _evaluation(run: Trajectory, engine: str) -> float:
+def _measure_evaluation(run: Trajectory, engine: str) -> float:
     """Seconds of one evaluation of the right-hand side of a run on an engine: the least of some repetitions."""
     dynamics = bind(run.source.with_solver(engine=engine))
     y = dynamics.engine.pack(*start_state(dynamics.model, run.source.start))
     if isinstance(dynamics.engine, Compiled):
         block, many = dynamics.engine.block(), (np.zeros(MANY), np.tile(y, (MANY, 1)))
-        return _least(lambda: block.evaluated(*many)) / MANY
+        return _measure_least_time(lambda: block.evaluated(*many)) / MANY
     derivative, _ = dynamics.engine.derivative(lambda t: None)
 
     def calls() -> None:
         for _ in range(CALLS):
             derivative(np.empty_like(y), 0.0, y)
 
-    return _least(calls) / CALLS
+    return _measure_least_time(calls) / CALLS
 
 
-def _least(call: Callable[[], object]) -> float:
+def _measure_least_time(call: Callable[[], object]) -> float:
     """The least processor time of some calls, s."""
     seconds: list[float] = []
     while len(seconds) < REPETITIONS and sum(seconds) < ENOUGH:

@@ -18,10 +18,7 @@ from pendpin.simulation.checkpoint import RunState, Saver
 from pendpin.simulation.limits import SamplesTooFew, Stalled
 from pendpin.simulation.loop import IntegrationLoop
 
-LEVELS, PARTS = (
-    6,
-    16,
-)  # 16 parts in each of 6 levels: the place is known to a 10,000,000th of the time between two samples
+LEVELS, PARTS = 6, 16  # the place of a stop is then known to a 10,000,000th of the time between two samples
 
 
 def integrate_to_end(

@@ -21,7 +21,7 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.symbols import parameters_of, staying_zero
 from pendpin.dynamics.timing import timing
 from pendpin.engines import Engine
-from pendpin.integrators.taylor import HIGH, SERIES, SMALL, expressions, run_time_parameters
+from pendpin.integrators.taylor import COMPENSATED, LONGEST_STEP, SMALL, expressions, run_time_parameters
 from pendpin.model.build import build, start_state
 from pendpin.scene import Scene
 from pendpin.simulation.batches import MOST_STATES, WIDTH, Cases, Motions
@@ -91,7 +91,7 @@ class Series:
     def _case(self, scene: Scene, dynamics: Dynamics, values: Sequence[float]) -> Cases:
         q, v = start_state(dynamics.model, scene.start)
         pace = timing(dynamics, acting(dynamics.model, scene.effects), q, v, scene.duration, self.tolerance).pace
-        longest = 0.0 if len(pace.corners) else SERIES * float(pace.shortest[0])
+        longest = 0.0 if len(pace.corners) else LONGEST_STEP * float(pace.shortest[0])
         numbers = run_time_parameters(self._recording, values)
         return Cases([dynamics.model], q[None], v[None], np.array([numbers]), np.array([longest]))
 
@@ -205,7 +205,7 @@ class Series:
             [(state[i], rates[i]) for i in self._moving],
             np.zeros((len(self._moving), self._width)),
             tol=self.tolerance,
-            high_accuracy=self.tolerance < HIGH,
+            high_accuracy=self.tolerance < COMPENSATED,
             compact_mode=len(self.dynamics.model.joints) * len(self._moving) > SMALL * self._recording.size,
             pars=np.zeros((self._own.parameters.shape[1], self._width)),
             **events,

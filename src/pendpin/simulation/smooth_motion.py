@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices, subdivided
+from pendpin.arrays import EPS, Array, Indices, subdivided
 from pendpin.engines import Derivative
 from pendpin.integrators import Memory, Segment, StepPlan
 from pendpin.integrators.base import SHORTEST
@@ -24,7 +24,7 @@ MARGIN = 1.25  # of the density of states in the next segment, over that which t
 NUMBERS = 100_000  # in the states of a segment: a processor's fast memory holds what is computed while angles are read
 MOST_STATES = 1e9  # between two output times, from which turns are counted; a hundred thousand swings take 1e6
 MOST_PARTS = 1e12  # of an interval: a segment ends before there are as many
-BESIDE = 4 * float(np.finfo(float).eps)  # of the time, so far from a corner its side is certain in spite of rounding
+BESIDE = 4 * EPS  # of the time: so far from a corner its side is certain in spite of rounding
 
 
 class SmoothLoop(IntegrationLoop):
