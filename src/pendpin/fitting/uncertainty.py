@@ -57,7 +57,7 @@ def certainty(r: Array, J: Array, starts: Array, scale: Array, swing: Array, t: 
     """From residuals r (P, M, columns) and derivatives J (P, M, columns, nx), both less what the starts explain.
 
     starts (P, M, columns, 2n) is a basis of what they explain, `swing` (P,) says which swing a piece is of, t (M, P) in s
-    and `seen` (P, M, columns) when and where there was a sample. Variances are those of noise with a memory (correlated_noise.py).
+    and `seen` (P, M, columns) when and where there was a sample. Variances: correlated_noise.py.
     A model that is wrong in every swing shows in scores summed with their autocovariances up to a few correlation times
     (W. Newey, K. West, Econometrica 55 (1987), 703), and in the scatter of swings where there are enough: these count where
     they are larger than chance makes them. Two standard errors hold 95 % with few samples too (Student).
