@@ -12,6 +12,7 @@ from pendpin.doctor.checking.circumstances import scaling, when
 from pendpin.doctor.checking.conditions import holds_as_stated, holds_if, loads_at_zero
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
+from pendpin.doctor.letters import MOST_LOADS
 from pendpin.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, mends_of_unknown, styles_of
 from pendpin.doctor.mending.monomials import Printer
 from pendpin.doctor.patients import Candidate, Printed, candidates, holding, kind_of
@@ -151,7 +152,7 @@ class _Doctor:
         if one.reason:
             return found, []
         try:
-            readings = candidates(one, self.system)[:MOST_READINGS]
+            readings = candidates(one, self.system)
             verdict = check(readings[0][0], self.system)
         except Unread as error:
             if said := self.reading.says(one):
@@ -179,6 +180,7 @@ class _Doctor:
         self, found: Finding, one: Printed, readings: list[Candidate], pairs: bool, neighbours: list[Equation]
     ) -> Finding:
         """The verdict on an equation of which no reading holds: it fails if a small change mends it, or others hold."""
+        readings = sorted(readings, key=lambda candidate: -_agreement(candidate[0], neighbours))[:MOST_READINGS]
         for equation, tight, _ in readings:
             if condition := holds_if(equation, self.system, neighbours, self.reading.chosen):
                 healed = mends(*self._patient(one, equation, tight), False)
@@ -214,7 +216,7 @@ class _Doctor:
             return replace(
                 found, verdict="holds", kind="definition", remark=f"it says what {one.defines.lstrip('?')} is"
             )
-        if len(one.unknown) == 1:
+        if len(one.unknown) <= MOST_LOADS and not one.defines:
             for equation, _ in one.readings():
                 if condition := loads_at_zero(equation, self.system, one.unknown):
                     return replace(found, verdict="holds if", condition=condition, kind="equation of motion")
@@ -262,6 +264,11 @@ class _Doctor:
                 if relative_error(equation, random_states(replace(self.system, convention=convention))) < TOLERANCE:
                     return f"it holds if {convention.words}"
         return ""
+
+
+def _agreement(equation: Equation, others: list[Equation]) -> int:
+    """How often its names mean in others what they mean in it."""
+    return sum(other.meanings.get(name) == meaning for other in others for name, meaning in equation.meanings.items())
 
 
 def _joined(*remarks: str) -> str:

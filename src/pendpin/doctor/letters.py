@@ -14,7 +14,7 @@ from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.patients import Printed, holding
 from pendpin.doctor.reading.names import Vocabulary, Written
-from pendpin.doctor.reading.tree import Node, walk
+from pendpin.doctor.reading.tree import Node, symbols, walk
 from pendpin.doctor.systems.base import Spec, System
 
 Name = tuple[str, str]  # a letter and its index
@@ -22,6 +22,7 @@ Again = Callable[[Vocabulary], list[Printed]]  # the equations of a text, read w
 
 MOST_COUNTED = 60  # equations that tell which system a text is about
 MOST_TRIED = 24  # meanings of letters in equations that do not hold
+MOST_LOADS = 3  # unknown forces and dampings of an equation that holds without them
 MOST_CHANGED = 4  # letters of a text that mean what they usually do not
 OFTEN = 2  # equations that hold with one meaning of a letter, so that a single other one is a slip
 
@@ -39,7 +40,7 @@ def held(equations: list[Printed], system: System, small: bool = False) -> float
         equation = _to_first_order(one, system) if small else holding(one, system)
         if equation is not None:
             total += weight(equation, system.spec)
-        elif len(one.unknown) == 1 and one.ways and not one.defines:
+        elif 0 < len(one.unknown) <= MOST_LOADS and one.ways and not one.defines:
             total += any(loads_at_zero(e, system, one.unknown) != "" for e, _ in one.readings())
     return total
 
@@ -68,6 +69,30 @@ def settled(equations: list[Printed], system: System, again: Again) -> list[Prin
             break
         equations, words = better
     return _agreed(equations, system, again, words)
+
+
+def with_own_letters(equations: list[Printed], system: System, again: Again) -> list[Printed]:
+    """The equations, where the letter of a constant that is set equal to something that moves is the text's own."""
+    words = next((one.words for one in equations if one.ways), None)
+    if words is None:
+        return equations
+    still = system.spec.still
+    anew = _defined_anew(equations, system, words)
+    moved = {name for one in equations for name in _moved(one, still)}
+    own = {name: "" for name in anew if name in moved and {*_meanings(name, words)} <= still}
+    if not own:
+        return equations
+    changed = _with(equations, again(replace(words, chosen=words.chosen | own)), own)
+    return changed if held(changed, system) >= held(equations, system) else equations
+
+
+def _moved(one: Printed, still: frozenset[str]) -> Iterator[Name]:
+    """The letter on the left of an equation whose other sides move."""
+    if not one.ways:
+        return
+    left, *others = one.ways[0][0]
+    if left.written and any(symbols(side) - still - {"pi"} for side in others):
+        yield left.written.letter, left.written.index
 
 
 def _with(equations: list[Printed], changed: list[Printed], names: Collection[Name]) -> list[Printed]:

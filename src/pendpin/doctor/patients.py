@@ -94,6 +94,9 @@ def _of_statement(statement: Statement, number: int, words: Vocabulary) -> list[
     except Unread as error:
         return [Printed(statement, number, statement.text, statement.text, 0, words, reason=error.reason)]
     several = len(equations) > 1
+    if several and len(equations[0]) == 1 and equations[0][0].kind == "symbol" and not statement.name:
+        reason = "it gives values to several names at once: write an equation for each"
+        return [Printed(statement, number, statement.text, statement.text, 0, words, reason=reason)]
     return [
         Printed(
             replace(statement, place=statement.line_of(sides[0].outer[0])),

@@ -10,17 +10,18 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.doctor.checking.conditions import holds_as_stated
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import residuals
 from pendpin.doctor.conventions import conventions_of, find_convention, likely_rod, single_conventions
-from pendpin.doctor.letters import MOST_COUNTED, Again, held, settled, weight
-from pendpin.doctor.patients import Printed, printed
+from pendpin.doctor.letters import MOST_COUNTED, Again, held, settled, weight, with_own_letters
+from pendpin.doctor.patients import Printed, holding, printed
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.legend import legend
 from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_word, raw
 from pendpin.doctor.reading.tree import Node, Unread, symbols, walk
-from pendpin.doctor.systems.base import Convention, Spec, System, random_states
+from pendpin.doctor.systems.base import LOADS, Convention, Spec, System, random_states, unloaded
 from pendpin.doctor.systems.known import SPECS
 from pendpin.doctor.systems.planar import FAMILIES
 from pendpin.doctor.systems.rod import RODS
@@ -38,10 +39,11 @@ NEARLY = 0.99  # of what may hold: the search ends
 CLOSE, MOST_SETTLED = 2.5, 4  # readings in which so few equations fewer hold are compared more closely, and how many
 SURE = 0.6  # of what may hold: no other system is tried then
 FEW = 3  # equations: fewer, none of which holds, may all be wrong
+FROM_HORIZONTAL = re.compile(r"horizontal|manipulator|\barm\b|elbow|x[- ]axis", re.IGNORECASE)
 # words of texts about systems that pendpin does not know
 FOREIGN = re.compile(
     r"\b(?:roll\w*|dis[ck]|wheel|spring|elastic|hoop|bead|pulley|satellite|planet|orbit\w*|spool|ladder|gyroscope|"
-    r"spinning top|projectile|rocket|charge|oscillator|beam|plate|fluid|Atwood|Kepler)\b",
+    r"spinning top|projectile|vibrat\w*|oscillates|rocket|charge|oscillator|beam|plate|fluid|Atwood|Kepler)\b",
     re.IGNORECASE,
 )
 
@@ -135,7 +137,8 @@ def read(document: Document, choices: dict[str, Any]) -> Reading:
         small = [(held(one.equations, one.system, small=True), one) for _, one in counted]
         most, best = max([(0.5, best), *small], key=lambda pair: pair[0])
     elif not sure and most <= NEARLY * _most(best):
-        best = _best_settled(best, [other for count, other in counted if count > most - CLOSE and other is not best])
+        likely = sorted(((count, other) for count, other in counted if count > most - CLOSE), key=lambda pair: -pair[0])
+        best = _best_settled(best, [other for _, other in likely if other is not best])
     best = best if best.unknown else replace(_settled(best), chosen=kind is not None)
     most = max(most, held(best.equations, best.system))
     return best if best.chosen or best.unknown else _doubted(best, int(most), document)
@@ -149,9 +152,19 @@ def _settled(reading: Reading) -> Reading:
 
 
 def _best_settled(best: Reading, others: list[Reading]) -> Reading:
-    """Of readings in which about as many equations hold that in which most do once their letters have one meaning."""
+    """Of readings in which about as many equations hold that in which most do once their letters have one meaning.
+
+    Equations that hold as their words state it, such as those of a pendulum that is released at rest, count here too.
+    """
     readings = [_settled(one) for one in (best, *others[:MOST_SETTLED])]
-    return max(readings, key=lambda one: held(one.equations, one.system))
+    return max(readings, key=lambda one: held(one.equations, one.system) + _stated(one))
+
+
+def _stated(reading: Reading) -> int:
+    """How many equations hold under a condition that the words around them state."""
+    every = (one for one in reading.equations if one.ways and not one.defines and not holding(one, reading.system))
+    stated = (holds_as_stated(e, reading.system, one.statement.context) for one in every for e, _ in one.readings())
+    return sum(map(bool, stated))
 
 
 def _as_scene(document: Document, table: dict[str, str], scene: Any) -> Reading:
@@ -214,9 +227,14 @@ def _others(document: Document, table: dict[str, str], kind: str | None) -> Iter
             letters = {name[0] for name in mentioned}
             general = "h" in letters and bool(letters & {"I", "J"}) and family != "polar"
             for spec in (spec for spec in specs if not general or " any" in spec.kind):
+                if " horizontal" in spec.kind and not FROM_HORIZONTAL.search(document.text):
+                    continue
                 words, given = read_symbols(table, spec, renamed, said)
                 equations = printed(document.statements, given, {}, words)
                 again = partial(printed, document.statements, given, {})
+                if not any(any(e.names & {*LOADS} for e, _ in one.readings()) for one in equations):
+                    spec = unloaded(spec)
+                equations = with_own_letters(equations, System(spec), again)
                 yield Reading(equations, System(spec), spec.title, again=again)
 
 
@@ -239,6 +257,9 @@ def _renamings(family: str, moving: Counter[Name], mentioned: Counter[Name]) -> 
     """How the letters of a text may stand for the coordinates of a system: none, or each way that has them all."""
     angles = [name for name in sorted(mentioned) if name[0] in ANGLE_LETTERS]
     turning = [name for name in angles if name in moving] or angles
+    turning = [
+        n for n in turning if n[1] or not {(n[0], "1"), (n[0], "2")} <= {*turning}
+    ]  # of q = (q_1, q_2) the parts
     single, pair = [n for n in turning if n[1] in ("", "1", "0")], [n for n in turning if n[1] in ("1", "2")]
     usual = sorted(turning, key=lambda name: -mentioned[name])
     if family in ("plane", "cart-pole") and usual[1:] and mentioned[usual[0]] > RARELY * mentioned[usual[1]]:

@@ -16,9 +16,9 @@ import numpy as np
 from pendpin.doctor.checking.evaluation import evaluate, norm
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals_and_sizes
 from pendpin.doctor.reading.tree import Node, Unread, symbols, walk
-from pendpin.doctor.systems.base import Formula, Quantities, System, random_states
+from pendpin.doctor.systems.base import LOADS, Formula, Quantities, System, Values, random_states
 from pendpin.doctor.systems.known import SPECIAL
-from pendpin.doctor.systems.planar import conical_rate
+from pendpin.doctor.systems.planar import AMPLITUDE, conical_rate
 
 PLANE = r"planar|in (?:a|the|one) plane|plane motion"
 SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
@@ -58,8 +58,12 @@ def conditions(system: System) -> list[Condition]:
             found.append(Condition(f"{name} is constant", held[1:], rf"{name}'? is constant|conical"))
     if spec.kind.startswith("polar"):
         cone = (("dtheta", 0.0), ("dphi", conical_rate))
-        stated = r"conical|theta.{0,4} (?:is|stays) constant|theta(?:'|\})?\s*=\s*(?:0|const)"
+        stated = r"conical|theta.{0,4} (?:is|stays) constant|(?:dot\{?\\?theta\}?|theta')\s*=\s*0|theta\s*=.{0,7}const"
         found.append(Condition("theta is constant, as in a conical pendulum", cone, stated, free=False))
+    if spec.kind.startswith("plane"):
+        found += list(_releases(spec.kind.endswith("up")))
+    if loads := [name for name in LOADS if name in spec.parameters]:
+        found.append(Condition(f"{' and '.join(loads)} = 0", tuple((name, 0.0) for name in loads), "force|torque|free"))
     if "g" in spec.parameters:
         weightless = r"(?:without|no|zero) (?:gravity|field)|weightless|(?:field|gravity|force)-free|\bg\s*=\s*0"
         found.append(Condition("there is no gravity", (("g", 0.0),), weightless))
@@ -69,6 +73,19 @@ def conditions(system: System) -> list[Condition]:
     if spec.kind in SPECIAL:
         found.append(Condition("at the pole, phi = ±90°", (("phi", np.pi / 2),), r"\bpole|pi\s*/\s*2", free=False))
     return found
+
+
+def _releases(up: bool) -> Iterator[Condition]:
+    """A pendulum in a plane that was at rest at an angle with a name, or one that the text gives in words."""
+    for start, words in ((AMPLITUDE, "theta_0"), (np.pi / 2, "90°"), (np.pi * (not up), "the top")):
+
+        def rate(q: Quantities, start: float = start) -> Values:
+            there = Quantities({**q.base, "theta": np.full(q.shape, start)}, q.system, q.xp)
+            return np.sqrt(2 * (there["V"] - q["V"]) / q["J"])
+
+        below = (lambda q, start=start: start + 0.3 * q["theta"] ** 2) if up else lambda q: 0.8 * q["theta"]
+        instead = (("theta", below), ("dtheta", rate))
+        yield Condition(f"it is released at rest from {words}", instead, "", free=False)
 
 
 def holds_as_stated(equation: Equation, system: System, context: str) -> str:
@@ -185,6 +202,8 @@ def _vanishes(equation: Equation, here: Quantities, full: Quantities) -> bool:
     """Whether the condition makes a side vanish that does not vanish in general, or all terms."""
     if max(np.abs(size).max() for _, size in residuals_and_sizes(equation, here)) < TRIVIAL:
         return True
+    if any(side.kind == "number" and not side.value for side in equation.sides):
+        return False
     for side in equation.sides:
         values = [norm(evaluate(side, equation.context(quantities))).max() for quantities in (here, full)]
         if values[0] < TRIVIAL < values[1]:
@@ -211,16 +230,19 @@ def small_angles(equation: Equation, system: System) -> str:
     if any(part.kind == "function" and part.value != "sqrt" for part in parts) or not angles:
         return ""
     try:
-        errors = [relative_error(equation, random_states(system, scale=size)) for size in SMALL]
+        near, nearer = (random_states(system, scale=size) for size in SMALL)
+        errors = [relative_error(equation, states) for states in (near, nearer)]
+        rests = [max(np.abs(rows).max() for rows, _ in residuals_and_sizes(equation, q)) for q in (near, nearer)]
     except Unread:
         return ""
-    small = errors[0] < 10 * SMALL[0] and errors[1] < 0.2 * errors[0]
+    # what is left is of the second order, by itself and beside the terms
+    small = errors[0] < 10 * SMALL[0] and errors[1] < 0.2 * errors[0] and rests[1] < 0.03 * rests[0]
     return "the angles are small, to the first order" if small else ""
 
 
 def loads_at_zero(equation: Equation, system: System, unknown: set[str]) -> str:
     """The unknown symbols without which an equation holds, such as a torque or a damping, in words; empty for none."""
-    if not any(name.startswith("dd") for name in equation.names) or any("arrow" in name for name in unknown):
+    if not any(name.startswith(("dd", "dE")) for name in equation.names) or any("arrow" in name for name in unknown):
         return ""
     zeros = {name: Node("number", (0, 0), Fraction(0)) for name in unknown}
     bare = replace(equation, definitions=equation.definitions | zeros)

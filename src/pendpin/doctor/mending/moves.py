@@ -139,7 +139,8 @@ def alternatives(name: str, quantities: Quantities) -> list[str]:
 def _in_use(name: str, context: Context, editor: Editor) -> bool:
     """Whether a name is a parameter of the system, or one that the text uses."""
     spec = context.quantities.spec
-    return name not in spec.still or name in (*spec.parameters, *spec.common) or name in editor.printer.styles
+    known = name not in spec.still or name in (*spec.parameters, *spec.common)
+    return (known and name not in spec.values) or name in editor.printer.styles
 
 
 def _powers(need: Need, context: Context, editor: Editor) -> Iterator[Edit]:

@@ -5,6 +5,7 @@ from fractions import Fraction
 
 from pendpin.doctor.reading.brackets import CLOSING, Brackets
 from pendpin.doctor.reading.names import Vocabulary
+from pendpin.doctor.reading.printed_names import named
 from pendpin.doctor.reading.tokens import Token, is_latex, joined, tokens
 from pendpin.doctor.reading.tree import Node, Span, Unread
 
@@ -116,6 +117,8 @@ class Parser(Brackets):
             slash = operator == "/" and (token.kind == "operator" or slash)
         if applied := [i for i in range(1, len(factors)) if self._is_argument(factors[i - 1], factors[i])]:
             left = [i for i in range(len(factors)) if i not in applied]
+            every = {i - 1 for i in applied if _of_all(factors[i])}
+            factors = [self._styled(factor) if i in every else factor for i, factor in enumerate(factors)]
             factors, operators = [factors[i] for i in left], [operators[i] for i in left]
             marks = [marks[i] for i in left]
         if len(factors) == 1:
@@ -126,12 +129,16 @@ class Parser(Brackets):
 
     def _is_argument(self, name: Node, node: Node) -> bool:
         """Whether a bracket says what a quantity depends on, as in D(phi): it is no factor then."""
-        inside = node.children if node.kind == "matrix" else (node,)
+        inside = _inside(node)
         alone = node.bracketed or (node.kind == "matrix" and not self.latex)
         known = name.kind in ("symbol", "derivative") and not name.bracketed
         function = known and (str(name.value).startswith("?") or name.value in FUNCTIONS_OF_STATE)
         states = all(part.kind == "symbol" and part.value in self.words.state for part in inside)
-        return bool(function and states and (alone or node.kind == "matrix"))
+        return bool(((function and states) or (known and _of_all(node))) and (alone or node.kind == "matrix"))
+
+    def _styled(self, node: Node) -> Node:
+        """A name as if in bold type: M(q) is a matrix or vector, however it is printed."""
+        return node if node.written is None else named(replace(node.written, styled=True), node.span, self.words)
 
     def _operator(self) -> str:
         token = self.take()
@@ -319,6 +326,16 @@ class Parser(Brackets):
         for _ in range(above[2]):
             node = self.differentiated(node, below[1], (start, self.peek(-1).end))
         return node
+
+
+def _inside(node: Node) -> tuple[Node, ...]:
+    """What stands between brackets, with commas or without."""
+    return node.children if node.kind == "matrix" else (node,)
+
+
+def _of_all(node: Node) -> bool:
+    """Whether an argument is all coordinates at once, or their rates."""
+    return all(part.kind == "symbol" and part.value in ("q", "dq") for part in _inside(node))
 
 
 def _constant(node: Node, place: int) -> Fraction:

@@ -75,7 +75,7 @@ _PROSE_WORDS = {"and", "or", "with", "where", "so", "thus", "hence", "for", "if"
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
 _DECORATION = re.compile(
     r"\\(?:label|tag|ref|eqref|hspace|vspace|mbox|nonumber)\*?\s*\{[^{}]*\}|(?<!\\)%[^\n]*"
-    r"|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
+    r"|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]|\b(?:np|numpy|math|sp|sympy)\.(?=sin|cos|tan|sqrt|pi\b)"
 )
 
 

@@ -1,7 +1,7 @@
 """A system of mechanics as the doctor needs it: names, random states, and every quantity computed when it is asked for."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
@@ -95,6 +95,14 @@ class Spec:
     def state(self) -> tuple[str, ...]:
         """Coordinates and rates."""
         return (*self.coordinates, *self.rates)
+
+
+@cache
+def unloaded(spec: Spec) -> Spec:
+    """The same system without the loads that may act on it."""
+    loads = {name: (lambda q: q.number(0)) for name in LOADS if name in spec.parameters}
+    kept = tuple(name for name in spec.parameters if name not in loads)
+    return replace(spec, parameters=kept, formulas={**spec.formulas, **loads}) if loads else spec
 
 
 @dataclass(frozen=True)

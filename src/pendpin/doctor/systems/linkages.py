@@ -1,6 +1,6 @@
 """Bodies in a vertical plane that links carry: accelerations, energies and positions of one pendulum, two, or one on a cart.
 
-Each link turns by an angle, the sum of some coordinates, from hanging or from upright; the first may slide instead.
+Each link turns by an angle, the sum of some coordinates, from one of POSES; the first may slide instead.
 """
 
 from collections.abc import Iterator
@@ -9,6 +9,13 @@ from dataclasses import dataclass
 from pendpin.doctor.systems.base import Formula, Quantities, Values
 
 SLIDES = "1"  # the length of a link that slides: a horizontal arm of length 1 that does not turn
+# from where angles are measured, in words, and functions of an angle: how far to the side and up the end of a unit link
+# is, and how fast it rises
+POSES = {
+    "down": ("the vertical", lambda xp, x: (xp.sin(x), -xp.cos(x), xp.sin(x))),
+    "up": ("upright", lambda xp, x: (xp.sin(x), xp.cos(x), -xp.sin(x))),
+    "horizontal": ("the horizontal", lambda xp, x: (xp.cos(x), xp.sin(x), xp.cos(x))),
+}
 
 
 @dataclass(frozen=True)
@@ -21,7 +28,7 @@ class Linkage:
     coordinates: tuple[str, ...]
     links: tuple[tuple[str, ...], ...]
     bodies: tuple[tuple[str, str, tuple[str, ...]], ...]
-    up: bool = False
+    pose: str = "down"
     mirrored: bool = False  # the angle is positive where the pendulum is at negative x
     forces: tuple[str, ...] = ()
 
@@ -36,6 +43,10 @@ class Linkage:
         """The angle of a link, or its rate for "d"; a link that slides has the angle 0."""
         zero = q.number(0)
         return zero if self._slides(link) and not rate else sum((q[rate + name] for name in self.links[link]), zero)
+
+    def _end(self, q: Quantities, link: int) -> tuple[Values, Values, Values]:
+        """How far to the side and up the end of a link of length 1 is, and how fast it rises with the angle."""
+        return POSES[self.pose][1](q.xp, self._angle(q, link))
 
     def _carried(self, q: Quantities, *links: int) -> Values:
         """The masses that all of some links carry, each times its length along each of them."""
@@ -70,9 +81,9 @@ class Linkage:
 
     def _force(self, q: Quantities, link: int) -> Values:
         """What the weight and the turning of all links exert on one."""
-        sign, total = -1 if self.up else 1, q.number(0)
+        total = q.number(0)
         if not self._slides(link):
-            total = -sign * q["g"] * self._carried(q, link) * q.xp.sin(self._angle(q, link))
+            total = -q["g"] * self._carried(q, link) * self._end(q, link)[2]
         for other in (k for k in self._turning() if k != link):
             turn = q.xp.sin(self._angle(q, link) - self._angle(q, other)) * self._angle(q, other, "d") ** 2
             total = total - self._side(link, other) * self._carried(q, link, other) * turn
@@ -106,19 +117,18 @@ class Linkage:
 
     def potential(self, q: Quantities) -> Values:
         """The potential energy, 0 where all links are horizontal."""
-        sign = -1 if self.up else 1
-        heights = (self._carried(q, link) * q.xp.cos(self._angle(q, link)) for link in self._turning())
-        return -sign * q["g"] * sum(heights, q.number(0))
+        heights = (self._carried(q, link) * self._end(q, link)[1] for link in self._turning())
+        return q["g"] * sum(heights, q.number(0))
 
     def place(self, axis: str, lengths: tuple[str, ...]) -> Formula:
         """x, or y upwards, of the end of some lengths along the links."""
-        up, side = -1 if self.up else 1, -1 if self.mirrored else 1
+        side = -1 if self.mirrored else 1
 
         def value(q: Quantities) -> Values:
             total = q["x"] if axis == "x" and self._slides(0) else q.number(0)
             for link in (k for k in self._turning() if k < len(lengths)):
-                angle, length = self._angle(q, link), q[lengths[link]]
-                total = total + (side * length * q.xp.sin(angle) if axis == "x" else -up * length * q.xp.cos(angle))
+                across, height, _ = self._end(q, link)
+                total = total + q[lengths[link]] * (side * across if axis == "x" else height)
             return total
 
         return value

@@ -1,14 +1,15 @@
 """Systems that move in a vertical plane: one pendulum, two, and one on a cart; and a pendulum in polar angle and azimuth.
 
 A body is a point mass at the end of its length, a
-uniform rod, or any body with its centre of mass at h and the inertia I about it. Angles are measured from the vertical,
-hanging ("down") or upright ("up").
+uniform rod, or any body with its centre of mass at h and the inertia I about it. Angles are measured from one of POSES.
 """
 
 from itertools import product
 
+import numpy as np
+
 from pendpin.doctor.systems.base import Formula, Quantities, Spec, Values
-from pendpin.doctor.systems.linkages import SLIDES, Linkage
+from pendpin.doctor.systems.linkages import POSES, SLIDES, Linkage
 from pendpin.doctor.systems.tables import Motion, Table, table_spec
 
 BODIES = {"any": "any rigid body", "point": "a point mass on a string or massless rod", "uniform": "a uniform rod"}
@@ -19,8 +20,12 @@ m | kg | m m_1 M
 g | m/s2 | g
 l | m | l L ell l_1 L_1 R r
 h | m | h d a b s r l_c l_cm h_G r_G r_cm l_1 L l ell R h_cm l_G d_cm
+k | m | k k_G i_G rho rho_G k_0
+kO | m | k k_O i_O rho_O k_0
+theta0 | 1 | theta_0 theta_m theta_max phi_0 varphi_0 alpha_0 theta_i alpha phi_m varphi_m
 J | kg m2 | J I J_O I_O J_1 I_1 J_A I_A I_P J_P I_0 J_0 J_o I_o
 I | kg m2 | I I_G I_C I_cm J_G J_C I_CM J_cm J_S I_S
+rG | m | *r *r_G *x *R
 x | m | x x_G x_C x_cm x_1
 y | m | y y_G y_C y_cm y_1 z h_y
 vx | m/s | v_x
@@ -75,10 +80,16 @@ M12 | kg m2 | M_12 m_12 H_12 d_12 M_21 m_21 B_12 D_12 D_21
 M22 | kg m2 | M_22 m_22 H_22 d_22 B_22 D_22
 tau1 | N m | tau_1 Q_1
 tau2 | N m | tau_2 tau u Q_2
+w1 | 1/s | omega_1 w_1
+w2 | 1/s | omega_2 w_2
+tau | N m | *tau *Q *u *f tau
+q | 1 | q *q *theta
+mass | kg m2 | *M *H *D *B
+weight | N m | *G *g
 """
 
 _CART = """
-x | m | x q_1 s q z p
+x | m | x q_1 s q z p x_c x_1
 theta | 1 | theta phi alpha q_2 varphi psi
 M | kg | M m_c m_1 M_c m_C M_1 m_cart m_0
 m | kg | m m_p m_2 m_P m_1 m_pole M_p
@@ -93,6 +104,9 @@ T | N m | T K E_k E_c KE
 V | N m | V U E_p PE
 L | N m | L
 E | N m | E H
+q | - | q *q
+mass | - | *M *H *D
+weight | - | *G *g
 px | N m s | p_x p_1
 ptheta | N m s | p_theta p_2
 F | N | F u f f_x Q_x Q_1
@@ -108,6 +122,7 @@ g | m/s2 | g
 l | m | l L R r ell a
 h | m | h l L R r ell a d
 J | kg m2 | J I J_1 I_1
+rG | m | *r *r_G *x *R
 x | m | x
 y | m | y
 z | m | z
@@ -134,8 +149,17 @@ def _body(body: str, m: str, length: str, h: str, inertia: str) -> dict[str, For
     }
 
 
+AMPLITUDE = 1.3  # rad: where a pendulum is released in equations with that angle
+
+
 def _energies(linkage: Linkage) -> dict[str, Formula]:
-    return {"T": linkage.kinetic, "V": linkage.potential, **_SUMS}
+    """The energies, and of two coordinates the matrix form: q, the mass matrix, and the slope of the potential energy."""
+    names, found = linkage.coordinates, {"T": linkage.kinetic, "V": linkage.potential, **_SUMS}
+    if len(names) == 1:
+        return found
+    mass = lambda q: np.stack([np.stack([linkage.mass(a, b)(q) for b in names]) for a in names])  # noqa: E731
+    weight = lambda q: np.stack([q.derivative(linkage.potential, name) for name in names])  # noqa: E731
+    return {**found, "q": lambda q: np.stack([q[name] for name in names]), "mass": mass, "weight": weight}
 
 
 _SUMS: dict[str, Formula] = {"L": lambda q: q["T"] - q["V"], "E": lambda q: q["T"] + q["V"]}
@@ -146,14 +170,17 @@ def _rate(name: str, order: int = 1) -> Formula:
     return lambda q: q.derivative(lambda there: there["d" * (order - 1) + name], "t")
 
 
-def _plane(body: str, up: bool) -> Spec:
-    linkage = Linkage(("theta",), (("theta",),), (("m", "I", ("h",)),), up)
-    sign = -1 if up else 1  # of the weight's moment
+def _plane(body: str, pose: str) -> Spec:
+    linkage = Linkage(("theta",), (("theta",),), (("m", "I", ("h",)),), pose)
+    sign = -1 if pose == "up" else 1  # of the weight's moment
     s, c = (lambda q: q.xp.sin(q["theta"])), (lambda q: q.xp.cos(q["theta"]))
     formulas = {
         **_body(body, "m", "l", "h", "I"),
         **_energies(linkage),
         "J": linkage.mass("theta", "theta"),
+        "k": lambda q: q.xp.sqrt(q["I"] / q["m"]),
+        "kO": lambda q: q.xp.sqrt(q["J"] / q["m"]),
+        "rG": lambda q: np.stack([q["x"], q["y"]]),
         "x": linkage.place("x", ("h",)),
         "y": linkage.place("y", ("h",)),
         "vx": _rate("x"),
@@ -170,19 +197,19 @@ def _plane(body: str, up: bool) -> Spec:
         "Ry": lambda q: q["m"] * (q["g"] + sign * q["h"] * (s(q) * q["ddtheta"] + c(q) * q["dtheta"] ** 2)),
         "W": lambda q: q["m"] * q["g"],
     }
-    where = "its angle from upright" if up else "its angle from the vertical"
-    title = f"a pendulum in a plane, {BODIES[body]}, in {where}"
-    parameters = ("m", "g", "l", *(("h", "I") if body == "any" else ()))
+    title = f"a pendulum in a plane, {BODIES[body]}, in its angle from {POSES[pose][0]}"
+    parameters = ("m", "g", "l", "theta0", *(("h", "I") if body == "any" else ()))
     extra = ("h", "I", "J") if body == "any" else ("h",)
     motion = Motion(("theta",), parameters, formulas, linkage.solve)
-    return table_spec(f"plane {body}{' up' * up}", title, Table(_PLANE), motion, (), (*extra, "omega", "v", "x"))
+    extra = (*extra, "omega", "v", "x")
+    return table_spec(f"plane {body} {pose}", title, Table(_PLANE), motion, (), extra, values={"theta0": AMPLITUDE})
 
 
-def _pair(body: str, relative: bool, up: bool, loads: tuple[str, ...]) -> tuple[Linkage, dict[str, Formula]]:
+def _pair(body: str, relative: bool, pose: str, loads: tuple[str, ...]) -> tuple[Linkage, dict[str, Formula]]:
     """Two links and what is true of them."""
     second = ("theta1", "theta2") if relative else ("theta2",)
     bodies = (("m1", "I1", ("h1",)), ("m2", "I2", ("l1", "h2")))
-    linkage = Linkage(("theta1", "theta2"), (("theta1",), second), bodies, up, forces=("tau1", "tau2"))
+    linkage = Linkage(("theta1", "theta2"), (("theta1",), second), bodies, pose, forces=("tau1", "tau2"))
     ends = {"1": ("h1",), "2": ("l1", "h2"), "p1": ("l1",), "p2": ("l1", "l2")}
     zeros: dict[str, Formula] = {name: lambda q: q.number(0) for name in ("tau1", "tau2") if name not in loads}
     return linkage, {
@@ -192,32 +219,34 @@ def _pair(body: str, relative: bool, up: bool, loads: tuple[str, ...]) -> tuple[
         **{f"J{i}": (lambda q, i=i: q[f"I{i}"] + q[f"m{i}"] * q[f"h{i}"] ** 2) for i in (1, 2)},
         **{f"{axis}{end}": linkage.place(axis, lengths) for axis in "xy" for end, lengths in ends.items()},
         **{f"p{i}": linkage.momentum(f"theta{i}") for i in (1, 2)},
+        **{f"w{i}": (lambda q, i=i: q[f"dtheta{i}"] + q.number(0)) for i in (1, 2)},
+        "tau": lambda q: np.stack([q["tau1"], q["tau2"]]),
         **{f"M{i}{j}": linkage.mass(f"theta{i}", f"theta{j}") for i, j in ((1, 1), (1, 2), (2, 2))},
         **zeros,
     }
 
 
-def _two(body: str, relative: bool, equal: bool, up: bool, drive: str = "") -> Spec:
+def _two(body: str, relative: bool, equal: bool, pose: str, drive: str = "") -> Spec:
     loads = {"acrobot": ("tau2",), "both": ("tau1", "tau2"), "": ()}[drive]
-    linkage, formulas = _pair(body, relative, up, loads)
+    linkage, formulas = _pair(body, relative, pose, loads)
     parameters = ("m1", "m2", "g", "l1", "l2", *(("h1", "h2", "I1", "I2") if body == "any" else ()))
     if equal:
         pairs = [(name, name[:-1] + "1") for name in parameters if name.endswith("2")]
         formulas |= {name: (lambda q, other=other: q[other] + q.number(0)) for name, other in pairs}
         parameters = tuple(name for name in parameters if not name.endswith("2"))
     kinds = {"point": "point masses", "uniform": "uniform rods", "any": "rigid bodies"}[body]
-    which, where = "relative" if relative else "absolute", "upright" if up else "the vertical"
+    which, where = "relative" if relative else "absolute", POSES[pose][0]
     driven = {"acrobot": ", with a torque at the second joint", "both": ", with torques at both joints", "": ""}[drive]
     title = f"a double pendulum in a plane of {'equal ' * equal}{kinds}, in {which} angles from {where}{driven}"
-    kind = f"double {body} {which}{' equal' * equal}{' up' * up}{f' {drive}' if drive else ''}"
+    kind = f"double {body} {which}{' equal' * equal} {pose}{f' {drive}' if drive else ''}"
     both = f"theta1{'+' if relative else '-'}theta2"
     motion = Motion(linkage.coordinates, (*parameters, *loads), formulas, linkage.solve)
     return table_spec(kind, title, Table(_TWO), motion, (f"sin {both}", f"cos {both}"))
 
 
-def _cart(body: str, up: bool, mirrored: bool) -> Spec:
+def _cart(body: str, pose: str, mirrored: bool) -> Spec:
     bodies = (("M", "", (SLIDES,)), ("m", "I", (SLIDES, "h")))
-    linkage = Linkage(("x", "theta"), (("x",), ("theta",)), bodies, up, mirrored, ("F", ""))
+    linkage = Linkage(("x", "theta"), (("x",), ("theta",)), bodies, pose, mirrored, ("F", ""))
     formulas = {
         **_body(body, "m", "l", "h", "I"),
         **_energies(linkage),
@@ -229,9 +258,9 @@ def _cart(body: str, up: bool, mirrored: bool) -> Spec:
         "N": lambda q: q["m"] * _rate("xp", 2)(q),
         "P": lambda q: q["m"] * (q["g"] + _rate("yp", 2)(q)),
     }
-    where = "upright" if up else "the vertical"
-    title = f"a pendulum on a cart, {BODIES[body]}, its angle from {where}{', positive the other way' * mirrored}"
-    kind = f"cart-pole {body}{' up' * up}{' mirrored' * mirrored}"
+    where = f"{POSES[pose][0]}{', positive the other way' * mirrored}"
+    title = f"a pendulum on a cart, {BODIES[body]}, its angle from {where}"
+    kind = f"cart-pole {body} {pose}{' mirrored' * mirrored}"
     parameters = ("M", "m", "g", "l", *(("h", "I") if body == "any" else ()), "F")
     motion = Motion(linkage.coordinates, parameters, formulas, linkage.solve)
     return table_spec(kind, title, Table(_CART), motion, (), ("J", "I", "F"))
@@ -258,6 +287,7 @@ def _polar(body: str, up: bool) -> Spec:
         inertia["J"] = lambda q: q["I"] + q["m"] * q["h"] ** 2
     formulas = {
         **inertia,
+        "rG": lambda q: np.stack([q["x"], q["y"], q["z"]]),
         "x": lambda q: q["h"] * q.xp.sin(q["theta"]) * q.xp.cos(q["phi"]),
         "y": lambda q: q["h"] * q.xp.sin(q["theta"]) * q.xp.sin(q["phi"]),
         "z": lambda q: -sign * q["h"] * q.xp.cos(q["theta"]),
@@ -277,9 +307,10 @@ def _polar(body: str, up: bool) -> Spec:
 
 
 _FLAGS = (False, True)
-PLANE = [_plane(body, up) for body, up in product(BODIES, _FLAGS)]
-TWO = [_two(body, a, b, c) for body, a, b, c in product(BODIES, _FLAGS, _FLAGS, _FLAGS)]
-ACROBOT = [_two(body, True, False, False, drive) for body, drive in product(BODIES, ("acrobot", "both"))]
-CART = [_cart(body, up, mirrored) for body, up, mirrored in product(BODIES, _FLAGS, _FLAGS)]
+_VERTICAL = ("down", "up")
+PLANE = [_plane(body, pose) for body, pose in product(BODIES, _VERTICAL)]
+TWO = [_two(body, a, b, pose) for pose, body, a, b in product(POSES, BODIES, _FLAGS, _FLAGS)]
+ACROBOT = [_two(body, True, False, pose, drive) for pose, body, drive in product(POSES, BODIES, ("acrobot", "both"))]
+CART = [_cart(body, pose, mirrored) for body, pose, mirrored in product(BODIES, _VERTICAL, _FLAGS)]
 POLAR = [_polar(body, up) for body, up in product(BODIES, _FLAGS)]
 FAMILIES = {"plane": PLANE, "polar": POLAR, "cart-pole": CART, "double": TWO, "acrobot": ACROBOT}

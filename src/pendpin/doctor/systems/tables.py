@@ -7,8 +7,9 @@ from typing import Any
 from pendpin.doctor.reading.names import Written
 from pendpin.doctor.systems.base import Dimension, Formula, Quantities, Spec, Values
 
-# what a quantity is measured in, as powers of kg, m, s
-UNITS: dict[str, Dimension] = {
+# what a quantity is measured in, as powers of kg, m, s; - for components of several kinds
+UNITS: dict[str, Dimension | None] = {
+    "-": None,
     "1": (0, 0, 0),
     "kg": (1, 0, 0),
     "m": (0, 1, 0),
@@ -29,7 +30,7 @@ class Table:
 
     def __init__(self, text: str) -> None:
         rows = [[cell.strip() for cell in line.split("|")] for line in text.strip().splitlines()]
-        self.units: dict[str, Dimension] = {name: UNITS[unit] for name, unit, _ in rows}
+        self.units = {name: powers for name, unit, _ in rows if (powers := UNITS[unit]) is not None}
         ranked: dict[str, list[tuple[int, str]]] = {}
         for name, _, writings in rows:
             for rank, one in enumerate(writings.split()):
@@ -41,7 +42,8 @@ class Table:
         """The meanings of a printed symbol; the rate of x is dx."""
         index = written.index.replace("{", "").replace("}", "").replace(" ", "")
         key = written.letter + (f"_{index}" if index else "")
-        names = [name for name in self.written.get(key, ()) if not (written.dots and name in self.fixed)]
+        names = self.written.get("*" + key, ()) if written.styled else ()
+        names = [name for name in names or self.written.get(key, ()) if not (written.dots and name in self.fixed)]
         return tuple("d" * written.dots + name for name in names if not written.frames)
 
 
@@ -125,7 +127,8 @@ def _families(dimensions: dict[str, Dimension], motion: Motion) -> tuple[tuple[s
     return tuple(tuple(group) for group in groups.values())
 
 
-MOVING = {"x", "y", "x1", "y1", "x2", "y2", "xp", "yp", "z"}  # positions, which have no unit of time
+# positions and mass matrices, which have no unit of time
+MOVING = {*["rG", "q", "mass", "M11", "M12", "M22", "x", "y", "x1", "y1", "x2", "y2", "xp", "yp", "z"]}
 
 
 def _latex(name: str, coordinates: tuple[str, ...]) -> str:
