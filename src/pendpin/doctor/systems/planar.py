@@ -149,6 +149,11 @@ def _body(body: str, m: str, length: str, h: str, inertia: str) -> dict[str, For
     }
 
 
+_NO_INERTIA = {
+    "any": (),
+    "uniform": (),
+    "point": ("I", "I1", "I2", "k"),
+}  # names that a text on such bodies does not use
 AMPLITUDE = 1.3  # rad: where a pendulum is released in equations with that angle
 
 
@@ -202,7 +207,8 @@ def _plane(body: str, pose: str) -> Spec:
     extra = ("h", "I", "J") if body == "any" else ("h",)
     motion = Motion(("theta",), parameters, formulas, linkage.solve)
     extra = (*extra, "omega", "v", "x")
-    return table_spec(f"plane {body} {pose}", title, Table(_PLANE), motion, (), extra, values={"theta0": AMPLITUDE})
+    table = Table(_PLANE, _NO_INERTIA[body])
+    return table_spec(f"plane {body} {pose}", title, table, motion, (), extra, values={"theta0": AMPLITUDE})
 
 
 def _pair(body: str, relative: bool, pose: str, loads: tuple[str, ...]) -> tuple[Linkage, dict[str, Formula]]:
@@ -241,7 +247,7 @@ def _two(body: str, relative: bool, equal: bool, pose: str, drive: str = "") -> 
     kind = f"double {body} {which}{' equal' * equal} {pose}{f' {drive}' if drive else ''}"
     both = f"theta1{'+' if relative else '-'}theta2"
     motion = Motion(linkage.coordinates, (*parameters, *loads), formulas, linkage.solve)
-    return table_spec(kind, title, Table(_TWO), motion, (f"sin {both}", f"cos {both}"))
+    return table_spec(kind, title, Table(_TWO, _NO_INERTIA[body]), motion, (f"sin {both}", f"cos {both}"))
 
 
 def _cart(body: str, pose: str, mirrored: bool) -> Spec:
@@ -263,7 +269,7 @@ def _cart(body: str, pose: str, mirrored: bool) -> Spec:
     kind = f"cart-pole {body} {pose}{' mirrored' * mirrored}"
     parameters = ("M", "m", "g", "l", *(("h", "I") if body == "any" else ()), "F")
     motion = Motion(linkage.coordinates, parameters, formulas, linkage.solve)
-    return table_spec(kind, title, Table(_CART), motion, (), ("J", "I", "F"))
+    return table_spec(kind, title, Table(_CART, _NO_INERTIA[body]), motion, (), ("J", "I", "F"))
 
 
 def conical_rate(q: Quantities) -> Values:

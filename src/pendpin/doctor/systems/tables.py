@@ -26,14 +26,14 @@ _GREEK = ("theta", "phi", "alpha", "beta", "psi", "omega", "tau", "gamma")
 
 
 class Table:
-    """Names, units and writings of quantities, from lines such as "theta | 1 | theta q q_1"."""
+    """Names, units and writings of quantities, from lines such as "theta | 1 | theta q q_1"; `absent` have no name."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, absent: tuple[str, ...] = ()) -> None:
         rows = [[cell.strip() for cell in line.split("|")] for line in text.strip().splitlines()]
         self.units = {name: powers for name, unit, _ in rows if (powers := UNITS[unit]) is not None}
         ranked: dict[str, list[tuple[int, str]]] = {}
         for name, _, writings in rows:
-            for rank, one in enumerate(writings.split()):
+            for rank, one in enumerate(writings.split() if name not in absent else ()):
                 ranked.setdefault(one, []).append((rank, name))
         self.written = {one: tuple(name for _, name in sorted(found)) for one, found in ranked.items()}
         self.fixed: frozenset[str] = frozenset()  # names that have no rate
