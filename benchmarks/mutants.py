@@ -46,7 +46,7 @@ TESTS = {  # of a module or a folder in src/pendpin: those that concern it
     "simulation/energy_balance.py": "energy_balance scene_contacts",
     "simulation/series.py": "ensemble sweep",
     "effects/drag.py": "effects effects_drag effects_answers",
-    "sweeps/measures.py": "sweep_measures sweep",
+    "sweeps/measures.py": "sweep_measures stability_measures sweep",
     "sweeps/plan.py": "sweep sweep_stores",
     "fitting/uncertainty.py": "fit_exact fit_errors fit_refused",
     "fitting/parameters.py": "fit_exact fit_numbers fit_refused fit_errors",
