@@ -134,6 +134,19 @@ def test_a_motion_too_short_to_exchange_energy_is_no_error(position: tuple, dura
     assert np.isfinite(pp.simulate_many(scene, [position] * 2, [(0.0, 0.0)] * 2).q).all()
 
 
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+@pytest.mark.parametrize("rate", [(1e-300, 0.0), (0.0, 1e-160)])
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_hardly_moving_at_a_pole(method: str, rate: tuple[float, float]) -> None:
+    """A thin rod let go at its pole with a rate that is rounding: no rate of an angle is that rounding divided by it."""
+    start = pp.Start(positions=(0.3, UP / 2), velocities=rate)
+    for effects in ((), (fx.Gravity(),)):
+        scene = pp.Scene(duration=1.0, model=pp.Chain(rods=(RODS["thin"],)), start=start, effects=effects)
+        run = pp.simulate(scene, method=method, samples=2)
+        soon = run.at([0.0, 1e-200, 1e-160, 1e-20, 1e-9])
+        assert np.abs(soon.v).max() < 1e-7
+
+
 @pytest.mark.parametrize("options", [{}, {"method": "taylor"}, {"method": "dop853"}])
 def test_starts_alone_are_an_ensemble(options: dict[str, Any]) -> None:
     """Of duration 0: each member is its start, as a run of duration 0 is."""
@@ -217,6 +230,25 @@ def test_a_mirror_image_is_the_same_motion(
         run.crossings("theta" + "_1" * (count > 1), level=level * m).t for run, m in ((one, 1.0), (other, signs[0]))
     ]
     np.testing.assert_array_equal(*instants)
+
+
+@pytest.mark.parametrize("name", ["thin", "thick"])
+@pytest.mark.parametrize("options", BY_TOLERANCE + METHODS[-3:])
+def test_other_units_and_later_starts_are_the_same_motion(name: str, options: dict[str, Any]) -> None:
+    """Masses in 4^7 of a kilogram, lengths in 4^-5 of a metre, clocks set to 1024 s: the same angles, to the bit."""
+    runs, thick = [], name == "thick"
+    for mass, length, begin in ((1.0, 1.0, 0.0), (4.0**7, 4.0**-5, 1024.0)):
+        rod = pp.Rod(length=1.1 * length, mass=1.3 * mass, radius=0.05 * length * thick, payload=0.2 * mass)
+        moment = mass * length**2
+        moments = (fx.Viscous(coefficient=0.2 * moment), fx.Spring(stiffness=1.3 * moment)) if thick else ()
+        effects = (fx.Gravity(acceleration=9.81 * length), *moments)
+        start = pp.Start(time=begin, positions=(0.7, 0.4), velocities=(1.3, -0.8))
+        scene = pp.Scene(duration=0.6, model=pp.Chain(rods=(rod,)), start=start, effects=effects)
+        run = pp.simulate(scene, samples=5, **(options | ({"step": 0.01} if "step" in options else {})))
+        forces = (run[name] / (mass * length) for name in ("R1", "R3"))
+        runs.append((run.q, run.v, run.a, *forces, run.tips / length, run.stats.steps))
+    for one, other in zip(*runs, strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.parametrize("signs", SIGNS)

@@ -96,7 +96,8 @@ class Taylor(Integrator):
         coefficients = np.abs(series.tc[:, 1:]) / max(1.0, np.abs(series.state).max())
         fastest = (coefficients ** (1 / np.arange(1, coefficients.shape[1] + 1))).max()
         if fastest > 0:
-            series.step(max_delta_t=min(FIRST_STEP / fastest, end / 2))
+            slow = fastest * end / 2 <= FIRST_STEP  # of a rate of 1e-300 the quotient overflows
+            series.step(max_delta_t=end / 2 if slow else FIRST_STEP / fastest)
             self._steps += 1
 
     def compiled(self, engine: Engine) -> Any:

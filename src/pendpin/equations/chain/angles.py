@@ -166,7 +166,7 @@ def _accelerated(above: _Turning, joint: Joints, rates: Array, acceleration: Arr
     p, pa = joint.into(above.omega), joint.into(above.alpha)
     pole, phi_d = np.abs(c) < POLE, rates[1]
     o2 = phi_d + p[1]
-    moving = np.abs(phi_d) > RESTING * (np.abs(p).sum(0) + np.abs(o2))
+    moving = np.abs(phi_d) > RESTING * (np.abs(p).sum(0) + np.abs(o2) + np.sqrt(np.abs(e1) + np.abs(e2)))
     theta_d = np.where(pole, _theta_rate_at_pole(s, phi_d, o2, p[2], e2 + pa[0], moving), rates[0])
     rates = np.array([theta_d, phi_d])
     w1, _, w3 = joint.relative_omega(rates)
