@@ -106,3 +106,15 @@ def test_a_map_says_what_its_empty_cells_are() -> None:
     keys = {"start.positions.theta_1": [0.1, 0.2], "start.positions.phi_1": [0.0, 0.1]}
     found = pp.sweep(scene, keys, measure=["flip_time"])
     assert without_value("flip_time", found) == "did not turn over in 0.5 s"
+
+
+def test_a_quantity_that_one_run_lacks_is_left_out() -> None:
+    """Of a run with friction the energy drift, and the legend says so; by name it is asked of the first run."""
+    rod, start = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.01)]), pp.Start(positions=[0.5, 0.1])
+    free = pp.Scene(duration=0.2, model=rod, start=start, effects=[pp.effects.Gravity()])
+    rubbed = free.replace(effects=(*free.effects, pp.effects.Viscous(coefficient=0.1)))
+    one, other = (pp.simulate(scene, samples=5) for scene in (free, rubbed))
+    figure = one.plot("energy_drift", compare=other)
+    assert "not of run 2" in [line.get_label() for line in figure.axes[0].lines]
+    with pytest.raises(pp.InputError, match="has no potential"):
+        other.plot("energy_drift", compare=one)

@@ -115,7 +115,7 @@ def print_effects(report: "EffectsReport", as_json: bool) -> None:
         print_json(asdict(report))
         return
     rows = [
-        [row.effect, "yes" if row.listed else "no", f"{100 * row.change:.2g} %", _percent(row.added), row.verdict]
+        [row.effect, "yes" if row.listed else "no", _two_digits(100 * row.change), _percent(row.added), row.verdict]
         for row in report.rows
     ]
     print_table(["effect", "in the scene", "moves a tip by", "time added", "verdict"], rows)
@@ -298,6 +298,10 @@ def print_published(cases: "dict[str, Published]", as_json: bool) -> None:
         return
     rows = [[name, case.title, case.origin, case.source] for name, case in cases.items()]
     print_table(["case", "motion", "numbers by", "source"], rows)
+
+
+def _two_digits(percent: float) -> str:
+    return f"{float(f'{percent:.2g}'):g} %"
 
 
 def _percent(added: float | None) -> str:

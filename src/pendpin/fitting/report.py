@@ -164,7 +164,7 @@ class Fit:
             return "The model explains the data: the residuals are white and no larger than the noise."
         if rms[worst] <= NOISY * self.noise[worst]:
             return f"The model cannot explain the data: residuals are small, but correlated (p = {self.white:.1g})."
-        what = f"{times}, {100 * part:.2g} % of the motion, and correlated"
+        what = f"{times}, {float(f'{100 * part:.2g}'):g} % of the motion, and correlated"
         if not self.follows:
             return f"The model cannot explain the data at all: {what}; {CHECK}."
         if part > POOR:

@@ -115,18 +115,28 @@ def new_figure(**options: Any) -> Any:
 
 
 def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[Trajectory]) -> None:
-    """A panel of the first run, and those of the others on it: each with its dashes, and without names of its own."""
+    """A panel of the first run, and those of the others on it: each with its dashes, and without names of its own.
+
+    A quantity that one of the others lacks is left out, and the legend says of which run.
+    """
     if draw_panel is draw_distance:
         return draw_distance(ax, runs)
     for i, run in enumerate(runs):
         ax.set_prop_cycle(color=COLORS)
-        before = set(ax.lines)
-        draw_panel(ax, run)
+        before, lacks = set(ax.lines), False
+        try:
+            draw_panel(ax, run)
+        except InputError:
+            if not i:
+                raise
+            lacks = True
         if len(runs) > 1 and not i and run.tips.shape[1] == 1:  # colours tell theta from phi, dashes the runs
             for line in ax.lines:
                 line.set_linestyle("-" if line.get_linestyle() == "--" else line.get_linestyle())
         for line in set(ax.lines) - before if i else ():
             line.set(linestyle=DASHES[i % len(DASHES)], label="_another run", linewidth=1.8, alpha=0.75)
+        if lacks:
+            ax.plot([], [], " ", label=f"not of run {i + 1}")
     return None
 
 
