@@ -253,3 +253,11 @@ def test_a_rod_that_spins_about_a_hinge_at_its_end() -> None:
     x, y, z = np.eye(3)
     R = np.stack([x, z, -y], -1)  # the link frame, its -z along +y
     assert np.allclose(R @ wrench.T, np.array([[0, -37.5, 15.0], [15.0, 0, 0]]).T, rtol=0, atol=1e-12)
+
+
+def test_a_joint_carries_the_weight_less_the_buoyancy() -> None:
+    """Of a rod that hangs still in water, its mass less that of the water in its place."""
+    rod = pp.Rod(length=1.2, mass=3.0, radius=0.02)
+    water = fx.Drag(density=1000.0, diameter=0.04, buoyancy=True)
+    run = pp.simulate(pp.Scene(duration=0.1, model=pp.Chain(rods=[rod]), effects=[fx.Gravity(), water]), samples=3)
+    assert run["R3"] == pytest.approx(9.81 * (3.0 - 1000.0 * np.pi * 0.02**2 * 1.2), rel=1e-12)
