@@ -150,9 +150,11 @@ def test_lines_of_wrong_usage_name_the_option_once(capfd: pytest.CaptureFixture)
     for arguments, says in [
         (("run", "--samples", "1"), "pendpin: Invalid value for --samples: 1 is the start alone"),
         (("run", "--duration", "-1"), "pendpin: Invalid value for --duration: -1.0 is below 0"),
+        (("cost", "--methods", "foo"), "pendpin: Invalid value for --methods: 'foo' is not one of"),
+        (("cost", "--accuracy", "2"), "pendpin: Invalid value for --accuracy: 2 is not between"),
         (("plot", "run.csv"), "pendpin: run.csv: a table, not a run"),
     ]:
-        assert run_main(*arguments) == 1 + (arguments[0] == "run")
+        assert run_main(*arguments) == 1 + (arguments[0] != "plot")
         assert capfd.readouterr().err.startswith(says)
 
 

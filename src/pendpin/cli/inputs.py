@@ -162,12 +162,14 @@ def check_options(solver: "Solver", **options: Any) -> None:
 
 
 @contextmanager
-def naming_options() -> Iterator[None]:
-    """What raises InputError `name: reason` in the block is wrong usage of --name."""
+def naming_options(*options: str) -> Iterator[None]:
+    """What raises InputError `name: reason` in the block is wrong usage of --name, if that is one of some options."""
     try:
         yield
     except InputError as error:
-        name, reason = str(error).split(": ", 1)
+        name, reason = str(error).removeprefix("--").partition(": ")[::2]
+        if options and name not in options:
+            raise
         raise typer.BadParameter(reason, param_hint=f"--{name}") from None
 
 

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import files_of, place_named, print_notes, read_scene
+from pendpin.cli.inputs import files_of, naming_options, place_named, print_notes, read_scene
 from pendpin.cli.options import Json, Plot, SceneFile
 from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.progress import waiting
@@ -44,7 +44,8 @@ def cost(
         names = [name.strip() for name in methods.split(",")] if methods else None
         options = {"methods": names, "accuracy": accuracy, "peers": peers, "thorough": thorough, "budget": budget}
         answered = (lambda row: None) if json else partial(print_cost_row, peers=peers)
-        report = measure(chosen, **options, progress=progress, answered=answered)
+        with naming_options("methods", "accuracy"):
+            report = measure(chosen, **options, progress=progress, answered=answered)
     print_cost(report, json)
     if plot:
         print_files([save_cost_plot(report, plot, short)], json)
