@@ -274,5 +274,5 @@ def test_the_command(
     assert {curve["name"] for curve in found["curves"]} == {"taylor", "dop853"}
     assert found["error"] < 1e-10
     assert [row["accuracy"] for row in found["rows"]] == [1e-3, 1e-6, 1e-9, 1e-12]
-    assert run_main("cost", "--methods", "magic") == 1
+    assert run_main("cost", "--methods", "magic") == 2
     assert "'magic' is not one of" in capsys.readouterr().err
