@@ -217,3 +217,8 @@ def test_conditions_that_nobody_states_are_found():
         ""
     ]
     assert found[2].verdict == "fails"
+
+
+def test_a_slip_in_a_sentence_on_symbols_is_no_traceback():
+    found = pp.diagnose(r"where $\thta$ is the angle from the vertical: $\ddot\theta = -\frac gl\sin\theta$")
+    assert [finding.verdict for finding in found.findings] == ["holds"]

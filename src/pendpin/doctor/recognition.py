@@ -314,7 +314,10 @@ def read_symbols(
     named = {name for written in renamed.values() for name in spec.words(written)[:1]} & set(spec.coordinates)
     words = Vocabulary(spec.words, dict(renamed), frozenset(spec.state), frozenset(named))
     for symbol, printed_names in said:
-        left = _key(symbol)
+        try:
+            left = _key(symbol)
+        except Unread:  # a slip such as \thta: the equations that hold it say so
+            continue
         right = next((other for other in printed_names if spec.words(other)), None)
         if left is None or right is None or (left.letter, left.index) in renamed:
             continue
