@@ -76,7 +76,7 @@ def test_rows_of_an_align_have_their_own_lines_and_mends(tmp_path):
     found = pp.diagnose(page, rod="point")
     assert [finding.place for finding in found.findings] == ["line 4", "line 6", "line 9"]
     assert r"\ddot\theta" not in str(found).split("mend:")[1].split("\n")[1]
-    assert "2 hold, 1 fails, 0 are not checked" in str(found)
+    assert "1 holds, 1 fails, 1 is not checked" in str(found)
 
 
 # --- the truth ------------------------------------------------------------------------------------------------------

@@ -222,3 +222,46 @@ def test_conditions_that_nobody_states_are_found():
 def test_a_slip_in_a_sentence_on_symbols_is_no_traceback():
     found = pp.diagnose(r"where $\thta$ is the angle from the vertical: $\ddot\theta = -\frac gl\sin\theta$")
     assert [finding.verdict for finding in found.findings] == ["holds"]
+
+
+HANGING = r"""A slender rod of mass $M$ and length $L$ hangs on a Cardan joint, with angles $\theta$ and $\phi$.
+$$ J = \frac13 M L^2 $$
+$$ U = -\frac{M g L}{2}\cos\theta\cos\phi $$
+$$ T = \frac12 J(\dot\theta^2\cos^2\phi + \dot\phi^2) $$
+"""
+PULL = r"$$ N = \frac{M L}{2}(\dot\phi^2 + \dot\theta^2\cos^2\phi) + M g\cos\theta\cos\phi $$"
+OPPOSITE = PULL.replace("= ", "= -").replace("+ M g", "- M g")
+
+
+def verdicts(text, **options):
+    """The verdicts in order."""
+    return [finding.verdict for finding in pp.diagnose(text, **options).findings]
+
+
+@pytest.mark.parametrize("letters", [("M", "L"), ("M", "l"), (r"\mu", "b")], ids=" ".join)
+@pytest.mark.parametrize("rod", [None, "thin"])
+def test_letters_that_a_text_names_in_passing_are_mass_and_length(letters, rod):
+    text = HANGING.replace("M", letters[0] + " ").replace("L", letters[1])
+    assert verdicts(text, rod=rod) == ["holds"] * 3
+
+
+@pytest.mark.parametrize(
+    ("words", "force", "verdict"),
+    [
+        ("The tension in the rod is", PULL, "holds"),
+        ("The reaction along the rod is", OPPOSITE, "holds if"),
+        ("With a force", PULL, "not checked"),
+        ("The tension in the rod is", PULL.replace("+ M g", "- M g"), "fails"),
+    ],
+    ids=["tension", "along the rod", "any force", "wrong"],
+)
+def test_a_force_is_what_the_words_before_it_say(words, force, verdict):
+    """A tension is R_3, a force along the rod is R_3 either way, and of another one nothing tells whether it is right."""
+    assert verdicts(f"{HANGING}{words}\n{force}", rod="thin")[3] == verdict
+
+
+def test_the_first_line_says_how_many_equations_are_not_checked():
+    found = pp.diagnose(HANGING + PULL, rod="thin")
+    assert found.ok
+    assert str(found).startswith("1 of 4 equations is NOT CHECKED; say what these symbols are: --symbols N=")
+    assert "NOT CHECKED" not in str(pp.diagnose(HANGING, rod="thin"))

@@ -59,10 +59,11 @@ def _holds(one: Printed, system: System) -> bool | None:
         return None
 
 
-def find_convention(equations: list[Printed], rod: str) -> tuple[Convention, list[str]]:
+def find_convention(equations: list[Printed], rod: str, swaps: bool = True) -> tuple[Convention, list[str]]:
     """The convention that a text was written in, and remarks.
 
     It is the usual one, unless another explains two equations more: what explains all but no two more is a remark.
+    `swaps` says whether the names of the angles may be swapped.
     """
     usual = Convention()
     verdicts = [(one, _holds(one, System(SPECS[rod]))) for one in equations]
@@ -70,7 +71,8 @@ def find_convention(equations: list[Printed], rod: str) -> tuple[Convention, lis
     wrong = [one for one, holds in verdicts if holds is False]
     if not wrong:
         return usual, []
-    likely = [c for c in _all_conventions() if any(_holds(one, System(SPECS[rod], c)) for one in wrong[:MOST_SAMPLED])]
+    every = (c for c in _all_conventions() if swaps or not c.swapped)
+    likely = [c for c in every if any(_holds(one, System(SPECS[rod], c)) for one in wrong[:MOST_SAMPLED])]
     healed = {c: sum(_holds(one, System(SPECS[rod], c)) is True for one in wrong) for c in likely}
     some = {c: n for c, n in healed.items() if n > 1 or n == len(wrong)}
     held = {c: n + sum(_holds(one, System(SPECS[rod], c)) is True for one in right) for c, n in some.items()}

@@ -7,12 +7,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from pendpin.doctor.checking.check import check
 from pendpin.doctor.checking.circumstances import scaling, when
 from pendpin.doctor.checking.conditions import holds_as_stated, holds_if, loads_at_zero
 from pendpin.doctor.checking.dimensions import of_equation
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
-from pendpin.doctor.letters import MOST_LOADS
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, relative_error
+from pendpin.doctor.letters import MOST_LOADS, bare, idle, in_use
 from pendpin.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, mends_of_unknown, styles_of
 from pendpin.doctor.mending.monomials import Printer
 from pendpin.doctor.patients import Candidate, Printed, candidates, holding, kind_of
@@ -48,6 +50,7 @@ class Finding:
     dimensions: str = ""
     mends: tuple[Mend, ...] = ()
     equation: Equation | None = None
+    unknown: tuple[str, ...] = ()  # the symbols for want of which it is not checked
 
     def __repr__(self) -> str:
         return brief(f"Finding: equation {self.number}, {self.place}, {self.kind}: {self.verdict}. {self.latex}")
@@ -91,6 +94,11 @@ class Diagnosis:
         return self.title != UNKNOWN
 
     @property
+    def unchecked(self) -> tuple[Finding, ...]:
+        """The equations that say something which is not checked."""
+        return tuple(found for found in self.findings if found.verdict == "not checked" and found.kind != "condition")
+
+    @property
     def wrong(self) -> tuple[Finding, ...]:
         """The equations that fail."""
         return tuple(finding for finding in self.findings if finding.verdict == "fails")
@@ -117,7 +125,7 @@ class Diagnosis:
 def examine(document: Document, choices: dict[str, Any], progress: Callable[[str], object]) -> Diagnosis:
     """Check every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
     reading = read(document, choices)
-    doctor = _Doctor(reading, _styles(reading))
+    doctor = _Doctor(reading, _styles(reading), in_use(reading.equations))
     firsts = []
     for one in reading.equations:
         progress(f"equation {one.number}")
@@ -140,6 +148,7 @@ class _Doctor:
 
     reading: Reading
     styles: dict[str, str]
+    in_use: set[str]  # the symbols that the laws of the text use, also through definitions
 
     @property
     def system(self) -> System:
@@ -162,6 +171,8 @@ class _Doctor:
             return self._slip(found, one, error.reason) or self._unread(found, one, error.reason), []
         equation = readings[0][0]
         found = replace(found, kind="definition" if one.defines else kind_of(equation, self.system.spec))
+        if verdict.holds and self._is_idle(one):
+            return replace(found, remark=idle(one), unknown=(one.defines,)), []
         if verdict.holds:
             remark = _joined(one.remark, verdict.remark)
             found = replace(found, verdict="holds", remark=remark, equation=equation, error=verdict.error)
@@ -174,6 +185,9 @@ class _Doctor:
                 return found, []
         if said := self.reading.says(one):
             return replace(found, kind="condition", remark=said), []
+        if self._is_compression(readings[0][0], one):
+            condition = f"{one.latex.partition('=')[0].strip(' &')} is a compression"
+            return replace(found, verdict="holds if", condition=condition, equation=readings[0][0]), []
         return found, readings
 
     def second(
@@ -212,6 +226,8 @@ class _Doctor:
 
     def _unread(self, found: Finding, one: Printed, reason: str) -> Finding:
         """An equation that has no value: it may define a symbol, or hold where an unknown load is 0."""
+        if self._is_idle(one):
+            return replace(found, kind="definition", remark=idle(one), unknown=(one.defines,))
         if one.defines and not one.unknown - {one.defines}:
             return replace(
                 found, verdict="holds", kind="definition", remark=f"it says what {one.defines.lstrip('?')} is"
@@ -220,7 +236,21 @@ class _Doctor:
             for equation, _ in one.readings():
                 if condition := loads_at_zero(equation, self.system, one.unknown):
                     return replace(found, verdict="holds if", condition=condition, kind="equation of motion")
-        return replace(found, remark=reason)
+        return replace(found, remark=reason, unknown=tuple(sorted(one.unknown)))
+
+    def _is_compression(self, equation: Equation, one: Printed) -> bool:
+        """Whether a force along the rod that the text calls no tension holds if it has the other direction."""
+        left = equation.sides[0]
+        own = left.kind == "symbol" and left.written is not None and left.written.letter != "R"
+        if not own or equation.meaning(str(left.value)) != "R3" or "tension" in one.statement.context.lower():
+            return False
+        states = random_states(self.system)
+        after = changed(equation, states, {id(left): np.negative})
+        return after is not None and bool(np.abs(after).max() < TOLERANCE * np.abs(states["R3"]).max())
+
+    def _is_idle(self, one: Printed) -> bool:
+        """Whether an equation says what a symbol is, and nothing uses it: then nothing tells whether it is right."""
+        return bool(one.defines) and len(one.ways[0][0]) == 2 and bare(one.defines) not in self.in_use
 
     def _slip(self, found: Finding, one: Printed, reason: str) -> Finding | None:
         """An equation with a symbol that stands nowhere else, in place of one with which it holds; None for any other."""

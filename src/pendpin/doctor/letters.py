@@ -189,3 +189,26 @@ def _used(equation: Equation, words: Vocabulary) -> Iterator[tuple[Name, str]]:
 
 def _same_dimension(first: str, second: str, system: System) -> bool:
     return system.spec.dimensions.get(first) == system.spec.dimensions.get(second)
+
+
+def in_use(equations: list[Printed]) -> set[str]:
+    """The symbols without dots and components that some equations use; those of a definition if what it defines is used."""
+    used, before = set[str](), -1
+    while len(used) > before:
+        before = len(used)
+        for one in (one for one in equations if one.ways):
+            if not one.defines or len(one.ways[0][0]) > 2 or bare(one.defines) in used:
+                letters = {bare(name) for name in one.names - {one.defines}}
+                used |= letters | {letter.rpartition("_")[0] for letter in letters}
+    return used
+
+
+def bare(name: str) -> str:
+    """A symbol without its dots."""
+    return name.lstrip("?").lstrip("d") or "d"
+
+
+def idle(one: Printed) -> str:
+    """What to write of a symbol that nothing uses."""
+    name = one.defines.lstrip("?")
+    return f"no other equation uses {name}: say which quantity it is, as in --symbols {name}=R_3 for the tension"

@@ -18,7 +18,7 @@ from pendpin.doctor.letters import MOST_COUNTED, Again, held, settled, weight, w
 from pendpin.doctor.patients import Printed, holding, printed
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
-from pendpin.doctor.reading.legend import legend
+from pendpin.doctor.reading.legend import legend, named
 from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_word, raw
 from pendpin.doctor.reading.tree import Node, Unread, symbols, walk
 from pendpin.doctor.systems.base import LOADS, Convention, Spec, System, random_states, unloaded
@@ -40,6 +40,9 @@ CLOSE, MOST_SETTLED = 2.5, 4  # readings in which so few equations fewer hold ar
 SURE = 0.6  # of what may hold: no other system is tried then
 FEW = 3  # equations: fewer, none of which holds, may all be wrong
 FROM_HORIZONTAL = re.compile(r"horizontal|manipulator|\barm\b|elbow|x[- ]axis", re.IGNORECASE)
+ON_A_JOINT = re.compile(
+    r"^(?!.*(?:spherical|polar|azimuth)).*(?:Cardan|universal joint|U-joint|Hooke'?s? joint)", re.I | re.S
+)
 # words of texts about systems that pendpin does not know
 FOREIGN = re.compile(
     r"\b(?:roll\w*|dis[ck]|wheel|spring|elastic|hoop|bead|pulley|satellite|planet|orbit\w*|spool|ladder|gyroscope|"
@@ -180,11 +183,16 @@ def _as_rod(
 ) -> Reading:
     """The equations read as those of a rod on a universal joint, whose angles may have other names."""
     words, given = read_symbols(table, SPECS["thin"], renamed or {}, list(legend(document.text)))
+    keys = [(_key(symbol), meaning) for symbol, meaning in named(document.text)]
+    words = replace(words, also={(key.letter, key.index): meaning for key, meaning in keys if key})
     usual = {f"?{letter}": lone(f"{name}(phi)", words) for letter, name in (("s", "sin"), ("c", "cos"))}
     known = {k: v for k, v in usual.items() if v}
     equations = printed(document.statements, given, known, words)
     kind = rod or likely_rod(equations)
-    base, remarks = (conventions_of(convention), []) if convention is not None else find_convention(equations, kind)
+    if convention is not None:
+        base, remarks = conventions_of(convention), list[str]()
+    else:  # angles whose names are guessed are tried in both orders
+        base, remarks = find_convention(equations, kind, swaps=renamed is None)
     if rod is None and kind == "point":
         text = "These are equations of a point mass on a massless rod or string"
         remarks.insert(0, f"{text}; for a rod with mass write --rod thin.")
@@ -221,7 +229,7 @@ def _others(document: Document, table: dict[str, str], kind: str | None) -> Iter
     moving, mentioned = _letters(document, table)
     said = list(legend(document.text))
     for family, specs in FAMILIES.items():
-        if kind not in (None, family):
+        if kind not in (None, family) or (kind is None and family == "polar" and ON_A_JOINT.search(document.text)):
             continue
         for renamed in _renamings(family, moving, mentioned):
             letters = {name[0] for name in mentioned}

@@ -43,6 +43,31 @@ PHRASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     (r"tension", ("R_3", "S")),
 )
 
+# "of mass $M$", "the length $L$", not "centre of mass $G$" nor "half the length $a$"; a tension may stand before an equation
+_NAMED = re.compile(
+    rf"(?:^|[.,;(]\s*|(?<!\w)(?P<before>\w+\s+)?\b(?:of|with|and|its|has|the|a|total)\s+)"
+    rf"(?P<phrase>mass|length)\s+{_SYMBOL}",
+    re.IGNORECASE | re.MULTILINE,
+)
+_NO_NAME = re.compile(r"cent(?:re|er)|half|per|unit|quarter|twice|double", re.IGNORECASE)
+_FILLING = (
+    "force|in|at|of|along|the|a|rod|joint|string|rope|wire|then|therefore|thus|is|equals|becomes|reads|follows|as"
+)
+_PULL = re.compile(
+    rf"\b(?P<phrase>tension|(?:reaction|force)\s+along\s+the\s+rod)(?:\s+(?:{_FILLING})\b)*[:,]?\s*"
+    rf"(?:\$\$?|\\\[|\\begin\{{(?:equation|align)\*?\}})\s*(?P<symbol>[A-Za-z](?:_\{{?\w+\}}?)?)\s*(?:&?=|\$)",
+    re.IGNORECASE,
+)
+
+
+def named(text: str) -> Iterator[tuple[str, Written]]:
+    """The symbols that a text names in passing, each with how that is printed for a rod."""
+    for match in _NAMED.finditer(text):
+        if not _NO_NAME.fullmatch((match["before"] or "").strip()) and not re.search(r"\d", match["symbol"]):
+            yield match["symbol"], Written("m" if match["phrase"].lower() == "mass" else "l")
+    for match in _PULL.finditer(text):
+        yield match["symbol"], Written("R", 0, "3")
+
 
 def legend(text: str) -> Iterator[tuple[str, tuple[Written, ...]]]:
     """The symbols of which a text says what they are, and how that is printed in the systems that the doctor knows."""

@@ -84,7 +84,8 @@ class Vocabulary:
     """What a printed symbol can mean, the likeliest first; `?name` where that is not known.
 
     `words` are those of a system; `renamed` are names of the text, as (letter, index), that stand for another name, and
-    `chosen` those that have one meaning in the whole text; an empty one is a meaning of the text's own.
+    `chosen` those that have one meaning in the whole text; an empty one is a meaning of the text's own. What a name in
+    `also` stands for is one more meaning of it.
     """
 
     words: Callable[[Written], tuple[str, ...]]
@@ -92,6 +93,7 @@ class Vocabulary:
     state: frozenset[str] = frozenset()  # coordinates and rates
     named: frozenset[str] = frozenset()  # coordinates for which the text has a letter
     chosen: dict[tuple[str, str], str] = field(default_factory=dict)
+    also: dict[tuple[str, str], Written] = field(default_factory=dict)
 
     def __call__(self, written: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol."""
@@ -104,6 +106,8 @@ class Vocabulary:
         if written in (Written("t"), Written("pi")):
             return (written.letter,)
         found = self.words(written)
+        if more := self.also.get(name):
+            found = tuple(dict.fromkeys((*found, *self.words(replace(more, dots=more.dots + written.dots))[:1])))
         if (choice := self.chosen.get(name)) is not None:
             found = tuple(meaning for meaning in found if meaning == "d" * written.dots + choice)
         return found or (unknown(written),)

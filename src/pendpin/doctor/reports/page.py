@@ -16,7 +16,7 @@ from pendpin.doctor.reading.names import Vocabulary, raw
 from pendpin.doctor.reading.tree import Span, Unread
 from pendpin.doctor.reports.harm import Harm
 from pendpin.doctor.reports.mathml import equation, part
-from pendpin.doctor.reports.text import STYLES, failure, known, shared_words, shortened, summary
+from pendpin.doctor.reports.text import STYLES, failure, known, shared_words, shortened, summary, unchecked
 from pendpin.files import write_whole
 
 PER_SECOND = 30  # poses of the animation
@@ -33,9 +33,10 @@ def write_report(path: Path, diagnosis: Diagnosis) -> Path:
 
 def page(diagnosis: Diagnosis) -> str:
     """The report as HTML that needs no network."""
+    left = [unchecked(diagnosis)] if diagnosis.unchecked and diagnosis.system_is_known else []
     parts = {
         "summary": _text(summary(diagnosis)),
-        "remarks": "".join(f"<p>{_text(remark)}</p>" for remark in diagnosis.remarks),
+        "remarks": "".join(f"<p>{_text(remark)}</p>" for remark in (*left, *diagnosis.remarks)),
         "shared": "".join(
             f"<p><strong>{_typeset(shared_words(s.old, s.new, s.numbers))}</strong></p>" for s in diagnosis.shared
         ),

@@ -17,6 +17,7 @@ from pendpin.errors import one_line
 
 STYLES = {"holds": "green", "holds if": "green", "fails": "bold red", "not checked": "yellow"}
 MOST_PRINTED = 20_000  # characters of an equation in a record
+MOST_SYMBOLS = 6  # of those that are not known, in the first line
 Line = tuple[str, str]  # text and its style
 
 
@@ -85,6 +86,8 @@ def text(diagnosis: Diagnosis) -> str:
 
 def lines(diagnosis: Diagnosis) -> Iterator[list[Line]]:
     """The report line by line, each in parts with their styles."""
+    if diagnosis.unchecked and diagnosis.system_is_known:
+        yield [(unchecked(diagnosis), "bold red")]
     yield [(f"Read as equations of {diagnosis.title}." if diagnosis.system_is_known else diagnosis.remarks[0], "bold")]
     for remark in diagnosis.remarks[0 if diagnosis.system_is_known else 1 :]:
         yield [(remark, "")]
@@ -96,6 +99,22 @@ def lines(diagnosis: Diagnosis) -> Iterator[list[Line]]:
     if diagnosis.harm is not None:
         yield from ([(line, "")] for line in diagnosis.harm.words)
     yield [(summary(diagnosis), "bold")]
+
+
+def unchecked(diagnosis: Diagnosis) -> str:
+    """How many equations are not checked, and what to write so that they are."""
+    left, symbols = diagnosis.unchecked, {name.lstrip("?"): "" for one in diagnosis.unchecked for name in one.unknown}
+    count = f"{len(left)} of {len(diagnosis.findings)} equations {'is' if len(left) == 1 else 'are'} NOT CHECKED"
+    if not symbols:
+        return f"{count}; the reasons are below."
+    pairs = [f"{name}={_likely(name, diagnosis.system)}" for name in list(symbols)[:MOST_SYMBOLS]]
+    return f"{count}; say what these symbols are: --symbols {','.join(pairs)}"
+
+
+def _likely(name: str, system: System) -> str:
+    """What an unknown symbol probably is: F_1 a force of the joint."""
+    force = re.fullmatch(r"[FNSXQP]_([123])", name)
+    return f"R_{force[1]}" if force and f"R{force[1]}" in system.spec.unknowns else "..."
 
 
 def summary(diagnosis: Diagnosis) -> str:

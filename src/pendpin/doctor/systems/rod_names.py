@@ -112,7 +112,9 @@ def _load(letter: str, index: str, styled: bool) -> tuple[str, ...]:
         return ("weight" if styled else "Fg",) if (index in ("g", "G") or (letter == "W" and not index)) else ()
     if letter == "R":
         return ("R" + index,) if index in ("1", "2", "3") else ("R",) if not index else ()
-    return ("M" + index.lower(),) if index in (*"123cC",) else ("M",) if not index else ()
+    if index or styled:
+        return ("M" + index.lower(),) if index in (*"123cC",) else ("M",) if not index else ()
+    return ("M", "m")
 
 
 _POWERS = {  # powers of kg, m, s
