@@ -211,4 +211,4 @@ def bare(name: str) -> str:
 def idle(one: Printed) -> str:
     """What to write of a symbol that nothing uses."""
     name = one.defines.lstrip("?")
-    return f"no other equation uses {name}: say which quantity it is, as in --symbols {name}=R_3 for the tension"
+    return f"no other equation uses {name}: say which quantity it is with --symbols {name}=..."
