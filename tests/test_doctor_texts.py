@@ -29,7 +29,7 @@ BY_HAND = [text if i % RARE == 0 else pytest.param(*text, marks=pytest.mark.slow
 
 @pytest.mark.parametrize(("title", "text"), BY_HAND, ids=[title for title, _ in by_hand()])
 def test_texts_by_hand_are_right(title, text):
-    """Every equation holds, if only under a condition, but for states such as theta' = 0 and for definitions that nothing uses."""
+    """Every equation holds, if only under a condition, but for states, and for definitions that nothing uses."""
     laws = [f for f in pp.diagnose(text).findings if not f.remark.startswith(("it gives ", "no other equation uses "))]
     assert {finding.verdict for finding in laws} <= {"holds", "holds if"}
 
