@@ -168,7 +168,8 @@ def multiply(a: Values, b: Values, operator: str, place: int) -> Values:
         with np.errstate(all="ignore"):
             return a / b
     if 1 in (a.ndim, b.ndim):
-        return a * b
+        with np.errstate(invalid="ignore"):  # 0 times infinite, as in a sum
+            return a * b
     if a.shape[-2] != b.shape[0]:
         raise Mismatch("a product of vectors of different lengths", place)
     if operator == "x" and a.shape[:-1] == b.shape[:-1] == (3,):
