@@ -232,6 +232,31 @@ def test_a_mirror_image_is_the_same_motion(
     np.testing.assert_array_equal(*instants)
 
 
+@law(12)
+@given(
+    st.sampled_from(["thin", "thick"]),
+    st.sampled_from(MIRRORED[:-1]),
+    st.lists(st.sampled_from([0.0, 0.3, -1.1, 1e-160, 0.05, 1.4]), min_size=4, max_size=4),
+)
+def test_a_swing_in_one_plane_is_that_in_the_other(name: str, options: dict, state: list) -> None:
+    """Both axes of a joint meet at a right angle: a symmetric chain swings in y-z (theta) as in x-z (phi), but for rounding."""
+    oil, air = fx.Viscous(coefficient=0.1 * (name == "thick")), fx.Drag(diameter=0.1)
+    effects = (fx.Gravity(), oil) if options.get("method") == "taylor" else (fx.Gravity(), oil, air)
+    model, runs = pp.Chain(rods=(RODS[name],) * 2), []
+    for place in (0, 1):
+        q, v = np.zeros((2, 2, 2))
+        q[:, place], v[:, place] = state[:2], state[2:]
+        start = pp.Start(positions=tuple(q.ravel()), velocities=tuple(v.ravel()))
+        scene = pp.Scene(duration=0.4, model=model, start=start, effects=effects, solver=pp.Solver(samples=5))
+        runs.append(pp.simulate(scene, **options))
+    theta, phi = runs
+    bound = 1e-9 if "step" in options else 10 * options.get("tolerance", 1e-11)  # other steps, where one is refused
+    np.testing.assert_allclose(phi.tips, theta.tips[..., [1, 0, 2]] * [-1, 1, 1], rtol=0, atol=bound)
+    for along, across in (("R1", "R2"), ("R2", "R1"), ("R3", "R3")):
+        sizes = [[abs(run[f"{kind}_{i}"]) for i in (1, 2)] for run, kind in ((theta, along), (phi, across))]
+        np.testing.assert_allclose(*sizes, rtol=0, atol=1e3 * bound)  # N; rates of up to 10 rad/s in a second or so
+
+
 @pytest.mark.parametrize("name", ["thin", "thick"])
 @pytest.mark.parametrize("options", BY_TOLERANCE + METHODS[-3:])
 def test_other_units_and_later_starts_are_the_same_motion(name: str, options: dict[str, Any]) -> None:
