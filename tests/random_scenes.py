@@ -31,6 +31,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from energy_bound import STATES, Balance, balance_of
+from laws import HANG
 from scene_generator import Case, case_of
 from test_input_properties import toml
 
@@ -153,6 +154,8 @@ class _Worker:
         self.left -= 1
         self.pipe.send(number)
         try:
+            if not self.pipe.poll(HANG):  # it waits for a lock that a thread held at the fork
+                self.process.kill()
             return self.pipe.recv()
         except EOFError:
             self.process.join()

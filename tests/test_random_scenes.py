@@ -21,6 +21,8 @@ from random_scenes import FAULT, keep, outcome, outcomes
 from scene_effects import KINDS
 from scene_generator import ENGINES, METHODS, RODS, Case, case_of
 
+pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")  # workers fork
+
 SEED, COUNT = 2026, 60
 LIMIT, TICK = 0.2, 0.01  # s of a scene, and what each look at the clock takes of them: a count of looks, on any machine
 SWING = Case(
