@@ -46,7 +46,15 @@ def scene(rods: int) -> pp.Scene:
 
 def compared(console: Console, rods: int, report: CostReport) -> None:
     """The best integrator and the best other, and their ratio, at each error."""
-    table = Table("error", "pendpin", "time", "others", "time", "ratio", title=f"{rods} rods, {report.horizon:g} s")
+    table = Table(
+        "error",
+        "pendpin",
+        "time",
+        "others",
+        "time",
+        "ratio",
+        title=f"{rods} rod{'s' * (rods > 1)}, {report.horizon:g} s",
+    )
     for error in ERRORS:
         own, other = report.best(error), report.best(error, peers=True)
         cells = [
