@@ -239,7 +239,7 @@ def test_a_mirror_image_is_the_same_motion(
     st.lists(st.sampled_from([0.0, 0.3, -1.1, 1e-160, 0.05, 1.4]), min_size=4, max_size=4),
 )
 def test_a_swing_in_one_plane_is_that_in_the_other(name: str, options: dict, state: list) -> None:
-    """Both axes of a joint meet at a right angle: a symmetric chain swings in y-z (theta) as in x-z (phi), but for rounding."""
+    """Both axes of a joint meet at a right angle: a symmetric chain swings in y-z (theta) as in x-z (phi)."""
     oil, air = fx.Viscous(coefficient=0.1 * (name == "thick")), fx.Drag(diameter=0.1)
     effects = (fx.Gravity(), oil) if options.get("method") == "taylor" else (fx.Gravity(), oil, air)
     model, runs = pp.Chain(rods=(RODS[name],) * 2), []
@@ -252,8 +252,8 @@ def test_a_swing_in_one_plane_is_that_in_the_other(name: str, options: dict, sta
     theta, phi = runs
     bound = 1e-9 if "step" in options else 10 * options.get("tolerance", 1e-11)  # other steps, where one is refused
     np.testing.assert_allclose(phi.tips, theta.tips[..., [1, 0, 2]] * [-1, 1, 1], rtol=0, atol=bound)
-    for along, across in (("R1", "R2"), ("R2", "R1"), ("R3", "R3")):
-        sizes = [[abs(run[f"{kind}_{i}"]) for i in (1, 2)] for run, kind in ((theta, along), (phi, across))]
+    for one, other in (("R1", "R2"), ("R2", "R1"), ("R3", "R3")):
+        sizes = [[abs(run[f"{kind}_{i}"]) for i in (1, 2)] for run, kind in ((theta, one), (phi, other))]
         np.testing.assert_allclose(*sizes, rtol=0, atol=1e3 * bound)  # N; rates of up to 10 rad/s in a second or so
 
 

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import law
+from pendpin.cli import main
 from pendpin.errors import Interrupted
 from pendpin.sweeps import plan, workers
 from pendpin.sweeps import sweep as sweeps
@@ -109,7 +110,9 @@ def test_a_store_broken_off_goes_on_with_the_same_bits(tmp_path: Path, monkeypat
     assert_same(small(tmp_path / "map.zarr"), whole)
 
 
-def test_a_store_shows_what_is_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_store_shows_what_is_not_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """In `why`, in the order of the measures, and not hatched as doubtful."""
     monkeypatch.setattr(sweeps, "_block_size", lambda task, workers: 4)
     with pytest.raises(Interrupted):
@@ -123,6 +126,21 @@ def test_a_store_shows_what_is_not_run(tmp_path: Path, monkeypatch: pytest.Monke
     assert 4 <= (~waiting).sum() < 12
     np.testing.assert_array_equal(np.isnan(found.swing.values), waiting)
     assert not doubtful_cells(found, "theta_2.final")[waiting].any()
+    monkeypatch.setattr(sys, "argv", ["pendpin", "map", str(tmp_path / "a.zarr"), "--json"])
+    with pytest.raises(SystemExit, match=r"^0$"):
+        main()
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["not_run"] == waiting.sum()
+    assert shown["measures"]["swing"]["none"] == 0  # of the cases that were run
+
+
+def test_a_store_of_another_version_is_not_called_foreign(tmp_path: Path) -> None:
+    """It may hold hours of results: they can be read, and nobody is told to delete them."""
+    zarr = pytest.importorskip("zarr")
+    small(tmp_path / "a.zarr")
+    zarr.open_group(tmp_path / "a.zarr", mode="r+").attrs["pendpin_sweep"] = 1
+    with pytest.raises(pp.InputError, match=r"another version of pendpin, in format 1 instead of \d+; xarray"):
+        load(tmp_path / "a.zarr")
 
 
 def test_a_full_disk_ends_in_a_line_and_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

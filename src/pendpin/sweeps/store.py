@@ -182,8 +182,12 @@ def _checksum(measures: Iterable[Array], why: Array) -> int:
 
 def _refuse_foreign(attributes: Any) -> None:
     """Raises InputError for the attributes of what is no store of a sweep."""
-    if attributes.get("pendpin_sweep") != FORMAT:
-        raise InputError(f"it is not a store of a sweep, or it is of another version; {REMEDY}")
+    found = attributes.get("pendpin_sweep")
+    if found is None:
+        raise InputError(f"it is not a store of a sweep; {REMEDY}")
+    if found != FORMAT:
+        also = "xarray.open_zarr still reads its numbers; name another store"
+        raise InputError(f"it is a store of another version of pendpin, in format {found} instead of {FORMAT}; {also}")
 
 
 def _refuse_another(attributes: Any, task: Task) -> None:

@@ -109,10 +109,12 @@ def _plan(
 def _show(dataset: Any, files: list[Path], json: bool, shares: Callable[[], dict[str, Any]] = dict) -> None:
     """Print what was found, and the files written; `shares` may raise InputError, when the rest is there."""
     from pendpin.sweeps.figure import names_of
+    from pendpin.sweeps.store import NOT_RUN
     from pendpin.sweeps.table import summary
 
     count, waiting, failed = (int(n) for n in summary(dataset))
-    rows = {name: _range(dataset[name].values) for name in names_of(dataset)}
+    run = dataset["why"].values != NOT_RUN
+    rows = {name: _range(dataset[name].values[run]) for name in names_of(dataset)}
     if json:
         names = ("least", "median", "most", "none")
         measures = {name: dict(zip(names, row, strict=True)) for name, row in rows.items()}
