@@ -43,7 +43,7 @@ def address(x: Array) -> int:
 
 
 def subdivided(times: Array, parts: ArrayLike) -> Array:
-    """Times (n,) with each interval cut into equal parts, so many of each (n - 1,) or of all; the given ones to the bit."""
+    """Times (n,) with each interval cut into equal parts, `parts` (n - 1,) or one count for all; given times to the bit."""
     parts = np.broadcast_to(parts, len(times) - 1)
     before = np.cumsum(parts) - parts
     shares = (np.arange(parts.sum()) - np.repeat(before, parts)) / np.repeat(parts, parts)

@@ -70,7 +70,7 @@ class Record(BaseModel, metaclass=RecordType):
     """Frozen data that refuses unknown keys; a bad value raises InputError with its key path."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
-    __iter__ = None  # type: ignore  # a record is no list of its fields
+    __iter__ = None  # type: ignore  # a record is not a list of its fields
     _about: ClassVar[str] = ""  # the docstring without its list of fields
 
     def given(self) -> dict[str, Any]:
@@ -128,7 +128,7 @@ def _parameter(name: str, field: Any) -> inspect.Parameter:
 
 
 def plain(value: Any, depth: int = 8) -> Any:
-    """A value with NumPy's numbers and arrays in it, so many levels deep, as Python's."""
+    """A value with NumPy's numbers and arrays in it, down to this depth, as Python's."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, dict) and depth:
@@ -157,7 +157,7 @@ def fault_text(faults: list[Any], record: type) -> str:
 
 
 def _path(fault: Any) -> str:
-    """Names of union branches, which start with ~, are no part of a key path, nor is pydantic's mark of a key."""
+    """Names of union branches, which start with ~, are not part of a key path, nor is pydantic's mark of a key."""
     path = [part for part in fault["loc"] if isinstance(part, int) or not (part.startswith("~") or part == "[key]")]
     if fault["type"] == "union_tag_invalid" and fault["ctx"]["tag"] != "~no table":
         path.append("kind")

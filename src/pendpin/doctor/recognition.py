@@ -355,7 +355,7 @@ def read_symbols(
 
 
 def _is_no_name(text: str, node: Node) -> bool:
-    """Whether a word is no name of a quantity, and no product of letters that all have a meaning."""
+    """Whether a word neither names a quantity nor is a product of letters that all have a meaning."""
     unknown = any(part.startswith("?") for part in symbols(node))
     return unknown and text not in GREEK and bool(re.fullmatch("[A-Za-z]{2,}", text))
 

@@ -22,7 +22,7 @@ from pendpin.engines.tape import Recording
 from pendpin.errors import InputError
 from pendpin.model.build import Model
 
-MOST_WRITTEN_OUT = 200  # joints, of equations that are no loop over rods
+MOST_WRITTEN_OUT = 200  # joints, of equations that are not a loop over rods
 MOST_KNOWN = 128  # structures that are kept; the one that was not asked for longest goes
 _known: OrderedDict[Hashable, CompiledEquations] = OrderedDict()
 _lock = Lock()

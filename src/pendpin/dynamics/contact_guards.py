@@ -8,7 +8,7 @@ from pendpin.arrays import EPS, Array, Indices, Mask
 from pendpin.dynamics.contacts import ROUNDING, Contacts, Mode, Scales
 
 FEW_ROUNDINGS = 4.5 * EPS  # of a position or a rate of order one
-SMALL = 1e-2  # of the tolerance: a guard so little below 0 is no event
+SMALL = 1e-2  # of the tolerance: a guard less than this below 0 is not an event
 
 # The kinds of guards: the rates of sliding joints; the distances of free joints to their stops; and of held joints the
 # distances of the holding torque to its largest and to its least possible value.

@@ -38,7 +38,7 @@ class Variational:
     w_k = dy/d(number k), and w_k' = df/dy w_k + df/d(number k). Without keys there is one direction, that of a change w of
     the state itself. Times are since the scene's start, in s. Use one in each thread.
 
-    Raises InputError for effects without derivatives, for keys that are no numbers of the scene, and MissingLibrary
+    Raises InputError for effects without derivatives, for keys that are not numbers of the scene, and MissingLibrary
     without llvmlite.
     """
 

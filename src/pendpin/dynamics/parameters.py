@@ -99,11 +99,11 @@ class Parameters(Numbers):
         self._structure.append(x.tobytes() if isinstance(x, np.ndarray) else x)
 
     def input(self, place: int) -> Any:
-        """An input of the tape; its place is no part of the structure."""
+        """An input of the tape; its place is not part of the structure."""
         return 0.0 if self._tape is None else self._tape.input(place)
 
     def effect(self, effect: AnEffect) -> AnEffect:
-        """As `Numbers`; its kind, and what is no number of it, belong to the structure."""
+        """As `Numbers`; its kind, and fields that are not numbers, belong to the structure."""
         if id(effect) not in self._effects:
             others = effect.model_copy(update=dict.fromkeys(effect.parameters))
             self.constant((type(effect), repr(others)))

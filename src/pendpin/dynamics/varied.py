@@ -51,7 +51,7 @@ class Variation(NamedTuple):
 def vary(scene: Scene, engine: Engine, keys: Sequence[str], by_rod: bool) -> Variation:
     """The variation of a scene by its numbers at some key paths: of rods, of effects, of the start.
 
-    The engine is one on angles. Raises InputError for a key that is no number, or one by which there is no derivative.
+    The engine is one on angles. Raises InputError for a key that is not a number, or one by which there is no derivative.
     """
     model = engine.model
     places = [parsed(key) for key in keys]

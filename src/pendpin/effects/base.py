@@ -79,7 +79,7 @@ class Idle(Effect):
 def returned(what: str, output: Any, shape: tuple[int, ...], kind: type = float) -> Array:
     """What a user's function returned as an array of this shape; one row may be written without its first axis.
 
-    Raises InputError for another shape, and where floats are asked, for what is no real number.
+    Raises InputError for another shape, and where floats are asked, for a value that is not a real number.
     """
     try:
         numbers = np.asarray(output)
@@ -204,7 +204,7 @@ class Motion(NamedTuple):
     rotation: Array  # (n, 3, 3), the link frame's axes as columns
     velocity: Array  # (n, 3) m/s, of the origin
     spin: Array  # (n, 3) rad/s
-    gravity: Array = np.zeros(3)  # (3,) m/s², the fields that are no motion of W: air feels them too
+    gravity: Array = np.zeros(3)  # (3,) m/s², the fields that do not come from a motion of W: air feels them too
     pivot: Array = np.zeros(3)  # (3,) m, the origin of W over the ground
     pivot_velocity: Array = np.zeros(3)  # (3,) m/s
     into_links: Callable[[Array], Array] | None = None  # from W, (3,), into the link frames, (n, 3), if these are meant

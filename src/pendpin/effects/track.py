@@ -139,7 +139,7 @@ def read_track(path: Path) -> Track:
     """The path in a CSV file: columns t, x, y, z in s and m, under a line with these names or none.
 
     The spline through the positions is of degree 5, with fewer than six positions the polynomial through all of them.
-    Blank lines and lines that start with # are skipped. Raises InputError with the line where the file is no such.
+    Blank lines and lines that start with # are skipped. Raises InputError with the line where the file is not a track.
     """
     rows = list(_rows(text_of(read_whole(path, MAX_BYTES, "a CSV of positions"), "CSV")))
     if len(rows) < 2:

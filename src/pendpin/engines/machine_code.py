@@ -78,7 +78,7 @@ class Function:
             return self._code
 
     def sizes(self, rods: int) -> Sizes:
-        """How many numbers a block holds, for a chain of so many rods."""
+        """How many numbers a block holds, for a chain of `rods` rods."""
         places, schedule, chain = self._places, self._layout.schedule, bool(self._recording.parts)
         return Sizes(
             state=self._recording.size_of(rods),

@@ -9,7 +9,7 @@ import ctypes
 from pendpin.engines.machine_text import MORE, STATE, UNITS
 
 # The first argument is the address of the function; then
-# y, t, h, steps, block, work (5 size): moves y on from t by so many steps of h; its directions stay unit vectors
+# y, t, h, steps, block, work (5 size): moves y on from t by `steps` steps of h; its directions stay unit vectors
 Steps = ctypes.CFUNCTYPE(
     None,
     *(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_double),

@@ -3,7 +3,7 @@
 The nearest quarter turn k is taken from an angle: r + c = x - k pi/2, with pi/2 in three parts and c what rounding leaves
 (W. J. Cody, W. Waite, Software Manual for the Elementary Functions, 1980). Polynomials of r² are within 2e-17 of sine and
 cosine up to pi/4, by interpolation at Chebyshev's nodes; results are within one unit in the last place
-(tests/test_machine_functions.py). Angles beyond FAR, and what is no number, go to the library, four at a time.
+(tests/test_machine_functions.py). Angles beyond FAR, and NaN, go to the library, four at a time.
 """
 
 import struct

@@ -128,7 +128,7 @@ class _Tangents:
         return self._cells[j, number, cell]
 
     def _differentiate_leaf(self, name: str, rest: Sequence[Any], direction: Direction, times: int) -> Any:
-        """Of the state, a parameter or the time; the change of the state is so many times its size behind it."""
+        """Of the state, a parameter or the time; the change of the state stands that multiple of its size behind it."""
         recording = self._recording
         if name == "time":
             return direction.time

@@ -247,7 +247,7 @@ class Recording(NamedTuple):
         return self.size_of(1)
 
     def size_of(self, rods: int) -> int:
-        """How many numbers a state has, of a chain of so many rods."""
+        """How many numbers a state has, of a chain of `rods` rods."""
         return rods * self.parts * self.width + len(self.results) if self.parts else self.width
 
     @property

@@ -16,7 +16,7 @@ FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "tanh")
 
 @cache
 def exact(digits: int) -> Any:
-    """mpmath's numbers of so many decimal digits, in object arrays; `asarray` takes floats over without rounding.
+    """mpmath's numbers of `digits` decimal digits, in object arrays; `asarray` takes floats over without rounding.
 
     The precision belongs to the namespace, not to the process: several can be used side by side.
     Raises ImportError without mpmath.

@@ -5,9 +5,8 @@ from scipy.special import ndtr
 
 from pendpin.arrays import Array, Mask
 
-CORNER = (
-    1.345  # standard deviations, from where on residuals count less: 95 % efficient (Huber, Robust Statistics, 1981)
-)
+# Standard deviations, from where on residuals count less: 95 % efficient (Huber, Robust Statistics, 1981).
+CORNER = 1.345
 BETA = 1 - 2 * ndtr(-CORNER) * (1 - CORNER**2) - 2 * CORNER * np.exp(-(CORNER**2) / 2) / np.sqrt(2 * np.pi)
 STEPS = 40  # of the scale; each leaves less than half of the error where noise is normal
 

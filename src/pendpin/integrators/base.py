@@ -76,7 +76,7 @@ class Run:
     happened: tuple[Event, ...] = ()  # at the events; t in s since the start
 
     def cut(self, count: int, why: str) -> "Run":
-        """The run up to so many samples, and why it ends there."""
+        """The run up to this number of samples, and why it ends there."""
         torque = None if self.torque is None else self.torque[:count]
         arrays = {"t": self.t[:count], "q": self.q[:count], "v": self.v[:count], "work": self.work[:count]}
         happened = tuple(one for one in self.happened if one.t <= self.t[count - 1])

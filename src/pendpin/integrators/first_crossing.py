@@ -17,7 +17,7 @@ from pendpin.arrays import Array
 DEGREE = 9  # of the interpolants: those of dop853 have degree 7, so that the last two coefficients vanish
 UNSEEN = 4.0  # times the larger of the last two coefficients: the bound on what the interpolant leaves out
 SHORTEST = 2.0**-44  # of the interval searched: a function that is not resolved there jumps
-ROUNDING = 2.0**-48  # of a function's size in an interval: what is so little below 0 there is rounded
+ROUNDING = 2.0**-48  # of a function's size in an interval: a value less than this below 0 is rounding
 MOST = 2000  # parts of an interval examined; for a function that needs more, only the signs of its samples are used
 TOGETHER = 1e-12  # of the interval searched: crossings no farther apart happen at once
 CLOSE = 1e-9  # a correction of a root so small is the last: the next by Newton's method would be its square

@@ -13,7 +13,8 @@ from pendpin.trajectory import Trajectory
 def configurations(run: Trajectory, pin_model: Any) -> Array:
     """As `Trajectory.configurations`: a joint of the model that the run lacks stands where it is locked, or at neutral.
 
-    Raises InputError for what is no pin.Model, and for a joint of the run that the model lacks or has another kind of.
+    Raises InputError for a model that is not a pin.Model, and for a joint of the run that the model lacks, or has in
+    another kind.
     """
     pin = pinocchio()
     if not isinstance(pin_model, pin.Model):

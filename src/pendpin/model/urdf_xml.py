@@ -13,7 +13,7 @@ from pendpin.records import LARGEST_SIZE
 
 Element = ElementTree.Element
 
-_BLANK = " \t\r\n"  # other spaces of Unicode are no separators in XML
+_BLANK = " \t\r\n"  # other spaces of Unicode do not separate in XML
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _ONLY_COMPARED = {"limit", "axis"}  # or made a unit vector
 _KEPT = {  # what Pinocchio gets to see
@@ -135,7 +135,7 @@ def triple(where: str, element: Element, key: str) -> tuple[float, float, float]
 
 
 def numbers(where: str, element: Element, key: str, count: int) -> tuple[float, ...]:
-    """So many finite numbers, which the element then holds in plain form; none where the key is absent."""
+    """This number of finite values, which the element then holds in plain form; none where the key is absent."""
     text = element.get(key)
     if text is None:
         return ()

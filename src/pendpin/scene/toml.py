@@ -16,7 +16,7 @@ _DEEP_KEY = re.compile(rb"""(?<![\w-])(?:(?:[\w-]+|["'][^"'\n]*["'])[ \t]*\.[ \t
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """The data of a scene file, with whole paths. Raises InputError for what is no TOML."""
+    """The data of a scene file, with whole paths. Raises InputError for text that is not TOML."""
     raw = _parsed(path)
     if isinstance(raw.get("model"), str):
         raw["model"] = {"kind": "urdf"} | UrdfModel.from_one(raw["model"])

@@ -83,7 +83,7 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
     rows = []
     for name, listed, effect, other in _list_variants(compared):
         try:
-            run = run_within(2 * budget, other.by("auto", tolerance))  # what it leaves out is no slip: no notes
+            run = run_within(2 * budget, other.by("auto", tolerance))  # it leaves effects out on purpose: no notes
         except PendpinError as error:
             rows.append(EffectRow(name, listed, float("nan"), None, f"not compared: {error}"))
             continue
@@ -95,14 +95,14 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
 
 
 def _shorten(scene: Scene, count: int) -> Scene:
-    """The scene up to the last of so many of its output times, of the first at least."""
+    """The scene up to the last of this number of output times, at least to the first."""
     return scene.with_solver(samples=max(count, 1)).model_copy(
         update={"duration": float(scene.times[max(count - 1, 0)])}
     )
 
 
 def _list_variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Scene]]:
-    """The scene without each of its effects, and with each of the candidates that it lacks; None: it is no effect."""
+    """The scene without each of its effects, and with each of the candidates that it lacks; None: it is not an effect."""
     for i, effect in enumerate(scene.effects):
         yield effect.kind, True, effect, _replace_effects(scene, *scene.effects[:i], *scene.effects[i + 1 :])
     kinds = {effect.kind for effect in scene.effects}

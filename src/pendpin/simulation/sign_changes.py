@@ -21,7 +21,7 @@ from pendpin.trajectory import Trajectory, joined, samples_of
 Quantity = Callable[[Trajectory], Array]  # of a run, (n,)
 
 OFF = 0.1  # of what a joint moves in an interval or beside it: a sine in steps of a radian is integrated so well
-STILL = 1e-9  # of what a joint moves in all: so little is rounding
+STILL = 1e-9  # of what a joint moves in all: less is rounding
 STEPS = 2  # parts that an interval is cut into, times the steps that the run took in it
 PARTS, LEVELS = 4, 8  # into how many it is cut again, how often: a rod that passes its pole turns in any time
 GROWN = 4  # times as many intervals as after the first cut: a passage of a pole has few at any level, rounding has ever more

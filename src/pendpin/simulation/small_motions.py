@@ -54,7 +54,7 @@ def largest_multiplier(scene: Scene) -> float:
 def stable(scene: Scene) -> bool:
     """Whether a driven scene's periodic motion near its start is stable; without a drive, its start if that is a rest.
 
-    A start that is no rest stands for the rest near it.
+    A start that is not a rest stands for the rest near it.
     """
     if drive_of(scene) is not None:
         return periodic_orbit(scene).stable

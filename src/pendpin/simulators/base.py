@@ -36,7 +36,7 @@ class Runner(Protocol):
     """A run over scene.times from scene.start, afresh at every call, with a tolerance or a step in s.
 
     A step is the largest that is taken: the time from output to output is cut into equal steps. Raises InputError for a
-    setting that is no positive number; what else goes wrong is the run's failure.
+    setting that is not a positive number; what else goes wrong is the run's failure.
     """
 
     def __call__(self, setting: float, limit: float = LIMIT) -> PeerRun: ...

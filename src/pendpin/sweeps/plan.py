@@ -15,7 +15,7 @@ from pendpin.errors import InputError, inside, not_one_of, shown
 from pendpin.files import csv_table, read_whole
 from pendpin.keypaths import parsed
 
-CASE = "case"  # the dimension of what is no grid
+CASE = "case"  # the dimension of cases that are not a grid
 RESERVED = ("why", "done", "block", CASE)  # variables and dimensions of a result
 MOST_CASES = 100_000_000
 MAX_CSV_BYTES = 100_000_000
@@ -89,7 +89,7 @@ def short_names(keys: Sequence[str]) -> list[str]:
 
 
 def grid(values: Mapping[str, ArrayLike]) -> Plan:
-    """Every combination of the values (k,) of each key. Raises InputError for values that are no finite numbers."""
+    """Every combination of the values (k,) of each key. Raises InputError for values that are not finite."""
     columns = _columns(values)
     return _checked(Plan(tuple(columns), columns, True))
 

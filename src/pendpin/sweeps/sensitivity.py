@@ -24,7 +24,7 @@ def problem(spreads: Mapping[str, Spread]) -> dict[str, Any]:
 
 
 def sobol_plan(spreads: Mapping[str, Spread], count: int, seed: int = 0) -> Plan:
-    """The cases of Saltelli's scheme: count (keys + 2) of them. Raises InputError for a count that is no power of 2."""
+    """The cases of Saltelli's scheme: count (keys + 2) of them. Raises InputError for a count that is not a power of 2."""
     if count < 2 or count & (count - 1):
         raise InputError(f"sobol: {count} is not a power of 2 above 1, such as {1 << max(1, int(count).bit_length())}")
     if (cases := count * (len(spreads) + 2)) > MOST_CASES:

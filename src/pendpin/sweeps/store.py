@@ -181,7 +181,7 @@ def _checksum(measures: Iterable[Array], why: Array) -> int:
 
 
 def _refuse_foreign(attributes: Any) -> None:
-    """Raises InputError for the attributes of what is no store of a sweep."""
+    """Raises InputError for the attributes of a group that is not a store of a sweep."""
     found = attributes.get("pendpin_sweep")
     if found is None:
         raise InputError(f"it is not a store of a sweep; {REMEDY}")

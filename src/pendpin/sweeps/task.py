@@ -121,7 +121,7 @@ def typical(task: Task) -> Scene:
 
 
 def with_numbers(scene: Scene, keys: Sequence[str], row: Array) -> Scene:
-    """The scene with these numbers (keys,) at their key paths. Raises InputError for what is no number of a scene."""
+    """The scene with these numbers (keys,) at their key paths. Raises InputError for a key that names no number."""
     whole = [int(x) if x.is_integer() and abs(x) < LARGEST_COUNT else x for x in row.tolist()]  # a count takes no float
     try:
         return scene.replace(dict(zip(keys, whole, strict=True)))

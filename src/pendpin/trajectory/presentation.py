@@ -116,7 +116,7 @@ def title(run: Any) -> str:
 
 
 def _model(run: Any) -> str:
-    """What moves: so many rods, or a URDF by its name."""
+    """The model in words: the number of rods, or a URDF by its name."""
     model, bodies = run.scene.get("model") or {}, run.tips.shape[1]
     if model.get("kind") == "chain":
         return f"{bodies} rod{'s' * (bodies > 1)}"

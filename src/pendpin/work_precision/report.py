@@ -15,7 +15,7 @@ ONCE = 2.0  # times dearer is the first run of what is cheapest in the long run,
 
 @dataclass(frozen=True)
 class CostRow:
-    """What to take for an accuracy: the cheapest of all runs that meet it."""
+    """The fastest run for an accuracy: the cheapest of all runs that meet it."""
 
     accuracy: float
     method: str = ""  # empty if no run that was measured meets the accuracy
@@ -23,7 +23,7 @@ class CostRow:
     setting: float | None = None
     first_seconds: float | None = None  # of the first run, compiling included
     seconds: float | None = None  # of each further run
-    once: str = ""  # what to take for a single run, if that is another and much cheaper
+    once: str = ""  # the fastest for a single run, if that is another and much cheaper
     once_seconds: float | None = None
     peer: str = ""  # the cheapest of the other simulators
     peer_seconds: float | None = None

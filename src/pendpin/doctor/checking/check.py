@@ -111,7 +111,7 @@ def _motion(side: Node, equation: Equation, quantities: Quantities) -> Values:
 
 
 def _factor(motion: Values, true: Values) -> str:
-    """1, or "constant": what a Lagrangian's equations are of the true ones; empty where they are no positive multiple.
+    """1, or "constant": what a Lagrangian's equations are of the true ones; empty where they are not a positive multiple.
 
     States of the second half share their parameters with the first, and nothing else.
     """

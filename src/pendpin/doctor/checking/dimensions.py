@@ -9,7 +9,7 @@ from pendpin.doctor.systems.base import Spec
 Dimension = tuple[Fraction, ...]  # powers of kg, m, s
 NONE: Dimension = (Fraction(0), Fraction(0), Fraction(0))
 
-WHOLE = {"sqrt": Fraction(1, 2), "norm": Fraction(1), "transpose": Fraction(1)}  # functions of what is no pure number
+WHOLE = {"sqrt": Fraction(1, 2), "norm": Fraction(1), "transpose": Fraction(1)}  # functions of quantities with a unit
 
 
 class Disagreement(Exception):

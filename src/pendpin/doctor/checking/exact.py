@@ -20,7 +20,7 @@ MOST_TERMS = 4_000  # of a polynomial; beyond that 50 digits decide
 
 
 class Unprovable(Exception):
-    """An expression that is no fraction of polynomials, or too long for one."""
+    """An expression that is not a fraction of polynomials, or is too long."""
 
 
 def need_sympy() -> Any:

@@ -118,7 +118,7 @@ def _before_run(need: Need, first: int, last: int, monomial: Monomial, editor: E
 
 
 def _ratio(need: Need) -> Values | None:
-    """Needed over present, (n,); None where it is no number."""
+    """Needed over present, (n,); None where it is not a number."""
     value, needed = need.value, need.needed
     if needed is None or value.ndim != needed.ndim or value.ndim > 2:
         return None

@@ -1,4 +1,4 @@
-"""Changes of a printed equation: where characters are replaced, by what, in which words, and how far-fetched it is."""
+"""Changes of a printed equation: where characters are replaced, by what, in which words, and how unlikely it is."""
 
 import re
 from collections.abc import Callable

@@ -36,7 +36,7 @@ def standing(equation: Equation, system: System) -> tuple[Values, float]:
 
 
 def _unusual(equation: Equation, system: System) -> float:
-    """What an equation costs whose sides are no quantity of mechanics, such as a mass over a time squared."""
+    """What an equation costs whose sides are not a quantity of mechanics, such as a mass over a time squared."""
     found, disagreement = of_equation(equation, system.spec)
     usual = found is None or tuple(map(int, found)) in system.spec.dimensions.values() or found == (0, 2, -2)
     return 0.0 if usual and not disagreement else UNUSUAL

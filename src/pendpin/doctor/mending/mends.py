@@ -36,7 +36,7 @@ MOST_HIDDEN = 100  # moves under a derivative, whose texts are read again
 MOST_MENDS = 4  # of an equation
 MOST_VERIFIED = 400  # candidates whose text is read again
 FARTHER = 0.75  # what a second mend may cost more than the first
-FARTHEST = 3.2  # the cost beyond which a mend is far-fetched
+FARTHEST = 3.2  # the cost beyond which a mend is too unlikely
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class Patient:
 
 
 def mends(patient: Patient, printer: Printer, pairs: bool) -> list[Mend]:
-    """Verified mends, the simplest first; none where only far-fetched ones would do. `pairs` also tries two changes."""
+    """Verified mends, the simplest first; none where only unlikely ones would do. `pairs` also tries two changes."""
     equation, quantities = patient.equation, random_states(patient.system)
     nodes = sum(1 for side in equation.sides for _ in walk(side))
     if nodes > MOST_NODES:

@@ -115,7 +115,7 @@ def _children(need: Need, context: Context, known: Known) -> Iterator[tuple[Node
 
 
 def _integrated(need: Need, known: Known) -> Values | None:
-    """What is differentiated times a constant factor that is missing; None where that is no constant.
+    """What is differentiated times a constant factor that is missing; None where the factor is not constant.
 
     The states of the second half share the parameters of the first.
     """

@@ -128,7 +128,7 @@ class Parser(Brackets):
         return Node("product", span, tuple(operators), tuple(factors), tuple(marks))
 
     def _is_argument(self, name: Node, node: Node) -> bool:
-        """Whether a bracket says what a quantity depends on, as in D(phi): it is no factor then."""
+        """Whether a bracket says what a quantity depends on, as in D(phi): it is not a factor then."""
         inside = _inside(node)
         alone = node.bracketed or (node.kind == "matrix" and not self.latex)
         known = name.kind in ("symbol", "derivative") and not name.bracketed

@@ -22,7 +22,7 @@ class PrintedNames:
         self.place, self.depth, self.bars, self.words = 0, 0, 0, words
 
     def peek(self, ahead: int = 0) -> Token:
-        """The token so many places ahead."""
+        """The token this number of places ahead."""
         return self.tokens[max(0, min(self.place + ahead, len(self.tokens) - 1))]
 
     def take(self) -> Token:

@@ -56,7 +56,7 @@ def residual(equation: Equation, system: System) -> str:
     """Left minus right as text for sympy, in the coordinates, parameters and reactions of the text.
 
     Of several equal sides the first two that are not the same for every motion; of vectors the components along b1, b2, b3.
-    Empty for what is no fraction of polynomials in these and their sines and cosines.
+    Empty for an expression that is not a fraction of polynomials in these and their sines and cosines.
     """
     if not system.spec.analytic:
         return ""

@@ -74,7 +74,7 @@ class BoundWrench(Bound[BodyEffect]):
     def potential(self) -> Potential | None:
         """As `Bound`.
 
-        It may look at gravity and at where W is: where these change with time, what it offers is no potential.
+        It may look at gravity and at where W is: where these change with time, it has no potential.
         """
         if not self._context.steady:
             return None
