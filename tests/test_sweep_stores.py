@@ -9,6 +9,7 @@ import sys
 import tempfile
 import time
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ from pendpin.sweeps import plan, workers
 from pendpin.sweeps import sweep as sweeps
 from pendpin.sweeps.cases import run_block
 from pendpin.sweeps.figure import doubtful_cells
-from pendpin.sweeps.store import Blocks, load
+from pendpin.sweeps.store import Blocks, load, write_table
 from pendpin.sweeps.task import LOOSER, Task
 from sweep_scenes import KEYS, assert_same, scene, small, stop_after
 
@@ -132,6 +133,17 @@ def test_a_store_shows_what_is_not_run(
     shown = json.loads(capsys.readouterr().out)
     assert shown["not_run"] == waiting.sum()
     assert shown["measures"]["swing"]["none"] == 0  # of the cases that were run
+
+
+@pytest.mark.parametrize("varied", [plan.grid, plan.pairs])
+def test_a_store_and_memory_hold_the_same_dataset(varied: Callable[..., plan.Plan], tmp_path: Path) -> None:
+    """The numbers that are varied too, whether they are dimensions or not; and so does the table of the cases."""
+    cases = varied({KEYS[0]: [0.0, 1.0], KEYS[1]: [0.5, 0.7]})
+    kept, stored = (pp.sweep(scene(duration=0.1), cases, "swing", out=out) for out in (None, tmp_path / "a.zarr"))
+    assert kept.identical(stored)
+    tables = [write_table(found, tmp_path / "a.csv").read_text() for found in (kept, stored)]
+    assert tables[0] == tables[1]
+    assert len(tables[0].splitlines()) == 1 + cases.count
 
 
 def test_a_store_of_another_version_is_not_called_foreign(tmp_path: Path) -> None:

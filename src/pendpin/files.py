@@ -10,7 +10,7 @@ import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from io import BytesIO
+from io import BytesIO, TextIOWrapper
 from math import prod
 from pathlib import Path
 from typing import IO, Any, NamedTuple
@@ -72,6 +72,19 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def write_csv(path: Path, names: Iterable[str], rows: Iterable[Iterable[object]]) -> Path:
+    """Write a table with the names of its columns in the first line, whole or not at all; every digit is kept."""
+
+    def write(file: IO[bytes]) -> None:
+        text = TextIOWrapper(file, "utf-8", newline="")
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow(names)
+        table.writerows(rows)
+        text.detach()  # flushes, and leaves the file open
+
+    return write_whole(path, write)
 
 
 def _opened(path: Path) -> IO[bytes]:

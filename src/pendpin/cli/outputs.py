@@ -1,10 +1,11 @@
 """What commands write: the files of a run, and the run in a browser."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from pendpin.graphics.animation import Animation
     from pendpin.trajectory import Trajectory
 
 SUFFIXES = {
@@ -33,37 +34,19 @@ def refuse_outputs(read: Iterable[Path | None], **written: Path | None) -> None:
 
 def write_run(trajectory: "Trajectory", out: Path, plot: Path | None, html: Path | None) -> list[Path]:
     """The files of a run: its numbers first, then the figure and the page where they are asked for."""
+    from pendpin.graphics.figure import save_plot
+
     files = [trajectory.to_csv(out) if out.suffix.lower() == ".csv" else trajectory.save(out)]
     if plot:
         files.append(save_plot(trajectory, plot))
     if html:
-        files.append(write_animation(trajectory, html))
+        files.append(trajectory.animate().save(html))
     return files
 
 
-def save_plot(
-    trajectory: "Trajectory", path: Path, names: tuple[str, ...] = (), compare: Sequence["Trajectory"] = ()
-) -> Path:
-    """Write the figure of a run, or of quantities of it, with others on the same axes. Raises InputError."""
-    from pendpin.graphics.compare import runs_of
-    from pendpin.graphics.figure import save_plot
-
-    return save_plot(trajectory, path, names, runs_of(trajectory, compare)[1:])
-
-
-def write_animation(trajectory: "Trajectory", path: Path, compare: Sequence["Trajectory"] = ()) -> Path:
-    """Write the animation of a run, with others as ghosts: a film, or a page with the report on them. Raises InputError."""
-    return trajectory.animate(compare).save(path)
-
-
-def show_run(trajectory: "Trajectory", compare: Sequence["Trajectory"] = ()) -> None:
-    """Show a run in a browser until Ctrl-C, with others as ghosts."""
-    from pendpin.crosschecks.crosscheck import verdict_along
-    from pendpin.graphics.compare import runs_of
-    from pendpin.graphics.ghosts import compared_drawing
-    from pendpin.graphics.report import report_of
+def show_live(animation: "Animation") -> None:
+    """Show the motion of a run in a browser until Ctrl-C."""
     from pendpin.graphics.view import serve
 
-    runs = runs_of(trajectory, compare)
-    drawing, report = compared_drawing(runs), report_of(runs, verdict_along)
+    drawing, report = animation.drawing_and_report()
     serve(drawing, report, ready=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True), open_browser=True)

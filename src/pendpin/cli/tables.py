@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pendpin.agreement.published import Case as Published
     from pendpin.agreement.validate import AgreementReport
-    from pendpin.crosschecks.report import CheckReport, CheckRow
+    from pendpin.crosschecks.report import CheckReport
     from pendpin.doctor.diagnosis import Diagnosis
     from pendpin.fitting import Fit
     from pendpin.hardcases import Case, HardReport
@@ -41,9 +41,13 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
         checks |= {"joint_events": [event._asdict() for event in trajectory.events]}
         print_json(asdict(stats) | checks | {"files": [str(file) for file in files]})
         return
+    estimate, total = (
+        "no estimate" if stats.error is None else f"{stats.error:.1e} estimated",
+        trajectory.energy().total,
+    )
     rows = {
         "method": f"{stats.method}, {stats.setting} ({stats.library} {stats.version})",
-        "accuracy": stats.accuracy and f"{_estimated(stats.error)}, {stats.accuracy:g} asked",
+        "accuracy": stats.accuracy and f"{estimate}, {stats.accuracy:g} asked",
         "engine": stats.engine,
         "as written": as_written(trajectory),
         "steps": str(stats.steps),
@@ -52,7 +56,7 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
         + (f", {stats.all_seconds:.4f} s with the runs before it" if stats.all_seconds else ""),
         "compiling": stats.compile_seconds and f"{stats.compile_seconds:.4f} s",
         "energy drift": f"{trajectory.energy().drift:.1e} of the energy exchanged" if stats.conservative else "",
-        "energy change": "" if stats.conservative else f"{_change(trajectory):+.6g} J",
+        "energy change": "" if stats.conservative else f"{total[-1] - total[0]:+.6g} J",
         "cross-check": report and report.verdict,
         "note": "; ".join(stats.notes),
         "leaves": "; ".join(leaving(trajectory)),
@@ -76,15 +80,6 @@ def _answers(trajectory: "Trajectory") -> dict[str, str]:
     return answers | {"extremes": f"those of the {len(trajectory.t)} samples"}
 
 
-def _estimated(error: float | None) -> str:
-    return "no estimate" if error is None else f"{error:.1e} estimated"
-
-
-def _change(trajectory: "Trajectory") -> float:
-    total = trajectory.energy().total
-    return float(total[-1] - total[0])
-
-
 def print_check(report: "CheckReport", every_row: bool, as_json: bool) -> None:
     """The matrix of a cross-check with its verdict; before it, where asked for, every pair of routes in every quantity."""
     from dataclasses import asdict
@@ -93,14 +88,12 @@ def print_check(report: "CheckReport", every_row: bool, as_json: bool) -> None:
         print_json(asdict(report) | {"ok": report.ok})
         return
     if every_row:
-        head = ["quantity", "of", "routes", "relative", "ulps", "state", ""]
-        print_table(head, [_check_row(row) for row in report.rows])
+        rows = []
+        for r in report.rows:
+            figures = f"{r.relative:.1e}", f"{r.ulps:.1f}", str(r.state), _verdict(r.ok)
+            rows.append([r.quantity, r.place, f"{r.first} / {r.second}", *figures])
+        print_table(["quantity", "of", "routes", "relative", "ulps", "state", ""], rows)
     print(report.text())
-
-
-def _check_row(row: "CheckRow") -> list[str]:
-    routes, figures = f"{row.first} / {row.second}", [f"{row.relative:.1e}", f"{row.ulps:.1f}", str(row.state)]
-    return [row.quantity, row.place, routes, *figures, _verdict(row.ok)]
 
 
 def _verdict(ok: bool) -> str:
@@ -114,10 +107,11 @@ def print_effects(report: "EffectsReport", as_json: bool) -> None:
     if as_json:
         print_json(asdict(report))
         return
-    rows = [
-        [row.effect, "yes" if row.listed else "no", _two_digits(100 * row.change), _percent(row.added), row.verdict]
-        for row in report.rows
-    ]
+    rows = []
+    for row in report.rows:
+        change = f"{float(f'{100 * row.change:.2g}'):g} %"  # two digits, without an exponent
+        added = "" if row.added is None else f"+{row.added:.0%}"
+        rows.append([row.effect, "yes" if row.listed else "no", change, added, row.verdict])
     print_table(["effect", "in the scene", "moves a tip by", "time added", "verdict"], rows)
     print("A tip's largest distance with and without it, in per cent of the chain's length.")
     if any(not row.listed for row in report.rows):
@@ -298,14 +292,6 @@ def print_published(cases: "dict[str, Published]", as_json: bool) -> None:
         return
     rows = [[name, case.title, case.origin, case.source] for name, case in cases.items()]
     print_table(["case", "motion", "numbers by", "source"], rows)
-
-
-def _two_digits(percent: float) -> str:
-    return f"{float(f'{percent:.2g}'):g} %"
-
-
-def _percent(added: float | None) -> str:
-    return "" if added is None else f"+{added:.0%}"
 
 
 def print_table(head: list[str], rows: list[list[str]]) -> None:

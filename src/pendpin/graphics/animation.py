@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.graphics.compare import Runs, runs_of
+from pendpin.graphics.drawing import Drawing
 from pendpin.graphics.film import write_film
 from pendpin.graphics.ghosts import compared_drawing
 from pendpin.graphics.page import compressed, page, write_page
@@ -32,10 +33,14 @@ class Animation:
         path = Path(path)
         match path.suffix.lower():
             case ".html":
-                return write_page(path, compared_drawing(self._runs), report_of(self._runs, self._check))
+                return write_page(path, *self.drawing_and_report())
             case ".gif" | ".mp4" as suffix:
                 return write_film(path, self._runs, suffix)
         raise InputError(f"{path}: an animation's name ends in one of: {', '.join(SUFFIXES)}")
+
+    def drawing_and_report(self) -> tuple[Drawing, str]:
+        """What a page of it shows: the motion, and the report on the run as HTML."""
+        return compared_drawing(self._runs), report_of(self._runs, self._check)
 
     def __repr__(self) -> str:
         run = self._runs[0]

@@ -38,11 +38,10 @@ MARKS = ("\u2014", "\u2013 \u2013", "\u00b7\u00b7\u00b7", "\u2013\u00b7\u2013") 
 MOST_LETTERS = 90  # of a title
 
 
-def save_plot(
-    trajectory: Trajectory, path: str | Path, names: tuple[str, ...] = (), compare: Sequence[Trajectory] = ()
-) -> Path:
+def save_plot(run: Trajectory, path: str | Path, names: tuple[str, ...] = (), compare: Runs = None) -> Path:
     """Write the figure of a run, or of quantities of it, to a .png, .pdf or .svg file, whole. Raises InputError."""
-    return write_figure(path, lambda: draw(trajectory, names, compare))
+    others = runs_of(run, compare)[1:]
+    return write_figure(path, lambda: draw(run, names, others))
 
 
 def write_figure(path: str | Path, drawn: Callable[[], Any]) -> Path:

@@ -18,6 +18,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
+from pendpin.files import write_csv
 from pendpin.sweeps.plan import CASE, Plan, short_names
 from pendpin.sweeps.task import Block, Task, versions
 
@@ -57,54 +58,28 @@ class Blocks:
         return first, first + int(np.prod([s.stop - s.start for s in region]))
 
 
-class Memory:
-    """Results that stay in this process."""
-
-    def __init__(self, task: Task, blocks: Blocks) -> None:
-        self.task, self.blocks = task, blocks
-        shape = task.plan.shape
-        self._values = {m.name: np.full(shape, np.nan) for m in task.chosen}
-        self._why = np.full(shape, "", dtype=object)
-        self._done = np.zeros(blocks.blocks, bool)
-
-    def left(self) -> list[int]:
-        """The blocks that are not done."""
-        return np.flatnonzero(~self._done).tolist()
-
-    def put(self, block: int, results: Block) -> None:
-        """Take over the results of a block."""
-        region = self.blocks.region(block)
-        shape = tuple(s.stop - s.start for s in region)
-        for (_, array), column in zip(self._values.items(), results.values.T, strict=True):
-            array[region] = column.reshape(shape)
-        self._why[region] = results.why.reshape(shape)
-        self._done[block] = True
-
-    def dataset(self) -> Any:
-        """The xarray.Dataset of what is done; the rest is NaN, with the reason "not run"."""
-        import xarray
-
-        for block in self.left():
-            self._why[self.blocks.region(block)] = NOT_RUN
-        dims = tuple(self.task.plan.dims)
-        variables = {name: (dims, array) for name, array in self._values.items()} | {"why": (dims, self._why)}
-        return described(xarray.Dataset(variables, coordinates(self.task)), self.task)
-
-
 class Store:
-    """Results in a Zarr store; made anew, or gone on with where it is there. Raises InputError where that cannot be."""
+    """Results in a Zarr store, in memory where there is no path; made anew, or resumed where it is there.
 
-    def __init__(self, task: Task, path: Path, size: int) -> None:
+    Raises InputError where that cannot be.
+    """
+
+    def __init__(self, task: Task, path: Path | None, size: int) -> None:
         self.task, self.path = task, path
         with _one_line(path):
-            if new := not path.exists():
-                _create(task, Blocks(task.plan.shape, size), path)
             import zarr
+            from zarr.storage import MemoryStore
 
-            self._group: Any = zarr.open_group(str(path), mode="r+")
+            blocks, resumed = Blocks(task.plan.shape, size), path is not None and path.exists()
+            self._store: Any = MemoryStore() if path is None else str(path)
+            if path is None:
+                _fill(self._store, task, blocks)
+            elif not resumed:
+                _create(task, blocks, path)
+            self._group: Any = zarr.open_group(self._store, mode="r+")
             _refuse_another(self._group.attrs, task)
-            if not new:
-                load(path)  # sound, before the work begins
+            if resumed:
+                self.dataset()  # sound, before the work begins
             self.blocks = Blocks.of(task.plan.shape, tuple(self._group["why"].chunks))
 
     def left(self) -> list[int]:
@@ -126,21 +101,30 @@ class Store:
 
     def dataset(self) -> Any:
         """The xarray.Dataset of the store, read when it is asked for."""
-        return load(self.path)
+        with _one_line(self.path, "read"):
+            return _dataset(self._store)
 
 
 def load(path: Path) -> Any:
     """The xarray.Dataset of a store, finished or not. Raises InputError for anything else."""
-    with _one_line(path, "read"), _quiet():
-        import xarray
-
+    with _one_line(path, "read"):
         if not path.is_dir():
             raise InputError("there is no store of a sweep")
-        dataset = xarray.open_zarr(str(path), consolidated=False, chunks=None)
+        return _dataset(str(path))
+
+
+def _dataset(store: Any) -> Any:
+    """What is done of a store; the rest is NaN, with the reason "not run"."""
+    with _quiet():
+        import xarray
+
+        dataset = xarray.open_zarr(store, consolidated=False, chunks=None)
         _refuse_foreign(dataset.attrs)
-        keys = tuple(dataset.attrs["keys"])
-        values = {key: dataset[name].values for key, name in zip(keys, short_names(keys), strict=True)}
-        plan = Plan(keys, values, CASE not in dataset.dims)
+        dataset, keys = dataset.load(), tuple(dataset.attrs["keys"])
+        varied = short_names(keys)
+        plan = Plan(
+            keys, {key: dataset[name].values for key, name in zip(keys, varied, strict=True)}, CASE not in dataset.dims
+        )
         if plan.identity != dataset.attrs["cases"]:
             raise InputError(f"the numbers that are varied are damaged; {REMEDY}")
         blocks, dims = Blocks.of(plan.shape, dataset["why"].encoding["chunks"]), dataset["why"].dims
@@ -150,8 +134,20 @@ def load(path: Path) -> Any:
             for name in dataset.attrs["measures"]:
                 arrays[name][blocks.region(block)] = np.nan
             arrays["why"][blocks.region(block)] = NOT_RUN
-        names = [*dataset.attrs["measures"], "why"]
-        return dataset[names].assign({name: (dims, arrays[name], dataset[name].attrs) for name in names})
+        del arrays["done"]
+        variables = {name: (dims, array, dataset[name].attrs) for name, array in arrays.items()}
+        coordinates = {name: dataset[name].variable for name in dict.fromkeys([*dims, *varied])}
+        return xarray.Dataset(variables, coordinates, dataset.attrs)
+
+
+def write_table(dataset: Any, path: Path) -> Path:
+    """Write every case as a row of a CSV file, whole or not at all: its numbers, its measures, why it has none."""
+    keys = [str(key) for key in dataset.attrs["keys"]]
+    names = [str(name) for name in dataset.data_vars]
+    varied = [dataset[name] for name in short_names(keys)]
+    grids = [values.broadcast_like(dataset["why"]).transpose(*dataset["why"].dims).values for values in varied]
+    columns = [*grids, *(dataset[name].values for name in names)]
+    return write_csv(path, [*keys, *names], zip(*(column.ravel().tolist() for column in columns), strict=True))
 
 
 def _stored(attributes: Any) -> list[str]:
@@ -198,23 +194,6 @@ def _refuse_another(attributes: Any, task: Task) -> None:
             raise InputError(f"it holds another sweep: {_change(name, attributes.get(name), value)}; {REMEDY}")
 
 
-def coordinates(task: Task) -> dict[str, Any]:
-    """The coordinates of a sweep's result: dimension, values and attributes of each key, by its short name."""
-    plan = task.plan
-    names = short_names(plan.keys)
-    varied = zip(names, plan.keys, names if plan.grid else [CASE] * len(names), strict=True)
-    cases = {} if plan.grid else {CASE: (CASE, np.arange(plan.count), {})}
-    return cases | {name: (dim, plan.values[key], {"key": key}) for name, key, dim in varied}
-
-
-def described(dataset: Any, task: Task) -> Any:
-    """The dataset with units and with what was run."""
-    for name, unit in task.units.items():
-        dataset[name].attrs["units"] = unit
-    dataset.attrs.update(_identity(task), pendpin_sweep=FORMAT)
-    return dataset
-
-
 def _identity(task: Task) -> dict[str, Any]:
     """What has to be the same for a sweep to be gone on with."""
     return {
@@ -250,26 +229,10 @@ def _leaves(value: Any, path: str = "") -> dict[str, Any]:
 
 def _create(task: Task, blocks: Blocks, path: Path) -> None:
     """Make an empty store beside its place, then put it there."""
-    import zarr
-
     draft = path.with_name(f".{path.name}.{os.getpid()}")
     shutil.rmtree(draft, ignore_errors=True)
     try:
-        with _quiet():
-            group = zarr.open_group(str(draft), mode="w")
-            group.attrs.update({**_identity(task), "pendpin_sweep": FORMAT})
-            names = list(task.plan.dims)
-            for m in task.chosen:
-                _array(group, m.name, blocks.shape, blocks.chunks, "f8", np.nan, names)
-            _array(group, "why", blocks.shape, blocks.chunks, str, "", names)
-            _array(group, "done", (blocks.blocks,), (1,), "i8", 0, ["block"])
-            for name, (dimension, values, attributes) in coordinates(task).items():
-                array = _array(group, name, values.shape, values.shape, values.dtype.str, 0, [dimension])
-                array[:] = values
-                array.attrs.update(attributes)
-            for name, unit in task.units.items():
-                group[name].attrs["units"] = unit
-            zarr.consolidate_metadata(str(draft))  # which readers look for, and warn where it is not
+        _fill(str(draft), task, blocks)
         try:
             draft.rename(path)
         except OSError:
@@ -279,6 +242,30 @@ def _create(task: Task, blocks: Blocks, path: Path) -> None:
         shutil.rmtree(draft, ignore_errors=True)
 
 
+def _fill(store: Any, task: Task, blocks: Blocks) -> None:
+    """Write what is known of a sweep before it runs: the coordinates, and arrays without results."""
+    import zarr
+
+    plan, dims = task.plan, list(task.plan.dims)
+    with _quiet():
+        group = zarr.open_group(store, mode="w")
+        group.attrs.update({**_identity(task), "pendpin_sweep": FORMAT})
+        for m in task.chosen:
+            _array(group, m.name, blocks.shape, blocks.chunks, "f8", np.nan, dims)
+        _array(group, "why", blocks.shape, blocks.chunks, str, "", dims)
+        _array(group, "done", (blocks.blocks,), (1,), "i8", 0, ["block"])
+        coordinates = {} if plan.grid else {CASE: (CASE, np.arange(plan.count), {})}
+        for name, key in zip(short_names(plan.keys), plan.keys, strict=True):
+            coordinates[name] = (name if plan.grid else CASE, plan.values[key], {"key": key})
+        for name, (dimension, values, attributes) in coordinates.items():
+            array = _array(group, name, values.shape, values.shape, values.dtype.str, 0, [dimension])
+            array[:] = values
+            array.attrs.update(attributes)
+        for name, unit in task.units.items():
+            group[name].attrs["units"] = unit
+        zarr.consolidate_metadata(store)  # which readers look for, and warn where it is not
+
+
 def _array(
     group: Any, name: str, shape: tuple[int, ...], chunks: tuple[int, ...], dtype: Any, fill: Any, names: list[str]
 ) -> Any:
@@ -286,7 +273,7 @@ def _array(
 
 
 @contextmanager
-def _one_line(path: Path, done: str = "written") -> Iterator[None]:
+def _one_line(path: Path | None, done: str = "written") -> Iterator[None]:
     """What goes wrong with the store, a full disk or a file that is gone, is an InputError that names it."""
     try:
         yield

@@ -17,7 +17,7 @@ from pendpin.sweeps import plan as plans
 from pendpin.sweeps.cases import run_block, vectors_of
 from pendpin.sweeps.measures import Function
 from pendpin.sweeps.plan import Plan
-from pendpin.sweeps.store import Blocks, Memory, Store
+from pendpin.sweeps.store import Store
 from pendpin.sweeps.task import EXTRA, Task, checked
 from pendpin.sweeps.workers import Results, Span, remote_cluster, run_in_processes, run_in_threads, run_on_cluster
 
@@ -83,7 +83,7 @@ def sweep(
     if out is not None and new:
         refuse_targets([Path(out)], [])
     size = _block_size(task, workers or cores()) if new else 1
-    results = Memory(task, Blocks(plan.shape, size)) if out is None else Store(task, Path(out), size)
+    results = Store(task, None if out is None else Path(out), size)
     _run(task, results, workers, dask, progress)
     return results.dataset()
 
@@ -108,7 +108,7 @@ def _check_place(workers: int | None, dask: str | None) -> None:
         raise InputError("workers: the cluster of `dask` has its own; give one of both")
 
 
-def _run(task: Task, results: Memory | Store, workers: int | None, dask: str | None, progress: Progress) -> None:
+def _run(task: Task, results: Store, workers: int | None, dask: str | None, progress: Progress) -> None:
     count, left = task.plan.count, results.left()
     spans = [results.blocks.span(block) for block in left]
     done = count - sum(end - begin for begin, end in spans)
@@ -121,7 +121,7 @@ def _run(task: Task, results: Memory | Store, workers: int | None, dask: str | N
                 done += end - begin
                 progress(done, count)
     except (KeyboardInterrupt, Interrupted):
-        again = "; the same sweep resumes from there" if isinstance(results, Store) else ""
+        again = "; the same sweep resumes from there" if results.path else ""
         raise Interrupted(f"stopped by the user after {done} of {count} cases{again}", results.dataset()) from None
     except RunError as error:
         raise RunError(str(error), results.dataset()) from None

@@ -1,12 +1,12 @@
 """A run as a table: in pandas, or as comma-separated values."""
 
-from io import TextIOWrapper
+from itertools import chain
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
-from pendpin.files import refuse_other_format, write_whole
+from pendpin.files import refuse_other_format, write_csv
 from pendpin.libraries import optional
 from pendpin.trajectory.columns import AXES, UNITS, WRENCH, unit_of
 
@@ -51,17 +51,5 @@ def to_csv(run: Any, path: str | Path) -> Path:
     """Write a run's quantities with their names in the first line, whole or not at all; every digit is kept."""
     refuse_other_format(Path(path), *TABLES)
     rows = np.array([run[name] for name in run.names]).T
-
-    def write(file: IO[bytes]) -> None:
-        text = TextIOWrapper(file, "utf-8", newline="\n")
-        text.write(",".join(map(_cell, run.names)) + "\n")
-        for first in range(0, len(rows), ROWS_AT_ONCE):
-            text.writelines(",".join(map(repr, row)) + "\n" for row in rows[first : first + ROWS_AT_ONCE].tolist())
-        text.detach()  # flushes, and leaves the file open
-
-    return write_whole(Path(path), write)
-
-
-def _cell(name: str) -> str:
-    """A name as a cell: in quotes where it holds what would end one."""
-    return '"' + name.replace('"', '""') + '"' if any(c in name for c in ',"\r\n') else name
+    pieces = (rows[first : first + ROWS_AT_ONCE].tolist() for first in range(0, len(rows), ROWS_AT_ONCE))
+    return write_csv(Path(path), run.names, chain.from_iterable(pieces))

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.outputs import refuse_outputs, save_plot
+from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.tables import print_files
 
 
@@ -22,6 +22,7 @@ def plot(
     ] = None,
 ) -> None:
     """Draw a saved run: energy, angles, reactions and the path of the tip, or quantities by name, energy_drift too."""
+    from pendpin.graphics.figure import save_plot
     from pendpin.trajectory import Trajectory
 
     trajectory = Trajectory.load(run)

@@ -9,7 +9,7 @@ import typer
 
 from pendpin.cli.inputs import SceneInput, check_options, lasting, on_scene, print_binding, with_as_written
 from pendpin.cli.options import Accuracy, AsWritten, Json, Method, Plot, Tolerance
-from pendpin.cli.outputs import refuse_outputs, show_run, write_run
+from pendpin.cli.outputs import refuse_outputs, show_live, write_run
 from pendpin.cli.progress import progress_bar
 from pendpin.cli.tables import print_run
 from pendpin.errors import Halted, PendpinError, RunError
@@ -77,7 +77,7 @@ def run(
     if stopped:
         raise stopped
     if view:
-        show_run(trajectory)
+        show_live(trajectory.animate())
     if report and report.fault:
         raise PendpinError(f"the cross-check along the run failed: {report.fault}")
 

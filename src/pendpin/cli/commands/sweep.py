@@ -1,5 +1,6 @@
 """The commands of sweeps: `pendpin sweep` runs one, `pendpin map` shows what a store holds."""
 
+from collections import Counter
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from pendpin.sweeps.plan import Plan
 
 VARY = "KEY=FROM:TO:COUNT or KEY=1,2,5; with --sample KEY=LOW:HIGH or KEY=normal(MEAN,DEVIATION). May be repeated."
+FIGURES = ("least", "median", "most")  # of the values of a measure
 MEASURE = "Number to be measured, such as swing, flip_time, theta_1.max or flip_time.spread. May be repeated."
 
 
@@ -107,52 +109,45 @@ def _plan(
 
 
 def _show(dataset: Any, files: list[Path], json: bool, shares: Callable[[], dict[str, Any]] = dict) -> None:
-    """Print what was found, and the files written; `shares` may raise InputError, when the rest is there."""
+    """Print what was measured, and the files written; `shares` may raise InputError, when the rest is there."""
     from pendpin.sweeps.figure import names_of
     from pendpin.sweeps.store import NOT_RUN
-    from pendpin.sweeps.table import summary
 
-    count, waiting, failed = (int(n) for n in summary(dataset))
-    run = dataset["why"].values != NOT_RUN
-    rows = {name: _range(dataset[name].values[run]) for name in names_of(dataset)}
+    why = dataset["why"].values
+    run, reasons = why != NOT_RUN, Counter(str(reason) for reason in why.flat if reason and reason != NOT_RUN)
+    counts = {"cases": why.size, "not_run": int((~run).sum()), "failed": reasons.total()}
+    measures = {name: _range(dataset[name].values[run]) for name in names_of(dataset)}
     if json:
-        names = ("least", "median", "most", "none")
-        measures = {name: dict(zip(names, row, strict=True)) for name, row in rows.items()}
-        counts = {"cases": count, "not_run": waiting, "failed": failed}
-        sobol = {"sobol": found_shares} if (found_shares := shares()) else {}
+        sobol = {"sobol": indices} if (indices := shares()) else {}
         print_json(counts | {"measures": measures, "files": [str(file) for file in files]} | sobol)
         return
-    cells = [[name, *(f"{x:.6g}" for x in row[:3]), str(row[3])] for name, row in rows.items()]
-    print_table(["measure", "least", "median", "most", "no value"], cells)
-    print(f"{count} cases; {failed} could not be run" + (f"; {waiting} not run yet" if waiting else ""))
-    for reason, times in _reasons(dataset)[:5]:
+    cells = [[name, *(f"{row[k]:.6g}" for k in FIGURES), str(row["none"])] for name, row in measures.items()]
+    print_table(["measure", *FIGURES, "no value"], cells)
+    waiting = f"; {counts['not_run']} not run yet" if counts["not_run"] else ""
+    print(f"{counts['cases']} cases; {counts['failed']} could not be run{waiting}")
+    for reason, times in reasons.most_common(5):
         print(f"  {times} x {reason}")
     print_files(files)
-    _print_shares(shares())
+    for name, rows in shares().items():
+        print(f"Shares of the variance of {name} (95 % intervals):")
+        head = ["varied", "alone", "+-", "with all others", "+-"]
+        print_table(head, [[key, *(f"{x:.3f}" for x in row.values())] for key, row in rows.items()])
 
 
 def _written(dataset: Any, csv: Path | None, plot: Path | None, measure: str | None) -> list[Path]:
     from pendpin.sweeps.figure import save_map
-    from pendpin.sweeps.table import write_table
+    from pendpin.sweeps.store import write_table
 
     return [*([write_table(dataset, csv)] if csv else []), *([save_map(dataset, plot, measure)] if plot else [])]
 
 
-def _range(values: Any) -> tuple[float, float, float, int]:
-    """Least, median and largest finite value, and how many are not finite."""
+def _range(values: Any) -> dict[str, Any]:
+    """The least, median and largest finite value, and how many are not finite."""
     import numpy as np
 
     good = values[np.isfinite(values)]
-    if not good.size:
-        return float("nan"), float("nan"), float("nan"), int(values.size)
-    return float(good.min()), float(np.median(good)), float(good.max()), int(values.size - good.size)
-
-
-def _reasons(dataset: Any) -> list[tuple[str, int]]:
-    """Why cases could not be run, the most frequent reason first."""
-    from collections import Counter
-
-    return Counter(str(why) for why in dataset["why"].values.flat if why and why != "not run").most_common()
+    figures = [float(of(good)) if good.size else np.nan for of in (np.min, np.median, np.max)]
+    return dict(zip(FIGURES, figures, strict=True)) | {"none": values.size - good.size}
 
 
 def _shares(dataset: Any, vary: list[str], seed: int) -> dict[str, Any]:
@@ -163,10 +158,3 @@ def _shares(dataset: Any, vary: list[str], seed: int) -> dict[str, Any]:
 
     spreads = read_spreads(vary)
     return {name: indices(spreads, dataset[name].values, seed) for name in names_of(dataset)}
-
-
-def _print_shares(shares: dict[str, Any]) -> None:
-    for name, rows in shares.items():
-        print(f"Shares of the variance of {name} (95 % intervals):")
-        head = ["varied", "alone", "+-", "with all others", "+-"]
-        print_table(head, [[key, *(f"{x:.3f}" for x in row.values())] for key, row in rows.items()])

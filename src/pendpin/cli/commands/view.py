@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.outputs import refuse_outputs, show_run, write_animation
+from pendpin.cli.outputs import refuse_outputs, show_live
 from pendpin.cli.tables import print_files
 from pendpin.errors import inside
 
@@ -28,7 +28,8 @@ def view(
     first, *others = map(Trajectory.load, runs)
     refuse_outputs(runs, html=html, film=film)
     with inside(str(runs[0])):
+        animation = first.animate(others)
         if html or film:
-            print_files([write_animation(first, path, others) for path in (html, film) if path])
+            print_files([animation.save(path) for path in (html, film) if path])
         else:
-            show_run(first, others)
+            show_live(animation)
