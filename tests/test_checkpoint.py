@@ -13,10 +13,10 @@ import pytest
 import pendpin as pp
 from pendpin import effects as fx
 from pendpin.errors import Interrupted
-from pendpin.simulation import checkpoint, smooth_motion
-from pendpin.simulation.loop import IntegrationLoop
+from pendpin.simulation import checkpoint, motion_without_events
+from pendpin.simulation.integration import IntegrationLoop
 from pendpin.simulation.motion_with_events import LoopWithEvents
-from pendpin.simulation.smooth_motion import SmoothLoop
+from pendpin.simulation.motion_without_events import SmoothLoop
 from scenes import scene_of
 
 THICK = (pp.Rod(length=1.0, mass=1.0, radius=0.05), pp.Rod(length=0.7, mass=0.5, radius=0.03))
@@ -68,9 +68,9 @@ class Killed(BaseException):
 @pytest.fixture(autouse=True)
 def short_segments(monkeypatch: pytest.MonkeyPatch) -> None:
     """Segments of a few dozen evaluations, so that short runs have many."""
-    monkeypatch.setattr(smooth_motion, "EVALUATIONS", 160)
-    monkeypatch.setattr(smooth_motion, "LEAST_EVALUATIONS", 16)
-    monkeypatch.setattr(smooth_motion, "NUMBERS", 600)
+    monkeypatch.setattr(motion_without_events, "EVALUATIONS", 160)
+    monkeypatch.setattr(motion_without_events, "LEAST_EVALUATIONS", 16)
+    monkeypatch.setattr(motion_without_events, "NUMBERS", 600)
 
 
 def killing(loop: type[IntegrationLoop], after: int) -> Any:
@@ -127,8 +127,8 @@ def test_a_segment_may_be_shorter_than_a_step(library: str, monkeypatch: pytest.
     """The step that is proposed for it fits into it, which both libraries insist on."""
     if library == "scipy":
         monkeypatch.setitem(sys.modules, "CyRK", None)
-    monkeypatch.setattr(smooth_motion, "EVALUATIONS", 1)
-    monkeypatch.setattr(smooth_motion, "LEAST_EVALUATIONS", 1)
+    monkeypatch.setattr(motion_without_events, "EVALUATIONS", 1)
+    monkeypatch.setattr(motion_without_events, "LEAST_EVALUATIONS", 1)
     assert len(pp.simulate(scene(samples=401, duration=1.0), tolerance=1e-3).t) == 401
 
 

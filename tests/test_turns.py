@@ -12,7 +12,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.engines import AngleEngine
 from pendpin.equations.chain.angles import refined
-from pendpin.simulation import smooth_motion
+from pendpin.simulation import motion_without_events
 
 METHODS: tuple[dict[str, Any], ...] = (
     {"tolerance": 1e-11},
@@ -83,8 +83,13 @@ def test_segments_may_end_between_samples(how: dict[str, Any], monkeypatch: pyte
     """Two thin rods over poles, with 2 and with 41 samples: in segments of 50 states as in one."""
     start = pp.Start(positions=(0.4, 1.2, -0.3, 0.2), velocities=(9.0, 3.0, -4.0, 12.0))
     ends = []
-    for numbers, samples in ((smooth_motion.NUMBERS, 41), (smooth_motion.NUMBERS, 2), (600, 2), (600, 41)):
-        monkeypatch.setattr(smooth_motion, "NUMBERS", numbers)
+    for numbers, samples in (
+        (motion_without_events.NUMBERS, 41),
+        (motion_without_events.NUMBERS, 2),
+        (600, 2),
+        (600, 41),
+    ):
+        monkeypatch.setattr(motion_without_events, "NUMBERS", numbers)
         scene = pp.Scene(duration=1.0, model=thin(2), start=start, effects=(fx.Gravity(),))
         run = pp.simulate(scene, samples=samples, **how)
         assert run.t.tolist() == np.linspace(0, 1, samples).tolist()

@@ -27,7 +27,7 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
     """Counts and times of a run, its checks (energy, cross-check along the run), and the works."""
     from dataclasses import asdict
 
-    from pendpin.model.of_run import as_written, leaving
+    from pendpin.model.model_of_run import as_written, leaving
 
     stats = trajectory.stats
     if as_json:

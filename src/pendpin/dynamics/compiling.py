@@ -10,9 +10,9 @@ from functools import partial
 from threading import Lock
 
 from pendpin.dynamics.binding.acting import plain_arithmetic
+from pendpin.dynamics.chain_samples import Sampler, parameters_of_samples, record_samples
 from pendpin.dynamics.parameters import Parameters
-from pendpin.dynamics.samples import Sampler, parameters_of_samples, record_samples
-from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, record_by_rod, records_by_rod
+from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, records_by_rod
 from pendpin.dynamics.varied import Variation
 from pendpin.effects import Effect
 from pendpin.engines import Compiled, CompiledEquations, Engine, Values, llvm
@@ -53,8 +53,7 @@ def compiled(engine: Engine, effects: Sequence[Effect], start: float, asked: Ask
             f'solver.engine: "compiled" takes up to {MOST_WRITTEN_OUT} joints, and longer chains with built-in effects only'
         )
     equations, parameters = equations_of(engine, effects, start, asked=asked, by_rod=by_rod)
-    values = Values(parameters.values, parameters.values_of_rods)
-    return Compiled(engine, equations, values, parameters.tables, time.perf_counter() - begin)
+    return Compiled(engine, equations, Values.of(parameters), time.perf_counter() - begin)
 
 
 def equations_of(
@@ -70,8 +69,8 @@ def equations_of(
     The places `still` of the state are 0. `by_rod`: those of one rod of a chain, which are loops as machine code.
     """
     parameters = parameters_of(engine, effects, start, asked, by_rod)
-    recorded = partial(record_by_rod if by_rod else partial(record, still=still), engine, effects, start, asked=asked)
-    return looked_up((parameters.structure, still), recorded, parameters), parameters
+    write = partial(record, engine, effects, start, still, asked, by_rod)
+    return look_up((parameters.structure, still), write, parameters), parameters
 
 
 def sampler_of(engine: Engine, effects: Sequence[Effect], start: float) -> Sampler:
@@ -79,14 +78,11 @@ def sampler_of(engine: Engine, effects: Sequence[Effect], start: float) -> Sampl
     # A function of its own, though the equations hold the same articulated bodies: compiling these once would save 15 to 20
     # ms of a first run, but change the last digit of the accelerations at the samples (docs/accuracy.md).
     parameters = parameters_of_samples(engine, effects, start)
-    equations = looked_up(parameters.structure, partial(record_samples, engine, effects, start), parameters)
-    block = equations.function.block(
-        parameters.values, parameters.values_of_rods, parameters.tables, lambda seconds: None
-    )
-    return Sampler(engine.model, block)
+    equations = look_up(parameters.structure, partial(record_samples, engine, effects, start), parameters)
+    return Sampler(engine.model, equations.function.block(Values.of(parameters)))
 
 
-def looked_up(key: Hashable, record: Callable[[], Recording], parameters: Parameters) -> CompiledEquations:
+def look_up(key: Hashable, record: Callable[[], Recording], parameters: Parameters) -> CompiledEquations:
     """The equations of a structure, new ones if they are not known."""
     with _lock:
         equations = _known.get(key)
@@ -107,11 +103,10 @@ def differentiated(variation: Variation, start: float, by_rod: bool) -> Block:
     engine, effects, parameters, masks = variation[:4]
     directions = variation.directions or (STATE,)
 
-    def recorded() -> Recording:
-        recorded = record_by_rod if by_rod else record
-        return with_tangents(recorded(engine, effects, start, given=masks), directions)
+    def write() -> Recording:
+        return with_tangents(record(engine, effects, start, by_rod=by_rod, given=masks), directions)
 
     places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
     key = ("derivatives", parameters.structure, len(parameters.values), places)
-    equations = looked_up(key, recorded, parameters)
-    return equations.function.block(variation.shared, variation.of_rods, parameters.tables, lambda seconds: None)
+    values = Values(variation.shared, variation.of_rods, parameters.tables)
+    return look_up(key, write, parameters).function.block(values)

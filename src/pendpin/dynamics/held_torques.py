@@ -12,7 +12,9 @@ from pendpin.effects.pace import Pace
 from pendpin.errors import InputError
 
 MOST = 5_000_000  # instants of a run: 40 MB for each joint
-NEAR = 2 * EPS  # of a time: closer to an instant it is at it. Steps end twice as far from their corners (smooth_motion)
+NEAR = (
+    2 * EPS
+)  # of a time: closer to an instant it is at it. Steps end twice as far from corners (motion_without_events)
 
 
 class HeldTorque(Torque):

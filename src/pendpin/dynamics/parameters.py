@@ -12,8 +12,10 @@ import numpy as np
 from pendpin.arrays import Array, Mask
 from pendpin.effects import Effect
 from pendpin.engines.machine_code import Table
-from pendpin.engines.tape import Tape
+from pendpin.engines.tape import Tape, recorded
+from pendpin.engines.tape_passes import recorded_by_rod
 from pendpin.equations.base import JOINTS
+from pendpin.model.build import Model
 
 AnEffect = TypeVar("AnEffect", bound=Effect)
 
@@ -161,6 +163,22 @@ class RodParameters(Parameters):
     def input_of_rod(self, part: int, place: int) -> Any:
         """One of two inputs of each rod, from the first or the second half of all."""
         return 0.0 if self._tape is None else self._tape.input_of_rod(part, place)
+
+
+def list_parameters(
+    model: Model, by_rod: bool, given: Sequence[Mask] | None = None, tape: Tape | None = None
+) -> Parameters:
+    """Parameters to bind equations with, on a tape if there is one; `by_rod`: of one rod of the model's chain."""
+    if not by_rod:
+        return Parameters(tape, given)
+    assert model.chain is not None
+    return RodParameters(model.chain.n, tape, given)
+
+
+def begin_tape(model: Model, by_rod: bool, given: Sequence[Mask] | None = None) -> tuple[Tape, Parameters, Any]:
+    """A new tape, with the parameters and the functions xp by which equations are recorded on it."""
+    tape = Tape()
+    return tape, list_parameters(model, by_rod, given, tape), recorded_by_rod(tape) if by_rod else recorded()
 
 
 def _convert_to_numbers(x: Any) -> Array:

@@ -6,22 +6,22 @@ M x'' + C x' + K x = 0 about a rest.
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.binding import bind_loads
-from pendpin.dynamics.compiling import looked_up
+from pendpin.dynamics.compiling import look_up
 from pendpin.dynamics.derivatives import differentiable
 from pendpin.dynamics.dynamics import choose_engine
-from pendpin.dynamics.parameters import Parameters, RodParameters
+from pendpin.dynamics.parameters import Parameters, begin_tape, list_parameters
 from pendpin.dynamics.symbols import external_wrenches, records_by_rod, tree_with_numbers
 from pendpin.effects import Effect
-from pendpin.engines import Engine
+from pendpin.engines import Engine, Values
 from pendpin.engines.tangents import STATE, with_tangents
-from pendpin.engines.tape import Recording, Tape, recorded
-from pendpin.engines.tape_passes import recorded_by_rod
+from pendpin.engines.tape import Recording
 from pendpin.equations import recursion
 from pendpin.equations.base import JOINTS
 from pendpin.model.build import build
@@ -49,45 +49,28 @@ def matrices(scene: Scene, q: Array, v: Array, a: Array) -> Matrices:
     model, effects, start = build(scene.model), differentiable(scene), scene.start.time
     engine = choose_engine(model, bind_loads(model, effects, start=start), "auto", "angles")
     by_rod, nv = records_by_rod(engine, effects), len(q)
-    parameters = _parameters(engine, by_rod)
+    parameters = list_parameters(model, by_rod)
     _residual(engine, effects, start, parameters, np)
-    equations = looked_up(
-        ("residual", parameters.structure), lambda: _recorded(engine, effects, start, by_rod), parameters
-    )
-    values = parameters.values, parameters.values_of_rods
-    block = equations.function.block(*values, parameters.tables, lambda seconds: None)
+    write = partial(_record, engine, effects, start, by_rod)
+    block = look_up(("residual", parameters.structure), write, parameters).function.block(Values.of(parameters))
     point, derivatives = np.concatenate([q, v, a]), np.empty((PARTS * nv, nv))
     for begin in range(0, PARTS * nv, TOGETHER):
-        ways = _rows(begin, PARTS * nv)
+        ways = np.eye(min(TOGETHER, PARTS * nv - begin), PARTS * nv, begin)
         states = np.concatenate([np.broadcast_to(point, ways.shape), ways], 1)
         derivatives[begin : begin + len(ways)] = block.evaluated(np.zeros(len(ways)), states)[0][:, nv : 2 * nv]
     of_q, of_v, of_a = derivatives.reshape(PARTS, nv, nv).transpose(0, 2, 1)
     return Matrices(of_a, of_v, of_q)
 
 
-def _rows(begin: int, size: int) -> Array:
-    """Some rows (k, size) of a unit matrix, from one on."""
-    count = min(TOGETHER, size - begin)
-    out = np.zeros((count, size))
-    out[np.arange(count), begin + np.arange(count)] = 1.0
-    return out
-
-
-def _parameters(engine: Engine, by_rod: bool, tape: Tape | None = None) -> Parameters:
-    chain = engine.model.chain
-    return RodParameters(chain.n, tape) if by_rod and chain else Parameters(tape)
-
-
-def _recorded(engine: Engine, effects: Sequence[Effect], start: float, by_rod: bool) -> Recording:
+def _record(engine: Engine, effects: Sequence[Effect], start: float, by_rod: bool) -> Recording:
     """The residual with its derivative along a change of q, v and a; by rod, of one rod."""
-    tape, nv = Tape(), len(engine.model.joints)
-    xp = recorded_by_rod(tape) if by_rod else recorded()
-    residual = _residual(engine, effects, start, _parameters(engine, by_rod, tape), xp)
-    width = JOINTS if by_rod else PARTS * nv
-    state = tape.state_of_rod(PARTS, JOINTS) if by_rod else tape.state(PARTS * nv)
-    residuals = list(residual(tape.time(), *state.reshape(PARTS, -1)))
-    recording = Recording(tape, [], parts=PARTS, width=width, of_rod=residuals)
-    return with_tangents(recording if by_rod else Recording(tape, residuals, width=width), [STATE])
+    tape, numbers, xp = begin_tape(engine.model, by_rod)
+    residual = _residual(engine, effects, start, numbers, xp)
+    state = tape.state_of_rod(PARTS, JOINTS) if by_rod else tape.state(PARTS * len(engine.model.joints))
+    results = list(residual(tape.time(), *state.reshape(PARTS, -1)))
+    if by_rod:
+        return with_tangents(Recording(tape, [], parts=PARTS, width=JOINTS, of_rod=results), [STATE])
+    return with_tangents(Recording(tape, results, width=len(state)), [STATE])
 
 
 def _residual(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters, xp: Any) -> Residual:

@@ -10,13 +10,12 @@ from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.binding.acting import plain_arithmetic
 from pendpin.dynamics.binding.context import State
 from pendpin.dynamics.contacts import Contacts
-from pendpin.dynamics.parameters import Numbers, Parameters, RodParameters
+from pendpin.dynamics.parameters import Numbers, Parameters, RodParameters, begin_tape, list_parameters
 from pendpin.dynamics.powers import Accounts, Powered, powers
 from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Directions, Engine, Loads
 from pendpin.engines.external_forces import centres_of, in_joint_frames
-from pendpin.engines.tape import Recording, Tape, Term, recorded
-from pendpin.engines.tape_passes import recorded_by_rod
+from pendpin.engines.tape import Recording, Term
 from pendpin.equations import newton_euler, recursion, thin_recursion, trees
 from pendpin.equations.base import JOINTS, RodInertia
 from pendpin.equations.passes import outward, total
@@ -50,47 +49,34 @@ def records_by_rod(engine: Engine, effects: Sequence[Effect]) -> bool:
     return chain is not None and chain.n > WRITTEN_OUT and plain_arithmetic(effects)
 
 
-def record_by_rod(
-    engine: Engine,
-    effects: Sequence[Effect],
-    start: float,
-    asked: Asked = MOTION,
-    given: Sequence[Mask] | None = None,
-) -> Recording:
-    """As `record`, for one rod of a chain: the same for any number of rods."""
-    tape, chain = Tape(), engine.model.chain
-    assert chain is not None
-    numbers = RodParameters(chain.n, tape, given)
-    right = _right_hand_side(engine, effects, start, asked, numbers, recorded_by_rod(tape))
-    in_directions = isinstance(engine, Directions)
-    y = tape.state_of_rod(PARTS, 3 if in_directions else 2)
-    results, more = right(tape.time(), y)
-    of_rod, others = results[: len(y)], results[len(y) :]
-    inputs = 4 if asked.contacts else 0
-    return Recording(tape, others, [], inputs, int(in_directions), PARTS, len(y) // PARTS, of_rod, more)
-
-
 def record(
     engine: Engine,
     effects: Sequence[Effect],
     start: float,
     still: Sequence[int] = (),
     asked: Asked = MOTION,
+    by_rod: bool = False,
     given: Sequence[Mask] | None = None,
 ) -> Recording:
     """y' of an engine's state with all effects, at times since `start` in s, and the torques that hold joints.
 
-    The places `still` of the state are 0; `given` are the masks of parameters. Raises InputError for an effect that does
-    not run on symbols.
+    The places `still` of the state are 0; `given` are the masks of parameters. `by_rod`: for one rod of a chain, the same
+    for any number of rods. Raises InputError for an effect that does not run on symbols.
     """
-    tape, nv = Tape(), len(engine.model.joints)
-    right = _right_hand_side(engine, effects, start, asked, Parameters(tape, given), recorded())
-    size = len(engine.pack(*np.zeros((2, nv)))) + (len(asked.accounts.kinds) if asked.accounts else 0)
-    y = tape.state(size)
+    tape, numbers, xp = begin_tape(engine.model, by_rod, given)
+    right = _right_hand_side(engine, effects, start, asked, numbers, xp)
+    rods = engine.chain.n if isinstance(engine, Directions) else 0
+    if by_rod:
+        y = tape.state_of_rod(PARTS, 3 if rods else JOINTS)
+        results, more = right(tape.time(), y)
+        of_rod, others = results[: len(y)], results[len(y) :]
+        inputs = 2 * JOINTS if asked.contacts else 0
+        return Recording(tape, others, [], inputs, int(rods > 0), PARTS, len(y) // PARTS, of_rod, more)
+    nv = len(engine.model.joints)
+    y = tape.state(len(engine.pack(*np.zeros((2, nv)))) + (len(asked.accounts.kinds) if asked.accounts else 0))
     y[list(still)] = 0.0
     results, more = right(tape.time(), y)
-    directions = engine.chain.n if isinstance(engine, Directions) else 0
-    return Recording(tape, results, more, 2 * nv if asked.contacts else 0, directions, width=size)
+    return Recording(tape, results, more, 2 * nv if asked.contacts else 0, rods, width=len(y))
 
 
 def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: Sequence[int]) -> tuple[int, ...]:
@@ -104,7 +90,8 @@ def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: 
             rates = record(engine, effects, start, still).results
         except ArithmeticError:  # an effect that divides by one of them
             return ()
-        if len(left := tuple(i for i in still if not isinstance(rates[i], Term) and rates[i] == 0)) == len(still):
+        left = tuple(i for i in still if not isinstance(rates[i], Term) and rates[i] == 0)
+        if left == still:
             break
         still = left
     return still
@@ -119,8 +106,7 @@ def parameters_of(
     given: Sequence[Mask] | None = None,
 ) -> Parameters:
     """The parameters of these equations, and their structure, without the equations."""
-    chain = engine.model.chain
-    parameters = RodParameters(chain.n, given=given) if by_rod and chain else Parameters(given=given)
+    parameters = list_parameters(engine.model, by_rod, given)
     _right_hand_side(engine, effects, start, asked, parameters, np)
     return parameters
 

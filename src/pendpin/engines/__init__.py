@@ -6,8 +6,9 @@ To add an engine: a class in a file here, and when it is taken in dynamics/dynam
 
 from pendpin.engines.base import CALLBACK_EVERY_SLOW, AngleEngine, Derivative, Engine, ProgressCallback, Sample
 from pendpin.engines.chain import LongChain
-from pendpin.engines.compiled import Compiled, CompiledEquations, Values
+from pendpin.engines.compiled import Compiled, CompiledEquations
 from pendpin.engines.hamilton import Canonical, CanonicalForm
 from pendpin.engines.loads import Loads
+from pendpin.engines.machine_code import Values
 from pendpin.engines.pinocchio import Revolute
 from pendpin.engines.spherical import MAX_SPHERICAL, Directions, Spherical

@@ -48,7 +48,10 @@ class LongChain(AngleEngine):
             block = self._solve(*(x[part] for x in states))
             a[part] = block.acceleration.reshape(-1, q.shape[1])
             wrench[part, PHI] = block.wrench * np.tile(SIGNS, 2)
-            _turn_to_cross(wrench[part, THETA], block.wrench, q[part, PHI, None])
+            s, c = np.sin(q[part, PHI, None]), np.cos(q[part, PHI, None])
+            x, y, z = (block.wrench[..., i::3] for i in range(3))
+            of_cross = wrench[part, THETA]
+            of_cross[..., ::3], of_cross[..., 1::3], of_cross[..., 2::3] = c * x + s * z, -y, s * x - c * z
         return Sample(a, wrench)
 
     def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
@@ -89,10 +92,3 @@ class LongChain(AngleEngine):
             np.concatenate([start, moving.tip_velocities[..., :-1, :]], -2) * SIGNS,
             applied(moving.frames, moving.omega) * SIGNS,
         )
-
-
-def _turn_to_cross(out: Array, wrench: Array, phi: Array) -> None:
-    """Fill `out` (..., 6) with wrenches given in rods' body frames, in the link frames of their crosses; phi (..., 1)."""
-    s, c = np.sin(phi), np.cos(phi)
-    x, y, z = (wrench[..., i::3] for i in range(3))
-    out[..., ::3], out[..., 1::3], out[..., 2::3] = c * x + s * z, -y, s * x - c * z

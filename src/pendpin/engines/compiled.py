@@ -4,21 +4,21 @@ One compilation serves many sets of parameters. `CompiledEquations` belongs to a
 them for the life of the process); `Compiled` is an engine with one set of parameters; a `Block` is what one run passes to
 the function, so that runs in several threads share the code and nothing else:
     equations = compiled_equations(engine, effects, start)    # recorded, or from the cache
-    equations.function.block(values, tables)                  # values as Parameters lists them: no compiling
+    equations.function.block(values)                          # values as Parameters lists them: no compiling
 """
 
 import time
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 from functools import cached_property
 from threading import Lock
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.effects import Motion
 from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, counted
-from pendpin.engines.machine_code import Block, Function, Table
+from pendpin.engines.machine_code import Block, Function, Values
 from pendpin.engines.tape import Recording
 
 
@@ -51,26 +51,17 @@ class CompiledEquations:
         return Function(self.recording, self._tables)
 
 
-class Values(NamedTuple):
-    """The values of parameters."""
-
-    shared: Sequence[float]
-    of_rods: Array  # (k, n), of each of the n rods; (0, n) where there are none
-
-
 class Compiled(Engine):
     """The state, poses and wrenches of another engine, and y' by machine code, with one set of parameters."""
 
     compiles = True
     symbolic = False
 
-    def __init__(
-        self, base: Engine, equations: CompiledEquations, values: Values, tables: Sequence[Table], took: float
-    ) -> None:
+    def __init__(self, base: Engine, equations: CompiledEquations, values: Values, took: float) -> None:
         super().__init__(base.model, base.loads)
         self.base, self.equations, self.name = base, equations, f"{base.name}, compiled"
         self.on_angles = base.on_angles
-        self._values, self._tables, self.compile_seconds = values, tables, took
+        self._values, self.compile_seconds = values, took
 
     @property
     def size(self) -> int:
@@ -87,7 +78,7 @@ class Compiled(Engine):
 
     def block(self) -> Block:
         """The arguments of the function for one run."""
-        return self.function.block(*self._values, self._tables, self._took)
+        return self.function.block(self._values, self._took)
 
     def _took(self, seconds: float) -> None:
         self.compile_seconds += seconds

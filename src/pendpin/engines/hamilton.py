@@ -36,7 +36,6 @@ class CanonicalForm:
         scaled, self._unit = in_mass_unit(model.pin)  # kg, of what Pinocchio returns
         self._bare, self._heavy = pin.Model(scaled), with_gravity(scaled, loads.constant)
         self._data, self._rest = pin.Data(self._bare), np.zeros(self._bare.nv)
-        self._upper = np.triu(np.ones((self._bare.nv, self._bare.nv), dtype=bool))
 
     def momentum(self, q: Array, v: Array) -> Array:
         """p = M(q) v (nv,), kg m²/s."""
@@ -49,15 +48,17 @@ class CanonicalForm:
     def at(self, t: float, q: Array, v: Array) -> Canonical:
         """M, dp/dq and F at t in s and q, v (nv,); the arrays are copies."""
         pin, loads = self._pinocchio, self.loads
-        dp, _, upper = pin.computeRNEADerivatives(self._bare, self._data, q, self._rest, v)
-        coupling, mass = dp * self._unit, np.where(self._upper, upper, upper.T) * self._unit
+        dp, _, mass = pin.computeRNEADerivatives(self._bare, self._data, q, self._rest, v)
+        coupling, mass = dp * self._unit, mirror_upper(mass) * self._unit
         if loads.varying:
             self._heavy.gravity.linear = loads.field(t)
         force = v @ coupling / 2 - pin.computeGeneralizedGravity(self._heavy, self._data, q) * self._unit
         if loads.torque is not None:
             force = force + loads.torque(t, q, v)
         if loads.wrench is not None:
-            force = force + self._body_forces(t, q, v)
+            rest, bodies, wrench = self._rest, self.model.bodies, partial(loads.wrench, t)
+            external = external_forces(self._bare, self._data, q, v, centres_of(bodies), joints_of(bodies), wrench)
+            force = force - pin.rnea(self._bare, self._data, q, rest, rest, external)
         return Canonical(mass, coupling, force)
 
     def slopes(self, t: float, q: Array, v: Array, now: Canonical, thorough: bool) -> tuple[Array, Array]:
@@ -72,14 +73,11 @@ class CanonicalForm:
         in_v = np.array([self.at(t, q, v + step).force for step in steps]) - now.force
         return in_q.T / DELTA, in_v.T / DELTA
 
-    def _body_forces(self, t: float, q: Array, v: Array) -> Array:
-        """The generalised forces (nv,) in N m of the body effects."""
-        assert self.loads.wrench is not None
-        rest, bodies, wrench = self._rest, self.model.bodies, partial(self.loads.wrench, t)
-        external = external_forces(self._bare, self._data, q, v, centres_of(bodies), joints_of(bodies), wrench)
-        return -self._pinocchio.rnea(self._bare, self._data, q, rest, rest, external)
-
     def _mass(self, q: Array) -> Array:
         """The mass matrix (nv, nv) in kg m², by CRBA."""
-        upper = self._pinocchio.crba(self._bare, self._data, q)
-        return np.where(self._upper, upper, upper.T) * self._unit
+        return mirror_upper(self._pinocchio.crba(self._bare, self._data, q)) * self._unit
+
+
+def mirror_upper(matrix: Array) -> Array:
+    """A symmetric matrix (n, n) of which Pinocchio fills only the upper triangle."""
+    return np.where(np.tri(len(matrix), k=-1, dtype=bool), matrix.T, matrix)

@@ -64,7 +64,10 @@ class Library:
         if not module or error.value:
             raise RuntimeError(f"LLVM refuses the code: {error.value!r}")
         own_memory = platform.machine().lower() in {"arm64", "aarch64"}  # where LLVM's own places code too far apart
-        self._engine = api.CreateMCJITCompiler(module, _machine(optimisation), own_memory, byref(error))
+        target, triple, name, features = processor()
+        settings = target, triple, name, features, optimisation, b"default", b"jitdefault", False, True, b""
+        machine = api.CreateTargetMachine(*settings)  # the compiler takes it over
+        self._engine = api.CreateMCJITCompiler(module, machine, own_memory, byref(error))
         if not self._engine:
             raise RuntimeError(f"LLVM cannot compile: {error.value!r}")
 
@@ -99,27 +102,19 @@ def processor() -> Processor:
     api = _api()
     api.InitializeNativeTarget()
     api.InitializeNativeAsmPrinter()
-    triple, name, features = map(_text, (api.GetDefaultTargetTriple, api.GetHostCPUName, api.GetHostCPUFeatures))
+
+    def read(function: Any) -> bytes:
+        """What a function writes."""
+        out = c_char_p()
+        function(byref(out))
+        value = out.value or b""
+        api.DisposeString(out)
+        return value
+
+    triple, name, features = map(read, (api.GetDefaultTargetTriple, api.GetHostCPUName, api.GetHostCPUFeatures))
     if os.name == "nt":
         triple += b"-elf"  # the only format that is linked in memory
     return Processor(api.GetTargetFromTriple(triple, byref(c_char_p())), triple, name, features)
-
-
-def _machine(optimisation: int) -> int:
-    """What a compiler generates code with, which takes it over."""
-    target, triple, name, features = processor()
-    return _api().CreateTargetMachine(
-        target, triple, name, features, optimisation, b"default", b"jitdefault", False, True, b""
-    )
-
-
-def _text(function: Any) -> bytes:
-    """What a function writes."""
-    out = c_char_p()
-    function(byref(out))
-    value = out.value or b""
-    _api().DisposeString(out)
-    return value
 
 
 @cache

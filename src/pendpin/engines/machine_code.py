@@ -13,12 +13,13 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from threading import Lock
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.arrays import Array, address
 from pendpin.engines.machine_compiler import Code
+from pendpin.engines.machine_lines import WIDE
 from pendpin.engines.machine_text import (
     CALLBACK,
     CALLS,
@@ -33,7 +34,6 @@ from pendpin.engines.machine_text import (
     Places,
     Text,
 )
-from pendpin.engines.machine_trigonometry import WIDE
 from pendpin.engines.tape import Recording
 
 Callback = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double)  # t -> whether to stop
@@ -45,6 +45,19 @@ class Table:
 
     times: Array  # (n,) s
     rows: Array  # (n, width)
+
+
+class Values(NamedTuple):
+    """The values of parameters, and tables."""
+
+    shared: Sequence[float]
+    of_rods: Array  # (k, n), of each of the n rods; (0, n) where there are none
+    tables: Sequence[Table]
+
+    @classmethod
+    def of(cls, parameters: Any) -> "Values":
+        """Those that Parameters (pendpin.dynamics.parameters) lists."""
+        return cls(parameters.values, parameters.values_of_rods, parameters.tables)
 
 
 class Sizes(NamedTuple):
@@ -89,17 +102,15 @@ class Function:
             operations=len(schedule.needed) + (rods - 1) * len(schedule.loop),
         )
 
-    def block(
-        self, parameters: Sequence[float], of_rods: Array, tables: Sequence[Table], compiled: Callable[[float], None]
-    ) -> "Block":
-        """A block for one set of parameters and of those of n rods, (k, n); `compiled` gets the s that compiling takes."""
-        fixed, fixed_of_rod, rods = self._layout.fixed, self._layout.fixed_of_rod, of_rods.shape[1]
+    def block(self, parameters: Values, compiled: Callable[[float], None] = lambda seconds: None) -> "Block":
+        """A block for one set of parameters; `compiled` gets the s that compiling takes."""
+        fixed, fixed_of_rod, rods = self._layout.fixed, self._layout.fixed_of_rod, parameters.of_rods.shape[1]
         tape = self._recording.tape
-        values = tape.values([*fixed, *fixed_of_rod], parameters, of_rods)
+        values = tape.values([*fixed, *fixed_of_rod], parameters.shared, parameters.of_rods)
         rows = [np.broadcast_to(values[place], (tape.lanes[place] or 1, rods)) for place in fixed_of_rod]
         numbers = np.ascontiguousarray(np.concatenate([*rows, np.empty((0, rods))]).T)
         shared = [x for place in fixed for x in (values[place][:, 0] if tape.lanes[place] else (values[place],))]
-        return Block(self, shared, numbers, tables, compiled)
+        return Block(self, shared, numbers, parameters.tables, compiled)
 
 
 class Block:

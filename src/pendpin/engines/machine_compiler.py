@@ -23,7 +23,7 @@ class Code:
     """
 
     def __init__(self, text: str, operations: int) -> None:
-        _common()  # what the text may call
+        _once(_common)  # what the text may call
         self._library = Library(text, OPTIMISATION if operations <= LONG else 0)
         self.address = self._library.address("rate")
         self.call = Rate(self.address)
@@ -36,12 +36,7 @@ class Code:
     @property
     def many(self) -> Callable[..., None]:
         """The loop over many states, on this function."""
-        return partial(Many(_common().address("many")), self.address)
-
-
-def _common() -> Library:
-    """Sines and cosines, which all code can call, and the loop over many states."""
-    return _once(_compile_common)
+        return partial(Many(_once(_common).address("many")), self.address)
 
 
 def _once(compile_library: Callable[[], Library]) -> Library:
@@ -51,7 +46,8 @@ def _once(compile_library: Callable[[], Library]) -> Library:
 
 
 @cache
-def _compile_common() -> Library:
+def _common() -> Library:
+    """Sines and cosines, which all code can call, and the loop over many states."""
     library = Library(DECLARED + trigonometry_code() + MANY, OPTIMISATION)
     library.provide(TRIGONOMETRY)
     return library

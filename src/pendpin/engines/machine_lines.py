@@ -1,8 +1,10 @@
 """Single operations of a tape in LLVM's intermediate language."""
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
+WIDE = 4  # numbers in a vector of the processor
+VECTOR = f"<{WIDE} x double>"
 DECLARED = """
 declare double @llvm.sqrt.f64(double)
 declare double @llvm.exp.f64(double)
@@ -48,6 +50,11 @@ _INTRINSIC = ("sqrt", "exp", "log", "sin", "cos", "pow")
 def number(x: float) -> str:
     """A constant, to the bit."""
     return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
+
+
+def constant(numbers: Iterable[float]) -> str:
+    """Constants side by side."""
+    return "<" + ", ".join(f"double {number(x)}" for x in numbers) + ">"
 
 
 def kind_of(lanes: int) -> str:

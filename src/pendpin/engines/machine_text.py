@@ -7,6 +7,7 @@ from pendpin.engines import machine_quadrature
 from pendpin.engines.machine_lines import (
     DECLARED,
     ROW,
+    WIDE,
     arithmetic,
     kind_of,
     lanes_of,
@@ -16,7 +17,7 @@ from pendpin.engines.machine_lines import (
     store,
     table_row,
 )
-from pendpin.engines.machine_trigonometry import TRIGONOMETRY, WIDE
+from pendpin.engines.machine_trigonometry import TRIGONOMETRY
 from pendpin.engines.schedule import Schedule
 from pendpin.engines.tape import Recording
 

@@ -6,10 +6,9 @@ cosine up to pi/4, by interpolation at Chebyshev's nodes; results are within one
 (tests/test_machine_functions.py). Angles beyond FAR, and NaN, go to the library, four at a time.
 """
 
-import struct
+from pendpin.engines.machine_lines import VECTOR, WIDE, constant
 
 FAR = 1e5  # rad: up to there the whole number k of quarter turns is exact, and what the parts of pi/2 leave is nothing
-WIDE = 4  # numbers in a vector of the processor
 TRIGONOMETRY = "pendpin_trigonometry"  # its name among the functions of a process, which compiles it once
 _SINE = (  # of r² in (sin r / r - 1) / r²
     *(-1 / 6, 0.008333333333330948, -1.9841269836756774e-4),
@@ -22,16 +21,11 @@ _COSINE = (  # of r² in (cos r - 1 + r²/2) / r⁴
 _HALF_PI, _REST, _LAST = 1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33
 _TO_QUARTERS = 0.6366197723675814  # 2/pi
 _ROUNDS = 1.5 * 2.0**52  # added and taken away it leaves a whole number, which is in the last bits of the sum
-_VECTOR = f"<{WIDE} x double>"
 _WHOLE = f"<{WIDE} x i64>"
 
 
-def _bits(x: float) -> str:
-    return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
-
-
 def _constant(x: float) -> str:
-    return "<" + ", ".join([f"double {_bits(x)}"] * WIDE) + ">"
+    return constant([x] * WIDE)
 
 
 def _whole(x: int) -> str:
@@ -51,11 +45,11 @@ class _Lines:
 
     def fused(self, x: str, y: str, z: str) -> str:
         """x y + z with one rounding."""
-        return self(f"call {_VECTOR} @llvm.fma.v{WIDE}f64({_VECTOR} {x}, {_VECTOR} {y}, {_VECTOR} {z})")
+        return self(f"call {VECTOR} @llvm.fma.v{WIDE}f64({VECTOR} {x}, {VECTOR} {y}, {VECTOR} {z})")
 
     def on(self, operation: str, x: str, y: str) -> str:
         """An operation on two vectors of numbers."""
-        return self(f"{operation} {_VECTOR} {x}, {y}")
+        return self(f"{operation} {VECTOR} {x}, {y}")
 
     def lost_in_sum(self, x: str, y: str, total: str) -> str:
         """What a sum loses by rounding, exactly (Knuth)."""
@@ -65,7 +59,7 @@ class _Lines:
 
     def lost_in_product(self, x: str, y: str, product: str) -> str:
         """What a product loses by rounding, exactly."""
-        return self.fused(x, y, self(f"fneg {_VECTOR} {product}"))
+        return self.fused(x, y, self(f"fneg {VECTOR} {product}"))
 
     def polynomial(self, coefficients: tuple[float, ...], z: str) -> str:
         """By Horner's rule."""
@@ -100,25 +94,25 @@ def _sine_and_cosine(line: _Lines, x: str) -> tuple[str, str]:
 
 def _turn_by_quarters(line: _Lines, shifted: str, sine: str, cosine: str) -> tuple[str, str]:
     """Sine and cosine of the angle from those of what it is beyond its quarter turn."""
-    k = line(f"bitcast {_VECTOR} {shifted} to {_WHOLE}")
+    k = line(f"bitcast {VECTOR} {shifted} to {_WHOLE}")
     odd = line(f"and {_WHOLE} {k}, {_whole(1)}")
     exchanged = line(f"icmp ne {_WHOLE} {odd}, {_whole(0)}")
     results = []
     for quarters, one, other in ((k, sine, cosine), (line(f"add {_WHOLE} {k}, {_whole(1)}"), cosine, sine)):
-        chosen = line(f"select <{WIDE} x i1> {exchanged}, {_VECTOR} {other}, {_VECTOR} {one}")
+        chosen = line(f"select <{WIDE} x i1> {exchanged}, {VECTOR} {other}, {VECTOR} {one}")
         second = line(f"and {_WHOLE} {quarters}, {_whole(2)}")
         sign = line(f"shl {_WHOLE} {second}, {_whole(62)}")
-        as_bits = line(f"bitcast {_VECTOR} {chosen} to {_WHOLE}")
+        as_bits = line(f"bitcast {VECTOR} {chosen} to {_WHOLE}")
         signed = line(f"xor {_WHOLE} {as_bits}, {sign}")
-        results.append(line(f"bitcast {_WHOLE} {signed} to {_VECTOR}"))
+        results.append(line(f"bitcast {_WHOLE} {signed} to {VECTOR}"))
     return results[0], results[1]
 
 
 def trigonometry_code() -> str:
     """void pendpin_trigonometry(double *x, int64 n, double *sines, double *cosines), n up to the next multiple of WIDE."""
     line = _Lines()
-    size = line(f"call {_VECTOR} @llvm.fabs.v{WIDE}f64({_VECTOR} %x)")
-    near = line(f"fcmp ole {_VECTOR} {size}, {_constant(FAR)}")
+    size = line(f"call {VECTOR} @llvm.fabs.v{WIDE}f64({VECTOR} %x)")
+    near = line(f"fcmp ole {VECTOR} {size}, {_constant(FAR)}")
     bits = line(f"bitcast <{WIDE} x i1> {near} to i{WIDE}")
     all_near = line(f"icmp eq i{WIDE} {bits}, -1")
     looking = list(line.lines)
@@ -126,14 +120,14 @@ def trigonometry_code() -> str:
     computing, calls = line.lines[len(looking) :], _Lines()
     far = {"sin": "undef", "cos": "undef"}
     for i in range(WIDE):
-        calls.lines.append(f"  %x{i} = extractelement {_VECTOR} %x, i64 {i}")
+        calls.lines.append(f"  %x{i} = extractelement {VECTOR} %x, i64 {i}")
         for name, before in far.items():
             calls.lines.append(f"  %{name}{i} = call double @llvm.{name}.f64(double %x{i})")
-            calls.lines.append(f"  %far_{name}{i} = insertelement {_VECTOR} {before}, double %{name}{i}, i64 {i}")
+            calls.lines.append(f"  %far_{name}{i} = insertelement {VECTOR} {before}, double %{name}{i}, i64 {i}")
             far[name] = f"%far_{name}{i}"
     text = {"looking": looking, "computing": computing, "calls": calls.lines}
     return _FUNCTION.format(
-        name=TRIGONOMETRY, V=_VECTOR, wide=WIDE,
+        name=TRIGONOMETRY, V=VECTOR, wide=WIDE,
         all_near=all_near, sine=sine, cosine=cosine, far_sine=far["sin"], far_cosine=far["cos"],
         **{name: "\n".join(lines) for name, lines in text.items()},
     )  # fmt: skip

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices, Mask
+from pendpin.arrays import Array, Indices
 from pendpin.effects import Motion
 from pendpin.engines.base import CALLBACK_EVERY, CALLBACK_EVERY_SLOW, AngleEngine, Derivative, ProgressCallback, Sample
 from pendpin.engines.external_forces import centres_of, external_forces, forces, in_joint_frames, joints_of, motion_of
-from pendpin.engines.hamilton import CanonicalForm
+from pendpin.engines.hamilton import CanonicalForm, mirror_upper
 from pendpin.engines.loads import Loads
 from pendpin.model.bodies import pinocchio, with_gravity
 from pendpin.model.build import Model
@@ -30,11 +30,6 @@ class Revolute(AngleEngine):
     def _pin(self) -> Any:
         """The model in the constant fields, made where it is used: on compiled equations that may be nowhere."""
         return with_gravity(self.model.pin, self.loads.constant)
-
-    @cached_property
-    def _upper(self) -> Mask:
-        """The upper triangle of a matrix (nv, nv)."""
-        return np.triu(np.ones((self._pin.nv, self._pin.nv), bool))
 
     @cached_property
     def _data(self) -> Any:
@@ -97,8 +92,7 @@ class Revolute(AngleEngine):
 
     def compliance(self, q: Array, joints: Indices) -> Array:
         """Columns (nv, k) of Pinocchio's inverse mass matrix at q (nv,)."""
-        inverse = pinocchio().computeMinverse(self._pin, self._data, q)
-        return np.where(self._upper, inverse, inverse.T)[:, joints]  # Pinocchio fills the upper triangle
+        return mirror_upper(pinocchio().computeMinverse(self._pin, self._data, q))[:, joints]
 
     @property
     def _loaded(self) -> bool:
@@ -112,12 +106,9 @@ class Revolute(AngleEngine):
         if loads.varying:
             self._pin.gravity.linear = loads.field(t)
         tau = (self._no_torque if loads.torque is None else loads.torque(t, q, v)) + torque
-        external = self._external(t, q, v) if external is None else external
+        if external is None:
+            external = ()
+            if loads.wrench is not None:
+                wrench = partial(loads.wrench, t)
+                external = (external_forces(self._pin, self._data, q, v, self._com, self._places, wrench),)
         return pinocchio().aba(self._pin, self._data, q, v, tau, *external)
-
-    def _external(self, t: float, q: Array, v: Array) -> tuple[list, ...]:
-        """Pinocchio's last argument at q, v (nv,): none without body effects."""
-        if self.loads.wrench is None:
-            return ()
-        wrench = partial(self.loads.wrench, t)
-        return (external_forces(self._pin, self._data, q, v, self._com, self._places, wrench),)

@@ -20,10 +20,12 @@ class Schedule:
         self._carried = [place for place in self.needed if tape.operations[place][0] == "carried"]
         self._passed_on = [(tape.operations[place][1], self._cell(place).next) for place in self._carried]
         self._loops_of_passes = self._fused()
-        earliest = self._earliest(self._loops_of_passes)
-        self.loop = self._assign_loops(earliest)  # place -> its loop
+        self.loop = self._assign_loops(self._earliest(self._loops_of_passes))  # place -> its loop
         self.loops = sorted(set(self.loop.values()))
-        self.late = self._find_late()
+        self.late = set[int]()  # the operations of no rod that are computed after the loops
+        for place in self.needed:
+            if tape.operations[place][0] == "last" or not self.late.isdisjoint(tape.operands[place]):
+                self.late.add(place)
         self.stored = self._stored()  # what a rod's operations leave for later loops
 
     def carried(self, loop: int) -> list[tuple[int, Cell]]:
@@ -57,14 +59,6 @@ class Schedule:
         """Whether each loop reads an operation of a rod anew: states, their sines, and what depends on parameters alone."""
         name = self.tape.operations[place][0]
         return self.tape.fixed[place] or name in LEAVES or self.is_trigonometric(place)
-
-    def _find_late(self) -> set[int]:
-        """The operations of no rod that are computed after the loops."""
-        late: set[int] = set()
-        for place in self.needed:
-            if self.tape.operations[place][0] == "last" or not late.isdisjoint(self.tape.operands[place]):
-                late.add(place)
-        return late
 
     def _fused(self) -> list[int]:
         """The loop of each pass: the first in its direction in which all that it carries can be computed."""

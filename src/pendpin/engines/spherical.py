@@ -168,8 +168,16 @@ class Spherical(Thin):
 
     @cached_property
     def _pin(self) -> Any:
-        """The chain on spherical joints, made where it is used: on compiled equations that may be nowhere."""
-        return _spherical_chain(self.chain, self.loads.constant)
+        """The chain on spherical joints in the constant fields, made where it is used: for compiled equations it is not."""
+        pin, chain = pinocchio(), self.chain
+        model, joint, offset = with_gravity(pin.Model(), self.loads.constant), 0, np.zeros(3)
+        for i in range(chain.n):
+            joint = model.addJoint(joint, pin.JointModelSpherical(), pin.SE3(np.eye(3), offset), f"spherical_{i + 1}")
+            axial = chain.I1[i] + chain.m[i] * chain.h[i] ** 2  # any value but zero
+            central = np.diag([chain.I1[i], chain.I2[i], axial])
+            append_body(model, joint, pin.Inertia(chain.m[i], np.array([0, 0, -chain.h[i]]), central))
+            offset = np.array([0, 0, -chain.l[i]])
+        return model
 
     def pack(self, q: Array, v: Array) -> Array:
         """Unit quaternions and angular velocities of the relative rotations, (7 n,)."""
@@ -223,29 +231,18 @@ class Spherical(Thin):
         return counted(derivative, progress)
 
 
-def _spherical_chain(chain: ChainInertia, field: Array):
-    """A pin.Model of the chain on spherical joints, in a uniform field (3,) in m/s², W."""
-    pin = pinocchio()
-    model = with_gravity(pin.Model(), field)
-    joint, offset = 0, np.zeros(3)
-    for i in range(chain.n):
-        joint = model.addJoint(joint, pin.JointModelSpherical(), pin.SE3(np.eye(3), offset), f"spherical_{i + 1}")
-        axial = chain.I1[i] + chain.m[i] * chain.h[i] ** 2  # any value but zero
-        central = np.diag([chain.I1[i], chain.I2[i], axial])
-        append_body(model, joint, pin.Inertia(chain.m[i], np.array([0, 0, -chain.h[i]]), central))
-        offset = np.array([0, 0, -chain.l[i]])
-    return model
-
-
-def _quaternion_rate() -> Array:
-    """The tensor T of q' = T q omega / 2 for q = (x, y, z, w) and omega in the body's frame, as (4, 12) for q @ T."""
-    T = np.zeros((4, 4, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        T[i, 3, i], T[i, j, k], T[i, k, j], T[3, i, i] = 0.5, 0.5, -0.5, -0.5
-    return T.transpose(1, 0, 2).reshape(4, 12).copy()
-
-
-_QUATERNION_RATE = _quaternion_rate()
+# The tensor T of q' = T q omega / 2 for q = (x, y, z, w) and omega in the body's frame, as (4, 12) for q @ T
+_QUATERNION_RATE = (
+    np.array(
+        [
+            [0, 0, 0, 0, 0, -1, 0, 1, 0, -1, 0, 0],
+            [0, 0, 1, 0, 0, 0, -1, 0, 0, 0, -1, 0],
+            [0, -1, 0, 1, 0, 0, 0, 0, 0, 0, 0, -1],
+            [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0],
+        ]
+    )
+    / 2.0
+)
 
 
 def _rotations(quaternions: Array) -> Array:

@@ -71,7 +71,7 @@ class _Tangents:
             if place in active:
                 for j, found in enumerate(self._found):
                     tangent = self._tangent(place, j)
-                    if isinstance(tangent, Term) or tangent != 0:
+                    if not _is_zero(tangent):
                         found[place] = tangent
         for (j, number, cell), new in self._cells.items():
             cells = self.tape.passes[number].cells
@@ -80,25 +80,21 @@ class _Tangents:
 
     def _active(self, needed: Sequence[int]) -> set[int]:
         """The operations that change in some direction."""
-        active: set[int] = set()
+        active, directions = set[int](), [one for group in self._groups for one in group]
         while True:
             before = len(active)
             for place in needed:
                 name, *rest = self.tape.operations[place]
-                if name in LEAVES and name not in {"carried", "last"}:
-                    changes = self._is_varied(name, rest)
+                if name == "parameter":
+                    changes = any(rest[0] in (one.of_rods if rest[1] else one.shared) for one in directions)
+                elif name == "time":
+                    changes = any(one.time for one in directions)
                 else:
-                    changes = not active.isdisjoint(self.tape.sources(place))
+                    changes = name == "state" or not active.isdisjoint(self.tape.sources(place))
                 if changes:
                     active.add(place)
             if len(active) == before:
                 return active
-
-    def _is_varied(self, name: str, rest: Sequence[Any]) -> bool:
-        """Whether some direction changes a leaf."""
-        if name == "parameter":
-            return any(rest[0] in (one.of_rods if rest[1] else one.shared) for group in self._groups for one in group)
-        return name == "state" or (name == "time" and any(one.time for group in self._groups for one in group))
 
     def _tangent(self, place: int, j: int) -> Any:
         """The derivative of one operation in the directions of group j, a term or 0."""
@@ -115,9 +111,9 @@ class _Tangents:
             return 0.0  # their entries have derivatives
         operands = self.tape.operands[place]
         terms, changes = [_term(self.tape, x) for x in operands], [self._found[j].get(x, 0.0) for x in operands]
-        if all(not isinstance(x, Term) and x == 0 for x in changes):
+        if all(map(_is_zero, changes)):
             return 0.0
-        return chain_rule(self.tape, name, Term(self.tape, place), terms, changes)
+        return _apply_chain_rule(self.tape, name, Term(self.tape, place), terms, changes)
 
     def _cell(self, j: int, number: int, cell: int) -> int:
         """The cell of a pass for the derivative of another; what it holds is known when all derivatives are."""
@@ -157,7 +153,7 @@ class _Tangents:
         return sum((sums[3 * i + power] * change for power, change in enumerate(changes)), 0.0)
 
 
-def chain_rule(tape: Tape, name: str, result: Term, operands: Sequence[Any], changes: Sequence[Any]) -> Any:
+def _apply_chain_rule(tape: Tape, name: str, result: Term, operands: Sequence[Any], changes: Sequence[Any]) -> Any:
     """The change of an operation's result from those of its operands, terms or numbers."""
     if name in {"add", "sub", "mul", "div", "pow", "min", "max"}:
         return _differentiate_binary(tape, name, result, *operands, *changes)

@@ -349,7 +349,11 @@ class Term:
 @cache
 def recorded() -> Any:
     """The functions of the number type (as in pendpin.equations.numbers), over object arrays of terms and numbers."""
-    recording = {name: _recording(name) for name in FUNCTIONS} | {"sin": _sine, "cos": _cosine}
+    sine, cosine = _recording("sin"), _recording("cos")
+    recording: dict[str, Callable[..., Any]] = {name: _recording(name) for name in FUNCTIONS}
+    # the sine of -x as -sin x: the function of the angle itself
+    recording["sin"] = lambda x: sine(x) if (own := _unsigned(x)) is x else -sine(own)
+    recording["cos"] = lambda x: cosine(_unsigned(x))
     functions = {name: np.frompyfunc(function, 1, 1) for name, function in recording.items()}
     pairs = {name: np.frompyfunc(_recording(name[:3]), 2, 1) for name in ("minimum", "maximum")}
     return SimpleNamespace(asarray=np.asarray, weighted_roots=_weighted_roots, **functions, **pairs)
@@ -361,17 +365,6 @@ def _recording(name: str) -> Callable[..., Any]:
         return terms[0].tape.record(name, *operands) if terms else float(_ON_FLOATS[name](*operands))
 
     return function
-
-
-def _sine(x: Any) -> Any:
-    """sin x, of -x as -sin x: the function of the angle itself."""
-    own = _unsigned(x)
-    return _recording("sin")(x) if own is x else -_recording("sin")(own)
-
-
-def _cosine(x: Any) -> Any:
-    """cos x, of -x as cos x."""
-    return _recording("cos")(_unsigned(x))
 
 
 def _unsigned(x: Any) -> Any:

@@ -22,11 +22,11 @@ Body = Callable[[Any], Any]  # what arrives at a rod -> what it passes on
 
 def recorded_by_rod(tape: Tape) -> Any:
     """The functions of the number type, as `recorded`, with passes over all rods of a chain on this tape."""
-    passes = {"outward": _outward, "inward": _inward, "total": _total}
+    passes = {"outward": _record_outward, "inward": _record_inward, "total": _record_total}
     return SimpleNamespace(**vars(recorded()), **{name: partial(function, tape) for name, function in passes.items()})
 
 
-def _outward(tape: Tape, step: Step, base: Any, parents: Sequence[int]) -> list[Any]:
+def _record_outward(tape: Tape, step: Step, base: Any, parents: Sequence[int]) -> list[Any]:
     """As `outward`, for the links (n,) of one rod; `base` is what the first rod of the chain receives."""
     done: list[tuple[Any, Any]] = []
 
@@ -38,7 +38,7 @@ def _outward(tape: Tape, step: Step, base: Any, parents: Sequence[int]) -> list[
     return [result for _, result in done]
 
 
-def _inward(
+def _record_inward(
     tape: Tape, step: Step, own: Sequence[Any], join: Callable[[Any, Any], Any], parents: Sequence[int]
 ) -> list[Any]:
     """As `inward`, for the links (n,) of one rod; nothing hangs on the last rod of the chain."""
@@ -53,7 +53,7 @@ def _inward(
     return [result for _, result in done]
 
 
-def _total(tape: Tape, x: Array) -> Any:
+def _record_total(tape: Tape, x: Array) -> Any:
     """The sum of the numbers (k,) of all rods."""
     own = np.sum(x)
     return _record(tape, False, lambda before: before + own, np.zeros(1), np.array([own]))[0]
@@ -89,13 +89,12 @@ def _label(x: Any) -> Hashable:
 def _classes(tape: Tape, histories: Sequence[tuple[Hashable, ...]]) -> list[int | None]:
     """The cell of each entry, by what it was from rod to rod: none if that is always the same, one for equal entries."""
     cells: dict[Hashable, int] = {}
-    return [None if _stays(tape, history) else cells.setdefault(history, len(cells)) for history in histories]
 
+    def is_same(history: tuple[Hashable, ...]) -> bool:
+        label = history[0]
+        return len(set(history)) == 1 and not (isinstance(label, tuple) and tape.by_rod[label[1]])
 
-def _stays(tape: Tape, history: tuple[Hashable, ...]) -> bool:
-    """Whether an entry is the same at all rods."""
-    label = history[0]
-    return len(set(history)) == 1 and not (isinstance(label, tuple) and tape.by_rod[label[1]])
+    return [None if is_same(history) else cells.setdefault(history, len(cells)) for history in histories]
 
 
 def _entries(x: Any) -> list[Any]:

@@ -12,7 +12,7 @@ from pendpin.graphics.drawing import WORLD, Drawing, Joint, Shape
 from pendpin.graphics.shapes import rod_shapes, urdf_shapes
 from pendpin.model import kinematics
 from pendpin.model.build import Model
-from pendpin.model.of_run import leaving, model_of
+from pendpin.model.model_of_run import leaving, model_of
 from pendpin.model.urdf_written import ignored
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import Trajectory

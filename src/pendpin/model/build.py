@@ -24,7 +24,7 @@ from pendpin.model.bodies import (
     with_masses,
 )
 from pendpin.model.from_pin import plain_copy
-from pendpin.model.indefinite import always_positive
+from pendpin.model.positive_mass import always_positive
 from pendpin.model.read_urdf import Urdf, content, read_urdf
 from pendpin.model.urdf_written import WrittenJoint
 from pendpin.scene import Chain, PinModel, Rod, Start, UrdfModel, Values

@@ -133,6 +133,11 @@ def scale(model: Model) -> float:
     return chain_length(model) or 1.0
 
 
+def marks_at(model: Model, q: Array) -> Array:
+    """The marks of states q (n, nv), (n, bodies, 3) m in W."""
+    return marks(model, tips(model, poses(model, q)), q)
+
+
 def marks(model: Model, link_tips: Array, q: Array) -> Array:
     """The points by which motions q (n, nv) are compared, (n, bodies, 3) m in W, from their tips.
 

@@ -26,7 +26,7 @@ class Start(Record):
 
         Friction is left out. Raises InputError if there is no equilibrium.
         """
-        from pendpin.simulation.starts import at_rest
+        from pendpin.simulation.special_starts import at_rest
 
         return at_rest(scene)
 
@@ -40,6 +40,6 @@ class Start(Record):
         I3 / (I1 + m h²) sin(angle) tan²(angle); beyond 1 % of the angle that is noted. Raises InputError for scenes
         without a cone.
         """
-        from pendpin.simulation.starts import conical
+        from pendpin.simulation.special_starts import conical
 
         return conical(scene, angle)

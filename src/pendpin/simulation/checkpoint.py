@@ -115,7 +115,7 @@ class FileSaver(Saver):
 
     def resume(self, first: RunState) -> RunState:
         """The state in the file, or `first` where there is none."""
-        return load(self._path, self._run, first) if os.path.exists(self._path) else first
+        return read_state(self._path, self._run, first) if os.path.exists(self._path) else first
 
     @property
     def due(self) -> bool:
@@ -125,7 +125,7 @@ class FileSaver(Saver):
     def save(self, state: RunState) -> None:
         """Write the file."""
         try:
-            save(self._path, self._run, state)
+            write_state(self._path, self._run, state)
         except InputError as error:
             raise Halted(str(error)) from None
         self._saved = time.perf_counter()
@@ -164,7 +164,7 @@ def identity(scene: Scene, energy_balance: bool, engine: str) -> dict[str, Any]:
     )
 
 
-def save(path: Path, run: dict[str, Any], state: RunState) -> None:
+def write_state(path: Path, run: dict[str, Any], state: RunState) -> None:
     """Write the state of a run, whole or not at all. Raises InputError if that fails."""
     counts = np.array([state.steps, state.evaluations, state.events, state.seconds])
     meta = np.array(json.dumps({"checkpoint": FORMAT, "run": run}))
@@ -174,7 +174,7 @@ def save(path: Path, run: dict[str, Any], state: RunState) -> None:
     write_whole(path, lambda file: np.savez(file, **arrays))
 
 
-def load(path: Path, run: dict[str, Any], first: RunState) -> RunState:
+def read_state(path: Path, run: dict[str, Any], first: RunState) -> RunState:
     """The state of this run in a file; its arrays have the shapes of those in `first`.
 
     Raises InputError for a file that is damaged, foreign or of another run; nothing in it is executed.

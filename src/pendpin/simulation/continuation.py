@@ -11,8 +11,7 @@ from pendpin.errors import InputError, RunError, shown
 from pendpin.integrators import Run
 from pendpin.scene import Scene, scene_of
 from pendpin.simulation.checkpoint import Saver
-from pendpin.simulation.integration import integrate_to_end
-from pendpin.simulation.loop import task_of
+from pendpin.simulation.integration import integrate_to_end, task_of
 from pendpin.simulation.motion_with_events import loop_of
 from pendpin.simulation.run import bind_for_run, fill_in
 from pendpin.trajectory import Trajectory, joined, samples_of

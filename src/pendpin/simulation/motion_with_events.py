@@ -21,8 +21,8 @@ from pendpin.integrators.events import (
     integrate_to_event,
 )
 from pendpin.simulation.checkpoint import RunState
-from pendpin.simulation.loop import IntegrationLoop, Task
-from pendpin.simulation.smooth_motion import SmoothLoop
+from pendpin.simulation.integration import IntegrationLoop, Task
+from pendpin.simulation.motion_without_events import SmoothLoop
 from pendpin.trajectory import Event
 from pendpin.versions import version
 

@@ -53,7 +53,7 @@ def in_processes(
         return
     context = get_context("spawn")  # heyoka and BLAS have threads, which a fork does not survive
     listening, open_end = context.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(workers, context, _tied, (listening,))
+    pool = ProcessPoolExecutor(workers, context, _tie, (listening,))
     try:
         with _without_interrupts():
             places = {pool.submit(task, job): place for place, job in enumerate(jobs)}
@@ -81,12 +81,12 @@ def _without_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _tied(link: Connection) -> None:
-    Thread(target=_end_with, args=(link,), daemon=True).start()
+def _tie(link: Connection) -> None:
+    """End this process when the other end of the link is closed, also by the end of its process."""
 
+    def wait() -> None:
+        with suppress(EOFError, OSError):
+            link.recv_bytes()
+        os._exit(1)
 
-def _end_with(link: Connection) -> None:
-    """Wait until the other end of the link is closed, also by the end of its process; then end this process."""
-    with suppress(EOFError, OSError):
-        link.recv_bytes()
-    os._exit(1)
+    Thread(target=wait, daemon=True).start()

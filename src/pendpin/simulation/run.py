@@ -22,9 +22,8 @@ from pendpin.records import LARGEST
 from pendpin.scene import Scene, method_of
 from pendpin.simulation.checkpoint import Checkpoint, FileSaver, RunState, Saver, identity
 from pendpin.simulation.energy_balance import EnergyBalance
-from pendpin.simulation.integration import integrate_to_end
+from pendpin.simulation.integration import integrate_to_end, task_of
 from pendpin.simulation.limits import Deadline, Patience, balanced
-from pendpin.simulation.loop import task_of
 from pendpin.simulation.motion_with_events import loop_of
 from pendpin.trajectory import Reactions, Stats, Trajectory
 
@@ -75,11 +74,17 @@ def run_scene(
         loop = deadline.waits_for(lambda: loop_of(task), compiles)
     except Halted as error:
         return _finished(scene, dynamics, None, replace(start, failure=error), saver.note)
-    notes = (*_note_jumps(scene), *pace_of_run.notes(scene.duration, scene.solver.step))
+    method, notes = scene.solver.method, pace_of_run.notes(scene.duration, scene.solver.step)
+    if method_of(method).damps and not built_in(scene.effects):  # a difference across a jump looks like a fast decay
+        jumps = f"{method} may be wrong where a function of your own jumps, as sign(v) does: compare with dop853"
+        notes = (jumps, *notes)
     run = replace(integrate_to_end(loop, q, v, saver, between), notes=notes)
     guarded = between is None and not anyway  # else something changed the state, or it is to run on with a wrong energy
     trajectory = _finished(scene, dynamics, task.balance, run, saver.note, guarded)
-    return _note_wrong_energy(trajectory) if anyway else trajectory
+    if not anyway or (count := balanced(trajectory)) == len(trajectory.t):
+        return trajectory
+    note = f"from t = {trajectory.t[count]:.6g} s on the energy is off by over a tenth of the energy exchanged"
+    return replace(trajectory, stats=replace(trajectory.stats, notes=(note, *trajectory.stats.notes)))
 
 
 def bind_for_run(scene: Scene) -> Dynamics:
@@ -92,14 +97,6 @@ def bind_for_run(scene: Scene) -> Dynamics:
     if scene.solver.engine in AUTOMATIC:
         dynamics.use_compiled_samples()
     return dynamics
-
-
-def _note_jumps(scene: Scene) -> tuple[str, ...]:
-    """A note on methods that may step over a jump: a difference across it looks like a fast decay, which they damp."""
-    method = scene.solver.method
-    if not method_of(method).damps or built_in(scene.effects):
-        return ()
-    return (f"{method} may be wrong where a function of your own jumps, as sign(v) does: compare with dop853",)
 
 
 def _choose_method(
@@ -140,15 +137,6 @@ def _finished(
     reason = f"the run ended at t = {stop:.10g} s of {end:.10g} s: {run.failure}"
     more = _remedy(dynamics, run) + (note if isinstance(run.failure, Halted) else "")
     raise run.failure.said(reason + more, trajectory)
-
-
-def _note_wrong_energy(run: Trajectory) -> Trajectory:
-    """The run, with a note that says from when on its energy is wrong, if it is."""
-    count = balanced(run)
-    if count == len(run.t):
-        return run
-    note = f"from t = {run.t[count]:.6g} s on the energy is off by over a tenth of the energy exchanged"
-    return replace(run, stats=replace(run.stats, notes=(note, *run.stats.notes)))
 
 
 def _cut(scene: Scene, run: Run, count: int, why: str) -> Run:
@@ -254,21 +242,14 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
 
 
 def _completed(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | None = None) -> tuple[Array, ...]:
-    """Of states q, v (n, nv) at t (n,): accelerations, wrenches, kinetic energy, potentials, tips and reactions."""
-    model = dynamics.model
-    a, wrench, poses, kinetic = _sampled(dynamics, t, q, v, torque)
+    """Of states q, v (n, nv) at t (n,): accelerations, wrenches, kinetic energy, potentials, tips and reactions.
+
+    In machine code where it serves; where that finds no finite number, the engine's own equations say why.
+    """
+    model, sampler = dynamics.model, dynamics.sampler
+    parts = None if sampler is None else sampler(t, q, v, torque)
+    if parts is None or not all(np.isfinite(part).all() for part in parts):
+        parts = (*dynamics.engine.evaluate(t, q, v, torque), *kinematics.poses_and_energy(model, q, v))
+    a, wrench, poses, kinetic = parts
     rods = reactions(model, q, wrench) or ()
     return a, wrench, kinetic, dynamics.potentials_at(q, poses), kinematics.tips(model, poses), *rods
-
-
-def _sampled(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | None) -> tuple[Array, ...]:
-    """Accelerations, wrenches, poses and kinetic energy of states q, v (n, nv) at t (n,), in machine code where it serves.
-
-    Where that finds no finite number, the engine's own equations say why.
-    """
-    if dynamics.sampler is not None:
-        parts = dynamics.sampler(t, q, v, torque)
-        if all(np.isfinite(part).all() for part in parts):
-            return parts
-    a, wrench = dynamics.engine.evaluate(t, q, v, torque)
-    return a, wrench, *kinematics.poses_and_energy(dynamics.model, q, v)

@@ -96,19 +96,14 @@ def _change_of(run: Trajectory, scene: Scene, key: str, change: Array, name: str
     step = _STEP / max(float(np.abs(change).max(initial=0.0)), 1 / abs(value) if value else 1.0)
     for offsets, weights in (_CENTRAL, _FORWARD):
         try:
-            scenes = [_moved(scene, key, value + k * step) for k in offsets]
+            scenes = [
+                scene if parsed(key)[0] == "start" else scene.replace({key: value + k * step}) for k in offsets
+            ]  # starts enter by the state
         except InputError:
             continue
-        sums = [
-            w * _quantity(run, s, k * step * change, name) for s, k, w in zip(scenes, offsets, weights, strict=True)
-        ]
-        return np.sum(sums, 0) / step
+        terms = zip(scenes, offsets, weights, strict=True)
+        return np.sum([w * _quantity(run, s, k * step * change, name) for s, k, w in terms], 0) / step
     raise InputError(f"{key}: values near {value:g} are refused, so {name} has no derivative by it")
-
-
-def _moved(scene: Scene, key: str, value: float) -> Scene:
-    """The scene with another number at a key path; starts enter by the state."""
-    return scene if parsed(key)[0] == "start" else scene.replace({key: value})
 
 
 def _quantity(run: Trajectory, scene: Scene, change: Array, name: str) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of, shown
 from pendpin.model.kinematics import of_each, poses, swings, tip_distance, tips
-from pendpin.model.of_run import swings_of
+from pendpin.model.model_of_run import swings_of
 from pendpin.scene import Scene, Start
 from pendpin.simulation.batches import Motions
 from pendpin.simulation.crossings import first_crossings

@@ -6,5 +6,5 @@ To add a result: a field in trajectory.py, its shape in reading.py, its name and
 
 from pendpin.trajectory.parts import KINDS, Counts, Energy, Event, Reactions, Stats, exchanged
 from pendpin.trajectory.reading import event_arrays, read_array, read_events
-from pendpin.trajectory.samples import joined, samples_of
+from pendpin.trajectory.slicing import joined, samples_of
 from pendpin.trajectory.trajectory import Trajectory

@@ -82,10 +82,15 @@ def place_of(run: Any, name: str) -> Place:
 def column(run: Any, name: str) -> Array:
     """One quantity of a run by its name, (n,). Raises InputError that says which name was probably meant.
 
-    energy_drift, beside the columns: the change of the energy over the energy exchanged at the end.
+    energy_drift, beside the columns: the change of the energy over the energy exchanged at the end; where it is conserved.
     """
     if name == DRIFT:
-        return _drift(run)
+        if not run.stats.conservative:
+            raise InputError(
+                "energy_drift: an effect of this run has no potential; work_ of each effect explains its energy"
+            )
+        energy = run.energy()
+        return (energy.total - energy.total[:1]) / energy.exchanged[-1:]
     part, index = place_of(run, name)
     if part == "energy":
         return run.kinetic + run.potential
@@ -93,13 +98,3 @@ def column(run: Any, name: str) -> Array:
         return run.work[part]
     array = getattr(run.rod_reactions, part) if part in Reactions._fields else getattr(run, part)
     return np.asarray(array[index])
-
-
-def _drift(run: Any) -> Array:
-    """(n,). Raises InputError where energy is not conserved."""
-    if not run.stats.conservative:
-        raise InputError(
-            "energy_drift: an effect of this run has no potential; work_ of each effect explains its energy"
-        )
-    energy = run.energy()
-    return (energy.total - energy.total[:1]) / energy.exchanged[-1:]

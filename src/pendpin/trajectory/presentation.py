@@ -56,11 +56,8 @@ def summary(run: Any) -> Summary:
         rows[f"{name}, second half"] = _extreme(values[half:, None], run.t[half:], np.max, unit, [""])
     rows |= _rest(run)
     if run.rod_reactions is not None:
-        rods = (
-            [f"rod {i + 1}" for i in range(run.rod_reactions.R1.shape[1])]
-            if run.rod_reactions.R1.shape[1] > 1
-            else [""]
-        )
+        count = run.rod_reactions.R1.shape[1]
+        rods = [f"rod {i + 1}" for i in range(count)] if count > 1 else [""]
         for name, unit in (*((force, "N") for force in FORCES), ("M3", "N m")):
             values = getattr(run.rod_reactions, name)
             if values.any():
@@ -128,15 +125,12 @@ def text(run: Any) -> str:
     """Three lines: model and method, errors, extremes."""
     if not len(run.t):
         return "Trajectory without samples"
-    return "\n".join([_what(run), _trust(run), _extremes(run)])
-
-
-def _what(run: Any) -> str:
     stats = run.stats
-    return (
+    first = (
         f"Trajectory of {_model(run)}: {run.t[0]:g} to {run.t[-1]:g} s, {len(run.t)} samples, "
         f"{stats.method} with {stats.setting}, {stats.steps} steps"
     )
+    return "\n".join([first, _trust(run), _extremes(run)])
 
 
 def _trust(run: Any) -> str:

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Sequence
 from dataclasses import fields
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,7 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
     reactions = Reactions(*(read_array(file, name, universal) for name in Reactions._fields)) if universal else None
     kinds = [name.removeprefix("work_") for name in file.headers if name.startswith("work_")]
     work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
-    if work and not _fits(set(work), {str(effect.get("kind")) for effect in scene.get("effects") or ()}):
+    if work and not _are_of_effects(set(work), {str(effect.get("kind")) for effect in scene.get("effects") or ()}):
         raise ValueError("its works are not those of its scene's effects")
     arrays |= {"events": read_events(file, joints), "held": _read_outputs(file, nv)}
     return arrays | {"joints": joints, "rod_reactions": reactions, "work": work, "stats": stats, "scene": scene}
@@ -52,7 +52,7 @@ def _read_outputs(file: ArrayFile, nv: int) -> tuple[Array, ...]:
     return tuple(read_array(file, f"held_{i}", shape) for i, shape in enumerate(shapes))
 
 
-def _fits(works: set[str], kinds: set[str]) -> bool:
+def _are_of_effects(works: set[str], kinds: set[str]) -> bool:
     """Whether works are those of effects of these kinds; as_written stands for others, as many as its file writes."""
     if AS_WRITTEN[0] in kinds:
         return kinds - set(AS_WRITTEN) <= works <= kinds | set(AS_WRITTEN)
@@ -100,20 +100,15 @@ def read_array(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = 
     return array
 
 
-def _is_scene(scene: Any) -> TypeGuard[dict[str, Any]]:
-    """Whether a value is a table with a table of a model and a list of tables of effects, or without these."""
-    if not isinstance(scene, dict) or not isinstance(scene.get("effects") or [], list):
-        return False
-    return all(isinstance(table, dict) for table in [scene.get("model") or {}, *(scene.get("effects") or [])])
-
-
 def _read_meta(file: ArrayFile) -> tuple[dict[str, Any], Stats]:
     """The record of the run and its Stats. Raises ValueError where they do not fit."""
     meta = json.loads(str(read_array(file, "meta", (), text=True)))
     if not isinstance(meta, dict) or meta.get("format") != FORMAT:
         raise ValueError("its format is of another version of pendpin")
     scene = meta.get("scene")
-    if not _is_scene(scene):
+    if not isinstance(scene, dict) or not isinstance(effects := scene.get("effects") or [], list):
+        raise ValueError("meta holds no scene")
+    if not all(isinstance(table, dict) for table in (scene.get("model") or {}, *effects)):
         raise ValueError("meta holds no scene")
     try:
         recorded = {f.name: meta[f.name] for f in fields(Stats) if f.name in meta}

@@ -1,7 +1,7 @@
 """The result of a run: arrays over time, statistics, and the file that holds them."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -69,7 +69,7 @@ class Trajectory:
     @cached_property
     def slides(self) -> frozenset[str] | None:
         """The names of the prismatic joints; None where the model cannot be built again, as when its URDF is gone."""
-        from pendpin.model.of_run import slides_of
+        from pendpin.model.model_of_run import slides_of
 
         try:
             return slides_of(self)
@@ -79,7 +79,7 @@ class Trajectory:
     @cached_property
     def swing(self) -> Array:
         """The largest angle of any rod from hanging straight down, (n,) rad; NaN as `slides` and where none can swing."""
-        from pendpin.model.of_run import swings_of
+        from pendpin.model.model_of_run import swings_of
 
         try:
             return swings_of(self)
@@ -90,22 +90,27 @@ class Trajectory:
         """Whether another run is of the same scene and holds the same numbers."""
         if not isinstance(other, Trajectory):
             return NotImplemented
-        named = [(run.joints, run.scene, run.events, run.work.keys()) for run in (self, other)]
-        return named[0] == named[1] and all(map(np.array_equal, self._arrays(), other._arrays()))
+        one, two = ((run.joints, run.scene, run.events, run.arrays.keys(), len(run.held)) for run in (self, other))
+        if one != two or not all(map(np.array_equal, self.held, other.held)):
+            return False
+        return all(np.array_equal(array, other.arrays[name]) for name, array in self.arrays.items())
 
     def __hash__(self) -> int:
         """Equal runs have equal hashes."""
         return hash((self.joints, len(self.t)))
 
-    def _arrays(self) -> list[Array]:
-        """Every array, in a fixed order; an empty one for each that there is not."""
-        rods = [np.empty(0)] * len(Reactions._fields) if self.rod_reactions is None else list(self.rod_reactions)
-        return (
-            [getattr(self, name) for name in ARRAYS]
-            + rods
-            + [self.work[kind] for kind in sorted(self.work)]
-            + list(self.held)
-        )
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """Every array with a row for each sample, by its name in the file of a run."""
+        rods = {} if self.rod_reactions is None else self.rod_reactions._asdict()
+        work = {f"work_{kind}": work for kind, work in self.work.items()}
+        return {name: getattr(self, name) for name in ARRAYS} | rods | work
+
+    def with_arrays(self, arrays: Mapping[str, Array]) -> Self:
+        """The run with other arrays by these names."""
+        rods = self.rod_reactions and Reactions(*(arrays[name] for name in Reactions._fields))
+        work = {kind: arrays[f"work_{kind}"] for kind in self.work}
+        return replace(self, **{name: arrays[name] for name in ARRAYS}, rod_reactions=rods, work=work)
 
     @property
     def _sampled(self) -> Self:
@@ -132,7 +137,7 @@ class Trajectory:
         Raises:
             InputError: for other names, and if the run's model cannot be built again.
         """
-        from pendpin.model.of_run import express_wrench
+        from pendpin.model.model_of_run import express_wrench
 
         return express_wrench(self._sampled, joint, frame, point, on)
 
@@ -281,7 +286,7 @@ class Trajectory:
     def sound(self) -> int:
         """The number of samples before the first with a number that is not finite or beyond LARGEST."""
         n = len(self.t)
-        arrays = [getattr(self, name).reshape(n, -1) for name in ARRAYS] + list(self.rod_reactions or ())
+        arrays = [array.reshape(n, -1) for name, array in self.arrays.items() if not name.startswith("work_")]
         if all(np.abs(array).max(initial=0.0) <= LARGEST for array in arrays):  # False for NaN
             return n
         return int(np.argmin(np.all([(np.abs(array) <= LARGEST).all(1) for array in arrays], 0)))
@@ -291,16 +296,10 @@ class Trajectory:
         if Path(path).suffix.lower() in TABLES:
             raise InputError(f"{path}: save writes .npz; to_csv({str(path)!r}) writes this run as a table")
         refuse_other_format(Path(path), ".npz")
-        arrays: dict[str, Any] = {name: getattr(self._sampled, name) for name in ARRAYS} | {
-            "joints": np.array(self.joints)
-        }
-        if self.rod_reactions is not None:
-            arrays |= self.rod_reactions._asdict()
-        arrays |= {f"work_{kind}": work for kind, work in self.work.items()}
-        arrays |= {f"held_{i}": outputs for i, outputs in enumerate(self.held)}
-        arrays |= event_arrays(self.events)
-        meta = {"format": FORMAT, "scene": self.scene, **asdict(self.stats)}
-        arrays["meta"] = np.array(json.dumps(meta))
+        held = {f"held_{i}": outputs for i, outputs in enumerate(self.held)}
+        meta = json.dumps({"format": FORMAT, "scene": self.scene, **asdict(self.stats)})
+        texts = {"joints": np.array(self.joints), "meta": np.array(meta)}
+        arrays: dict[str, Any] = self._sampled.arrays | held | event_arrays(self.events) | texts
         return write_whole(Path(path), lambda file: write_arrays(file, arrays))
 
     @classmethod

@@ -10,6 +10,7 @@ from pendpin.scene import method_of
 from pendpin.simulation.accuracy.thresholds import SETTING
 
 TAYLOR, HIGH_ORDER = "taylor", "dop853"
+UNITS = (("days", 86_400.0), ("hours", 3_600.0), ("minutes", 60.0))  # s
 
 
 @dataclass(frozen=True)
@@ -55,15 +56,9 @@ class Refinement:
     def describe_too_many(self, steps: float, seconds: float) -> str:
         """What is said of a run of more than `most_steps`."""
         order = f" is of order {self.order:g} and" if self.spacing else ""
+        unit, size = next((unit for unit in UNITS if seconds > 2 * unit[1]), ("s", 1.0))
         higher = "" if self.method in (HIGH_ORDER, TAYLOR) else f"; take a method of higher order, such as {HIGH_ORDER}"
-        return f"{self.method}{order} would take about {steps:.0e} steps, {_describe_duration(seconds)}{higher}"
-
-
-def _describe_duration(seconds: float) -> str:
-    for unit, size in (("days", 86_400.0), ("hours", 3_600.0), ("minutes", 60.0)):
-        if seconds > 2 * size:
-            return f"about {seconds / size:.0f} {unit}"
-    return f"about {seconds:.0f} s"
+        return f"{self.method}{order} would take about {steps:.0e} steps, about {seconds / size:.0f} {unit}{higher}"
 
 
 def refine_by_tolerance(method: str, accuracy: float, turned: float = 1.0) -> Refinement:

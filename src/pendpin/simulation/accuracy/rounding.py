@@ -20,7 +20,7 @@ from pendpin.dynamics.binding.contacts import check_start
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Engine
 from pendpin.model.build import build, start_state
-from pendpin.model.kinematics import marks, poses, tip_distance, tips
+from pendpin.model.kinematics import marks_at, tip_distance
 from pendpin.scene import Scene, Start
 from pendpin.simulation.accuracy.runs import Attempt, Runs, compute_speeds, measure_gap
 from pendpin.simulation.accuracy.thresholds import INSTABILITY, ROUNDING
@@ -94,7 +94,7 @@ def compute_start_rounding(scene: Scene, length: float) -> float:
     """How far half a unit of rounding of the start's positions moves the tips, over the length."""
     model = build(scene.model)
     q, _ = start_state(model, scene.start)
-    exact, rounded = (marks(model, tips(model, poses(model, x[None])), x[None]) for x in (q, q - EPS / 2 * q))
+    exact, rounded = (marks_at(model, x[None]) for x in (q, q - EPS / 2 * q))
     return float(tip_distance(exact, rounded, length)[0])
 
 

@@ -10,7 +10,7 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
 from pendpin.model.build import Model, build
-from pendpin.model.kinematics import chain_length, marks, poses, tip_distance, tips
+from pendpin.model.kinematics import chain_length, marks, marks_at, tip_distance
 from pendpin.scene import FIXED_METHODS, Scene, scene_of
 from pendpin.simulation.accuracy.thresholds import SAMPLE
 from pendpin.simulation.checkpoint import RunState
@@ -64,7 +64,7 @@ class Runs:
     def run(self, scene: Scene, denser: int = 1, between: Between | None = None, longest: float = np.inf) -> Trajectory:
         """A run of a scene with a method and its setting; if too coarse, it may end early. `between`: as in the loop.
 
-        `longest` in s limits its steps.
+        `longest` in s limits its steps. Raises RunError where it ends early for another reason.
         """
         if scene.solver.step is not None and scene.solver.step > longest:
             scene = scene.by(scene.solver.method, longest)
@@ -76,15 +76,11 @@ class Runs:
         except RunError as error:
             run, coarse = error.partial, scene.solver.method in FIXED_METHODS
             if not coarse and run.stats.stopped != ENERGY_ERROR:
-                raise self._describe_failure(run, denser, str(error)) from None
+                reason = f"with {run.stats.method}, {run.stats.setting}, {error}"
+                message = f"accuracy {self.scene.solver.accuracy:g} is not met: {reason}"
+                raise RunError(message, self.keep_output_times(_thin_out(run, denser))) from None
         self.seconds += run.stats.seconds
         return _thin_out(run, denser)
-
-    def _describe_failure(self, run: Trajectory, denser: int, why: str) -> RunError:
-        """The error of a search in which a run ends early for another reason than that it is coarse."""
-        target, stats = self.scene.solver.accuracy, run.stats
-        message = f"accuracy {target:g} is not met: with {stats.method}, {stats.setting}, {why}"
-        return RunError(message, self.keep_output_times(_thin_out(run, denser)))
 
     def run_differently(self, scene: Scene, before: Trajectory) -> Trajectory:
         """A run that differs from the one before: with denser samples if the first try is equal to it."""
@@ -116,11 +112,7 @@ def compute_points(run: Trajectory) -> Array:
     """The points by which runs are compared, (n, bodies, 3) m in W: see `kinematics.marks`."""
     if run.scene["model"]["kind"] == "chain":
         return run.tips
-    return marks(_rebuild_model(run), run.tips, run.q)
-
-
-def _rebuild_model(run: Trajectory) -> Model:
-    return build(scene_of(run).model)
+    return marks(build(scene_of(run).model), run.tips, run.q)
 
 
 def measure_gap(one: Trajectory, other: Trajectory, length: float, count: int) -> Array:
@@ -145,13 +137,10 @@ def _sample_closely(scene: Scene, every: int) -> Scene:
 
 def compute_speeds(run: Trajectory, length: float) -> Array:
     """The largest speed of a tip so far (n,), over a length, 1/s."""
-    model, rates = _rebuild_model(run), np.abs(run.v).max(initial=0.0)
+    model, rates = build(scene_of(run).model), np.abs(run.v).max(initial=0.0)
     if not rates:
         return np.zeros(len(run.t))
-    after, before = (
-        marks(model, tips(model, poses(model, q)), q)
-        for q in (run.q + x * run.v for x in (SAMPLE.step / rates, -SAMPLE.step / rates))
-    )
+    after, before = (marks_at(model, run.q + x * run.v) for x in (SAMPLE.step / rates, -SAMPLE.step / rates))
     return np.maximum.accumulate(tip_distance(after, before, length)) * rates / (2 * SAMPLE.step)
 
 
@@ -160,9 +149,9 @@ def compute_extent(run: Trajectory, length: float) -> float:
     return float(tip_distance(compute_points(run), compute_points(run)[:1], length).max())
 
 
-def choose_length(model: Model, run: Trajectory) -> float:
+def choose_length(model: Model, tips: Array) -> float:
     """The length that errors are divided by, m: the largest possible distance of a tip from W's origin; else the actual."""
-    return chain_length(model) or float(np.linalg.norm(run.tips, axis=-1).max()) or 1.0
+    return chain_length(model) or float(np.linalg.norm(tips, axis=-1).max()) or 1.0
 
 
 def _thin_out(run: Trajectory, every: int) -> Trajectory:

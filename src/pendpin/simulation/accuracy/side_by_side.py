@@ -8,13 +8,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pendpin.arrays import EPS, Array, Mask
-from pendpin.model.build import Model
-from pendpin.model.kinematics import chain_length, marks, of_each, poses, tip_distance, tips
+from pendpin.arrays import EPS, Mask
+from pendpin.model.kinematics import marks_at, of_each, tip_distance
 from pendpin.scene import Scene
 from pendpin.simulation.accuracy.estimate import Gaps, estimate_error
 from pendpin.simulation.accuracy.refinement import TAYLOR, refine_by_tolerance
-from pendpin.simulation.accuracy.runs import Runs
+from pendpin.simulation.accuracy.runs import Runs, choose_length
 from pendpin.simulation.accuracy.thresholds import ESTIMATE, ROUNDING, SETTING, VECTOR
 from pendpin.simulation.batches import Cases, Motions
 from pendpin.simulation.limits import Deadline
@@ -51,11 +50,11 @@ class Ladder:
     @np.errstate(invalid="ignore")  # a case that cannot be integrated to its end does not meet the target
     def _met(self, cases: Cases, runs: Sequence[Motions], coarsest: float) -> Mask:
         """Whether the error of the last of three runs of each case (c,), with rounding, is within the target."""
-        points = [of_each(_points, run.models, run.q) for run in runs]
+        points = [of_each(marks_at, run.models, run.q) for run in runs]
         met = np.zeros(len(cases.q), bool)
         for i, model in enumerate(cases.models):
             coarse, middle, fine = (of_case[i] for of_case in points)
-            length = chain_length(model) or float(np.linalg.norm(fine, axis=-1).max()) or 1.0
+            length = choose_length(model, fine)
             pairs = ((coarse, middle), (middle, fine))
             first, second = (np.maximum.accumulate(tip_distance(*pair, length)) for pair in pairs)
             gaps = Gaps(first, second, (VECTOR.finer, VECTOR.finer), self._refinement.pace, self._refinement.scatter)
@@ -67,8 +66,3 @@ class Ladder:
             error = estimate_error(gaps, size, rounding, ESTIMATE.negligible * self._target).error[-1]
             met[i] = error <= self._target and not alike
         return met
-
-
-def _points(model: Model, q: Array) -> Array:
-    """The points (n, bodies, 3) by which motions q (n, nv) are compared."""
-    return marks(model, tips(model, poses(model, q)), q)

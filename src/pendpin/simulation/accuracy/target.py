@@ -82,7 +82,7 @@ class _Search:
         run, self.units = run_first(runs, first, self.target) if scene.duration else (runs.run(first), 0.0)
         self.first = Attempt(first, self.refinement.first, run)
         self.attempts = [self.first]
-        self.length = choose_length(build(scene.model), self.last.run)
+        self.length = choose_length(build(scene.model), self.last.run.tips)
         self.first_gap: Array | None = None  # (n,), between the first run, which is shifted, and the second
         self.rounding: RoundingError | None = None
         self.chaos_denied = False  # whether a run to a small tolerance has shown that finer ones may meet the target

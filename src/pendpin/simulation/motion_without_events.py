@@ -11,8 +11,8 @@ from pendpin.integrators import Memory, Segment, StepPlan
 from pendpin.integrators.base import SHORTEST
 from pendpin.integrators.fixed import steps_in
 from pendpin.simulation.checkpoint import RunState
+from pendpin.simulation.integration import IntegrationLoop, Task
 from pendpin.simulation.limits import SamplesTooFew
-from pendpin.simulation.loop import IntegrationLoop, Task
 
 EVALUATIONS = 20_000  # in a segment, about: an interrupt loses at most these
 LEAST_EVALUATIONS = 2_000  # of a large model, whose evaluations take longer

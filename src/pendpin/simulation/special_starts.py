@@ -1,4 +1,4 @@
-"""Starts of particular motions: rest in equilibrium, and steady conical motion."""
+"""Starts of two particular motions: rest in equilibrium, and a steady cone."""
 
 import warnings
 from collections.abc import Callable
@@ -46,8 +46,10 @@ def at_rest(scene: Scene) -> Start:
             "start: there is no equilibrium near start.positions; give other positions, or remove effects that "
             "never come to rest"
         )
-    _refuse_beyond_stops(dynamics, rest)
-    return Start(time=time, positions=dict(zip(dynamics.model.joints, rest.tolist(), strict=True)))
+    contacts, joints = dynamics.contacts, dynamics.model.joints
+    if contacts is not None and (beyond := (rest < contacts.lower) | (rest > contacts.upper)).any():
+        raise InputError(f"start: the equilibrium of {joints[int(np.argmax(beyond))]} is beyond its stop")
+    return Start(time=time, positions=dict(zip(joints, rest.tolist(), strict=True)))
 
 
 def _hanging(dynamics: Dynamics, q: Array) -> Array | None:
@@ -102,14 +104,6 @@ def _stiffness(scene: Scene) -> Stiffness | None:
     except (InputError, MissingLibrary):
         return None
     return lambda _, q: equations.jacobian(0.0, q, np.zeros_like(q)).of_q
-
-
-def _refuse_beyond_stops(dynamics: Dynamics, q: Array) -> None:
-    """Raise InputError if an equilibrium q (nv,) is beyond a stop."""
-    contacts = dynamics.contacts
-    if contacts is not None and ((q < contacts.lower) | (q > contacts.upper)).any():
-        joint = dynamics.model.joints[int(np.argmax((q < contacts.lower) | (q > contacts.upper)))]
-        raise InputError(f"start: the equilibrium of {joint} is beyond its stop")
 
 
 def conical(scene: Scene, angle: float) -> Start:

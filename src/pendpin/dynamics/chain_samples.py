@@ -11,14 +11,13 @@ import numpy as np
 
 from pendpin.arrays import Array, applied, cross, dot, transposed
 from pendpin.dynamics.binding import bind_loads, bodies_of
-from pendpin.dynamics.parameters import Parameters, RodParameters
+from pendpin.dynamics.parameters import Parameters, begin_tape, list_parameters
 from pendpin.dynamics.symbols import external_wrenches, motion_in_links, tree_with_numbers
 from pendpin.effects import Bodies, Effect, Motion
 from pendpin.engines import Engine, Loads
 from pendpin.engines.machine_code import Block
 from pendpin.engines.spherical import Thin
-from pendpin.engines.tape import Recording, Tape, recorded
-from pendpin.engines.tape_passes import recorded_by_rod
+from pendpin.engines.tape import Recording
 from pendpin.equations import recursion, thin_recursion
 from pendpin.equations.base import JOINTS
 from pendpin.equations.passes import outward, total
@@ -26,7 +25,7 @@ from pendpin.equations.trees import Joint, Tree, joints_at, prepared
 from pendpin.model.build import Model
 
 PARTS = 3  # of what is given: positions, rates, further torques
-ACCELERATION, WRENCH, POSE = 2, 12, 12  # numbers of a rod
+ACCELERATION, WRENCH = 2, 12  # numbers of a rod; those of its pose follow
 _DOWN = np.array([0.0, 0.0, -1.0])  # along a rod, in its link frame
 
 
@@ -47,9 +46,8 @@ Equations = Callable[[Any, Array, Array, Array, Array | None], tuple[Array, Arra
 
 def record_samples(engine: Engine, effects: Sequence[Effect], start: float) -> Recording:
     """What is computed at a sample, recorded for one rod; that of a single rod is written out."""
-    tape, n = Tape(), _rods(engine.model)
-    by_rod = n > 1
-    numbers, xp = (RodParameters(n, tape), recorded_by_rod(tape)) if by_rod else (Parameters(tape), recorded())
+    by_rod = _rods(engine.model) > 1
+    tape, numbers, xp = begin_tape(engine.model, by_rod)
     state = tape.state_of_rod(PARTS, JOINTS) if by_rod else tape.state(PARTS * JOINTS)
     rows, kinetic = _sampled(engine, effects, start, numbers, xp)(tape.time(), *state.reshape(PARTS, JOINTS))
     if by_rod:
@@ -59,8 +57,7 @@ def record_samples(engine: Engine, effects: Sequence[Effect], start: float) -> R
 
 def parameters_of_samples(engine: Engine, effects: Sequence[Effect], start: float) -> Parameters:
     """The parameters of `record_samples`, and its structure."""
-    n = _rods(engine.model)
-    numbers = RodParameters(n) if n > 1 else Parameters()
+    numbers = list_parameters(engine.model, _rods(engine.model) > 1)
     numbers.constant("samples")
     _sampled(engine, effects, start, numbers, np)
     return numbers
