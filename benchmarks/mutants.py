@@ -37,18 +37,19 @@ from planting import Fault, faults_of
 TOP = Path(__file__).parents[1]
 SOURCE = TOP / "src" / "pendpin"
 EQUIVALENT = Path(__file__).with_name("equivalent_mutants.txt")
-TESTS = {  # of a module or a folder in src/pendpin: those that concern it
-    "dynamics/contacts.py": "contacts_exact contacts scene_contacts events energy_balance",
-    "dynamics/contact_guards.py": "contacts_exact contacts scene_contacts events",
-    "dynamics/falls.py": "contacts_exact contacts scene_contacts events",
-    "simulation/accuracy/": "accuracy_measures target_accuracy accuracy_laws error_estimates error_estimates_rounding",
+TESTS = {  # of files in src/pendpin, by what their paths begin with: those that concern them
+    "dynamics/contact": "contacts_exact contacts_routes contacts scene_contacts events energy_balance",
+    "dynamics/falls.py": "contacts_exact contacts_routes contacts scene_contacts events energy_balance",
+    "simulation/accuracy/": "accuracy_measures accuracy_on_paper target_accuracy accuracy_laws error_estimates "
+    "error_estimates_rounding",
     "simulation/crossings.py": "run_surface events special_states sweep",
     "simulation/energy_balance.py": "energy_balance scene_contacts",
     "simulation/series.py": "ensemble sweep",
     "effects/drag.py": "effects effects_drag effects_answers",
     "sweeps/measures.py": "sweep_measures stability_measures sweep",
     "sweeps/plan.py": "sweep sweep_stores",
-    "fitting/uncertainty.py": "fit_exact fit_errors fit_refused",
+    "fitting/uncertainty.py": "fit_exact fit_numbers fit_refused fit_errors",
+    "fitting/correlated_noise.py": "fit_exact fit_numbers fit_refused fit_errors",
     "fitting/parameters.py": "fit_exact fit_numbers fit_refused fit_errors",
     "fitting/data.py": "fit_exact fit_numbers fit_refused fit_errors",
     "trajectory/trajectory.py": "trajectory run_surface run_shown",

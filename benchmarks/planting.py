@@ -74,8 +74,10 @@ def _in_functions(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def _in_code(node: ast.AST) -> Iterator[ast.AST]:
-    """Expressions whose value counts: no messages or annotations."""
+    """Expressions whose value counts: no messages, annotations or assertions, such as the `strict` of zip."""
     if isinstance(node, ast.JoinedStr | ast.Raise | ast.Assert | ast.Import | ast.ImportFrom):
+        return
+    if isinstance(node, ast.keyword) and node.arg == "strict":
         return
     yield node
     for field, value in ast.iter_fields(node):

@@ -224,8 +224,7 @@ class Contacts:
         if not (backwards := resting & ~mode.held & (pushed < 0)).any():
             return backwards
         columns = np.abs(self.engine.compliance(q, np.flatnonzero(resting)))
-        others = _OTHERS * (np.abs(a) / self.length).max() * self.length
-        return backwards & (pushed < -rounding * (columns @ mode.torque[resting] + others))
+        return backwards & (pushed < -rounding * (columns @ mode.torque[resting]))
 
     # --- what is large and what is small ----------------------------------------------------------------------------
 
