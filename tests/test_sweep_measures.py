@@ -123,6 +123,60 @@ def test_a_rod_flips_forwards_and_backwards(sign: int, joint: str) -> None:
     assert math.isnan(found[1])
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(
+    ("rate", "looser", "spread"),
+    [
+        (4.0, 4.1, math.pi / 3.9 - math.pi / 4.0),  # over the top at the latest when both differ by 0.1 t less
+        (4.0, 3.9, math.pi / 3.9 - math.pi / 4.0),
+        (3.0, 3.05, 0.0),  # 0.14 rad short of the top, and as much off as 0.05
+        (3.1, 3.0, math.inf),  # 0.04 short of it, and as much off as 0.1
+        (3.1, 3.1 + 1e-9, 0.0),
+        (3.2, 3.1, math.inf),  # 0.06 beyond it
+    ],
+)
+def test_the_spread_of_a_flip_is_what_two_runs_differ(sign: int, rate: float, looser: float, spread: float) -> None:
+    """Of a rod that turns freely for 1 s: the times at which its angle, give or take the difference, passes half a turn."""
+    scene = sprung(0.0, duration=1.0, start=0.0).replace(effects=[], solver=pp.Solver(samples=2))
+    runs = [pp.simulate(scene.replace({"start.velocities.theta": sign * x})) for x in (rate, looser)]
+    assert measured(measure("flip_time.spread"), *runs) == pytest.approx(spread, abs=1e-8)
+
+
+DOUBLE = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.02), pp.Rod(length=0.8, mass=0.7, radius=0.02)])
+
+
+@pytest.mark.parametrize(
+    ("setting", "one", "two"),
+    [
+        ({"method": "gauss4", "step": 0.01}, 2.6601403, -2.16739549),  # both runs flip at the same time by chance
+        ({"method": "euler", "step": 0.002}, 2.1600035, 1.8885761),
+        ({"method": "euler", "step": 0.002}, -2.2852807, -0.3020710),  # the motion just misses the top
+        ({"method": "rk4", "step": 0.004}, 2.1600035, 0.6852257),
+        ({"method": "dop853", "tolerance": 1e-4}, -2.6, -1.4),
+    ],
+)
+def test_a_flip_is_as_far_off_as_its_spread_says(setting: dict, one: float, two: float) -> None:
+    """Of a double pendulum let go at rest, beside a run of high accuracy; the estimate of euler is good to 10 %."""
+    start = pp.Start(positions={"theta_1": one, "theta_2": two})
+    scene = pp.Scene(duration=2.5, model=DOUBLE, start=start, effects=[fx.Gravity()])
+    right = flip_time(pp.simulate(scene, method="taylor", tolerance=1e-15))
+    solver = pp.Solver(samples=301, **setting)
+    found = pp.sweep(
+        scene.replace(solver=solver), {"start.positions.theta_1": [one]}, ["flip_time", "flip_time.spread"]
+    )
+    off = abs(found["flip_time"].values[0] - right)
+    assert found["flip_time.spread"].values[0] >= 0.9 * (math.inf if math.isnan(off) else off)
+
+
+def test_the_first_steps_of_two_runs_are_the_same() -> None:
+    """A flip within them is off by less than the tolerance, and its spread is not 0."""
+    scene = pp.Scene(duration=3.0, model=pp.Chain(rods=[ROD]), effects=[fx.Gravity()])
+    scene = scene.replace({"start.positions.theta": -2.85, "start.velocities.theta": -1.4})
+    right = flip_time(pp.simulate(scene, method="taylor", tolerance=1e-15))
+    one, looser = (pp.simulate(scene, samples=601, method="dop853", tolerance=x, duration=0.3) for x in (1e-4, 1e-2))
+    assert abs(flip_time(one) - right) <= measured(measure("flip_time.spread"), one, looser) < 1e-3
+
+
 def test_the_period_of_small_swings() -> None:
     """2 pi / 2 s for a spring of 4 rad²/s²; none where theta rises through 0 only once."""
     scene = sprung(0.0)

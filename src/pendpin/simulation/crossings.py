@@ -36,9 +36,9 @@ def crossings(run: Trajectory, name: str, level: float, direction: int) -> Traje
     return more.at(instants)
 
 
-def first_crossings(run: Trajectory, quantities: list[Quantity]) -> Array:
-    """The first instant in s at which each of k quantities changes its sign, (k,); NaN for one that never does."""
-    more, first = resolved(run), np.full(len(quantities), np.nan)
+def first_crossings(more: Continuation, quantities: list[Quantity]) -> Array:
+    """The first instant in s at which each of k quantities of a run that is `resolved` changes its sign, (k,); else NaN."""
+    first = np.full(len(quantities), np.nan)
     for i, quantity in enumerate(quantities):
         changes = Changes(*(x[:1] for x in sign_changes(more, quantity)))
         if len(changes.begin):

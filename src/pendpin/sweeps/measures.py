@@ -18,11 +18,13 @@ from pendpin.model.kinematics import of_each, poses, swings, tip_distance, tips
 from pendpin.model.model_of_run import swings_of
 from pendpin.scene import Scene, Start
 from pendpin.simulation.batches import Motions
+from pendpin.simulation.continuation import Continuation
 from pendpin.simulation.crossings import first_crossings
+from pendpin.simulation.sign_changes import resolved
 from pendpin.simulation.simulate import run_to_setting
 from pendpin.simulation.small_motions import largest_multiplier, small_motions
 from pendpin.simulation.small_motions import stable as is_stable
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import Trajectory, samples_of
 
 SETTLED = 0.02  # of the largest distance from the final state: the usual two per cent
 UNSETTLED = 0.9  # of the run: what settles later may not have settled
@@ -41,6 +43,7 @@ class Measure:
     unit: str
     function: Function | None = None
     pair: Callable[[Trajectory, Trajectory], float] | None = None
+    spread: Callable[[Trajectory, Trajectory], float] | None = None  # where it is not the difference of both
     of_motion: Callable[[Motions], Array] | None = None
     of_motions: Callable[[Motions, Motions], Array] | None = None
     series: str = ""  # the quantity of a run, for a statistic of one
@@ -110,7 +113,7 @@ def _spread(of: Measure) -> Measure:
     def pair(run: Trajectory, looser: Trajectory) -> float:
         return float(_difference(np.array(function(run)), np.array(function(looser))))
 
-    return Measure(of.name + SPREAD, of.unit, pair=pair, of_motions=both, series=of.series, ends=of.ends)
+    return Measure(of.name + SPREAD, of.unit, pair=of.spread or pair, of_motions=both, series=of.series, ends=of.ends)
 
 
 def _difference(one: Array, other: Array) -> Array:
@@ -181,13 +184,39 @@ def flip_time(run: Trajectory) -> float:
     A rod is over the top where the sum of the theta angles, or of the phi angles, from the support down to it passes an
     odd multiple of pi, either way.
     """
-    sums = [partial(_over_the_top, places) for places in accumulated(run.joints)]
-    return float(np.fmin.reduce(first_crossings(run, sums)) - run.t[0])
+    return _first_passage(resolved(run), lambda t: np.zeros(len(t))) - float(run.t[0])
 
 
-def _over_the_top(places: list[int], run: Trajectory) -> Array:
-    """The cosine (n,) of half a sum of angles, which changes its sign at the odd multiples of pi."""
-    return np.cos(run.q[:, places].sum(1) / 2)
+def flip_time_spread(run: Trajectory, looser: Trajectory) -> float:
+    """How far the flip time may be off, s: inf where there may be one or none, 0 where there is none.
+
+    The difference of two flip times may vanish by chance, and says nothing of a top that both runs just miss. So the sums
+    of angles may be off by as much as they have differed so far: a rod may be over the top as soon as it is so near, and
+    is there once it is so far beyond. They are off by the tolerance at least: the first steps of both runs are the same.
+    """
+    more = resolved(run)
+    t, other = more.run.t, looser.at(more.run.t)
+    sums = np.stack([more.run.q[:, places].sum(1) - other.q[:, places].sum(1) for places in accumulated(run.joints)])
+    apart = np.maximum(np.maximum.accumulate(np.abs(sums).max(0)), run.stats.tolerance or 0.0)
+    early, passage, late = (
+        _first_passage(more, lambda at, side=side: side * np.interp(at, t, apart)) for side in (-1.0, 0.0, 1.0)
+    )
+    if math.isnan(early):
+        return 0.0
+    return math.inf if math.isnan(late) else max(passage - early, late - passage, 0.0)
+
+
+def _first_passage(more: Continuation, beyond: Callable[[Array], Array]) -> float:
+    """The first time in s at which a rod is `beyond` (k,) rad, of times (k,) in s, over the top; NaN if none ever is."""
+
+    def short_of(places: list[int], rows: Trajectory) -> Array:
+        half, side = rows.q[:, places].sum(1) / 2, math.copysign(1.0, math.cos(more.run.q[0, places].sum() / 2))
+        return side * np.cos(half) + np.sin(np.clip(beyond(rows.t), -np.pi, np.pi) / 2)
+
+    quantities = [partial(short_of, places) for places in accumulated(more.run.joints)]
+    if min(quantity(samples_of(more.run, slice(0, 1)))[0] for quantity in quantities) <= 0:
+        return float(more.run.t[0])
+    return float(np.fmin.reduce(first_crossings(more, quantities)))
 
 
 def accumulated(joints: tuple[str, ...]) -> list[list[int]]:
@@ -269,7 +298,13 @@ MEASURES = {
         "settling_time", "s", settling_time, of_motion=lambda m: _settled(m.t, m.q), without="did not settle"
     ),
     "flip_time": Measure(
-        "flip_time", "s", flip_time, of_motion=lambda m: m.flips, without="did not turn over", ends=True
+        "flip_time",
+        "s",
+        flip_time,
+        spread=flip_time_spread,
+        of_motion=lambda m: m.flips,
+        without="did not turn over",
+        ends=True,
     ),
     "lyapunov": Measure("lyapunov", "1/s", lyapunov),
     "frequency_1": Measure("frequency_1", "rad/s", frequency_1),
