@@ -12,6 +12,7 @@ from bad_input import ROD, run_main
 from pendpin import effects as fx
 from pendpin.errors import Note
 from pendpin.graphics.run_drawing import drawing_of
+from pendpin.model.bodies import pinocchio
 from pendpin.model.model_of_run import leaving
 
 GRAVITY = fx.Gravity()
@@ -120,6 +121,27 @@ def test_on_the_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ca
     assert run_main("run", "--as-written") == 2
 
 
+def test_every_command_that_takes_a_urdf_takes_it_as_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture
+) -> None:
+    """As if the scene listed the effect: nothing written is ignored, and tables name it."""
+    monkeypatch.chdir(tmp_path)
+    path = rod_with(tmp_path, '<dynamics damping="0.2"/>')
+    commands = {
+        "check": ["--states", "10"],
+        "modes": [],
+        "stability": [],
+        "effects": [],
+        "sweep": ["--vary", "start.positions.theta=0.1,0.2"],
+        "cost": ["--methods", "dop853", "--budget", "0.1"],
+    }
+    for command, options in commands.items():
+        assert run_main(command, "--urdf", str(path), "--as-written", *options) == 0
+        assert "ignored" not in capfd.readouterr().err
+    assert run_main("effects", "--urdf", str(path), "--as-written", "--json") == 0
+    assert '"as_written"' in capfd.readouterr().out
+
+
 @pytest.mark.slow
 def test_a_slide_that_falls_without_end_has_no_rest() -> None:
     """Stops do not act in small motions: panda's finger falls, and one line says so."""
@@ -174,3 +196,27 @@ def test_many_findings_are_one_line(
     finding, note = capfd.readouterr().err.splitlines()
     assert finding.endswith("; 3 more findings in bind(scene).model.findings")
     assert "ignored" in note
+
+
+def test_a_pin_model_is_taken_at_its_word(tmp_path: Path) -> None:
+    """Its damping, friction and limits are those of the file that it was read from; a note says so where they do not act."""
+    path = rod_with(tmp_path, '<dynamics damping="0.2" friction="0.3"/>', LIMIT.replace("3.2", "0.5"))
+    start = pp.Start(positions={"theta": 0.4}, velocities={"theta": 1.3})
+    of_file = scene_of(path, fx.AsWritten(), start=start)
+    of_pin = of_file.replace(model=pinocchio().buildModelFromUrdf(str(path)))
+    one, other = pp.simulate(of_file), pp.simulate(of_pin)
+    assert np.array_equal(one.q, other.q)
+    assert one.events
+    assert one.events == other.events
+    _, (note,) = notes_of(of_pin.replace(effects=(GRAVITY,)))
+    assert note.startswith("<dynamics damping> of 'theta', <dynamics friction> of 'theta', <limit> of 'theta'")
+
+
+def test_small_motions_as_written_have_its_damping_alone(tmp_path: Path) -> None:
+    """Friction and stops act through events and are left out, as when they are listed; damping is that of viscous."""
+    path = rod_with(tmp_path, '<dynamics damping="0.2" friction="0.3"/>')
+    short, listed = scene_of(path, fx.AsWritten()), scene_of(path, fx.Viscous(coefficient=0.2, joints=("theta",)))
+    assert np.array_equal(pp.modes(short).damping_ratio, pp.modes(listed).damping_ratio)
+    assert "left out" in str(pp.modes(short))
+    with pytest.raises(pp.InputError, match="dry_friction acts at events"):
+        pp.simulate(short).state_transition(0.0, 1.0)

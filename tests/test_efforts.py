@@ -63,6 +63,23 @@ def test_contacts_give_what_is_left() -> None:
     assert np.abs(contacts).max() <= 0.5 + 1e-10 * torques
 
 
+def test_efforts_are_quantities_by_name(tmp_path: Path) -> None:
+    """The same numbers as of `efforts`, with units, in plots and in tables that name them; others stay as they are."""
+    run = run_of(*EFFECTS["joints"])
+    found, name = run.efforts(), "effort_spring_phi_1"
+    for kind, values in found.items():
+        for joint, column in zip(run.joints, values.T, strict=True):
+            assert np.array_equal(run[f"effort_{kind}_{joint}"], column)
+    assert not [each for each in run.names if each.startswith("effort_")]
+    assert run.plot(name).axes[0].get_ylabel() == "N m"
+    assert run.to_csv(tmp_path / "two.csv", name, "R3_1").read_text().splitlines()[0] == f"t,{name},R3_1"
+    frame = run.to_pandas(name)
+    assert np.array_equal(frame[name], found["spring"][:, 1])
+    assert frame.attrs["units"] == {"t": "s", name: "N m"}
+    with pytest.raises(pp.InputError, match=r"did you mean .effort_spring_phi_2"):
+        run["effort_spring_phi_3"]
+
+
 def test_a_run_as_labelled_arrays(tmp_path: Path) -> None:
     """The same numbers by name, with units; in pandas the units are in attrs."""
     xarray = pytest.importorskip("xarray")
@@ -76,3 +93,17 @@ def test_a_run_as_labelled_arrays(tmp_path: Path) -> None:
     frame = run.to_pandas()
     assert set(frame.attrs["units"]) == {"t", *frame.columns}
     assert frame.attrs["units"]["theta_1_rate"] == "rad/s"
+
+
+def test_tips_of_a_robot_are_over_its_links(tmp_path: Path) -> None:
+    """By the names of its file; where that is gone, by numbers."""
+    pytest.importorskip("xarray")
+    path = tmp_path / "arm.urdf"
+    path.write_text(Path(pp.UrdfModel("ur5").file).read_text())
+    run = pp.simulate(pp.Scene(model=pp.UrdfModel(path), effects=(fx.Gravity(),), duration=0.1), samples=3)
+    saved = run.save(tmp_path / "run.npz")
+    tips = run.to_xarray().tips
+    assert np.array_equal(tips.sel(link="forearm_link"), run.tips[:, list(tips.link).index("forearm_link")])
+    assert "rod" not in tips.dims
+    path.unlink()
+    assert pp.Trajectory.load(saved).to_xarray().link.to_numpy().tolist() == list(range(1, tips.sizes["link"] + 1))

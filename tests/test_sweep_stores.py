@@ -25,6 +25,7 @@ from pendpin.sweeps import plan, workers
 from pendpin.sweeps import sweep as sweeps
 from pendpin.sweeps.cases import run_block
 from pendpin.sweeps.figure import doubtful_cells
+from pendpin.sweeps.measures import MEASURES, SPREAD, STATISTICS
 from pendpin.sweeps.store import Blocks, load, write_table
 from pendpin.sweeps.task import LOOSER, Task
 from sweep_scenes import KEYS, assert_same, scene, small, stop_after
@@ -293,45 +294,63 @@ def test_a_cluster_without_workers_ends_the_sweep(monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize(
-    ("options", "says"),
+    ("options", "says", "status"),
     [
-        (["--vary", f"{KEYS[0]}=0:inf:3"], "not a finite number"),
-        (["--vary", f"{KEYS[0]}=-1e308:1e308:3"], "not a finite number"),
-        (["--vary", f"{KEYS[0]}=1:2:0"], "FROM:TO:COUNT"),
-        (["--vary", f"{KEYS[0]}=0:1:3", "--sample", "5"], "LOW:HIGH"),
-        (["--vary", f"{KEYS[0]}=-1e308:1e308", "--sample", "5"], "lower and a higher"),
-        (["--vary", f"{KEYS[0]}=0:1", "--sobol", "1073741824"], "more than"),
-        (["--vary", f"{KEYS[0]}=1:0", "--sobol", "4"], "lower and a higher"),
-        (["--vary", f"{KEYS[0]}=0,1", "--zip", "--sample", "2"], "give one of"),
-        (["--vary", f"{KEYS[0]}=0,1", "--cases", "good.csv"], "leave one of them out"),
-        (["--vary", f"{KEYS[0]}=0,1", "--csv", "a/b.csv"], "there is no folder"),
-        (["--vary", f"{KEYS[0]}=0,1", "--plot", "map.bmp"], "png"),
-        (["--vary", f"{KEYS[0]}=0,1", "--workers", "1000"], "for each processor"),
-        (["--vary", f"{KEYS[0]}=0,1", "--dask", "x", "--workers", "2"], "give one of both"),
-        (["--vary", f"{KEYS[0]}=0:1:1000000000"], "with a count from 1 to 100000000"),
-        (["--vary", f"{KEYS[0]}=0,1", "--measure", "theta_1.maximum"], "did you mean 'max'?"),
-        (["--vary", f"{KEYS[0]}=0,1", "--out", "a/map.zarr"], "there is no folder 'a'"),
-        (["--vary", f"{KEYS[0]}=0,1", "--out", "m.png", "--plot", "m.png"], "every file needs its own"),
-        (["--cases", "good.csv", "--csv", "good.csv"], "every file needs its own"),
-        (["--cases", "head.csv"], "no cases"),
-        (["--cases", "word.csv"], "line 3: start.positions.theta_1: 'abc' is not a number"),
-        (["--cases", "quote.csv"], "not a CSV file"),
+        (["--vary", f"{KEYS[0]}=0:inf:3"], "not a finite number", 2),
+        (["--vary", f"{KEYS[0]}=-1e308:1e308:3"], "not a finite number", 2),
+        (["--vary", f"{KEYS[0]}=1:2:0"], "FROM:TO:COUNT", 2),
+        (["--vary", f"{KEYS[0]}=0:1:3", "--sample", "5"], "LOW:HIGH", 2),
+        (["--vary", f"{KEYS[0]}=-1e308:1e308", "--sample", "5"], "lower and a higher", 2),
+        (["--vary", f"{KEYS[0]}=0:1", "--sobol", "1073741824"], "more than", 1),
+        (["--vary", f"{KEYS[0]}=1:0", "--sobol", "4"], "lower and a higher", 2),
+        (["--vary", f"{KEYS[0]}=0,1", "--zip", "--sample", "2"], "give one of", 2),
+        (["--vary", f"{KEYS[0]}=0,1", "--cases", "good.csv"], "leave one of them out", 2),
+        (["--vary", f"{KEYS[0]}=0,1", "--csv", "a/b.csv"], "there is no folder", 1),
+        (["--vary", f"{KEYS[0]}=0,1", "--plot", "map.bmp"], "png", 1),
+        (["--vary", f"{KEYS[0]}=0,1", "--workers", "1000"], "for each processor", 1),
+        (["--vary", f"{KEYS[0]}=0,1", "--dask", "x", "--workers", "2"], "give one of both", 1),
+        (["--vary", f"{KEYS[0]}=0:1:1000000000"], "with a count from 1 to 100000000", 2),
+        (["--vary", f"{KEYS[0]}=0,1", "--measure", "theta_1.maximum"], "did you mean 'max'?", 1),
+        (["--vary", f"{KEYS[0]}=0,1", "--out", "a/map.zarr"], "there is no folder 'a'", 1),
+        (["--vary", f"{KEYS[0]}=0,1", "--out", "m.png", "--plot", "m.png"], "every file needs its own", 1),
+        (["--cases", "good.csv", "--csv", "good.csv"], "every file needs its own", 1),
+        (["--cases", "head.csv"], "no cases", 1),
+        (["--cases", "word.csv"], "line 3: start.positions.theta_1: 'abc' is not a number", 1),
+        (["--cases", "quote.csv"], "not a CSV file", 1),
     ],
 )
 def test_hostile_options(
-    options: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    options: list[str],
+    says: str,
+    status: int,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """One line, before anything is run."""
+    """One line, before anything is run; what an option cannot mean is wrong usage."""
     from bad_input import run_main
 
     monkeypatch.chdir(tmp_path)
     scene().save("two.toml")
     for name, rows in (("good", "1"), ("head", ""), ("word", "\nabc"), ("quote", '"1')):
         Path(f"{name}.csv").write_text(f"{KEYS[0]}\n{rows}\n")
-    assert run_main("sweep", "two.toml", *options) == 1
+    assert run_main("sweep", "two.toml", *options) == status
     line = capsys.readouterr().err.strip()
     assert says in line
     assert len(line.splitlines()) == 1
+
+
+def test_the_measures_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    """Each by its name with what it is, without a scene; as JSON too."""
+    from bad_input import run_main
+
+    assert run_main("sweep", "--list") == 0
+    lines = capsys.readouterr().out
+    assert all(name in lines for name in (*MEASURES, *STATISTICS, SPREAD))
+    assert run_main("sweep", "--list", "--json") == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert [row["measure"] for row in rows] == list(MEASURES)
+    assert all(row["what"].endswith(".") for row in rows)
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from pendpin.cli.options import Changes, Lock, Mimic, SceneFile, Strict, UrdfFile
+from pendpin.cli.options import AsWritten, Changes, Lock, Mimic, SceneFile, Strict, UrdfFile
 from pendpin.cli.streams import say
 from pendpin.errors import InputError, inside
 
@@ -52,11 +52,12 @@ def on_scene(command: Callable[..., None]) -> Callable[..., None]:
         urdf: UrdfFile = None,
         lock: Lock = None,
         mimic: Mimic = None,
+        as_written: AsWritten = False,
         strict: Strict = False,
         changes: Changes = None,
         **options: Any,
     ) -> None:
-        chosen = scene_with(scene, urdf, lock or (), mimic, changes or ())
+        chosen = scene_with(scene, urdf, lock or (), mimic, changes or (), as_written)
         command(SceneInput(chosen, scene, urdf, strict), **options)
 
     *shared, _ = signature(run).parameters.values()
@@ -79,25 +80,26 @@ def scene_with(
     lock: Sequence[str] = (),
     mimic: str | None = None,
     changes: Sequence[str] = (),
+    as_written: bool = False,
 ) -> "Scene":
-    """A scene, or a URDF in place of one, with the joints of its URDF locked and values changed as the options say."""
+    """A scene, or a URDF in place of one, with what the options change: joints locked, effects as written, values."""
     from pendpin.effects import Gravity
     from pendpin.scene import Scene, UrdfModel
 
     if path is not None and urdf is not None:
         raise typer.BadParameter("give a scene or a URDF, not both")
     scene = Scene(model=UrdfModel(urdf), effects=(Gravity(),)) if urdf else read_scene(path)
-    return _lock_joints(scene, lock, mimic).replace(dict(map(_change, changes)))
+    if as_written and path is None and urdf is None:
+        raise typer.BadParameter("the built-in rod has no damping, friction or limits; --as-written needs --urdf FILE")
+    scene = _lock_joints(_with_as_written(scene) if as_written else scene, lock, mimic)
+    return scene.replace(dict(map(_change, changes)))
 
 
-def with_as_written(chosen: SceneInput) -> "Scene":
+def _with_as_written(scene: "Scene") -> "Scene":
     """The scene with what its URDF writes of the joints among its effects, if that is not listed there."""
     from pendpin.effects import AsWritten
     from pendpin.scene import UrdfModel
 
-    scene = chosen.scene
-    if chosen.path is None and chosen.urdf is None:
-        raise typer.BadParameter("the built-in rod has no damping, friction or limits; --as-written needs --urdf FILE")
     if not isinstance(scene.model, UrdfModel):
         raise typer.BadParameter("the model is a chain of rods; --as-written is for a URDF")
     listed = any(isinstance(effect, AsWritten) for effect in scene.effects)

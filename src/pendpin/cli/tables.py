@@ -240,6 +240,18 @@ def print_cases(cases: "list[Case]", as_json: bool) -> None:
     print_table(["case", "what", "bound"], [[case.name, case.title, f"{case.bound:.1e}"] for case in cases])
 
 
+def print_measures(as_json: bool) -> None:
+    """The measures of a sweep: name, unit, and what each is."""
+    from pendpin.sweeps.measures import FAMILIES, MEASURES
+
+    if as_json:
+        print_json([{"measure": m.name, "unit": m.unit, "what": m.meaning} for m in MEASURES.values()])
+        return
+    print_table(["measure", "unit", "what"], [[m.name, m.unit, m.meaning] for m in MEASURES.values()])
+    for line in FAMILIES:
+        print(line)
+
+
 def print_hard(report: "HardReport", as_json: bool) -> None:
     """The hard cases, what was measured of each on each method, and the claims that are broken."""
     if as_json:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.dynamics.as_written import expanded
 from pendpin.dynamics.binding import bind_loads
 from pendpin.dynamics.compiling import differentiated
 from pendpin.dynamics.dynamics import choose_engine
@@ -87,7 +88,8 @@ def differentiable(scene: Scene) -> tuple[Effect, ...]:
 
     Raises InputError for one that does not run on symbols.
     """
-    for i, effect in enumerate(scene.effects):
+    acts = expanded(build(scene.model), scene.effects)
+    for i, effect in enumerate(acts):
         if not effect.symbolic:
             raise InputError(f"effects[{i}]: {effect.kind} has no derivative: its law takes plain floats only")
-    return tuple(Idle(kind=e.kind) if isinstance(e, ContactEffect) else e for e in scene.effects)
+    return tuple(Idle(kind=e.kind) if isinstance(e, ContactEffect) else e for e in acts)

@@ -23,7 +23,7 @@ from pendpin.model.bodies import (
     prismatic,
     with_masses,
 )
-from pendpin.model.from_pin import plain_copy
+from pendpin.model.from_pin import plain_copy, written_joints
 from pendpin.model.positive_mass import always_positive
 from pendpin.model.read_urdf import Urdf, content, read_urdf
 from pendpin.model.urdf_written import WrittenJoint
@@ -52,7 +52,7 @@ class Model:
     bodies: tuple[Body, ...]
     notes: tuple[str, ...] = ()  # what the user should know
     findings: tuple[str, ...] = ()  # what no real body has, computed as written
-    written: tuple[WrittenJoint, ...] | None = None  # what a URDF says of its joints; None without one
+    written: tuple[WrittenJoint, ...] | None = None  # what a URDF or pin.Model says of its joints; None of a chain
     home: Array | None = None  # (nv,), positions of joints of which a start says nothing; 0 if None
 
     def thin_at_pole(self, q: Array, near: float) -> str | None:
@@ -232,7 +232,8 @@ def _build_pin(model: PinModel) -> Model:
     loaded = plain_copy(model.pin)
     joints = tuple(loaded.names)[1:]
     findings = _refuse_what_cannot_move(loaded, joints, "model")
-    return Model(joints, lambda: loaded, None, find_rods(loaded), find_bodies(loaded, {}, {}), findings=findings)
+    rods, bodies, written = find_rods(loaded), find_bodies(loaded, {}, {}), written_joints(model.pin)
+    return Model(joints, lambda: loaded, None, rods, bodies, findings=findings, written=written)
 
 
 # --- URDF trees -----------------------------------------------------------------------------------------------------

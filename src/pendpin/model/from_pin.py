@@ -7,6 +7,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
 from pendpin.model.bodies import append_body, pinocchio, twist_of
+from pendpin.model.urdf_written import WrittenJoint, limits
 
 
 def plain_copy(value: Any) -> Any:
@@ -39,6 +40,17 @@ def _joint(joint: Any, name: str) -> Any:
         f"model: joint {shown(name)} is a {joint.shortname()}; pendpin takes revolute, continuous and prismatic joints "
         "(a universal joint as two revolute ones)"
     )
+
+
+def written_joints(value: Any) -> tuple[WrittenJoint, ...]:
+    """The damping, dry friction and position limits that a pin.Model carries; continuous joints have no limits."""
+    return tuple(_written(value, joint, value.names[joint.id]) for joint in list(value.joints)[1:])
+
+
+def _written(value: Any, joint: Any, name: str) -> WrittenJoint:
+    v, q = joint.idx_v, joint.idx_q
+    lower, upper = (value.lowerPositionLimit[q], value.upperPositionLimit[q]) if joint.nq == 1 else (0.0, 0.0)
+    return WrittenJoint(name, value.damping[v], value.friction[v], *limits(lower, upper))
 
 
 def _check_inertia(inertia: Any, name: str) -> None:

@@ -60,6 +60,11 @@ def slides_of(run: Trajectory) -> frozenset[str]:
     return frozenset(name for name, slides in zip(model.joints, model.slides, strict=True) if slides)
 
 
+def links_of(run: Trajectory) -> tuple[str, ...]:
+    """The names of the links whose tips a run has. Raises InputError as `model_of`."""
+    return tuple(body.link for body in model_of(run).bodies)
+
+
 def swings_of(run: Trajectory) -> Array:
     """As `kinematics.swings`, (n,) rad. Raises InputError as `model_of`."""
     model = model_of(run)

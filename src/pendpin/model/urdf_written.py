@@ -1,4 +1,4 @@
-"""What a URDF writes of its joints and their bearings: <dynamics> and <limit>, in force where a scene lists as_written."""
+"""What a URDF or a pin.Model says of its joints' bearings and limits, in force where a scene lists as_written."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -32,10 +32,15 @@ def _written(name: str, joint: Element) -> WrittenJoint:
     damping, friction = (_value(joint.find("dynamics"), key) for key in ("damping", "friction"))
     limit = None if joint.get("type") == "continuous" else joint.find("limit")
     lower, upper = (_value(limit, key) for key in ("lower", "upper"))
-    if limit is None or lower == upper:
-        lower, upper = -math.inf, math.inf
-    lower, upper = (x if abs(x) < FARTHEST else math.copysign(math.inf, x) for x in (lower, upper))
-    return WrittenJoint(name, damping, friction, lower, upper)
+    return WrittenJoint(name, damping, friction, *limits(lower, upper))
+
+
+def limits(lower: float, upper: float) -> tuple[float, float]:
+    """The limits that act: none where both are equal, nor beyond FARTHEST."""
+    if lower == upper:
+        return -math.inf, math.inf
+    low, high = (x if abs(x) < FARTHEST else math.copysign(math.inf, x) for x in (lower, upper))
+    return low, high
 
 
 def _value(element: Element | None, key: str) -> float:

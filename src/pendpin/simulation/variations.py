@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.dynamics.as_written import expanded
 from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import timing
@@ -19,7 +20,7 @@ from pendpin.errors import InputError, RunError
 from pendpin.integrators import cyrk
 from pendpin.integrators.base import LEAST_RTOL
 from pendpin.integrators.machine import Call, available
-from pendpin.model.build import start_state
+from pendpin.model.build import build, start_state
 from pendpin.scene import Scene
 
 _SURVEY = 1e-3  # the tolerance of a first integration, which finds how large the changes get
@@ -35,10 +36,11 @@ class Variations:
     """
 
     def __init__(self, scene: Scene, keys: Sequence[str]) -> None:
-        for i, effect in enumerate(scene.effects):
+        for i, effect in enumerate(expanded(build(scene.model), scene.effects)):
             if isinstance(effect, ContactEffect):
+                where = f"effects[{i}]" if i < len(scene.effects) else "as_written"
                 raise InputError(
-                    f"effects[{i}]: {effect.kind} acts at events, where a motion has no derivative; leave it out"
+                    f"{where}: {effect.kind} acts at events, where a motion has no derivative; leave it out"
                 )
         self.scene, self.equations = scene, Variational(scene, keys)
         self.keys, self.nv = tuple(keys), self.equations.nv

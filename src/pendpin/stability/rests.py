@@ -7,7 +7,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.dynamics.declared import changes_with_time
 from pendpin.dynamics.timing import NEGLIGIBLE
-from pendpin.effects import ContactEffect, Drag, Effect
+from pendpin.effects import AsWritten, ContactEffect, Drag, Effect
 from pendpin.errors import InputError, choices, shown
 from pendpin.model.build import Model
 from pendpin.scene import Scene, Start
@@ -49,6 +49,8 @@ def remarks(scene: Scene) -> tuple[str, ...]:
 def _remark_on(effect: Effect, scene: Scene) -> Iterator[str]:
     if isinstance(effect, ContactEffect):
         yield f"{effect.kind} is left out: it acts through events"
+    if isinstance(effect, AsWritten) and not effect.smooth:
+        yield "friction and limits as written are left out: they act through events"
     if isinstance(effect, Drag) and effect.quadratic and not any((*effect.wind, effect.gust)):
         yield "drag is quadratic: in still air its derivative at rest is 0, and it damps nothing that is small"
     if not effect.idle and changes_with_time(effect, scene.start.time, scene.duration, NEGLIGIBLE):

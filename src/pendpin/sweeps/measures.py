@@ -55,6 +55,11 @@ class Measure:
         """Whether it compares two runs."""
         return self.pair is not None
 
+    @property
+    def meaning(self) -> str:
+        """What it is, in a line."""
+        return ((self.function or self.pair).__doc__ or "").partition("\n")[0]
+
 
 def measure(name_or_function: str | Function) -> Measure:
     """A measure by its name, or a function of a run. Raises InputError for an unknown name."""
@@ -135,6 +140,11 @@ STATISTICS: dict[str, Callable[[Array, Array], Array]] = {  # of the times (n,) 
     "rms": lambda t, x: np.sqrt(_mean(t, x**2)),
     "argmax": lambda t, x: t[np.argmax(x, -1)],
 }
+
+FAMILIES = (
+    f"QUANTITY{choices(f'.{name}' for name in STATISTICS)}: of any quantity of a run, as in theta_1.max; .argmax is a time.",
+    f"MEASURE{SPREAD}: its difference between the run and one 100 times looser, an estimate of its error.",
+)
 
 
 # --- measures of a whole run ----------------------------------------------------------------------------------------

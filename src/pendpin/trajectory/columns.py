@@ -14,6 +14,7 @@ AXES = "xyz"
 UNITS = {"t": "s", "q": "rad", "v": "rad/s", "a": "rad/s²", "tips": "m"} | dict.fromkeys(("R1", "R2", "R3"), "N")
 UNITS |= dict.fromkeys(("M3", "Mc"), "N m") | dict.fromkeys(("kinetic", "potential", "energy"), "J")
 DRIFT = "energy_drift"  # not a column of a table: it counts from the first sample that is asked for
+EFFORTS = "efforts"  # neither are they: computed when the first is asked for
 WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 
@@ -22,7 +23,7 @@ def columns(run: Any) -> dict[str, Place]:
 
     t; a joint's name for its position, with _rate and _acceleration; R1_1 to Mc_1 of rod 1 and so on (R1 of a single
     rod), or, without universal joints, the wrench of each joint; tip_x, tip_y, tip_z of the last tip, tip_x_1 of others;
-    kinetic, potential, energy; work_ of each kind of effect.
+    kinetic, potential, energy; work_ of each kind of effect. The energy drift and the efforts are quantities, not columns.
     """
     joints, rods = run.joints, run.tips.shape[1]
     places: dict[str, Place] = {"t": ("t", ...), "kinetic": ("kinetic", ...), "potential": ("potential", ...)}
@@ -45,6 +46,15 @@ def columns(run: Any) -> dict[str, Place]:
     return places | energies
 
 
+def effort_places(run: Any) -> dict[str, Place]:
+    """Where the generalised force of each kind of effect on each joint is: effort_gravity_theta_1. Raises InputError."""
+    return {
+        f"effort_{kind}_{joint}": (EFFORTS, (kind, j))
+        for kind in run.computed_efforts
+        for j, joint in enumerate(run.joints)
+    }
+
+
 def unit_of(run: Any, name: str) -> str:
     """The unit of a quantity, "" of the energy drift; that of a joint is not known where the run's URDF is gone."""
     if name == DRIFT:
@@ -52,6 +62,8 @@ def unit_of(run: Any, name: str) -> str:
     part, index = place_of(run, name)
     if part == "wrench":
         return "N" if index[-1] < 3 else "N m"
+    if part == EFFORTS:
+        return "N" if run.joints[index[-1]] in run.slides else "N m"
     unit = UNITS.get(part, "J")  # of works
     if part not in "qva":
         return unit
@@ -71,6 +83,8 @@ def named_with_units(run: Any, joints: list[int]) -> tuple[tuple[str, ...], str]
 def place_of(run: Any, name: str) -> Place:
     """Where a quantity of a run is, by its name. Raises InputError that says which name was probably meant."""
     places = run.places
+    if str(name).startswith("effort_") and name not in places:
+        places = effort_places(run)
     single = name.removesuffix("_1") if isinstance(name, str) and len(run.joints) == 2 else name
     if single != name and name not in places and single in places:
         name = single
@@ -82,7 +96,8 @@ def place_of(run: Any, name: str) -> Place:
 def column(run: Any, name: str) -> Array:
     """One quantity of a run by its name, (n,). Raises InputError that says which name was probably meant.
 
-    energy_drift, beside the columns: the change of the energy over the energy exchanged at the end; where it is conserved.
+    Beside the columns energy_drift, the change of the energy over the energy exchanged at the end, and effort_ of each kind
+    of effect and joint.
     """
     if name == DRIFT:
         if not run.stats.conservative:
@@ -94,6 +109,9 @@ def column(run: Any, name: str) -> Array:
     part, index = place_of(run, name)
     if part == "energy":
         return run.kinetic + run.potential
+    if part == EFFORTS:
+        kind, joint = index
+        return run.computed_efforts[kind][:, joint]
     if part in run.work:
         return run.work[part]
     array = getattr(run.rod_reactions, part) if part in Reactions._fields else getattr(run, part)

@@ -1,5 +1,6 @@
 """A run as a table: in pandas, or as comma-separated values."""
 
+from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -14,23 +15,31 @@ ROWS_AT_ONCE = 4096
 TABLES = (".csv", ".txt")
 
 
-def to_pandas(run: Any) -> Any:
+def to_pandas(run: Any, names: Sequence[str] = ()) -> Any:
     """A DataFrame, the time its index, a column for each quantity. Raises MissingLibrary without pandas."""
     pandas = optional("pandas", "to_pandas", "pandas")
-    table = {name: run[name] for name in run.names if name != "t"}
-    frame = pandas.DataFrame(table, index=pandas.Index(run.t, name="t"))
-    frame.attrs["units"] = {name: unit_of(run, name) for name in run.names}
+    _, *names = _t_first(run, names)
+    frame = pandas.DataFrame({name: run[name] for name in names}, index=pandas.Index(run.t, name="t"))
+    frame.attrs["units"] = {name: unit_of(run, name) for name in ("t", *names)}
     return frame
 
 
+def _t_first(run: Any, names: Sequence[str]) -> tuple[str, ...]:
+    """The time, then the names; all of the run's if there are none."""
+    return ("t", *(name for name in names or run.names if name != "t"))
+
+
 def to_xarray(run: Any) -> Any:
-    """A Dataset over time t, joint, rod, axis and component, with units. Raises MissingLibrary."""
+    """A Dataset over time t, joint, rod or link, axis and component, with units. Raises MissingLibrary."""
     xarray = optional("xarray", "to_xarray", "xarray")
     units = {name: f"{UNITS[name]}, of slides {UNITS[name].replace('rad', 'm')}" for name in "qva"}
     per_joint = {name: (("t", "joint"), getattr(run, name), {"units": unit}) for name, unit in units.items()}
+    rods, count = 0 if run.rod_reactions is None else run.rod_reactions.R1.shape[1], run.tips.shape[1]
+    bodies = {"rod": range(1, rods + 1)} if rods else {}
+    bodies |= {} if rods == count else {"link": run.links or range(1, count + 1)}
     fixed = {
         "wrench": (("t", "joint", "component"), run.wrench, {"units": "N, of moments N m"}),
-        "tips": (("t", "rod", "axis"), run.tips, {"units": "m"}),
+        "tips": (("t", list(bodies)[-1], "axis"), run.tips, {"units": "m"}),
         "kinetic": (("t",), run.kinetic, {"units": "J"}),
         "potential": (("t",), run.potential, {"units": "J"}),
     }
@@ -40,16 +49,17 @@ def to_xarray(run: Any) -> Any:
     coordinates = {
         "t": ("t", run.t, {"units": "s"}),
         "joint": list(run.joints),
-        "rod": np.arange(1, run.tips.shape[1] + 1),
+        **{name: list(labels) for name, labels in bodies.items()},
         "axis": list(AXES),
         "component": list(WRENCH),
     }
     return xarray.Dataset(per_joint | fixed, coordinates, {"title": run.title, "method": run.stats.method})
 
 
-def to_csv(run: Any, path: str | Path) -> Path:
+def to_csv(run: Any, path: str | Path, names: Sequence[str] = ()) -> Path:
     """Write a run's quantities with their names in the first line, whole or not at all; every digit is kept."""
     refuse_other_format(Path(path), *TABLES)
-    rows = np.array([run[name] for name in run.names]).T
+    names = _t_first(run, names)
+    rows = np.array([run[name] for name in names]).T
     pieces = (rows[first : first + ROWS_AT_ONCE].tolist() for first in range(0, len(rows), ROWS_AT_ONCE))
-    return write_csv(Path(path), run.names, chain.from_iterable(pieces))
+    return write_csv(Path(path), names, chain.from_iterable(pieces))

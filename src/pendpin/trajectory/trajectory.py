@@ -48,7 +48,10 @@ class Trajectory:
     source: Any = field(default=None, repr=False, compare=False)  # the Scene that was run, in the process that ran it
 
     def __getitem__(self, name: str) -> Array:
-        """One quantity by its name, (n,): run["theta_1"], run["R3_2"], run["tip_x"]. Raises InputError."""
+        """One quantity by its name, (n,): run["theta_1"], run["R3_2"], run["tip_x"]. Raises InputError.
+
+        Beside `names` there are energy_drift and effort_, a kind of effect and a joint, as in run["effort_gravity_theta_1"].
+        """
         return column(self, name)
 
     @property
@@ -77,6 +80,16 @@ class Trajectory:
             return None
 
     @cached_property
+    def links(self) -> tuple[str, ...] | None:
+        """The names of the links whose tips there are; None as `slides`."""
+        from pendpin.model.model_of_run import links_of
+
+        try:
+            return links_of(self)
+        except PendpinError:
+            return None
+
+    @cached_property
     def swing(self) -> Array:
         """The largest angle of any rod from hanging straight down, (n,) rad; NaN as `slides` and where none can swing."""
         from pendpin.model.model_of_run import swings_of
@@ -85,6 +98,11 @@ class Trajectory:
             return swings_of(self)
         except PendpinError:
             return np.full(len(self.t), np.nan)
+
+    @cached_property
+    def computed_efforts(self) -> dict[str, Array]:
+        """As `efforts`, computed once."""
+        return self.efforts()
 
     def __eq__(self, other: object) -> bool:
         """Whether another run is of the same scene and holds the same numbers."""
@@ -222,28 +240,32 @@ class Trajectory:
         """
         return summary(self)
 
-    def to_pandas(self) -> Any:
+    def to_pandas(self, *names: str) -> Any:
         """A pandas DataFrame over time, a column for each name, units in attrs["units"]. MissingLibrary without pandas."""
-        return to_pandas(self)
+        return to_pandas(self, names)
 
     def to_xarray(self) -> Any:
-        """An xarray.Dataset of the arrays over t, joint, rod, axis and component, with units. MissingLibrary without it."""
+        """An xarray.Dataset of the arrays over t, joint, rod, axis and component, with units; tips of a robot over link.
+
+        Raises MissingLibrary without xarray.
+        """
         return to_xarray(self)
 
     def efforts(self) -> dict[str, Array]:
         """The generalised force of each kind of effect on each joint, (n, nv) in N m, N for slides; dry friction and stops
-        together as "contacts". Their sum is the inverse dynamics of the motion. Raises InputError.
+        together as "contacts". Their sum is the inverse dynamics of the motion. By name: run["effort_gravity_theta_1"].
+        Raises InputError.
         """
         from pendpin.dynamics.efforts import efforts
 
         return efforts(self._sampled)
 
-    def to_csv(self, path: str | Path) -> Path:
-        """Write a CSV file with a column for each name, every digit kept. Raises InputError."""
-        return to_csv(self, path)
+    def to_csv(self, path: str | Path, *names: str) -> Path:
+        """Write a CSV file with a column for each name, t first, every digit kept; all `names` if absent. InputError."""
+        return to_csv(self, path, names)
 
     def plot(self, *names: str, ax: Any = None, compare: Any = None) -> Any:
-        """Draw quantities by name against time on a matplotlib Axes, and return it; energy_drift is one of them.
+        """Draw quantities by name, as in run[name], against time on a matplotlib Axes, and return it.
 
         Without `ax` a new Figure is returned, with a panel for each unit. Without names it is the figure of the run.
         `compare` is another run, or up to three, drawn on the same axes. Raises InputError.

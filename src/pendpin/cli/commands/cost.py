@@ -4,16 +4,16 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import files_of, naming_options, place_named, print_notes, read_scene
-from pendpin.cli.options import Json, Plot, SceneFile
+from pendpin.cli.inputs import SceneInput, naming_options, on_scene
+from pendpin.cli.options import Json, Plot
 from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.progress import waiting
 from pendpin.cli.tables import print_cost, print_cost_row, print_files
-from pendpin.errors import inside
 
 
+@on_scene
 def cost(
-    scene: SceneFile = None,
+    chosen: SceneInput,
     methods: Annotated[str | None, typer.Option(help="Methods, separated by commas; all if absent.")] = None,
     accuracy: Annotated[
         float, typer.Option(help="Accuracy of interest: tip error divided by the chain's length.")
@@ -37,15 +37,13 @@ def cost(
     from pendpin.work_precision.cost import cost as measure
     from pendpin.work_precision.figure import save_cost_plot
 
-    chosen = read_scene(scene)
-    refuse_outputs([scene, *files_of(chosen)], plot=plot)
-    with inside(place_named(scene)), waiting("the reference", hidden=json) as progress:
-        print_notes(chosen, strict=False)
+    refuse_outputs(chosen.files, plot=plot)
+    with waiting("the reference", hidden=json) as progress, chosen.noted() as scene:
         names = [name.strip() for name in methods.split(",")] if methods else None
         options = {"methods": names, "accuracy": accuracy, "peers": peers, "thorough": thorough, "budget": budget}
         answered = (lambda row: None) if json else partial(print_cost_row, peers=peers)
         with naming_options("methods", "accuracy"):
-            report = measure(chosen, **options, progress=progress, answered=answered)
+            report = measure(scene, **options, progress=progress, answered=answered)
     print_cost(report, json)
     if plot:
         print_files([save_cost_plot(report, plot, short)], json)

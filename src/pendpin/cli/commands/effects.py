@@ -4,14 +4,15 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import print_notes, read_scene
-from pendpin.cli.options import Json, SceneFile
+from pendpin.cli.inputs import SceneInput, on_scene
+from pendpin.cli.options import Json
 from pendpin.cli.progress import waiting
 from pendpin.cli.tables import print_effects
 
 
+@on_scene
 def effects(
-    scene: SceneFile = None,
+    chosen: SceneInput,
     accuracy: Annotated[
         float, typer.Option(help="Smallest change that matters: tip distance over the chain's length.")
     ] = 1e-3,
@@ -23,8 +24,6 @@ def effects(
     """Show what each effect changes and costs, and which effects the scene needs at an accuracy."""
     from pendpin.significance.significance import significance
 
-    chosen = read_scene(scene)
-    with waiting("comparing runs with and without each effect", hidden=json):
-        print_notes(chosen, strict=False)
-        report = significance(chosen, accuracy, thorough)
+    with waiting("comparing runs with and without each effect", hidden=json), chosen.noted() as scene:
+        report = significance(scene, accuracy, thorough)
     print_effects(report, json)

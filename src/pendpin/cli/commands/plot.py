@@ -21,7 +21,7 @@ def plot(
         Path | None, typer.Option(help="File for the figure (.png, .pdf or .svg); RUN.png if absent.")
     ] = None,
 ) -> None:
-    """Draw a saved run: energy, angles, reactions and the path of the tip, or quantities by name, energy_drift too."""
+    """Draw a saved run: energy, angles, reactions and the path of the tip, or quantities by name, such as energy_drift."""
     from pendpin.graphics.figure import save_plot
     from pendpin.trajectory import Trajectory
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pendpin.cli.inputs import SceneInput, check_options, lasting, on_scene, print_binding, with_as_written
-from pendpin.cli.options import Accuracy, AsWritten, Json, Method, Plot, Tolerance
+from pendpin.cli.inputs import SceneInput, check_options, lasting, on_scene, print_binding
+from pendpin.cli.options import Accuracy, Json, Method, Plot, Tolerance
 from pendpin.cli.outputs import refuse_outputs, show_live, write_run
 from pendpin.cli.progress import progress_bar
 from pendpin.cli.tables import print_run
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 @on_scene
 def run(
     chosen: SceneInput,
-    as_written: AsWritten = False,
     duration: Annotated[float | None, typer.Option(help="Duration in s, in place of the scene's.")] = None,
     samples: Annotated[
         int | None, typer.Option(help="Output times from 0 to the end, in place of the scene's.")
@@ -56,7 +55,7 @@ def run(
     from pendpin.crosschecks.crosscheck import along
     from pendpin.simulation.checkpoint import resumable
 
-    scene = lasting(with_as_written(chosen) if as_written else chosen.scene, duration, samples)
+    scene = lasting(chosen.scene, duration, samples)
     chosen = replace(chosen, scene=scene)
     if chosen.path is None and chosen.urdf is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")

@@ -8,24 +8,29 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pendpin.cli.inputs import SceneInput, naming_options, on_scene
 from pendpin.cli.options import Accuracy, Json, Method, Plot, Tolerance
 from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.progress import progress_bar
-from pendpin.cli.tables import print_files, print_json, print_table
-from pendpin.errors import InputError, inside
+from pendpin.cli.tables import print_files, print_json, print_measures, print_table
+from pendpin.errors import InputError
 
 if TYPE_CHECKING:
     from pendpin.sweeps.plan import Plan
 
 VARY = "KEY=FROM:TO:COUNT or KEY=1,2,5; with --sample KEY=LOW:HIGH or KEY=normal(MEAN,DEVIATION). May be repeated."
 FIGURES = ("least", "median", "most")  # of the values of a measure
-MEASURE = "Number to be measured, such as swing, flip_time, theta_1.max or flip_time.spread. May be repeated."
+MEASURE = (
+    "Number to be measured, such as swing, flip_time, theta_1.max or flip_time.spread (see --list). May be repeated."
+)
 
 
+@on_scene
 def sweep(
-    scene: Annotated[Path, typer.Argument(help="Scene file (TOML).")],
+    chosen: SceneInput,
     vary: Annotated[list[str] | None, typer.Option(help=VARY)] = None,
     measure: Annotated[list[str] | None, typer.Option(help=MEASURE)] = None,
+    listed: Annotated[bool, typer.Option("--list", help="List the measures and run nothing.")] = False,
     out: Annotated[
         Path | None, typer.Option(help="Zarr store of the results. If it exists, the sweep continues it.")
     ] = None,
@@ -53,18 +58,26 @@ def sweep(
     json: Json = False,
 ) -> None:
     """Run a scene with many sets of numbers and measure each run."""
-    from pendpin.scene import load_scene
     from pendpin.sweeps.sweep import sweep as run
 
-    refuse_outputs([scene, cases], csv=csv, plot=plot, store=None if out is None or out.exists() else out)
-    plan = _plan(vary or [], cases, in_pairs, sample, sampling, sobol, seed)
-    with inside(str(scene)):
-        chosen = load_scene(scene)
+    if listed:
+        print_measures(json)
+        return
+    refuse_outputs([*chosen.files, cases], csv=csv, plot=plot, store=None if out is None or out.exists() else out)
+    with naming_options("vary"):
+        plan = _plan(vary or [], cases, in_pairs, sample, sampling, sobol, seed)
     settings = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
     with progress_bar("sweeping", plan.count, hidden=json) as bar:
         measures = tuple(measure or ("swing",))
         dataset = run(
-            chosen, plan, measures, out=out, workers=workers, dask=dask, progress=lambda done, _: bar(done), **settings
+            chosen.scene,
+            plan,
+            measures,
+            out=out,
+            workers=workers,
+            dask=dask,
+            progress=lambda done, _: bar(done),
+            **settings,
         )
     shares = partial(_shares, dataset, vary or [], seed) if sobol else dict
     _show(dataset, [*([out] if out else []), *_written(dataset, csv, plot, None)], json, shares)
@@ -95,7 +108,7 @@ def _plan(
     from pendpin.sweeps.sensitivity import sobol_plan
 
     if sum(map(bool, (cases, in_pairs, sample, sobol))) > 1:
-        raise InputError("give one of --cases, --zip, --sample and --sobol")
+        raise typer.BadParameter("give one of --cases, --zip, --sample and --sobol")
     if cases and vary:
         raise InputError("--vary: --cases names the numbers already; leave one of them out")
     if cases:
