@@ -1,10 +1,15 @@
 """Air drag against its closed forms."""
 
 import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import pendpin as pp
 from effect_cases import on_both, planar, states
+from laws import law
 from pendpin import effects as fx
+from pendpin.effects.drag import _speed_moments
 from test_effects import largest, random_motion
 
 # --- drag, in closed form -------------------------------------------------------------------------------------------
@@ -18,6 +23,30 @@ def test_linear_drag_is_a_viscous_joint_for_one_rod() -> None:
     drag = on_both(rod, (fx.Drag(coefficient=0, linear=0.4),), t, q, v)[0]
     joint = on_both(rod, (fx.Viscous(coefficient=0.4 * 1.3**3 / 3, joints=("theta",)),), t, q, v)[0]
     assert largest(drag - joint) < 1e-14
+
+
+@law(100)
+@given(
+    st.floats(-3, 3),
+    st.floats(-2, 2).map(lambda x: 10**x),
+    st.sampled_from([-1.0, 1.0]),
+    st.tuples(*[st.floats(-1, 1)] * 2),
+)
+def test_moments_of_a_flow_in_a_line_are_exact(where: float, slope: float, sign: float, turned: tuple) -> None:
+    """Of |a + b s| over a rod: polynomials on either side of where it is 0, if that is on the rod; in any direction."""
+    direction = np.array(
+        [[np.cos(turned[0]) * np.cos(turned[1]), np.sin(turned[0]), np.cos(turned[0]) * np.sin(turned[1])]]
+    )
+    a, b = -sign * slope * where, sign * slope
+    found = _speed_moments(a * direction, b * direction, np)
+
+    def signed(n: int, low: float, high: float) -> float:
+        return abs(sum(c * (high**k - low**k) / k for c, k in ((a, n + 1), (b, n + 2))))
+
+    cut = min(max(where, 0.0), 1.0)
+    for n, moment in enumerate(found):
+        exact = signed(n, 0.0, cut) + signed(n, cut, 1.0)
+        assert moment.item() == pytest.approx(exact, rel=1e-12, abs=1e-14 * (abs(a) + abs(b)))
 
 
 def test_the_gauss_points_meet_a_rounded_kink() -> None:

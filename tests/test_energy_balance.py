@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin.effects import Drag, DryFriction, Gravity, Motor, Push, Rotation, Spring, Stop, Support, Viscous
+from pendpin.simulation.energy_balance import EnergyBalance
 from scenes import scene_of
 
 SMOOTH = {
@@ -73,3 +74,21 @@ def test_work_is_saved(tmp_path) -> None:
     again = pp.Trajectory.load(run.save(tmp_path / "run.npz"))
     assert set(again.work) == {"gravity", "viscous"}
     assert np.array_equal(again.work["viscous"], run.work["viscous"])
+
+
+def test_powers_are_torques_times_rates() -> None:
+    """Of a motor, of a coefficient for each joint, and of dry friction: each by the rates of its own joints."""
+    effects = (
+        Motor(joint="phi_2", torque=0.7),
+        Viscous(coefficient=0.05, joints=["theta_1"]),
+        Push(link="rod_1", force=(0.3, -0.2, 0.1), torque=(0.5, 0.0, 0.0)),
+    )
+    rods = (pp.Rod(length=0.8, mass=1.0, radius=0.03), pp.Rod(length=0.5, mass=0.4, radius=0.03))
+    dynamics = pp.bind(scene_of(rods, *effects, q=Q, v=V, duration=1.0, samples=2))
+    balance = EnergyBalance(dynamics)
+    q, v = np.zeros(4), np.array(V)
+    powers = dict(zip(balance.kinds, balance.powers(0.0, np.concatenate([q, v])), strict=True))
+    assert powers["motor"] == pytest.approx(0.7 * v[3], rel=1e-14)
+    assert powers["viscous"] == pytest.approx(-0.05 * v[0] ** 2, rel=1e-14)
+    # it hangs: theta turns it about -x, phi about -y, and its middle is 0.4 m below
+    assert powers["push"] == pytest.approx(0.3 * v[1] * 0.4 + 0.2 * -v[0] * -0.4 - 0.5 * v[0], rel=1e-12)

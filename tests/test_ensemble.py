@@ -12,6 +12,7 @@ from pendpin.effects import Gravity, Stop
 from pendpin.scene import Scene, builtin_scene
 from pendpin.simulation import pools
 from pendpin.simulation.pools import in_processes
+from pendpin.simulation.series import SAMPLES_AT_ONCE
 
 ROD = builtin_scene().model_copy(update={"duration": 3.0})
 THIN = pp.Scene(duration=2.0, model=pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),), copies=2), effects=(Gravity(),))
@@ -48,6 +49,24 @@ def test_rows_are_simulate_of_their_starts(scene: Scene) -> None:
         assert np.array_equal(many.t, one.t)
     assert many.stats.method == "taylor"
     assert not many.stats.failures
+
+
+@pytest.mark.parametrize("samples", [2, 3, 4, SAMPLES_AT_ONCE + 1, SAMPLES_AT_ONCE + 2])
+def test_any_number_of_samples_is_of_the_same_motion(samples: int) -> None:
+    """The last state is that of two samples, and what is between is on the way: each sample has its own time."""
+    q, v = starts(3)
+    scene = ROD.model_copy(update={"duration": 1.0})
+    ends, many = (
+        pp.simulate_many(scene.with_solver(samples=count), q, v, method="taylor", tolerance=1e-15)
+        for count in (2, samples)
+    )
+    assert many.q.shape == (3, samples, 2)
+    assert np.abs(many.q[:, -1] - ends.q[:, -1]).max() < 1e-12
+    assert np.abs(np.diff(many.q, axis=1)).max() < 4 / (samples - 1)
+    assert np.abs(np.diff(many.q, axis=1)).max(2).min() > 1e-9
+    step = many.t[1]
+    slope = (many.q[:, 1:] - many.q[:, :-1]) / step - (many.v[:, 1:] + many.v[:, :-1]) / 2
+    assert np.abs(slope).max() < 40 * step**2
 
 
 def test_neighbours_and_workers_do_not_matter() -> None:

@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin.simulation.continuation import Continuation
+from pendpin.simulation.crossings import _instants
+from pendpin.simulation.sign_changes import Changes
 
 GRAVITY = pp.effects.Gravity()
 STOP = pp.effects.Stop(lower=-0.5, upper=0.9, restitution=0.6)
@@ -146,3 +148,58 @@ def test_crossings_are_those_of_a_dense_search(number: int) -> None:
     """Queries of benchmarks/instants.py."""
     benchmark = runpy.run_path(str(Path(__file__).parents[1] / "benchmarks" / "instants.py"))
     assert benchmark["faults"](benchmark["query_of"](0, number)) == []
+
+
+# --- the instant in an interval, of functions of time alone -------------------------------------------------------------
+
+
+class Clock:
+    """In the place of a run: its state is the time, and it notes which times are asked for."""
+
+    def __init__(self) -> None:
+        self.asked = list[np.ndarray]()
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        self.asked.append(times)
+        return times
+
+
+ROOT = 1.2345678901234567
+FUNCTIONS = {
+    "line": lambda t: t - ROOT,
+    "cubic": lambda t: (t - ROOT) ** 3 + 1e-3 * (t - ROOT),
+    "falling": lambda t: np.exp(-t) - np.exp(-ROOT),
+    "steep": lambda t: np.arctan(1e6 * (t - ROOT)),
+    "flat": lambda t: (t - ROOT) ** 5,
+    "root": lambda t: np.sign(t - ROOT) * np.sqrt(np.abs(t - ROOT)),
+    "jump": lambda t: np.where(t < ROOT, -1.0, 1e-2),
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+@law(20)
+@given(begin=st.sampled_from([0.0, 1.0, ROOT - 1e-9]), end=st.sampled_from([ROOT + 1e-12, 1.3, 40.0]))
+def test_an_instant_is_found_to_rounding(name: str, begin: float, end: float) -> None:
+    """By few looks at times inside the interval; of a jump, just after it."""
+    function, clock = FUNCTIONS[name], Clock()
+    ends = [np.array([x]) for x in (begin, end, function(np.array(begin)), function(np.array(end)))]
+    (found,) = _instants(clock, function, Changes(*ends))  # type: ignore[arg-type]
+    times = np.concatenate(clock.asked)
+    assert (times > begin).all()
+    assert (times < end).all()
+    if name == "jump":
+        assert ROOT <= found <= ROOT + 2e-13 * max(end - begin, ROOT)
+        assert len(times) <= 60
+    else:
+        assert abs(found - ROOT) <= 4 * np.spacing(ROOT)
+        assert len(times) <= {"flat": 70, "root": 60, "steep": 60, "cubic": 22}.get(name, 14)
+
+
+def test_a_zero_beside_the_begin_of_its_interval_is_no_jump() -> None:
+    """However small the quantity is there, and however large at the end: its zero is found to rounding."""
+    (found,) = _instants(
+        Clock(),
+        lambda t: (t - 1.0) - 1.03e-14,
+        Changes(*np.array([[1.0], [2.0], [-1.03e-14], [1.0]])),  # type: ignore[arg-type]
+    )
+    assert abs(found - 1.0 - 1.03e-14) <= 2 * np.spacing(1.0)

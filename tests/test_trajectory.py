@@ -71,3 +71,16 @@ def test_reactions_hang_together(run: pp.Trajectory) -> None:
     moment = run.wrench[:, 1, 3:] * [1, -1, -1]
     a3 = np.stack([-np.sin(phi), 0 * phi, np.cos(phi)], -1)
     assert np.abs(moment - found.Mc * a3).max() < 5e-15  # the terms that cancel in it are of 5 N m
+
+
+@pytest.mark.parametrize("name", ["t", "q", "v", "a", "wrench", "kinetic", "potential", "tips", "R3"])
+@pytest.mark.parametrize("value", [np.nan, -np.inf, 1e300])
+def test_a_run_is_sound_up_to_its_first_bad_number(run: pp.Trajectory, name: str, value: float) -> None:
+    """Whichever array has it; a run without one is sound to its end."""
+    assert run.sound == len(run.t)
+    rods = run.rod_reactions
+    assert rods is not None
+    array = (rods.R3 if name == "R3" else getattr(run, name)).copy()
+    array.reshape(len(run.t), -1)[7:9, -1] = value
+    bad = {"rod_reactions": rods._replace(R3=array)} if name == "R3" else {name: array}
+    assert replace(run, **bad).sound == 7
