@@ -83,6 +83,19 @@ def test_impacts_are_those_found_by_trial(seed: int, back: list[float], at: tupl
     )
 
 
+@law(30)
+@given(st.lists(st.floats(-2, 2), min_size=8, max_size=8), st.sets(st.integers(0, 3), min_size=1))
+def test_joints_that_come_to_rest_push_nothing_else(numbers: list[float], joints: set[int]) -> None:
+    """Their rates end exactly; the momentum of every other joint is what it was."""
+    contacts = pp.bind(pp.Scene(model=TWO, effects=[Stop(upper=3.0)])).contacts
+    assert contacts is not None
+    (q, v), some = np.array(numbers).reshape(2, 4), np.array(sorted(joints))
+    after = contacts.rest(q, v, some)
+    assert (after[some] == 0).all()
+    momentum = np.linalg.solve(contacts.engine.compliance(q, np.arange(4)), after - v)
+    assert np.delete(momentum, some) == pytest.approx(0, abs=1e-9 * (1 + np.abs(momentum).max()))
+
+
 # --- other units of length ----------------------------------------------------------------------------------------------
 
 CART = """<robot name="cart"><link name="base"/>
@@ -158,6 +171,17 @@ def test_the_unit_of_length_changes_nothing(q, v, pull, kinetic, tmp_path_factor
     unit = np.where(guards1.kind >= MOST, np.array([4.0, 16.0])[guards1.joint], turn[guards1.joint])
     assert guards4.floor / unit == near(guards1.floor)
     assert guards4.offset / unit == near(guards1.offset)
+
+
+@law(20)
+@given(st.lists(st.floats(-1, 1), min_size=8, max_size=8), st.sampled_from([(-1, 1), (1, -1), (-1, -1)]))
+def test_mirror_images_have_the_same_scales(numbers: list[float], signs: tuple[int, int]) -> None:
+    """In the planes of theta and of phi: positions, rates and torques."""
+    contacts = pp.bind(pp.Scene(model=TWO, effects=[Gravity(), DryFriction(kinetic=0.1)])).contacts
+    assert contacts is not None
+    (q, v), mirror, times = np.array(numbers).reshape(2, 4), np.tile(signs, 2), np.linspace(0, 1, 5)
+    for one, other in zip(contacts.scales(times, q, v), contacts.scales(times, mirror * q, mirror * v), strict=True):
+        assert one == pytest.approx(other, rel=1e-9)
 
 
 # --- what is small ---------------------------------------------------------------------------------------------------------

@@ -62,7 +62,7 @@ def common(parts: list[Dimension | None]) -> Dimension | None:
 
 def unit(dimension: Dimension) -> str:
     """A dimension as a unit."""
-    names = {(1, 2, -2): "N m", (1, 1, -2): "N", (1, 2, 0): "kg m²", (0, 0, 0): "a pure number"}
+    names = {(1, 2, -2): "N m", (1, 1, -2): "N", (0, 0, 0): "a pure number"}
     plain = (int(dimension[0]), int(dimension[1]), int(dimension[2]))
     if plain in names and plain == dimension:
         return names[plain]

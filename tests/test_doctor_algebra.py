@@ -1,0 +1,147 @@
+"""The doctor's arithmetic: identities of every operation, sizes of terms, units, and what each special case sets."""
+
+import math
+from fractions import Fraction
+
+import pytest
+
+import pendpin as pp
+from pendpin.doctor.checking.conditions import _zero_is_said, conditions
+from pendpin.doctor.checking.dimensions import NONE, dimension, unit
+from pendpin.doctor.checking.residuals import Equation
+from pendpin.doctor.reading.tree import Node
+from pendpin.doctor.systems.base import System
+from pendpin.doctor.systems.known import SPECS
+from test_doctor_exact import finding_of
+
+IDENTITIES = [
+    r"\sin^2\phi + \cos^2\phi = 1",
+    r"\sin(\theta+\phi) = \sin\theta\cos\phi + \cos\theta\sin\phi",
+    r"\cos(\theta-2\phi) = \cos\theta\cos(2\phi) + \sin\theta\sin(2\phi)",
+    r"\cos(2\theta) = 1 - 2\sin^2\theta",
+    r"\sin(3\theta) = 3\sin\theta - 4\sin^3\theta",
+    r"\sin(\theta-\pi) = -\sin\theta",
+    r"\tan\phi = \frac{\sin\phi}{\cos\phi}",
+    r"\sec\phi\cos\phi = 1",
+    r"\csc\phi\sin\phi = 1",
+    r"\cot\phi\tan\phi = 1",
+    r"m^{-2} = \frac{1}{m^2}",
+    r"\frac{m l - m \dot\theta}{m} = l - \dot\theta",
+    r"\vec\omega\times\vec r_G = -\vec r_G\times\vec\omega",
+    r"\vec r_G\cdot(\vec\omega\times\vec r_G) = 0",
+    r"|\vec r_G|^2 = \vec r_G\cdot\vec r_G",
+    r"\vec r_G^{\,2} = \vec r_G\cdot\vec r_G",
+    r"\vec r_G^T\vec\omega = \vec\omega\cdot\vec r_G",
+    r"\mathbf{I}_G\vec\omega\, 2 = 2\mathbf{I}_G\vec\omega",
+    r"\vec\omega\cdot\mathbf{I}_G\vec\omega\, m = m\,\vec\omega\cdot(\mathbf{I}_G\vec\omega)",
+    r"\begin{bmatrix}1&2\\3&4\end{bmatrix}\begin{bmatrix}\theta\\ \phi\end{bmatrix}"
+    r" = \begin{bmatrix}\theta+2\phi\\3\theta+4\phi\end{bmatrix}",
+    r"\begin{bmatrix}1&2\\3&4\end{bmatrix}\begin{bmatrix}1&0\\ \phi&1\end{bmatrix}"
+    r" = \begin{bmatrix}1+2\phi&2\\3+4\phi&4\end{bmatrix}",
+    r"\begin{bmatrix}1&2\\3&4\end{bmatrix}^T = \begin{bmatrix}1&3\\2&4\end{bmatrix}",
+    r"\begin{bmatrix}\vec b_1\\ \vec b_2\\ \vec b_3\end{bmatrix}\vec r_G = \begin{bmatrix}0\\0\\l/2\end{bmatrix}",
+    r"\frac{d}{dt}(m l\dot\theta) = m l\ddot\theta",
+    r"\frac{d}{dt}(\sin\theta\cos\phi) = \dot\theta\cos\theta\cos\phi - \dot\phi\sin\theta\sin\phi",
+    r"\frac{\partial}{\partial\theta}(\theta^3\phi) = 3\theta^2\phi",
+    r"\frac{\partial}{\partial\dot\phi}(\dot\theta\dot\phi^2) = 2\dot\theta\dot\phi",
+    r"\dot E = 0",
+]
+
+
+@pytest.mark.parametrize("equation", IDENTITIES)
+def test_identities_are_proved(equation: str) -> None:
+    """Of circular functions, vectors, tensors, matrices and derivatives."""
+    finding = finding_of(equation)
+    assert (finding.verdict, finding.proved) == ("holds", True)
+    assert finding.error < 1e-14
+
+
+@pytest.mark.parametrize(
+    "equation", [r"m^{3/2} = m\sqrt{m}", r"\sqrt{m^2 l^2} = m l", r"|\vec r_G| = \sqrt{\vec r_G\cdot\vec r_G}"]
+)
+def test_roots_hold_in_fifty_digits(equation: str) -> None:
+    """They are no polynomials, and not proved."""
+    finding = finding_of(equation)
+    assert (finding.verdict, finding.proved) == ("holds", False)
+
+
+def test_what_is_compared_with_a_scene_is_not_proved() -> None:
+    """Its equations hold at random states."""
+    rod = pp.Rod(length=1.0, mass=1.0, radius=0.05)
+    scene = pp.Scene(model=pp.Chain(rods=[rod, rod]), effects=[pp.effects.Gravity()])
+    (finding,) = pp.diagnose([r"\sin^2\phi_1 + \cos^2\phi_1 = 1"], scene=scene).findings
+    assert (finding.verdict, finding.proved) == ("holds", False)
+
+
+@pytest.mark.parametrize("term", ["m l^3", "m^2 l", r"\frac{l}{m}", r"\dot\theta^2 m"])
+def test_a_power_counts_as_one_term(term: str) -> None:
+    """Of an equation off by a thousandth the error is that over the value and both terms, whatever the power."""
+    assert finding_of(f"{term} = 1.001 {term}").error == pytest.approx(0.001 / 3.001, rel=1e-6)
+
+
+# --- units ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("powers", "written"),
+    [
+        ((1, 1, 0), "kg m"),
+        ((0, 1, -1), "m s⁻¹"),
+        ((0, 0, 2), "s²"),
+        (("1/2", 0, -12), "kg^(1/2) s⁻¹²"),
+        ((1, 2, 0), "kg m²"),
+    ],
+)
+def test_units_are_powers_of_kg_m_and_s(powers: tuple, written: str) -> None:
+    """A power of 1 is not written, one of 0 has no unit."""
+    assert unit(tuple(map(Fraction, powers))) == written
+
+
+def test_names_that_are_defined_by_others_have_their_dimension() -> None:
+    """Through a row of definitions; of names that define each other there is none, and the search ends."""
+    spec, symbol = SPECS["thin"], lambda name: Node("symbol", (0, 0), name)
+    row = {f"n{i}": symbol(f"n{i + 1}") for i in range(15)} | {"n15": symbol("l")}
+    assert dimension(symbol("n0"), row, spec) == (0, 1, 0)
+    assert dimension(symbol("a"), {"a": symbol("b"), "b": symbol("a")}, spec) in (None, NONE)
+    assert dimension(symbol("a"), {"a": Node("power", (0, 0), Fraction(3, 2), (symbol("m"),))}, spec) == (
+        Fraction(3, 2),
+        0,
+        0,
+    )
+
+
+# --- special cases --------------------------------------------------------------------------------------------------
+
+AT_REST = {"dtheta": 0.0, "dphi": 0.0}
+SETS = {
+    "at rest": AT_REST,
+    "at rest, hanging straight down": {"theta": 0.0, "phi": 0.0} | AT_REST,
+    "theta = 0 throughout": {"theta": 0.0, "dtheta": 0.0},
+    "theta = 0": {"theta": 0.0},
+    "theta is constant": {"dtheta": 0.0},
+    "phi = 0 throughout": {"phi": 0.0, "dphi": 0.0},
+    "phi = 0": {"phi": 0.0},
+    "phi is constant": {"dphi": 0.0},
+    "there is no gravity": {"g": 0.0},
+    "at the pole, phi = ±90°": {"phi": math.pi / 2},
+}
+
+
+@pytest.mark.parametrize("rod", SPECS)
+def test_a_special_case_sets_what_it_says(rod: str) -> None:
+    """Coordinates, rates or gravity; or it is that of another rod. All may be meant without a word but for the pole."""
+    found = conditions(System(SPECS[rod]))
+    assert {one.words: dict(one.instead) for one in found if one.system is None} == SETS
+    assert [one.words for one in found if not one.free] == ["at the pole, phi = ±90°"]
+    assert all(one.system.spec.kind in SPECS and not one.instead for one in found if one.system is not None)
+
+
+def test_an_equation_says_that_one_quantity_is_0() -> None:
+    """Not that it is 1, nor that two are equal, nor that a sum is 0."""
+    symbol, zero, one = Node("symbol", (0, 0), "R1"), *(Node("number", (0, 0), Fraction(n)) for n in (0, 1))
+    both = Node("sum", (0, 0), (1, 1), (symbol, symbol))
+    said = [
+        _zero_is_said(Equation(sides))
+        for sides in ((symbol, zero), (zero, symbol), (symbol, one), (symbol, symbol), (both, zero))
+    ]
+    assert said == [True, True, False, False, False]
