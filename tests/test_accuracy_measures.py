@@ -108,12 +108,12 @@ def test_gaps_never_fall() -> None:
 def test_a_slide_is_measured_by_its_way(tmp_path: Path) -> None:
     """A chain by the sum of its rods, wherever it is; a slide, which has no length, by how far it gets."""
     scene = spinning()
-    assert choose_length(build(scene.model), pp.simulate(scene)) == 2.0
+    assert choose_length(build(scene.model), pp.simulate(scene).tips) == 2.0
     file = tmp_path / "slide.urdf"
     file.write_text(SLIDE)
     start = pp.Start(positions={"x": -0.5}, velocities={"x": 1.0})
     run = pp.simulate(pp.Scene(duration=3.0, model=pp.UrdfModel(path=file), start=start))
-    assert choose_length(build(run.source.model), run) == pytest.approx(2.5, rel=1e-9)
+    assert choose_length(build(run.source.model), run.tips) == pytest.approx(2.5, rel=1e-9)
 
 
 def test_the_probe_sees_a_narrow_force_and_when() -> None:

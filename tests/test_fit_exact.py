@@ -12,7 +12,7 @@ from pendpin.effects import Drag, DryFriction, Gravity, Viscous
 from pendpin.errors import InputError
 from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
 from pendpin.fitting.parameters import free_parameters, replace_checked, substitute
-from pendpin.fitting.uncertainty import certainty, outliers, sensor_noise, whiteness
+from pendpin.fitting.uncertainty import certainty, memory_lags, outliers, sensor_noise, whiteness
 from pendpin.scene import Data
 from test_fit_errors import Swings, swing_of
 
@@ -244,3 +244,15 @@ def test_numbers_are_written_to_their_places() -> None:
     assert changed.effects[2] == SCENE.effects[2].model_copy(update={"kinetic": 2e-4})
     assert changed.effects[1] == SCENE.effects[1]
     assert changed.effects[3] == SCENE.effects[3]
+
+
+def test_noise_that_is_large_where_it_counts() -> None:
+    """White, five times as large where the motion shows the number: its error is that of these samples, not of the mean."""
+    swings, (P, M) = Swings(2, 2_000), (2, 2_000)
+    shows = np.random.default_rng(0).random((P, M)) < 0.1
+    swings.J = np.where(shows, 1.0, 1e-6)[:, :, None, None]
+    noise = np.random.default_rng(1).normal(0, np.where(shows, 5.0, 1.0))
+    r = noise - swings.J[..., 0, 0] * (noise * shows).sum() / shows.sum()
+    assert memory_lags(r[:, :, None]) == 0
+    known = certainty(r[:, :, None], swings.J, swings.starts, np.ones(1), swings.swing, swings.t, swings.seen)
+    assert known.error(np.ones(1)) == pytest.approx(5.0 / np.sqrt(shows.sum()), rel=0.1)
