@@ -111,14 +111,15 @@ def _rod_of_symbols(equations: list[Printed]) -> str:
     names = set().union(*(equation.names for equation in readings))
     if _says_uniform(equations) or not ("h" in names or (names & INERTIAS and "l" not in names)):
         return "uniform" if names & {"r", "I3", "J3"} else "thin"
-    return "general" if any(_numbered(one) for one in equations) else "symmetric"
+    return "general" if _tells_apart(equations) else "symmetric"
 
 
-def _numbered(one: Printed) -> bool:
-    """Whether an equation tells the two transverse inertias apart: it has an index, or the tensor."""
-    parts = [part for sides, _ in one.ways[:1] for side in sides for part in walk(side)]
+def _tells_apart(equations: list[Printed]) -> bool:
+    """Whether a text tells two transverse inertias apart: it has both indices, or the tensor."""
+    parts = [part for one in equations for sides, _ in one.ways[:1] for side in sides for part in walk(side)]
     inertias = [part.written for part in parts if part.written and part.written.letter in "IJ"]
-    return any(written.index[:1] in (*"12xy",) or written.styled for written in inertias)
+    indices = {written.index[:1] for written in inertias}
+    return any(written.styled for written in inertias) or bool(indices & {"1", "x"} and indices & {"2", "y"})
 
 
 def _says_uniform(equations: list[Printed]) -> bool:

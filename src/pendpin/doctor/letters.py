@@ -24,6 +24,7 @@ MOST_COUNTED = 60  # equations that tell which system a text is about
 MOST_TRIED = 24  # meanings of letters in equations that do not hold
 MOST_LOADS = 3  # unknown forces and dampings of an equation that holds without them
 MOST_CHANGED = 4  # letters of a text that mean what they usually do not
+TWINS = {"1": "2", "2": "1"}  # indices of two like bodies
 OFTEN = 2  # equations that hold with one meaning of a letter, so that a single other one is a slip
 
 
@@ -152,31 +153,62 @@ def _meanings(name: Name, words: Vocabulary) -> list[str]:
 
 
 def _agreed(equations: list[Printed], system: System, again: Again, words: Vocabulary) -> list[Printed]:
-    """The equations, where a letter that means another thing in one of them alone means there what it does elsewhere.
+    """The equations, where a letter that means another thing in one of them alone means there what it does elsewhere."""
+    for _ in range(MOST_CHANGED):
+        for name, usual in _slips(equations, system, words):
+            other = replace(words, chosen=words.chosen | {name: usual})
+            changed = _with(equations, again(other), [name])
+            lost = sum(holding(one, system) is not None for one in equations)
+            lost -= sum(holding(one, system) is not None for one in changed)
+            if lost in (0, 1):
+                equations, words = changed, other
+                break
+        else:
+            break
+    return equations
 
-    A letter that stands in one of them alone does not mean what another one means that has that meaning first.
+
+def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Iterator[tuple[Name, str]]:
+    """Letters that mean another thing in one equation alone, each with what it means elsewhere.
+
+    I_1 and I_2 are inertias about the same point. Of two parameters that a letter means once each the likelier is meant. A
+    letter that stands in one equation alone does not mean what another one means that has that meaning first.
     """
-    uses: dict[Name, Counter[str]] = defaultdict(Counter)
-    for one in equations:
-        if one.ways and (equation := holding(one, system)) is not None:
-            for name, meaning in set(_used(equation, words)):
-                uses[name][meaning] += 1
+    uses, twins = _uses(equations, system, words)
     takers = {meaning: name for name, found in uses.items() for meaning, often in found.items() if often >= OFTEN}
-    for name, found in uses.items():
+    for name, own in uses.items():
         meanings = _meanings(name, words)
+        found = own + Counter({meaning: often for meaning, often in twins[name].items() if meaning in meanings})
         taken = len(meanings) > 1 and len(found) == 1 and takers.get(next(iter(found)), name) != name
         if taken and sum(found.values()) == 1 and next(iter(found)) != meanings[0]:
             found = Counter({meanings[0]: OFTEN, **found})
-        (usual, often), *others = found.most_common()
+        (usual, often), *others = sorted(found.items(), key=lambda pair: (-pair[1], *_rank(pair[0], meanings)))
         alike = [other for other in others if _same_dimension(usual, other[0], system)]
-        if len(alike) != 1 or alike[0][1] > 1 or often < OFTEN:
-            continue
-        changed = _with(equations, again(replace(words, chosen=words.chosen | {name: usual})), [name])
-        lost = sum(holding(one, system) is not None for one in equations)
-        lost -= sum(holding(one, system) is not None for one in changed)
-        if lost == 1:
-            equations, words = changed, replace(words, chosen=words.chosen | {name: usual})
-    return equations
+        settled = often >= OFTEN or {usual, *(other for other, _ in alike)} <= system.spec.still
+        if len(alike) == 1 and alike[0][1] == 1 and own[alike[0][0]] and settled:
+            yield name, usual
+
+
+def _uses(
+    equations: list[Printed], system: System, words: Vocabulary
+) -> tuple[dict[Name, Counter[str]], dict[Name, Counter[str]]]:
+    """How often each letter has each meaning in equations that hold, and the same letter with the index of a twin."""
+    uses: dict[Name, Counter[str]] = defaultdict(Counter)
+    twins: dict[Name, Counter[str]] = defaultdict(Counter)
+    for one in equations:
+        if one.ways and (equation := holding(one, system)) is not None:
+            used = dict(_used(equation, words))
+            for (letter, index), meaning in used.items():
+                uses[letter, index][meaning] += 1
+                twin = TWINS.get(index, "")
+                if twin and (letter, twin) not in used:
+                    twins[letter, twin][meaning.removesuffix(index) + twin] += 1
+    return uses, twins
+
+
+def _rank(meaning: str, meanings: list[str]) -> tuple[int, str]:
+    """How likely a letter has a meaning: its place among all."""
+    return (meanings.index(meaning) if meaning in meanings else len(meanings), meaning)
 
 
 def _used(equation: Equation, words: Vocabulary) -> Iterator[tuple[Name, str]]:

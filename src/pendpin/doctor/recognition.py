@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
@@ -30,11 +30,12 @@ from pendpin.errors import InputError, not_one_of, shown
 
 Name = tuple[str, str]  # a letter and its index
 Renamed = dict[Name, Written]
-Said = Sequence[tuple[str, tuple[Written, ...]]]  # what the text says of its symbols
 
 ANGLE_LETTERS = {"theta", "phi", "alpha", "beta", "psi", "gamma", "q", "varphi", "vartheta", "delta"}
+INERTIA = (1, 2, 0)  # powers of kg, m, s
 UNKNOWN = "no system that pendpin knows"
 RARELY = 5  # times that a letter stands more often than another that is a slip
+LIKELIER = 0.01  # equations: what a system of more coordinates counts, of which the text has each
 NEARLY = 0.99  # of what may hold: the search ends
 CLOSE, MOST_SETTLED = 2.5, 4  # readings in which so few equations fewer hold are compared more closely, and how many
 SURE = 0.6  # of what may hold: no other system is tried then
@@ -127,13 +128,13 @@ def read(document: Document, choices: dict[str, Any]) -> Reading:
     rod = _as_rod(document, table, kind if kind in RODS else None, convention)
     best, most = rod, held(rod.equations, rod.system) + 0.5 if kind not in FAMILIES else -1.0
     is_rod = kind in RODS or convention is not None
-    sure = rod.unknown or most > SURE * _most(rod)
+    sure = rod.unknown or most > max(SURE * _most(rod), 0.5)
     counted: list[tuple[float, Reading]] = []
     renamed = () if kind in FAMILIES else _renamed_rods(document, table, kind, convention)
     for other in () if sure else chain(renamed, () if is_rod else _others(document, table, kind)):
         counted.append((held(other.equations, other.system), other))
-        if counted[-1][0] > most:
-            most, best = counted[-1]
+        if (count := counted[-1][0] + LIKELIER * len(other.system.spec.coordinates)) > most:
+            most, best = count, other
         if most > NEARLY * _most(best):
             break
     if most < 1:
@@ -173,7 +174,7 @@ def _stated(reading: Reading) -> int:
 def _as_scene(document: Document, table: dict[str, str], scene: Any) -> Reading:
     """The equations read as those of the chain of a scene."""
     spec = scene_spec(scene)
-    words, given = read_symbols(table, spec, {}, list(legend(document.text)))
+    words, given = read_symbols(table, spec, {}, document.text)
     equations = printed(document.statements, given, {}, words)
     return Reading(equations, System(spec), spec.title, (), True)
 
@@ -182,9 +183,7 @@ def _as_rod(
     document: Document, table: dict[str, str], rod: str | None, convention: str | None, renamed: Renamed | None = None
 ) -> Reading:
     """The equations read as those of a rod on a universal joint, whose angles may have other names."""
-    words, given = read_symbols(table, SPECS["thin"], renamed or {}, list(legend(document.text)))
-    keys = [(_key(symbol), meaning) for symbol, meaning in named(document.text)]
-    words = replace(words, also={(key.letter, key.index): meaning for key, meaning in keys if key})
+    words, given = read_symbols(table, SPECS["thin"], renamed or {}, document.text)
     usual = {f"?{letter}": lone(f"{name}(phi)", words) for letter, name in (("s", "sin"), ("c", "cos"))}
     known = {k: v for k, v in usual.items() if v}
     equations = printed(document.statements, given, known, words)
@@ -213,8 +212,8 @@ def _renamed_rods(
     document: Document, table: dict[str, str], rod: str | None, convention: str | None
 ) -> Iterator[Reading]:
     """The equations as those of a rod whose angles have other names."""
-    moving, _ = _letters(document, table)
-    letters = [name for name in sorted(moving) if name[0] in ANGLE_LETTERS and name[1] in ("", "1", "2")]
+    found = _letters(document, table)
+    letters = [name for name in found.angles if name in found.moving and name[1] in ("", "1", "2")]
     if len(letters) != 2 or {"theta", "phi"} <= {name[0] for name in letters}:
         return
     for first, second in (letters, letters[::-1]):
@@ -226,18 +225,20 @@ def _renamed_rods(
 
 def _others(document: Document, table: dict[str, str], kind: str | None) -> Iterator[Reading]:
     """The equations read as those of each other system whose coordinates the text may have."""
-    moving, mentioned = _letters(document, table)
-    said = list(legend(document.text))
+    letters = _letters(document, table)
+    inertias = {name[0] for name in letters.every} & {"I", "J"} or re.search("inertia|gyration", document.text)
     for family, specs in FAMILIES.items():
         if kind not in (None, family) or (kind is None and family == "polar" and ON_A_JOINT.search(document.text)):
             continue
-        for renamed in _renamings(family, moving, mentioned):
-            letters = {name[0] for name in mentioned}
-            general = "h" in letters and bool(letters & {"I", "J"}) and family != "polar"
-            for spec in (spec for spec in specs if not general or " any" in spec.kind):
+        for renamed in _renamings(family, letters):
+            general = ("h", "") in letters.every and bool(inertias) and family != "polar"
+            bodies = sorted(
+                specs, key=lambda spec: (" any" in spec.kind) != bool(inertias)
+            )  # simple ones unless it says so
+            for spec in (spec for spec in bodies if not general or " any" in spec.kind):
                 if " horizontal" in spec.kind and not FROM_HORIZONTAL.search(document.text):
                     continue
-                words, given = read_symbols(table, spec, renamed, said)
+                words, given = read_symbols(table, spec, renamed, document.text)
                 equations = printed(document.statements, given, {}, words)
                 again = partial(printed, document.statements, given, {})
                 if not any(any(e.names & {*LOADS} for e, _ in one.readings()) for one in equations):
@@ -246,25 +247,41 @@ def _others(document: Document, table: dict[str, str], kind: str | None) -> Iter
                 yield Reading(equations, System(spec), spec.title, again=again)
 
 
-def _letters(document: Document, table: dict[str, str]) -> tuple[Counter[Name], Counter[Name]]:
-    """The letters, with their indices, whose rates the text has, and all that it has, each with how often."""
+@dataclass(frozen=True)
+class Letters:
+    """The letters of a text with their indices: those that have rates, and all, each with how often; and its angles."""
+
+    moving: Counter[Name]
+    every: Counter[Name]
+    turned: set[Name]  # in sines and cosines
+
+    @property
+    def angles(self) -> list[Name]:
+        """Those that may be angles: the usual ones, or where there are none those that move in a sine or cosine."""
+        usual = [name for name in sorted(self.every) if name[0] in ANGLE_LETTERS]
+        return usual or sorted(self.turned & self.moving.keys())
+
+
+def _letters(document: Document, table: dict[str, str]) -> Letters:
+    """The letters of a text."""
     words, _ = read_symbols(table, replace(SPECS["thin"], words=raw), {})
-    moving, every = Counter[Name](), Counter[Name]()
+    moving, every, turned = Counter[Name](), Counter[Name](), set[Name]()
     for one in printed(document.statements, {}, {}, words):
         for node in (part for sides, _ in one.ways[:1] for side in sides for part in walk(side)):
             if node.kind == "symbol" and node.written:
                 name = (node.written.letter, node.written.index)
                 every[name] += 1
                 moving[name] += node.written.dots > 0
-            if node.kind == "derivative":
-                moving.update((p.written.letter, p.written.index) for p in walk(node) if p.written)
-    return +moving, every
+            inside = [(p.written.letter, p.written.index) for p in walk(node) if p.written]
+            moving.update(inside if node.kind == "derivative" else ())
+            turned.update(inside if node.kind == "function" else ())
+    return Letters(+moving, every, turned)
 
 
-def _renamings(family: str, moving: Counter[Name], mentioned: Counter[Name]) -> Iterator[Renamed]:
+def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     """How the letters of a text may stand for the coordinates of a system: none, or each way that has them all."""
-    angles = [name for name in sorted(mentioned) if name[0] in ANGLE_LETTERS]
-    turning = [name for name in angles if name in moving] or angles
+    moving, mentioned = letters.moving, letters.every
+    turning = [name for name in letters.angles if name in moving] or letters.angles
     turning = [
         n for n in turning if n[1] or not {(n[0], "1"), (n[0], "2")} <= {*turning}
     ]  # of q = (q_1, q_2) the parts
@@ -316,25 +333,12 @@ def _strange(reading: Reading) -> set[str]:
 
 
 def read_symbols(
-    table: dict[str, str], spec: Spec, renamed: Renamed, said: Said = ()
+    table: dict[str, str], spec: Spec, renamed: Renamed, text: str = ""
 ) -> tuple[Vocabulary, dict[str, Node]]:
     """The words of a system, with symbols that are given as other names, or as expressions. Raises InputError."""
     named = {name for written in renamed.values() for name in spec.words(written)[:1]} & set(spec.coordinates)
     words = Vocabulary(spec.words, dict(renamed), frozenset(spec.state), frozenset(named))
-    for symbol, printed_names in said:
-        try:
-            left = _key(symbol)
-        except Unread:  # a slip such as \thta: the equations that hold it say so
-            continue
-        right = next((other for other in printed_names if spec.words(other)), None)
-        if left is None or right is None or (left.letter, left.index) in renamed:
-            continue
-        if words(left)[0] in {
-            *spec.state,
-            *spec.still,
-        }:  # it has a meaning of its own, which a phrase misread may not take
-            continue
-        words.renamed[left.letter, left.index] = right
+    _say(words, spec, text)
     found: dict[str, Node] = {}
     for name, text in table.items():
         try:
@@ -352,6 +356,38 @@ def read_symbols(
         else:
             found[words(left)[0]] = right
     return words, found
+
+
+def _say(words: Vocabulary, spec: Spec, text: str) -> None:
+    """Note what a text says of its symbols: other names, and which of its own meanings a letter has.
+
+    What it says in passing is one more meaning, as is no letter's own.
+    """
+    for symbol, printed_names, passing in (
+        *((*one, False) for one in legend(text)),
+        *((*one, True) for one in named(text)),
+    ):
+        try:
+            left = _key(symbol)
+        except Unread:  # a slip such as \thta: the equations that hold it say so
+            continue
+        if left is None or (name := (left.letter, left.index)) in words.renamed:
+            continue
+        own = [replace(one, index=left.index or one.index) for one in printed_names]
+        meant = next((one for one in (*own, *printed_names) if spec.words(one)), None)
+        meanings = words(left)
+        if meant is None:
+            continue
+        if spec.dimensions.get(meanings[0]) == INERTIA:
+            about = printed_names[0].letter  # I about the centre of mass, J about the joint
+            words.chosen[name] = next((meaning for meaning in meanings if meaning[0] == about), "")
+        elif passing:
+            words.also[name] = meant
+        elif meanings[0] not in {
+            *spec.state,
+            *spec.still,
+        }:  # what has a meaning of its own a phrase misread may not take
+            words.renamed[name] = meant
 
 
 def _is_no_name(text: str, node: Node) -> bool:

@@ -19,20 +19,26 @@ _SAID_PLAINLY = re.compile(
 # what a phrase speaks of, the special before the general, and how that is printed in one system or another
 PHRASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     (r"angular velocity|frequency|rate|unit vector|period|number|ratio|function|constant|coordinate", ()),
+    (r"theta.{0,4} and .{0,4}phi", ()),
     (
-        r"angle theta|\btheta\b|angle from the vertical|polar angle|first angle|angle of deflection|swing angle",
+        r"angle theta|\btheta\b|angle (?:from|with|to|between [\w ]+ and) the (?:downward )?vertical|polar angle|"
+        r"first angle|angle of deflection|swing angle",
         ("theta",),
     ),
     (r"angle phi|\bphi\b|azimuth|second angle", ("phi",)),
-    (r"inertia.*(?:axial|axis of the rod|rod'?s (?:own )?axis|own axis|longitudinal|long axis|spin)", ("I_3",)),
-    (r"(?:axial|longitudinal).*inertia", ("I_3",)),
+    (
+        r"inertia.*(?:axial|ax[ie]s of (?:the rod|symmetry|revolution)|symmetry axis|rod'?s (?:own )?axis|"
+        r"\b(?:its|own) axis|longitudinal|long axis|spin)|(?:axial|longitudinal|polar|spin).*inertia",
+        ("I_3", "J"),
+    ),
     (r"inertia.*(?:joint|pivot|hinge|suspen|support|point O|\bO\b|its end|fixed point)", ("J_1", "J")),
-    (r"inertia.*(?:cent(?:re|er)|centroid|\bG\b|gravity|com\b)|(?:central|centroidal).*inertia", ("I_1", "I_G", "I")),
+    (r"inertia.*(?:cent(?:re|er)|centroid|\bG\b|gravity|com\b)|(?:central|centroidal).*inertia", ("I_G", "I_1", "I")),
+    (r"inertia about the axis", ("I_3", "J")),
     (r"cent(?:re|er) of (?:mass|gravity)|centroid", ("h",)),
     (r"mass of the cart|cart'?s mass|cart mass", ("M",)),
     (r"mass of the (?:pole|pendulum|bob|rod)|pole mass", ("m",)),
     (r"position of the cart|cart'?s position|displacement", ("x",)),
-    (r"\b(?:its|the|a|total)? ?mass\b(?! matrix| point| of the (?:first|second|upper|lower))", ("m",)),
+    (r"\bmass\b(?! matrix| point| of the (?:first|second|upper|lower))", ("m",)),
     (r"gravitational|acceleration of gravity|acceleration due to gravity|free fall|\bgravity\b", ("g",)),
     (r"\blength\b(?! of the (?:first|second|upper|lower))", ("l",)),
     (r"radius of the rod|rod'?s radius", ("r",)),
@@ -40,47 +46,56 @@ PHRASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     (r"potential energy", ("V",)),
     (r"Lagrangian|Lagrange function", ("L",)),
     (r"total energy|mechanical energy", ("E",)),
-    (r"tension", ("R_3", "S")),
+    (r"tension|along the rod", ("R_3", "S")),
 )
 
-# "of mass $M$", "the length $L$", not "centre of mass $G$" nor "half the length $a$"; a tension may stand before an equation
+# "of mass $M$", "the length $L$", not "centre of mass $G$" nor "half the length $a$"; others may stand before an equation
 _NAMED = re.compile(
     rf"(?:^|[.,;(]\s*|(?<!\w)(?P<before>\w+\s+)?\b(?:of|with|and|its|has|the|a|total)\s+)"
     rf"(?P<phrase>mass|length)\s+{_SYMBOL}",
     re.IGNORECASE | re.MULTILINE,
 )
 _NO_NAME = re.compile(r"cent(?:re|er)|half|per|unit|quarter|twice|double", re.IGNORECASE)
-_FILLING = (
-    "force|in|at|of|along|the|a|rod|joint|string|rope|wire|then|therefore|thus|is|equals|becomes|reads|follows|as"
-)
-_PULL = re.compile(
-    rf"\b(?P<phrase>tension|(?:reaction|force)\s+along\s+the\s+rod)(?:\s+(?:{_FILLING})\b)*[:,]?\s*"
-    rf"(?:\$\$?|\\\[|\\begin\{{(?:equation|align)\*?\}})\s*(?P<symbol>[A-Za-z](?:_\{{?\w+\}}?)?)\s*(?:&?=|\$)",
+_FILLING = """force in at of along the a rod joint string rope wire then therefore thus is equals becomes reads follows as
+bob body bodies system pendulum total both two"""
+_PASSING = re.compile(
+    r"\b(?P<phrase>tension|(?:reaction|force)\s+along\s+the\s+rod|(?:kinetic|potential|total|mechanical)\s+energy|"
+    r"(?:central|centroidal|polar|axial|spin|transverse)\s+(?:moments?\s+of\s+)?inertias?)"
+    rf"(?:\s+(?:{'|'.join(_FILLING.split())})\b)*[:,]?\s*"
+    r"(?:\$\$?|\\\[|\\begin\{(?:equation|align)\*?\})\s*(?P<symbol>[A-Za-z](?:_\{?\w+\}?)?)\s*(?:&?=|\$)"
+    r"(?:(?:,|\s+and)\s*\$(?P<other>[A-Za-z]_\{?\w+\}?)\$)?"
+    r"(?P<after>\s*\(?(?:about|around|through)(?:(?! and )[A-Za-z ]){2,60})?",
     re.IGNORECASE,
 )
+_ANGLES = re.compile(
+    rf"{_SYMBOL}\s+and\s+\$\s*(?P<other>\\?[A-Za-z]+(?:_\{{?\w+\}}?)?)\s*\$\s+(?:are|denote|stand for)"
+    r"\s+(?:the\s+)?(?:angles?\s+)?\$?\\?(?P<first>theta|phi)\$?\s+and\s+\$?\\?(?P<second>theta|phi)\b"
+)
 
 
-def named(text: str) -> Iterator[tuple[str, Written]]:
-    """The symbols that a text names in passing, each with how that is printed for a rod."""
+def named(text: str) -> Iterator[tuple[str, tuple[Written, ...]]]:
+    """The symbols that a text names in passing, and how that is printed in the systems that the doctor knows."""
     for match in _NAMED.finditer(text):
         if not _NO_NAME.fullmatch((match["before"] or "").strip()) and not re.search(r"\d", match["symbol"]):
-            yield match["symbol"], Written("m" if match["phrase"].lower() == "mass" else "l")
-    for match in _PULL.finditer(text):
-        yield match["symbol"], Written("R", 0, "3")
+            yield match["symbol"], _printed(match["phrase"])
+    for match in _PASSING.finditer(text):
+        names = _printed(f"{match['phrase']}{match['after'] or ''}")
+        yield from ((symbol, names) for symbol in (match["symbol"], match["other"]) if symbol)
 
 
 def legend(text: str) -> Iterator[tuple[str, tuple[Written, ...]]]:
     """The symbols of which a text says what they are, and how that is printed in the systems that the doctor knows."""
+    for match in _ANGLES.finditer(text):
+        yield from (
+            (match[symbol], (Written(match[name]),)) for symbol, name in (("symbol", "first"), ("other", "second"))
+        )
     for match in [*_SAID.finditer(text), *_SAID_PLAINLY.finditer(text)]:
         groups = match.groupdict()
-        symbol, phrase = groups.get("symbol") or groups.get("bare") or "", match["phrase"][:MOST_WORDS]
-        for pattern, printed in PHRASES:
-            if re.search(pattern, phrase, re.IGNORECASE):
-                if printed:
-                    yield symbol, tuple(_written(name) for name in printed)
-                break
+        if printed := _printed(match["phrase"][:MOST_WORDS]):
+            yield groups.get("symbol") or groups.get("bare") or "", printed
 
 
-def _written(name: str) -> Written:
-    letter, _, index = name.partition("_")
-    return Written(letter, 0, index)
+def _printed(phrase: str) -> tuple[Written, ...]:
+    """How what a phrase speaks of is printed; none where the phrase is not known."""
+    names = next((names for pattern, names in PHRASES if re.search(pattern, phrase, re.IGNORECASE)), ())
+    return tuple(Written(letter, 0, index) for letter, _, index in (name.partition("_") for name in names))

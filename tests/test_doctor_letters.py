@@ -1,0 +1,117 @@
+"""The equation doctor: what the words of a text say of its letters, and that one text has one convention."""
+
+import pytest
+
+import pendpin as pp
+
+
+def verdicts(text):
+    """The verdicts in order."""
+    return [finding.verdict for finding in pp.diagnose(text).findings]
+
+
+SYMMETRIC = r"""
+$$ T = \frac12 A(\dot\phi^2 + \dot\theta^2\cos^2\phi) + \frac12 C\dot\theta^2\sin^2\phi $$
+$$ V = - M g c\cos\theta\cos\phi $$
+$$ A\ddot\phi + (A - C)\dot\theta^2\sin\phi\cos\phi + M g c\cos\theta\sin\phi = 0 $$
+"""
+SAID = "A symmetric rod of mass $M$ on a universal joint; $c$ is the distance of the centre of mass from the joint"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "$A$ is the transverse inertia about the joint, $C$ the inertia about the axis",
+        "$A$ is the transverse inertia about the joint and $C$ the moment of inertia about the axis of symmetry",
+        "$A$ denotes the moment of inertia about a transverse axis through the joint, $C$ the polar moment of inertia",
+        "it has the transverse inertia $A$ about the joint and the spin inertia $C$",
+        "$A$ is the inertia about the joint, $C$ the inertia about its symmetry axis",
+    ],
+)
+def test_inertias_are_what_the_words_beside_them_say(words):
+    text = f"{SAID}; {words}.\n{SYMMETRIC}"
+    assert verdicts(text) == ["holds"] * 3
+    assert verdicts(text.replace("(A - C)", "(A + C)")) == ["holds", "holds", "fails"]
+
+
+HALVES = {  # texts whose kinetic energy lacks a half
+    "a bob": r"A bob of mass $m$ hangs on a string: $T = m l^2\dot\theta^2$, $V = -m g l\cos\theta$",
+    "a body": r"With $J_1$ and $I_3$: $T = J_1(\dot\phi^2 + \dot\theta^2\cos^2\phi) + \frac12 I_3\dot\theta^2\sin^2\phi$, "
+    r"$V = -m g h\cos\theta\cos\phi$",
+    "a cart": r"A cart $M$ at $x$: $T = \frac12 M\dot x^2 + m(\dot x^2 + 2 l\dot x\dot\theta\cos\theta + l^2\dot\theta^2)$, "
+    r"$V = -m g l\cos\theta$",
+    "a sphere": r"With the azimuth $\phi$: $T = m l^2(\dot\theta^2+\dot\phi^2\sin^2\theta)$, $V = -m g l\cos\theta$",
+    "said": f"{SAID}; $A$ is the inertia about the joint, $C$ the axial inertia.\n"
+    + SYMMETRIC.replace(r"T = \frac12 A", "T = A"),
+}
+
+
+@pytest.mark.parametrize("text", HALVES.values(), ids=HALVES.keys())
+def test_a_half_is_missing_beside_a_right_potential_energy(text):
+    """The system is the simplest in which as many equations hold, with as many coordinates as the text moves."""
+    kinetic, *others = pp.diagnose(text).findings
+    assert {finding.verdict for finding in others} == {"holds"}
+    assert kinetic.verdict == "fails"
+    assert kinetic.mends[0].words.startswith(r"the factor \frac{1}{2} is missing")
+
+
+MASSES = r"""# Double pendulum
+$$ M_{11} = I_1 + m_2 l_1^2 $$
+$$ M_{12} = m_2 l_1 h_2\cos(\theta_1-\theta_2) $$
+$$ M_{22} = m_2 h_2^2 + I_2 $$
+"""
+JOINT = "$I_1$ is the inertia about the pivot of the first link.\n"
+
+
+def test_inertias_of_one_text_are_about_the_same_point_unless_it_says_otherwise():
+    """M_11 lacks m_1 h_1^2 if I_2 is central; I_1 may be said to be about the pivot; both may be."""
+    first, *others = pp.diagnose(MASSES).findings
+    assert (first.verdict, *(finding.verdict for finding in others)) == ("fails", "holds", "holds")
+    assert first.mends[0].words == "the term + m_1 h_1^2 is missing"
+    assert verdicts(MASSES + JOINT) == ["holds"] * 3
+    assert verdicts(MASSES.replace("m_2 h_2^2 + I_2", "I_2")) == ["holds"] * 3
+    central = "The links have the central inertias $I_1$ and $I_2$.\n" + MASSES.replace("m_2 h_2^2 + I_2", "I_2")
+    assert verdicts(central) == ["fails", "holds", "fails"]
+
+
+@pytest.mark.parametrize(
+    ("text", "right"),
+    [
+        (r"The central inertia of the rod is $I_G = l^2 m/3$, $T = \frac{m l^2}{6}\dot\theta^2$", "m/12"),
+        (r"$J$ is the inertia about the pivot: $J = l^2 m/12$, $T = \frac{m l^2}{6}\dot\theta^2$", "m/3"),
+        (
+            r"The central inertia is $I = \frac{m l^2}{3}$, $(I + m l^2/4)\ddot\theta = -\frac{m g l}{2}\sin\theta$",
+            "12",
+        ),
+        (
+            r"$I_1 = \frac13 m_1 l_1^2$, $I_2 = \frac1{12} m_2 l_2^2$, $M_{12} = m_2 l_1 l_2\cos(\theta_1-\theta_2)/2$",
+            "12",
+        ),
+    ],
+)
+def test_an_inertia_about_another_point_than_the_text_says_is_mended(text, right):
+    first, *others = pp.diagnose(text).findings
+    assert {finding.verdict for finding in others} == {"holds"}
+    assert first.verdict == "fails"
+    assert right in first.mends[0].new
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        r"where $a$ and $b$ are the angles theta and phi of a thin rod: $T = \frac{m l^2}{6}(\dot b^2 + \dot a^2\cos^2 b)$, "
+        r"$\ddot b = -\dot a^2\sin b\cos b - \frac{3g}{2l}\cos a\sin b$",
+        r"where $a$ is the angle from the vertical: $\ddot a + \frac{g}{l}\sin a = 0$. The kinetic energy is "
+        r"$K = \frac12 m l^2\dot a^2$, the potential energy of the bob is $P = -m g l\cos a$",
+        r"The potential energy is $$ P = -(m_1+m_2) g l_1\cos\theta_1 - m_2 g l_2\cos\theta_2, $$ the kinetic energy $$ K = "
+        r"\frac12(m_1+m_2)l_1^2\dot\theta_1^2 + \frac12 m_2l_2^2\dot\theta_2^2 + m_2l_1l_2\dot\theta_1\dot\theta_2"
+        r"\cos(\theta_1-\theta_2) $$",
+        r"The potential energy is $P = -\frac{m g l}{2}\cos\theta\cos\phi$, the kinetic energy "
+        r"$K = \frac{m l^2}{6}(\dot\phi^2 + \dot\theta^2\cos^2\phi)$.",
+    ],
+    ids=["angles", "plane", "double", "rod"],
+)
+def test_angles_and_energies_may_have_any_letter(text):
+    found = verdicts(text)
+    assert found == ["holds"] * len(found)
+    assert "fails" in verdicts(text.replace("P = -", "P = ").replace(r"\sin b\cos b -", r"\sin b\cos b +"))
