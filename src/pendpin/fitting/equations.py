@@ -72,16 +72,11 @@ def compile_equations(scene: Scene, free: Free, measured: Sequence[int]) -> Equa
     Raises InputError for effects that a fit does not take, MissingLibrary without heyoka.
     """
     hy, model = optional("heyoka", "a fit", "heyoka"), build(scene.model)
-    _refuse_contacts(scene)
-    symbolic = _Symbolic(hy, scene, free, model)
-    joints = symbolic.moving(measured)
-    return symbolic.compiled(joints)
-
-
-def _refuse_contacts(scene: Scene) -> None:
     for i, effect in enumerate(scene.effects):
         if isinstance(effect, ContactEffect) and not isinstance(effect, DryFriction):
             raise InputError(f"effects[{i}]: a fit does not take {effect.kind}: measure swings that do not touch it")
+    symbolic = _Symbolic(hy, scene, free, model)
+    return symbolic.compiled(symbolic.moving(measured))
 
 
 class _Symbolic:

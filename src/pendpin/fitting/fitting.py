@@ -148,7 +148,8 @@ def solve(setting: Setting, progress: Progress) -> Solution:
     """The unknowns that explain the data best: by equation error, by short pieces, then by whole swings."""
     problem = _problem(setting)
     progress("a start by equation error")
-    x = _minimise_equation_error(setting, problem)
+    p = _rescale(setting, problem, problem.prior)
+    x = regress(setting.regression, p.prior, p.scale, p.lower, p.upper, p.still)
     guesses = (x, problem.prior)  # noise spoils accelerations first
     near = next((guess for guess in guesses if _follows(setting, problem, guess)), None)
     if near is not None:
@@ -216,12 +217,6 @@ def search_thin(setting: Setting) -> int:
     """Every how many samples the search looks at: samples a step apart say as much as all."""
     spacing = np.median(np.concatenate([np.diff(swing.t) for swing in setting.swings]))
     return max(1, int(STEP * setting.pace / spacing))
-
-
-def _minimise_equation_error(setting: Setting, problem: Problem) -> Array:
-    """The unknowns (nx,) that explain the accelerations best, from the guesses."""
-    p = _rescale(setting, problem, problem.prior)
-    return regress(setting.regression, p.prior, p.scale, p.lower, p.upper, p.still)
 
 
 def _rescale(setting: Setting, problem: Problem, x: Array) -> Problem:

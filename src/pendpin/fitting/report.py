@@ -261,9 +261,7 @@ def _units(setting: Setting) -> tuple[str, ...]:
 def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
     """What the fit itself says of the swings that it was made from."""
     p, starts = solution.problem, solution.solved.starts
-    columns = (
-        p.predicted(np.repeat(solution.z[:, None], starts.shape[1], 1), starts, p.batch.t) + solution.offsets[:, None]
-    )
+    columns = p.columns(solution.x, starts, p.batch.t)
     predicted = []
     for k, swing in enumerate(setting.swings):
         places = np.flatnonzero(p.batch.swing == k)
@@ -294,7 +292,6 @@ def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start
     angles = joint_angles(setting.equations, setting.sensors, heads, solution.z)
     solved = solve_starts(problem, solution.x, start_states(setting, solution.offsets, angles, np.inf), 20)
     full = batch(swings, np.inf)
-    z = np.repeat(solution.z[:, None], len(swings), 1)
-    columns = problem.predicted(z, solved.starts, full.t) + solution.offsets[:, None]
+    columns = problem.columns(solution.x, solved.starts, full.t)
     predicted = tuple(columns[: len(swing.t), :, k] for k, swing in enumerate(swings))
     return Prediction(tuple(swings), predicted, tuple(compared), setting.columns, _units(setting))

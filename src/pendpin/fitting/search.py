@@ -67,6 +67,11 @@ class Problem:
         outputs = self.equations.outputs(np.vstack([flat, t.reshape(1, -1)]), np.tile(z, (1, M)))
         return self.sensors @ outputs.reshape(-1, M, C).transpose(1, 0, 2)
 
+    def columns(self, x: Array, starts: Array, t: Array) -> Array:
+        """What the sensors show at unknowns (nx,), (M, columns, C), from starts (2n, C) at times t (M, C)."""
+        z, offsets = self.split(x)
+        return self.predicted(np.repeat(z[:, None], starts.shape[1], 1), starts, t) + offsets[:, None]
+
     def residuals(self, x: Array, starts: Array) -> Array:
         """Weighted residuals (P, M columns); 0 where nothing was measured."""
         return self._residuals(x[:, None] + np.zeros((1, starts.shape[1])), starts)

@@ -5,29 +5,24 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import place_named, print_notes, scene_with
-from pendpin.cli.options import Changes, Json, SceneFile, UrdfFile
+from pendpin.cli.inputs import SceneInput, on_scene
+from pendpin.cli.options import Json
 from pendpin.cli.progress import waiting
 from pendpin.cli.tables import print_files, print_json
-from pendpin.errors import inside
 
 
+@on_scene
 def reference(
+    chosen: SceneInput,
     out: Annotated[Path, typer.Option(help="A new folder for the model files and the numbers.")],
-    scene: SceneFile = None,
-    urdf: UrdfFile = None,
-    changes: Changes = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
     json: Json = False,
 ) -> None:
     """Write a model as URDF, MJCF and SDF with reference numbers and error bounds, for another engine's tests."""
     from pendpin.agreement.reference import write_reference
 
-    chosen = scene_with(scene, urdf, (), None, changes or ())
-    with inside(place_named(urdf or scene)):
-        print_notes(chosen, strict=False)
-        with waiting("50 digits", hidden=json):
-            made = write_reference(chosen, out, seed)
+    with chosen.noted() as scene, waiting("50 digits", hidden=json):
+        made = write_reference(scene, out, seed)
     if json:
         print_json({"path": str(made.path), "files": made.files, "left_out": made.left_out})
         return
