@@ -72,7 +72,8 @@ def along(trajectory: Trajectory) -> CheckReport | None:
     dynamics = bind(scene)
     if dynamics.model.pin is None:
         return None
-    regular = _regular(dynamics, trajectory.q)
+    thin = [rod.phi for rod in dynamics.model.rods if rod.inertia is not None and rod.inertia.I3 == 0]
+    regular = np.flatnonzero((np.abs(np.cos(trajectory.q[:, thin])) > POLE).all(1))
     most = max(8, ALONG_JOINTS // len(trajectory.joints))
     chosen = regular[:: max(1, -(-len(regular) // most))]
     if not len(chosen):
@@ -87,12 +88,6 @@ def verdict_along(trajectory: Trajectory) -> str:
     except InputError:
         return ""
     return report.verdict if report else ""
-
-
-def _regular(dynamics: Dynamics, q: Array) -> Indices:
-    """Which of the states q (n, nv) have no thin rod at a pole."""
-    thin = [rod.phi for rod in dynamics.model.rods if rod.inertia is not None and rod.inertia.I3 == 0]
-    return np.flatnonzero((np.abs(np.cos(q[:, thin])) > POLE).all(1))
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # numbers that overflow differ and are reported

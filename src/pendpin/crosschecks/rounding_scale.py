@@ -89,16 +89,11 @@ def _bodies(model: Model) -> _Bodies:
     tree, inertias = tree_of(pin), list(pin.inertias)[1:]
     slides = np.array([kind == "prismatic" for kind in tree.kinds])
     mass, lever, inertia = (np.array(x) for x in zip(*((i.mass, i.lever, i.inertia) for i in inertias), strict=True))
-    return _Bodies(pin, tree.parents, _below(tree.parents), slides, mass, lever, inertia)
-
-
-def _below(parents: tuple[int, ...]) -> Array:
-    """(k, k): 1 where body k hangs on joint j, or is moved by it."""
-    below = np.eye(len(parents))
-    for child in reversed(range(len(parents))):
-        if parents[child] >= 0:
-            below[parents[child]] += below[child]
-    return below
+    below = np.eye(len(tree.parents))
+    for child in reversed(range(len(tree.parents))):
+        if tree.parents[child] >= 0:
+            below[tree.parents[child]] += below[child]
+    return _Bodies(pin, tree.parents, below, slides, mass, lever, inertia)
 
 
 def _largest_above(parents: tuple[int, ...], x: Array) -> Array:

@@ -162,18 +162,14 @@ def _rows(text: str) -> Iterator[tuple[Any, ...]]:
             heading = False
             continue
         heading = False
-        _, *position = _row(number, cells)
+        if len(cells) != len(COLUMNS):
+            raise InputError(f"line {number}: {len(cells)} values instead of 4: t, x, y, z")
+        _, *position = (_value(number, name, cell) for name, cell in zip(COLUMNS, cells, strict=True))
         time = Decimal(cells[0])
         if before is not None and not float(time - before) > 0:
             raise InputError(f"line {number}: t = {time:.15g} does not come after {before:.15g}")
         before = time
         yield time, *position
-
-
-def _row(number: int, cells: tuple[str, ...]) -> tuple[float, ...]:
-    if len(cells) != len(COLUMNS):
-        raise InputError(f"line {number}: {len(cells)} values instead of 4: t, x, y, z")
-    return tuple(_value(number, name, cell) for name, cell in zip(COLUMNS, cells, strict=True))
 
 
 def _value(number: int, name: str, cell: str) -> float:

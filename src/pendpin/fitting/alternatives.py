@@ -156,7 +156,9 @@ def _omissions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
 
 def _additions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
     kinds, many = {effect.kind for effect in scene.effects}, len(scene.effects)
-    size, model = SMALL * _weight(scene), scene.model
+    model = scene.model
+    weights = [9.81 * rod.properties.m * rod.length for rod in model.all_rods] if isinstance(model, Chain) else [1.0]
+    size = SMALL * sum(weights)
     length = min(rod.length for rod in model.rods) if isinstance(model, Chain) else 1.0
     added: dict[str, tuple[Any, list[str]]] = {
         "viscous": (Viscous(coefficient=size / SLOW), ["coefficient"]),
@@ -204,10 +206,3 @@ def _change(scene: Scene, place: int, effect: Any) -> Scene:
     effects = [*scene.effects]
     effects[place] = effect
     return replace_checked(scene, {"effects": tuple(effects)})
-
-
-def _weight(scene: Scene) -> float:
-    """The largest torque of gravity about a joint, N m, or a size like it."""
-    if not isinstance(scene.model, Chain):
-        return 1.0
-    return sum(9.81 * rod.properties.m * rod.length for rod in scene.model.all_rods)

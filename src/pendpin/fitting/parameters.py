@@ -43,7 +43,7 @@ class Free:
         x = np.array([_exp(c) if log else c for c, log in zip(z, self.positive, strict=True)])
         return (
             self.transform @ x
-        )  # and no difference from the guess: rounding would bring static below kinetic friction
+        )  # not the guess and a difference: by rounding static might fall below kinetic friction
 
     @property
     def speeds(self) -> Array:
@@ -144,7 +144,9 @@ def _expand(scene: Scene, texts: list[str]) -> list[str]:
     keys: list[str] = []
     for key in (key.strip() for text in texts for key in text.split(",")):
         for name in _short_form(scene, key):
-            keys += [k for k in _single_numbers(scene, name) if k not in keys]
+            value, part = _value(scene, name), _parse(name)[3]
+            entries = len(value) if part is None and isinstance(value, tuple) else 0
+            keys += [k for k in ([f"{name}[{i}]" for i in range(entries)] or [name]) if k not in keys]
     if not keys:
         raise InputError("free: nothing is free: name key paths such as model.rods[0].com")
     return keys
@@ -153,25 +155,15 @@ def _expand(scene: Scene, texts: list[str]) -> list[str]:
 def _short_form(scene: Scene, key: str) -> list[str]:
     if key not in {"physics", "friction"}:
         return [key]
-    bodies = _bodies(scene.model) if isinstance(scene.model, Chain) and key == "physics" else []
+    bodies: list[str] = []
+    if isinstance(scene.model, Chain) and key == "physics":  # a rod's motion shows its length where another hangs there
+        rods = len(scene.model.rods)
+        bodies = [f"model.rods[{i}].{name}" for i in range(rods) for name in ("com", "inertia")]
+        bodies += [f"model.rods[{i}].length" for i in range(rods if scene.model.copies > 1 else rods - 1)]
     torques = [f"effects[{i}].{name}" for i, effect in enumerate(scene.effects) for name in effect.resistances]
     if not bodies + torques:
         raise InputError(f'free: "{key}": the scene has no rods, friction or drag that could be free')
     return bodies + torques
-
-
-def _bodies(chain: Chain) -> list[str]:
-    """What a rod's motion shows of its body: centre of mass, inertia, and its length where another rod hangs there."""
-    rods = len(chain.rods)
-    bodies = [f"model.rods[{i}].{name}" for i in range(rods) for name in ("com", "inertia")]
-    return bodies + [f"model.rods[{i}].length" for i in range(rods if chain.copies > 1 else rods - 1)]
-
-
-def _single_numbers(scene: Scene, key: str) -> list[str]:
-    value, part = _value(scene, key), _parse(key)[3]
-    if part is None and isinstance(value, tuple):
-        return [f"{key}[{i}]" for i in range(len(value))]
-    return [key]
 
 
 def _record(scene: Scene, key: str) -> Any:

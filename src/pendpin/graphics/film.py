@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.errors import MissingLibrary
 from pendpin.files import write_whole
 from pendpin.graphics.compare import labels_of
 from pendpin.graphics.page import pick
 from pendpin.graphics.panels import COLORS, plain_name
 from pendpin.graphics.path import smooth_trail
 from pendpin.graphics.run_drawing import drawing_of, ends_of
+from pendpin.libraries import optional
 from pendpin.trajectory import Trajectory
 
+FFMPEG = ("imageio_ffmpeg", "a film as .mp4", "imageio-ffmpeg (or write a .gif)")
 FRAMES_PER_SECOND = 25
 MOST_FRAMES = 1500
 MOST_DOTS = 20  # joints that are drawn
@@ -37,7 +38,7 @@ def write_film(path: Path, runs: Sequence[Trajectory], suffix: str) -> Path:
     from matplotlib import rc_context
     from matplotlib.animation import FFMpegWriter, PillowWriter
 
-    settings: Any = {} if suffix == ".gif" else {"animation.ffmpeg_path": _ffmpeg()}
+    settings: Any = {} if suffix == ".gif" else {"animation.ffmpeg_path": optional(*FFMPEG).get_ffmpeg_exe()}
     settings["text.usetex"] = False
     with rc_context(settings), TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -49,16 +50,6 @@ def write_film(path: Path, runs: Sequence[Trajectory], suffix: str) -> Path:
                 draw(frame)
                 writer.grab_frame()
         return write_whole(path, lambda file: file.write(film.read_bytes()))
-
-
-def _ffmpeg() -> str:
-    try:
-        from imageio_ffmpeg import get_ffmpeg_exe
-    except ImportError:
-        raise MissingLibrary(
-            "a film as .mp4 needs imageio-ffmpeg: pip install imageio-ffmpeg (or write a .gif)"
-        ) from None
-    return get_ffmpeg_exe()
 
 
 def _film(runs: Sequence[Trajectory]) -> tuple[Any, Callable[[int], None], int]:

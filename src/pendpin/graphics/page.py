@@ -25,6 +25,8 @@ from pendpin.graphics.meshcat_commands import base64_of, commands, solids
 from pendpin.graphics.panels import NOTHING
 from pendpin.graphics.path import smooth_trail
 
+# What the browser lets the page do: run what stands in it. It reaches nothing, or its own server if it is live.
+INLINE = "script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:"
 SCRIPTS = ("scene.js", "arrows.js", "frames.js", "plots.js", "player.js")  # in this order
 FRAMES_PER_SECOND = 60  # at most: what a screen shows
 POSES = 105_000  # key poses in a page at most, 19 bytes each: of 1,000 rods, a page below 5 MB with 17 frames a second
@@ -50,13 +52,14 @@ def page(drawing: Drawing, report: str = "", *, live: bool = False) -> str:
     A `report`, HTML to be trusted, stands below the player. A `live` page asks the server it came from now and then
     whether it is still there. Raises InputError for a mesh that cannot be read.
     """
+    shown, network = contents(drawing) | {"live": live}, "'self'" if live else "'none'"
     parts = {
-        "policy": _policy(live),
+        "policy": f"default-src 'none'; connect-src {network}; {INLINE}",
         "title": html.escape(drawing.title),
         "style": _own("player.css"),
         "licenses": _viewer("main.min.js.LICENSE.txt"),
         "viewer": _viewer("main.min.js"),
-        "drawing": _json(contents(drawing) | {"live": live}),
+        "drawing": json.dumps(shown, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),  # ends no script
         "report": report,
         "script": "\n".join(map(_own, SCRIPTS)),
     }
@@ -73,11 +76,6 @@ def compressed(text: str) -> str:
         "new Response(stream).text().then((page) => { document.open(); document.write(page); document.close(); });"
         "</script></html>"
     )
-
-
-def _json(value: Any) -> str:
-    """JSON that may stand in a page; NaN, which a browser would not read, raises ValueError."""
-    return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
 def contents(drawing: Drawing) -> dict[str, Any]:
@@ -113,6 +111,7 @@ def _motion(drawing: Drawing, zero: float) -> dict[str, Any]:
     rate = max(FRAMES_PER_SECOND, LEAST_FRAMES / duration)
     keys = pick(drawing.t, rate, POSES // len(bodies))
     poses = drawing.poses[keys][:, bodies]
+    trail_times, trail = smooth_trail(drawing, rate, TRAIL_POINTS)
     return {
         "label": drawing.label,
         "duration": duration,
@@ -123,7 +122,7 @@ def _motion(drawing: Drawing, zero: float) -> dict[str, Any]:
         "quaternions": _integers(quaternions(poses[..., :3, :3]).swapaxes(0, 1)),
         "forces": _fractions(drawing.forces, keys, bodies),
         "moments": _moments(drawing, keys, bodies),
-        "trail": _trail(drawing, rate, zero),
+        "trail": {"times": _floats(trail_times - zero), "points": _integers(trail)},
         "curves": _curves(drawing, zero),
         "plots": [{"title": plot.title, "curves": [c._asdict() for c in plot.curves]} for plot in drawing.plots],
     }
@@ -134,12 +133,6 @@ def _joint(joint: Joint, bodies: list[int]) -> dict[str, Any]:
     body, above = (bodies.index(one) if one in bodies else None for one in (joint.body, joint.above))
     places: dict[str, Any] = {"body": body, "above": above}
     return joint._asdict() | places | {"axes": joint.axes.tolist(), "base": joint.base.tolist()}
-
-
-def _trail(drawing: Drawing, rate: float, zero: float) -> dict[str, Any]:
-    """The path of the tip, `rate` points a second or more."""
-    times, points = smooth_trail(drawing, rate, TRAIL_POINTS)
-    return {"times": _floats(times - zero), "points": _integers(points)}
 
 
 def _fractions(vectors: Array | None, keys: NDArray[np.intp], bodies: list[int]) -> dict[str, Any] | None:
@@ -237,12 +230,6 @@ def _refuse_beyond_floats(values: Array) -> None:
     """Raise InputError where values (...) are too large for 32 bits."""
     if (np.abs(values) > np.finfo("f4").max).any():
         raise InputError(f"times or lengths beyond {np.finfo('f4').max:.2g} s or m cannot be drawn in a browser")
-
-
-def _policy(live: bool) -> str:
-    """What the browser lets the page do: run what stands in it, and reach nothing, or its own server if live."""
-    inline = "script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:"
-    return f"default-src 'none'; connect-src {chr(39)}{'self' if live else 'none'}{chr(39)}; {inline}"
 
 
 def _own(name: str) -> str:

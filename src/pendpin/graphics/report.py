@@ -5,7 +5,6 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -94,9 +93,5 @@ def _scene(run: Trajectory) -> str:
     try:
         text = scene_text(scene_of(run), Path.cwd())
     except (PendpinError, OSError):
-        text = json.dumps(run.scene, indent=1, default=_number)
+        text = json.dumps(run.scene, indent=1, default=str)
     return text if len(text) <= MOST_TEXT else f"{text[:MOST_TEXT]}\n..."
-
-
-def _number(value: Any) -> str:
-    return str(value)

@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.arrays import Array, across, cross
 from pendpin.graphics.drawing import Shape
-from pendpin.model.bodies import Body, pinocchio
+from pendpin.model.bodies import pinocchio
 from pendpin.model.build import Model
 from pendpin.model.read_urdf import mesh_file
 from pendpin.model.urdf_xml import parse
@@ -29,23 +29,16 @@ def rod_shapes(model: Model, extent: float, payloads: Sequence[float]) -> Iterat
         radius = max(body.radius, thick * (0.4 if many else 1.0))
         long = any(body.tip)  # a rotor about its own centre is not
         if long:
-            yield _rod(body, index, radius, COPPER if index % 2 == 0 else BRASS)
+            length = math.hypot(*body.tip)  # the norm of a tiny vector is 0
+            z = body.tip / length
+            x = across(z)
+            placement = _at(body.tip / 2, np.stack([x, cross(z, x), z], -1))
+            yield Shape("cylinder", (radius, length), placement, COPPER if index % 2 == 0 else BRASS, index)
         if not (many and long):
             yield Shape("sphere", (min(1.5 * radius, 3 * thick),), np.eye(4), STEEL, index)
         if payload or index == len(model.bodies) - 1:
-            yield Shape("sphere", (max(1.5 * thick, _ball(payload, body)),), _at(body.tip), STEEL, index)
-
-
-def _ball(payload: float, body: Body) -> float:
-    """The radius in m of a steel ball of this mass in kg, of a diameter of a third of the rod at most."""
-    return min((3 * payload / (4 * math.pi * DENSITY)) ** (1 / 3), math.hypot(*body.tip) / 6)
-
-
-def _rod(body: Body, index: int, radius: float, color: int) -> Shape:
-    length = math.hypot(*body.tip)  # the norm of a tiny vector is 0
-    z = body.tip / length
-    x = across(z)
-    return Shape("cylinder", (radius, length), _at(body.tip / 2, np.stack([x, cross(z, x), z], -1)), color, index)
+            ball = min((3 * payload / (4 * math.pi * DENSITY)) ** (1 / 3), math.hypot(*body.tip) / 6)  # m, of steel
+            yield Shape("sphere", (max(1.5 * thick, ball),), _at(body.tip), STEEL, index)
 
 
 def _at(place: Any, rotation: Array | None = None) -> Array:

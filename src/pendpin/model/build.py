@@ -103,7 +103,9 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
     of a URDF at which some joint moves no inertia.
     """
     q, v = _values(model, start.positions, "start.positions"), _values(model, start.velocities, "start.velocities")
-    home = _unnamed_home(model, start)
+    home = np.zeros(len(model.joints)) if model.home is None else model.home.copy()
+    named = start.positions if isinstance(start.positions, dict) else model.joints
+    home[[model.index(name, "start.positions") for name in named]] = 0.0  # of those that the start names
     if start.unit == "degrees":
         unit = np.where(model.slides, 1.0, np.pi / 180)
         q, v = q * unit, v * unit
@@ -116,14 +118,6 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
     if model.chain is None:
         _refuse_singular(mass_matrix(model.pin, q), model.joints, "start.positions", "; begin elsewhere, or lock it")
     return q, v
-
-
-def _unnamed_home(model: Model, start: Start) -> Array:
-    """The positions (nv,) of the joints of which the start says nothing, where these are not 0."""
-    home = np.zeros(len(model.joints)) if model.home is None else model.home.copy()
-    named = start.positions if isinstance(start.positions, dict) else model.joints
-    home[[model.index(name, "start.positions") for name in named]] = 0.0
-    return home
 
 
 def _values(model: Model, values: Values, where: str) -> Array:
@@ -215,13 +209,12 @@ def _pin_chain(rods: tuple[Rod, ...], names: tuple[tuple[str, str, str], ...]) -
 
 def chain_bodies(rods: Sequence[Rod], links: Sequence[str]) -> tuple[Body, ...]:
     """The rods of a chain as bodies."""
-    return tuple(_chain_body(rod, link, 2 * i + 1) for i, (rod, link) in enumerate(zip(rods, links, strict=True)))
-
-
-def _chain_body(rod: Rod, link: str, joint: int) -> Body:
-    m, h, *principal = rod.properties
-    tip = np.array([0, 0, -rod.length])
-    return Body(link, joint, m, np.array([0, 0, -h]), np.diag(principal), tip, rod.radius)
+    bodies = []
+    for i, (rod, link) in enumerate(zip(rods, links, strict=True)):
+        m, h, *principal = rod.properties
+        com, tip = np.array([0, 0, -h]), np.array([0, 0, -rod.length])
+        bodies.append(Body(link, 2 * i + 1, m, com, np.diag(principal), tip, rod.radius))
+    return tuple(bodies)
 
 
 def _build_pin(model: PinModel) -> Model:

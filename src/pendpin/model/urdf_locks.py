@@ -34,7 +34,9 @@ def freeze_joints(joints: dict[str, Element], lock: Mapping[str, float], mimic: 
     if mimic == "locked":
         frozen = {name: _followed(name, mimics, lock) for name in mimics} | frozen
     for name, position in frozen.items():
-        _freeze(joints[name], position)
+        if position:  # at 0 its origin stays as written, to the last bit
+            _move_origin(joints[name], position)
+        joints[name].set("type", "fixed")
     return _mimic_note({name: x.joint for name, x in mimics.items() if name not in lock}, joints, frozen)
 
 
@@ -119,13 +121,6 @@ def _pair(name: str, master: str, joints: Mapping[str, Element]) -> str:
 def _listed(texts: Sequence[str]) -> str:
     more = f", ... ({len(texts)} joints)" if len(texts) > MOST_LISTED else ""
     return f"joint{'s' * (len(texts) > 1)} {choices(texts[:MOST_LISTED])}{more}"
-
-
-def _freeze(joint: Element, position: float) -> None:
-    """Make a moving joint a fixed one; at position 0 its origin stays as written, to the last bit."""
-    if position:
-        _move_origin(joint, position)
-    joint.set("type", "fixed")
 
 
 def _move_origin(joint: Element, position: float) -> None:

@@ -55,7 +55,12 @@ def ignored(joints: Sequence[WrittenJoint], effects: Sequence[Effect]) -> tuple[
         "<dynamics friction>": [] if any(x.friction for x in listed) else [j.name for j in joints if j.friction],
         "<limit>": [] if any(x.limits for x in listed) else [j.name for j in joints if _limited(j)],
     }
-    parts = [f"{what} of {_names(names)}" for what, names in left.items() if names]
+    shown_names = {
+        what: choices(map(shown, names)) if len(names) <= SHOWN else f"{len(names)} joints ({shown(names[0])}, ...)"
+        for what, names in left.items()
+        if names
+    }
+    parts = [f"{what} of {names}" for what, names in shown_names.items()]
     if not parts:
         return ()
     return (f"{', '.join(parts)}: ignored; the effect as_written (--as-written, effects.AsWritten()) lets them act",)
@@ -83,7 +88,3 @@ def homes(joints: Sequence[WrittenJoint], effects: Sequence[Effect]) -> dict[str
 
 def _limited(joint: WrittenJoint) -> bool:
     return math.isfinite(joint.lower) or math.isfinite(joint.upper)
-
-
-def _names(names: Sequence[str]) -> str:
-    return choices(map(shown, names)) if len(names) <= SHOWN else f"{len(names)} joints ({shown(names[0])}, ...)"

@@ -20,7 +20,10 @@ def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:
         if key in type(value).model_fields:
             new = changed(default_of(value, key), rest, new, here)
         fields = value.given() | {_name(key, place): new}
-        return fields if not isinstance(value, Effect) or has_kind(value) else _own(type(value), fields, place)
+        if not isinstance(value, Effect) or has_kind(value):
+            return fields
+        with inside(written(place)):
+            return type(value)(**fields)  # of a user's own class: no table could name it
     if isinstance(value, dict):
         return value | {_name(key, place): changed(value.get(key), rest, new, here)}
     if isinstance(value, tuple | list):
@@ -43,9 +46,3 @@ def _name(key: str | int, place: KeyPath) -> str:
     if isinstance(key, int):
         raise InputError(f"{written((*place, key))}: {written(place)} is a table of names, not a list")
     return key
-
-
-def _own(kind: type[Effect], fields: dict[str, Any], place: KeyPath) -> Effect:
-    """An effect of a user's own class, made by that class: no table could name it."""
-    with inside(written(place)):
-        return kind(**fields)

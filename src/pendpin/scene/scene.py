@@ -115,7 +115,10 @@ class Scene(Record):
     @model_validator(mode="after")
     def _samples_fit(self) -> Self:
         if self.solver.times is not None:
-            self._refuse_times_outside()
+            begin, end = self.start.time, self.start.time + self.duration
+            for t in (self.solver.times[0], self.solver.times[-1]):
+                if not 0 <= t - begin <= self.duration:
+                    raise ValueError(f"solver.times: {t:.15g} s is outside the run, {begin:.15g} to {end:.15g} s")
         elif self.solver.samples is None and self.duration * SAMPLES_PER_SECOND >= MAX_SAMPLES:
             raise ValueError(
                 f"{self.duration:g} s at 60 samples a second are more than {MAX_SAMPLES}; set solver.samples"
@@ -129,13 +132,6 @@ class Scene(Record):
                 f"start.time: two samples are the same double at {self.start.time:g} s; take fewer samples"
             )
         return self
-
-    def _refuse_times_outside(self) -> None:
-        for i in (0, -1):
-            t = (self.solver.times or ())[i]
-            if not 0 <= t - self.start.time <= self.duration:
-                begin, end = self.start.time, self.start.time + self.duration
-                raise ValueError(f"solver.times: {t:.15g} s is outside the run, {begin:.15g} to {end:.15g} s")
 
     @model_validator(mode="after")
     def _effects_last(self) -> Self:

@@ -89,7 +89,9 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
             continue
         change = _compute_change(run, base, compared)
         added = None if effect is None or isinstance(effect, ContactEffect) else _compute_added_time(run, base, listed)
-        verdict = _verdict(listed, change, accuracy) + ("" if whole else f" up to {compared.duration:.2g} s")
+        matters = "needed" if listed else "would matter, but is not listed"
+        verdict = matters if change > accuracy else "not needed at this accuracy"
+        verdict += "" if whole else f" up to {compared.duration:.2g} s"
         rows.append(EffectRow(name, listed, change, added, verdict))
     return EffectsReport(tuple(rows), accuracy, scene.duration, compared.duration, why)
 
@@ -149,12 +151,6 @@ def _compute_added_time(other: Trajectory, base: Trajectory, listed: bool) -> fl
 def _marks(scene: Scene, run: Trajectory) -> Array:
     """The points that are compared (n, points, 3), m."""
     return marks(build(scene.model), run.tips, run.q)
-
-
-def _verdict(listed: bool, change: float, accuracy: float) -> str:
-    if change > accuracy:
-        return "needed" if listed else "would matter, but is not listed"
-    return "not needed at this accuracy"
 
 
 def _measure_evaluation(run: Trajectory, engine: str) -> float:

@@ -100,8 +100,13 @@ def peer(task: PeerTask, name: str, library: str, kind: Kind, prepare: Callable[
             raise InputError(f"{name}: {kind} {setting:g} is not a positive number")
         motion, rows, failure = prepare(setting), [task.q], None
         begin = time.perf_counter()
+
+        def look() -> None:
+            if time.perf_counter() > begin + limit:
+                raise RunError(f"took over {limit:g} s")
+
         try:
-            rows.extend(motion.rows(_clock(begin + limit, limit)))
+            rows.extend(motion.rows(look))
         except Exception as error:  # each library has its own
             failure = one_line(str(error)) or type(error).__name__
         seconds = time.perf_counter() - begin
@@ -113,14 +118,6 @@ def peer(task: PeerTask, name: str, library: str, kind: Kind, prepare: Callable[
         return PeerRun(task.times[: len(q)], q, *motion.counts(), seconds, failure)
 
     return Peer(name, library, kind, run)
-
-
-def _clock(end: float, limit: float) -> Look:
-    def look() -> None:
-        if time.perf_counter() > end:
-            raise RunError(f"took over {limit:g} s")
-
-    return look
 
 
 @contextmanager

@@ -26,7 +26,8 @@ def same_for_all(model: Chain | UrdfModel | PinModel) -> tuple[str, str]:
     _drop(robot, robot.findall("mujoco"))
     while tips := _massless_tips(robot):
         _drop(robot, tips)
-    root = _root(robot)
+    hanging = {child.get("link") for child in robot.iterfind("joint/child")}
+    root = next(name for link in robot.iterfind("link") if (name := link.get("name", "")) not in hanging)
     for link in robot.findall("link"):
         _drop(link, link.findall("visual"))
         if link.get("name") == root:
@@ -38,11 +39,6 @@ def same_for_all(model: Chain | UrdfModel | PinModel) -> tuple[str, str]:
     least = {"boundmass": repr(LEAST), "boundinertia": repr(LEAST)}
     ElementTree.SubElement(ElementTree.SubElement(robot, "mujoco"), "compiler", least)
     return ElementTree.tostring(robot, encoding="unicode"), root
-
-
-def _root(robot: Element) -> str:
-    hanging = {child.get("link") for child in robot.iterfind("joint/child")}
-    return next(name for link in robot.iterfind("link") if (name := link.get("name", "")) not in hanging)
 
 
 def _drop(parent: Element, children: list[Element]) -> None:
