@@ -2,6 +2,7 @@
 
 import inspect
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, get_args
 
@@ -177,7 +178,9 @@ def _reason(fault: Any, record: type) -> str:
         case "literal_error":
             return not_one_of(fault["input"], context["expected"].replace("'", "").replace(" or ", ", ").split(", "))
         case "extra_forbidden":
-            return f"unknown key{nearest_or_all(fault['loc'][-1], tuple(_names_at(record, fault['loc'][:-1])))}"
+            *place, name = fault["loc"]
+            fields = [field for other in _records_at(record, place) for field in other.model_fields]
+            return f"unknown key{nearest_or_all(name, tuple(fields))}"
         case "float_type" if isinstance(fault["input"], str) and _DEGREES.search(fault["input"]):
             return f'{value} is not a number; for numbers in degrees write unit = "degrees" in [start]'
         case "tuple_type" if any(field.annotation in _VECTORS for field in _fields_of(record, fault["loc"])):
@@ -197,22 +200,18 @@ def _reason(fault: Any, record: type) -> str:
 def _fields_of(record: type, loc: tuple[str | int, ...]) -> list[Any]:
     """The fields that a place in a class of records may be."""
     *place, name = loc or ("",)
-    return [r.model_fields[name] for r in _records_at(record, tuple(place)) if name in r.model_fields]
+    return [r.model_fields[name] for r in _records_at(record, place) if name in r.model_fields]
 
 
-def _names_at(record: type, loc: tuple[str | int, ...]) -> list[str]:
-    """The names of the fields of the record at a place in a class of records."""
-    return [name for r in _records_at(record, loc) for name in r.model_fields]
-
-
-def _records_at(record: type, loc: tuple[str | int, ...]) -> list[type[BaseModel]]:
+def _records_at(record: type, loc: Sequence[str | int]) -> list[type[BaseModel]]:
+    """The classes that a record at a place in a class of records may have."""
     records = [record] if issubclass(record, BaseModel) else []
     for part in loc:
         if isinstance(part, str) and part.startswith("~"):
             records = [r for r in records if "kind" in r.model_fields and r.model_fields["kind"].default == part[1:]]
         elif isinstance(part, str):
             annotations = [r.model_fields[part].annotation for r in records if part in r.model_fields]
-            records = [found for annotation in annotations for found in _records_in(annotation)]
+            records = [inner for annotation in annotations for inner in _records_in(annotation)]
     return records
 
 

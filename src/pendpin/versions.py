@@ -1,5 +1,6 @@
 """The version of pendpin, and of the libraries that compute with it."""
 
+from contextlib import suppress
 from functools import cache
 
 VERSION = "0.1.0"
@@ -7,7 +8,11 @@ VERSION = "0.1.0"
 
 def installed(*libraries: str) -> dict[str, str | None]:
     """The versions of libraries by the names of their packages; None for one that is not installed."""
-    return {name: _version(name) for name in libraries}
+    versions: dict[str, str | None] = dict.fromkeys(libraries)
+    for name in libraries:
+        with suppress(ImportError):  # PackageNotFoundError is one
+            versions[name] = version(name)
+    return versions
 
 
 @cache
@@ -16,10 +21,3 @@ def version(library: str) -> str:
     from importlib import metadata
 
     return metadata.version(library)
-
-
-def _version(library: str) -> str | None:
-    try:
-        return version(library)
-    except ImportError:  # PackageNotFoundError is one
-        return None

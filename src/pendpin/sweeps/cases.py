@@ -3,6 +3,7 @@
 Smooth scenes of few joints go side by side, by simulation/series.py.
 """
 
+from contextlib import suppress
 from functools import partial
 from importlib.util import find_spec
 from threading import Lock
@@ -98,15 +99,11 @@ class Vectors:
 
     def _cases(self, rows: Array) -> tuple[Indices, Cases | None]:
         """The cases with these numbers (k, keys), and where they are among them; `simulate` has to look at the others."""
-        cases = {place: case for place, row in enumerate(rows) if (case := self._case(row))}
+        cases = {}
+        for place, row in enumerate(rows):
+            with suppress(PendpinError):  # simulate says why
+                cases[place] = self.series[0].case(with_numbers(self.task.scene, self.task.plan.keys, row))
         return np.array([*cases], int), Cases.joined([*cases.values()]) if cases else None
-
-    def _case(self, row: Array) -> Cases | None:
-        """The case with these numbers (keys,); None for one that `simulate` has to look at."""
-        try:
-            return self.series[0].case(with_numbers(self.task.scene, self.task.plan.keys, row))
-        except PendpinError:
-            return None  # simulate says why
 
     def _starts(self, rows: Array, joints: tuple[Indices, Indices]) -> tuple[Indices, Cases]:
         """As `_cases` for numbers (k, keys) that are angles and rates of the start."""

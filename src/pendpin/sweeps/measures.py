@@ -77,7 +77,9 @@ def measure(name_or_function: str | Function) -> Measure:
         statistics = STATISTICS[statistic]
         return Measure(
             *(name_or_function, unit, lambda run: float(statistics(run.t, run[series]))),
-            of_motion=_angle_statistic(series, statistics),
+            of_motion=lambda m: statistics(
+                m.t, m.q[..., {name: i for i, name in enumerate(m.models[0].joints)}[series]]
+            ),
             series=series,
             ends=statistic == "final",
         )
@@ -100,13 +102,6 @@ def measured(m: Measure, run: Trajectory, looser: Trajectory) -> float:
         raise
     except Exception as error:  # of a function that the user gave
         raise RunError(f"{m.name}: {type(error).__name__}: {error}") from None
-
-
-def _angle_statistic(series: str, statistic: Callable[[Array, Array], Array]) -> Callable[[Motions], Array]:
-    """A statistic (c,) of a joint's angle. Raises LookupError for any other series, which needs the whole run."""
-    return lambda motions: statistic(
-        motions.t, motions.q[..., {name: i for i, name in enumerate(motions.models[0].joints)}[series]]
-    )
 
 
 def _spread(of: Measure) -> Measure:
@@ -153,11 +148,6 @@ FAMILIES = (
 def swing(run: Trajectory) -> float:
     """The largest angle of any rod, joint to tip, from hanging straight down, rad; NaN where none can swing."""
     return float(swings_of(run).max())
-
-
-def _swings(motions: Motions) -> Array:
-    """`swing` of each of the c runs, (c,) rad."""
-    return of_each(lambda model, q: swings(model, poses(model, q)), motions.models, motions.q).max(-1)
 
 
 def period(run: Trajectory) -> float:
@@ -301,7 +291,10 @@ def multiplier(run: Trajectory) -> float:
 
 
 MEASURES = {
-    "swing": Measure("swing", "rad", swing, of_motion=_swings),
+    "swing": Measure(
+        *("swing", "rad", swing),
+        of_motion=lambda m: of_each(lambda model, q: swings(model, poses(model, q)), m.models, m.q).max(-1),
+    ),
     "period": Measure("period", "s", period, without="has no period"),
     "energy_drift": Measure("energy_drift", "", energy_drift),
     "settling_time": Measure(

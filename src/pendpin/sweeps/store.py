@@ -77,7 +77,10 @@ class Store:
             elif not resumed:
                 _create(task, blocks, path)
             self._group: Any = zarr.open_group(self._store, mode="r+")
-            _refuse_another(self._group.attrs, task)
+            _refuse_foreign(self._group.attrs)
+            for name, value in _identity(task).items():
+                if (there := self._group.attrs.get(name)) != value:
+                    raise InputError(f"it holds another sweep: {_change(name, there, value)}; {REMEDY}")
             if resumed:
                 self.dataset()  # sound, before the work begins
             self.blocks = Blocks.of(task.plan.shape, tuple(self._group["why"].chunks))
@@ -178,20 +181,12 @@ def _checksum(measures: Iterable[Array], why: Array) -> int:
 
 def _refuse_foreign(attributes: Any) -> None:
     """Raises InputError for the attributes of a group that is not a store of a sweep."""
-    found = attributes.get("pendpin_sweep")
-    if found is None:
+    layout = attributes.get("pendpin_sweep")
+    if layout is None:
         raise InputError(f"it is not a store of a sweep; {REMEDY}")
-    if found != FORMAT:
+    if layout != FORMAT:
         also = "xarray.open_zarr still reads its numbers; name another store"
-        raise InputError(f"it is a store of another version of pendpin, in format {found} instead of {FORMAT}; {also}")
-
-
-def _refuse_another(attributes: Any, task: Task) -> None:
-    """Raises InputError for the attributes of a store of another sweep."""
-    _refuse_foreign(attributes)
-    for name, value in _identity(task).items():
-        if attributes.get(name) != value:
-            raise InputError(f"it holds another sweep: {_change(name, attributes.get(name), value)}; {REMEDY}")
+        raise InputError(f"it is a store of another version of pendpin, in format {layout} instead of {FORMAT}; {also}")
 
 
 def _identity(task: Task) -> dict[str, Any]:

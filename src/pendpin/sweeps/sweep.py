@@ -75,7 +75,10 @@ def sweep(
     chosen = chosen_scene(scene)
     if setting or "solver.accuracy" not in plan.keys:  # beside an accuracy a scene has no tolerance
         chosen = chosen.with_solver(**setting)
-    task = checked(Task(chosen, plan, _measures(measure)))
+    measures = (measure,) if isinstance(measure, str) or not isinstance(measure, Sequence) else tuple(measure)
+    if not measures:
+        raise InputError("measure: nothing is measured; name a number of a run, such as swing")
+    task = checked(Task(chosen, plan, measures))
     _check_place(workers, dask)
     if not isinstance(out, str | Path | None):
         raise InputError(f"out: {shown(out)} is not the path of a store")
@@ -86,14 +89,6 @@ def sweep(
     results = Store(task, None if out is None else Path(out), size)
     _run(task, results, workers, dask, progress)
     return results.dataset()
-
-
-def _measures(measure: Any) -> tuple[str | Function, ...]:
-    """One measure or several. Raises InputError for none."""
-    measures = (measure,) if isinstance(measure, str) or not isinstance(measure, Sequence) else tuple(measure)
-    if not measures:
-        raise InputError("measure: nothing is measured; name a number of a run, such as swing")
-    return measures
 
 
 def _check_place(workers: int | None, dask: str | None) -> None:

@@ -6,10 +6,10 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pendpin import simulators
 from pendpin.arrays import EPS, Array
 from pendpin.dynamics.dynamics import bind
 from pendpin.engines import Compiled
@@ -20,6 +20,7 @@ from pendpin.model.kinematics import marks, poses, scale, tip_distance, tips
 from pendpin.scene import FIXED_METHODS, METHODS, Scene, least_tolerance
 from pendpin.simulation.processor_time import Budget, halting
 from pendpin.simulation.simulate import run_to_setting
+from pendpin.simulators import Peer
 from pendpin.versions import installed
 from pendpin.work_precision.references import (
     LARGE,
@@ -31,9 +32,6 @@ from pendpin.work_precision.references import (
 )
 from pendpin.work_precision.report import ACCURACIES, COMPILED, CostReport, CostRow, row
 from pendpin.work_precision.series import Climb, Series, Trial, steps, tolerances
-
-if TYPE_CHECKING:
-    from pendpin.simulators import Peer
 
 OTHERS = ("scipy", "mujoco", "drake")  # those that most often reach an accuracy come first
 ACCURACY = 1e-9
@@ -106,10 +104,10 @@ def cost(
     progress("the reference")
     bench = _bench(scene, accuracy, thorough)
     methods_tried = [_method(bench, method) for method in methods or _suited(bench)]
-    others = [_peer(bench, peer) for peer in (_peers(bench.scene) if peers else ())]
+    others = [_peer(bench, peer) for peer in (simulators.peers(bench.scene) if peers else ())]
     others.sort(key=lambda one: OTHERS.index(one.name.split()[0]))
     climb = Climb(bench.error_of, repetitions, budget, thorough, progress)
-    rows: list[CostRow] = []
+    rows, interrupted = list[CostRow](), False
     try:
         for answer in _answers(bench, climb, methods_tried, others, accuracy, limit):
             rows.append(answer)
@@ -117,8 +115,9 @@ def cost(
         for one in methods_tried + others if thorough else ():
             climb.up_to(one, bench.known.error, budget, limit)
     except (KeyboardInterrupt, Interrupted):
-        return _report(bench, methods_tried + others, rows, accuracy, repetitions, _missing(peers), interrupted=True)
-    return _report(bench, methods_tried + others, rows, accuracy, repetitions, _missing(peers), interrupted=False)
+        interrupted = True
+    missing = simulators.missing() if peers else ()
+    return _report(bench, methods_tried + others, rows, accuracy, repetitions, missing, interrupted)
 
 
 def _check(scene: Scene, methods: Sequence[str] | None, accuracy: float, peers: bool) -> None:
@@ -134,7 +133,7 @@ def _check(scene: Scene, methods: Sequence[str] | None, accuracy: float, peers: 
             f"themselves, and the reference has to be {1 / KNOWN:g} times as accurate"
         )
     if peers:
-        _peers(scene)
+        simulators.peers(scene)
 
 
 def _answers(
@@ -158,9 +157,10 @@ def _report(
     missing: tuple[str, ...],
     interrupted: bool,
 ) -> CostReport:
-    exact = bench.known
+    exact, model = bench.known, bench.model
+    count, name = (len(model.rods), "rod") if model.rods else (len(model.joints), "joint")
     return CostReport(
-        subject=_subject(bench.model),
+        subject=f"{count} {name}{'s' if count > 1 else ''}",
         curves=tuple(one.curve for one in series),
         accuracy=accuracy,
         error=exact.error,
@@ -190,11 +190,6 @@ def _bench(scene: Scene, accuracy: float, thorough: bool) -> _Bench:
         refuse_other_equations(scene, pilot)
     first_step = scene.duration / max(pilot.stats.steps, len(exact.t) - 1, 1)
     return _Bench(scene, exact, build(scene.model), first_step, thorough)
-
-
-def _subject(model: Model) -> str:
-    count, name = (len(model.rods), "rod") if model.rods else (len(model.joints), "joint")
-    return f"{count} {name}{'s' if count > 1 else ''}"
 
 
 def _contest(climb: Climb, bench: _Bench, series: Iterable[Series], error: float, limit: Budget) -> None:
@@ -269,20 +264,7 @@ def _compiled_in(scene: Scene) -> float:
     return engine.equations.compile_seconds if isinstance(engine, Compiled) else 0.0
 
 
-def _peers(scene: Scene) -> "tuple[Peer, ...]":
-    from pendpin.simulators import peers
-
-    return peers(scene)
-
-
-def _missing(peers: bool) -> tuple[str, ...]:
-    """The other simulators that were asked for and are not installed."""
-    from pendpin.simulators import missing
-
-    return missing() if peers else ()
-
-
-def _peer(bench: _Bench, peer: "Peer") -> Series:
+def _peer(bench: _Bench, peer: Peer) -> Series:
     def run(setting: float, stop: float) -> Trial:
         result = peer.run(setting, stop)
         if result.failure is not None:

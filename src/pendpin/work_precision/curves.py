@@ -54,7 +54,10 @@ class Curve:
         front = self.front
         for cheaper, point in zip((None, *front), front, strict=False):
             if point.error <= error:
-                return point.seconds if cheaper is None else _interpolate_seconds(cheaper, point, error)
+                if cheaper is None:
+                    return point.seconds
+                share = np.log(cheaper.error / error) / np.log(cheaper.error / max(point.error, EPS))
+                return float(cheaper.seconds * (point.seconds / cheaper.seconds) ** share)
         return None
 
     @property
@@ -65,8 +68,3 @@ class Curve:
             if not points or point.error < points[-1].error:
                 points.append(point)
         return tuple(points)
-
-
-def _interpolate_seconds(cheaper: Point, dearer: Point, error: float) -> float:
-    share = np.log(cheaper.error / error) / np.log(cheaper.error / max(dearer.error, EPS))
-    return float(cheaper.seconds * (dearer.seconds / cheaper.seconds) ** share)

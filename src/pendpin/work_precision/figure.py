@@ -70,21 +70,15 @@ def _write_about(figure: Any, ax: Any, report: Any) -> None:
 
 def _cheapest(report: Any) -> dict[str, Curve]:
     """The curve of each tool that meets the accuracy of interest in the least time; if none does, the most accurate."""
-    best = {}
-    for tool in TOOLS:
-        curves = [curve for curve in report.curves if _tool(curve) == tool and _drawn(curve, report.error)[0]]
-        if curves:
-            best[tool] = min(curves, key=lambda curve: _rank(curve, report.accuracy))
-    return best
 
+    def rank(curve: Curve) -> tuple[float, float]:
+        seconds = curve.seconds_at(report.accuracy)
+        return (0.0, seconds) if seconds is not None else (1.0, min(point.error for point in curve.points))
 
-def _tool(curve: Curve) -> str:
-    return curve.name.split()[0] if curve.peer else "pendpin"
-
-
-def _rank(curve: Curve, accuracy: float) -> tuple[float, float]:
-    seconds = curve.seconds_at(accuracy)
-    return (0.0, seconds) if seconds is not None else (1.0, min(point.error for point in curve.points))
+    best: dict[str, Curve] = {}
+    for curve in sorted((curve for curve in report.curves if _drawn(curve, report.error)[0]), key=rank):
+        best.setdefault(curve.name.split()[0] if curve.peer else "pendpin", curve)
+    return {tool: best[tool] for tool in TOOLS if tool in best}
 
 
 def _drawn(curve: Curve, least: float) -> tuple[list[float], list[float]]:

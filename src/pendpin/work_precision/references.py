@@ -4,19 +4,21 @@ Each is computed twice, with its finest setting and a coarser one; the differenc
 much more than these errors, one of them is wrong, and there is no reference.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from pendpin.arrays import EPS, Array
+from pendpin.claims import attempt
 from pendpin.dynamics.binding.acting import acting
 from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Effect, Gravity
 from pendpin.engines import Compiled
 from pendpin.equations import exact
-from pendpin.errors import InputError, Interrupted, PendpinError
+from pendpin.errors import InputError
 from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, uncompiled
 from pendpin.model.build import Model, build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
@@ -74,23 +76,15 @@ def reference(
     Raises InputError if fewer than two can run the scene, if they contradict each other, or do not agree to `error`.
     """
     model = build(scene.model)
-    length, solutions_found = scale(model), []
+    length, computed = scale(model), list[Solution]()
     for maker in SOLUTIONS if solutions is None else solutions:
-        solutions_found += list(_attempt(maker, scene, model, length, limit))
-        if len(solutions_found) == 2:
-            return _agreed(scene, length, error, *solutions_found)
+        solution, _ = attempt(partial(maker, scene, model, length, limit))
+        computed += [solution] if solution else []  # else it is not for this scene
+        if len(computed) == 2:
+            return _agreed(scene, length, error, *computed)
     raise InputError(
-        f"no reference solution: two families of methods are needed, and only {len(solutions_found)} can run this scene"
+        f"no reference solution: two families of methods are needed, and only {len(computed)} can run this scene"
     )
-
-
-def _attempt(maker: Maker, scene: Scene, model: Model, length: float, limit: float) -> Iterator[Solution]:
-    try:
-        yield maker(scene, model, length, limit)
-    except Interrupted:
-        raise
-    except PendpinError:  # not for this scene
-        return
 
 
 def _agreed(scene: Scene, length: float, error: float, one: Solution, other: Solution) -> Reference:

@@ -53,17 +53,14 @@ def row(curves: Sequence[Curve], accuracy: float, least: float) -> CostRow:
     peer = min(((c, p) for c, p in met if c.peer), key=lambda pair: pair[1].seconds, default=None)
     other = {"peer": peer[0].name, "peer_seconds": peer[1].seconds} if peer else {}
     if best is None:
-        return CostRow(accuracy, **other, why=_why([curve for curve in curves if not curve.peer]))
+        ours = [curve for curve in curves if not curve.peer]
+        hopeless = ours and all(curve.failures and not curve.points for curve in ours)  # no run reached its end
+        return CostRow(
+            accuracy, **other, why=ours[0].failures[0] if hopeless else "no method reaches it in the time allowed"
+        )
     curve, point = best
     first = (point.first_seconds, point.seconds)
     return CostRow(accuracy, curve.name, curve.kind, point.setting, *first, **_once(met, point), **other)
-
-
-def _why(curves: Sequence[Curve]) -> str:
-    """Why no run meets an accuracy: where no run of any method reached its end, the first reason."""
-    if curves and all(curve.failures and not curve.points for curve in curves):
-        return curves[0].failures[0]
-    return "no method reaches it in the time allowed"
 
 
 def _once(met: list[tuple[Curve, Point]], best: Point) -> dict[str, Any]:
