@@ -16,8 +16,7 @@ from pendpin.cli.streams import say
 from pendpin.errors import InputError, inside
 
 if TYPE_CHECKING:
-    from pendpin.scene import Scene, Solver
-    from pendpin.trajectory import Stats
+    from pendpin.scene import Scene
 
 MOST_NOTES = 12  # lines before a table
 
@@ -39,7 +38,7 @@ class SceneInput:
     @contextmanager
     def noted(self) -> Iterator["Scene"]:
         """The scene, after the notes on it; errors inside name it."""
-        with inside(place_named(self.urdf or self.path)):
+        with inside(str(self.urdf or self.path or "the built-in rod")):
             print_notes(self.scene, self.strict)
             yield self.scene
 
@@ -57,11 +56,22 @@ def on_scene(command: Callable[..., None]) -> Callable[..., None]:
         changes: Changes = None,
         **options: Any,
     ) -> None:
-        chosen = scene_with(scene, urdf, lock or (), mimic, changes or (), as_written)
+        from pendpin.effects import Gravity
+        from pendpin.scene import Scene, UrdfModel
+
+        if scene is not None and urdf is not None:
+            raise typer.BadParameter("give a scene or a URDF, not both")
+        if as_written and scene is None and urdf is None:
+            raise typer.BadParameter(
+                "the built-in rod has no damping, friction or limits; --as-written needs --urdf FILE"
+            )
+        chosen = Scene(model=UrdfModel(urdf), effects=(Gravity(),)) if urdf else read_scene(scene)
+        chosen = _lock_joints(_with_as_written(chosen) if as_written else chosen, lock or (), mimic)
+        chosen = chosen.replace(dict(map(_change, changes or ())))
         command(SceneInput(chosen, scene, urdf, strict), **options)
 
     *shared, _ = signature(run).parameters.values()
-    _, *further = signature(command).parameters.values()
+    _, *further = (option.replace(kind=option.KEYWORD_ONLY) for option in signature(command).parameters.values())
     wrapped: Any = wraps(command)(run)
     wrapped.__signature__ = signature(command).replace(parameters=[*shared, *further])
     return wrapped
@@ -72,27 +82,6 @@ def read_scene(path: Path | None) -> "Scene":
     from pendpin.scene import builtin_scene, load_scene
 
     return builtin_scene() if path is None else load_scene(path)
-
-
-def scene_with(
-    path: Path | None,
-    urdf: str | None,
-    lock: Sequence[str] = (),
-    mimic: str | None = None,
-    changes: Sequence[str] = (),
-    as_written: bool = False,
-) -> "Scene":
-    """A scene, or a URDF in place of one, with what the options change: joints locked, effects as written, values."""
-    from pendpin.effects import Gravity
-    from pendpin.scene import Scene, UrdfModel
-
-    if path is not None and urdf is not None:
-        raise typer.BadParameter("give a scene or a URDF, not both")
-    scene = Scene(model=UrdfModel(urdf), effects=(Gravity(),)) if urdf else read_scene(path)
-    if as_written and path is None and urdf is None:
-        raise typer.BadParameter("the built-in rod has no damping, friction or limits; --as-written needs --urdf FILE")
-    scene = _lock_joints(_with_as_written(scene) if as_written else scene, lock, mimic)
-    return scene.replace(dict(map(_change, changes)))
 
 
 def _with_as_written(scene: "Scene") -> "Scene":
@@ -152,17 +141,6 @@ def lasting(scene: "Scene", duration: float | None, samples: int | None) -> "Sce
     return scene
 
 
-def place_named(path: Path | str | None) -> str:
-    """How error messages name a scene."""
-    return str(path or "the built-in rod")
-
-
-def check_options(solver: "Solver", **options: Any) -> None:
-    """Check options that replace settings of the scene's solver; errors name the option."""
-    with naming_options():
-        solver.replaced(**options)
-
-
 @contextmanager
 def naming_options(*options: str) -> Iterator[None]:
     """What raises InputError `name: reason` in the block is wrong usage of --name, if that is one of some options."""
@@ -198,12 +176,3 @@ def print_notes(scene: "Scene", strict: bool) -> None:
         say(f"pendpin: note: {note}")
     if len(said) > MOST_NOTES:
         say(f"pendpin: note: {len(said) - MOST_NOTES} more notes; bind(scene).model.notes has them all")
-
-
-def print_binding(scene: "Scene", stats: "Stats") -> None:
-    """Print what acts in a scene, and what one evaluation of its run calls."""
-    from pendpin.dynamics.dynamics import bind
-    from pendpin.dynamics.explanation import explain
-
-    for line in explain(bind(scene), stats):
-        print(line)

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
 from pendpin.model.bodies import append_body, pinocchio, twist_of
 from pendpin.model.urdf_written import WrittenJoint, limits
@@ -21,8 +20,12 @@ def plain_copy(value: Any) -> Any:
         name = value.names[i]
         joint = _joint(value.joints[i], name)
         model.addJoint(value.parents[i], joint, value.jointPlacements[i], name)
-        _check_inertia(value.inertias[i], name)
-        append_body(model, i, value.inertias[i])
+        body = value.inertias[i]
+        if not np.isfinite([body.mass, *body.lever, *np.ravel(body.inertia)]).all() or body.mass < 0:
+            raise InputError(
+                f"model: what joint {shown(name)} moves has the mass {body.mass:g} kg, or inertia that is not finite"
+            )
+        append_body(model, i, body)
     for frame in list(value.frames)[1:]:
         if frame.type != pin.FrameType.JOINT:
             model.addFrame(pin.Frame(frame.name, frame.parentJoint, 0, frame.placement, frame.type), False)
@@ -51,11 +54,3 @@ def _written(value: Any, joint: Any, name: str) -> WrittenJoint:
     v, q = joint.idx_v, joint.idx_q
     lower, upper = (value.lowerPositionLimit[q], value.upperPositionLimit[q]) if joint.nq == 1 else (0.0, 0.0)
     return WrittenJoint(name, value.damping[v], value.friction[v], *limits(lower, upper))
-
-
-def _check_inertia(inertia: Any, name: str) -> None:
-    numbers: Array = np.concatenate([[inertia.mass], inertia.lever, np.ravel(inertia.inertia)])
-    if not np.isfinite(numbers).all() or inertia.mass < 0:
-        raise InputError(
-            f"model: what joint {shown(name)} moves has the mass {inertia.mass:g} kg, or inertia that is not finite"
-        )

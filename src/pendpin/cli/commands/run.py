@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pendpin.cli.inputs import SceneInput, check_options, lasting, on_scene, print_binding
+from pendpin.cli.inputs import SceneInput, lasting, naming_options, on_scene
 from pendpin.cli.options import Accuracy, Json, Method, Plot, Tolerance
 from pendpin.cli.outputs import refuse_outputs, show_live, write_run
 from pendpin.cli.progress import progress_bar
@@ -53,6 +53,8 @@ def run(
     If a run with a checkpoint was killed or stopped, the same command continues it.
     """
     from pendpin.crosschecks.crosscheck import along
+    from pendpin.dynamics.dynamics import bind
+    from pendpin.dynamics.explanation import explain as explain_run
     from pendpin.simulation.checkpoint import resumable
 
     scene = lasting(chosen.scene, duration, samples)
@@ -61,14 +63,16 @@ def run(
         html, plot = html or Path("run.html"), plot or Path("run.png")
     refuse_outputs(chosen.files, plot=plot, html=html, run=out, checkpoint=checkpoint)
     settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
-    check_options(scene.solver, **settings)
+    with naming_options():
+        scene.solver.replaced(**settings)
     settings |= {"energy_balance": energy_balance, "limit": limit, "checkpoint": checkpoint, "every": every}
     settings |= {"anyway": anyway}
     with resumable(checkpoint):
         with chosen.noted(), progress_bar("integrating", scene.duration, hidden=json) as progress:
             trajectory, stopped = _simulated(scene, settings, progress)
         if explain and not json:
-            print_binding(scene, trajectory.stats)
+            for line in explain_run(bind(scene), trajectory.stats):
+                print(line)
         report = along(trajectory)
         print_run(trajectory, report, write_run(trajectory, out, plot, html), json)
     if checkpoint and not isinstance(stopped, Halted):
