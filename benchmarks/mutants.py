@@ -262,7 +262,8 @@ def table(rows: list[dict[str, Any]]) -> Table:
 def verdict_of(row: dict[str, Any]) -> str:
     """What became of a fault."""
     known = {line.strip() for line in EQUIVALENT.read_text().splitlines()}
-    return "killed" if row["by"] else "equivalent" if row["name"] in known else "left"
+    names = {row["name"], row["name"].rpartition(" -> ")[0] + " -> any"}
+    return "killed" if row["by"] else "equivalent" if names & known else "left"
 
 
 def plant(faults: list[Fault], file: Path, profile: str, seconds: float) -> None:

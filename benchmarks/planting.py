@@ -39,10 +39,11 @@ class Fault(NamedTuple):
 
 
 def faults(module: str, text: str, random: Random) -> list[Fault]:
-    """One fault at each place of a file's functions that has one."""
+    """One fault at each place of a file's functions that has one, but for those that run when the file is imported."""
     tree, starts = ast.parse(text), _line_starts(text)
     found = []
-    for node in _in_functions(tree):
+    run_already = {node.func.id for node in _outside_functions(tree) if isinstance(node.func, ast.Name)}
+    for node in _in_functions(tree, run_already):
         for kind, changed in _changes(node, random):
             begin, end = (
                 starts[line - 1] + len(text[starts[line - 1] :].encode()[:column].decode())
@@ -63,14 +64,21 @@ def _line_starts(text: str) -> list[int]:
     return starts
 
 
-def _in_functions(node: ast.AST) -> Iterator[ast.AST]:
-    """The expressions in all functions, without those that are evaluated when these are defined."""
+def _outside_functions(tree: ast.Module) -> Iterator[ast.Call]:
+    """The calls in the statements of a file itself."""
+    for statement in tree.body:
+        if not isinstance(statement, ast.FunctionDef | ast.ClassDef):
+            yield from (node for node in ast.walk(statement) if isinstance(node, ast.Call))
+
+
+def _in_functions(node: ast.AST, without: set[str]) -> Iterator[ast.AST]:
+    """The expressions in all functions but some, without those that are evaluated when these are defined."""
     for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.FunctionDef):
+        if not isinstance(child, ast.FunctionDef):
+            yield from _in_functions(child, without)
+        elif child.name not in without:
             for statement in child.body:
                 yield from _in_code(statement)
-        else:
-            yield from _in_functions(child)
 
 
 def _in_code(node: ast.AST) -> Iterator[ast.AST]:

@@ -173,6 +173,7 @@ FUNCTIONS = {
     "flat": lambda t: (t - ROOT) ** 5,
     "root": lambda t: np.sign(t - ROOT) * np.sqrt(np.abs(t - ROOT)),
     "jump": lambda t: np.where(t < ROOT, -1.0, 1e-2),
+    "high jump": lambda t: np.where(t < ROOT, -1e-2, 1.0),
 }
 
 
@@ -187,8 +188,12 @@ def test_an_instant_is_found_to_rounding(name: str, begin: float, end: float) ->
     times = np.concatenate(clock.asked)
     assert (times > begin).all()
     assert (times < end).all()
-    if name == "jump":
-        assert ROOT <= found <= ROOT + 2e-13 * max(end - begin, ROOT)
+    if name.endswith("jump"):
+        assert ROOT <= found <= min(end, ROOT + 2e-13 * max(end - begin, ROOT))
+        behind = (
+            0.9e-13 * max(end - begin, ROOT) if name == "high jump" else 0.0
+        )  # it is the end before that is nearer to 0
+        assert found == end or found >= ROOT + behind
         assert len(times) <= 60
     else:
         assert abs(found - ROOT) <= 4 * np.spacing(ROOT)
