@@ -58,11 +58,7 @@ TESTS = {  # of files in src/pendpin, by what their paths begin with: those that
 PLANTED = {  # faults that once were noticed by no test: file, what is changed, and into what
     "settling_time one sample late": ("sweeps/measures.py", "late.shape[1] - np.arg", "late.shape[1] + 1 - np.arg"),
     "settling_time one sample early": ("sweeps/measures.py", "late.shape[1] - np.arg", "late.shape[1] - 1 - np.arg"),
-    "flip_time upwards only, of a run": (
-        "sweeps/measures.py",
-        "np.cos(run.q[:, places].sum(1) / 2)",
-        "np.cos(np.maximum(run.q[:, places].sum(1), 0) / 2)",
-    ),
+    "flip_time upwards only, of a run": ("sweeps/measures.py", "np.cos(half) +", "np.cos(np.maximum(half, 0)) +"),
     "flip_time upwards only, of many": (
         "simulation/series.py",
         "np.fmin(self.first[place], t)",

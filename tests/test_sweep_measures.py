@@ -10,6 +10,8 @@ from scipy.special import ellipk
 import pendpin as pp
 from pendpin import effects as fx
 from pendpin.sweeps.measures import (
+    MEASURES,
+    STATISTICS,
     _difference,
     _settled,
     accumulated,
@@ -267,3 +269,21 @@ def test_the_spread_is_the_distance_to_the_looser_run() -> None:
     ]
     one, other = (pp.simulate(sprung(0.0, start=start), duration=1.0) for start in (0.7, 0.8))
     assert measured(measure("theta.max.spread"), one, other) == pytest.approx(0.1, abs=1e-9)
+
+
+@pytest.mark.parametrize("effects", [(), (fx.Viscous(coefficient=0.3),)], ids=["swings on", "comes to rest"])
+def test_measures_do_not_depend_on_when_a_run_begins(effects: tuple) -> None:
+    """Nothing acts that knows the time: every measure of a run, or of it and a looser one, is the same 70 s later."""
+    scene = pp.Scene(
+        duration=4.0,
+        model=pp.Chain(rods=[ROD]),
+        start=pp.Start(positions={"theta": 2.0}, velocities={"theta": 6.0}),
+        effects=[fx.Gravity(), *effects],
+        solver=pp.Solver(method="dop853", samples=401),
+    )
+    late = scene.replace(start=pp.Start(time=70.0, positions={"theta": 2.0}, velocities={"theta": 6.0}))
+    names = [*(MEASURES.keys() - {"multiplier"}), *(f"theta.{statistic}" for statistic in STATISTICS)]
+    both = [[pp.simulate(one, tolerance=tolerance) for tolerance in (1e-10, 1e-6)] for one in (scene, late)]
+    first, second = ({name: measured(measure(name), *runs) for name in names} for runs in both)
+    second["theta.argmax"] -= 70.0 * (second["theta.argmax"] >= 70)
+    assert second == pytest.approx(first, rel=1e-3, abs=1e-8, nan_ok=True)
