@@ -6,9 +6,11 @@ from fractions import Fraction
 import pytest
 
 import pendpin as pp
-from pendpin.doctor.checking.conditions import _zero_is_said, conditions
+from pendpin.doctor.checking.conditions import _may_mean, _zero_is_said, conditions, rounded
 from pendpin.doctor.checking.dimensions import NONE, dimension, unit
 from pendpin.doctor.checking.residuals import Equation
+from pendpin.doctor.reading.grammar import parse
+from pendpin.doctor.reading.names import Vocabulary, raw
 from pendpin.doctor.reading.tree import Node
 from pendpin.doctor.systems.base import System
 from pendpin.doctor.systems.known import SPECS
@@ -145,3 +147,72 @@ def test_an_equation_says_that_one_quantity_is_0() -> None:
         for sides in ((symbol, zero), (zero, symbol), (symbol, one), (symbol, symbol), (both, zero))
     ]
     assert said == [True, True, False, False, False]
+
+
+@pytest.mark.parametrize(
+    ("equation", "same"),
+    [
+        (r"\sqrt{2} = 1.414", True),
+        (r"\sqrt{2} = 1.4", True),
+        (r"\sqrt{2} = 1.415", False),
+        (r"1.41421356 = \sqrt{2}", True),
+        (r"1.41421357 = \sqrt{2}", False),
+        (r"2/7 = 0.2857", True),
+        (r"2/7 = 0.2858", False),
+        (r"\sqrt{4} = 2", False),  # nothing is rounded
+        (r"m = 1.5", False),  # a symbol
+    ],
+)
+def test_printed_digits_are_rounded(equation: str, same: bool) -> None:
+    """Half a unit of the last one, at most."""
+    [sides] = parse(equation, Vocabulary(raw))
+    assert rounded(Equation(tuple(sides)), System(SPECS["thin"])) == same
+
+
+@pytest.mark.parametrize(
+    ("equation", "verdict"),
+    [
+        (r"\ddot\theta = -\frac{3 g}{2 l}\theta", "holds if"),
+        (r"\ddot\phi = -\frac{3 g}{2 l}\phi", "holds if"),
+        (r"\ddot\phi = -\frac{3 g}{2 l}\phi - \dot\theta^2\phi", "holds if"),  # what is small of higher order may stand
+        (r"\ddot\phi = -\frac{3.01 g}{2 l}\phi", "fails"),
+        (r"\ddot\phi = -\frac{3 g}{2 l}\phi + 0.01\dot\theta", "fails"),
+        (r"\ddot\phi = -\frac{3 g}{2 l}\sin\phi", "fails"),  # no equation of small angles, and wrong beside theta
+    ],
+)
+def test_equations_of_small_angles_hold_to_the_first_order(equation: str, verdict: str) -> None:
+    """Those without circular functions, whose error falls a hundredfold where the angles do tenfold."""
+    finding = finding_of(equation)
+    assert finding.verdict == verdict
+    assert ("small" in finding.condition) == (verdict == "holds if")
+
+
+def test_an_equation_may_mean_a_case_that_takes_nothing_from_it() -> None:
+    """One without I3 may be about a thin rod, one with I3 is not; one without phi about phi = 0; none about the pole."""
+    system = System(SPECS["general"])
+    cases = {one.words: one for one in conditions(system)}
+
+    def may(name: str, words: str) -> bool:
+        sides = (
+            Node("symbol", (0, 0), "R1"),
+            *(Node("product", (0, 0), ("*", "*"), tuple(Node("symbol", (0, 0), x) for x in (name, "m"))),),
+        )
+        return _may_mean(cases[words], Equation(sides), system)
+
+    thin, pole = "I3 = 0 and I1 = I2, as for a thin rod", "at the pole, phi = ±90°"
+    asked = [
+        ("I3", thin),
+        ("I1", thin),
+        ("phi", "phi = 0"),
+        ("dphi", "phi = 0"),
+        ("theta", "phi = 0"),
+        ("g", pole),
+        ("g", "at rest"),
+    ]
+    assert [may(*one) for one in asked] == [False, True, False, False, True, False, True]
+
+
+def test_columns_of_vectors_are_three() -> None:
+    """Three make a matrix; two make none."""
+    finding = finding_of(r"\begin{bmatrix}\vec b_1\\ \vec b_2\end{bmatrix}\vec r_G = 0")
+    assert (finding.verdict, finding.remark) == ("not checked", "a matrix of this size, or one of vectors")
