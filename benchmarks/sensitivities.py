@@ -17,7 +17,7 @@ import numpy as np
 
 import pendpin as pp
 from pendpin import effects as fx
-from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.parameters import GIVEN
 from pendpin.dynamics.symbols import external_wrenches, tree_with_numbers
 from pendpin.equations.numbers import exact
@@ -99,7 +99,7 @@ def steps_for(scene: pp.Scene) -> int:
 def last_state(scene: pp.Scene, steps: int) -> np.ndarray:
     """The last state (2 nv,) of a scene in 50 digits."""
     model = build(scene.model)
-    rates = partial(rates_of_change, scene, model, bind_loads(model, scene.effects, XP))
+    rates = partial(rates_of_change, scene, model, Binding(model, scene.effects, XP).loads)
     y = XP.asarray(np.concatenate(start_state(model, scene.start)))
     h = XP.asarray(DURATION)[()] / steps
     for i in range(steps):

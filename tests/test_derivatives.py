@@ -11,7 +11,7 @@ import pendpin as pp
 from effect_cases import EFFECTS, MODELS
 from laws import law
 from pendpin import effects as fx
-from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.derivatives import Variational
 from pendpin.dynamics.parameters import GIVEN
 from pendpin.dynamics.symbols import external_wrenches, tree_with_numbers
@@ -30,7 +30,7 @@ def in_fifty_digits(scene: pp.Scene, t: float, y: np.ndarray) -> np.ndarray:
     """The accelerations (nv,) at y = (q, v), by the recursion on mpmath's numbers."""
     model = build(scene.model)
     q, v = np.split(y, 2)
-    loads = bind_loads(model, scene.effects, XP)
+    loads = Binding(model, scene.effects, XP).loads
     tree, time = tree_with_numbers(model, GIVEN), XP.asarray(t)[()]
     external = external_wrenches(model, loads, GIVEN, tree, XP)(time, q, v) if loads.wrench else None
     tau = loads.torque(time, q, v) if loads.torque else None

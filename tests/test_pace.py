@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import pendpin as pp
 import scenes
 from laws import law
-from pendpin.dynamics.declared import LAWS as LAWS_OF
+from pendpin.dynamics.timing import LAWS as LAWS_OF
 from pendpin.effects import Effect, Gravity, Idle, JointEffect, Motor, Support, Torque
 from pendpin.effects.pace import STEADY, Pace, intervals_for, measured, together
 

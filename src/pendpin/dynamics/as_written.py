@@ -21,7 +21,9 @@ def expanded(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
     out, more = list(effects), list[Effect]()
     for i, effect in enumerate(effects):
         if isinstance(effect, AsWritten):
-            first, *rest = _effects_of(effect, _joints_of(model, f"effects[{i}]")) or [Idle(kind=effect.kind)]
+            if model.written is None:
+                raise InputError(f"effects[{i}]: as_written is for a URDF; this model has no <dynamics> and no <limit>")
+            first, *rest = _effects_of(effect, model.written) or [Idle(kind=effect.kind)]
             out[i] = first
             more += rest
     return (*out, *more)
@@ -31,12 +33,6 @@ def with_home(model: Model, effects: Sequence[Effect]) -> Model:
     """The model with its joints, where a start says nothing of them, inside the limits that act as written."""
     moved = homes(model.written or (), effects)
     return replace(model, home=np.array([moved.get(joint, 0.0) for joint in model.joints])) if moved else model
-
-
-def _joints_of(model: Model, where: str) -> tuple[WrittenJoint, ...]:
-    if model.written is None:
-        raise InputError(f"{where}: as_written is for a URDF; this model has no <dynamics> and no <limit>")
-    return model.written
 
 
 def _effects_of(effect: AsWritten, joints: Sequence[WrittenJoint]) -> list[Effect]:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array, applied, cross, dot, transposed
-from pendpin.dynamics.binding import bind_loads, bodies_of
+from pendpin.dynamics.binding import Binding, bodies_of
 from pendpin.dynamics.parameters import Parameters, begin_tape, list_parameters
 from pendpin.dynamics.symbols import external_wrenches, motion_in_links, tree_with_numbers
 from pendpin.effects import Bodies, Effect, Motion
@@ -89,7 +89,7 @@ def _rods(model: Model) -> int:
 def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters, xp: Any) -> Sampled:
     model = engine.model
     numbers.constant((isinstance(engine, Thin), numbers.by_rod))
-    loads = bind_loads(model, effects, xp, start, numbers)
+    loads = Binding(model, effects, xp, start, numbers).loads
     bodies, tree = Bodies(*map(numbers.bodies, bodies_of(model))), tree_with_numbers(model, numbers)
     external = None if loads.wrench is None else external_wrenches(model, loads, numbers, tree, xp)
     thin = isinstance(engine, Thin)

@@ -11,7 +11,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.as_written import expanded
-from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.compiling import differentiated
 from pendpin.dynamics.dynamics import choose_engine
 from pendpin.dynamics.symbols import records_by_rod
@@ -47,7 +47,7 @@ class Variational:
         self.model = build(scene.model)
         self.keys, self.scene = tuple(keys), scene
         effects = differentiable(scene)
-        engine = choose_engine(self.model, bind_loads(self.model, effects, start=scene.start.time), "auto", "angles")
+        engine = choose_engine(self.model, Binding(self.model, effects, start=scene.start.time).loads, "auto", "angles")
         by_rod = records_by_rod(engine, effects)
         self.variation = vary(scene.model_copy(update={"effects": effects}), engine, keys, by_rod)
         self._block = differentiated(self.variation, scene.start.time, by_rod)

@@ -11,14 +11,13 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.as_written import with_home
-from pendpin.dynamics.binding import Binding
+from pendpin.dynamics.binding import Accounts, Binding
 from pendpin.dynamics.binding.acting import acting
 from pendpin.dynamics.binding.contacts import bind_contacts
 from pendpin.dynamics.chain_samples import Sampler
 from pendpin.dynamics.compiling import compilable, compiled, sampler_of
 from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.held_torques import HeldTorque
-from pendpin.dynamics.powers import Accounts
 from pendpin.dynamics.symbols import Asked
 from pendpin.effects import ContactEffect, Effect
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical

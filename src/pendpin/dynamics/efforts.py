@@ -6,10 +6,8 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding.context import Bound
 from pendpin.dynamics.binding.fields import BoundField
 from pendpin.dynamics.binding.torques import BoundTorque
-from pendpin.dynamics.binding.wrenches import BoundWrench
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.held_torques import recall_outputs
 from pendpin.effects import Motion
@@ -51,35 +49,21 @@ def efforts(run: Trajectory) -> dict[str, Array]:
     return out | ({CONTACTS: rest} if dynamics.contacts is not None else {})
 
 
-def _effort(dynamics: Dynamics, bound: Bound[Any], model: Any) -> Effort:
+def _effort(dynamics: Dynamics, bound: Any, model: Any) -> Effort:
     """The generalised force of one effect. `model` is a pin.Model without gravity."""
     if isinstance(bound, BoundTorque):
         return lambda t, q, v, motion: bound.at(t, q, v)
-    if isinstance(bound, BoundField):
-        return _field_effort(bound.at, model)
-    assert isinstance(bound, BoundWrench)
-    return _wrench_effort(dynamics, bound, model)
+    pin, model = pinocchio(), model.copy()
+    data, complete, coms = model.createData(), dynamics.binding.complete, dynamics.binding.bodies.com
 
+    def under_field(t: float, q: Array, v: Array, motion: Motion) -> Array:
+        model.gravity.linear = np.asarray(bound.at(t), float)
+        return -pin.computeGeneralizedGravity(model, data, q)
 
-def _field_effort(field: Callable[[float], Array], model: Any) -> Effort:
-    pin, under = pinocchio(), model.copy()
-    data = under.createData()
-
-    def effort(t: float, q: Array, v: Array, motion: Motion) -> Array:
-        under.gravity.linear = np.asarray(field(t), float)
-        return -pin.computeGeneralizedGravity(under, data, q)
-
-    return effort
-
-
-def _wrench_effort(dynamics: Dynamics, bound: BoundWrench, model: Any) -> Effort:
-    pin, data = pinocchio(), model.createData()
-    complete, coms = dynamics.binding.complete, dynamics.binding.bodies.com
-
-    def effort(t: float, q: Array, v: Array, motion: Motion) -> Array:
+    def under_wrench(t: float, q: Array, v: Array, motion: Motion) -> Array:
         wrenches = in_joint_frames(coms, motion, *bound.at(t, complete(t, motion)))
         external = forces(wrenches, joints_of(dynamics.model.bodies), model.njoints)
         still = np.zeros(len(q))
         return -pin.rnea(model, data, q, still, still, external)
 
-    return effort
+    return under_field if isinstance(bound, BoundField) else under_wrench

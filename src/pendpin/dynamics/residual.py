@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.compiling import look_up
 from pendpin.dynamics.derivatives import differentiable
 from pendpin.dynamics.dynamics import choose_engine
@@ -47,7 +47,7 @@ def matrices(scene: Scene, q: Array, v: Array, a: Array) -> Matrices:
     Raises InputError for effects without derivatives, MissingLibrary without llvmlite.
     """
     model, effects, start = build(scene.model), differentiable(scene), scene.start.time
-    engine = choose_engine(model, bind_loads(model, effects, start=start), "auto", "angles")
+    engine = choose_engine(model, Binding(model, effects, start=start).loads, "auto", "angles")
     by_rod, nv = records_by_rod(engine, effects), len(q)
     parameters = list_parameters(model, by_rod)
     _residual(engine, effects, start, parameters, np)
@@ -78,7 +78,7 @@ def _residual(engine: Engine, effects: Sequence[Effect], start: float, numbers: 
     model = engine.model
     numbers.constant("residual")
     numbers.constant(() if numbers.by_rod else (model.joints, tuple(body.link for body in model.bodies)))
-    loads = bind_loads(model, effects, xp, start, numbers)
+    loads = Binding(model, effects, xp, start, numbers).loads
     tree = tree_with_numbers(model, numbers)
     external = None if loads.wrench is None else external_wrenches(model, loads, numbers, tree, xp)
 

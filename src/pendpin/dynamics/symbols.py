@@ -6,12 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array, Indices, Mask, cross
-from pendpin.dynamics.binding import Binding
+from pendpin.dynamics.binding import Accounts, Binding, Powered
 from pendpin.dynamics.binding.acting import plain_arithmetic
 from pendpin.dynamics.binding.context import State
 from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.parameters import Numbers, Parameters, RodParameters, begin_tape, list_parameters
-from pendpin.dynamics.powers import Accounts, Powered, powers
 from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Directions, Engine, Loads
 from pendpin.engines.external_forces import centres_of, in_joint_frames
@@ -122,7 +121,7 @@ def _right_hand_side(
     names = () if numbers.by_rod else (model.joints, tuple(body.link for body in model.bodies))
     numbers.constant((isinstance(engine, Directions), numbers.by_rod, *names, asked.accounts))
     binding = Binding(model, effects, xp, start, numbers)
-    loads, powered = binding.loads, asked.accounts and powers(binding, asked.accounts)
+    loads, powered = binding.loads, asked.accounts and binding.powers(asked.accounts)
     if isinstance(engine, Directions):
         return _record_directions(engine, loads, powered, numbers, xp)
     assert isinstance(engine, AngleEngine)

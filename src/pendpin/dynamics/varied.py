@@ -56,7 +56,8 @@ def vary(scene: Scene, engine: Engine, keys: Sequence[str], by_rod: bool) -> Var
     model = engine.model
     places = [parsed(key) for key in keys]
     changes = [_changed(scene, path) for path in places]
-    active = _active(model, scene, [effects for _, effects in changes])
+    lists = [acting(model, effects) for effects in (scene.effects, *(changed for _, changed in changes))]
+    active = [not all(isinstance(effect, Idle) for effect in column) for column in zip(*lists, strict=True)]
     pairs: list[tuple[Engine, tuple[Effect, ...]]] = []
     for chain, effects in [(None, scene.effects), *changes]:
         chosen = (e if acts else Idle(kind=e.kind) for e, acts in zip(effects, active, strict=True))
@@ -141,12 +142,6 @@ def _varied(value: Any, path: KeyPath, rest: KeyPath) -> Any:
     if rest or isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"{written(path)}: {shown(value)} is not a number; a derivative needs one")
     return _Varied(value, _STEP)
-
-
-def _active(model: Model, scene: Scene, changed: Sequence[tuple[Effect, ...]]) -> list[bool]:
-    """Which effects act, with the numbers of the scene or with those that a step changes."""
-    lists = [acting(model, effects) for effects in (scene.effects, *changed)]
-    return [not all(isinstance(effect, Idle) for effect in column) for column in zip(*lists, strict=True)]
 
 
 def _engine_of(model: Model, engine: Engine, chain: Chain | None) -> Engine:

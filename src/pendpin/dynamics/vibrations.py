@@ -38,7 +38,9 @@ def vibrations(matrices: Matrices) -> Vibrations:
         block = Matrices(*(part[np.ix_(chosen, chosen)] for part in matrices))
         key = b"".join(part.tobytes() for part in block)  # the two planes of a chain are the same to the bit
         if key not in solved:
-            solved[key] = _undamped(block) if _is_conservative(block) else _damped(block)
+            _, C, K = block
+            is_conservative = not C.any() and np.abs(K - K.T).max() <= len(K) * EPS * np.abs(K).max()
+            solved[key] = _undamped(block) if is_conservative else _damped(block)
         parts.append((chosen, solved[key]))
     omega = np.concatenate([part.omega for _, part in parts])
     kind = complex if any(np.iscomplexobj(part.shapes) for _, part in parts) else float
@@ -101,11 +103,6 @@ def _uncoupled(matrices: Matrices) -> Iterator[Indices]:
             new = coupled[new].any(0) & ~group
         left &= ~group
         yield np.flatnonzero(group)
-
-
-def _is_conservative(matrices: Matrices) -> bool:
-    _, C, K = matrices
-    return not C.any() and bool(np.abs(K - K.T).max() <= len(K) * EPS * np.abs(K).max())
 
 
 def _factor(M: Array) -> Array:

@@ -66,33 +66,17 @@ def planar_at(angle0: float, rate0: float, w: Real) -> Function:
     """
     turns = mp.nint(mpf(angle0) / (2 * mp.pi))
     x0, v0 = mpf(angle0) - 2 * mp.pi * turns, mpf(rate0) / (2 * w)
-    m = mp.sin(x0 / 2) ** 2 + v0**2
-    motion = _at_rest if m == 0 else _swinging if m < 1 else _round if m > 1 else _asymptotic
-    angle = motion(x0, v0, w, m)
-    return lambda t: 2 * mp.pi * turns + angle(t)
-
-
-def _at_rest(x0: Real, v0: Real, w: Real, m: Real) -> Function:
-    return lambda t: mpf(0)
-
-
-def _swinging(x0: Real, v0: Real, w: Real, m: Real) -> Function:
-    u0 = mp.ellipf(mp.atan2(mp.sin(x0 / 2), v0), m)
-    return lambda t: 2 * mp.asin(mp.sqrt(m) * mp.ellipfun("sn", w * t + u0, m=m))
-
-
-def _round(x0: Real, v0: Real, w: Real, m: Real) -> Function:
-    sense, k = mp.sign(v0), mp.sqrt(m)
-    u0 = mp.ellipf(x0 / 2, 1 / m)
-    return lambda t: 2 * amplitude(sense * k * w * t + u0, 1 / m)
-
-
-def _asymptotic(x0: Real, v0: Real, w: Real, m: Real) -> Function:
-    """Exactly the energy of rest upside down: it comes to rest there, after infinite time, or is there."""
-    if v0 == 0:
-        return lambda t: x0
-    u0 = mp.asinh(mp.tan(x0 / 2))
-    return lambda t: 2 * mp.atan(mp.sinh(mp.sign(v0) * w * t + u0))
+    m, middle = mp.sin(x0 / 2) ** 2 + v0**2, 2 * mp.pi * turns
+    if v0 == 0 and m in (0, 1):  # at rest, hanging or upside down
+        return lambda t: middle + x0
+    if m < 1:
+        u0 = mp.ellipf(mp.atan2(mp.sin(x0 / 2), v0), m)
+        return lambda t: middle + 2 * mp.asin(mp.sqrt(m) * mp.ellipfun("sn", w * t + u0, m=m))
+    if m > 1:
+        u0, rate = mp.ellipf(x0 / 2, 1 / m), mp.sign(v0) * mp.sqrt(m) * w
+        return lambda t: middle + 2 * amplitude(rate * t + u0, 1 / m)
+    u0 = mp.asinh(mp.tan(x0 / 2))  # exactly the energy of rest upside down, where it comes to rest after infinite time
+    return lambda t: middle + 2 * mp.atan(mp.sinh(mp.sign(v0) * w * t + u0))
 
 
 def amplitude(u: Real, m: Real) -> Real:

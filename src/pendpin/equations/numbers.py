@@ -26,7 +26,9 @@ def exact(digits: int) -> Any:
     context = mpmath.mp.clone()
     context.dps = digits
     functions = {name: np.frompyfunc(getattr(context, name), 1, 1) for name in FUNCTIONS}
-    return SimpleNamespace(asarray=_elementwise(context.mpf), minimum=np.minimum, maximum=np.maximum, **functions)
+    convert = np.frompyfunc(context.mpf, 1, 1)
+    functions["asarray"] = lambda x: np.asarray(convert(np.asarray(x)), dtype=object)
+    return SimpleNamespace(minimum=np.minimum, maximum=np.maximum, **functions)
 
 
 @cache
@@ -45,8 +47,3 @@ def symbols() -> Any:
     functions["minimum"] = np.frompyfunc(lambda x, y: chosen(x, y, heyoka.lt), 2, 1)
     functions["maximum"] = np.frompyfunc(lambda x, y: chosen(x, y, heyoka.gt), 2, 1)
     return SimpleNamespace(asarray=np.asarray, **functions)
-
-
-def _elementwise(convert: Any) -> Any:
-    one_by_one = np.frompyfunc(convert, 1, 1)
-    return lambda x: np.asarray(one_by_one(np.asarray(x)), dtype=object)

@@ -51,6 +51,11 @@ def inward_steps(
     return done
 
 
+def joined(one: Any, other: Any) -> Any:
+    """The sum of two named tuples, number by number: what arrives from two children, for `inward`."""
+    return one._make(x + y for x, y in zip(one, other, strict=True))
+
+
 def total(x: Array, xp: Any = np) -> Any:
     """The sum of numbers (n,), of all joints or bodies."""
     own = getattr(xp, "total", None)

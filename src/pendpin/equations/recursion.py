@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array, applied, centripetal, cross, dot, gyroscopic, outer, skew, symmetric, transposed
-from pendpin.equations.passes import inward, outward
+from pendpin.equations.passes import inward, joined, outward
 from pendpin.equations.trees import Joint, Tree, joints_at, prepared
 
 _UNIT = np.eye(3)
@@ -77,7 +77,7 @@ def wrenches(
         moment = applied(joints[i].R, wrench.moment) + cross(joints[i].r, force)
         return _Wrench(force, moment), np.concatenate(wrench, -1)
 
-    return np.stack(inward(pass_on, needed, _joined, tree.parents, xp), -2)
+    return np.stack(inward(pass_on, needed, joined, tree.parents, xp), -2)
 
 
 def accelerations(
@@ -113,12 +113,15 @@ def with_held_joints(
     bodies = [_rigid(tree, i, wrench) for i, wrench in enumerate(needed)]
 
     def release(i: int, body: _Body) -> tuple[_Body, _Answer]:
-        rest, answer = _released(joints[i], body, torques[..., i : i + 1])
+        # a slide exchanges the roles of moment and force, of turning and of moving
+        turns, tau = joints[i].turns, torques[..., i : i + 1]
+        rest, answer = _release(joints[i], body if turns else _swapped(body), tau)
+        rest = rest if turns else _swapped(rest)
         if held[i] is not None:
             rest = _Body(*(held[i] * x + (1 - held[i]) * y for x, y in zip(body, rest, strict=True)))
         return _seen_from_parent(joints[i], rest), answer
 
-    a, holding = _outward(tree, joints, inward(release, bodies, _joined, tree.parents, xp), held, xp)
+    a, holding = _outward(tree, joints, inward(release, bodies, joined, tree.parents, xp), held, xp)
     return signs * a, signs * holding
 
 
@@ -171,16 +174,8 @@ def _rigid(tree: Tree, i: int, needed: _Wrench) -> _Body:
     return _Body(J, skew(m * com), m * _UNIT, needed.moment, needed.force)
 
 
-def _released(joint: Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
+def _release(joint: Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
     """The body as its parent feels it through the joint, and the answer of the joint to torque tau (..., 1)."""
-    if not joint.turns:
-        rest, answer = _released_first(joint, _swapped(body), tau)
-        return _swapped(rest), answer
-    return _released_first(joint, body, tau)
-
-
-def _released_first(joint: Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
-    """The same for a joint about its axis, with its torque tau (n,); a slide exchanges first and second."""
     axis, across = joint.axis, joint.across
     column = applied(body.A, axis)
     inertia = dot(axis, column)
@@ -233,11 +228,6 @@ def _outward(
     moved = outward(move, (np.zeros(3), np.zeros(3)), tree.parents, xp)
     a, holding = (np.concatenate(parts, -1) for parts in zip(*moved, strict=True))
     return a, holding
-
-
-def _joined(one: Any, other: Any) -> Any:
-    """The sum of two bodies, or of two wrenches."""
-    return one._make(x + y for x, y in zip(one, other, strict=True))
 
 
 def _swapped(body: _Body) -> _Body:

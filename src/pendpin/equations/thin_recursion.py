@@ -17,7 +17,7 @@ import numpy as np
 
 from pendpin.arrays import Array, applied, cross, dot, outer, symmetric
 from pendpin.equations.chain.inertia import ChainInertia
-from pendpin.equations.passes import inward, outward
+from pendpin.equations.passes import inward, joined, outward
 
 _UNIT = np.eye(3)
 
@@ -82,12 +82,7 @@ def turning(
 
     parents = range(-1, len(d) - 1)
     nothing = _Hanging(np.zeros((3, 3)), np.zeros(3))
-    return _outward(chain, d, inward(release, [nothing] * len(d), _joined, parents, xp), parents, xp)
-
-
-def _joined(one: _Hanging, other: _Hanging) -> _Hanging:
-    """The sum of two."""
-    return _Hanging(one.A + other.A, one.b + other.b)
+    return _outward(chain, d, inward(release, [nothing] * len(d), joined, parents, xp), parents, xp)
 
 
 def _inverse(M: Array) -> Array:

@@ -14,7 +14,7 @@ from pydantic import Field
 from scipy.integrate import RK45
 
 from pendpin.arrays import Array
-from pendpin.dynamics.binding import bind_loads
+from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.parameters import GIVEN
 from pendpin.dynamics.symbols import external_wrenches
 from pendpin.effects import ContactEffect, DryFriction, FieldEffect, Gravity, Motion
@@ -90,7 +90,7 @@ class _Symbolic:
         self.symbolic = substitute(scene, free.keys, list(values), replace_unchecked)
         self.tree, self.model = _insert_rods(tree_of(model.pin), model, self.symbolic)
         smooth = tuple(_make_symbolic(e) for e in self.symbolic.effects if not isinstance(e, ContactEffect))
-        self.loads = bind_loads(self.model, smooth, symbols())
+        self.loads = Binding(self.model, smooth, symbols()).loads
         self.frictions = [e for e in self.symbolic.effects if isinstance(e, DryFriction)]
 
     def moving(self, measured: Sequence[int]) -> tuple[int, ...]:

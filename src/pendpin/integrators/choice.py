@@ -87,8 +87,10 @@ def _automatic_method(
         dynamics = dynamics.in_machine_code
     y = dynamics.engine.pack(q, v)
     decay, fastest = _rates(dynamics, y, STEP)
-    if decay * scene.duration > STIFF and decay > OVERDAMPED * fastest and not _jumps(dynamics, y, decay):
-        return "radau"
+    if decay * scene.duration > STIFF and decay > OVERDAMPED * fastest:
+        slower, _ = _rates(dynamics, y, WIDER * STEP)
+        if not slower < decay / 2:  # else it is the decay of a jump, which wider differences make slower
+            return "radau"
     is_long = fastest * scene.duration > LONG
     return "taylor" if is_long and taylor_takes(scene, dynamics, energy_balance) else "dop853"
 
@@ -100,11 +102,6 @@ def uncompiled(scene: Scene) -> Scene:
     ):
         return scene
     return scene.with_solver(engine=without_compiling(bind(scene).engine))
-
-
-def _jumps(dynamics: Dynamics, y: Array, decay: float) -> bool:
-    """Whether a decay in 1/s at the start y (size,) is that of a jump: wider differences make it slower."""
-    return _rates(dynamics, y, WIDER * STEP)[0] < decay / 2
 
 
 def _rates(dynamics: Dynamics, y: Array, step: float) -> tuple[float, float]:

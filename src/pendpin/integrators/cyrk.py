@@ -43,7 +43,11 @@ _NAMES: dict[str, tuple[str, Any, tuple[Any, ...]]] = {  # C++ name, type of the
 @cache
 def library() -> Any:
     """The functions by the names above; None if this CyRK, or this processor, does not have them."""
-    if not installed() or not version("CyRK").startswith(SERIES) or not _processor_suits():
+    if not installed() or not version("CyRK").startswith(SERIES):
+        return None
+    if b"-avx2" in llvm.processor().features.split(
+        b","
+    ):  # which CyRK for x86 needs; others have no such feature to lack
         return None
     try:
         return c_functions("CyRK", "nb/numba_c_api.*.so", _NAMES)
@@ -54,8 +58,3 @@ def library() -> Any:
 def installed() -> bool:
     """Whether CyRK is there, without importing it."""
     return find_spec("CyRK") is not None
-
-
-def _processor_suits() -> bool:
-    """CyRK for x86 needs AVX2; other processors have no such feature to lack."""
-    return b"-avx2" not in llvm.processor().features.split(b",")

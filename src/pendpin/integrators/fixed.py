@@ -46,11 +46,8 @@ class FixedStep(Integrator):
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) at output times, by steps of one size."""
-        grid, states, steps = (
-            StepGrid.of_plan(plan, float(times[0]), self._step),
-            np.full((len(times), len(y)), np.nan),
-            0,
-        )
+        grid = StepGrid.of_plan(plan, float(times[0]), self._step)
+        states, steps = np.full((len(times), len(y)), np.nan), 0
         memory = None if plan.anew or not grid.inside(float(times[0])) else plan.memory
         whole = np.array(y if memory is None else memory["grid_state"])
         part = whole.copy()

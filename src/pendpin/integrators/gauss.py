@@ -140,7 +140,8 @@ class Gauss(Integrator):
         q, p, times, factors, before = self._state.q, self._state.p, t + h * self.rule.c, None, np.inf
         for i in range(MOST_ITERATIONS):
             Q = q + h * self.rule.within(V)
-            now = self._evaluate(times, Q, V)
+            self._calls += len(times)
+            now = [self._form.at(*stage) for stage in zip(times, Q, V, strict=True)]
             M, N, F = map(np.array, zip(*now, strict=True))
             if factors is None or i >= PATIENCE:
                 factors = lapack("getrf")(self._matrix(h, M, N, *self._slopes(times, Q, V, now, i >= PATIENCE)))[:2]
@@ -166,11 +167,6 @@ class Gauss(Integrator):
     def _start(self) -> Array:
         """First velocities (s, nv) of the stages: those at the start of the step."""
         return np.tile(self._form.velocity(self._state.q, self._state.p), (len(self.rule.b), 1))
-
-    def _evaluate(self, times: Array, Q: Array, V: Array) -> list[Canonical]:
-        """M, dp/dq and F at the stages: times (s,), positions and velocities (s, nv)."""
-        self._calls += len(times)
-        return [self._form.at(*stage) for stage in zip(times, Q, V, strict=True)]
 
     def _slopes(self, times: Array, Q: Array, V: Array, now: list[Canonical], thorough: bool) -> tuple[Array, Array]:
         """dF/dq and dF/dv (s, nv, nv) at the stages; all terms if `thorough`."""

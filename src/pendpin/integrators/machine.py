@@ -6,7 +6,7 @@ CyRK has this interface for Numba; no Numba function is compiled here.
 import ctypes
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,9 +47,11 @@ class AdaptiveInMachineCode(EventIntegrator):
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size), within the tolerance a step, with no call of `derivative`."""
         self._error = None
-        states, steps, failure = self._solved(y, np.ascontiguousarray(times), plan.first or 0.0, plan.longest)
+        code, tolerance, times = self.block.code(), self._tolerance, np.ascontiguousarray(times)
+        call = Call(self._method, code.address, self.block, tolerance, tolerance, plan.first or 0.0, plan.longest)
+        solution = call.solved(y, times[0], times[-1], times)
         self._raised()
-        return Segment(*finite_part(states, steps, failure))
+        return Segment(*finite_part(solution.states(y), solution.steps, solution.failure))
 
     def compiled_for_events(self, engine: Engine, progress: ProgressCallback) -> Block:
         """The equations of a compiled engine."""
@@ -86,13 +88,6 @@ class AdaptiveInMachineCode(EventIntegrator):
                 return
             except BaseException as error:
                 self._error = error
-
-    def _solved(self, y: Array, times: Array, first_step: float, longest: float) -> tuple[Array, int, str | None]:
-        """The states (n, size), the steps and the failure, from y (size,) at `times` (n,) in s, by CyRK."""
-        tolerance = self._tolerance
-        call = Call(self._method, self.block.code().address, self.block, tolerance, tolerance, first_step, longest)
-        solution = call.solved(y, times[0], times[-1], times)
-        return solution.states(y), solution.steps, solution.failure
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +156,11 @@ class Solution:
     def __init__(self, pointer: int, size: int) -> None:
         self._found, self._api, self._size = pointer, cyrk.library(), size
         self._count = self._api.size(pointer)  # of states
-        self.failure = None if self._api.success(pointer) else _message(self._api, pointer)
+        self.failure: str | None = None
+        if not self._api.success(pointer):
+            text = ctypes.create_string_buffer(256)
+            self._api.message(pointer, ctypes.addressof(text), len(text))
+            self.failure = text.value.decode().rstrip(".")
 
     def __del__(self) -> None:
         self._api.free(self._found)
@@ -191,12 +190,6 @@ class Solution:
         out = np.empty(shape)
         ctypes.memmove(address(out), pointer(self._found), out.nbytes)
         return out
-
-
-def _message(api: Any, pointer: int) -> str:
-    text = ctypes.create_string_buffer(256)
-    api.message(pointer, ctypes.addressof(text), len(text))
-    return text.value.decode().rstrip(".")
 
 
 def available() -> bool:

@@ -3,10 +3,10 @@
 import numpy as np
 
 from pendpin.arrays import Array
+from pendpin.dynamics.binding import Accounts
 from pendpin.dynamics.binding.acting import in_order
 from pendpin.dynamics.binding.context import State
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.dynamics.powers import accounts_of, powers
 from pendpin.effects import Idle
 from pendpin.engines import Derivative, Engine
 
@@ -18,11 +18,11 @@ class EnergyBalance:
     """
 
     def __init__(self, dynamics: Dynamics) -> None:
-        effects, accounts = dynamics.effects, accounts_of(dynamics.effects, dynamics.potentials)
+        effects, accounts = dynamics.effects, Accounts.of(dynamics.effects, dynamics.potentials)
         self.kinds, self._nv = accounts.kinds, len(dynamics.model.joints)
         self._idle = tuple(effect.kind for effect in effects if isinstance(effect, Idle))
         self.engine: Engine = dynamics.compiled(accounts) if dynamics.engine.compiles else dynamics.engine
-        self._powers = powers(dynamics.binding, accounts)
+        self._powers = dynamics.binding.powers(accounts)
         accounted = zip(in_order(effects), dynamics.potentials, strict=True)
         self._offered = [
             (self.kinds.index(effect.kind), place)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import EPS, Array
-from pendpin.dynamics.declared import changes_with_time
+from pendpin.dynamics.timing import changes_with_time
 from pendpin.dynamics.vibrations import spectrum
 from pendpin.errors import InputError, RunError, brief, shown
 from pendpin.model.build import build, start_state

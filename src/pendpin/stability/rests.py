@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.declared import changes_with_time
-from pendpin.dynamics.timing import NEGLIGIBLE
+from pendpin.dynamics.timing import NEGLIGIBLE, changes_with_time
 from pendpin.effects import AsWritten, ContactEffect, Drag, Effect
 from pendpin.errors import InputError, choices, shown
 from pendpin.model.build import Model

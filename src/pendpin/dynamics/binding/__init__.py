@@ -5,7 +5,7 @@ To add an interface of effects: a file with a class like those in fields.py, tor
 time counted from the start, its power, its potential), and its name in binding.py.
 """
 
-from pendpin.dynamics.binding.binding import Binding, bind_loads
+from pendpin.dynamics.binding.binding import Accounts, Binding, Powered
 from pendpin.dynamics.binding.context import bodies_of
 
-__all__ = ["Binding", "bind_loads", "bodies_of"]
+__all__ = ["Accounts", "Binding", "Powered", "bodies_of"]

@@ -20,23 +20,18 @@ def acting(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
 
     Raises InputError for a joint or link that the model lacks, whatever the strength.
     """
-    listed = expanded(model, effects)
-    return tuple(_bound(model, effect, f"effects[{i}]") for i, effect in enumerate(listed))
-
-
-def _bound(model: Model, effect: Effect, where: str) -> Effect:
-    if isinstance(effect, Torque) and effect.every is not None:
-        return HeldTorque.of(effect, chosen_joints(model, effect.on, where))
-    return _named(model, effect, where) if effect.idle else effect
-
-
-def _named(model: Model, effect: Effect, where: str) -> Idle:
-    """In place of an effect of strength 0, whose joint and link names are right."""
-    if isinstance(effect, JointEffect | ContactEffect):
-        chosen_joints(model, effect.joints if isinstance(effect, ContactEffect) else effect.on, where)
-    elif isinstance(effect, BodyEffect):
-        chosen_bodies(model, effect.on, where)
-    return Idle(kind=effect.kind)
+    acts = list(expanded(model, effects))
+    for i, effect in enumerate(acts):
+        where = f"effects[{i}]"
+        if isinstance(effect, Torque) and effect.every is not None:
+            acts[i] = HeldTorque.of(effect, chosen_joints(model, effect.on, where))
+        elif effect.idle:
+            if isinstance(effect, JointEffect | ContactEffect):
+                chosen_joints(model, effect.joints if isinstance(effect, ContactEffect) else effect.on, where)
+            elif isinstance(effect, BodyEffect):
+                chosen_bodies(model, effect.on, where)
+            acts[i] = Idle(kind=effect.kind)
+    return tuple(acts)
 
 
 def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:

@@ -6,21 +6,36 @@ the list changes no bit.
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.dynamics.binding.acting import in_order, plain_arithmetic, refuse_seconds
-from pendpin.dynamics.binding.context import Bound, Context
+from pendpin.dynamics.binding.context import Bound, Context, State
 from pendpin.dynamics.binding.fields import BoundField
 from pendpin.dynamics.binding.laws import law
 from pendpin.dynamics.binding.torques import BoundTorque
 from pendpin.dynamics.binding.wrenches import BoundWrench, Wrench
-from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import BodyEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.engines import Loads
-from pendpin.model.build import Model
+
+
+class Accounts(NamedTuple):
+    """The kinds of effects whose work a run integrates."""
+
+    kinds: tuple[str, ...]
+    places: tuple[int | None, ...]  # of each effect, in the order of `in_order`; None if it has a potential
+
+    @classmethod
+    def of(cls, effects: Sequence[Effect], potentials: Sequence[Any]) -> Self:
+        """One for each kind of effect; `potentials` in the order of `in_order`, None for an effect without one."""
+        ordered = [effect.kind for effect, _ in in_order(effects)]
+        kinds, pairs = tuple(dict.fromkeys(ordered)), zip(ordered, potentials, strict=True)
+        return cls(kinds, tuple(kinds.index(kind) if potential is None else None for kind, potential in pairs))
+
+
+Powered = Callable[[State], list[Any]]  # the power in W for each account
 
 
 class Binding(Context):
@@ -67,12 +82,18 @@ class Binding(Context):
             axial=any(effect.axial for effect in self.effects if isinstance(effect, BodyEffect)),
         )
 
+    def powers(self, accounts: Accounts) -> Powered:
+        """The power in W for each account, as a function of the state. Contacts have none here."""
+        acts = zip(self.acts, accounts.places, strict=True)
+        parts = [(account, bound.power()) for bound, account in acts if bound and account is not None]
 
-def bind_loads(
-    model: Model, effects: Sequence[Effect], xp: Any = np, start: float = 0.0, numbers: Numbers = GIVEN
-) -> Loads:
-    """What the effects add, interface by interface, as `Binding` binds them."""
-    return Binding(model, effects, xp, start, numbers).loads
+        def each(state: State) -> list[Any]:
+            out: list[Any] = [0.0] * len(accounts.kinds)
+            for account, power in parts:
+                out[account] = out[account] + power(state)
+            return out
+
+        return each
 
 
 def _vectorise(

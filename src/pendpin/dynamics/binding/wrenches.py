@@ -29,8 +29,13 @@ class BoundWrench(Bound[BodyEffect]):
 
     def _on_bodies(self) -> Wrench:
         """Its law, which knows its own bodies, on those of the model."""
-        self._refuse_no_point()
         model, numbers = self._context.model, self._context.numbers
+        if isinstance(self.effect, Push) and self.effect.point is not None:
+            body = model.bodies[chosen_bodies(model, self.effect.on, self._where)[0]]
+            if not body.tip.any():
+                raise InputError(
+                    f"{self._where}.point: link {shown(body.link)} has no tip to measure it along; give it one in model.tips"
+                )
         bodies, wrench = self._context.bodies, law(self.effect, "wrench", self._context.xp, numbers)
         if self.effect.on is None:
             return lambda t, motion: wrench(t, bodies, motion)
@@ -50,16 +55,6 @@ class BoundWrench(Bound[BodyEffect]):
             return scattered(force), scattered(moment)
 
         return on_some
-
-    def _refuse_no_point(self) -> None:
-        """Raise InputError for a push at a point of a body that has no tip, and so no direction to measure it along."""
-        if isinstance(self.effect, Push) and self.effect.point is not None:
-            model = self._context.model
-            body = model.bodies[chosen_bodies(model, self.effect.on, self._where)[0]]
-            if not body.tip.any():
-                raise InputError(
-                    f"{self._where}.point: link {shown(body.link)} has no tip to measure it along; give it one in model.tips"
-                )
 
     def power(self) -> Power:
         """As `Bound`."""

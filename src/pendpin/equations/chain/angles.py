@@ -19,9 +19,7 @@ class Reading(NamedTuple):
     q: Array  # (k, n, 2) rad, theta, phi, continuous from sample to sample
     v: Array  # (k, n, 2) rad/s
     across: Array  # (k, n), |cos(phi)|
-    a: (
-        Array | None
-    )  # (k, n, 2) rad/s², if d'' is given; theta'' is 0 where |cos(phi)| < POLE, for it has no value there
+    a: Array | None  # (k, n, 2) rad/s², if d'' is given; where |cos(phi)| < POLE theta'' has no value, and is 0
 
 
 class _Turning(NamedTuple):
@@ -44,7 +42,10 @@ def read(d: Array, rate: Array, acceleration: Array | None = None, previous: Arr
     above = _Turning(np.eye(3)[..., None], np.zeros((3, 1)), np.zeros((3, 1)))
     for i in range(n):
         own, own_rate = (np.ascontiguousarray(x[:, i].T) for x in (d, rate))
-        u, u_rate = _seen_from(above, own, own_rate) if i else (own, own_rate)
+        u, u_rate = own, own_rate  # seen from the rod above, in its frame
+        if i:
+            u = _into(above.frame, own)
+            u_rate = _into(above.frame, own_rate) - np.cross(above.omega, u, axis=0)
         q[:, i] = _angles(above, u, u_rate, own_rate, None if previous is None else previous[i]).T
         joint = Joints.at(q[:, i : i + 1])
         rates = _rates(joint, u_rate)
@@ -96,12 +97,6 @@ def _into(frames: Array, x: Array) -> Array:
 def _product(A: Array, B: Array) -> Array:
     """A B, of matrices (3, 3, k)."""
     return np.add.reduce(A[:, :, None] * B, 1)
-
-
-def _seen_from(above: _Turning, d: Array, rate: Array) -> tuple[Array, Array]:
-    """A direction and its rate (3, k) relative to the rod above, in its frame."""
-    u = _into(above.frame, d)
-    return u, _into(above.frame, rate) - np.cross(above.omega, u, axis=0)
 
 
 def _angles(above: _Turning, u: Array, u_rate: Array, rate: Array, start: Array | None) -> Array:
@@ -167,7 +162,10 @@ def _accelerated(above: _Turning, joint: Joints, rates: Array, acceleration: Arr
     pole, phi_d = np.abs(c) < POLE, rates[1]
     o2 = phi_d + p[1]
     moving = np.abs(phi_d) > RESTING * (np.abs(p).sum(0) + np.abs(o2) + np.sqrt(np.abs(e1) + np.abs(e2)))
-    theta_d = np.where(pole, _theta_rate_at_pole(s, phi_d, o2, p[2], e2 + pa[0], moving), rates[0])
+    # at cos(phi) = 0 the limit of theta', which d' does not show but d'' does; 0 for a rod at rest
+    bend = e2 + pa[0] - (o2 + phi_d) * p[2]
+    at_pole = np.where(moving, -s * bend / np.where(moving, 2 * phi_d, 1.0), 0.0)
+    theta_d = np.where(pole, at_pole, rates[0])
     rates = np.array([theta_d, phi_d])
     w1, _, w3 = joint.relative_omega(rates)
     o1, o3 = p[0] + w1, p[2] + w3
@@ -177,8 +175,3 @@ def _accelerated(above: _Turning, joint: Joints, rates: Array, acceleration: Arr
     phi_dd = a2 - pa[1] - o3 * w1 + o1 * w3
     a3 = pa[2] + o1 * phi_d - o2 * w1 - theta_dd * s - theta_d * phi_d * c
     return _Turning(frame, np.array([o1, o2, o3]), np.array([a1, a2, a3])), rates, np.array([theta_dd, phi_dd])
-
-
-def _theta_rate_at_pole(s: Array, phi_d: Array, o2: Array, p3: Array, bend: Array, moving: Mask) -> Array:
-    """The limit of theta' (n,) in rad/s at cos(phi) = 0, where d' does not show it but d'' does; 0 for a rod at rest."""
-    return np.where(moving, -s * (bend - (o2 + phi_d) * p3) / np.where(moving, 2 * phi_d, 1.0), 0.0)

@@ -80,12 +80,17 @@ def solve(
     if chain.n == 1 and external.first_spherical == 0:
         x, alpha = _one_thin_rod(chain.rods, joints, field, omega, drift, external)
     else:
-        rods, axes = chain.rods.repeated(q[..., 0].size // chain.n), _axes(joints, external.first_spherical)
+        axes, states = Axes(joints.trig, None), q[..., 0].size // chain.n
+        if external.first_spherical < chain.n:
+            spherical = np.tile(np.arange(chain.n) >= external.first_spherical, states)
+            axes = Axes(np.where(spherical, 0.0, joints.trig), spherical)
+        rods = chain.rods.repeated(states)
         x, alpha = project(_balances(rods, joints, axes, field, omega, drift, external))
         if axes.spherical is not None:
             alpha = _add_spin(joints, axes.spherical, omega, drift, alpha)
-    shape = q.shape[:-1]
-    moment_at_joint = _carried(joints, x[3], external.torque)
+    shape, moment_at_joint = q.shape[:-1], np.zeros_like(x[:3]) if external.torque is None else external.torque.copy()
+    moment_at_joint[0] -= s * x[3]
+    moment_at_joint[2] += c * x[3]
     return ChainSolution(
         acceleration=rods_first(_angle_accelerations(joints, rate, omega, alpha), shape),
         alpha=rods_first(alpha, shape),
@@ -140,14 +145,6 @@ def _count_to_last(marked: Mask, n: int) -> int:
     """Index after the last rod that is marked (K,) in any of the states; 0 if none is."""
     rods = np.flatnonzero(marked.reshape(-1, n).any(0))
     return int(rods[-1]) + 1 if rods.size else 0
-
-
-def _axes(joints: Joints, first_spherical: int) -> Axes:
-    """The joints' a3, with the joints from index `first_spherical` on as spherical ones."""
-    if first_spherical == joints.n:
-        return Axes(joints.trig, None)
-    spherical = np.tile(np.arange(joints.n) >= first_spherical, joints.trig.shape[1] // joints.n)
-    return Axes(np.where(spherical, 0.0, joints.trig), spherical)
 
 
 def _one_thin_rod(
@@ -213,12 +210,3 @@ def _angle_accelerations(joints: Joints, rate: Array, omega: Array, alpha: Array
     out[0] = up[0] - (c * alpha[0] + s * alpha[2]) - rate[1] * across
     out[1] = alpha[1] - (c_t * up[1] - s_t * up[2]) + rate[0] * across
     return out
-
-
-def _carried(joints: Joints, Mc: Array, torque: Array | None) -> Array:
-    """The whole moment of each joint on its rod (3, K), in B: Mc a3 and the joint's torques."""
-    moment = np.zeros((3, Mc.size)) if torque is None else torque.copy()
-    s, c = joints.phi
-    moment[0] -= s * Mc
-    moment[2] += c * Mc
-    return moment

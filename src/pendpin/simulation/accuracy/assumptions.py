@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.declared import declared_smooth, users_own
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.dynamics.timing import action, timing
+from pendpin.dynamics.timing import action, declared_smooth, timing, users_own
 from pendpin.effects import Effect, Torque
 from pendpin.effects.pace import STEP, Pace, intervals_for, measured, without_jumps
 from pendpin.scene import Scene
