@@ -6,6 +6,7 @@ import heyoka as hy
 import numpy as np
 
 import pendpin as pp
+from pendpin.dynamics.binding import Binding
 from pendpin.effects import Motion, cross
 from pendpin.equations import recursion, trees
 from pendpin.equations.numbers import symbols
