@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chain_energies import energy
 from fifty_digits import KINDS, TILTED, G, alike, error, fifty_digits, mixed, rods, state
 from laws import law
 from pendpin.equations import newton_euler
@@ -109,7 +110,7 @@ def test_energies_vs_pinocchio(seed):
     some, (q, v) = mixed(n, rng), state(n, rng, np.pi)
     model = two_revolutes(some)
     data = model.createData()
-    kinetic, potential = kinematics.energy(some, q, v, G)
+    kinetic, potential = energy(some, q, v, G)
     scale = (some.m * 9.81 * np.cumsum(some.l)).sum()
     assert kinetic == pytest.approx(pin.computeKineticEnergy(model, data, q.ravel(), v.ravel()), rel=1e-12)
     assert potential == pytest.approx(pin.computePotentialEnergy(model, data, q.ravel()), rel=1e-12, abs=1e-13 * scale)
@@ -184,8 +185,8 @@ def test_power_of_torques_and_pushes_is_the_change_of_energy(seed):
     spin = np.einsum("nij,nj->ni", moving.frames, moving.omega)
     power = (torque * v).sum() + (force * moving.centre_velocities).sum() + (moment * spin).sum()
     h = 1e-5
-    ahead, back = (sum(kinematics.energy(some, q + t * v, v + t * a, TILTED)) for t in (h, -h))
-    scale = kinematics.energy(some, q, v, TILTED)[0] * (1 + np.abs(v).max() + np.abs(a).max())
+    ahead, back = (sum(energy(some, q + t * v, v + t * a, TILTED)) for t in (h, -h))
+    scale = energy(some, q, v, TILTED)[0] * (1 + np.abs(v).max() + np.abs(a).max())
     assert (ahead - back) / (2 * h) == pytest.approx(power, abs=1e-8 * scale)
 
 
@@ -195,13 +196,13 @@ def test_batch_equals_single_states():
     q, v = (rng.uniform(-1, 1, (2, 3, n, 2)) for _ in range(2))
     field = rng.normal(size=(2, 3, 3))
     found = solution.solve(some, q, v, field)
-    kinetic, potential = kinematics.energy(some, q, v, G)
+    kinetic, potential = energy(some, q, v, G)
     moving, at = kinematics.motion(some, q, v), kinematics.positions(some, q)
     for i in np.ndindex(2, 3):
         single = solution.solve(some, q[i], v[i], field[i])
         np.testing.assert_allclose(found.acceleration[i], single.acceleration, rtol=1e-11)
         np.testing.assert_allclose(found.wrench[i], single.wrench, rtol=1e-11, atol=1e-11 * abs(single.wrench).max())
-        np.testing.assert_allclose((kinetic[i], potential[i]), kinematics.energy(some, q[i], v[i], G), rtol=1e-14)
+        np.testing.assert_allclose((kinetic[i], potential[i]), energy(some, q[i], v[i], G), rtol=1e-14)
         for ours, alone in zip(moving, kinematics.motion(some, q[i], v[i]), strict=True):
             np.testing.assert_allclose(ours[i], alone, rtol=0, atol=1e-13 * abs(alone).max())
         np.testing.assert_array_equal(at.tips[i], moving.tips[i])

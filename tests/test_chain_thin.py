@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chain_energies import energy, thin_energy
 from fifty_digits import TILTED, G, alike, error, fifty_digits, mixed, point_masses, state
 from laws import law
 from pendpin.equations import thin_recursion
@@ -39,8 +40,8 @@ def test_thin_chain_in_directions_vs_angles(seed, n):
     np.testing.assert_allclose(reading.v[0], v, atol=1e-9)
     scale = abs(here.acceleration).max()
     np.testing.assert_allclose(reading.a[0], here.acceleration, atol=1e-9 * scale)
-    energies = kinematics.energy(some, q, v, G)
-    np.testing.assert_allclose(thin.energy(some, d, rate, G), energies, rtol=1e-11)
+    energies = energy(some, q, v, G)
+    np.testing.assert_allclose(thin_energy(some, d, rate, G), energies, rtol=1e-11)
 
 
 @pytest.mark.parametrize("pole", [np.pi / 2, -np.pi / 2])

@@ -103,7 +103,7 @@ def test_thin_recursion_vs_reactions_as_unknowns(rods: int) -> None:
     chain = build(pp.Chain(rods=(pp.Rod(length=1.0, mass=0.0, payload=1.0), *(rod,) * (rods - 1)))).chain
     assert chain is not None
     d, rate, force, moment = random.normal(size=(4, rods, 3))
-    d, rate = thin.on_sphere(d, rate)
+    d, rate = thin.project_to_sphere(d, rate)
     moment -= d * (d * moment).sum(-1, keepdims=True)
     moment[0] = 0  # on a point mass
     field = random.normal(size=3)

@@ -12,7 +12,7 @@ import pendpin as pp
 from effect_cases import EFFECTS
 from laws import law
 from pendpin import effects as fx
-from pendpin.simulation.variations import Variations, states_as_keys
+from pendpin.simulation.variations import Variations, list_state_keys
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 
@@ -72,7 +72,7 @@ def test_transitions_compose() -> None:
     whole, first, second = (run.state_transition(*ends) for ends in ((0.0, 2.0), (0.0, 0.97), (0.97, 2.0)))
     size = np.abs(first).max() * np.abs(second).max()
     assert np.abs(second @ first - whole).max() <= 1e-9 * size
-    keys = states_as_keys(4)
+    keys = list_state_keys(4)
     assert np.abs(run.sensitivity(keys)[-1] - whole).max() <= 1e-9 * size
     assert (run.state_transition(1.0, 1.0) == np.eye(8)).all()
 

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 MOST_CHARACTERS = 1_000  # of a message
 MOST_NAMES = 16  # in a list of them
@@ -88,6 +88,11 @@ def shown(value: Any, most: int = 60) -> str:
     except (RecursionError, ValueError):  # ValueError: a whole number in it has thousands of digits
         text = f"a {type(value).__name__} that is too deep or too long to show"
     return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
+def is_number(value: Any) -> TypeGuard[float]:
+    """Whether a value is a number: a bool is none, though Python counts it among the whole numbers."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def place_of(path: Path) -> str:

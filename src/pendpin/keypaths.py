@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from pendpin.errors import InputError, KeyPath, shown
+from pendpin.errors import InputError, KeyPath, is_number, shown
 
 _PART = re.compile(r"""\[(\d{1,9})\]|\.?(?:([\w-]+)|('(?:[^'\\\n]|\\.)*'|"(?:[^"\\\n]|\\.)*"))""")
 
@@ -39,7 +39,7 @@ def number_at(record: Any, key: str) -> float:
             value = value[part] if isinstance(part, int) or isinstance(value, Mapping) else getattr(value, part)
         except (AttributeError, LookupError, TypeError):
             raise InputError(f"{key}: the scene has nothing there; name a number, as model.rods[0].length") from None
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not is_number(value):
         raise InputError(f"{key}: {shown(value)} is not a number")
     return float(value)
 

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.agreement.near_rests import Frequencies, differences
-from pendpin.agreement.published import Case, Quantity, published_cases
+from pendpin.agreement.published import Case, Frequencies, Quantity, published_cases
 from pendpin.claims import Claim, Progress, attempt, choose_cases, collect, describe_broken
 from pendpin.errors import InputError, MissingLibrary, brief, not_one_of
 from pendpin.model.build import build
@@ -149,7 +148,10 @@ def _compare_near(name: str, case: Case, progress: Progress) -> Iterator[Compari
     for quantity in (*case.frequencies, *case.stability):
         by = "linear model" if isinstance(quantity, Frequencies) else "multipliers"
         progress(f"{name} by the {by}")
-        difference, error = attempt(lambda: max(differences(quantity, case.scene)))  # noqa: B023  called at once
+        published = np.array(quantity.values)
+        difference, error = attempt(
+            lambda: max(np.abs(quantity.compute(case.scene) - published).tolist())  # noqa: B023  called at once
+        )
         source, unit = case.source, quantity.unit
         yield Comparison(name, by, difference, quantity.bound, error and str(error), source, quantity.name, unit)
 

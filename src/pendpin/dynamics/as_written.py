@@ -29,7 +29,7 @@ def expanded(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
     return (*out, *more)
 
 
-def with_home(model: Model, effects: Sequence[Effect]) -> Model:
+def move_home(model: Model, effects: Sequence[Effect]) -> Model:
     """The model with its joints, where a start says nothing of them, inside the limits that act as written."""
     moved = homes(model.written or (), effects)
     return replace(model, home=np.array([moved.get(joint, 0.0) for joint in model.joints])) if moved else model

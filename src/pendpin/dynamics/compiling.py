@@ -17,7 +17,7 @@ from pendpin.dynamics.varied import Variation
 from pendpin.effects import Effect
 from pendpin.engines import Compiled, CompiledEquations, Engine, Values, llvm
 from pendpin.engines.machine_code import Block
-from pendpin.engines.tangents import STATE, with_tangents
+from pendpin.engines.tangents import STATE, add_tangents
 from pendpin.engines.tape import Recording
 from pendpin.errors import InputError
 from pendpin.model.build import Model
@@ -104,7 +104,7 @@ def differentiated(variation: Variation, start: float, by_rod: bool) -> Block:
     directions = variation.directions or (STATE,)
 
     def write() -> Recording:
-        return with_tangents(record(engine, effects, start, by_rod=by_rod, given=masks), directions)
+        return add_tangents(record(engine, effects, start, by_rod=by_rod, masks=masks), directions)
 
     places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
     key = ("derivatives", parameters.structure, len(parameters.values), places)

@@ -50,23 +50,14 @@ class Variational:
         engine = choose_engine(self.model, Binding(self.model, effects, start=scene.start.time).loads, "auto", "angles")
         by_rod = records_by_rod(engine, effects)
         self.variation = vary(scene.model_copy(update={"effects": effects}), engine, keys, by_rod)
-        self._block = differentiated(self.variation, scene.start.time, by_rod)
+        self.block: Block = differentiated(self.variation, scene.start.time, by_rod)  # its state is (y, w_1, ..., w_K)
+        self.starts: Array = self.variation.start  # (K, 2 nv), of the start's (q, v) by the numbers
         self.nv = len(self.model.joints)
-
-    @property
-    def block(self) -> Block:
-        """The arguments of the machine code, as those of `pendpin.engines.Compiled`: its state is (y, w_1, ..., w_K)."""
-        return self._block
-
-    @property
-    def starts(self) -> Array:
-        """The derivatives (K, 2 nv) of the start's (q, v) by the numbers."""
-        return self.variation.start
 
     def rates(self, t: Array, y: Array, w: Array) -> tuple[Array, Array]:
         """y' (n, 2 nv) and w' (n, K, 2 nv) at times (n,), states y (n, 2 nv) and w (n, K, 2 nv)."""
         n, size = y.shape
-        rows, _ = self._block.evaluated(t, np.concatenate([y, w.reshape(n, -1)], 1))
+        rows, _ = self.block.evaluated(t, np.concatenate([y, w.reshape(n, -1)], 1))
         return rows[:, :size], rows[:, size:].reshape(w.shape)
 
     def jacobian(self, t: float, q: Array, v: Array) -> Jacobian:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.as_written import with_home
+from pendpin.dynamics.as_written import move_home
 from pendpin.dynamics.binding import Accounts, Binding
 from pendpin.dynamics.binding.acting import acting
 from pendpin.dynamics.binding.contacts import bind_contacts
@@ -21,7 +21,7 @@ from pendpin.dynamics.held_torques import HeldTorque
 from pendpin.dynamics.symbols import Asked
 from pendpin.effects import ContactEffect, Effect
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
-from pendpin.engines.external_forces import centres_of, in_joint_frames
+from pendpin.engines.external_forces import centres_of, turn_into_joint_frames
 from pendpin.errors import InputError
 from pendpin.model import kinematics
 from pendpin.model.bodies import with_gravity
@@ -39,10 +39,10 @@ class Dynamics:
     def __init__(
         self, model: Model, effects: tuple[Effect, ...], engine: str = "auto", form: Form = "any", start: float = 0.0
     ) -> None:
-        model = with_home(model, effects)
+        model = move_home(model, effects)
         self.model, self.start, self.effects = model, start, acting(model, effects)
         effects = self.effects
-        self.held = tuple(effect for effect in effects if isinstance(effect, HeldTorque))
+        self.sampled_torques = tuple(effect for effect in effects if isinstance(effect, HeldTorque))
         self.binding = Binding(model, effects, start=start)
         self.loads = self.binding.loads
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
@@ -177,7 +177,7 @@ def loads_at(dynamics: Dynamics, q: Array, v: Array) -> tuple[Array | None, Arra
         com, joints, external = centres_of(bodies), [body.joint for body in bodies], np.zeros((*q.shape, 6))
         for i, state in enumerate(np.concatenate([q, v], -1)):
             motion = engine.motion(state)
-            external[i, joints] = in_joint_frames(com, motion, *loads.wrench(0.0, motion))
+            external[i, joints] = turn_into_joint_frames(com, motion, *loads.wrench(0.0, motion))
     return tau, external
 
 

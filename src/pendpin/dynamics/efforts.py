@@ -12,7 +12,7 @@ from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.held_torques import recall_outputs
 from pendpin.effects import Motion
 from pendpin.engines import Revolute
-from pendpin.engines.external_forces import forces, in_joint_frames, joints_of
+from pendpin.engines.external_forces import forces, joints_of, turn_into_joint_frames
 from pendpin.errors import InputError
 from pendpin.model.bodies import pinocchio
 from pendpin.scene import scene_of
@@ -31,7 +31,7 @@ def efforts(run: Trajectory) -> dict[str, Array]:
     for Pinocchio.
     """
     dynamics = bind(scene_of(run))
-    recall_outputs(dynamics.held, run, float(run.t[-1]) - dynamics.start, dynamics.start)
+    recall_outputs(dynamics.sampled_torques, run, float(run.t[-1]) - dynamics.start, dynamics.start)
     if dynamics.model.pin is None:
         raise InputError(f"efforts: {len(run.joints)} joints are too many for Pinocchio's memory")
     pin, model = pinocchio(), dynamics.model.pin.copy()
@@ -61,7 +61,7 @@ def _effort(dynamics: Dynamics, bound: Any, model: Any) -> Effort:
         return -pin.computeGeneralizedGravity(model, data, q)
 
     def under_wrench(t: float, q: Array, v: Array, motion: Motion) -> Array:
-        wrenches = in_joint_frames(coms, motion, *bound.at(t, complete(t, motion)))
+        wrenches = turn_into_joint_frames(coms, motion, *bound.at(t, complete(t, motion)))
         external = forces(wrenches, joints_of(dynamics.model.bodies), model.njoints)
         still = np.zeros(len(q))
         return -pin.rnea(model, data, q, still, still, external)

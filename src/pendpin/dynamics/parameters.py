@@ -52,14 +52,14 @@ class Numbers:
 class Parameters(Numbers):
     """Replaces numbers by parameters of a tape and lists their values; without a tape it only lists them.
 
-    `masks` are, in the order of the calls, which numbers have a parameter: those that are not 0, or those of `given`.
+    `masks` are, in the order of the calls, which numbers have a parameter: those that are not 0, or as given beforehand.
     Complex numbers stay complex in the lists (varied.py).
     """
 
-    def __init__(self, tape: Tape | None = None, given: Sequence[Mask] | None = None) -> None:
+    def __init__(self, tape: Tape | None = None, masks: Sequence[Mask] | None = None) -> None:
         self.values: list[Any] = []
         self.masks: list[Mask] = []
-        self._given = given
+        self._fixed_masks = masks
         self.tables: list[Table] = []
         self._tape, self._structure = tape, list[Hashable]()
         self._effects, self._places = dict[int, Any](), dict[Hashable, int]()
@@ -92,7 +92,7 @@ class Parameters(Numbers):
 
     def _present(self, mask: Mask) -> Mask:
         """Which numbers have a parameter, from which are not 0."""
-        chosen = mask if self._given is None else self._given[len(self.masks)]
+        chosen = mask if self._fixed_masks is None else self._fixed_masks[len(self.masks)]
         self.masks.append(chosen)
         return chosen
 
@@ -131,8 +131,8 @@ class RodParameters(Parameters):
 
     by_rod: ClassVar[bool] = True
 
-    def __init__(self, rods: int, tape: Tape | None = None, given: Sequence[Mask] | None = None) -> None:
-        super().__init__(tape, given)
+    def __init__(self, rods: int, tape: Tape | None = None, masks: Sequence[Mask] | None = None) -> None:
+        super().__init__(tape, masks)
         self.rods, self.columns = rods, list[Array]()
 
     @property
@@ -166,19 +166,19 @@ class RodParameters(Parameters):
 
 
 def list_parameters(
-    model: Model, by_rod: bool, given: Sequence[Mask] | None = None, tape: Tape | None = None
+    model: Model, by_rod: bool, masks: Sequence[Mask] | None = None, tape: Tape | None = None
 ) -> Parameters:
     """Parameters to bind equations with, on a tape if there is one; `by_rod`: of one rod of the model's chain."""
     if not by_rod:
-        return Parameters(tape, given)
+        return Parameters(tape, masks)
     assert model.chain is not None
-    return RodParameters(model.chain.n, tape, given)
+    return RodParameters(model.chain.n, tape, masks)
 
 
-def begin_tape(model: Model, by_rod: bool, given: Sequence[Mask] | None = None) -> tuple[Tape, Parameters, Any]:
+def begin_tape(model: Model, by_rod: bool, masks: Sequence[Mask] | None = None) -> tuple[Tape, Parameters, Any]:
     """A new tape, with the parameters and the functions xp by which equations are recorded on it."""
     tape = Tape()
-    return tape, list_parameters(model, by_rod, given, tape), recorded_by_rod(tape) if by_rod else recorded()
+    return tape, list_parameters(model, by_rod, masks, tape), recorded_by_rod(tape) if by_rod else recorded()
 
 
 def _convert_to_numbers(x: Any) -> Array:

@@ -20,7 +20,7 @@ from pendpin.dynamics.parameters import Parameters, begin_tape, list_parameters
 from pendpin.dynamics.symbols import external_wrenches, records_by_rod, tree_with_numbers
 from pendpin.effects import Effect
 from pendpin.engines import Engine, Values
-from pendpin.engines.tangents import STATE, with_tangents
+from pendpin.engines.tangents import STATE, add_tangents
 from pendpin.engines.tape import Recording
 from pendpin.equations import recursion
 from pendpin.equations.base import JOINTS
@@ -69,8 +69,8 @@ def _record(engine: Engine, effects: Sequence[Effect], start: float, by_rod: boo
     state = tape.state_of_rod(PARTS, JOINTS) if by_rod else tape.state(PARTS * len(engine.model.joints))
     results = list(residual(tape.time(), *state.reshape(PARTS, -1)))
     if by_rod:
-        return with_tangents(Recording(tape, [], parts=PARTS, width=JOINTS, of_rod=results), [STATE])
-    return with_tangents(Recording(tape, results, width=len(state)), [STATE])
+        return add_tangents(Recording(tape, [], parts=PARTS, width=JOINTS, of_rod=results), [STATE])
+    return add_tangents(Recording(tape, results, width=len(state)), [STATE])
 
 
 def _residual(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters, xp: Any) -> Residual:

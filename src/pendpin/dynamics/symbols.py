@@ -13,7 +13,7 @@ from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.parameters import Numbers, Parameters, RodParameters, begin_tape, list_parameters
 from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Directions, Engine, Loads
-from pendpin.engines.external_forces import centres_of, in_joint_frames
+from pendpin.engines.external_forces import centres_of, turn_into_joint_frames
 from pendpin.engines.tape import Recording, Term
 from pendpin.equations import newton_euler, recursion, thin_recursion, trees
 from pendpin.equations.base import JOINTS, RodInertia
@@ -55,14 +55,14 @@ def record(
     still: Sequence[int] = (),
     asked: Asked = MOTION,
     by_rod: bool = False,
-    given: Sequence[Mask] | None = None,
+    masks: Sequence[Mask] | None = None,
 ) -> Recording:
     """y' of an engine's state with all effects, at times since `start` in s, and the torques that hold joints.
 
-    The places `still` of the state are 0; `given` are the masks of parameters. `by_rod`: for one rod of a chain, the same
+    The places `still` of the state are 0; `masks` are those of the parameters. `by_rod`: for one rod of a chain, the same
     for any number of rods. Raises InputError for an effect that does not run on symbols.
     """
-    tape, numbers, xp = begin_tape(engine.model, by_rod, given)
+    tape, numbers, xp = begin_tape(engine.model, by_rod, masks)
     right = _right_hand_side(engine, effects, start, asked, numbers, xp)
     rods = engine.chain.n if isinstance(engine, Directions) else 0
     if by_rod:
@@ -102,10 +102,10 @@ def parameters_of(
     start: float,
     asked: Asked = MOTION,
     by_rod: bool = False,
-    given: Sequence[Mask] | None = None,
+    masks: Sequence[Mask] | None = None,
 ) -> Parameters:
     """The parameters of these equations, and their structure, without the equations."""
-    parameters = list_parameters(engine.model, by_rod, given)
+    parameters = list_parameters(engine.model, by_rod, masks)
     _right_hand_side(engine, effects, start, asked, parameters, np)
     return parameters
 
@@ -163,7 +163,7 @@ def _record_tree(
         taus = [*([loads.torque(t, q, v)] if loads.torque else []), *(torque for _, torque in rubs)]
         tau = sum(taus[1:], taus[0]) if taus else None
         wrenches = external and external(t, q, v)
-        a, holding = recursion.with_held_joints(tree, q, v, loads.field(t), held, tau, wrenches, xp)
+        a, holding = recursion.accelerate_or_hold(tree, q, v, loads.field(t), held, tau, wrenches, xp)
         work = powered(State(t, q, v, lambda: motion_in_links(model, loads, tree, q, v, xp))) if powered else []
         if asked.accounts:
             for kind, torque in rubs:
@@ -218,7 +218,7 @@ def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, 
 
     def external(t: Any, q: Array, v: Array) -> Array:
         motion, out = motion_in_links(model, loads, tree, q, v, xp), np.zeros((len(tree.parents), 6), dtype=object)
-        out[joints] = in_joint_frames(com, motion, *wrench(t, motion))
+        out[joints] = turn_into_joint_frames(com, motion, *wrench(t, motion))
         return out
 
     return external

@@ -19,7 +19,7 @@ from pendpin.dynamics.symbols import parameters_of
 from pendpin.effects import Effect, Idle
 from pendpin.engines import Engine, LongChain
 from pendpin.engines.tangents import Direction
-from pendpin.errors import InputError, KeyPath, shown, written
+from pendpin.errors import InputError, KeyPath, is_number, shown, written
 from pendpin.keypaths import parsed
 from pendpin.model.build import Model, chain_bodies
 from pendpin.records import Record
@@ -66,7 +66,7 @@ def vary(scene: Scene, engine: Engine, keys: Sequence[str], by_rod: bool) -> Var
     masks: list[Mask] = []
     for one in (parameters_of(*pair, start, by_rod=by_rod) for pair in pairs):
         masks = [a | b for a, b in zip(masks, one.masks, strict=True)] if masks else list(one.masks)
-    base, *others = (parameters_of(*pair, start, by_rod=by_rod, given=masks) for pair in pairs)
+    base, *others = (parameters_of(*pair, start, by_rod=by_rod, masks=masks) for pair in pairs)
     shared, rods = list(base.values), list(base.values_of_rods)
     directions = []
     for key, one in zip(places, others, strict=True):
@@ -139,7 +139,7 @@ def _varied(value: Any, path: KeyPath, rest: KeyPath) -> Any:
     """A number with an imaginary part, or a list of numbers with one in that at its place `rest`."""
     if isinstance(value, tuple) and len(rest) == 1 and isinstance(i := rest[0], int) and i < len(value):
         return (*value[:i], _varied(value[i], path, ()), *value[i + 1 :])
-    if rest or isinstance(value, bool) or not isinstance(value, int | float):
+    if rest or not is_number(value):
         raise InputError(f"{written(path)}: {shown(value)} is not a number; a derivative needs one")
     return _Varied(value, _STEP)
 

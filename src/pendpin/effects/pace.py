@@ -1,6 +1,7 @@
 """How fast an effect changes with time, so that no step of an integration jumps over it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,21 @@ class Pace(NamedTuple):
     def at(self, t: Array) -> Array:
         """The shortest time in s right after each of the times t (n,) in s."""
         return np.asarray(self.shortest)[np.searchsorted(self.corners, t, "right")]
+
+    def pieces(self, times: Array) -> Iterator[tuple[Array, int, float]]:
+        """Times (n,) in s cut at the corners: of each piece its times with both ends, how many are due, the shortest time.
+
+        Due are those of `times` behind the beginning of the piece; its end is one of them, or a corner.
+        """
+        corners, done = self.corners[(self.corners > times[0]) & (self.corners < times[-1])], 1
+        bounds = np.concatenate([times[:1], corners, times[-1:]])
+        for (begin, end), shortest in zip(pairwise(bounds), self.at(bounds[:-1]), strict=True):
+            due = times[done : (done := int(np.searchsorted(times, end, "right")))]
+            yield (
+                np.concatenate([[begin], due, [] if len(due) and due[-1] == end else [end]]),
+                len(due),
+                float(shortest),
+            )
 
 
 STEADY = Pace.even(np.inf)  # of an effect to which time makes no difference

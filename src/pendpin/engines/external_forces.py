@@ -22,10 +22,10 @@ def external_forces(
     """
     pinocchio().forwardKinematics(model, data, q, v)
     motion = motion_of(data, joints)
-    return forces(in_joint_frames(com, motion, *wrench(motion)), joints, len(data.oMi))
+    return forces(turn_into_joint_frames(com, motion, *wrench(motion)), joints, len(data.oMi))
 
 
-def in_joint_frames(com: Array, motion: Motion, force: Array, moment: Array) -> Array:
+def turn_into_joint_frames(com: Array, motion: Motion, force: Array, moment: Array) -> Array:
     """Forces and moments (..., n, 3) in W about the centres of mass com (n, 3) as wrenches (..., n, 6) of the joints.
 
     Those are about the joints' origins, in the joints' frames, in which com is given too.

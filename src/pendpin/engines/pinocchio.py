@@ -9,7 +9,14 @@ import numpy as np
 from pendpin.arrays import Array, Indices
 from pendpin.effects import Motion
 from pendpin.engines.base import CALLBACK_EVERY, CALLBACK_EVERY_SLOW, AngleEngine, Derivative, ProgressCallback, Sample
-from pendpin.engines.external_forces import centres_of, external_forces, forces, in_joint_frames, joints_of, motion_of
+from pendpin.engines.external_forces import (
+    centres_of,
+    external_forces,
+    forces,
+    joints_of,
+    motion_of,
+    turn_into_joint_frames,
+)
 from pendpin.engines.hamilton import CanonicalForm, mirror_upper
 from pendpin.engines.loads import Loads
 from pendpin.model.bodies import pinocchio, with_gravity
@@ -87,7 +94,7 @@ class Revolute(AngleEngine):
         motions = [self.motion(y)[:4] for y in np.concatenate([q, v], 1)]
         origin, rotation, velocity, spin = (np.array(part) for part in zip(*motions, strict=True))
         motion = Motion(origin, rotation, velocity, spin)
-        wrenches = in_joint_frames(self._com, motion, *self.loads.wrenches(t, motion))
+        wrenches = turn_into_joint_frames(self._com, motion, *self.loads.wrenches(t, motion))
         return [(forces(rows, self._places, self._pin.njoints),) for rows in wrenches]
 
     def compliance(self, q: Array, joints: Indices) -> Array:

@@ -35,7 +35,7 @@ class Direction(NamedTuple):
 STATE = Direction({}, {})  # the state alone
 
 
-def with_tangents(recording: Recording, directions: Sequence[Direction]) -> Recording:
+def add_tangents(recording: Recording, directions: Sequence[Direction]) -> Recording:
     """The recording with its derivatives in these directions: results f, then f_1, ..., f_k, of states y, w_1, ..., w_k.
 
     `more` is left as it is. Of a chain by rods, results that are of no rod have no derivative.
@@ -60,7 +60,7 @@ class _Tangents:
     def __init__(self, recording: Recording, groups: Sequence[Sequence[Direction]]) -> None:
         self.tape, self._recording, self._groups = recording.tape, recording, groups
         self._firsts = np.cumsum([0, *map(len, groups)]).tolist()  # the place of each group's first direction
-        self._found: list[dict[int, Any]] = [{} for _ in groups]
+        self._tangents: list[dict[int, Any]] = [{} for _ in groups]
         self._cells: dict[tuple[int, int, int], int] = {}  # group, pass and cell -> the cell of its derivative
 
     def of(self, results: Sequence[int]) -> list[list[Any]]:
@@ -69,14 +69,14 @@ class _Tangents:
         active = self._active(needed)
         for place in needed:
             if place in active:
-                for j, found in enumerate(self._found):
+                for j, tangents in enumerate(self._tangents):
                     tangent = self._tangent(place, j)
                     if not _is_zero(tangent):
-                        found[place] = tangent
+                        tangents[place] = tangent
         for (j, number, cell), new in self._cells.items():
             cells = self.tape.passes[number].cells
-            cells[new] = Cell(*(self.tape.placed(self._found[j].get(place, 0.0)) for place in cells[cell]))
-        return [[found.get(place, 0.0) for place in results] for found in self._found]
+            cells[new] = Cell(*(self.tape.placed(self._tangents[j].get(place, 0.0)) for place in cells[cell]))
+        return [[tangents.get(place, 0.0) for place in results] for tangents in self._tangents]
 
     def _active(self, needed: Sequence[int]) -> set[int]:
         """The operations that change in some direction."""
@@ -110,7 +110,7 @@ class _Tangents:
         if name in {"row", "roots", "inverse_roots"}:
             return 0.0  # their entries have derivatives
         operands = self.tape.operands[place]
-        terms, changes = [_term(self.tape, x) for x in operands], [self._found[j].get(x, 0.0) for x in operands]
+        terms, changes = [_term(self.tape, x) for x in operands], [self._tangents[j].get(x, 0.0) for x in operands]
         if all(map(_is_zero, changes)):
             return 0.0
         return _apply_chain_rule(self.tape, name, Term(self.tape, place), terms, changes)
@@ -145,7 +145,7 @@ class _Tangents:
             return 0.0
         assert name == "roots"
         A, B, C, points, weights = operation
-        changes = [self._found[j].get(x, 0.0) for x in (A, B, C)]
+        changes = [self._tangents[j].get(x, 0.0) for x in (A, B, C)]
         x, w = np.array(points), np.array(weights)
         rows = (w[:, None] * x ** np.arange(3)[:, None] / 2).reshape(-1, len(x))
         a, b, c = (_term(self.tape, place) for place in (A, B, C))

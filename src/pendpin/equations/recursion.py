@@ -88,10 +88,10 @@ def accelerations(
     The rest as in `wrenches`. A joint that moves no inertia divides by zero: nan or inf on floats, ZeroDivisionError on
     mpmath's numbers.
     """
-    return with_held_joints(tree, q, v, field, [None] * len(tree.parents), tau, external, xp)[0]
+    return accelerate_or_hold(tree, q, v, field, [None] * len(tree.parents), tau, external, xp)[0]
 
 
-def with_held_joints(
+def accelerate_or_hold(
     tree: Tree,
     q: Array,
     v: Array,

@@ -29,6 +29,6 @@ def hard(
     cases = tuple(choose_cases(CASES, names, "hard").values())
     if not peers:
         return reported(cases, lambda case: outcomes(case, methods, full, progress))
-    from pendpin.hardcases.other_simulators import contests, on_peers
+    from pendpin.hardcases.other_simulators import contests, run_on_peers
 
-    return reported(contests(cases), lambda case: on_peers(case, progress))
+    return reported(contests(cases), lambda case: run_on_peers(case, progress))

@@ -27,11 +27,13 @@ J = inertia_about_joint(ROD)
 def _edge(solve: Solve, full: bool) -> float:
     """How many of two rods are wrong: friction 1e-9 above the torque of the weight must hold, 1e-9 below must not."""
     needed = ROD.mass * ROD.properties.h * G * np.sin(0.3)  # N m
-    held, loose = (
+    sticking, loose = (
         solve(scene(THICK, DryFriction(kinetic=0.1, static=needed * (1 + margin)), q=(0.3,), duration=2.0, samples=5))
         for margin in (1e-9, -1e-9)
     )
-    return float((held.q != held.q[0]).any() or held.v.any()) + float(np.abs(loose.q[:, 0] - 0.3).max() < 0.1)
+    return float((sticking.q != sticking.q[0]).any() or sticking.v.any()) + float(
+        np.abs(loose.q[:, 0] - 0.3).max() < 0.1
+    )
 
 
 STIFFNESS, FRICTION = 4.0, 0.13  # N m/rad, N m

@@ -73,7 +73,7 @@ def _against_ours(case: Case, make_scene: Callable[[], Scene]) -> Case:
     return replace(case, measure=measure, bound=CLOSE, beside=None, **words)
 
 
-def on_peers(case: Case, progress: Progress) -> Iterator[Outcome]:
+def run_on_peers(case: Case, progress: Progress) -> Iterator[Outcome]:
     """A case on `auto` and on other simulators."""
     progress(f"{case.name} on auto")
     yield replace(outcome(case, "auto", full=False), claimed=False)

@@ -85,11 +85,11 @@ def _driven_late(solve: Solve, full: bool) -> float:
     with mp.workdps(40):
         phase = float(mp.fmod(mpf(RATE) * mpf(LATE), 2 * mp.pi))
 
-    def given(time: float, phase: float) -> Scene:
+    def drive(time: float, phase: float) -> Scene:
         motor = Motor(joint="theta", amplitude=100.0, frequency=RATE, phase=phase)
         return scene(THICK, motor, q=(0.3,), duration=0.02, samples=11, time=time)
 
-    return _off(solve(given(0.0, phase)).q, solve(given(LATE, 0.0)).q)
+    return _off(solve(drive(0.0, phase)).q, solve(drive(LATE, 0.0)).q)
 
 
 def _start_alone(solve: Solve, full: bool, samples: int | None) -> float:

@@ -108,14 +108,27 @@ class Saver:
 
 
 class FileSaver(Saver):
-    """The checkpoint of one run."""
+    """The checkpoint of one run, whole or not at all; `run` is what must be the same to continue it (`identity`)."""
 
     def __init__(self, checkpoint: Checkpoint, run: dict[str, Any]) -> None:
         self._path, self._every, self._run, self._saved = checkpoint.path, checkpoint.every, run, -np.inf
 
     def resume(self, first: RunState) -> RunState:
-        """The state in the file, or `first` where there is none."""
-        return read_state(self._path, self._run, first) if os.path.exists(self._path) else first
+        """The state in the file, in the shapes of `first`, or `first` where there is none.
+
+        Raises InputError for a file that is damaged, foreign or of another run; nothing in it is executed.
+        """
+        if not os.path.exists(self._path):
+            return first
+        with open_arrays(self._path, WHAT) as file:
+            meta = json.loads(str(read_array(file, "meta", (), text=True)))
+            if not isinstance(meta, dict) or meta.get("checkpoint") != FORMAT:
+                raise ValueError("it is something else, or of another version of pendpin")
+            difference = _difference(meta.get("run"), self._run)
+            state = first if difference else _read(file, first)
+        if difference:
+            raise InputError(f"{self._path}: the checkpoint of another run: {difference}; {REMEDY}")
+        return state
 
     @property
     def due(self) -> bool:
@@ -124,8 +137,13 @@ class FileSaver(Saver):
 
     def save(self, state: RunState) -> None:
         """Write the file."""
+        counts = np.array([state.steps, state.evaluations, state.events, state.seconds])
+        meta = np.array(json.dumps({"checkpoint": FORMAT, "run": self._run}))
+        arrays: dict[str, Any] = {"samples": state.samples, "counts": counts, "meta": meta}
+        arrays |= {f"carried_{name}": array for name, array in state.carried.items()}
+        arrays |= event_arrays(state.log[: state.logged])
         try:
-            write_state(self._path, self._run, state)
+            write_whole(self._path, lambda file: np.savez(file, **arrays))
         except InputError as error:
             raise Halted(str(error)) from None
         self._saved = time.perf_counter()
@@ -162,32 +180,6 @@ def identity(scene: Scene, energy_balance: bool, engine: str) -> dict[str, Any]:
     return json.loads(
         json.dumps({"scene": record, "energy_balance": energy_balance, "engine": engine, "versions": versions})
     )
-
-
-def write_state(path: Path, run: dict[str, Any], state: RunState) -> None:
-    """Write the state of a run, whole or not at all. Raises InputError if that fails."""
-    counts = np.array([state.steps, state.evaluations, state.events, state.seconds])
-    meta = np.array(json.dumps({"checkpoint": FORMAT, "run": run}))
-    arrays: dict[str, Any] = {"samples": state.samples, "counts": counts, "meta": meta}
-    arrays |= {f"carried_{name}": array for name, array in state.carried.items()}
-    arrays |= event_arrays(state.log[: state.logged])
-    write_whole(path, lambda file: np.savez(file, **arrays))
-
-
-def read_state(path: Path, run: dict[str, Any], first: RunState) -> RunState:
-    """The state of this run in a file; its arrays have the shapes of those in `first`.
-
-    Raises InputError for a file that is damaged, foreign or of another run; nothing in it is executed.
-    """
-    with open_arrays(path, WHAT) as file:
-        meta = json.loads(str(read_array(file, "meta", (), text=True)))
-        if not isinstance(meta, dict) or meta.get("checkpoint") != FORMAT:
-            raise ValueError("it is something else, or of another version of pendpin")
-        difference = _difference(meta.get("run"), run)
-        state = first if difference else _read(file, first)
-    if difference:
-        raise InputError(f"{path}: the checkpoint of another run: {difference}; {REMEDY}")
-    return state
 
 
 def _read(file: ArrayFile, first: RunState) -> RunState:

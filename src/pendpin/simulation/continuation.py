@@ -7,7 +7,7 @@ import numpy as np
 
 from pendpin.arrays import Array, ArrayLike
 from pendpin.dynamics.held_torques import recall_outputs
-from pendpin.errors import InputError, RunError, shown
+from pendpin.errors import InputError, RunError, is_number, shown
 from pendpin.integrators import Run
 from pendpin.scene import Scene, scene_of
 from pendpin.simulation.checkpoint import Saver
@@ -29,7 +29,7 @@ class Continuation:
         self.dynamics = bind_for_run(self.scene)
         task, _ = task_of(self.scene, self.dynamics, run.q[0], run.v[0], bool(run.work), lambda t: None)
         self._loop = loop_of(task)
-        recall_outputs(self.dynamics.held, run, self.scene.duration, self.scene.start.time)
+        recall_outputs(self.dynamics.sampled_torques, run, self.scene.duration, self.scene.start.time)
         self._loop.first_segment = ALL  # of a piece: the run has shown what they cost
         self._loop.begin(run.q[0], run.v[0])  # all pieces share the scales of the run
 
@@ -55,17 +55,15 @@ class Continuation:
         start = self.scene.start.time
         before = np.searchsorted(self.run.t, t, side="right") - 1
         first = np.flatnonzero(np.diff(before, prepend=-1))  # of the times after each sample
-        pieces = [
-            self.piece(
-                before[i], np.concatenate([[self.run.t[before[i]]], wanted[wanted > self.run.t[before[i]]]]) - start
-            )
-            for i, wanted in zip(first, np.split(t, first[1:]), strict=True)
-        ]
+        pieces = []
+        for sample, due in zip(before[first], np.split(t, first[1:]), strict=True):
+            begin = self.run.t[sample]
+            pieces.append(self.piece(sample, np.concatenate([[begin], due[due > begin]]) - start))
         rows = self.filled(pieces, before[first])
-        wanted = np.searchsorted(rows.t, t - start, side="right") - 1
+        places = np.searchsorted(rows.t, t - start, side="right") - 1
         counts = {name: sum(getattr(piece, name) for piece in pieces) for name in COUNTS}
         stats = replace(self.run.stats, **counts)
-        return replace(samples_of(rows, wanted), t=t, stats=stats, events=self.run.events)
+        return replace(samples_of(rows, places), t=t, stats=stats, events=self.run.events)
 
     def filled(self, pieces: list[Run], samples: ArrayLike) -> Trajectory:
         """All rows of k pieces, with accelerations, wrenches and energies, and the events of the first.
@@ -73,9 +71,8 @@ class Continuation:
         Each begins at one of `samples` (k,) of the run. t is counted from the scene's start, the work from those samples.
         """
         arrays = {name: np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("t", "q", "v", "work")}
-        torque = (
-            None if pieces[0].torque is None else np.concatenate([p.torque for p in pieces if p.torque is not None])
-        )
+        torques = [piece.torque for piece in pieces if piece.torque is not None]
+        torque = np.concatenate(torques) if torques else None
         rows = fill_in(self.scene, self.dynamics, self._loop.balance, replace(pieces[0], **arrays, torque=torque))
         lengths = [len(piece.t) for piece in pieces]
         starts, places = np.repeat(np.cumsum([0, *lengths[:-1]]), lengths), np.repeat(samples, lengths)
@@ -99,7 +96,7 @@ def at(run: Trajectory, times: ArrayLike) -> Trajectory:
 
 def extend(run: Trajectory, duration: float) -> Trajectory:
     """As `Trajectory.extend`."""
-    if isinstance(duration, bool) or not isinstance(duration, int | float) or not 0 < duration < np.inf:
+    if not is_number(duration) or not 0 < duration < np.inf:
         raise InputError(f"duration: {shown(duration)} is not a number of seconds above 0")
     scene, last = _longer(run, float(duration)), len(run.t) - 1
     ahead = np.flatnonzero(scene.clock > run.t[-1] + ROUNDING * (scene.clock[-1] - run.t[-1]))

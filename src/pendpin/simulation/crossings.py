@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError, is_number, shown
 from pendpin.simulation.continuation import Continuation
 from pendpin.simulation.sign_changes import Changes, Quantity, resolved, sign_changes
 from pendpin.trajectory import Trajectory, samples_of
@@ -18,7 +18,7 @@ MOST = 120  # times an interval is cut: a jump is found by halving
 
 def crossings(run: Trajectory, name: str, level: float, direction: int) -> Trajectory:
     """As `Trajectory.crossings`."""
-    if isinstance(level, bool) or not isinstance(level, int | float) or not np.isfinite(level):
+    if not is_number(level) or not np.isfinite(level):
         raise InputError(f"level: {shown(level)} is not a finite number")
     if direction not in {-1, 0, 1}:
         raise InputError(f"direction: {shown(direction)} is not 1 (upwards), -1 (downwards) or 0 (both)")

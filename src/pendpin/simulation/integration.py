@@ -59,9 +59,9 @@ class IntegrationLoop(ABC):
         self.integrator, self.dynamics, self.balance = task.integrator, task.dynamics, task.balance
         self.times, self.progress, self.pace = task.times, task.progress, task.pace
         self.engine = task.balance.engine if task.balance else task.dynamics.engine  # that is integrated
-        self.held = task.dynamics.held
-        for one in self.held:
-            one.begin(task.dynamics.start, float(self.times[-1]))
+        self.held = task.dynamics.sampled_torques
+        for sampled in self.held:
+            sampled.begin(task.dynamics.start, float(self.times[-1]))
         self.nv, self.accounts = len(task.dynamics.model.joints), len(task.balance.kinds) if task.balance else 0
 
     @abstractmethod
@@ -77,28 +77,28 @@ class IntegrationLoop(ABC):
 
     def sampled_at(self, t: float) -> bool:
         """Whether t in s is an instant of a sampled torque."""
-        return any(one.is_instant(t) for one in self.held)
+        return any(sampled.is_instant(t) for sampled in self.held)
 
     def sample(self, t: float, y: Array) -> bool:
         """Evaluate the sampled torques whose instant t in s is; whether there are any. y begins with q, v (2 nv,)."""
-        due = [one for one in self.held if one.is_instant(t)]
-        for one in due:
-            one.sample(t, y[: self.nv], y[self.nv : 2 * self.nv])
+        due = [sampled for sampled in self.held if sampled.is_instant(t)]
+        for sampled in due:
+            sampled.sample(t, y[: self.nv], y[self.nv : 2 * self.nv])
         return bool(due)
 
     def held_arrays(self) -> dict[str, Array]:
         """The outputs of the sampled torques, for the state of a run: all states share them."""
-        return {f"held_{i}": one.record for i, one in enumerate(self.held)}
+        return {f"held_{i}": sampled.record for i, sampled in enumerate(self.held)}
 
     def hold_on(self, carried: dict[str, Array]) -> None:
         """Go on with what the sampled torques held in a state of the run."""
-        for i, one in enumerate(self.held):
-            one.recall(float(carried["t"]), carried[f"held_{i}"])
+        for i, sampled in enumerate(self.held):
+            sampled.recall(float(carried["t"]), carried[f"held_{i}"])
 
     def outcome(self, done: RunState, error: RunError | None) -> Run:
         """The run as far as it was integrated, and why it ended early, if it did."""
-        for one in self.held:
-            one.finish()
+        for sampled in self.held:
+            sampled.finish()
         ends = np.cumsum([self.nv, self.nv, self.accounts])
         q, v, work, torque = map(np.ascontiguousarray, np.split(done.samples, ends, 1))
         arrays = (self.times[: done.n], q, v, torque if torque.shape[1] else None, work)
@@ -148,7 +148,7 @@ def integrate_to_end(
 
 
 def _locate_stop(loop: IntegrationLoop, done: RunState, error: RunError) -> tuple[RunState, Stop | None]:
-    """The run with the samples that its last segment has lost, and the last state before it stopped, where there is one.
+    """The run with the samples that its last segment has lost, and the last state before it stopped, where there is sampled.
 
     The error is that of the segment. A method with a fixed step has a sample there. Too few samples stop nothing: nearer
     ones would pass.

@@ -1,7 +1,6 @@
 """A motion without contacts, integrated segment by segment; a segment is a number of output times."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -141,15 +140,12 @@ class SmoothLoop(IntegrationLoop):
 
     def _integrate(self, y: Array, span: Array, first_step: float | None, memory: Memory) -> Segment:
         """Integrate from y (size,) over the output times `span` (n,); restart at each corner of the pace."""
-        corners = self.pace.corners[(self.pace.corners > span[0]) & (self.pace.corners < span[-1])]
-        bounds, rows, steps = np.concatenate([span[:1], corners, span[-1:]]), y[None], 0
-        first_step, done = None if span[0] in self.pace.corners else first_step, 1
-        for (begin, end), longest in zip(pairwise(bounds), self.pace.at(bounds[:-1]), strict=True):
-            due = span[done : (done := int(np.searchsorted(span, end, "right")))]
-            times = np.concatenate([[begin], due, [] if len(due) and due[-1] == end else [end]])
-            plan = StepPlan(first_step, float(longest), memory, anew=bool(begin in self.pace.corners))
+        rows, steps, first_step = y[None], 0, None if span[0] in self.pace.corners else first_step
+        for times, due, longest in self.pace.pieces(span):
+            begin, end = times[[0, -1]]
+            plan = StepPlan(first_step, longest, memory, anew=bool(begin in self.pace.corners))
             part = self.integrator.states_at(self._one_sided(begin, end), y, times, plan)
-            rows, steps = np.concatenate([rows, part.y[1 : len(due) + 1]]), steps + part.steps
+            rows, steps = np.concatenate([rows, part.y[1 : due + 1]]), steps + part.steps
             if not part.failure:
                 self.sample(float(end), part.y[-1])
             if part.failure or end == span[-1]:

@@ -15,11 +15,11 @@ import numpy as np
 from pendpin.arrays import EPS, Array
 from pendpin.dynamics.timing import changes_with_time
 from pendpin.dynamics.vibrations import spectrum
-from pendpin.errors import InputError, RunError, brief, shown
+from pendpin.errors import InputError, RunError, brief, is_number, shown
 from pendpin.model.build import build, start_state
 from pendpin.scene import Scene, Start, chosen_scene
 from pendpin.simulation.simulate import simulate
-from pendpin.simulation.variations import Variations, states_as_keys
+from pendpin.simulation.variations import Variations, list_state_keys
 from pendpin.trajectory import Trajectory
 
 TIGHT = 1e-13  # the tolerance of the integration: Newton's method and the multipliers are as accurate as that
@@ -87,12 +87,15 @@ def periodic_orbit(
     """
     scene = chosen_scene(scene)
     state = _guess_of(scene, guess)
-    given = _period_of(scene, period)
-    found = given or _first_return(scene.replace(start=start_at(scene, state)))
-    return closed(scene, state, found, free=given is None)
+    if period is not None and (not is_number(period) or not 0 < period < np.inf):
+        raise InputError(f"period: {shown(period)} is not a number of seconds above 0")
+    frequency = drive_of(scene) if period is None else None
+    guess_of_period = 2 * np.pi / frequency if frequency else period
+    guess_of_period = guess_of_period or _first_return(scene.replace(start=start_at(scene, state)))
+    return close_orbit(scene, state, float(guess_of_period), free=period is None and frequency is None)
 
 
-def closed(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOrbit:
+def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOrbit:
     """The orbit next to the state y (2 nv,) by Newton's method; a period that is `free` is found with it.
 
     Raises RunError if none is found.
@@ -141,9 +144,9 @@ def over_a_period(scene: Scene, y: Array, period: float, key: str | None = None)
     """The motion from y (2 nv,) after a period in s, with its derivative by the number at a key path, if there is one."""
     size = len(y)
     lasting = scene.model_copy(update={"duration": period, "start": start_at(scene, y)})
-    variations = Variations(lasting, [*states_as_keys(size // 2), *([] if key is None else [key])])
+    variations = Variations(lasting, [*list_state_keys(size // 2), *([] if key is None else [key])])
     first = np.eye(len(variations.keys), size)
-    states, changes = variations.along(y, first, np.array([0.0, period]), TIGHT)
+    states, changes = variations.integrate(y, first, np.array([0.0, period]), TIGHT)
     end, slides = states[-1], np.tile(variations.equations.model.slides, 2)
     rate, _ = variations.equations.rates(np.array([period]), end[None], changes[-1:])
     by_number = np.zeros(size) if key is None else changes[-1, -1]
@@ -180,16 +183,6 @@ def drive_of(scene: Scene) -> float | None:
     if len(frequencies) > 1 or None in frequencies:
         raise InputError("period: the scene is not driven by one frequency; give its period in s")
     return float(frequencies.pop() or 0.0) if frequencies else None
-
-
-def _period_of(scene: Scene, period: float | None) -> float | None:
-    """The period that is given, or that of the drive; None where it has to be found."""
-    if period is None:
-        frequency = drive_of(scene)
-        return frequency and 2 * np.pi / frequency
-    if isinstance(period, bool) or not isinstance(period, int | float) or not 0 < period < np.inf:
-        raise InputError(f"period: {shown(period)} is not a number of seconds above 0")
-    return float(period)
 
 
 def _guess_of(scene: Scene, guess: Start | Sequence[float] | None) -> Array:

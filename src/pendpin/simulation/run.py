@@ -234,7 +234,7 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
             notes=run.notes,
         ),
         events=tuple(event._replace(t=scene.start.time + event.t) for event in run.happened),
-        held=tuple(one.until(float(run.t[-1])) for one in dynamics.held if one.recorded),
+        held=tuple(one.until(float(run.t[-1])) for one in dynamics.sampled_torques if one.recorded),
         work={} if balance is None else balance.close(run.work, potentials),
         scene=scene.recorded(),
         source=scene,

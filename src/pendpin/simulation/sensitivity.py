@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.errors import InputError, choices, not_one_of, shown
+from pendpin.errors import InputError, choices, is_number, not_one_of, shown
 from pendpin.integrators import Run
 from pendpin.keypaths import number_at, parsed
 from pendpin.scene import Scene, scene_of
 from pendpin.simulation.run import bind_for_run, fill_in
-from pendpin.simulation.variations import Variations, states_as_keys
+from pendpin.simulation.variations import Variations, list_state_keys
 from pendpin.trajectory import Trajectory
 
 TIGHT = 1e-10  # the tolerance beside a run with a fixed step, whose own error is larger
@@ -31,15 +31,15 @@ STATISTICS: dict[str, Statistic] = {  # derivatives (K,) at times (n,) of a quan
 def state_transition(run: Trajectory, t0: float, t1: float) -> Array:
     """As `Trajectory.state_transition`."""
     for name, t in (("t0", t0), ("t1", t1)):
-        if isinstance(t, bool) or not isinstance(t, int | float) or not run.t[0] <= t <= run.t[-1]:
+        if not is_number(t) or not run.t[0] <= t <= run.t[-1]:
             raise InputError(f"{name}: {shown(t)} is not a time of the run, {run.t[0]:.6g} to {run.t[-1]:.6g} s")
     if t1 < t0:
         raise InputError(f"t1: {t1:.6g} s is before t0, {t0:.6g} s; invert the transition from t1 to t0 instead")
     scene, nv = scene_of(run), len(run.joints)
-    variations = Variations(scene, states_as_keys(nv))
+    variations = Variations(scene, list_state_keys(nv))
     there = run.at([t0])
     y, times = np.concatenate([there.q[0], there.v[0]]), np.array([t0, t1]) - scene.start.time
-    return variations.along(y, np.eye(2 * nv), times, _tolerance(run))[1][-1].T
+    return variations.integrate(y, np.eye(2 * nv), times, _tolerance(run))[1][-1].T
 
 
 def sensitivity(run: Trajectory, keys: Sequence[str] | str, of: str | None) -> Array:
@@ -53,7 +53,7 @@ def sensitivity(run: Trajectory, keys: Sequence[str] | str, of: str | None) -> A
     variations = Variations(scene_of(run), keys)
     times = run.t - variations.scene.start.time
     start = np.concatenate([run.q[0], run.v[0]])
-    _, changes = variations.along(start, variations.equations.starts, times, _tolerance(run))
+    _, changes = variations.integrate(start, variations.equations.starts, times, _tolerance(run))
     changes = np.moveaxis(changes, 1, 2)  # (n, 2 nv, K)
     if of is None:
         return changes

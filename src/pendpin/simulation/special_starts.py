@@ -10,7 +10,7 @@ from pendpin.arrays import Array, Mask
 from pendpin.dynamics.derivatives import Variational
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.equations import exact
-from pendpin.errors import InputError, MissingLibrary, Note, shown
+from pendpin.errors import InputError, MissingLibrary, Note, is_number, shown
 from pendpin.model.build import SIGNS, start_state
 from pendpin.scene import Chain, Scene, Start
 
@@ -111,7 +111,7 @@ def conical(scene: Scene, angle: float) -> Start:
     dynamics = bind(scene)
     if not isinstance(scene.model, Chain) or scene.model.count != 1:
         raise InputError("start: a steady cone needs a chain of one rod")
-    if isinstance(angle, bool) or not isinstance(angle, int | float) or not 0 < abs(angle) < np.pi / 2:
+    if not is_number(angle) or not 0 < abs(angle) < np.pi / 2:
         raise InputError(f"angle: {shown(angle)} is not between 0 and pi/2 rad")
     field, rod = dynamics.loads.constant, scene.model.all_rods[0].properties
     if not (field[2] < 0 and np.abs(field[:2]).max() <= UPRIGHT * -field[2]):

@@ -5,7 +5,6 @@ DOP853, with errors of every change measured by its own size.
 """
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 
@@ -50,7 +49,7 @@ class Variations:
         self.start = np.concatenate([q, v])
         self.pace = timing(dynamics, scene.effects, q, v, scene.duration, None).pace
 
-    def along(self, y: Array, w: Array, times: Array, tolerance: float) -> tuple[Array, Array]:
+    def integrate(self, y: Array, w: Array, times: Array, tolerance: float) -> tuple[Array, Array]:
         """The states (n, 2 nv) and the changes (n, K, 2 nv) at times (n,), from y (2 nv,) and w (K, 2 nv) at the first.
 
         Raises RunError where they cannot be integrated.
@@ -65,24 +64,21 @@ class Variations:
     def _integrated(self, y: Array, w: Array, times: Array, tolerance: float, sizes: Array) -> Array:
         """The states and changes, (n, 2 nv (1 + K)); `sizes` (2 nv K,) are those of the changes."""
         atol = tolerance * np.concatenate([np.ones(len(y)), sizes])
-        corners = self.pace.corners[(self.pace.corners > times[0]) & (self.pace.corners < times[-1])]
-        bounds, now = np.concatenate([times[:1], corners, times[-1:]]), np.concatenate([y, w.ravel()])
-        rows, done = [now[None]], 1
-        for (begin, end), longest in zip(pairwise(bounds), self.pace.at(bounds[:-1]), strict=True):
-            due = times[done : (done := int(np.searchsorted(times, end, "right")))]
-            at = np.concatenate([[begin], due, [] if len(due) and due[-1] == end else [end]])
-            part = solved(self.equations.block, now, at, max(tolerance, LEAST_RTOL), atol, float(longest))
-            if len(part) < len(at) or not np.isfinite(part).all():
+        state = np.concatenate([y, w.ravel()])
+        rows = [state[None]]
+        for piece, due, longest in self.pace.pieces(times):
+            part = solve(self.equations.block, state, piece, max(tolerance, LEAST_RTOL), atol, longest)
+            if len(part) < len(piece) or not np.isfinite(part).all():
                 raise RunError(
-                    f"the changes of the motion cannot be integrated beyond {at[max(len(part), 1) - 1]:.6g} s: they grow "
+                    f"the changes of the motion cannot be integrated beyond {piece[max(len(part), 1) - 1]:.6g} s: they grow "
                     "too large, take too many steps, or a thin rod is near phi = 90 degrees, where its angles are singular"
                 )
-            rows.append(part[1 : len(due) + 1])
-            now = part[-1]
+            rows.append(part[1 : due + 1])
+            state = part[-1]
         return np.concatenate(rows)
 
 
-def solved(block: Block, y: Array, times: Array, rtol: float, atol: Array, longest: float) -> Array:
+def solve(block: Block, y: Array, times: Array, rtol: float, atol: Array, longest: float) -> Array:
     """The states (n, size) of a block's equations at times (n,), from y (size,) at the first; fewer where it stops."""
     if times[-1] == times[0]:
         return np.repeat(y[None], len(times), 0)
@@ -100,6 +96,6 @@ def solved(block: Block, y: Array, times: Array, rtol: float, atol: Array, longe
     return solution.y.T
 
 
-def states_as_keys(nv: int) -> list[str]:
+def list_state_keys(nv: int) -> list[str]:
     """The key paths of the starts of nv joints: their angles, then their rates."""
     return [f"start.{part}[{i}]" for part in ("positions", "velocities") for i in range(nv)]

@@ -13,7 +13,7 @@ from pendpin.arrays import Array
 from pendpin.errors import InputError, RunError, brief, shown
 from pendpin.keypaths import number_at, parsed
 from pendpin.scene import Scene
-from pendpin.simulation.periodic import CLOSED, FLAT, PeriodicOrbit, closed, frequencies_of, over_a_period
+from pendpin.simulation.periodic import CLOSED, FLAT, PeriodicOrbit, close_orbit, frequencies_of, over_a_period
 
 FIRST, LONGEST, SHORTEST = 0.02, 0.05, 1e-7  # steps along the curve, where the way to the end of the number is about 1
 STEPS, CORRECTIONS = 2000, 12  # at most
@@ -98,7 +98,7 @@ class _Curve(NamedTuple):
     def orbit(self, u: Array) -> PeriodicOrbit:
         """The orbit at a point, with its multipliers."""
         size = len(self.turns)
-        return closed(self.scene_at(u), u[:size], self.period_at(u), free=self.free)
+        return close_orbit(self.scene_at(u), u[:size], self.period_at(u), free=self.free)
 
 
 def follow(orbit: PeriodicOrbit, key: str, to: float) -> Branch:

@@ -14,7 +14,7 @@ import numpy as np
 from pendpin.arrays import Array
 from pendpin.errors import InputError, brief, shown
 from pendpin.scene import Scene, chosen_scene
-from pendpin.simulation.variations import Variations, states_as_keys
+from pendpin.simulation.variations import Variations, list_state_keys
 
 TOLERANCE = 1e-11
 PARTS = 200  # of the time, at least
@@ -83,7 +83,7 @@ def lyapunov(scene: Scene | str | Path, count: int | None = None, duration: floa
     nv = Variations(scene, []).nv
     if count is not None and (type(count) is not int or not 1 <= count <= 2 * nv):
         raise InputError(f"count: {shown(count)} is not a number of exponents, 1 to {2 * nv}")
-    variations = Variations(scene, states_as_keys(nv)[: count or 2 * nv])
+    variations = Variations(scene, list_state_keys(nv)[: count or 2 * nv])
     return _spectrum(variations, scene.duration)
 
 
@@ -93,7 +93,7 @@ def _spectrum(variations: Variations, duration: float) -> Lyapunov:
     times = np.linspace(0.0, duration, _parts(variations, duration) + 1)
     growths = []
     for begin, end in pairwise(times):
-        states, changes = variations.along(y, w, np.array([begin, end]), TOLERANCE)
+        states, changes = variations.integrate(y, w, np.array([begin, end]), TOLERANCE)
         q, r = np.linalg.qr(changes[-1].T)
         growths.append(np.log(np.abs(np.diag(r))))
         y, w = states[-1], q.T

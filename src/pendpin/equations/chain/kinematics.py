@@ -123,7 +123,7 @@ def rods_first(x: Array, shape: tuple[int, ...]) -> Array:
     return x.T.reshape(*shape, len(x))
 
 
-def along(chain: ChainInertia, x: Array) -> tuple[Array, Array]:
+def place_along(chain: ChainInertia, x: Array) -> tuple[Array, Array]:
     """Centres of mass and tips (..., n, 3) from directions x (..., n, 3); from rates of directions, velocities."""
     steps = chain.l[:, None] * x
     tips = np.cumsum(steps, -2) if chain.n > 1 else steps
@@ -145,16 +145,9 @@ def motion(chain: ChainInertia, q: Array, v: Array) -> ChainMotion:
         B = np.moveaxis(at.frames, (-2, -1), (0, 1))
         w = omega.reshape(3, *angles.shape[:-1])
         direction_rates = np.moveaxis(B[:, 0] * w[1] - B[:, 1] * w[0], 0, -1)
-        return *at, np.moveaxis(w, 0, -1), *along(chain, direction_rates)
+        return *at, np.moveaxis(w, 0, -1), *place_along(chain, direction_rates)
 
     return ChainMotion(*_evaluate_in_chunks(moving, q, v))
-
-
-def energy(chain: ChainInertia, q: Array, v: Array, field: Array) -> tuple[Array, Array]:
-    """Kinetic and potential energy (...) in J; the potential of the uniform field (3,), in I, is 0 at the support."""
-
-    moving = motion(chain, q, v)
-    return kinetic_energy(chain, moving), -(chain.m * (moving.centres @ field)).sum(-1)
 
 
 def kinetic_energy(chain: ChainInertia, moving: ChainMotion) -> Array:
@@ -168,7 +161,7 @@ def kinetic_energy(chain: ChainInertia, moving: ChainMotion) -> Array:
 def _positions(chain: ChainInertia, joints: Joints) -> Positions:
     """Frames (..., n, 3, 3), centres of mass and tips (..., n, 3) in I, m."""
     frames = joints.frames().transpose(2, 0, 1).reshape(-1, joints.n, 3, 3)
-    return Positions(frames, *along(chain, frames[..., 2]))
+    return Positions(frames, *place_along(chain, frames[..., 2]))
 
 
 def _evaluate_in_chunks(function: Callable[..., tuple[Array, ...]], *states: Array) -> list[Array]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.equations.chain.inertia import ChainInertia, above, below
-from pendpin.equations.chain.kinematics import Joints, along, rods_first, rods_last
+from pendpin.equations.chain.kinematics import Joints, rods_first, rods_last
 from pendpin.equations.chain.refinement import project
 from pendpin.equations.chain.system import RodLoads, System, empty_band
 from pendpin.errors import InputError
@@ -38,15 +38,7 @@ def directions(q: Array, v: Array) -> tuple[Array, Array]:
     return rods_first(turned[:, 2], q.shape[:-1]), rods_first(rate, q.shape[:-1])
 
 
-def energy(chain: ChainInertia, d: Array, rate: Array, field: Array) -> tuple[Array, Array]:
-    """Kinetic and potential energy (...) in J for d, d' (..., n, 3); zero and field as in kinematics.energy."""
-    centres, _ = along(chain, d)
-    velocities, _ = along(chain, rate)
-    kinetic = chain.m * (velocities**2).sum(-1) + chain.I1 * (rate**2).sum(-1)
-    return 0.5 * kinetic.sum(-1), -(chain.m * (centres @ field)).sum(-1)
-
-
-def on_sphere(d: Array, rate: Array) -> tuple[Array, Array]:
+def project_to_sphere(d: Array, rate: Array) -> tuple[Array, Array]:
     """The nearest unit directions, and the part of the rates (..., n, 3) that is normal to them."""
     d = d / np.sqrt((d * d).sum(-1, keepdims=True))
     return d, rate - d * (d * rate).sum(-1, keepdims=True)
@@ -68,7 +60,7 @@ def solve(
         )
     shape = d.shape[:-1]
     rods = chain.rods.repeated(d[..., 0].size // chain.n)
-    e, e_rate = (rods_last(x) for x in on_sphere(d, rate))
+    e, e_rate = (rods_last(x) for x in project_to_sphere(d, rate))
     push = 0.0 if force is None else rods_last(force) / rods.m
     turning = np.zeros_like(e) if moment is None else np.cross(rods_last(moment), e, axis=0)
     centripetal = -e * np.add.reduce(e_rate * e_rate, 0)

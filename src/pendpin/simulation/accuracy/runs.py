@@ -56,7 +56,7 @@ class Runs:
         key = scene.solver.method, scene.solver.engine
         if key not in self._bound:
             dynamics = bind_for_run(scene)
-            if dynamics.held:
+            if dynamics.sampled_torques:
                 return dynamics
             self._bound[key] = dynamics
         return self._bound[key]
