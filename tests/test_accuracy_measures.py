@@ -15,8 +15,7 @@ from pendpin.arrays import EPS
 from pendpin.model.build import build
 from pendpin.scene.methods import method_of
 from pendpin.simulation.accuracy.assumptions import probe_effects
-from pendpin.simulation.accuracy.methods import list_alternatives
-from pendpin.simulation.accuracy.refinement import refine_by_step, refine_by_tolerance
+from pendpin.simulation.accuracy.methods import list_alternatives, refine_by_step, refine_by_tolerance
 from pendpin.simulation.accuracy.rounding import RoundingError, bound_rounding
 from pendpin.simulation.accuracy.runs import Runs, choose_length, compute_extent, compute_speeds, measure_gap
 from pendpin.simulation.accuracy.thresholds import INSTABILITY, ROUNDING, SAMPLE

@@ -13,7 +13,7 @@ from pendpin import effects as fx
 from pendpin.equations import exact
 from pendpin.scene import method_of
 from pendpin.simulation.accuracy.estimate import Gaps, estimate_error
-from pendpin.simulation.accuracy.refinement import refine_by_step, refine_by_tolerance
+from pendpin.simulation.accuracy.methods import refine_by_step, refine_by_tolerance
 from pendpin.simulation.accuracy.runs import Runs, are_equal
 from pendpin.simulation.accuracy.thresholds import ESTIMATE
 from pendpin.simulation.limits import Deadline

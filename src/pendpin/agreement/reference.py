@@ -117,17 +117,12 @@ def _urdf(scene: Scene, damping: dict[str, float]) -> str:
     if isinstance(scene.model, Chain):
         return chain_urdf(scene.model)
     if isinstance(scene.model, UrdfModel):
-        return _remove_dynamics(read_urdf(scene.model).text)
+        robot = fromstring(read_urdf(scene.model).text)
+        for joint in robot.iter("joint"):  # its <dynamics> do not act in the scene, and some engines would let them act
+            for element in joint.findall("dynamics"):
+                joint.remove(element)
+        return ElementTree.tostring(robot, encoding="unicode") + "\n"
     raise InputError("a pin.Model has no URDF text")
-
-
-def _remove_dynamics(text: str) -> str:
-    """A URDF's text without its <dynamics>: nothing of them acts in the scene, and some engines would let it act."""
-    robot = fromstring(text)
-    for joint in robot.iter("joint"):
-        for element in joint.findall("dynamics"):
-            joint.remove(element)
-    return ElementTree.tostring(robot, encoding="unicode") + "\n"
 
 
 # --- states ---------------------------------------------------------------------------------------------------------

@@ -218,11 +218,11 @@ class Text:
         """The results of the rod that are known in a loop, and what later loops read, with their rows and cells."""
         schedule, places = self.schedule, self.places
         for i, place in enumerate(places.of_rod):
-            if schedule.known(place) == loop:
+            if schedule.loop_of(place) == loop:
                 part, cell = divmod(i, self._width)
                 yield place, _Row("dy", part, self._width), cell
         for i, place in enumerate(places.more_of_rod):
-            if schedule.known(place) == loop:
+            if schedule.loop_of(place) == loop:
                 yield place, _Row("further_of_rods", 0, len(places.more_of_rod)), i
         for place, cell in self._stored.items():
             if schedule.loop[place] == loop:

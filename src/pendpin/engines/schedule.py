@@ -36,10 +36,10 @@ class Schedule:
         """The operations of the rod that a loop reads, as it does not compute them."""
         used = {x for place, at in self.loop.items() if at == loop for x in self.tape.operands[place]}
         used.update(cell.next for _, cell in self.carried(loop))
-        used.update(place for place in self._of_rod if self.known(place) == loop)
+        used.update(place for place in self._of_rod if self.loop_of(place) == loop)
         return sorted(x for x in used if self.tape.by_rod[x] and self.loop.get(x) != loop)
 
-    def known(self, place: int) -> int:
+    def loop_of(self, place: int) -> int:
         """The loop in which a result is known: the first one for what all loops can read."""
         return self.loop.get(place, self.loops[0])
 

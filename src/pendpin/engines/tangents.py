@@ -80,15 +80,17 @@ class _Tangents:
 
     def _active(self, needed: Sequence[int]) -> set[int]:
         """The operations that change in some direction."""
-        active, directions = set[int](), [one for group in self._groups for one in group]
+        active, directions = set[int](), [direction for group in self._groups for direction in group]
         while True:
             before = len(active)
             for place in needed:
                 name, *rest = self.tape.operations[place]
                 if name == "parameter":
-                    changes = any(rest[0] in (one.of_rods if rest[1] else one.shared) for one in directions)
+                    changes = any(
+                        rest[0] in (direction.of_rods if rest[1] else direction.shared) for direction in directions
+                    )
                 elif name == "time":
-                    changes = any(one.time for one in directions)
+                    changes = any(direction.time for direction in directions)
                 else:
                     changes = name == "state" or not active.isdisjoint(self.tape.sources(place))
                 if changes:
@@ -104,7 +106,9 @@ class _Tangents:
             return (self.tape.carried if name == "carried" else self.tape.last)(rest[0], self._cell(j, *rest), lanes)
         if name in LEAVES:
             changes = enumerate(self._groups[j], 1 + self._firsts[j])
-            return self.tape.pack([self._differentiate_leaf(name, rest, one, times) for times, one in changes])
+            return self.tape.pack(
+                [self._differentiate_leaf(name, rest, direction, times) for times, direction in changes]
+            )
         if name == "entry":
             return self._differentiate_entry(rest[0], rest[1], j)
         if name in {"row", "roots", "inverse_roots"}:

@@ -14,7 +14,6 @@ from pendpin.claims import Claim
 from pendpin.effects import Effect, Gravity
 from pendpin.errors import InputError, Interrupted, RunError
 from pendpin.scene import FIXED_METHODS, Chain, Rod, Scene, Solver, Start
-from pendpin.simulation.simulate import simulate
 from pendpin.trajectory import Trajectory
 
 Solve = Callable[[Scene], Trajectory]
@@ -122,12 +121,6 @@ class Outcome(Claim):
         return "holds" if self.ok else "fails, as expected" if self.beside else "fails"
 
 
-def on_method(case: Case, method: str) -> Solve:
-    """A function that solves a scene by one method of the case, with its setting."""
-    settings: dict[str, Any] = dict(case.methods[method])
-    return lambda scene: simulate(scene, method=method, **settings)
-
-
 def scene(
     model: Chain,
     *effects: Effect,
@@ -143,11 +136,6 @@ def scene(
     start = Start(time=time, positions=tuple(positions), velocities=tuple(velocities))
     acting = effects if gravity is None else (gravity, *effects)
     return Scene(duration=duration, model=model, start=start, effects=acting, solver=Solver(samples=samples))
-
-
-def chain_of(*rods: Rod, copies: int = 1) -> Chain:
-    """A chain of these rods."""
-    return Chain(rods=rods, copies=copies)
 
 
 def inertia_about_joint(rod: Rod) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from pendpin.arrays import EPS, Array
 from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import solution
-from pendpin.hardcases.base import Case, Solve, case, chain_of, drift_of, scene, settings
+from pendpin.hardcases.base import Case, Solve, case, drift_of, scene, settings
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import build
 from pendpin.scene import Chain, Rod, Scene, Solver
@@ -21,7 +21,7 @@ Scale = tuple[tuple[float, float], ...]  # mass in kg and length in m of each ro
 
 
 def _swinging(sizes: Scale, duration: float) -> Scene:
-    model = chain_of(*(Rod(length=length, mass=mass, radius=0.02 * length) for mass, length in sizes))
+    model = Chain(rods=tuple(Rod(length=length, mass=mass, radius=0.02 * length) for mass, length in sizes))
     return scene(model, q=np.resize([0.4, 0.2, 0.3, -0.1], 2 * len(sizes)), duration=duration, samples=11)
 
 
@@ -54,7 +54,7 @@ def _unlike(name: str, sizes: Scale, tolerance: float, most_steps: int, growth: 
 # --- many rods ------------------------------------------------------------------------------------------------------
 
 LINK = Rod(length=1.0, mass=1.0, radius=0.05)
-HUNDRED = chain_of(LINK, copies=100)
+HUNDRED = Chain(rods=(LINK,), copies=100)
 
 
 def tumbling(model: Chain, duration: float) -> Scene:
@@ -62,11 +62,6 @@ def tumbling(model: Chain, duration: float) -> Scene:
     random = np.random.default_rng(0)
     q, v = random.normal(size=(2, 2 * model.count))
     return scene(model, q=0.3 * q, v=v, duration=duration, samples=3)
-
-
-def _difference(a: Array, exact: Array) -> float:
-    """The largest difference of accelerations (nv,), over the largest exact one."""
-    return float(np.abs(a - exact).max() / np.abs(exact).max())
 
 
 def _states(model: Chain) -> Array:
@@ -82,11 +77,12 @@ def _accelerations(model: Chain, q: Array, v: Array) -> Array:
 
 
 def _digits(solve: Solve, full: bool) -> float:
-    """Accelerations of runs that start in random states, against the chain equations."""
+    """The largest difference of the accelerations of runs from random states to the chain equations, over the largest."""
     starts = [scene(HUNDRED, q=q, v=v, duration=0.0) for q, v in zip(*_states(HUNDRED), strict=True)]
     accelerations = np.array([solve(start).a[0] for start in (starts if full else starts[:1])])
     q, v = _states(HUNDRED)
-    return _difference(accelerations, _accelerations(HUNDRED, q, v)[: len(accelerations)])
+    exact = _accelerations(HUNDRED, q, v)[: len(accelerations)]
+    return float(np.abs(accelerations - exact).max() / np.abs(exact).max())
 
 
 def _other_joints() -> dict[str, float]:
@@ -117,7 +113,7 @@ def _torque_error(joint: Any, convention: Any) -> float:
 
 def whip(n: int, duration: float) -> Scene:
     """A chain of n thin rods, 1 m long, released level and at rest."""
-    model = chain_of(Rod(length=1 / n, mass=1 / n), copies=n)
+    model = Chain(rods=(Rod(length=1 / n, mass=1 / n),), copies=n)
     return scene(model, q=(np.pi / 2,), duration=duration, samples=31)
 
 
@@ -145,7 +141,7 @@ CASES = (
         "chain-2000",
         bound=1e-8 * 1000 * 10,
         methods=settings(auto=1e-8),
-        measure=drift_of(partial(tumbling, chain_of(LINK, copies=2000)), long=0.02, short=0.001),
+        measure=drift_of(partial(tumbling, Chain(rods=(LINK,), copies=2000)), long=0.02, short=0.001),
     ),
     case("whip", bound=1e-10 * 2000 * 100, methods=settings(auto=1e-10, rk45=1e-10), measure=_whip),
 )

@@ -12,13 +12,12 @@ from pendpin.hardcases.base import (
     G,
     Solve,
     case,
-    chain_of,
     inertia_about_joint,
     refused,
     scene,
     settings,
 )
-from pendpin.scene import Rod
+from pendpin.scene import Chain, Rod
 
 ROD = THICK.rods[0]
 J = inertia_about_joint(ROD)
@@ -79,7 +78,7 @@ def _bouncing(solve: Solve, full: bool) -> float:
     return float(np.abs(run.q[:, 0] - _bounced(run.t)).max())
 
 
-BALANCED = chain_of(ROD, Rod(length=1.0, mass=1.0, com=0.0, inertia=(0.1, 0.1, 0.01)))
+BALANCED = Chain(rods=(ROD, Rod(length=1.0, mass=1.0, com=0.0, inertia=(0.1, 0.1, 0.01))))
 RATE, LIMIT = 1.0, 0.5  # rad/s, rad
 
 

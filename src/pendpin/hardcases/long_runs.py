@@ -15,13 +15,12 @@ from pendpin.hardcases.base import (
     G,
     Solve,
     case,
-    chain_of,
     drift_of,
     scene,
     settings,
     tip_errors,
 )
-from pendpin.scene import Scene
+from pendpin.scene import Chain, Scene
 
 # --- conical motion -------------------------------------------------------------------------------------------------
 
@@ -75,7 +74,7 @@ def in_space(duration: float) -> Scene:
     return scene(THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=duration, samples=801)
 
 
-TRIPLE = chain_of(THICK.rods[0], copies=3)
+TRIPLE = Chain(rods=(THICK.rods[0],), copies=3)
 
 
 def triple(duration: float) -> Scene:

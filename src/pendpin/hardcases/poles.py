@@ -13,13 +13,12 @@ from pendpin.hardcases.base import (
     G,
     Solve,
     case,
-    chain_of,
     inertia_about_joint,
     scene,
     settings,
     tip_errors,
 )
-from pendpin.scene import Rod, Scene
+from pendpin.scene import Chain, Rod, Scene
 
 FAST = 9.0  # rad/s: enough for full turns, through both poles
 
@@ -39,7 +38,7 @@ def _close_by(solve: Solve, full: bool) -> float:
     return float(np.linalg.norm(run.tips[:, 0] - exact, axis=-1).max())
 
 
-MIDDLE = chain_of(Rod(length=1.0, mass=100.0), Rod(length=0.5, mass=0.1), Rod(length=0.3, mass=0.02))
+MIDDLE = Chain(rods=(Rod(length=1.0, mass=100.0), Rod(length=0.5, mass=0.1), Rod(length=0.3, mass=0.02)))
 
 
 def _in_a_chain(solve: Solve, full: bool) -> float:
@@ -89,7 +88,7 @@ def passage(radius: float, aim: float) -> tuple[Scene, tuple[float, float]]:
         side = -1 if rest < 0 else 1
         q, v = (0.3, float(mp.pi / 2 - AWAY)), tuple(map(float, rates))
         end = (0.3 + float(2 * turn), float(mp.pi / 2 + side * AWAY))
-        return scene(chain_of(rod), q=q, v=v, duration=float(2 * half), samples=2, gravity=None), end
+        return scene(Chain(rods=(rod,)), q=q, v=v, duration=float(2 * half), samples=2, gravity=None), end
 
 
 def _passing(radius: float, aim: float) -> Case:

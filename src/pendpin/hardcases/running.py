@@ -8,7 +8,8 @@ from typing import Any
 
 from pendpin.claims import Progress, attempt, collect, describe_broken
 from pendpin.errors import brief
-from pendpin.hardcases.base import Case, Outcome, Solve, on_method
+from pendpin.hardcases.base import Case, Outcome, Solve
+from pendpin.simulation.simulate import simulate
 
 FIELDS = ("name", "group", "title", "physics", "why", "figure", "bound", "derivation", "methods")  # of a case, in JSON
 
@@ -65,8 +66,9 @@ def outcomes(case: Case, methods: Sequence[str] | None, full: bool, progress: Pr
 
 
 def outcome(case: Case, method: str, full: bool) -> Outcome:
-    """One case on one of its methods."""
-    return measured(case, method, on_method(case, method), full)
+    """One case on one of its methods, with its setting."""
+    setting: dict[str, Any] = dict(case.methods[method])
+    return measured(case, method, lambda scene: simulate(scene, method=method, **setting), full)
 
 
 def measured(case: Case, method: str, solve: Solve, full: bool) -> Outcome:

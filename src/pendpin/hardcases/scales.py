@@ -13,13 +13,12 @@ from pendpin.hardcases.base import (
     G,
     Solve,
     case,
-    chain_of,
     inertia_about_joint,
     scene,
     settings,
     tip_errors,
 )
-from pendpin.scene import Rod, Scene
+from pendpin.scene import Chain, Rod, Scene
 
 ROD = THICK.rods[0]
 REDUCED = inertia_about_joint(ROD) / (ROD.mass * ROD.properties.h)  # m
@@ -40,7 +39,7 @@ def _sized(length: float, mass: float, duration: float, time: float = 0.0) -> Sc
     lower = Rod(length=0.7 * length, mass=2 * mass, radius=0.05 * length)
     v = np.array([1.3, -0.8, 0.2, 0.5]) / unit
     fields = {"q": (0.7, 0.4, -0.3, 0.2), "v": v, "duration": float(duration * unit), "samples": 21, "time": time}
-    return scene(chain_of(upper, lower), **fields)
+    return scene(Chain(rods=(upper, lower)), **fields)
 
 
 def _rescaled(solve: Solve, full: bool, length: float, mass: float) -> float:

@@ -15,7 +15,6 @@ from pendpin.hardcases.base import (
     G,
     Solve,
     case,
-    chain_of,
     departure,
     inertia_about_joint,
     refused,
@@ -68,7 +67,7 @@ def _no_motion(solve: Solve, full: bool, phi: float) -> float:
 
 
 def _upright(solve: Solve, full: bool) -> float:
-    models = (THIN, THICK, chain_of(ROD, copies=3)) if full else (THICK,)
+    models = (THIN, THICK, Chain(rods=(ROD,), copies=3)) if full else (THICK,)
     runs = [solve(scene(model, duration=100.0, samples=11, gravity=UPWARDS)) for model in models]
     return max(float(np.abs(run.q).max()) for run in runs)
 

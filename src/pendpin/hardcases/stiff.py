@@ -12,13 +12,12 @@ from pendpin.hardcases.base import (
     G,
     Solve,
     case,
-    chain_of,
     drift_of,
     inertia_about_joint,
     scene,
     settings,
 )
-from pendpin.scene import Rod, Scene
+from pendpin.scene import Chain, Rod, Scene
 
 STIFF = 1e8  # N m/rad, or N m s/rad
 ROD = THICK.rods[0]
@@ -48,15 +47,15 @@ CLAMP = (Spring(stiffness=STIFF, joints=JOINTS), Viscous(coefficient=STIFF, join
 def _clamped(solve: Solve, full: bool) -> float:
     """The distance in m between the tips of two clamped rods and of one rod of twice the length and mass."""
     span = {"duration": 3.0 if full else 0.5, "samples": 11}
-    two = solve(scene(chain_of(ROD, copies=2), *CLAMP, q=(0.5, 0.1), **span))
-    one = solve(scene(chain_of(Rod(length=2.0, mass=2.0, radius=ROD.radius)), q=(0.5, 0.1), **span))
+    two = solve(scene(Chain(rods=(ROD,), copies=2), *CLAMP, q=(0.5, 0.1), **span))
+    one = solve(scene(Chain(rods=(Rod(length=2.0, mass=2.0, radius=ROD.radius),)), q=(0.5, 0.1), **span))
     return float(np.linalg.norm(two.tips[:, 1] - one.tips[:, 0], axis=-1).max())
 
 
 def bent(duration: float) -> Scene:
     """Two rods with a stiff spring between them, which starts with a small bend."""
     spring = Spring(stiffness=STIFF, joints=JOINTS)
-    return scene(chain_of(ROD, copies=2), spring, q=(0.5, 0.1, 1e-3), duration=duration, samples=11)
+    return scene(Chain(rods=(ROD,), copies=2), spring, q=(0.5, 0.1, 1e-3), duration=duration, samples=11)
 
 
 SHAKE, SHAKEN = 1e-3, 1e4  # m, rad/s

@@ -75,11 +75,16 @@ class Run:
     notes: tuple[str, ...] = ()  # what a reader of the run should know
     happened: tuple[Event, ...] = ()  # at the events; t in s since the start
 
+    @classmethod
+    def at_states(cls, t: Array, q: Array, v: Array) -> "Run":
+        """States q, v (n, nv) at t (n,) that were not integrated."""
+        return cls(t, q, v, None, np.zeros((len(t), 0)), 0, 0, 0, 0.0, "", "")
+
     def cut(self, count: int, why: str) -> "Run":
         """The run up to this number of samples, and why it ends there."""
         torque = None if self.torque is None else self.torque[:count]
         arrays = {"t": self.t[:count], "q": self.q[:count], "v": self.v[:count], "work": self.work[:count]}
-        happened = tuple(one for one in self.happened if one.t <= self.t[count - 1])
+        happened = tuple(event for event in self.happened if event.t <= self.t[count - 1])
         return replace(self, **arrays, torque=torque, failure=RunError(why), happened=happened, stop=None)
 
 

@@ -37,8 +37,8 @@ class FixedStep(Integrator):
     """A method with a fixed step; samples inside a step are computed by a shorter one (integrators/grid.py)."""
 
     def __init__(self, method: Method, setting: float) -> None:
-        self._step, self.library, self.version = setting, "numpy", np.__version__
-        self.step = setting
+        self.library, self.version = "numpy", np.__version__
+        self.step: float = setting
 
     def memory(self, y: Array) -> Memory:
         """Where the steps end, and the state y (size,) at the end of the last."""
@@ -46,7 +46,7 @@ class FixedStep(Integrator):
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) at output times, by steps of one size."""
-        grid = StepGrid.of_plan(plan, float(times[0]), self._step)
+        grid = StepGrid.of_plan(plan, float(times[0]), self.step)
         states, steps = np.full((len(times), len(y)), np.nan), 0
         memory = None if plan.anew or not grid.inside(float(times[0])) else plan.memory
         whole = np.array(y if memory is None else memory["grid_state"])

@@ -78,8 +78,8 @@ class Gauss(Integrator):
     """
 
     def __init__(self, method: Method, setting: float) -> None:
-        self._step, self.rule = setting, rule(method.stages)
-        self.step = setting
+        self.step: float = setting
+        self.rule = rule(method.stages)
         self.library, self.version = "pinocchio", version("pin")
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
@@ -100,8 +100,8 @@ class Gauss(Integrator):
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) by collocation; further integrated quantities use the same rule."""
         memory, t = plan.memory or self.memory(y), float(times[0])
-        inside = StepGrid.of_plan(replace(plan, anew=False), t, self._step).inside(t)
-        grid = StepGrid.of_plan(plan, t, self._step)
+        inside = StepGrid.of_plan(replace(plan, anew=False), t, self.step).inside(t)
+        grid = StepGrid.of_plan(plan, t, self.step)
         self._state = self._state_at(y) if plan.anew and inside else _State.recalled(memory)
         others = memory["grid_others"] if inside and not plan.anew else y[2 * self._nv :]
         states, steps = [np.array(y)], 0

@@ -56,7 +56,7 @@ def run_scene(
     """
     dynamics = bound or bind_for_run(scene)
     q, v = start_state(dynamics.model, scene.start)
-    start = Run(np.zeros(1), q[None], v[None], None, np.zeros((1, 0)), 0, 0, 0, 0.0, "", "")  # the first sample
+    start = Run.at_states(np.zeros(1), q[None], v[None])  # the first sample
     _refuse_overflow(dynamics, start)
     if dynamics.contacts is not None:
         check_start(dynamics.contacts, dynamics.model, q)
@@ -234,7 +234,7 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
             notes=run.notes,
         ),
         events=tuple(event._replace(t=scene.start.time + event.t) for event in run.happened),
-        held=tuple(one.until(float(run.t[-1])) for one in dynamics.sampled_torques if one.recorded),
+        held=tuple(x.until(float(run.t[-1])) for x in dynamics.sampled_torques if x.recorded),
         work={} if balance is None else balance.close(run.work, potentials),
         scene=scene.recorded(),
         source=scene,

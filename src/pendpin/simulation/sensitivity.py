@@ -109,7 +109,5 @@ def _change_of(run: Trajectory, scene: Scene, key: str, change: Array, name: str
 def _quantity(run: Trajectory, scene: Scene, change: Array, name: str) -> Array:
     """A quantity (n,) at the states of a run moved by a change (n, 2 nv), in another scene."""
     q, v = np.split(np.concatenate([run.q, run.v], 1) + change, 2, axis=1)
-    times = run.t - scene.start.time
-    motion = Run(times, q, v, None, np.empty((len(q), 0)), 0, 0, 0, 0.0, "", "")
-    moved = fill_in(scene, bind_for_run(scene), None, motion)
+    moved = fill_in(scene, bind_for_run(scene), None, Run.at_states(run.t - scene.start.time, q, v))
     return replace(moved, t=run.t)[name]

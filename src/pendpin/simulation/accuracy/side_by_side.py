@@ -12,7 +12,7 @@ from pendpin.arrays import EPS, Mask
 from pendpin.model.kinematics import marks_at, of_each, tip_distance
 from pendpin.scene import Scene
 from pendpin.simulation.accuracy.estimate import Gaps, estimate_error
-from pendpin.simulation.accuracy.refinement import TAYLOR, refine_by_tolerance
+from pendpin.simulation.accuracy.methods import TAYLOR, refine_by_tolerance
 from pendpin.simulation.accuracy.runs import Runs, choose_length
 from pendpin.simulation.accuracy.thresholds import ESTIMATE, ROUNDING, SETTING, VECTOR
 from pendpin.simulation.batches import Cases, Motions

@@ -18,8 +18,13 @@ from pendpin.model.build import build
 from pendpin.scene import Scene, method_of
 from pendpin.simulation.accuracy.assumptions import SHORT_STEPS, Rough, describe_assumptions, probe_effects
 from pendpin.simulation.accuracy.estimate import Estimate, Gaps, estimate_error
-from pendpin.simulation.accuracy.methods import choose_independent, choose_method, choose_refinement, list_alternatives
-from pendpin.simulation.accuracy.refinement import Refinement
+from pendpin.simulation.accuracy.methods import (
+    Refinement,
+    choose_independent,
+    choose_method,
+    choose_refinement,
+    list_alternatives,
+)
 from pendpin.simulation.accuracy.rounding import (
     RoundingError,
     bound_rounding,
@@ -144,8 +149,8 @@ class _Search:
 
     def _decide(self, error: Array, reason: str) -> Trajectory | None:
         """The last run, if its error (n,) is within the target. Raises RunError with the reason if none can do it."""
-        if error[-1] <= self.target and (brief := [one for one in self._probe() if one.shortest < np.inf]):
-            error = self._compare_short_steps(error, min(brief, key=lambda one: one.shortest))
+        if error[-1] <= self.target and (brief := [rough for rough in self._probe() if rough.shortest < np.inf]):
+            error = self._compare_short_steps(error, min(brief, key=lambda rough: rough.shortest))
         if error[-1] <= self.target:
             return self._complete(max(float(error[-1]), ESTIMATE.negligible * self.target * self._is_unstable()))
         if self._rounding_is_too_large():

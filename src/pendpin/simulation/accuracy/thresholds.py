@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class SettingThresholds:
-    """The settings of one method from coarse to fine (refinement.py)."""
+    """The settings of one method from coarse to fine (methods.py)."""
 
     # Tolerance of a first run, at most: looser ones give runs that have nothing in common with the motion.
     loosest: float = 1e-2
