@@ -2,6 +2,7 @@
 
 import ast
 from collections import Counter
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,9 @@ MODULES = [path for path in sorted(PACKAGE.rglob("*.py")) if path.name != "__ini
 
 
 UPWARD = {"scene/start.py": "Start", "trajectory/trajectory.py": "Trajectory"}  # records that every room uses
+
+
+RESULTS = UPWARD | {"doctor/diagnosis.py": "Diagnosis"}  # records with methods by which a user asks them further
 
 
 def room(path: Path) -> str:
@@ -113,9 +117,9 @@ def methods_that_reach_up(tree: ast.Module, name: str) -> list[ast.FunctionDef]:
     return [method for method in methods if any(isinstance(node, ast.ImportFrom) for node in method.body)]
 
 
-def without_upward_imports(path: Path) -> str:
+def without_upward_imports(path: Path, records: dict[str, str] = UPWARD) -> str:
     """A module's text, without the imports in methods of a record that may reach up: those of one name each."""
-    tree, name = ast.parse(path.read_text()), UPWARD.get(str(path.relative_to(PACKAGE)))
+    tree, name = ast.parse(path.read_text()), records.get(str(path.relative_to(PACKAGE)))
     for method in methods_that_reach_up(tree, name) if name else ():
         assert ast.get_docstring(method) or method.name.startswith("_"), method.name
         method.body = [node for node in method.body if not (isinstance(node, ast.ImportFrom) and len(node.names) == 1)]
@@ -128,3 +132,18 @@ def test_only_methods_of_two_records_reach_up() -> None:
         assert methods_that_reach_up(ast.parse((PACKAGE / path).read_text()), name)
     by_name = [path for path in MODULES if 'import_module(f"pendpin' in path.read_text()]
     assert [path.name for path in by_name] == ["choice.py"]  # a class of its own folder
+
+
+def test_no_circle_among_files() -> None:
+    """No file imports itself by way of others, but for the methods of RESULTS: a plan of the imports has an order."""
+    parts = {path: path.relative_to(PACKAGE.parent).with_suffix("").parts for path in MODULES}
+    names = {path: ".".join(part).removesuffix(".__init__") for path, part in parts.items()}
+    graph: dict[str, set[str]] = {}
+    for path, name in names.items():
+        nodes = ast.walk(ast.parse(without_upward_imports(path, RESULTS)))
+        pairs = [
+            (node.module, alias.name) for node in nodes if isinstance(node, ast.ImportFrom) for alias in node.names
+        ]
+        modules = {f"{module}.{part}" if f"{module}.{part}" in names.values() else module for module, part in pairs}
+        graph[name] = {str(module) for module in modules if module in names.values()}
+    TopologicalSorter(graph).prepare()  # raises CycleError, which names the files of a circle
