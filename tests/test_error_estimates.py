@@ -262,3 +262,13 @@ def test_a_run_is_not_compared_with_itself() -> None:
         run = pp.simulate(free, method=method, accuracy=1e-9)
         assert np.abs(run.q[:, 0] - 0.1 - run.t).max() <= 1e-9
         assert 0 < run.stats.error <= 1e-9
+
+
+@law(50)
+@given(error=st.floats(-9, -3), fall=st.floats(30.0, 1e4), pace=st.floats(0.7, 1.0), scatter=st.floats(1.0, 3.0))
+def test_the_worst_case_is_claimed_exactly(error: float, fall: float, pace: float, scatter: float) -> None:
+    """Two runs that agree, and a third whose error has fallen as little as the scatter allows: the gap tells no less."""
+    coarse = 10.0**error
+    fine = coarse * scatter / fall**pace
+    gaps = Gaps(np.zeros(1), np.array([coarse - fine]), (fall, fall), pace, scatter)
+    assert estimate_error(gaps, 1.0, np.zeros(1), 0.0).error[0] == pytest.approx(fine, rel=1e-9)

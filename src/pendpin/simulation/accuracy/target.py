@@ -276,7 +276,7 @@ class _Search:
         usual, pace, scatter = self.refinement.usual, self.refinement.pace, self.refinement.scatter
         fall, gap = self._predict_fall(-2, -1), self._measure_gap(-2, -1)[-1]
         if gap > ESTIMATE.small * compute_extent(self.last.run, self.length):
-            return self._limit_factor(usual if len(self.attempts) == 2 or self.refinement.spacing else SEARCH.blind)
+            return self._limit_factor(usual)
         error = gap * max(scatter / max(fall - scatter, 1.0), fall**-SEARCH.likely)
         return self._limit_factor((scatter * (1 + SEARCH.margin * error / self.target)) ** (1 / pace))
 

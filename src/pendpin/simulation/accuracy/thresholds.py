@@ -66,8 +66,6 @@ class SearchThresholds:
 
     # How much smaller than the last error the next may be: a longer stride trusts the power law too far. Chosen.
     farthest: float = 1e4
-    # The same, if the runs are too coarse for an estimate. Chosen: two digits, as the first settings.
-    blind: float = 100.0
     # The power of the promised factor by which gaps fall as a rule, on random scenes (benchmarks/goal.py).
     likely: float = 0.85
     # By which the next error should be below the target: the estimate is an upper bound. Chosen to save one more run.
