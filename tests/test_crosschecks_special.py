@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 import pendpin as pp
 from laws import law
 from pendpin import effects as fx
-from pendpin.crosschecks.crosscheck import along, compare
+from pendpin.crosschecks.crosscheck import compare, crosscheck_run
 from pendpin.crosschecks.report import CheckReport
 from pendpin.dynamics.dynamics import bind
 from pendpin.model.build import build
@@ -126,7 +126,7 @@ def test_a_run_from_a_published_start_without_pull_along_the_rod(roll_pitch_yaw:
     """ADAMS' three starts of a universal joint: at rest, the joint turned by 90 degrees, gravity normal to the rod."""
     (tmp_path / "rod.urdf").write_text(UNIVERSAL.format(" ".join(map(str, roll_pitch_yaw))))
     scene = pp.Scene(duration=1, model=pp.UrdfModel(path=tmp_path / "rod.urdf"), effects=(fx.Gravity(acceleration=G),))
-    report = along(pp.simulate(scene))
+    report = crosscheck_run(pp.simulate(scene))
     assert report is not None
     assert report.ok, report.fault
 
@@ -135,7 +135,7 @@ def test_samples_at_a_pole_of_a_thin_rod_are_left_out() -> None:
     """Three thin rods that start with two of them at their poles, where the mass matrix is singular."""
     start = pp.Start(positions=(0.0, 0.0, 0.0, np.pi / 2, np.pi / 2, 0.1))
     scene = pp.Scene(duration=0.5, model=pp.Chain(rods=(RODS["thin"],) * 3), effects=(fx.Gravity(),), start=start)
-    report = along(pp.simulate(scene))
+    report = crosscheck_run(pp.simulate(scene))
     assert report is not None
     assert report.ok, report.fault
-    assert along(pp.simulate(scene, duration=0.0)) is None
+    assert crosscheck_run(pp.simulate(scene, duration=0.0)) is None

@@ -16,7 +16,7 @@ from pendpin.graphics.drawing import Drawing
 from pendpin.graphics.page import DRAWN, contents
 from pendpin.graphics.path import TURN, smooth
 from pendpin.graphics.run_drawing import drawing_of
-from pendpin.sweeps.figure import without_value
+from pendpin.sweeps.figure import describe_empty_cells
 from swinging import swinging
 
 
@@ -105,7 +105,7 @@ def test_a_map_says_what_its_empty_cells_are() -> None:
     scene = pp.Scene(duration=0.5, model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), effects=[pp.effects.Gravity()])
     keys = {"start.positions.theta_1": [0.1, 0.2], "start.positions.phi_1": [0.0, 0.1]}
     found = pp.sweep(scene, keys, measure=["flip_time"])
-    assert without_value("flip_time", found) == "did not turn over in 0.5 s"
+    assert describe_empty_cells("flip_time", found) == "did not turn over in 0.5 s"
 
 
 def test_a_quantity_that_one_run_lacks_is_left_out() -> None:

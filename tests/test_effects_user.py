@@ -8,7 +8,7 @@ import pytest
 
 import pendpin as pp
 from effect_cases import MODELS, on_both, states
-from pendpin.crosschecks.crosscheck import along
+from pendpin.crosschecks.crosscheck import crosscheck_run
 from pendpin.dynamics.binding import bodies_of
 from pendpin.engines import Revolute, Spherical
 from pendpin.graphics.run_drawing import drawing_of
@@ -92,7 +92,7 @@ def test_a_saved_run_is_drawn_without_the_class(example: dict[str, Any], tmp_pat
     run = pp.Trajectory.load(example["run"].save(tmp_path / "run.npz"))
     assert run.scene["effects"][1] == {"kind": "magnet", "link": "rod", "at": [0.1, 0.1, -1.1], "strength": 0.2}
     assert len(drawing_of(run).t) == 301
-    assert along(run) is None
+    assert crosscheck_run(run) is None
     with pytest.raises(pp.InputError, match=r"effects\[1\]\.kind: 'magnet' is not one of: gravity, viscous"):
         pp.Scene(**run.scene)
 
@@ -104,7 +104,7 @@ def test_a_run_whose_file_of_positions_is_gone_is_drawn(tmp_path: Path) -> None:
     run = pp.simulate(pp.Scene(duration=0.5, model=MODELS["one rod"], effects=(support,)))
     (tmp_path / "track.csv").unlink()
     assert len(drawing_of(run).t) == 31
-    assert along(run) is None
+    assert crosscheck_run(run) is None
 
 
 def test_parameters_of_ones_own_are_checked(example: dict[str, Any]) -> None:

@@ -1,14 +1,11 @@
 """The fuzzing of readers without the fuzzer: what it starts from is sound, and it sees what it is there to see."""
 
-import os
-import warnings
-from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
 import pytest
 
-from fuzz_targets import Finding, Reader, reader, verdict
+from fuzz_targets import reader, verdict
 from mutations import mutate_text, mutate_zip
 
 READERS = ("scene", "urdf", "npz", "csv")
@@ -29,18 +26,3 @@ def test_seeds_are_taken_and_what_is_made_of_them_is_taken_or_refused(name: str,
             seed = mutate_text(seed, target.words, random)
         found.append(verdict(target, tmp_path, seed))
     assert {"taken", "refused"} == set(found)
-
-
-@pytest.mark.parametrize(
-    ("fault", "seen"),
-    [
-        (lambda path: os.write(2, b"a word from C"), Finding),
-        (lambda path: warnings.warn("a warning", RuntimeWarning, stacklevel=1), RuntimeWarning),
-        (lambda path: 1 / 0, ZeroDivisionError),
-    ],
-    ids=["stderr", "warning", "exception"],
-)
-def test_what_is_a_finding(fault: Callable[[Path], object], seen: type[BaseException], tmp_path: Path) -> None:
-    """Whatever a reader does but take or refuse goes through."""
-    with pytest.raises(seen):
-        verdict(Reader("file", [], [], fault), tmp_path, b"")

@@ -16,7 +16,7 @@ from pendpin.fitting.parameters import free_parameters
 from pendpin.model.build import build
 from pendpin.simulation.batches import Motions
 from pendpin.simulation.simulate import run_to_setting
-from pendpin.sweeps.measures import MEASURES, STATISTICS, measure, measured
+from pendpin.sweeps.measures import MEASURES, STATISTICS, evaluate_measure, measure
 
 DOCS = Path(__file__).parents[1] / "docs"
 BRANCHES = [get_args(branch)[0] for branch in get_args(get_args(fx.AnyEffect)[0])]  # the last is any instance
@@ -93,7 +93,7 @@ def test_a_measure_is_the_same_of_a_run_and_of_a_batch(name: str, spread: str, r
     if spread and MEASURES.get(name, measure("swing")).two:
         return
     of_name, model = measure(name + spread), pp.bind(pp.Scene(**runs[0].scene)).model
-    flips = [measured(MEASURES["flip_time"], run, run) for run in runs]
+    flips = [evaluate_measure(MEASURES["flip_time"], run, run) for run in runs]
     batch = [
         Motions([model], run.t, run.q[None], run.v[None], np.array([flip]), np.zeros(1))
         for run, flip in zip(runs, flips, strict=True)
@@ -105,6 +105,6 @@ def test_a_measure_is_the_same_of_a_run_and_of_a_batch(name: str, spread: str, r
     else:
         return  # a batch computes whole runs for it
     if spread and MEASURES.get(name, of_name).spread:
-        assert 0 < values[0] <= measured(of_name, *runs) < 1e-7
+        assert 0 < values[0] <= evaluate_measure(of_name, *runs) < 1e-7
         return
-    np.testing.assert_allclose(values, [measured(of_name, *runs)], rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(values, [evaluate_measure(of_name, *runs)], rtol=1e-12, atol=1e-14)

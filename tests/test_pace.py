@@ -16,7 +16,7 @@ import scenes
 from laws import law
 from pendpin.dynamics.timing import LAWS as LAWS_OF
 from pendpin.effects import Effect, Gravity, Idle, JointEffect, Motor, Support, Torque
-from pendpin.effects.pace import STEADY, Pace, intervals_for, measured, together
+from pendpin.effects.pace import STEADY, Pace, intervals_for, join_paces, measure_pace
 
 METHODS = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.02),))
@@ -154,7 +154,7 @@ def test_small_fast_changes_are_found_among_large_slow_ones(at, width, size, slo
     assume((16 * slow * width) ** 5 / 3e4 < 0.03 * size)
     t = np.linspace(0.0, 10.0, intervals_for(4_000) + 1)
     signal = np.sin(slow * t) + size * np.exp(-(((t - at) / width) ** 2))
-    pace = measured(t, signal[:, None], 1e-9)
+    pace = measure_pace(t, signal[:, None], 1e-9)
     near = at + np.array([-1.0, 0.0, 1.0]) * width
     assert (pace.at(near) < 8 * width).all()
     assert len(pace.corners) < 40
@@ -375,7 +375,9 @@ def test_a_record_tells_one_function_from_another() -> None:
 
 def test_paces_join() -> None:
     """The corners of all, and the shortest time of each piece."""
-    pace = together([Pace(np.array([2.0]), np.array([1.0, np.inf])), Pace(np.array([1.0, 2.0]), np.array([9, 0.5, 9]))])
+    pace = join_paces(
+        [Pace(np.array([2.0]), np.array([1.0, np.inf])), Pace(np.array([1.0, 2.0]), np.array([9, 0.5, 9]))]
+    )
     assert pace.corners.tolist() == [1.0, 2.0]
     assert pace.shortest.tolist() == [1.0, 0.5, 9.0]
 

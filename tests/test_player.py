@@ -1,6 +1,5 @@
 """The player of a run: every control does what it says, in a headless Chromium; and what is drawn, by its laws."""
 
-import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -9,8 +8,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from browser import Browser, Page, chromium
-from laws import sooner_or_later
+from browser import Browser, Page
 from pendpin.graphics.drawing import Curve, Plot, Quantity
 from pendpin.graphics.page import write_page
 from pendpin.graphics.run_drawing import drawing_of
@@ -313,34 +311,6 @@ def test_the_address_asks_for_a_view_a_speed_and_arrows(page: Page) -> None:
     page.wait_for("t == 0.5 && view == 'side' && speed == 10 && arrows.group.visible")
     page.evaluate("location.hash = '#t=1&view=corner&speed=1&reactions=off&nonsense=1&view=none'")
     page.wait_for("t == 1 && view == 'corner' && speed == 1 && !arrows.group.visible")
-
-
-def test_a_failing_test_leaves_no_browser_behind() -> None:
-    profiles = []
-
-    def fail() -> None:
-        with chromium() as browser:
-            profiles.append(browser.profile)
-            assert processes_with(browser.profile)
-            raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        fail()
-    [profile] = profiles
-    assert sooner_or_later(lambda: processes_with(profile) == [])  # killed, they take a moment to go
-    assert not os.path.exists(profile)
-
-
-def processes_with(word: str) -> list[str]:
-    """Processes whose command line has this word."""
-    found = []
-    for process in Path("/proc").glob("[0-9]*/cmdline"):
-        try:
-            command = process.read_bytes().decode(errors="replace")
-        except OSError:  # it has just ended
-            continue
-        found += [command] * (word in command)
-    return found
 
 
 # ---- what is drawn -----------------------------------------------------------------------------------------------------

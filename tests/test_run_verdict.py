@@ -7,7 +7,7 @@ import pytest
 
 import pendpin as pp
 from bad_input import run_main
-from pendpin.crosschecks.crosscheck import along
+from pendpin.crosschecks.crosscheck import crosscheck_run
 from pendpin.equations.chain import solution
 
 FAR = """
@@ -68,6 +68,6 @@ def test_size_alone_breaks_nothing(length: float, count: int) -> None:
         effects=(pp.effects.Gravity(),),
         solver=pp.Solver(samples=9),
     )
-    report = along(pp.simulate(scene))
+    report = crosscheck_run(pp.simulate(scene))
     assert report is not None
     assert report.ok, report.fault

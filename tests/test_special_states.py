@@ -14,7 +14,7 @@ import pendpin as pp
 from laws import law
 from pendpin import effects as fx
 from pendpin.arrays import EPS
-from pendpin.crosschecks.crosscheck import along
+from pendpin.crosschecks.crosscheck import crosscheck_run
 from pendpin.errors import Note
 from test_crosschecks import RODS
 
@@ -87,7 +87,7 @@ def walk(scene: pp.Scene, options: dict[str, Any], folder: Path, data: st.DataOb
     assert pp.Trajectory.load(run.save(folder / "run.npz")) == run
     run.to_csv(folder / "run.csv")
     assert np.isfinite(run.energy().drift)
-    report = along(run)
+    report = crosscheck_run(run)
     assert report is None or report.ok, report.fault
 
 

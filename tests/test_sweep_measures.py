@@ -19,7 +19,6 @@ from pendpin.sweeps.measures import (
     flip_time,
     lyapunov,
     measure,
-    measured,
     period,
     settling_time,
     swing,
@@ -141,7 +140,7 @@ def test_the_spread_of_a_flip_is_what_two_runs_differ(sign: int, rate: float, lo
     """Of a rod that turns freely for 1 s: the times at which its angle, give or take the difference, passes half a turn."""
     scene = sprung(0.0, duration=1.0, start=0.0).replace(effects=[], solver=pp.Solver(samples=2))
     runs = [pp.simulate(scene.replace({"start.velocities.theta": sign * x})) for x in (rate, looser)]
-    assert measured(measure("flip_time.spread"), *runs) == pytest.approx(spread, abs=1e-8)
+    assert evaluate_measure(measure("flip_time.spread"), *runs) == pytest.approx(spread, abs=1e-8)
 
 
 DOUBLE = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.02), pp.Rod(length=0.8, mass=0.7, radius=0.02)])
@@ -176,7 +175,7 @@ def test_the_first_steps_of_two_runs_are_the_same() -> None:
     scene = scene.replace({"start.positions.theta": -2.85, "start.velocities.theta": -1.4})
     right = flip_time(pp.simulate(scene, method="taylor", tolerance=1e-15))
     one, looser = (pp.simulate(scene, samples=601, method="dop853", tolerance=x, duration=0.3) for x in (1e-4, 1e-2))
-    assert abs(flip_time(one) - right) <= measured(measure("flip_time.spread"), one, looser) < 1e-3
+    assert abs(flip_time(one) - right) <= evaluate_measure(measure("flip_time.spread"), one, looser) < 1e-3
 
 
 def test_the_period_of_small_swings() -> None:
@@ -244,7 +243,7 @@ def test_statistics_of_a_swing(statistic: str, value: float) -> None:
     scene = sprung(0.0, duration=4.5)
     found = pp.sweep(scene, {"start.positions.theta": [0.7]}, f"theta.{statistic}")[f"theta.{statistic}"].values
     assert found == pytest.approx([value], abs=5e-5)
-    single = measured(measure(f"theta.{statistic}"), pp.simulate(scene), pp.simulate(scene))
+    single = evaluate_measure(measure(f"theta.{statistic}"), pp.simulate(scene), pp.simulate(scene))
     assert single == pytest.approx(found[0], abs=1e-8)
 
 
@@ -252,7 +251,7 @@ def test_the_time_of_the_largest_angle() -> None:
     """Half a period after a start on the other side; it is a time, in s, and the largest angle is none."""
     assert [measure(f"theta.{name}").unit for name in ("argmax", "max", "rms")] == ["s", "", ""]
     scene = sprung(0.0, start=-0.7, duration=2.0)
-    assert measured(measure("theta.argmax"), pp.simulate(scene), pp.simulate(scene)) == pytest.approx(
+    assert evaluate_measure(measure("theta.argmax"), pp.simulate(scene), pp.simulate(scene)) == pytest.approx(
         math.pi / 2, abs=5e-3
     )
 
@@ -268,7 +267,7 @@ def test_the_spread_is_the_distance_to_the_looser_run() -> None:
         math.inf,
     ]
     one, other = (pp.simulate(sprung(0.0, start=start), duration=1.0) for start in (0.7, 0.8))
-    assert measured(measure("theta.max.spread"), one, other) == pytest.approx(0.1, abs=1e-9)
+    assert evaluate_measure(measure("theta.max.spread"), one, other) == pytest.approx(0.1, abs=1e-9)
 
 
 @pytest.mark.parametrize("effects", [(), (fx.Viscous(coefficient=0.3),)], ids=["swings on", "comes to rest"])
@@ -284,6 +283,6 @@ def test_measures_do_not_depend_on_when_a_run_begins(effects: tuple) -> None:
     late = scene.replace(start=pp.Start(time=70.0, positions={"theta": 2.0}, velocities={"theta": 6.0}))
     names = [*(MEASURES.keys() - {"multiplier"}), *(f"theta.{statistic}" for statistic in STATISTICS)]
     both = [[pp.simulate(one, tolerance=tolerance) for tolerance in (1e-10, 1e-6)] for one in (scene, late)]
-    first, second = ({name: measured(measure(name), *runs) for name in names} for runs in both)
+    first, second = ({name: evaluate_measure(measure(name), *runs) for name in names} for runs in both)
     second["theta.argmax"] -= 70.0 * (second["theta.argmax"] >= 70)
     assert second == pytest.approx(first, rel=1e-3, abs=1e-8, nan_ok=True)

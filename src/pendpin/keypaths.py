@@ -47,10 +47,10 @@ def number_at(record: Any, key: str) -> float:
 def places_of(name: str, value: Any, path: KeyPath = ()) -> list[KeyPath]:
     """The key paths in nested tables and lists that end in a name, in their order."""
     items = value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list | tuple) else ()
-    found = []
+    paths = []
     for part, inner in items:
-        found += [(*path, part)] * (part == name) + places_of(name, inner, (*path, part))
-    return found
+        paths += [(*path, part)] * (part == name) + places_of(name, inner, (*path, part))
+    return paths
 
 
 def _unquoted(literal: str) -> str:

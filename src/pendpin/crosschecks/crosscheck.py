@@ -63,7 +63,7 @@ def crosscheck(
     return compare(dynamics, q, v, routes or {}, in_50_digits=max(2, REFERENCE_JOINTS // nv))
 
 
-def along(trajectory: Trajectory) -> CheckReport | None:
+def crosscheck_run(trajectory: Trajectory) -> CheckReport | None:
     """The same comparison at some states of a run; None where no two routes cover its model at any of them."""
     try:
         scene = Scene(**trajectory.scene)
@@ -81,10 +81,10 @@ def along(trajectory: Trajectory) -> CheckReport | None:
     return compare(dynamics, trajectory.q[chosen], trajectory.v[chosen], {}, in_50_digits=0)
 
 
-def verdict_along(trajectory: Trajectory) -> str:
-    """What `along` says, in a few words; "" where nothing covers the run, or its model is gone."""
+def run_verdict(trajectory: Trajectory) -> str:
+    """What `crosscheck_run` says, in a few words; "" where nothing covers the run, or its model is gone."""
     try:
-        report = along(trajectory)
+        report = crosscheck_run(trajectory)
     except InputError:
         return ""
     return report.verdict if report else ""

@@ -12,7 +12,7 @@ from pendpin.arrays import Array
 from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Torque
-from pendpin.effects.pace import Pace, intervals_for, measured, together, without_jumps
+from pendpin.effects.pace import Pace, intervals_for, join_paces, measure_pace, remove_jumps
 from pendpin.errors import InputError
 
 LAWS = {FrameEffect: "acceleration", FieldEffect: "field", JointEffect: "torques", BodyEffect: "wrench"}
@@ -57,7 +57,7 @@ def timing(
             pace = _sampled(dynamics, effects, i, q, v, duration, tolerance or NEGLIGIBLE)
         paces.append(pace)
         fastest.append((name, float(np.min(pace.shortest))))
-    return Timing(together(paces), tuple(fastest), tuple(sampled))
+    return Timing(join_paces(paces), tuple(fastest), tuple(sampled))
 
 
 def _sampled(
@@ -76,8 +76,8 @@ def _sampled(
 
     t = np.linspace(0.0, duration, SAMPLES + 1)
     samples = np.array([values(float(time)) for time in t])
-    places, others = without_jumps(values, t, samples, negligible)
-    return together([measured(t, others, negligible), Pace(places, np.full(len(places) + 1, np.inf))])
+    places, others = remove_jumps(values, t, samples, negligible)
+    return join_paces([measure_pace(t, others, negligible), Pace(places, np.full(len(places) + 1, np.inf))])
 
 
 def action(dynamics: Dynamics, effects: Sequence[Effect], i: int, q: Array, v: Array) -> Callable[[float], Array]:

@@ -57,7 +57,7 @@ class Pace(NamedTuple):
 STEADY = Pace.even(np.inf)  # of an effect to which time makes no difference
 
 
-def together(paces: Sequence[Pace]) -> Pace:
+def join_paces(paces: Sequence[Pace]) -> Pace:
     """The pace of several effects that act at once."""
     if not paces:
         return Pace.even(np.inf)
@@ -67,11 +67,11 @@ def together(paces: Sequence[Pace]) -> Pace:
 
 
 def intervals_for(least: int) -> int:
-    """The number of intervals that `measured` takes: 4 times a power of 2, not below 4 times `least`."""
+    """The number of intervals that `measure_pace` takes: 4 times a power of 2, not below 4 times `least`."""
     return 4 << max(0, int(least - 1).bit_length())
 
 
-def measured(t: Array, values: Array, negligible: float, rounding: float | Array = 0.0) -> Pace:
+def measure_pace(t: Array, values: Array, negligible: float, rounding: float | Array = 0.0) -> Pace:
     """The pace of a signal with values (n, k) at rising times t (n,) in s, n - 1 being of `intervals_for`.
 
     The samples are cut into halves, and halves of these, down to intervals that are resolved: from there on down, their
@@ -90,7 +90,7 @@ def measured(t: Array, values: Array, negligible: float, rounding: float | Array
     return _joined(float(t[0]), *_pieces(t, distances, resolved))
 
 
-def without_jumps(values: Callable[[float], Array], t: Array, samples: Array, negligible: float) -> tuple[Array, Array]:
+def remove_jumps(values: Callable[[float], Array], t: Array, samples: Array, negligible: float) -> tuple[Array, Array]:
     """The times (n,) in s at which a signal jumps, and its samples (m, k) at rising times t (m,) in s less the jumps.
 
     Each time is the first floating-point number after its jump. A jump is a change between two samples that does not

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.effects.pace import Pace, intervals_for, measured
+from pendpin.effects.pace import Pace, intervals_for, measure_pace
 from pendpin.errors import InputError, shown
 from pendpin.files import read_whole, text_of
 from pendpin.records import LARGEST
@@ -67,7 +67,7 @@ class Track:
         size = np.abs(self.spline(rows)).max() + self.length * np.abs(self.spline(rows, 1)).max()
         rounding = ROUNDING * size / gaps
         velocity = self.spline(t, 1)
-        pace = measured(t, velocity - velocity.mean(0), negligible, rounding)
+        pace = measure_pace(t, velocity - velocity.mean(0), negligible, rounding)
         return pace._replace(corners=pace.corners - a + begin)
 
     def position(self, t: Array) -> Array:

@@ -84,8 +84,8 @@ def _film(runs: Sequence[Trajectory]) -> tuple[Any, Callable[[int], None], int]:
 
     def draw(frame: int) -> None:
         row = rows[frame]
-        for ghost, one, found in zip(ghosts, runs[1:], others, strict=True):
-            ghost.set_data(*found[max(0, np.searchsorted(one.t, run.t[row], "right") - 1)].T)
+        for ghost, other, line in zip(ghosts, runs[1:], others, strict=True):
+            ghost.set_data(*line[max(0, np.searchsorted(other.t, run.t[row], "right") - 1)].T)
         rods.set_data(*lines[row].T)
         pivot.set_data(*ends[row, :1, 0].T)
         trail.set_data(*path[: np.searchsorted(times, run.t[row], "right")].T)

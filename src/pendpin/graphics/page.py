@@ -83,12 +83,12 @@ def contents(drawing: Drawing) -> dict[str, Any]:
     drawing = _lasting(drawing)
     if not DRAWN[0] <= drawing.extent <= DRAWN[1]:
         drawing = drawing.scaled(1 / drawing.extent)
-    found = _motion(drawing, drawing.t[0])
+    motion = _motion(drawing, drawing.t[0])
     ghosts = [
         _motion(_lasting(other), drawing.t[0]) | {"solids": solids(other, _bodies(other), color)}
         for other, color in zip(drawing.others, GHOSTS, strict=False)
     ]
-    return found | {
+    return motion | {
         "commands": commands(drawing, _bodies(drawing)),
         "extent": float(drawing.extent),
         "leaves": drawing.leaves,
@@ -145,9 +145,9 @@ def _fractions(vectors: Array | None, keys: NDArray[np.intp], bodies: list[int])
 
 def _moments(drawing: Drawing, keys: NDArray[np.intp], bodies: list[int]) -> dict[str, Any] | None:
     """As `_fractions` of the moments, where they are more than the rounding of the forces."""
-    found, forces = _fractions(drawing.moments, keys, bodies), _fractions(drawing.forces, keys, bodies)
+    moments, forces = _fractions(drawing.moments, keys, bodies), _fractions(drawing.forces, keys, bodies)
     rounding = NOTHING * drawing.extent * forces["largest"] if forces else 0.0
-    return found if found and found["largest"] > rounding else None
+    return moments if moments and moments["largest"] > rounding else None
 
 
 def _curves(drawing: Drawing, zero: float) -> dict[str, Any]:
@@ -203,14 +203,14 @@ def _products(R: Array, squares: Array) -> Array:
 
     S. W. Shepperd, Journal of Guidance and Control 1 (1978), 223.
     """
-    found = np.empty((*R.shape[:-2], 4, 4))
+    products = np.empty((*R.shape[:-2], 4, 4))
     trace = squares[..., 3]
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        found[..., i, i] = 1 + 2 * squares[..., i] - trace
-        found[..., i, j] = found[..., j, i] = R[..., j, i] + R[..., i, j]
-        found[..., i, 3] = found[..., 3, i] = R[..., k, j] - R[..., j, k]
-    found[..., 3, 3] = 1 + trace
-    return found
+        products[..., i, i] = 1 + 2 * squares[..., i] - trace
+        products[..., i, j] = products[..., j, i] = R[..., j, i] + R[..., i, j]
+        products[..., i, 3] = products[..., 3, i] = R[..., k, j] - R[..., j, k]
+    products[..., 3, 3] = 1 + trace
+    return products
 
 
 def _floats(values: Array) -> str:

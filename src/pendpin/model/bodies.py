@@ -73,7 +73,7 @@ def append_body(model: Any, joint: int, inertia: Any) -> None:
     model.inertias[joint] = inertia
 
 
-def with_masses(model: Any, factor: float) -> Any:
+def scale_masses(model: Any, factor: float) -> Any:
     """A copy of a pin.Model with its masses and inertias times a factor."""
     pin = pinocchio()
     copy = pin.Model(model)
@@ -87,7 +87,7 @@ def in_mass_unit(model: Any) -> tuple[Any, float]:
     """A pin.Model with its masses in a unit in which they add up, and that unit in kg."""
     moments = [float(np.abs(body.inertia).max()) for body in model.inertias]
     unit = mass_unit([body.mass for body in model.inertias], moments)
-    return (model if unit == 1.0 else with_masses(model, 1 / unit)), unit
+    return (model if unit == 1.0 else scale_masses(model, 1 / unit)), unit
 
 
 def mass_matrix(model: Any, q: Array) -> Array:

@@ -21,7 +21,7 @@ from pendpin.model.bodies import (
     mass_matrix,
     pinocchio,
     prismatic,
-    with_masses,
+    scale_masses,
 )
 from pendpin.model.from_pin import plain_copy, written_joints
 from pendpin.model.positive_mass import always_positive
@@ -242,7 +242,7 @@ def _loaded(record: str, content: bytes) -> Model:
         loaded = pin.buildModelFromXML(urdf.text)
     except (ValueError, RuntimeError) as error:
         raise InputError(f"{urdf.source}: Pinocchio does not load it: {error}") from None
-    loaded = with_masses(loaded, urdf.unit) if urdf.unit != 1.0 else loaded
+    loaded = scale_masses(loaded, urdf.unit) if urdf.unit != 1.0 else loaded
     loaded.gravity = pin.Motion.Zero()
     joints = tuple(loaded.names)[1:]
     if set(joints) != set(urdf.moving_joints) or loaded.nq != len(joints):

@@ -144,13 +144,13 @@ def marks(model: Model, link_tips: Array, q: Array) -> Array:
     They are the tips. A body whose tip its own joint does not move, as a flywheel on its axis, is compared by a point
     across the axis, as far from its tip as the model is long: so an error in the angle counts as that of a rod.
     """
-    offsets = _across(model)
+    offsets = _mark_offsets(model)
     if not offsets.any():
         return link_tips
     return link_tips + _turned(poses(model, q), offsets)
 
 
-def of_each(points: Callable[[Model, Array], Array], models: Sequence[Model], q: Array) -> Array:
+def evaluate_each(points: Callable[[Model, Array], Array], models: Sequence[Model], q: Array) -> Array:
     """points(model, q (n, nv)) of c motions q (c, n, nv), each of its own model; in one call where they share it."""
     if all(model is models[0] for model in models):
         flat = points(models[0], q.reshape(-1, q.shape[-1]))
@@ -158,7 +158,7 @@ def of_each(points: Callable[[Model, Array], Array], models: Sequence[Model], q:
     return np.array([points(model, rows) for model, rows in zip(models, q, strict=True)])
 
 
-def _across(model: Model) -> Array:
+def _mark_offsets(model: Model) -> Array:
     """From the tips to the marks, (bodies, 3) m, in the link frames."""
     offsets = np.zeros((len(model.bodies), 3))
     if model.chain is not None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from pendpin.errors import InputError, choices, inside, not_one_of, place_of, shown
 from pendpin.files import read_whole
-from pendpin.model.urdf_inertia import check_inertial, in_mass_unit, inertia_findings
+from pendpin.model.urdf_inertia import check_inertial, inertia_findings, use_mass_unit
 from pendpin.model.urdf_locks import freeze_joints, massless_finding, massless_joints
 from pendpin.model.urdf_written import WrittenJoint, written_joints
 from pendpin.model.urdf_xml import Element, misspelt, named, needed, number, numbers, parse, plain, put, triple
@@ -94,7 +94,7 @@ def _checked(model: UrdfModel, robot: Element) -> Urdf:
         _make_plain(joint)
     drawn = {name: longest for name, link in links.items() if (longest := _longest_shape(link))}
     findings = (*misspelt(links), *misspelt(joints), *findings, *inertia_findings(links))
-    unit = in_mass_unit(links)
+    unit = use_mass_unit(links)
     return Urdf(place_of(model.file), plain(links, joints), moving, findings, notes, written, drawn, unit)
 
 

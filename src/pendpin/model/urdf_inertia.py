@@ -52,7 +52,7 @@ def _implausible(inertial: Element) -> str | None:
     return None
 
 
-def in_mass_unit(links: dict[str, Element]) -> float:
+def use_mass_unit(links: dict[str, Element]) -> float:
     """Write masses and inertias in a unit in which Pinocchio adds them up; returns the unit in kg."""
     inertials = [link.find("inertial") for link in links.values()]
     parts = [needed("", inertial, tag) for inertial in inertials if inertial is not None for tag in ("mass", "inertia")]

@@ -29,7 +29,7 @@ def freeze_joints(joints: dict[str, Element], lock: Mapping[str, float], mimic: 
     for name in lock:
         if name not in moving:
             raise InputError(f"model.lock: joint {not_one_of(name, moving)}")
-    mimics = {name: found for name, joint in moving.items() if (found := _mimic_of(name, joint))}
+    mimics = {name: follower for name, joint in moving.items() if (follower := _mimic_of(name, joint))}
     frozen = dict(lock)
     if mimic == "locked":
         frozen = {name: _followed(name, mimics, lock) for name in mimics} | frozen

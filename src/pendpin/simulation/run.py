@@ -10,7 +10,7 @@ from pendpin.arrays import Array
 from pendpin.dynamics.binding.acting import built_in
 from pendpin.dynamics.binding.contacts import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind, reactions
-from pendpin.effects.pace import Pace, together
+from pendpin.effects.pace import Pace, join_paces
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
 from pendpin.integrators import Run, automatic
@@ -69,7 +69,7 @@ def run_scene(
             saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name))
         patience = Patience(scene.duration, deadline, _reserve(scene, dynamics, start, deadline), progress)
         task, pace_of_run = task_of(scene, dynamics, q, v, energy_balance, patience)
-        task = replace(task, pace=together([task.pace, Pace.even(longest)]))
+        task = replace(task, pace=join_paces([task.pace, Pace.even(longest)]))
         compiles = dynamics.engine.compiles or isinstance(task.integrator, Taylor)
         loop = deadline.waits_for(lambda: loop_of(task), compiles)
     except Halted as error:

@@ -144,7 +144,7 @@ def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> Linea
     joints = equations.model.joints
     return LinearModel(
         A,
-        np.concatenate([np.zeros((nv, nv + 3)), inputs_at(scene, q)]),
+        np.concatenate([np.zeros((nv, nv + 3)), input_matrix(scene, q)]),
         (*joints, *(f"{name}_rate" for name in joints)),
         (*(f"torque_{name}" for name in joints), *SUPPORT),
         q,
@@ -154,7 +154,7 @@ def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> Linea
     )
 
 
-def inputs_at(scene: Scene, q: Array) -> Array:
+def input_matrix(scene: Scene, q: Array) -> Array:
     """The accelerations (nv, nv + 3) for a unit torque about each joint, and a unit acceleration of the support, at q."""
     dynamics = Dynamics(build(scene.model), (), form="angles")
     engine, model, nv = dynamics.engine, dynamics.model, len(q)

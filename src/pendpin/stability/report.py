@@ -56,12 +56,12 @@ class Stability:
 
     def rows(self) -> list[dict[str, Any]]:
         """Of each rest: its angles in degrees, whether it is stable, fastest growth in 1/s, slowest swing in rad/s."""
-        found = []
+        rows = []
         for rest in self.rests:
             names, values = rest.states[: len(rest.q)], rest.eigenvalues
             swings, growths = np.abs(np.imag(values)), np.real(values)
             swings = swings[swings > rest.errors]  # what is less is rounding of a real eigenvalue
-            found.append(
+            rows.append(
                 {
                     "degrees": {name: float(np.degrees(x)) for name, x in zip(names, rest.q, strict=True)},
                     "stable": rest.stable,
@@ -69,7 +69,7 @@ class Stability:
                     "slowest": float(swings.min()) if len(swings) else None,
                 }
             )
-        return found
+        return rows
 
 
 def stability(scene: Scene | str | Path, period: float | None = None) -> Stability:
@@ -84,12 +84,12 @@ def stability(scene: Scene | str | Path, period: float | None = None) -> Stabili
     drives = frequencies_of(scene)
     if period is not None or (len(drives) == 1 and None not in drives):
         return Stability(model, (), _nearest_orbit(scene, period), ())
-    found: list[LinearModel] = []
+    rests: list[LinearModel] = []
     for start in _candidates(scene):
-        rest = linearize(scene, at=_without_turns(scene, model, start))
-        if not any(np.abs(_apart(rest.q, other.q)).max() < SAME for other in found):
-            found.append(rest)
-    return Stability(model, tuple(found), None, (*notes, *[NO_PERIOD] * bool(drives)))
+        rest = linearize(scene, at=_unwind(scene, model, start))
+        if not any(np.abs(_angle_differences(rest.q, other.q)).max() < SAME for other in rests):
+            rests.append(rest)
+    return Stability(model, tuple(rests), None, (*notes, *[NO_PERIOD] * bool(drives)))
 
 
 def _nearest_orbit(scene: Scene, period: float | None) -> PeriodicOrbit:
@@ -98,13 +98,13 @@ def _nearest_orbit(scene: Scene, period: float | None) -> PeriodicOrbit:
         return periodic_orbit(scene, period=period)
     except RunError as error:
         q, _ = start_state(build(scene.model), scene.start)
-        for guess in sorted(_hanging_or_upright(scene), key=lambda at: float(np.abs(_apart(q, at)).max())):
+        for guess in sorted(_hanging_or_upright(scene), key=lambda at: float(np.abs(_angle_differences(q, at)).max())):
             with suppress(RunError):
                 return periodic_orbit(scene, [*guess, *np.zeros(len(guess))], period)
         raise error
 
 
-def _without_turns(scene: Scene, model: Model, rest: Start) -> Start:
+def _unwind(scene: Scene, model: Model, rest: Start) -> Start:
     """A rest with angles in (-pi, pi], unless springs tell a turn from none."""
     q, _ = start_state(model, rest)
     if any(isinstance(effect, Spring) for effect in scene.effects):
@@ -137,8 +137,8 @@ def _corrected(equations: Variational, q: Array) -> Array | None:
     still = np.zeros(len(q))
     for _ in range(CORRECTIONS):
         try:
-            found = equations.jacobian(0.0, q, still)
-            step = np.linalg.lstsq(found.of_q, -found.acceleration, rcond=1e-12)[0]
+            slopes = equations.jacobian(0.0, q, still)
+            step = np.linalg.lstsq(slopes.of_q, -slopes.acceleration, rcond=1e-12)[0]
         except (PendpinError, np.linalg.LinAlgError):
             return None
         if not np.isfinite(step).all() or np.abs(step).max() > 1.0:
@@ -146,10 +146,10 @@ def _corrected(equations: Variational, q: Array) -> Array | None:
         q = q + step
         if np.abs(step).max() < 1e-14 * max(1.0, float(np.abs(q).max())):
             break
-    found = equations.jacobian(0.0, q, still)
-    return q if np.abs(found.acceleration).max() <= RESIDUAL * max(1.0, float(np.abs(found.of_q).max())) else None
+    slopes = equations.jacobian(0.0, q, still)
+    return q if np.abs(slopes.acceleration).max() <= RESIDUAL * max(1.0, float(np.abs(slopes.of_q).max())) else None
 
 
-def _apart(q: Array, other: Array) -> Array:
+def _angle_differences(q: Array, other: Array) -> Array:
     """The differences of angles, without whole turns."""
     return (q - other + np.pi) % (2 * np.pi) - np.pi

@@ -24,8 +24,8 @@ from pendpin.simulation.limits import ends_well
 from pendpin.simulation.run import fill_in
 from pendpin.simulation.series import Series
 from pendpin.simulation.simulate import run_to_setting
-from pendpin.sweeps.measures import Measure, accumulated, measured
-from pendpin.sweeps.task import LOOSER, Block, Task, typical, with_numbers
+from pendpin.sweeps.measures import Measure, accumulated, evaluate_measure
+from pendpin.sweeps.task import LOOSER, Block, Task, set_numbers, typical
 from pendpin.trajectory import Trajectory
 from pendpin.versions import installed
 
@@ -43,10 +43,10 @@ def run_block(task: Task, begin: int, end: int) -> Block:
 def run_case(task: Task, row: Array) -> tuple[Array, str]:
     """The measures (measures,) of the case with these numbers (keys,), simulated on its own, and why there are none."""
     try:
-        scene = with_numbers(task.scene, task.plan.keys, row)
+        scene = set_numbers(task.scene, task.plan.keys, row)
         run = run_to_setting(scene)
         looser = run_to_setting(_looser(scene)) if task.two else run
-        return np.array([measured(m, run, looser) for m in task.chosen]), ""
+        return np.array([evaluate_measure(m, run, looser) for m in task.chosen]), ""
     except Interrupted:
         raise
     except PendpinError as error:
@@ -102,7 +102,7 @@ class Vectors:
         cases = {}
         for place, row in enumerate(rows):
             with suppress(PendpinError):  # simulate says why
-                cases[place] = self.series[0].case(with_numbers(self.task.scene, self.task.plan.keys, row))
+                cases[place] = self.series[0].case(set_numbers(self.task.scene, self.task.plan.keys, row))
         return np.array([*cases], int), Cases.joined([*cases.values()]) if cases else None
 
     def _starts(self, rows: Array, joints: tuple[Indices, Indices]) -> tuple[Indices, Cases]:
@@ -141,13 +141,13 @@ class Vectors:
         try:
             whole = [self._whole(rows[place], run, i) for run in runs]
             for k in missing:
-                block.values[place, k] = measured(self.task.chosen[k], whole[0], whole[-1])
+                block.values[place, k] = evaluate_measure(self.task.chosen[k], whole[0], whole[-1])
         except PendpinError as error:
             block.values[place], block.why[place] = np.nan, str(error)
 
     def _whole(self, row: Array, motions: Motions, place: int) -> Trajectory:
         """The trajectory of case `place` of a batch, with forces and energies; its numbers are row (keys,)."""
-        scene = with_numbers(self.scene, self.task.plan.keys, row).by("taylor", self.series[0].tolerance)
+        scene = set_numbers(self.scene, self.task.plan.keys, row).by("taylor", self.series[0].tolerance)
         dynamics = self.series[0].bound(scene)
         dynamics.use_compiled_samples()
         version = installed("heyoka")["heyoka"] or ""
@@ -181,7 +181,7 @@ def _move_start(task: Task, scene: Scene) -> Scene | None:
     """The scene with other numbers, by chance, where the start is varied."""
     keys = [key for key in task.plan.keys if key.startswith("start.")]
     try:
-        return with_numbers(scene, keys, np.random.default_rng(0).uniform(0.1, 1.0, len(keys)))
+        return set_numbers(scene, keys, np.random.default_rng(0).uniform(0.1, 1.0, len(keys)))
     except PendpinError:
         return None
 

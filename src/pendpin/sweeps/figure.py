@@ -127,13 +127,13 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
     for ax in axes.flat[len(panels) :]:
         ax.remove()
     figure.colorbar(mesh, ax=axes, label=label(name, dataset), shrink=0.9)
-    patches = _legend(panels, Patch, without_value(name, dataset))
+    patches = _legend(panels, Patch, describe_empty_cells(name, dataset))
     if patches:
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False, fontsize=9)
     return figure
 
 
-def without_value(name: str, dataset: Any) -> str:
+def describe_empty_cells(name: str, dataset: Any) -> str:
     """What is so of the cells without a value: did not turn over in 10 s."""
     measure = MEASURES.get(name.removesuffix(".spread"))
     text = measure.without if measure else "no value"

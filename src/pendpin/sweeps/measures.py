@@ -14,7 +14,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of, shown
-from pendpin.model.kinematics import of_each, poses, swings, tip_distance, tips
+from pendpin.model.kinematics import evaluate_each, poses, swings, tip_distance, tips
 from pendpin.model.model_of_run import swings_of
 from pendpin.scene import Scene, Start
 from pendpin.simulation.batches import Motions
@@ -91,7 +91,7 @@ def measure(name_or_function: str | Function) -> Measure:
     )
 
 
-def measured(m: Measure, run: Trajectory, looser: Trajectory) -> float:
+def evaluate_measure(m: Measure, run: Trajectory, looser: Trajectory) -> float:
     """The measure of a run, or of a run and a looser one. Raises RunError for a function that fails."""
     try:
         value = m.pair(run, looser) if m.pair else m.function(run) if m.function else math.nan
@@ -260,7 +260,9 @@ def divergence(run: Trajectory, looser: Trajectory) -> float:
 
 def _divergence_of_motions(motions: Motions, looser: Motions) -> Array:
     """`divergence` of each of the c runs, (c,)."""
-    ends = (of_each(lambda model, q: tips(model, poses(model, q)), m.models, m.q[:, -1:]) for m in (motions, looser))
+    ends = (
+        evaluate_each(lambda model, q: tips(model, poses(model, q)), m.models, m.q[:, -1:]) for m in (motions, looser)
+    )
     return _tips_apart(*(tips_at_end[:, 0] for tips_at_end in ends))
 
 
@@ -293,7 +295,7 @@ def multiplier(run: Trajectory) -> float:
 MEASURES = {
     "swing": Measure(
         *("swing", "rad", swing),
-        of_motion=lambda m: of_each(lambda model, q: swings(model, poses(model, q)), m.models, m.q).max(-1),
+        of_motion=lambda m: evaluate_each(lambda model, q: swings(model, poses(model, q)), m.models, m.q).max(-1),
     ),
     "period": Measure("period", "s", period, without="has no period"),
     "energy_drift": Measure("energy_drift", "", energy_drift),

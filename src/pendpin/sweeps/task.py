@@ -114,13 +114,13 @@ def typical(task: Task) -> Scene:
     places, errors = np.unique(np.linspace(0, task.plan.count - 1, TRIED).astype(int))[::-1], list[InputError]()
     for row in task.plan.rows(places):
         try:
-            return with_numbers(task.scene, task.plan.keys, row)
+            return set_numbers(task.scene, task.plan.keys, row)
         except InputError as error:
             errors.append(error)
     raise errors[-1]
 
 
-def with_numbers(scene: Scene, keys: Sequence[str], row: Array) -> Scene:
+def set_numbers(scene: Scene, keys: Sequence[str], row: Array) -> Scene:
     """The scene with these numbers (keys,) at their key paths. Raises InputError for a key that names no number."""
     whole = [int(x) if x.is_integer() and abs(x) < LARGEST_COUNT else x for x in row.tolist()]  # a count takes no float
     try:

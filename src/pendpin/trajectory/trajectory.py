@@ -279,10 +279,10 @@ class Trajectory:
 
         `compare` is another run, or up to three, shown in the page as ghosts, with their distance. Raises InputError.
         """
-        from pendpin.crosschecks.crosscheck import verdict_along
+        from pendpin.crosschecks.crosscheck import run_verdict
         from pendpin.graphics.animation import Animation
 
-        return Animation(self._sampled, compare, verdict_along)
+        return Animation(self._sampled, compare, run_verdict)
 
     def show(self, viewer: Any) -> Any:
         """Play the run in a viewer that is there: a meshcat.Visualizer, or Pinocchio's MeshcatVisualizer."""

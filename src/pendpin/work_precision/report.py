@@ -60,10 +60,10 @@ def row(curves: Sequence[Curve], accuracy: float, least: float) -> CostRow:
         )
     curve, point = best
     first = (point.first_seconds, point.seconds)
-    return CostRow(accuracy, curve.name, curve.kind, point.setting, *first, **_once(met, point), **other)
+    return CostRow(accuracy, curve.name, curve.kind, point.setting, *first, **_cheapest_single_run(met, point), **other)
 
 
-def _once(met: list[tuple[Curve, Point]], best: Point) -> dict[str, Any]:
+def _cheapest_single_run(met: list[tuple[Curve, Point]], best: Point) -> dict[str, Any]:
     """The cheapest first run, if it is much cheaper than that of the best point."""
     curve, point = min(((c, p) for c, p in met if not c.peer), key=lambda pair: pair[1].first_seconds)
     if point.first_seconds * ONCE > best.first_seconds:

@@ -54,10 +54,10 @@ def fit(
         table = data_table(chosen)
     swings, others = read_swings(data, table), read_swings(hold_out, table) if hold_out else None
     with inside(str(scene)), waiting("fitting", hidden=json) as progress:
-        found = fitted(chosen, swings, free, others, hold_out_start or 0.1, robust=robust, progress=progress)
-        if explain_residual and found.follows:
-            found = explained(found, progress)
-    print_fit(found, json)
-    if not found.follows:
+        result = fitted(chosen, swings, free, others, hold_out_start or 0.1, robust=robust, progress=progress)
+        if explain_residual and result.follows:
+            result = explained(result, progress)
+    print_fit(result, json)
+    if not result.follows:
         raise InputError(f"{scene}: its motions do not follow the data" + "; no file is written" * bool(out or plot))
-    print_files([file for file in (out and found.scene.save(out), plot and found.plot(plot)) if file], json)
+    print_files([file for file in (out and result.scene.save(out), plot and result.plot(plot)) if file], json)

@@ -52,7 +52,7 @@ def run(
 
     If a run with a checkpoint was killed or stopped, the same command continues it.
     """
-    from pendpin.crosschecks.crosscheck import along
+    from pendpin.crosschecks.crosscheck import crosscheck_run
     from pendpin.dynamics.dynamics import bind
     from pendpin.dynamics.explanation import explain as explain_run
     from pendpin.simulation.checkpoint import resumable
@@ -73,7 +73,7 @@ def run(
         if explain and not json:
             for line in explain_run(bind(scene), trajectory.stats):
                 print(line)
-        report = along(trajectory)
+        report = crosscheck_run(trajectory)
         print_run(trajectory, report, write_run(trajectory, out, plot, html), json)
     if checkpoint and not isinstance(stopped, Halted):
         checkpoint.resolve().unlink(missing_ok=True)

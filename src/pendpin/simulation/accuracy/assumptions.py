@@ -13,7 +13,7 @@ from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import action, declared_smooth, timing, users_own
 from pendpin.effects import Effect, Torque
-from pendpin.effects.pace import STEP, Pace, intervals_for, measured, without_jumps
+from pendpin.effects.pace import STEP, Pace, intervals_for, measure_pace, remove_jumps
 from pendpin.scene import Scene
 from pendpin.trajectory import Trajectory
 
@@ -86,8 +86,8 @@ def _roughest(dynamics: Dynamics, i: int, run: Trajectory, pace: Pace) -> Rough 
 
     path = float(np.abs(run.v).max()) * float(since[-1])
     t = np.linspace(0.0, since[-1], intervals_for(int(np.clip(path / FINEST, FEWEST, MOST))) + 1)
-    places, others = without_jumps(values, t, np.array([values(float(time)) for time in t]), VISIBLE)
-    rough, group = measured(t, others, VISIBLE), 4 * t[1]
+    places, others = remove_jumps(values, t, np.array([values(float(time)) for time in t]), VISIBLE)
+    rough, group = measure_pace(t, others, VISIBLE), 4 * t[1]
     short = max(group, SHORT * since[-1] / max(run.stats.steps, 1))
     ends, brief = np.append(rough.corners, since[-1]), rough.shortest <= short
     jumps, narrow = (

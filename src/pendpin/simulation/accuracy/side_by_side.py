@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pendpin.arrays import EPS, Mask
-from pendpin.model.kinematics import marks_at, of_each, tip_distance
+from pendpin.model.kinematics import evaluate_each, marks_at, tip_distance
 from pendpin.scene import Scene
 from pendpin.simulation.accuracy.estimate import Gaps, estimate_error
 from pendpin.simulation.accuracy.methods import TAYLOR, refine_by_tolerance
@@ -50,7 +50,7 @@ class Ladder:
     @np.errstate(invalid="ignore")  # a case that cannot be integrated to its end does not meet the target
     def _met(self, cases: Cases, runs: Sequence[Motions], coarsest: float) -> Mask:
         """Whether the error of the last of three runs of each case (c,), with rounding, is within the target."""
-        points = [of_each(marks_at, run.models, run.q) for run in runs]
+        points = [evaluate_each(marks_at, run.models, run.q) for run in runs]
         met = np.zeros(len(cases.q), bool)
         for i, model in enumerate(cases.models):
             coarse, middle, fine = (of_case[i] for of_case in points)
