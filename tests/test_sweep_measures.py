@@ -16,6 +16,7 @@ from pendpin.sweeps.measures import (
     _settled,
     accumulated,
     divergence,
+    evaluate_measure,
     flip_time,
     lyapunov,
     measure,
