@@ -11,18 +11,26 @@ import numpy as np
 
 from pendpin.doctor.checking.check import check
 from pendpin.doctor.checking.circumstances import scaling, when
-from pendpin.doctor.checking.conditions import holds_as_stated, holds_if, loads_at_zero
+from pendpin.doctor.checking.conditions import (
+    SAID_SMALL,
+    holds_as_stated,
+    holds_if,
+    loads_at_zero,
+    may_be_linear,
+    small_angles,
+)
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, relative_error
 from pendpin.doctor.letters import MOST_LOADS, bare, idle, in_use
+from pendpin.doctor.mending.definitions import mends_of_definition
 from pendpin.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, mends_of_unknown, styles_of
 from pendpin.doctor.mending.monomials import Printer
 from pendpin.doctor.patients import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Mismatch, Unread
+from pendpin.doctor.reading.tree import Mismatch, Unread, symbols
 from pendpin.doctor.recognition import UNKNOWN, Reading, read
-from pendpin.doctor.systems.base import System, random_states
+from pendpin.doctor.systems.base import System, linearised, random_states
 from pendpin.errors import brief
 
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
@@ -139,6 +147,7 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
             hopeless = sum(not f.mends and f.verdict in ("fails", "not checked") and bool(f.when) for f in findings)
             found = doctor.second(found, one, tried, hopeless < MOST_HOPELESS, neighbours)
         findings.append(found)
+    findings = [doctor.through_definitions(found, findings) for found in findings]
     return Diagnosis(tuple(findings), reading.system, reading.title, reading.remarks, _shared(findings))
 
 
@@ -200,21 +209,22 @@ class _Doctor:
                 healed = mends(*self._patient(one, equation, tight), False)
                 found = replace(found, verdict="holds if", condition=condition, equation=equation)
                 return replace(found, mends=tuple(healed), remark=one.remark)
-        healed = [mends(*self._patient(one, equation, tight), pairs) for equation, tight, _ in readings]
+        system = self._to_first_order(one) or self.system
+        healed = [mends(*self._patient(one, equation, tight, system), pairs) for equation, tight, _ in readings]
         costs = [some[0].cost + 0.1 * rank if some else FAR + rank for rank, some in enumerate(healed)]
         best = costs.index(min(costs))
         equation, _, error = readings[best]
-        system = self.system
+        linear = "" if system is self.system else "it is compared to the first order in the angles"
         found = replace(
             found,
             verdict="fails",
-            proved=True,
-            error=error,
+            proved=not linear,
+            error=relative_error(equation, random_states(system)) if linear else error,
             when=when(equation, system),
             scaling=scaling(equation, system),
             dimensions=of_equation(equation, system.spec)[1],
             mends=tuple(healed[best]),
-            remark=_joined(one.remark, self._special(equation)),
+            remark=_joined(one.remark, linear, self._special(equation)),
             equation=equation,
         )
         if self.reading.unknown or not (healed[best] or self.reading.chosen or len(neighbours) >= NEIGHBOURS):
@@ -222,6 +232,26 @@ class _Doctor:
                 f"it does not hold for {system.spec.title}, and nothing says that it is meant to: {self.reading.remedy}"
             )
             return replace(found, verdict="not checked", remark=reason, mends=(), proved=False)
+        return found
+
+    def through_definitions(self, found: Finding, findings: list[Finding]) -> Finding:
+        """The finding of a wrong equation, with mends of a definition that it uses where those are likelier.
+
+        A definition with which another equation holds is right.
+        """
+        if not found.when or found.equation is None or self.reading.unknown:
+            return found
+        for name in sorted(found.equation.definitions.keys() & _names(found.equation)):
+            using = [f for f in findings if f.equation and f.kind != "definition" and name in _names(f.equation)]
+            sources = [one for one in self.reading.equations if one.defines == name and len(one.ways[0][0]) == 2]
+            if len(sources) != 1 or not all(f.when for f in using):
+                continue
+            wrong = [f.equation for f in (found, *using) if f.equation]
+            printer = self._patient(sources[0], wrong[0], False)[1]
+            tried = (mends_of_definition(one, sources[0], wrong, self.system, printer) for one in wrong)
+            healed = next(filter(None, tried), [])
+            if healed and (not found.mends or healed[0].cost <= found.mends[0].cost):
+                found = replace(found, verdict="fails", proved=True, mends=tuple(healed), remark="")
         return found
 
     def _unread(self, found: Finding, one: Printed, reason: str) -> Finding:
@@ -280,11 +310,26 @@ class _Doctor:
                 return replace(found, kind=kind, mends=tuple(healed), remark=reason)
         return replace(found, remark=reason)
 
-    def _patient(self, one: Printed, equation: Equation, tight: bool) -> tuple[Patient, Printer]:
+    def _to_first_order(self, one: Printed) -> System | None:
+        """The system for small angles, for an equation that may be meant so: the text says it, or another one holds so."""
+        system, may = self.system, may_be_linear(next(one.readings())[0], self.system)
+        if not (may and system.spec.analytic and (SAID_SMALL.search(one.statement.context) or self._has_linear)):
+            return None
+        return replace(system, spec=linearised(system.spec))
+
+    @cached_property
+    def _has_linear(self) -> bool:
+        """Whether an equation of the text holds for small angles, and not in general."""
+        others = (one for one in self.reading.equations if one.ways and not holding(one, self.system))
+        return any(small_angles(equation, self.system) for one in others for equation, _ in one.readings())
+
+    def _patient(
+        self, one: Printed, equation: Equation, tight: bool, system: System | None = None
+    ) -> tuple[Patient, Printer]:
         """One reading of an equation, and what prints as the equation does, and else as its document."""
         own = styles_of(list(equation.sides), one.text)
         latex = is_latex(one.text) or ("*" not in one.text and any(is_latex(name) for name in self.styles.values()))
-        patient = Patient(equation, one.text, one.index, tight, self.system, one.words, one.alone)
+        patient = Patient(equation, one.text, one.index, tight, system or self.system, one.words, one.alone)
         return patient, Printer(latex, {**self.styles, **own} if latex else own, self.system.spec)
 
     def _special(self, equation: Equation) -> str:
@@ -294,6 +339,11 @@ class _Doctor:
                 if relative_error(equation, random_states(replace(self.system, convention=convention))) < TOLERANCE:
                     return f"it holds if {convention.words}"
         return ""
+
+
+def _names(equation: Equation) -> set[str]:
+    """The names that stand in an equation itself, not in definitions that it uses."""
+    return set().union(*map(symbols, equation.sides))
 
 
 def _agreement(equation: Equation, others: list[Equation]) -> int:

@@ -138,7 +138,7 @@ def read(document: Document, choices: dict[str, Any]) -> Reading:
         if most > NEARLY * _most(best):
             break
     if most < 1:
-        small = [(held(one.equations, one.system, small=True), one) for _, one in counted]
+        small = [(held(one.equations, one.system, small=True), one) for one in (rod, *(one for _, one in counted))]
         most, best = max([(0.5, best), *small], key=lambda pair: pair[0])
     elif not sure and most <= NEARLY * _most(best):
         likely = sorted(((count, other) for count, other in counted if count > most - CLOSE), key=lambda pair: -pair[0])

@@ -21,6 +21,7 @@ from pendpin.doctor.systems.known import SPECIAL
 from pendpin.doctor.systems.planar import AMPLITUDE, conical_rate
 
 PLANE = r"planar|in (?:a|the|one) plane|plane motion"
+SAID_SMALL = re.compile(r"\bsmall|lineari|first order|approx", re.IGNORECASE)
 SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
 FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
@@ -98,7 +99,7 @@ def holds_as_stated(equation: Equation, system: System, context: str) -> str:
                 return words
     stated = (condition for condition in conditions(system) if _says(condition, context, equation, system))
     found = next((c.words for c in stated if _holds_under(equation, system, c)), "")
-    return found or (small_angles(equation, system) if re.search(r"small|linear|first order|approx", context) else "")
+    return found or (small_angles(equation, system) if SAID_SMALL.search(context) else "")
 
 
 def _other_points(equation: Equation, system: System, context: str) -> Iterator[tuple[Equation, str]]:
@@ -223,11 +224,7 @@ def rounded(equation: Equation, system: System) -> bool:
 
 def small_angles(equation: Equation, system: System) -> str:
     """In words, whether an equation without circular functions holds to the first order: its error shrinks."""
-    parts = [part for side in equation.sides for part in walk(side)]
-    parts += [p for name in equation.names & set(equation.definitions) for p in walk(equation.definitions[name])]
-    names = {equation.meaning(part.value) for part in parts if part.kind == "symbol"}
-    angles = {name for angle in system.spec.coordinates for name in (angle, f"dd{angle}")} & names
-    if any(part.kind == "function" and part.value != "sqrt" for part in parts) or not angles:
+    if not may_be_linear(equation, system):
         return ""
     try:
         near, nearer = (random_states(system, scale=size) for size in SMALL)
@@ -238,6 +235,15 @@ def small_angles(equation: Equation, system: System) -> str:
     # what is left is of the second order, by itself and beside the terms
     small = errors[0] < 10 * SMALL[0] and errors[1] < 0.2 * errors[0] and rests[1] < 0.03 * rests[0]
     return "the angles are small, to the first order" if small else ""
+
+
+def may_be_linear(equation: Equation, system: System) -> bool:
+    """Whether an equation on coordinates or accelerations has no circular function, and so may be one for small angles."""
+    parts = [part for side in equation.sides for part in walk(side)]
+    parts += [p for name in equation.names & set(equation.definitions) for p in walk(equation.definitions[name])]
+    names = {equation.meaning(part.value) for part in parts if part.kind == "symbol"}
+    angles = {name for angle in system.spec.coordinates for name in (angle, f"dd{angle}")} & names
+    return bool(angles) and not any(part.kind == "function" and part.value != "sqrt" for part in parts)
 
 
 def loads_at_zero(equation: Equation, system: System, unknown: set[str]) -> str:

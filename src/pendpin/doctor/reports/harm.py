@@ -92,7 +92,9 @@ def harm_of(diagnosis: Diagnosis) -> Harm | None:
 def _dynamic(finding: Finding, diagnosis: Diagnosis) -> list[Equation]:
     """An equation that determines accelerations or reactions; of a Lagrangian its two equations of motion."""
     equation = finding.equation
-    if equation is None or len(equation.sides) != 2:
+    if (
+        equation is None or len(equation.sides) != 2 or not finding.proved
+    ):  # one for small angles is not solved at large ones
         return []
     if equation.names & ENERGIES.keys():
         return _from_lagrangian(equation, diagnosis)
