@@ -16,8 +16,7 @@ from pendpin.graphics.panels import draw_path_from_above, draw_path_from_the_sid
 from pendpin.simulation.simulate import simulate
 
 SHOWN = 10.0  # s, of a longer motion: later swings lie on top of the first
-SAMPLES = 1001
-COLUMNS = 4
+SAMPLES, COLUMNS = 1001, 4  # of each path; of the figure
 
 HEAD = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">

@@ -56,20 +56,21 @@ class StabilityBounds(Published):
     def compute(self, scene: Scene) -> Array:
         """Where the multipliers of the scene's motion leave the unit circle, next to each published value."""
         number_at(scene, self.key)
-        return np.array([self._next_to(scene, value) for value in self.values])
 
-    def _next_to(self, scene: Scene, value: float) -> float:
-        low, high = (1 - WINDOW) * value, (1 + WINDOW) * value
-        before, after = (self._stable(scene, end) for end in (low, high))
-        if before == after:
-            return float("nan")  # no change of stability is near
-        for _ in range(HALVINGS):
-            middle = (low + high) / 2
-            low, high = (middle, high) if self._stable(scene, middle) == before else (low, middle)
-        return (low + high) / 2
+        def is_stable(value: float) -> bool:
+            return periodic_orbit(scene.replace({self.key: value})).stable
 
-    def _stable(self, scene: Scene, value: float) -> bool:
-        return periodic_orbit(scene.replace({self.key: value})).stable
+        def find_change(value: float) -> float:
+            low, high = (1 - WINDOW) * value, (1 + WINDOW) * value
+            before, after = is_stable(low), is_stable(high)
+            if before == after:
+                return float("nan")  # no change of stability is near
+            for _ in range(HALVINGS):
+                middle = (low + high) / 2
+                low, high = (middle, high) if is_stable(middle) == before else (low, middle)
+            return (low + high) / 2
+
+        return np.array([find_change(value) for value in self.values])
 
 
 class Quantity(Published):

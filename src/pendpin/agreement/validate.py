@@ -132,7 +132,13 @@ def _compare_all(
 
 def _compare(name: str, case: Case, method: str, left_out: list[str]) -> Iterator[Comparison]:
     """The comparisons of a case by one method; a failed run is one for each quantity."""
-    run, error = attempt(lambda: _run(case, method))
+
+    def run_case() -> Trajectory:
+        if method == TO_ACCURACY:
+            return simulate(case.scene, times=case.times, accuracy=case.accuracy)
+        return simulate(case.scene.by(method, case.settings.get(method, USUAL[method])), times=case.times)
+
+    run, error = attempt(run_case)
     if isinstance(error, MissingLibrary):
         left_out.append(f"{name} by {method}: {error}")
         return
@@ -154,13 +160,6 @@ def _compare_near(name: str, case: Case, progress: Progress) -> Iterator[Compari
         )
         source, unit = case.source, quantity.unit
         yield Comparison(name, by, difference, quantity.bound, error and str(error), source, quantity.name, unit)
-
-
-def _run(case: Case, method: str) -> Trajectory:
-    if method == TO_ACCURACY:
-        return simulate(case.scene, times=case.times, accuracy=case.accuracy)
-    setting = case.settings.get(method, USUAL[method])
-    return simulate(case.scene.by(method, setting), times=case.times)
 
 
 def _claim(quantity: Quantity, run: Trajectory | None) -> float:

@@ -13,7 +13,7 @@ from pendpin.arrays import Array, applied, cross, dot, transposed
 from pendpin.dynamics.binding import Binding, bodies_of
 from pendpin.dynamics.parameters import Parameters, begin_tape, list_parameters
 from pendpin.dynamics.symbols import external_wrenches, motion_in_links, tree_with_numbers
-from pendpin.effects import Bodies, Effect, Motion
+from pendpin.effects import Bodies, Effect
 from pendpin.engines import Engine, Loads
 from pendpin.engines.machine_code import Block
 from pendpin.engines.spherical import Thin
@@ -100,7 +100,9 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
         wrenches = external and external(t, q, v)
         a, wrench = equations(t, q, v, more, wrenches)
         frames = _poses(tree, q, xp)
-        return np.concatenate([a, wrench.reshape(-1), frames.reshape(-1)]), _kinetic(bodies, links, xp)
+        moving = bodies.mass[:, None] * links.velocities(bodies.com) ** 2
+        kinetic = total(moving + links.spin * applied(bodies.inertia, links.spin), xp) / 2  # J
+        return np.concatenate([a, wrench.reshape(-1), frames.reshape(-1)]), kinetic
 
     return sampled
 
@@ -188,9 +190,3 @@ def _poses(tree: Tree, q: Array, xp: Any) -> Array:
         return (R, r), np.concatenate([R, r[:, None]], 1)
 
     return outward(place, (np.eye(3), np.zeros(3)), tree.parents, xp)[1]
-
-
-def _kinetic(bodies: Bodies, links: Motion, xp: Any) -> Any:
-    """The kinetic energy in J, from the motion in link frames."""
-    moving = bodies.mass[:, None] * links.velocities(bodies.com) ** 2
-    return total(moving + links.spin * applied(bodies.inertia, links.spin), xp) / 2

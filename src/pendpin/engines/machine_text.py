@@ -25,7 +25,7 @@ EVERY = 4096  # calls between two of the progress callback; a power of 2
 # The first cells of a block: the count of calls, the progress callback, how many rods there are, where loops leave numbers
 # for later ones, where the numbers of the rods are, how long states and further results are, how many unit vectors there are
 CALLS, CALLBACK, RODS, SCRATCH, NUMBERS, STATE, MORE, UNITS = range(8)
-HEADER = 8
+HEADER = 8  # how many these are
 QUADRATURES = ("roots", "inverse_roots")
 TABLE = 3  # cells of a table: addresses of its times and its rows, and how many there are
 

@@ -77,7 +77,12 @@ class Revolute(AngleEngine):
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """ABA for accelerations (n, nv), then RNEA for wrenches (n, joints, 6), state by state."""
         a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
-        extra, externals = np.zeros(q.shape) if torque is None else torque, self._externals(t, q, v)
+        extra, externals = np.zeros(q.shape) if torque is None else torque, list[tuple[list, ...]]([()] * len(q))
+        if self.loads.wrench is not None and len(q):  # Pinocchio's last argument for each state, evaluated together
+            motions = [self.motion(y)[:4] for y in np.concatenate([q, v], 1)]
+            motion = Motion(*(np.array(part) for part in zip(*motions, strict=True)))
+            wrenches = turn_into_joint_frames(self._com, motion, *self.loads.wrenches(t, motion))
+            externals = [(forces(rows, self._places, self._pin.njoints),) for rows in wrenches]
         rnea, reactions = pinocchio().rnea, [self._data.f[joint].vector for joint in range(1, self._pin.njoints)]
         for i in range(len(q)):
             a[i] = self.accelerate(t[i], q[i], v[i], extra[i], externals[i])
@@ -86,16 +91,6 @@ class Revolute(AngleEngine):
             rnea(self._pin, self._data, q[i], v[i], a[i], *externals[i])
             wrench[i] = reactions  # they follow the data
         return Sample(a, wrench)
-
-    def _externals(self, t: Array, q: Array, v: Array) -> list[tuple[list, ...]]:
-        """Pinocchio's last argument at t (n,) for each of the states q, v (n, nv), evaluated together."""
-        if self.loads.wrench is None or not len(q):
-            return [()] * len(q)
-        motions = [self.motion(y)[:4] for y in np.concatenate([q, v], 1)]
-        origin, rotation, velocity, spin = (np.array(part) for part in zip(*motions, strict=True))
-        motion = Motion(origin, rotation, velocity, spin)
-        wrenches = turn_into_joint_frames(self._com, motion, *self.loads.wrenches(t, motion))
-        return [(forces(rows, self._places, self._pin.njoints),) for rows in wrenches]
 
     def compliance(self, q: Array, joints: Indices) -> Array:
         """Columns (nv, k) of Pinocchio's inverse mass matrix at q (nv,)."""

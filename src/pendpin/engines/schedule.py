@@ -55,11 +55,6 @@ class Schedule:
             name in {"sin", "cos"} and self.tape.operations[operands[0]][:2] == ("state", 0) and self.tape.by_rod[place]
         )
 
-    def _is_leaf(self, place: int) -> bool:
-        """Whether each loop reads an operation of a rod anew: states, their sines, and what depends on parameters alone."""
-        name = self.tape.operations[place][0]
-        return self.tape.fixed[place] or name in LEAVES or self.is_trigonometric(place)
-
     def _fused(self) -> list[int]:
         """The loop of each pass: the first in its direction in which all that it carries can be computed."""
         loops = [2 if one.inward else 1 for one in self.tape.passes]
@@ -91,7 +86,8 @@ class Schedule:
         for number, place in self._passed_on:
             uses[place].append(self._loops_of_passes[number])
         for place in reversed(self.needed):
-            if place not in earliest or (self._is_leaf(place) and not earliest[place]):
+            is_leaf = self.tape.fixed[place] or self.tape.operations[place][0] in LEAVES or self.is_trigonometric(place)
+            if place not in earliest or (is_leaf and not earliest[place]):  # a leaf is read anew in each loop
                 continue
             loop[place] = earliest[place] or min(uses[place], default=1)
             for x in self.tape.operands[place]:

@@ -115,9 +115,12 @@ class _Tangents:
             return 0.0  # their entries have derivatives
         operands = self.tape.operands[place]
         terms, changes = [_term(self.tape, x) for x in operands], [self._tangents[j].get(x, 0.0) for x in operands]
+        result = Term(self.tape, place)
         if all(map(_is_zero, changes)):
             return 0.0
-        return _apply_chain_rule(self.tape, name, Term(self.tape, place), terms, changes)
+        if len(operands) == 2:
+            return _differentiate_binary(self.tape, name, result, *terms, *changes)
+        return -changes[0] if name == "neg" else _slope(self.tape, name, result, terms[0]) * changes[0]
 
     def _cell(self, j: int, number: int, cell: int) -> int:
         """The cell of a pass for the derivative of another; what it holds is known when all derivatives are."""
@@ -155,16 +158,6 @@ class _Tangents:
         a, b, c = (_term(self.tape, place) for place in (A, B, C))
         sums = self.tape.weighted_inverse_roots(a, b, c, x, rows)
         return sum((sums[3 * i + power] * change for power, change in enumerate(changes)), 0.0)
-
-
-def _apply_chain_rule(tape: Tape, name: str, result: Term, operands: Sequence[Any], changes: Sequence[Any]) -> Any:
-    """The change of an operation's result from those of its operands, terms or numbers."""
-    if name in {"add", "sub", "mul", "div", "pow", "min", "max"}:
-        return _differentiate_binary(tape, name, result, *operands, *changes)
-    (x,), (dx,) = operands, changes
-    if name == "neg":
-        return -dx
-    return _slope(tape, name, result, x) * dx
 
 
 def _differentiate_binary(tape: Tape, name: str, result: Term, a: Any, b: Any, da: Any, db: Any) -> Any:

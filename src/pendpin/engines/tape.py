@@ -378,13 +378,9 @@ def _unsigned(x: Any) -> Any:
 def _weighted_roots(A: Array, B: Array, C: Array, points: Array, weights: Array) -> Array:
     """As `pendpin.arrays.weighted_roots`, with one operation for each of the terms."""
     A, B, C = np.broadcast_arrays(A, B, C)
-    rows = [_sums(*coefficients, points, weights) for coefficients in zip(A.flat, B.flat, C.flat, strict=True)]
+    rows = []
+    for a, b, c in zip(A.flat, B.flat, C.flat, strict=True):  # terms or numbers
+        terms = [x for x in (a, b, c) if isinstance(x, Term)]
+        numbers = weights @ np.sqrt(a + points * (b + points * c)) if not terms else None
+        rows.append(terms[0].tape.weighted_roots(a, b, c, points, weights) if terms else numbers)
     return np.stack(rows, -1).reshape(len(weights), *A.shape)
-
-
-def _sums(A: Any, B: Any, C: Any, points: Array, weights: Array) -> Array:
-    """The sums (k,) for one A, B, C, terms or numbers."""
-    terms = [x for x in (A, B, C) if isinstance(x, Term)]
-    if terms:
-        return terms[0].tape.weighted_roots(A, B, C, points, weights)
-    return weights @ np.sqrt(A + points * (B + points * C))

@@ -21,7 +21,8 @@ Settings = Mapping[str, float]  # tolerance, or step in s
 
 G = 9.81  # m/s²
 THIN = Chain(rods=(Rod(length=1.0, mass=1.0),))
-THICK = Chain(rods=(Rod(length=1.0, mass=1.0, radius=0.05),))
+ROD = Rod(length=1.0, mass=1.0, radius=0.05)
+THICK = Chain(rods=(ROD,))
 REDUCED = 2 / 3  # m, of the uniform thin rod of 1 m
 SWING = float(np.sqrt(G / REDUCED))  # rad/s, its small swings, and the rate at which it leaves the upright
 

@@ -8,7 +8,7 @@ import numpy as np
 from pendpin.arrays import EPS, Array
 from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import solution
-from pendpin.hardcases.base import Case, Solve, case, drift_of, scene, settings
+from pendpin.hardcases.base import ROD, Case, Solve, case, drift_of, scene, settings
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import build
 from pendpin.scene import Chain, Rod, Scene, Solver
@@ -53,8 +53,7 @@ def _unlike(name: str, sizes: Scale, tolerance: float, most_steps: int, growth: 
 
 # --- many rods ------------------------------------------------------------------------------------------------------
 
-LINK = Rod(length=1.0, mass=1.0, radius=0.05)
-HUNDRED = Chain(rods=(LINK,), copies=100)
+HUNDRED = Chain(rods=(ROD,), copies=100)
 
 
 def tumbling(model: Chain, duration: float) -> Scene:
@@ -97,10 +96,10 @@ def _other_joints() -> dict[str, float]:
 def _torque_error(joint: Any, convention: Any) -> float:
     """The largest torque that rnea computes for the accelerations of aba, over the torque that holds the chain."""
     pin = pinocchio()
-    model, parent, (m, h, *principal) = pin.Model(), 0, LINK.properties
+    model, parent, (m, h, *principal) = pin.Model(), 0, ROD.properties
     body = pin.Inertia(m, np.array([0, 0, -h]), np.diag(principal))
     for i in range(HUNDRED.count):
-        place = pin.SE3(np.eye(3), np.array([0.0, 0.0, -LINK.length if i else 0.0]))
+        place = pin.SE3(np.eye(3), np.array([0.0, 0.0, -ROD.length if i else 0.0]))
         parent = model.addJoint(parent, joint, place, str(i))
         model.appendBodyToJoint(parent, body, pin.SE3.Identity())
     data, random, none = pin.Data(model), np.random.default_rng(1), [pin.Force.Zero()] * model.njoints
@@ -141,7 +140,7 @@ CASES = (
         "chain-2000",
         bound=1e-8 * 1000 * 10,
         methods=settings(auto=1e-8),
-        measure=drift_of(partial(tumbling, Chain(rods=(LINK,), copies=2000)), long=0.02, short=0.001),
+        measure=drift_of(partial(tumbling, Chain(rods=(ROD,), copies=2000)), long=0.02, short=0.001),
     ),
     case("whip", bound=1e-10 * 2000 * 100, methods=settings(auto=1e-10, rk45=1e-10), measure=_whip),
 )

@@ -6,12 +6,12 @@ import numpy as np
 
 from pendpin.arrays import EPS, Array
 from pendpin.equations.chain import angles, thin
-from pendpin.hardcases.base import THICK, Solve, case, scene, settings, turned_rates
+from pendpin.hardcases.base import ROD, Solve, case, scene, settings, turned_rates
 from pendpin.scene import Chain, Rod, Scene
 from pendpin.simulation.simulate import simulate
 from pendpin.trajectory import Trajectory
 
-DOUBLE = Chain(rods=(THICK.rods[0],), copies=2)
+DOUBLE = Chain(rods=(ROD,), copies=2)
 WILD = np.array([2.0, 0.5, 1.0, 0.3])
 APART = 1e-8  # rad, of two starts
 FAR = 1e-2  # m: runs this far apart are no longer compared

@@ -8,6 +8,7 @@ from pendpin.arrays import Array
 from pendpin.effects import DryFriction, Motor, Spring, Stop
 from pendpin.equations.base import THETA
 from pendpin.hardcases.base import (
+    ROD,
     THICK,
     G,
     Solve,
@@ -19,7 +20,6 @@ from pendpin.hardcases.base import (
 )
 from pendpin.scene import Chain, Rod
 
-ROD = THICK.rods[0]
 J = inertia_about_joint(ROD)
 
 

@@ -8,6 +8,7 @@ from pendpin.arrays import EPS, Array
 from pendpin.equations.exact import planar
 from pendpin.hardcases.base import (
     REDUCED,
+    ROD,
     SWING,
     THICK,
     THIN,
@@ -74,7 +75,7 @@ def in_space(duration: float) -> Scene:
     return scene(THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=duration, samples=801)
 
 
-TRIPLE = Chain(rods=(THICK.rods[0],), copies=3)
+TRIPLE = Chain(rods=(ROD,), copies=3)
 
 
 def triple(duration: float) -> Scene:

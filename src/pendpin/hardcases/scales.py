@@ -9,6 +9,7 @@ from pendpin.arrays import EPS, Array
 from pendpin.effects import Gravity, Motor
 from pendpin.equations.exact import planar
 from pendpin.hardcases.base import (
+    ROD,
     THICK,
     G,
     Solve,
@@ -20,7 +21,6 @@ from pendpin.hardcases.base import (
 )
 from pendpin.scene import Chain, Rod, Scene
 
-ROD = THICK.rods[0]
 REDUCED = inertia_about_joint(ROD) / (ROD.mass * ROD.properties.h)  # m
 
 

@@ -9,6 +9,7 @@ from pendpin.effects import Gravity, Motor
 from pendpin.equations.exact import planar
 from pendpin.hardcases.base import (
     REDUCED,
+    ROD,
     SWING,
     THICK,
     THIN,
@@ -29,7 +30,6 @@ OFF_POLE = 6.123233995736766e-17  # rad, the double nearest to pi/2 below it
 SPIN = 5.0  # rad/s
 TORQUE = 1e-2  # N m
 UPWARDS = Gravity(direction=(0.0, 0.0, 1.0))  # so that hanging straight, 0 rad, is upright
-ROD = THICK.rods[0]
 J, I3 = inertia_about_joint(ROD), ROD.properties.I3
 FINEST = 1e-14  # the smallest tolerance of the Runge-Kutta methods
 

@@ -7,6 +7,7 @@ import numpy as np
 from pendpin.effects import Spring, Support, Viscous
 from pendpin.hardcases.base import (
     REDUCED,
+    ROD,
     THICK,
     THIN,
     G,
@@ -20,7 +21,6 @@ from pendpin.hardcases.base import (
 from pendpin.scene import Chain, Rod, Scene
 
 STIFF = 1e8  # N m/rad, or N m s/rad
-ROD = THICK.rods[0]
 J = inertia_about_joint(ROD)
 WEIGHT = ROD.mass * ROD.properties.h * G  # N m/rad of a small angle
 FAST = float(np.sqrt(STIFF / J))  # rad/s

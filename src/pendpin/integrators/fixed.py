@@ -13,7 +13,7 @@ from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Memory, Segme
 from pendpin.integrators.grid import StepGrid
 from pendpin.scene import Method
 
-MAX_STEPS = 1e9
+MAX_STEPS = 1e9  # of a run; chosen: whoever asks for more has rather mistaken a unit
 LOOK_EVERY = 1024  # steps between two checks that the numbers are finite
 
 Advance = Callable[[float, float, int], None]  # t, h, steps: advances a state in place by `steps` steps of h

@@ -21,7 +21,7 @@ from pendpin.integrators.grid import StepGrid
 from pendpin.scene import Method
 from pendpin.versions import version
 
-MOST_ITERATIONS = 40
+MOST_ITERATIONS = 40  # chosen, five times PATIENCE: what has not converged by then does not
 STEPS = 2  # whose stages are kept for the extrapolation
 CALLBACK_STEPS = 16  # between two calls of the progress callback: a step takes 0.1 ms, at worst a hundred times that
 PATIENCE = 8  # iterations with the first matrix; then each has its own

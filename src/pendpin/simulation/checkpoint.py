@@ -19,7 +19,7 @@ from pendpin.scene import Scene
 from pendpin.trajectory import Event, event_arrays, read_array, read_events
 from pendpin.versions import VERSION, installed
 
-FORMAT = 3
+FORMAT = 3  # of the file: another one is refused, as its arrays would be misread
 EVERY = 5.0  # s of wall time between two saves, unless another is given
 LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # on which the numbers of a run depend
 REMEDY = "delete it or name another file"

@@ -115,7 +115,7 @@ def varied(
 ) -> Scene:
     """A scene, or that of a file, with other settings and times (n,) in s. Raises InputError where they do not fit."""
     chosen = chosen_scene(scene)
-    rising = None if times is None else _times(times)
+    rising = None if times is None else _to_numbers(times)
     if rising is not None and duration is None:
         duration = max(rising[-1] - chosen.start.time, 0.0)
     fields: dict[str, Any] = {} if duration is None else {"duration": duration}
@@ -125,7 +125,7 @@ def varied(
     return chosen.replace(**fields) if fields else chosen
 
 
-def _times(times: ArrayLike) -> tuple[float, ...]:
+def _to_numbers(times: ArrayLike) -> tuple[float, ...]:
     """Output times as numbers. Raises InputError unless they are (n,) finite numbers, n > 0."""
     try:
         array = np.asarray(times, float)

@@ -14,7 +14,7 @@ from pendpin.files import ArrayFile
 from pendpin.records import LARGEST, fault_text
 from pendpin.trajectory.parts import KINDS, Event, Reactions, Stats
 
-FORMAT = 1
+FORMAT = 1  # of the file of a run: another one is refused
 AS_WRITTEN = ("as_written", "viscous", "dry_friction", "stop")  # an effect, and those that it stands for
 ARRAYS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tips")
 
@@ -35,7 +35,11 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
     reactions = Reactions(*(read_array(file, name, universal) for name in Reactions._fields)) if universal else None
     kinds = [name.removeprefix("work_") for name in file.headers if name.startswith("work_")]
     work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
-    if work and not _are_of_effects(set(work), {str(effect.get("kind")) for effect in scene.get("effects") or ()}):
+    effects = {str(effect.get("kind")) for effect in scene.get("effects") or ()}
+    least, most = effects, effects
+    if AS_WRITTEN[0] in effects:  # it stands for others, as many as its file writes
+        least, most = effects - set(AS_WRITTEN), effects | set(AS_WRITTEN)
+    if work and not least <= set(work) <= most:
         raise ValueError("its works are not those of its scene's effects")
     arrays |= {"events": read_events(file, joints), "held": _read_outputs(file, nv)}
     return arrays | {"joints": joints, "rod_reactions": reactions, "work": work, "stats": stats, "scene": scene}
@@ -50,13 +54,6 @@ def _read_outputs(file: ArrayFile, nv: int) -> tuple[Array, ...]:
     if any(joints > nv for _, joints in shapes):
         raise ValueError(f"held torques of more than {nv} joints")
     return tuple(read_array(file, f"held_{i}", shape) for i, shape in enumerate(shapes))
-
-
-def _are_of_effects(works: set[str], kinds: set[str]) -> bool:
-    """Whether works are those of effects of these kinds; as_written stands for others, as many as its file writes."""
-    if AS_WRITTEN[0] in kinds:
-        return kinds - set(AS_WRITTEN) <= works <= kinds | set(AS_WRITTEN)
-    return works == kinds
 
 
 def event_arrays(events: Sequence[Event]) -> dict[str, NDArray[Any]]:

@@ -11,7 +11,7 @@ from pendpin.files import refuse_other_format, write_csv
 from pendpin.libraries import optional
 from pendpin.trajectory.columns import AXES, UNITS, WRENCH, unit_of
 
-ROWS_AT_ONCE = 4096
+ROWS_AT_ONCE = 4096  # turned into text: bounds the memory that a long run takes
 TABLES = (".csv", ".txt")
 
 

@@ -143,8 +143,10 @@ class _Search:
         if self.may_jump or self._hardly_moves() or self._may_damp():
             return self._decide(np.maximum(error, self._compare_methods()), "another method gives another motion")
         if self._is_unstable() and self.method.steps_follow_the_first:
+            other = self.runs.run(self.last.scene, 2)  # of the same tolerance, which begins with other steps
+            gap = measure_gap(self.last.run, other, self.length, len(self.runs.times))
             reason = f"other steps of {self.method.name} give another motion"
-            return self._decide(np.maximum(error, self._compare_steps()), reason)
+            return self._decide(np.maximum(error, INSTABILITY.other_steps * gap), reason)
         return self._decide(error, "")
 
     def _decide(self, error: Array, reason: str) -> Trajectory | None:
@@ -240,11 +242,6 @@ class _Search:
         rounding = np.full(len(gaps.first), EPS) if self.rounding is None else self.rounding.error
         safety = INSTABILITY.safety if self._is_unstable() else 1.0
         return estimate_error(gaps, compute_extent(self.last.run, self.length), rounding, negligible, safety)
-
-    def _compare_steps(self) -> Array:
-        """The error (n,) of the last run, from its distance to a run of the same tolerance that begins with other steps."""
-        other = self.runs.run(self.last.scene, 2)
-        return INSTABILITY.other_steps * measure_gap(self.last.run, other, self.length, len(self.runs.times))
 
     def _compare_methods(self) -> Array:
         """The error (n,) of the last run from its distance to a run of another method, and from rounding."""
