@@ -80,7 +80,8 @@ class Revolute(AngleEngine):
         extra, externals = np.zeros(q.shape) if torque is None else torque, list[tuple[list, ...]]([()] * len(q))
         if self.loads.wrench is not None and len(q):  # Pinocchio's last argument for each state, evaluated together
             motions = [self.motion(y)[:4] for y in np.concatenate([q, v], 1)]
-            motion = Motion(*(np.array(part) for part in zip(*motions, strict=True)))
+            origin, rotation, velocity, spin = (np.array(part) for part in zip(*motions, strict=True))
+            motion = Motion(origin, rotation, velocity, spin)
             wrenches = turn_into_joint_frames(self._com, motion, *self.loads.wrenches(t, motion))
             externals = [(forces(rows, self._places, self._pin.njoints),) for rows in wrenches]
         rnea, reactions = pinocchio().rnea, [self._data.f[joint].vector for joint in range(1, self._pin.njoints)]

@@ -38,7 +38,8 @@ class FixedStep(Integrator):
 
     def __init__(self, method: Method, setting: float) -> None:
         self.library, self.version = "numpy", np.__version__
-        self.step: float = setting
+        super().__init__(method, setting)
+        self.step = setting
 
     def memory(self, y: Array) -> Memory:
         """Where the steps end, and the state y (size,) at the end of the last."""
@@ -46,7 +47,7 @@ class FixedStep(Integrator):
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) at output times, by steps of one size."""
-        grid = StepGrid.of_plan(plan, float(times[0]), self.step)
+        grid = StepGrid.of_plan(plan, float(times[0]), self.setting)
         states, steps = np.full((len(times), len(y)), np.nan), 0
         memory = None if plan.anew or not grid.inside(float(times[0])) else plan.memory
         whole = np.array(y if memory is None else memory["grid_state"])

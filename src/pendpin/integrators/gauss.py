@@ -78,7 +78,8 @@ class Gauss(Integrator):
     """
 
     def __init__(self, method: Method, setting: float) -> None:
-        self.step: float = setting
+        super().__init__(method, setting)
+        self.step = setting
         self.rule = rule(method.stages)
         self.library, self.version = "pinocchio", version("pin")
 
@@ -100,8 +101,8 @@ class Gauss(Integrator):
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) by collocation; further integrated quantities use the same rule."""
         memory, t = plan.memory or self.memory(y), float(times[0])
-        inside = StepGrid.of_plan(replace(plan, anew=False), t, self.step).inside(t)
-        grid = StepGrid.of_plan(plan, t, self.step)
+        inside = StepGrid.of_plan(replace(plan, anew=False), t, self.setting).inside(t)
+        grid = StepGrid.of_plan(plan, t, self.setting)
         self._state = self._state_at(y) if plan.anew and inside else _State.recalled(memory)
         others = memory["grid_others"] if inside and not plan.anew else y[2 * self._nv :]
         states, steps = [np.array(y)], 0
