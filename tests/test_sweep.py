@@ -203,7 +203,7 @@ def test_a_case_that_cannot_run_is_nan_with_its_reason() -> None:
         ({"start.positions.theta_9": [1.0]}, "swing", "theta_9"),
         ({KEYS[0]: [1.0]}, "swng", "swng"),
         ({KEYS[0]: [1.0]}, "theta_1.maximum", "theta_1.maximum"),
-        ({KEYS[0]: [1.0]}, "theta_9.max", "theta_9.* is no quantity"),
+        ({KEYS[0]: [1.0]}, "theta_9.max", "theta_9.* is not a quantity"),
         ({KEYS[0]: [1.0]}, ["swing", "swing"], "given twice"),
         ({"model.rods[0].mass": [-1.0, -2.0]}, "swing", "below 0"),
         ({KEYS[0]: [math.nan]}, "swing", "finite"),

@@ -66,12 +66,6 @@ def test_drawing_refuses_parts_that_do_not_fit(field: str, value: object) -> Non
         Drawing(**(vars(swinging()) | {field: value}))
 
 
-@pytest.mark.parametrize("parts", [("cone", (1.0,)), ("box", (1.0,)), ("sphere", (1.0, 2.0))])
-def test_shape_refuses_parts_that_do_not_fit(parts: tuple) -> None:
-    with pytest.raises(ValueError, match=r"one of: cylinder|sizes"):
-        Shape(*parts, np.eye(4), 0, 0)
-
-
 # ---- the live view ---------------------------------------------------------------------------------------------------
 
 

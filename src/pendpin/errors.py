@@ -133,11 +133,6 @@ def not_one_of(value: Any, names: Iterable[str]) -> str:
     return f"{shown(value)} is not one of: {_first_of(valid)}{did_you_mean(value, valid)}"
 
 
-def is_no(what: str, value: Any, names: Iterable[str]) -> str:
-    """What a message says of a value that none of many names is: the nearest, or the first of them."""
-    return f"{shown(value)} is no {what}{nearest_or_all(value, tuple(names))}"
-
-
 def nearest_or_all(value: Any, valid: tuple[str, ...]) -> str:
     """What a message adds for an unknown name: the nearest, or the first of those that there are."""
     return did_you_mean(value, valid) or (f"; there are: {_first_of(valid)}" if valid else "")

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from pendpin.stability.modes import Modes
     from pendpin.stability.report import Stability
     from pendpin.trajectory import Trajectory
-    from pendpin.work_precision.curves import Curve
     from pendpin.work_precision.report import CostReport, CostRow
 
 
@@ -163,23 +162,19 @@ def _print_methods(report: "CostReport") -> None:
     errors = [error for error in ACCURACIES if error >= report.error]
     head = ["error:", *(f"{error:.0e}" for error in errors)]
     asked = [f"{report.accuracy:g} by", "steps", "evals"]
-    print_table(head + asked, [_cost_row(curve, errors, report.accuracy) for curve in report.curves])
+    rows = []
+    for curve in report.curves:
+        times = ["" if t is None else time_text(t) for t in map(curve.seconds_at, errors)]
+        point, unit = curve.point_at(report.accuracy), " s" if curve.kind == "step" else ""
+        figures = [f"{point.setting:.0e}{unit}", str(point.steps), str(point.evaluations)] if point else ["", "", ""]
+        rows.append([curve.name, *times, *figures])
+    print_table(head + asked, rows)
     for curve in report.curves:
         if curve.failures and not curve.points:
             print(f"{curve.name} failed: {curve.failures[-1]}")
     compiled = [f"{curve.name} {time_text(curve.compile_seconds)}" for curve in report.curves if curve.compile_seconds]
     if compiled:
         print(f"Compiling, on its own: {', '.join(compiled)}.")
-
-
-def _cost_row(curve: "Curve", errors: list[float], accuracy: float) -> list[str]:
-    from pendpin.work_precision.report import time_text
-
-    times = (curve.seconds_at(error) for error in errors)
-    point = curve.point_at(accuracy)
-    unit = " s" if curve.kind == "step" else ""
-    asked = [f"{point.setting:.0e}{unit}", str(point.steps), str(point.evaluations)] if point else ["", "", ""]
-    return [curve.name, *("" if t is None else time_text(t) for t in times), *asked]
 
 
 def print_fit(fit: "Fit", as_json: bool) -> None:

@@ -7,17 +7,11 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.fitting.uncertainty import autocorrelation
-from pendpin.graphics.figure import write_figure
 
 COLORS = ("#d9622b", "#2b6cb0", "#2f855a", "#6b46c1", "#b7791f", "#4a5568")
 HELD = "#edf2f7"
 MOST_LAGS = 400
 GAP = 5.0  # times the usual time between samples: no curve is drawn across
-
-
-def plot(fit: Any, path: Any = None) -> Any:
-    """As `Fit.plot`."""
-    return draw_fit(fit) if path is None else write_figure(path, lambda: draw_fit(fit))
 
 
 def draw_fit(fit: Any) -> Any:

@@ -127,9 +127,10 @@ class Fit:
 
     def plot(self, path: Any = None) -> Any:
         """A figure of measured and fitted angles, residuals and their autocorrelation; written to `path` if given."""
-        from pendpin.fitting.figure import plot
+        from pendpin.fitting.figure import draw_fit
+        from pendpin.graphics.figure import write_figure
 
-        return plot(self, path)
+        return draw_fit(self) if path is None else write_figure(path, lambda: draw_fit(self))
 
     def as_dict(self) -> dict[str, Any]:
         """The report as plain data, for JSON."""

@@ -11,8 +11,6 @@ Geometry = Literal["cylinder", "sphere", "box", "mesh"]
 
 WORLD = -1  # as `Shape.body`: fixed in W
 
-SIZES: dict[str, int] = {"cylinder": 2, "sphere": 1, "box": 3, "mesh": 3}  # how many numbers `Shape.size` holds
-
 
 @dataclass(frozen=True, eq=False)
 class Shape:
@@ -20,7 +18,7 @@ class Shape:
 
     size, in m: cylinder (radius, length along its z), sphere (radius,), box (x, y, z); for a mesh the three scale
     factors of the file at `path` (.obj, .stl or .dae). placement is the (4, 4) pose of the solid in the body's frame,
-    color is 0xRRGGBB, body an index into `Drawing.poses`, or WORLD. Raises ValueError where these do not fit together.
+    color is 0xRRGGBB, body an index into `Drawing.poses`, or WORLD.
     """
 
     geometry: Geometry
@@ -29,14 +27,6 @@ class Shape:
     color: int
     body: int
     path: str = ""
-
-    def __post_init__(self) -> None:
-        if self.geometry not in SIZES:
-            raise ValueError(f"geometry {self.geometry!r} is not one of: {', '.join(SIZES)}")
-        if len(self.size) != SIZES[self.geometry]:
-            raise ValueError(f"a {self.geometry} has {SIZES[self.geometry]} sizes, not {len(self.size)}")
-        if self.placement.shape != (4, 4):
-            raise ValueError(f"placement has shape {self.placement.shape}, not (4, 4)")
 
 
 class Quantity(NamedTuple):

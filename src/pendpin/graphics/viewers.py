@@ -48,7 +48,10 @@ def _animated(run: Trajectory, viewer: Any) -> Any:
         node = _body(group, shape.body)[f"shape_{place}"]
         node.set_object(*_object(shape))
         node.set_transform(placed(shape))
-    _look(viewer[CAMERA], np.concatenate([drawing.trail, drawing.poses[:, 0, :3, 3]]))
+    farthest = np.linalg.norm(np.concatenate([drawing.trail, drawing.poses[:, 0, :3, 3]]), axis=-1).max()
+    distance = AWAY * (float(farthest) or 1.0)  # of the camera, which looks at the origin and sees all of it
+    for name, value in (("position", [distance * x for x in FROM]), ("near", distance / 100), ("far", 100 * distance)):
+        viewer[CAMERA].set_property(name, value)
     rows = pick(drawing.t, FRAMES_PER_SECOND / 2, KEYS)
     film = animation.Animation(default_framerate=FRAMES_PER_SECOND)
     for row in rows:
@@ -57,14 +60,6 @@ def _animated(run: Trajectory, viewer: Any) -> Any:
                 _body(frame[GROUP], body).set_transform(drawing.poses[row, body])
     viewer.set_animation(film, play=True, repetitions=1)
     return viewer
-
-
-def _look(camera: Any, points: np.ndarray) -> None:
-    """Move the camera, which looks at the origin, so far away that it sees points (n, 3) in m."""
-    distance = AWAY * (float(np.linalg.norm(points, axis=-1).max()) or 1.0)
-    camera.set_property("position", [distance * part for part in FROM])
-    camera.set_property("near", distance / 100)
-    camera.set_property("far", 100 * distance)
 
 
 def _body(group: Any, body: int) -> Any:

@@ -83,6 +83,8 @@ def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
 
     Raises InputError for a body without a mass, which MuJoCo refuses.
     """
+    from scipy.spatial.transform import Rotation
+
     tree, names = tree_of(model.pin), model.joints
     links = _links(tree)
     _refuse_massless(tree, links, names, "MJCF")
@@ -95,7 +97,7 @@ def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
     for link in links:
         body = ElementTree.SubElement(places[link.parent], "body", name=f"moved_by_{names[link.body]}")
         body.set("pos", _numbers(link.r))
-        body.set("quat", _numbers(_quaternion(link.R)))
+        body.set("quat", _numbers(np.roll(Rotation.from_matrix(link.R).as_quat(), 1)))  # w, x, y, z
         _mjcf_inertial(body, tree, link.body)
         for joint in link.joints:
             kind = "hinge" if tree.kinds[joint] == "revolute" else "slide"
@@ -113,13 +115,6 @@ def _mjcf_inertial(body: Element, tree: Tree, i: int) -> None:
         inertial.set("fullinertia", _numbers((I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2])))
     else:
         inertial.set("diaginertia", _numbers(np.diag(I)))
-
-
-def _quaternion(R: Array) -> Array:
-    """The unit quaternion w, x, y, z of a rotation."""
-    from scipy.spatial.transform import Rotation
-
-    return np.roll(Rotation.from_matrix(R).as_quat(), 1)
 
 
 # --- SDF ------------------------------------------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from pendpin.errors import InputError, is_no
+from pendpin.errors import InputError, nearest_or_all, shown
 from pendpin.files import folder_of
 
 
@@ -16,7 +16,7 @@ def example_text(name: str) -> str:
     """An example scene as text, with its comments. Raises InputError."""
     names = example_names()
     if name not in names:
-        raise InputError(is_no("example", name, names))
+        raise InputError(f"{shown(name)} is not an example{nearest_or_all(name, tuple(names))}")
     return (examples_folder() / f"{name}.toml").read_text(encoding="utf-8")
 
 

@@ -5,7 +5,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
-from pendpin.errors import InputError, MissingLibrary, is_no
+from pendpin.errors import InputError, MissingLibrary, nearest_or_all, shown
 
 FOLDER = "share/example-robot-data/robots"
 
@@ -15,7 +15,7 @@ def robot_file(name: str) -> Path:
     files = robot_files()
     short = name.removesuffix(".urdf").removesuffix("_description")
     if name not in files and short not in files:
-        hint = is_no("robot of example-robot-data", name, files)
+        hint = f"{shown(name)} is not a robot of example-robot-data{nearest_or_all(name, tuple(files))}"
         raise InputError(f"model.name: {hint}; `pendpin urdf --list` lists all")
     return files[name if name in files else short]
 

@@ -87,7 +87,9 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
         except PendpinError as error:
             rows.append(EffectRow(name, listed, float("nan"), None, f"not compared: {error}"))
             continue
-        change = _compute_change(run, base, compared)
+        count = min(len(run.t), len(compared.times))
+        here, there = (_marks(compared, each)[:count] for each in (base, run))
+        change = float(tip_distance(here, there, scale(build(compared.model))).max())
         added = None if effect is None or isinstance(effect, ContactEffect) else _compute_added_time(run, base, listed)
         matters = "needed" if listed else "would matter, but is not listed"
         verdict = matters if change > accuracy else "not needed at this accuracy"
@@ -131,13 +133,6 @@ def _list_candidates(scene: Scene) -> Iterator[tuple[str, Effect]]:
 
 def _replace_effects(scene: Scene, *effects: Effect) -> Scene:
     return scene.model_copy(update={"effects": effects})
-
-
-def _compute_change(other: Trajectory, base: Trajectory, scene: Scene) -> float:
-    """The largest distance of the tips of another run from those of the base run, over the chain's length."""
-    count = min(len(other.t), len(scene.times))
-    there, here = (_marks(scene, run)[:count] for run in (other, base))
-    return float(tip_distance(here, there, scale(build(scene.model))).max())
 
 
 def _compute_added_time(other: Trajectory, base: Trajectory, listed: bool) -> float:

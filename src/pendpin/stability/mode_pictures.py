@@ -21,7 +21,6 @@ SHOWN = 6  # shapes in a figure
 SWING = 0.12  # of the extent of the model: how far a shape is drawn from the rest
 MOST_TURN = 0.6  # rad, or m: the largest entry of a shape that is drawn
 PERIODS, FRAMES = 4, 40  # of an animation: periods, and samples of each
-LASTS = 4.0  # s, of a mode that does not swing
 PALE = "#b8c2cf"
 
 

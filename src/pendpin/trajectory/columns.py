@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.errors import InputError, is_no
+from pendpin.errors import InputError, nearest_or_all, shown
 from pendpin.trajectory.parts import Reactions
 
 Place = tuple[str, Any]  # the array of a run, and the index of the column in it
@@ -89,7 +89,7 @@ def place_of(run: Any, name: str) -> Place:
     if single != name and name not in places and single in places:
         name = single
     if name not in places:
-        raise InputError(is_no("quantity of this run", name, places))
+        raise InputError(f"{shown(name)} is not a quantity of this run{nearest_or_all(name, tuple(places))}")
     return places[name]
 
 
