@@ -90,7 +90,8 @@ def _fail_usage(error: Any) -> None:
     if len(sys.argv) < 2:
         sys.exit(2)  # the help has been printed
     command = error.ctx.command_path if error.ctx else "pendpin"
-    said = error.format_message().rstrip(".").replace("Input should be", "it must be")  # as newer typers say it
+    said = error.format_message().replace("Input should be", "it must be")  # as newer typers say it
+    said = said if said.endswith("...") else said.removesuffix(".")
     _fail(f"{said}; see {command} --help", 2)
 
 

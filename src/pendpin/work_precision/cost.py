@@ -30,7 +30,7 @@ from pendpin.work_precision.references import (
     reference,
     refuse_other_equations,
 )
-from pendpin.work_precision.report import ACCURACIES, COMPILED, CostReport, CostRow, row
+from pendpin.work_precision.report import ACCURACIES, UNCOMPILED, CostReport, CostRow, row
 from pendpin.work_precision.series import Climb, Series, Trial, steps, tolerances
 
 OTHERS = ("scipy", "mujoco", "drake")  # those that most often reach an accuracy come first
@@ -54,6 +54,7 @@ class _Bench:
     known: Reference
     model: Model
     first_step: float  # s, of series of steps
+    compiles: bool  # whether methods compile the scene's equations, and can be asked not to
     thorough: bool
 
     def error_of(self, points: Array) -> float:
@@ -83,7 +84,7 @@ def cost(
 
     Args:
         scene: the Scene to be run.
-        methods: names of methods; all if absent.
+        methods: names of methods, run as `simulate` runs them, or such as "dop853 not compiled"; all if absent.
         accuracy: the finest accuracy of interest.
         peers: compare with MuJoCo, Drake and SciPy too.
         thorough: measure all methods at all settings, over the full duration, however long that takes.
@@ -189,7 +190,8 @@ def _bench(scene: Scene, accuracy: float, thorough: bool) -> _Bench:
     if not thorough:
         refuse_other_equations(scene, pilot)
     first_step = scene.duration / max(pilot.stats.steps, len(exact.t) - 1, 1)
-    return _Bench(scene, exact, build(scene.model), first_step, thorough)
+    compiles = scene.solver.engine == "auto" and "compiled" in pilot.stats.engine
+    return _Bench(scene, exact, build(scene.model), first_step, compiles, thorough)
 
 
 def _contest(climb: Climb, bench: _Bench, series: Iterable[Series], error: float, limit: Budget) -> None:
@@ -208,39 +210,38 @@ def _contest(climb: Climb, bench: _Bench, series: Iterable[Series], error: float
 
 
 def _compared() -> tuple[str, ...]:
-    """All methods, those that are most often the cheapest first; then those on compiled equations once more without."""
+    """All methods, as `simulate` runs them, those that are most often the cheapest first; then without compiling."""
     ranked = sorted(METHODS.values(), key=lambda method: method.price_rank)
     compiled = [method.name for method in ranked if method.machine_code and not method.damps]
-    best = [f"{method.name}{COMPILED}" if method.name in compiled else method.name for method in ranked]
-    return (*best, *compiled)
+    return (*(method.name for method in ranked), *(f"{name}{UNCOMPILED}" for name in compiled))
 
 
 def _suited(bench: _Bench) -> Iterator[str]:
     """All methods; unless thorough, without those that take minutes on so many joints before anything can stop them."""
     joints = len(bench.model.joints)
-    for method in _compared():
-        implicit = METHODS[method.removesuffix(COMPILED)].implicit
-        slow = (method == "taylor" and joints > FEW_JOINTS) or (implicit and joints > LARGE)
-        if bench.thorough or not slow:
-            yield method
+    for name in _compared():
+        method = METHODS[name.removesuffix(UNCOMPILED)]
+        slow = (name == "taylor" and joints > FEW_JOINTS) or (method.implicit and joints > LARGE)
+        twice = name != method.name and not bench.compiles
+        if (bench.thorough or not slow) and not twice:
+            yield name
 
 
 def _method(bench: _Bench, method: str) -> Series:
-    name, fixed = method.removesuffix(COMPILED), method.removesuffix(COMPILED) in FIXED_METHODS
+    name = method.removesuffix(UNCOMPILED)
+    fixed = name in FIXED_METHODS
     stride = 4 if name == "taylor" and len(bench.model.joints) > SEVERAL_JOINTS else 1
     settings = steps(bench.first_step) if fixed else tolerances(least_tolerance(name), stride)
     return Series(method, "", "step" if fixed else "tolerance", settings, _run_of(bench, method))
 
 
 def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Trial]:
-    name, scene = method.removesuffix(COMPILED), bench.scene
-    if name != method:
-        scene = scene.with_solver(engine="compiled")
+    name = method.removesuffix(UNCOMPILED)
 
     def run(setting: float, stop: float) -> Trial:
-        begin = time.perf_counter()
+        begin, scene = time.perf_counter(), bench.scene.by(name, setting)
         try:
-            result = run_to_setting(uncompiled(scene.by(name, setting)), progress=halting(stop))
+            result = run_to_setting(scene if name == method else uncompiled(scene), progress=halting(stop))
         except Interrupted:
             raise
         except PendpinError as error:
@@ -251,7 +252,7 @@ def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Trial]:
         return Trial(
             marks(bench.model, result.tips, result.q),
             *(stats.seconds, stats.steps, stats.evaluations),
-            max(stats.compile_seconds, _compiled_in(scene)),
+            max(stats.compile_seconds, _compiled_in(scene)) if "compiled" in stats.engine else 0.0,
             f"{stats.library} {stats.version}",
         )
 
@@ -259,8 +260,8 @@ def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Trial]:
 
 
 def _compiled_in(scene: Scene) -> float:
-    """The s in which this process compiled the scene's equations, in whichever run that was; 0 if they are not compiled."""
-    engine = bind(scene).engine
+    """The s in which this process compiled the scene's equations, in whichever run that was."""
+    engine = bind(scene.with_solver(engine="compiled")).engine
     return engine.equations.compile_seconds if isinstance(engine, Compiled) else 0.0
 
 

@@ -9,7 +9,7 @@ from pendpin.errors import brief
 from pendpin.work_precision.curves import Curve, Point
 
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)  # that every report answers for
-COMPILED = " compiled"  # after the name of a method: on the compiled engine
+UNCOMPILED = " not compiled"  # after the name of a method: called from Python, where `simulate` would compile
 ONCE = 2.0  # times dearer is the first run of what is cheapest in the long run, if another method is named for a single run
 
 

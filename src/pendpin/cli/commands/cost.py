@@ -14,7 +14,9 @@ from pendpin.cli.tables import print_cost, print_cost_row, print_files
 @on_scene
 def cost(
     chosen: SceneInput,
-    methods: Annotated[str | None, typer.Option(help="Methods, separated by commas; all if absent.")] = None,
+    methods: Annotated[
+        str | None, typer.Option(help='Methods, separated by commas: as run takes them, or "dop853 not compiled".')
+    ] = None,
     accuracy: Annotated[
         float, typer.Option(help="Accuracy of interest: tip error divided by the chain's length.")
     ] = 1e-9,
