@@ -8,7 +8,6 @@ import numpy as np
 from pendpin.graphics.figure import new_figure, write_figure
 from pendpin.scene import METHODS
 from pendpin.work_precision.curves import Curve
-from pendpin.work_precision.report import UNCOMPILED
 
 TOOLS = {"pendpin": "#D55E00", "mujoco": "#0072B2", "drake": "#009E73", "scipy": "#7A3E9D"}  # in every figure
 NAMES = {"mujoco": "MuJoCo", "drake": "Drake", "scipy": "SciPy"}
@@ -116,7 +115,7 @@ def _line(ax: Any, curve: Curve, floor: float, index: int) -> None:
     above = [point for point in points if point.error > floor]
     name = curve.name.split()[0]
     color = METHODS[name].color if name in METHODS and not curve.peer else PEERS.get(name, "#4a5568")
-    dash = "--" if curve.peer else "-." if curve.name.endswith(UNCOMPILED) else "-"
+    dash = "--" if curve.peer else "-" if curve.name == name else "-."  # not compiled
     style: dict[str, Any] = {"linestyle": dash, "linewidth": 1.1 if curve.peer else 1.7}
     errors, seconds = [point.error for point in above], [point.seconds for point in above]
     ax.plot(errors, seconds, marker=MARKS[index % len(MARKS)], ms=4.5, color=color, label=curve.name, **style)
