@@ -197,7 +197,7 @@ def test_what_leaves_is_not_followed_by_the_camera() -> None:
     assert np.abs(free["panda_finger_joint1"]).max() > 10 * drawing_of(free).extent
     assert drawing_of(free).extent == np.linalg.norm(free.tips[0], axis=-1).max()
     said = leaving(free)
-    assert said[-1].endswith("m: no stop holds it; --as-written")
+    assert said[-1].endswith(" m, as no stop holds it; with --as-written its limits act")
     assert leaving(held) == ()
 
 

@@ -115,6 +115,6 @@ def test_a_quantity_that_one_run_lacks_is_left_out() -> None:
     rubbed = free.replace(effects=(*free.effects, pp.effects.Viscous(coefficient=0.1)))
     one, other = (pp.simulate(scene, samples=5) for scene in (free, rubbed))
     figure = one.plot("energy_drift", compare=other)
-    assert "not of run 2" in [line.get_label() for line in figure.axes[0].lines]
+    assert "run 2 has none" in [line.get_label() for line in figure.axes[0].lines]
     with pytest.raises(pp.InputError, match="has no potential"):
         other.plot("energy_drift", compare=one)

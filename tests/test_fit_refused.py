@@ -21,7 +21,7 @@ BAD = {
     "t\tsegment\ta1\n0\t1\t0": "separated by tabs",
     "0,1,0\n": "line 1 holds numbers",
     GOOD + GOOD[12:].replace(",1,", ",2,"): "segments 1 and 2 share 12 samples",
-    "t,segment,b\n": "there is no column 'a1' among: t, segment, b; the keys time and columns",
+    "t,segment,b\n": "there is no column 'a1' among: t, segment, b; [data] says which are read, as in columns = ",
     "t,segment,a1,a1\n": "column 'a1' is there twice",
     GOOD + "\n2,1": "line 14 has 2 cells",
     GOOD + "\n2,1,high": "line 14, column a1: 'high' is not a number",

@@ -279,6 +279,27 @@ def test_runs_side_by_side(browser: Browser, run: pp.Trajectory, tmp_path: Path)
         assert seen.requests == [path.as_uri()]
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_page_says_which_run_has_no_such_quantity(browser: Browser, tmp_path: Path, turned: bool) -> None:
+    """The quantity is offered in either order, drawn of the run that has it, and the other run is named."""
+    scene = pp.Scene(
+        model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.02)]),
+        start=pp.Start(positions={"phi": 0.4}),
+        effects=[pp.effects.Gravity()],
+        duration=0.5,
+    )
+    both = [pp.simulate(scene, energy_balance=True), pp.simulate(scene, method="rk45")]
+    one, other = both[::-1] if turned else both
+    path = one.animate(compare=other).save(tmp_path / "both.html")
+    with browser.open(path.as_uri(), size=SIZE) as seen:
+        choose(seen, 0, "work_gravity")
+        words = seen.evaluate("document.querySelector('.values').innerText")
+        assert words.count("work_gravity") == 1
+        assert f"rk45, {both[1].stats.setting}: no work_gravity" in words
+        choose(seen, 0, "phi")
+        assert "no phi" not in seen.evaluate("document.querySelector('.values').innerText")
+
+
 def test_speed_is_chosen_and_meshcats_panel_is_gone(page: Page) -> None:
     page.evaluate("element('speed').value = 5; element('speed').dispatchEvent(new Event('change'))")
     assert page.evaluate("speed") == 5

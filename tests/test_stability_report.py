@@ -36,6 +36,21 @@ def test_a_spring_moves_the_rests() -> None:
     assert math.radians(rows[0]["degrees"]["theta"]) == pytest.approx(angle, abs=1e-9)
 
 
+def test_slides_are_in_metres(tmp_path) -> None:
+    """A trolley on a spring: where it stands is a length, and no angle."""
+    path = tmp_path / "trolley.urdf"
+    path.write_text(
+        '<robot name="t"><link name="base"/><link name="cart"><inertial><mass value="2"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        '<joint name="rail" type="prismatic"><parent link="base"/><child link="cart"/><axis xyz="0 0 -1"/>'
+        '<limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>'
+    )
+    hung = pp.Scene(model=pp.UrdfModel(path), effects=(fx.Gravity(), fx.Spring(stiffness=100.0)))
+    (row,) = stability(hung).rows()
+    assert row["degrees"] == {}
+    assert row["m"]["rail"] == pytest.approx(2 * 9.81 / 100, rel=1e-12)
+
+
 def test_rounding_does_not_swing() -> None:
     """Damping shifts a swing a little, and an overdamped motion has none: the eigenvalues are real but for rounding."""
     rods = pp.Chain(rods=[pp.Rod(length=0.4, mass=0.5, radius=0.015)], copies=4)

@@ -58,7 +58,7 @@ def print_run(trajectory: "Trajectory", report: "CheckReport | None", files: lis
         "energy change": "" if stats.conservative else f"{total[-1] - total[0]:+.6g} J",
         "cross-check": report and report.verdict,
         "note": "; ".join(stats.notes),
-        "leaves": "; ".join(leaving(trajectory)),
+        "slid away": "\n".join(leaving(trajectory)),
     }
     rows |= _answers(trajectory) | {"files": ", ".join(str(file) for file in files)}
     rows |= {f"work of {kind}": f"{work[-1]:+.6g} J" for kind, work in trajectory.work.items()}

@@ -91,7 +91,7 @@ def rates_and_mode(
         mode = contacts.choose(t, q, v, scales, loose)
         small = _too_small(contacts, t, q, v, mode)
         if not small.any():
-            break
+            return v, mode
         if (small & ~resting).any():
             # with the joints that are held or were stopped, and those that rested before: else joints kick each other off
             # their stops, less and less, without end
@@ -99,7 +99,7 @@ def rates_and_mode(
             v = contacts.rest(q, v, resting.nonzero()[0])
         else:  # what others that stopped gave to joints at rest
             v = np.where(small, 0.0, v)
-    return v, mode
+    return v, contacts.choose(t, q, v, scales, loose)
 
 
 def _too_small(contacts: Contacts, t: float, q: Array, v: Array, mode: Mode) -> Mask:

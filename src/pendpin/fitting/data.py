@@ -66,7 +66,7 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
         raise InputError(f"data: {shown(data)} is not the path of a CSV file, nor a table of columns")
     with inside("data"):
         names = list(data.keys())
-        columns = {name: np.asarray(data[_column(names, name)]) for name in _needed_columns(table)}
+        columns = {name: np.asarray(data[_column(names, name, table)]) for name in _needed_columns(table)}
         count = columns[table.time].size
         for name, values in columns.items():
             if values.ndim != 1:
@@ -120,17 +120,18 @@ def _needed_columns(table: Data) -> list[str]:
     return [table.time, *([table.segment] if table.segment else []), *table.columns]
 
 
-def _column(names: list[str], name: str) -> str:
+def _column(names: list[str], name: str, table: Data) -> str:
     if name in names:
         return name
-    hint = did_you_mean(name, names) or "; the keys time and columns of [data] say which are read"
+    written = f"time = {shown(names[0])}" if name == table.time else f"columns = {{ {shown(names[-1])} = [...] }}"
+    hint = did_you_mean(name, names) or f"; [data] says which are read, as in {written}"
     raise InputError(f"there is no column {shown(name)} among: {choices(names[:20])}{hint}")
 
 
 def _read_csv(path: Path, table: Data) -> tuple[dict[str, Array], list[int]]:
     """The columns (N,) that the table wants, numbers, or text for segments; and the line of each sample."""
     names, rows = csv_table(read_whole(path, MOST_BYTES, "measured data"))
-    places = {name: names.index(_column(names, name)) for name in _needed_columns(table)}
+    places = {name: names.index(_column(names, name, table)) for name in _needed_columns(table)}
     columns = {
         name: np.array([_cell(row[place], name, line, table) for line, row in rows]) for name, place in places.items()
     }

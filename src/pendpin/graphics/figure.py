@@ -116,7 +116,7 @@ def new_figure(**options: Any) -> Any:
 def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[Trajectory]) -> None:
     """A panel of the first run, and those of the others on it: each with its dashes, and without names of its own.
 
-    A quantity that one of the others lacks is left out, and the legend says of which run.
+    A quantity that one of the others lacks is left out, and the legend says which run that is.
     """
     if draw_panel is draw_distance:
         return draw_distance(ax, runs)
@@ -135,7 +135,7 @@ def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[Trajectory]) -> None:
         for line in set(ax.lines) - before if i else ():
             line.set(linestyle=DASHES[i % len(DASHES)], label="_another run", linewidth=1.8, alpha=0.75)
         if lacks:
-            ax.plot([], [], " ", label=f"not of run {i + 1}")
+            ax.plot([], [], " ", label=f"run {i + 1} has none")
     return None
 
 

@@ -90,9 +90,8 @@ def leaving(run: Trajectory) -> tuple[str, ...]:
         limited = set()
     travelled = np.abs(run.q - run.q[:1]).max(0)
     left = np.flatnonzero(model.slides & (travelled > FAR * kinematics.scale(model)))
-    remedy = "; --as-written" if any(run.joints[joint] in limited for joint in left) else ""
-    texts = [f"{run.joints[joint]} travels {travelled[joint]:.3g} m" for joint in left]
-    return (*texts[:-1], f"{texts[-1]}: no stop holds it{remedy}") if texts else ()
+    remedy = "; with --as-written its limits act" if any(run.joints[joint] in limited for joint in left) else ""
+    return tuple(f"{run.joints[joint]} slid {travelled[joint]:.3g} m, as no stop holds it{remedy}" for joint in left)
 
 
 def _file_and_effects(run: Trajectory) -> tuple[tuple[WrittenJoint, ...], tuple[Effect, ...]]:

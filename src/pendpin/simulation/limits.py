@@ -110,8 +110,8 @@ class Patience:
         rest = self._duration - self._reached
         if rest * took > LONGEST * gained:
             days = rest * took / gained / LONGEST if gained > 0 else np.inf
-            how_long = f"about {days:.0e} days" if np.isfinite(days) else "for ever"
-            error = Stalled(f"it advanced {gained:.1e} s in the last {took:.0f} s: the rest would take {how_long}")
+            rest_of_it = f"the rest would take about {days:.0e} days" if np.isfinite(days) else "it would never end"
+            error = Stalled(f"it advanced {gained:.1e} s in the last {took:.0f} s: {rest_of_it}")
             error.t = self._before - BACK * self._duration
             self._marked = now  # what is integrated again gets a window of its own
             raise error

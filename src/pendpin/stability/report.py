@@ -24,6 +24,7 @@ MOST_RODS = 4  # of a chain, each tried hanging and upright
 CORRECTIONS = 30  # of Newton's method, from there to a rest
 RESIDUAL = 1e-10  # of the accelerations that a turn by 1 rad causes: what is less is a rest
 SAME = 1e-6  # rad: two rests that differ by less are one
+NEAREST = "this is the periodic motion nearest to the start; a scene may have others, near other starts"
 NO_PERIOD = "the scene is not driven by one frequency: its multipliers need a period in s (--period)"
 
 
@@ -55,15 +56,19 @@ class Stability:
         return "\n".join([*lines, *notes])
 
     def rows(self) -> list[dict[str, Any]]:
-        """Of each rest: its angles in degrees, whether it is stable, fastest growth in 1/s, slowest swing in rad/s."""
+        """Of each rest: its angles in degrees, its slides in m, whether it is stable, fastest growth in 1/s, slowest swing
+        in rad/s.
+        """
         rows = []
         for rest in self.rests:
-            names, values = rest.states[: len(rest.q)], rest.eigenvalues
+            places = list(zip(rest.states[: len(rest.q)], rest.q.tolist(), self.model.slides.tolist(), strict=True))
+            values = rest.eigenvalues
             swings, growths = np.abs(np.imag(values)), np.real(values)
             swings = swings[swings > rest.errors]  # what is less is rounding of a real eigenvalue
             rows.append(
                 {
-                    "degrees": {name: float(np.degrees(x)) for name, x in zip(names, rest.q, strict=True)},
+                    "degrees": {name: float(np.degrees(x)) for name, x, slides in places if not slides},
+                    "m": {name: float(x) for name, x, slides in places if slides},
                     "stable": rest.stable,
                     "growth": 0.0 if rest.stable else float(growths.max()),
                     "slowest": float(swings.min()) if len(swings) else None,
@@ -83,7 +88,7 @@ def stability(scene: Scene | str | Path, period: float | None = None) -> Stabili
     model, notes = build(scene.model), remarks(scene)
     drives = frequencies_of(scene)
     if period is not None or (len(drives) == 1 and None not in drives):
-        return Stability(model, (), _nearest_orbit(scene, period), ())
+        return Stability(model, (), _nearest_orbit(scene, period), (NEAREST,))
     rests: list[LinearModel] = []
     for start in _candidates(scene):
         rest = linearize(scene, at=_unwind(scene, model, start))

@@ -88,7 +88,7 @@ function turningPoints(values, from, to, least) {
 function addPlots(section, runs, plots, shown, start, duration, seek) {
   let [from, to] = [0, duration]; // s after the start: what all plots show
   let t = 0;
-  const names = [...runs[0].quantities.keys()];
+  const names = [...new Set(runs.flatMap(({ quantities }) => [...quantities.keys()]))].filter((name) => name !== "distance");
   const offers = [
     ...plots.map((plot) => ({ ...plot, group: "Together" })),
     ...names.map((name) => ({ title: name, curves: [{ name, label: name, color: DARK, minus: 0 }], group: "One quantity" })),
@@ -108,6 +108,12 @@ function addPlots(section, runs, plots, shown, start, duration, seek) {
         return [{ ...quantity, label: who, minus, color: alone ? RUN_COLORS[run % RUN_COLORS.length] : color, run, dash: DASHES[run % DASHES.length] }];
       }),
     );
+  }
+
+  // Of which runs an offer has nothing, in words.
+  function lackingOf({ title, curves }) {
+    const lacking = runs.filter(({ quantities }) => curves.every(({ name }) => name !== "distance" && !quantities.has(name)));
+    return lacking.map(({ label }) => `${label}: no ${title}`);
   }
 
   function addPlot(first) {
@@ -189,6 +195,7 @@ function addPlots(section, runs, plots, shown, start, duration, seek) {
       own = units.size > 1;
       if (!own && curves[0]?.unit) make("b", values, { textContent: curves[0].unit });
       labels = curves.map(({ color, run }) => markRun(make("span", values), run, color));
+      for (const words of lackingOf(offer)) make("b", values, { textContent: words });
       draw();
     }
 
