@@ -283,7 +283,7 @@ def same_text(first: str, second: str) -> bool:
 def as_before(mended: Equation, text: str, index: int, system: System) -> bool:
     """Whether a mended equation is the right one, off the true motion too."""
     original = read(read_text(text), {}).equations[index]
-    for equation, _ in original.readings():
+    for equation in original.readings():
         try:
             a, b = (standing(one, system)[0] for one in (equation, mended))
         except (Unread, KeyError):

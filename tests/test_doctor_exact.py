@@ -8,7 +8,7 @@ import sympy as sp
 import pendpin as pp
 from pendpin.doctor.checking.dimensions import Disagreement, common, unit
 from pendpin.doctor.checking.exact import Quotient
-from pendpin.doctor.diagnosis import Finding
+from pendpin.doctor.findings import Finding
 
 FORCE = (Fraction(1), Fraction(1), Fraction(-2))
 

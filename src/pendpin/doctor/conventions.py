@@ -7,7 +7,7 @@ from pendpin.doctor.checking.residuals import TOLERANCE
 from pendpin.doctor.patients import Printed, candidates
 from pendpin.doctor.reading.names import CONSTANTS
 from pendpin.doctor.reading.tree import Unread, symbols, walk
-from pendpin.doctor.systems.base import Convention, System
+from pendpin.doctor.systems.base import DIFFERENCES, Convention, System
 from pendpin.doctor.systems.known import SPECS
 from pendpin.doctor.systems.rod import RODS
 from pendpin.errors import InputError, not_one_of
@@ -15,16 +15,6 @@ from pendpin.errors import InputError, not_one_of
 MOST_SAMPLED = 6  # equations that fail, of which a convention that is searched on explains one
 MOST_SEARCHED = 300  # parts of an equation whose convention is searched
 
-CONVENTIONS: dict[str, dict[str, Any]] = {
-    "standard": {},
-    "theta-ccw": {"theta": -1},
-    "phi-reversed": {"phi": -1},
-    "z-up": {"z": "up"},
-    "z-mirrored": {"z": "mirrored"},
-    "swapped": {"swapped": True},
-    "b3-up": {"along": -1},
-    "transposed": {"transposed": True},
-}
 OTHER_WORDS = {"theta-counterclockwise": "theta-ccw", "theta-reversed": "theta-ccw", "phi-cw": "phi-reversed"}
 OTHER_WORDS |= {"phi-clockwise": "phi-reversed", "mirrored": "z-mirrored", "b3-joint": "b3-up"}
 
@@ -35,16 +25,18 @@ def conventions_of(text: str) -> Convention:
     for part in filter(None, (p.strip().lower().replace("=", "-").replace(" ", "-") for p in text.split(","))):
         name = part.replace("counter-clockwise", "counterclockwise")
         name = OTHER_WORDS.get(name, name)
-        if name not in CONVENTIONS:
-            raise InputError(f"convention: {not_one_of(part, tuple(CONVENTIONS))}")
-        changes |= CONVENTIONS[name]
+        if name not in ("standard", *DIFFERENCES):
+            raise InputError(f"convention: {not_one_of(part, ('standard', *DIFFERENCES))}")
+        if name != "standard":
+            field, value, _ = DIFFERENCES[name]
+            changes[field] = value
     return Convention(**changes)
 
 
 def _all_conventions() -> list[Convention]:
     flags = product((1, -1), (1, -1), (False, True), ("down", "up", "mirrored"), (1, -1), (False, True))
     every = [Convention(*flag) for flag in flags]
-    return sorted(every, key=lambda c: len([w for w in c.words.split(", ") if w]) + 0.1 * (c.z == "mirrored"))
+    return sorted(every, key=lambda c: len(c.differences) + 0.1 * (c.z == "mirrored"))
 
 
 def _holds(one: Printed, system: System) -> bool | None:
@@ -54,7 +46,7 @@ def _holds(one: Printed, system: System) -> bool | None:
     if one.defines or len(parts) > MOST_SEARCHED or silent:
         return None
     try:
-        return candidates(one, system)[0][2] < TOLERANCE
+        return candidates(one, system)[0][1] < TOLERANCE
     except Unread:
         return None
 
@@ -107,7 +99,7 @@ def likely_rod(equations: list[Printed]) -> str:
 
 def _rod_of_symbols(equations: list[Printed]) -> str:
     """h, or inertias without a length, call for any rod, r for a uniform one; else it is thin."""
-    readings = [equation for one in equations for equation, _ in list(one.readings())[:1]]
+    readings = [equation for one in equations for equation in list(one.readings())[:1]]
     names = set().union(*(equation.names for equation in readings))
     if _says_uniform(equations) or not ("h" in names or (names & INERTIAS and "l" not in names)):
         return "uniform" if names & {"r", "I3", "J3"} else "thin"
@@ -133,6 +125,4 @@ def _says_uniform(equations: list[Printed]) -> bool:
 
 def single_conventions() -> list[Convention]:
     """The conventions that differ from the usual one in one way."""
-    return [
-        convention for convention in _all_conventions() if len(convention.words.split(", ")) == 1 and convention.words
-    ]
+    return [convention for convention in _all_conventions() if len(convention.differences) == 1]

@@ -21,15 +21,17 @@ from pendpin.doctor.checking.conditions import (
 )
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, relative_error
+from pendpin.doctor.findings import Finding, Findings, Shared
 from pendpin.doctor.letters import MOST_LOADS, bare, idle, in_use
 from pendpin.doctor.mending.definitions import mends_of_definition
-from pendpin.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, mends_of_unknown, styles_of
+from pendpin.doctor.mending.mends import Patient, mends, mends_of_mismatch, mends_of_unknown, styles_of
 from pendpin.doctor.mending.monomials import Printer
 from pendpin.doctor.patients import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Mismatch, Unread, symbols
-from pendpin.doctor.recognition import UNKNOWN, Reading, read
+from pendpin.doctor.recognition import Reading, read
+from pendpin.doctor.reports.text import records, text
 from pendpin.doctor.systems.base import System, linearised, random_states
 from pendpin.errors import brief
 
@@ -37,96 +39,24 @@ MOST_READINGS = 3  # of an equation that fails, whose mends are compared
 FAR = 10.0  # the cost of no mend at all
 MOST_HOPELESS = 10  # equations without a mend, after which two changes are no longer tried
 NEIGHBOURS = 3  # equations that hold in a reading, so that another one in the same reading may be called wrong
-VERDICTS = ("holds", "holds if", "fails", "not checked")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Finding:
-    """What is found about one equation. `verdict` is one of VERDICTS; `condition` says when it holds."""
-
-    number: int
-    latex: str
-    place: str
-    kind: str
-    verdict: str
-    condition: str = ""
-    proved: bool = False
-    error: float = 0.0  # relative to its terms
-    remark: str = ""
-    when: str = ""
-    scaling: str = ""
-    dimensions: str = ""
-    mends: tuple[Mend, ...] = ()
-    equation: Equation | None = None
-    unknown: tuple[str, ...] = ()  # the symbols for want of which it is not checked
+class Diagnosis(Findings):
+    """Findings that are shown as a report."""
 
     def __repr__(self) -> str:
-        return brief(f"Finding: equation {self.number}, {self.place}, {self.kind}: {self.verdict}. {self.latex}")
-
-
-@dataclass(frozen=True, eq=False)
-class Shared:
-    """One mend that heals several equations."""
-
-    old: str
-    new: str
-    numbers: tuple[int, ...]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Diagnosis:
-    """Every equation with its verdict, for the system that they were checked for; `unknown` says that there is none."""
-
-    findings: tuple[Finding, ...]
-    system: System
-    title: str
-    remarks: tuple[str, ...] = ()
-    shared: tuple[Shared, ...] = ()
-
-    @cached_property
-    def harm(self) -> Any:
-        """What the wrong equations do when they are solved; None where they cannot be. Computed when it is asked for."""
-        from pendpin.doctor.reports.harm import harm_of
-
-        return harm_of(self)
-
-    @property
-    def ok(self) -> bool:
-        """Whether some equation, no definition, holds, if only under a condition, and none fails."""
-        verdicts = {finding.verdict for finding in self.findings if finding.kind != "definition"}
-        return bool(verdicts & {"holds", "holds if"}) and "fails" not in verdicts
-
-    @property
-    def system_is_known(self) -> bool:
-        """Whether the equations are about a system that pendpin knows."""
-        return self.title != UNKNOWN
-
-    @property
-    def unchecked(self) -> tuple[Finding, ...]:
-        """The equations that say something which is not checked."""
-        return tuple(found for found in self.findings if found.verdict == "not checked" and found.kind != "condition")
-
-    @property
-    def wrong(self) -> tuple[Finding, ...]:
-        """The equations that fail."""
-        return tuple(finding for finding in self.findings if finding.verdict == "fails")
-
-    def __repr__(self) -> str:
-        found = "; ".join(f"{finding.number} {finding.verdict}" for finding in self.findings)
+        verdicts = "; ".join(f"{finding.number} {finding.verdict}" for finding in self.findings)
         return brief(
-            f"Diagnosis of {len(self.findings)} equations, {len(self.wrong)} wrong: {found}. print() shows all"
+            f"Diagnosis of {len(self.findings)} equations, {len(self.wrong)} wrong: {verdicts}. print() shows all"
         )
 
     def __str__(self) -> str:
         """The report as text."""
-        from pendpin.doctor.reports.text import text
-
         return text(self)
 
     def to_json(self) -> list[dict[str, Any]]:
         """The findings for machines (docs/doctor.md)."""
-        from pendpin.doctor.reports.text import records
-
         return records(self)
 
 
@@ -188,7 +118,7 @@ class _Doctor:
             return replace(found, proved=verdict.proved), []
         if equation.names <= set(self.system.spec.state) and (said := self.reading.says(one)):
             return replace(found, kind="condition", remark=said), []
-        for equation, _ in one.readings():
+        for equation in one.readings():
             if condition := holds_as_stated(equation, self.system, one.statement.context):
                 found = replace(found, verdict="holds if", condition=condition, equation=equation, remark=one.remark)
                 return found, []
@@ -204,16 +134,16 @@ class _Doctor:
     ) -> Finding:
         """The verdict on an equation of which no reading holds: it fails if a small change mends it, or others hold."""
         readings = sorted(readings, key=lambda candidate: -_agreement(candidate[0], neighbours))[:MOST_READINGS]
-        for equation, tight, _ in readings:
+        for equation, _ in readings:
             if condition := holds_if(equation, self.system, neighbours, self.reading.chosen):
-                healed = mends(*self._patient(one, equation, tight), False)
+                healed = mends(self._patient(one, equation), False)
                 found = replace(found, verdict="holds if", condition=condition, equation=equation)
                 return replace(found, mends=tuple(healed), remark=one.remark)
         system = self._to_first_order(one) or self.system
-        healed = [mends(*self._patient(one, equation, tight, system), pairs) for equation, tight, _ in readings]
+        healed = [mends(self._patient(one, equation, system), pairs) for equation, _ in readings]
         costs = [some[0].cost + 0.1 * rank if some else FAR + rank for rank, some in enumerate(healed)]
         best = costs.index(min(costs))
-        equation, _, error = readings[best]
+        equation, error = readings[best]
         linear = "" if system is self.system else "it is compared to the first order in the angles"
         found = replace(
             found,
@@ -243,11 +173,11 @@ class _Doctor:
             return found
         for name in sorted(found.equation.definitions.keys() & _names(found.equation)):
             using = [f for f in findings if f.equation and f.kind != "definition" and name in _names(f.equation)]
-            sources = [one for one in self.reading.equations if one.defines == name and len(one.ways[0][0]) == 2]
+            sources = [one for one in self.reading.equations if one.defines == name and len(one.sides) == 2]
             if len(sources) != 1 or not all(f.when for f in using):
                 continue
             wrong = [f.equation for f in (found, *using) if f.equation]
-            printer = self._patient(sources[0], wrong[0], False)[1]
+            printer = self._patient(sources[0], Equation(sources[0].sides)).printer
             tried = (mends_of_definition(one, sources[0], wrong, self.system, printer) for one in wrong)
             healed = next(filter(None, tried), [])
             if healed and (not found.mends or healed[0].cost <= found.mends[0].cost):
@@ -263,7 +193,7 @@ class _Doctor:
                 found, verdict="holds", kind="definition", remark=f"it says what {one.defines.lstrip('?')} is"
             )
         if len(one.unknown) <= MOST_LOADS and not one.defines:
-            for equation, _ in one.readings():
+            for equation in one.readings():
                 if condition := loads_at_zero(equation, self.system, one.unknown):
                     return replace(found, verdict="holds if", condition=condition, kind="equation of motion")
         return replace(found, remark=reason, unknown=tuple(sorted(one.unknown)))
@@ -280,7 +210,7 @@ class _Doctor:
 
     def _is_idle(self, one: Printed) -> bool:
         """Whether an equation says what a symbol is, and nothing uses it: then nothing tells whether it is right."""
-        return bool(one.defines) and len(one.ways[0][0]) == 2 and bare(one.defines) not in self.in_use
+        return bool(one.defines) and len(one.sides) == 2 and bare(one.defines) not in self.in_use
 
     def _slip(self, found: Finding, one: Printed, reason: str) -> Finding | None:
         """An equation with a symbol that stands nowhere else, in place of one with which it holds; None for any other."""
@@ -291,8 +221,8 @@ class _Doctor:
         letters = {name.lstrip("?").lstrip("d") for other in others for name in other.names}
         if right < NEIGHBOURS or next(iter(one.unknown)).lstrip("?").lstrip("d") in letters:
             return None
-        for equation, tight in list(one.readings())[:1]:
-            if healed := mends_of_unknown(*self._patient(one, equation, tight), one.unknown):
+        for equation in list(one.readings())[:1]:
+            if healed := mends_of_unknown(self._patient(one, equation), one.unknown):
                 kind = kind_of(healed[0].equation, self.system.spec)
                 found = replace(found, verdict="fails", proved=True, error=1.0, when="in every motion", kind=kind)
                 return replace(found, mends=tuple(healed), remark=reason)
@@ -300,11 +230,11 @@ class _Doctor:
 
     def _mismatched(self, found: Finding, one: Printed, reason: str) -> Finding:
         """An equation that mixes numbers and vectors: wrong if a small change makes it hold, else not read."""
-        sides = one.ways[0][0]
+        sides = one.sides
         if self.reading.unknown or (sides[0].kind == "symbol" and len(sides) == 2 and not self.reading.chosen):
             return replace(found, remark=reason)
-        for equation, tight in list(one.readings())[:2]:
-            if healed := mends_of_mismatch(*self._patient(one, equation, tight)):
+        for equation in list(one.readings())[:2]:
+            if healed := mends_of_mismatch(self._patient(one, equation)):
                 found = replace(found, verdict="fails", proved=True, error=1.0, when="in every motion")
                 kind = kind_of(healed[0].equation, self.system.spec)
                 return replace(found, kind=kind, mends=tuple(healed), remark=reason)
@@ -312,7 +242,7 @@ class _Doctor:
 
     def _to_first_order(self, one: Printed) -> System | None:
         """The system for small angles, for an equation that may be meant so: the text says it, or another one holds so."""
-        system, may = self.system, may_be_linear(next(one.readings())[0], self.system)
+        system, may = self.system, may_be_linear(next(one.readings()), self.system)
         if not (may and system.spec.analytic and (SAID_SMALL.search(one.statement.context) or self._has_linear)):
             return None
         return replace(system, spec=linearised(system.spec))
@@ -321,16 +251,14 @@ class _Doctor:
     def _has_linear(self) -> bool:
         """Whether an equation of the text holds for small angles, and not in general."""
         others = (one for one in self.reading.equations if one.ways and not holding(one, self.system))
-        return any(small_angles(equation, self.system) for one in others for equation, _ in one.readings())
+        return any(small_angles(equation, self.system) for one in others for equation in one.readings())
 
-    def _patient(
-        self, one: Printed, equation: Equation, tight: bool, system: System | None = None
-    ) -> tuple[Patient, Printer]:
-        """One reading of an equation, and what prints as the equation does, and else as its document."""
-        own = styles_of(list(equation.sides), one.text)
+    def _patient(self, one: Printed, equation: Equation, system: System | None = None) -> Patient:
+        """One reading of an equation, printed as the equation is, and else as its document."""
+        own = styles_of(one, equation.sides)
         latex = is_latex(one.text) or ("*" not in one.text and any(is_latex(name) for name in self.styles.values()))
-        patient = Patient(equation, one.text, one.index, tight, system or self.system, one.words, one.alone)
-        return patient, Printer(latex, {**self.styles, **own} if latex else own, self.system.spec)
+        printer = Printer(latex, {**self.styles, **own} if latex else own, self.system.spec)
+        return Patient(one, equation, system or self.system, printer)
 
     def _special(self, equation: Equation) -> str:
         """Which convention would make an equation that fails right."""
@@ -359,7 +287,7 @@ def _styles(reading: Reading) -> dict[str, str]:
     """How a document prints its quantities: as where each is seen first."""
     found: dict[str, str] = {}
     for one in reversed([one for one in reading.equations if one.ways and is_latex(one.text)]):
-        found |= styles_of(list(one.ways[0][0]), one.text)
+        found |= styles_of(one, one.sides)
     return found
 
 

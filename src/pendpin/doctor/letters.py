@@ -42,7 +42,7 @@ def held(equations: list[Printed], system: System, small: bool = False) -> float
         if equation is not None:
             total += weight(equation, system.spec)
         elif 0 < len(one.unknown) <= MOST_LOADS and one.ways and not one.defines:
-            total += any(loads_at_zero(e, system, one.unknown) != "" for e, _ in one.readings())
+            total += any(loads_at_zero(e, system, one.unknown) != "" for e in one.readings())
     return total
 
 
@@ -50,7 +50,7 @@ def _to_first_order(one: Printed, system: System) -> Equation | None:
     """The reading of an equation that holds for small angles."""
     if one.defines:
         return None
-    return next((equation for equation, _ in one.readings() if small_angles(equation, system)), None)
+    return next((equation for equation in one.readings() if small_angles(equation, system)), None)
 
 
 def settled(equations: list[Printed], system: System, again: Again) -> list[Printed]:
@@ -110,7 +110,7 @@ def _defined_anew(equations: list[Printed], system: System, words: Vocabulary) -
         (first, *others), _ = one.ways[0]
         assert first.written is not None
         name = (first.written.letter, first.written.index)
-        disagree = all(of_equation(equation, system.spec)[1] for equation, _ in one.readings())
+        disagree = all(of_equation(equation, system.spec)[1] for equation in one.readings())
         if disagree and not first.written.dots and not {*_meanings(name, words)} & {*system.spec.state}:
             found[name] = {(part.written.letter, part.written.index) for part in _symbols(others) if part.written}
     return {name: "" for name, used in found.items() if not used & found.keys()}

@@ -10,7 +10,7 @@ from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import lone, parse
 from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary
 from pendpin.doctor.reading.tokens import tokens
-from pendpin.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
+from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
 from pendpin.doctor.systems.base import Spec, System, random_states
 from pendpin.doctor.systems.known import SPECS
 
@@ -20,7 +20,7 @@ COORDINATES = {"x", "y", "z"}
 
 
 THIN = System(SPECS["thin"])
-Candidate = tuple[Equation, bool, float]  # whether 3g/2l is read as 3g/(2l), and the relative error
+Candidate = tuple[Equation, float]  # and its relative error
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,16 +40,20 @@ class Printed:
     definitions: dict[str, Node] = field(default_factory=dict)
     alone: bool = True  # no other equation stands in its text
 
-    def readings(self) -> Iterator[tuple[Equation, bool]]:
+    def readings(self) -> Iterator[Equation]:
         """Every way to read it, the likeliest first."""
         for sides, tight in self.ways:
-            for equation in Equation(sides, definitions=self.definitions).readings(self.words):
-                yield equation, tight
+            yield from Equation(sides, definitions=self.definitions, tight=tight).readings(self.words)
+
+    @property
+    def sides(self) -> tuple[Node, ...]:
+        """Its sides as it is read first; none where it cannot be read."""
+        return self.ways[0][0] if self.ways else ()
 
     @property
     def names(self) -> set[str]:
         """The symbols in it as it is read first."""
-        return set().union(*(symbols(side) for side in self.ways[0][0])) if self.ways else set()
+        return set().union(*map(symbols, self.sides))
 
     @property
     def unknown(self) -> set[str]:
@@ -70,7 +74,7 @@ def printed(
     found: list[Printed] = []
     for statement in statements:
         found += _of_statement(statement, len(found) + 1, words)
-    used = set().union(*(symbols(side) for one in found for sides, _ in one.ways[:1] for side in sides))
+    used = set().union(*(one.names for one in found))
     usual = {name: meaning for name, meaning in usual.items() if name in used}
     made = [(i, *definition) for i, one in enumerate(found) for definition in _definitions(one, given)]
     entries = []
@@ -127,7 +131,7 @@ def _parsed(text: str, words: Vocabulary) -> tuple[str, str, list[list[Node]]]:
             raise Unread(f"{error.reason} (character {error.place + 1})") from None
         text, remark = mended
         equations = parse(text, words)
-    nodes = sum(1 for sides in equations for side in sides for _ in walk(side))
+    nodes = sum(1 for sides in equations for _ in parts(sides))
     if nodes > MOST_NODES or max(map(len, equations), default=0) > MOST_SIDES:
         raise Unread("too long to be checked: write it as several equations")
     return text, remark, equations
@@ -135,9 +139,7 @@ def _parsed(text: str, words: Vocabulary) -> tuple[str, str, list[list[Node]]]:
 
 def _definitions(one: Printed, given: dict[str, Node]) -> list[tuple[str, Node]]:
     """The symbols without a meaning that stand alone on a side of an equation, and what they are."""
-    if not one.ways:
-        return []
-    sides = list(one.ways[0][0])
+    sides = list(one.sides)
     fresh = [s for s in sides if s.kind == "symbol" and s.value.startswith("?") and s.value not in given]
     others = [side for side in sides if side not in fresh]
     for symbol in fresh:
@@ -207,10 +209,10 @@ def _error_of(text: str) -> float | None:
 
 def holding(one: Printed, system: System) -> Equation | None:
     """The reading of an equation that holds; None where none does, or where it says what a symbol is."""
-    if one.defines and len(one.ways[0][0]) == 2:
+    if one.defines and len(one.sides) == 2:
         return None
     try:
-        equation, _, error = candidates(one, system)[0]
+        equation, error = candidates(one, system)[0]
     except Unread:
         return None
     return equation if error < TOLERANCE else None
@@ -221,18 +223,18 @@ def candidates(one: Printed, system: System) -> list[Candidate]:
     """The reading that holds, or else those that have a meaning, the likeliest first. Raises Unread."""
     found: dict[float, tuple[tuple[bool, float], Candidate]] = {}  # by the error: equal ones come to the same
     reasons: list[Unread] = []
-    for rank, (equation, tight) in enumerate(one.readings()):
+    for rank, equation in enumerate(one.readings()):
         try:
             error = relative_error(equation, random_states(system))
         except Unread as unread:
             reasons.append(unread)
             continue
         if error < TOLERANCE:
-            return [(equation, tight, error)]
+            return [(equation, error)]
         order = (bool(of_equation(equation, system.spec)[1]), float(rank))
-        known = found.get(round(error, 9))
-        if known is None or order < known[0]:
-            found[round(error, 9)] = (order, (equation, tight, error))
+        same = found.get(round(error, 9))
+        if same is None or order < same[0]:
+            found[round(error, 9)] = (order, (equation, error))
     if not found:
         mixed = [reason for reason in reasons if isinstance(reason, Mismatch)]
         raise (mixed or reasons or [Unread("it has no meaning")])[0]
@@ -268,24 +270,27 @@ def kind_of(equation: Equation, spec: Spec) -> str:
             return kind
     if any(name.startswith("C_") for name in names):
         return "direction cosines"
-    if names & {"M3", "Mc", "M1", "M2", "M"} or _is_moment(equation, spec):
+    if _is_moment(equation, spec):
         return "moment balance"
-    if names & {"R1", "R2", "R3", "R"}:
-        return "force balance"
-    if names & {"L", "T", "V", "E"}:
-        return "energy"
-    if names & {"ddtheta", "ddphi", "alpha", "wd1", "wd2", "wd3"}:
-        return "equation of motion"
-    return "relation"
+    return next((kind for kind, members in BALANCES if names & members), "relation")
 
 
 def _is_moment(equation: Equation, spec: Spec) -> bool:
+    if equation.names & {"M3", "Mc", "M1", "M2", "M"}:
+        return True
     found, disagreement = of_equation(equation, spec)
     if disagreement:
         return bool(equation.names & {"I1", "I2", "I3"})
     return found == (1, 2, -2) and bool(equation.names & {"R1", "R2", "R3", "R", "ddtheta", "ddphi", "alpha"})
 
 
+# what an equation is about that is not solved for one quantity, by what stands in it
+BALANCES: tuple[tuple[str, set[str]], ...] = (
+    ("force balance", {"R1", "R2", "R3", "R"}),
+    ("energy", {"L", "T", "V", "E"}),
+    ("equation of motion", {"ddtheta", "ddphi", "alpha", "wd1", "wd2", "wd3"}),
+)
+# and of one that is, by that quantity
 KINDS: tuple[tuple[str, set[str]], ...] = (
     ("unit vectors", UNIT_VECTORS),
     ("angular velocity", {"omega", "w1", "w2", "w3", "wx", "wy", "wz"}),

@@ -100,7 +100,7 @@ def _can_be_chosen(one: Printed, system: System) -> bool:
     lengths = {name for name in system.spec.still if system.spec.dimensions[name] == (0, 1, 0)}
     if not all(names) or ({"m"} in names and lengths.intersection(*names[:1])):
         return True
-    for equation, _ in one.readings():
+    for equation in one.readings():
         rows = np.concatenate([rows for rows, _ in residuals(equation, random_states(system))])
         if rows.min() <= 0 <= rows.max() and not of_equation(equation, system.spec)[1]:
             return True
@@ -167,7 +167,7 @@ def _best_settled(best: Reading, others: list[Reading]) -> Reading:
 def _stated(reading: Reading) -> int:
     """How many equations hold under a condition that the words around them state."""
     every = (one for one in reading.equations if one.ways and not one.defines and not holding(one, reading.system))
-    stated = (holds_as_stated(e, reading.system, one.statement.context) for one in every for e, _ in one.readings())
+    stated = (holds_as_stated(e, reading.system, one.statement.context) for one in every for e in one.readings())
     return sum(map(bool, stated))
 
 
@@ -241,7 +241,7 @@ def _others(document: Document, table: dict[str, str], kind: str | None) -> Iter
                 words, given = read_symbols(table, spec, renamed, document.text)
                 equations = printed(document.statements, given, {}, words)
                 again = partial(printed, document.statements, given, {})
-                if not any(any(e.names & {*LOADS} for e, _ in one.readings()) for one in equations):
+                if not any(any(e.names & {*LOADS} for e in one.readings()) for one in equations):
                     spec = unloaded(spec)
                 equations = with_own_letters(equations, System(spec), again)
                 yield Reading(equations, System(spec), spec.title, again=again)
@@ -310,7 +310,7 @@ def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
 def _most(reading: Reading) -> float:
     """How much would hold if every equation did."""
     spec = reading.system.spec
-    readings = [next(one.readings())[0] for one in reading.equations[:MOST_COUNTED] if one.ways and not one.defines]
+    readings = [next(one.readings()) for one in reading.equations[:MOST_COUNTED] if one.ways and not one.defines]
     return sum(weight(equation, spec) for equation in readings)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from pendpin.doctor.checking.evaluation import evaluate, norm
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals_and_sizes
-from pendpin.doctor.reading.tree import Node, Unread, symbols, walk
+from pendpin.doctor.reading.tree import Node, Unread, parts, symbols
 from pendpin.doctor.systems.base import LOADS, Formula, Quantities, System, Values, random_states
 from pendpin.doctor.systems.known import SPECIAL
 from pendpin.doctor.systems.planar import AMPLITUDE, conical_rate
@@ -239,11 +239,11 @@ def small_angles(equation: Equation, system: System) -> str:
 
 def may_be_linear(equation: Equation, system: System) -> bool:
     """Whether an equation on coordinates or accelerations has no circular function, and so may be one for small angles."""
-    parts = [part for side in equation.sides for part in walk(side)]
-    parts += [p for name in equation.names & set(equation.definitions) for p in walk(equation.definitions[name])]
-    names = {equation.meaning(part.value) for part in parts if part.kind == "symbol"}
+    inside = [*equation.sides, *(equation.definitions[name] for name in equation.names & set(equation.definitions))]
+    every = list(parts(inside))
+    names = {equation.meaning(part.value) for part in every if part.kind == "symbol"}
     angles = {name for angle in system.spec.coordinates for name in (angle, f"dd{angle}")} & names
-    return bool(angles) and not any(part.kind == "function" and part.value != "sqrt" for part in parts)
+    return bool(angles) and not any(part.kind == "function" and part.value != "sqrt" for part in every)
 
 
 def loads_at_zero(equation: Equation, system: System, unknown: set[str]) -> str:

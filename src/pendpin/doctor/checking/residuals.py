@@ -10,7 +10,7 @@ import numpy as np
 
 from pendpin.doctor.checking.evaluation import Context, Instead, Known, evaluate, norm, scale
 from pendpin.doctor.reading.names import CONSTANTS, Vocabulary
-from pendpin.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
+from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
 from pendpin.doctor.systems.base import Quantities, Values
 
 TOLERANCE = 1e-9  # relative to the terms, in floats
@@ -26,6 +26,7 @@ class Equation:
     frame: str = "B"
     meanings: dict[str, str] = field(default_factory=dict)
     definitions: dict[str, Node] = field(default_factory=dict)
+    tight: bool = False  # 3g/2l is read as 3g/(2l)
 
     def __post_init__(self) -> None:
         """A statement that something is constant says that its rate is 0."""
@@ -69,15 +70,15 @@ class Equation:
     def readings(self, words: Vocabulary) -> Iterator["Equation"]:
         """Itself with every other meaning of its names and columns, the likeliest first."""
         several: dict[str, tuple[str, ...]] = {}
-        for part in (p for side in self.sides for p in walk(side) if p.written is not None):
+        for part in (p for p in parts(self.sides) if p.written is not None):
             assert part.written is not None
             if len(found := words(part.written)) > 1 and found[0] not in self.definitions:
                 several[found[0]] = found
-        columns = any(p.kind == "matrix" and p.value == (3, 1) for side in self.sides for p in walk(side))
+        columns = any(p.kind == "matrix" and p.value == (3, 1) for p in parts(self.sides))
         choices = product(*several.values(), ("B", "I", "A") if columns else ("B",))
         for _, choice in zip(range(MOST_READINGS), choices, strict=False):
             chosen = dict(zip(several, choice, strict=False))
-            yield Equation(self.sides, choice[-1], chosen, self.definitions)
+            yield replace(self, frame=choice[-1], meanings=chosen)
 
 
 def _undifferentiated(node: Node) -> Iterator[Node]:

@@ -8,7 +8,7 @@ from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_erro
 from pendpin.doctor.mending.mends import Mend, Patient, mends
 from pendpin.doctor.mending.monomials import Printer
 from pendpin.doctor.patients import Printed
-from pendpin.doctor.reading.tree import Unread, walk
+from pendpin.doctor.reading.tree import Unread, parts
 from pendpin.doctor.systems.base import Quantities, System, Values, random_states
 
 OTHERS = -0.3  # what a mend costs less for each other equation that it heals
@@ -18,13 +18,13 @@ def mends_of_definition(
     wrong: Equation, source: Printed, every: list[Equation], system: System, printer: Printer
 ) -> list[Mend]:
     """Mends of the definition `source` that heal an equation, and every other one that uses it."""
-    name, (sides, tight) = source.defines, source.ways[0]
+    name = source.defines
     known = {other: node for other, node in wrong.definitions.items() if other != name}
     if (needing := _needing(wrong, name, system)) is None:
         return []
-    definition = Equation(sides, wrong.frame, wrong.meanings, known)
-    patient = Patient(definition, source.text, source.index, tight, needing, source.words, source.alone)
-    healed = [mend for mend in mends(patient, printer, False) if all(_heals(mend, name, one, system) for one in every)]
+    definition = Equation(source.sides, wrong.frame, wrong.meanings, known, source.ways[0][1])
+    patient = Patient(source, definition, needing, printer)
+    healed = [mend for mend in mends(patient, False) if all(_heals(mend, name, one, system) for one in every)]
     words = f" in the definition of {name.lstrip('?')}, {source.statement.place}"
     return [
         replace(mend, words=mend.words + words, cost=mend.cost + OTHERS * (len({id(one) for one in every}) - 1))
@@ -34,7 +34,7 @@ def mends_of_definition(
 
 def _needing(equation: Equation, name: str, system: System) -> System | None:
     """The system with a symbol as what an equation needs it to be; None where the equation is not straight in it."""
-    nodes = [part for side in equation.sides for part in walk(side) if part.kind == "symbol" and part.value == name]
+    nodes = [part for part in parts(equation.sides) if part.kind == "symbol" and part.value == name]
 
     def residual(q: Quantities, size: int) -> Values:
         values = {id(node): q.number(size) for node in nodes}

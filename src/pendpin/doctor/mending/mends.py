@@ -23,9 +23,9 @@ from pendpin.doctor.mending.mismatches import changes_of_kind
 from pendpin.doctor.mending.monomials import Printer
 from pendpin.doctor.mending.moves import moves
 from pendpin.doctor.mending.needs import needs
+from pendpin.doctor.patients import Printed
 from pendpin.doctor.reading.grammar import parse
-from pendpin.doctor.reading.names import Vocabulary
-from pendpin.doctor.reading.tree import Node, Unread, key, symbols, walk
+from pendpin.doctor.reading.tree import Node, Span, Unread, key, parts, symbols, walk
 from pendpin.doctor.systems.base import Quantities, System, Values, random_states
 
 MOST_NODES = 400  # of an equation that is searched
@@ -60,6 +60,15 @@ class Mend:
         return (0, len(self.text)) if self.alone else (sides[0].outer[0], sides[-1].outer[1])
 
     @property
+    def changed(self) -> tuple[Span, ...]:
+        """The characters of the text that are new; none between the ends of a span where something is gone."""
+        spans, shift = [], 0
+        for start, end, new in sorted(self.splices):
+            spans.append((start + shift, start + shift + len(new)))
+            shift += len(new) - (end - start)
+        return tuple(spans)
+
+    @property
     def latex(self) -> str:
         """The mended equation as it would be printed."""
         return self.text[slice(*self.span)].strip()
@@ -67,34 +76,36 @@ class Mend:
 
 @dataclass(frozen=True, eq=False)
 class Patient:
-    """A wrong equation with its source, and how that is read."""
+    """A wrong equation: one reading of what is printed, and who prints as its text does."""
 
+    printed: Printed
     equation: Equation
-    text: str
-    index: int  # which of the equations in the text
-    tight: bool
     system: System
-    words: Vocabulary
-    alone: bool = True  # the text holds no other equation
+    printer: Printer
+
+    @property
+    def editor(self) -> Editor:
+        """Who writes the changes of its text."""
+        return Editor(self.printed.text, self.printer)
 
     def read(self, text: str) -> Equation:
         """The equation of a changed text, its names meaning the same. Raises Unread."""
-        found = parse(text, self.words, tight=self.tight)
-        if len(found) <= self.index:
+        equations = parse(text, self.printed.words, tight=self.equation.tight)
+        if len(equations) <= self.printed.index:
             raise Unread("the equation is gone")
-        return replace(self.equation, sides=tuple(found[self.index]))
+        return replace(self.equation, sides=tuple(equations[self.printed.index]))
 
 
-def mends(patient: Patient, printer: Printer, pairs: bool) -> list[Mend]:
+def mends(patient: Patient, pairs: bool) -> list[Mend]:
     """Verified mends, the simplest first; none where only unlikely ones would do. `pairs` also tries two changes."""
     equation, quantities = patient.equation, random_states(patient.system)
-    nodes = sum(1 for side in equation.sides for _ in walk(side))
+    nodes = sum(1 for _ in parts(equation.sides))
     if nodes > MOST_NODES:
         return []
     known: Known = {}
     rows = np.concatenate([rows for rows, _ in residuals_and_sizes(equation, quantities, known)])
     found = list(needs(equation, quantities, known))
-    editor = Editor(patient.text, printer)
+    editor = patient.editor
     listed = sorted(moves(found, equation.context(quantities), editor), key=_order)[: MOST_WORK // nodes]
     effects = [changed(equation, quantities, edit.instead or {}) for edit in listed]
     size = float(np.abs(rows).max())
@@ -113,8 +124,8 @@ def mends(patient: Patient, printer: Printer, pairs: bool) -> list[Mend]:
 
 def _differentiated(equation: Equation) -> set[int]:
     """The parts under a derivative, by id: what changes there is tried on the text."""
-    parts = (part for side in equation.sides for part in walk(side) if part.kind == "derivative")
-    return {id(below) for part in parts for below in walk(part.children[0])}
+    derivatives = (part for part in parts(equation.sides) if part.kind == "derivative")
+    return {id(below) for part in derivatives for below in walk(part.children[0])}
 
 
 def _any_two(equation: Equation, quantities: Quantities, listed: list[Edit], size: float) -> Iterator[Edit]:
@@ -131,26 +142,25 @@ def _any_two(equation: Equation, quantities: Quantities, listed: list[Edit], siz
                 yield both
 
 
-def mends_of_mismatch(patient: Patient, printer: Printer) -> list[Mend]:
+def mends_of_mismatch(patient: Patient) -> list[Mend]:
     """Mends of an equation that mixes numbers and vectors, so that no part has a value: tried on the text."""
     sides = patient.equation.sides
-    if sum(1 for side in sides for _ in walk(side)) > MOST_NODES // 2:
+    if sum(1 for _ in parts(sides)) > MOST_NODES // 2:
         return []
-    return _verified(patient, list(changes_of_kind(list(sides), Editor(patient.text, printer))))
+    return _verified(patient, list(changes_of_kind(list(sides), patient.editor)))
 
 
-def mends_of_unknown(patient: Patient, printer: Printer, unknown: set[str]) -> list[Mend]:
+def mends_of_unknown(patient: Patient, unknown: set[str]) -> list[Mend]:
     """Mends of an equation with one symbol that is not known: another one wherever it stands, tried on the text."""
-    editor, spec = Editor(patient.text, printer), patient.system.spec
-    parts = [part for side in patient.equation.sides for part in walk(side)]
+    editor, spec = patient.editor, patient.system.spec
     places: dict[tuple[int, int], int] = {}  # of the symbol with its dots: how many
-    for part in parts:
+    for part in parts(patient.equation.sides):
         inside = [p for p in walk(part) if p.kind == "symbol"]
         if part.kind in ("symbol", "derivative") and {p.value for p in inside} == unknown and len(inside) == 1:
             places[part.span] = max(places.get(part.span, 0), sum(p.kind == "derivative" for p in walk(part)))
     edits = []
     for name in (*spec.coordinates, *spec.parameters):
-        splices = tuple(editor.put(span, printer.symbol("d" * dots + name)) for span, dots in places.items())
+        splices = tuple(editor.put(span, editor.printer.symbol("d" * dots + name)) for span, dots in places.items())
         old = editor.of(next(iter(places), (0, 0)))
         edits.append(Edit(splices, 1.0, f"{old} should be {splices[0][2]}", old, splices[0][2]) if splices else None)
     return _verified(patient, [edit for edit in edits if edit is not None])
@@ -199,7 +209,7 @@ def _verified(patient: Patient, edits: list[Edit]) -> list[Mend]:
     held: list[tuple[float, Edit, str, Equation, Values]] = []
     truth = random_states(patient.system)
     for edit in sorted((e for e in edits if e.cost <= FARTHEST), key=_order)[:MOST_VERIFIED]:
-        text = apply(patient.text, edit.splices)
+        text = apply(patient.printed.text, edit.splices)
         try:
             equation = patient.read(text)
             if relative_error(equation, truth) < TOLERANCE and not _empty(equation, patient):
@@ -218,7 +228,7 @@ def _verified(patient: Patient, edits: list[Edit]) -> list[Mend]:
         if verdict.holds:
             shapes.append(shape)
             words = (edit.words, edit.old, edit.new)
-            chosen.append(Mend(text, *words, cost, verdict.proved, equation, edit.splices, patient.alone))
+            chosen.append(Mend(text, *words, cost, verdict.proved, equation, edit.splices, patient.printed.alone))
     return chosen
 
 
@@ -241,7 +251,7 @@ def _order(edit: Edit) -> tuple[float, int, str]:
     return edit.cost, len(edit.words), edit.words
 
 
-def styles_of(sides: list[Node], text: str) -> dict[str, str]:
+def styles_of(printed: Printed, sides: tuple[Node, ...]) -> dict[str, str]:
     """How a text prints each quantity, where it is seen first."""
-    parts = [part for side in sides for part in walk(side) if part.kind == "symbol" and part.span[1] > part.span[0]]
-    return {part.value: text[slice(*part.span)].strip() for part in reversed(parts)}
+    names = [part for part in parts(sides) if part.kind == "symbol" and part.span[1] > part.span[0]]
+    return {part.value: printed.text[slice(*part.span)].strip() for part in reversed(names)}

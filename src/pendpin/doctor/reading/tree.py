@@ -1,6 +1,6 @@
 """The tree of a printed expression: what stands where, as it was printed."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -57,6 +57,11 @@ def walk(node: Node) -> Iterator[Node]:
     yield node
     for child in node.children:
         yield from walk(child)
+
+
+def parts(sides: Iterable[Node]) -> Iterator[Node]:
+    """Everything in some sides."""
+    return (part for side in sides for part in walk(side))
 
 
 def divisors(node: Node) -> Iterator[Node]:

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from pendpin.doctor.diagnosis import Diagnosis, Finding
+from pendpin.doctor.findings import Finding, Findings
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import Vocabulary, raw
-from pendpin.doctor.reading.tree import Span, Unread
+from pendpin.doctor.reading.tree import Unread
 from pendpin.doctor.reports.harm import Harm
 from pendpin.doctor.reports.mathml import equation, part
 from pendpin.doctor.reports.text import STYLES, failure, known, shared_words, shortened, summary, unchecked
@@ -26,20 +26,18 @@ _PHRASES = re.compile(
 )
 
 
-def write_report(path: Path, diagnosis: Diagnosis) -> Path:
+def write_report(path: Path, diagnosis: Findings) -> Path:
     """Write the report, whole or not at all. Raises InputError where the path refuses."""
     return write_whole(path, lambda file: file.write(page(diagnosis).encode(errors="replace")))
 
 
-def page(diagnosis: Diagnosis) -> str:
+def page(diagnosis: Findings) -> str:
     """The report as HTML that needs no network."""
     left = [unchecked(diagnosis)] if diagnosis.unchecked and diagnosis.system_is_known else []
     parts = {
         "summary": _text(summary(diagnosis)),
         "remarks": "".join(f"<p>{_text(remark)}</p>" for remark in (*left, *diagnosis.remarks)),
-        "shared": "".join(
-            f"<p><strong>{_typeset(shared_words(s.old, s.new, s.numbers))}</strong></p>" for s in diagnosis.shared
-        ),
+        "shared": "".join(f"<p><strong>{_typeset(shared_words(shared))}</strong></p>" for shared in diagnosis.shared),
         "harm": _harm(diagnosis.harm),
         "equations": "\n".join(_card(finding) for finding in diagnosis.findings),
     }
@@ -77,7 +75,8 @@ def _card(finding: Finding) -> str:
 
 def _mend(mend: Mend, rank: int) -> str:
     words = f"{'Mend' if not rank else 'Or'}: {_typeset(mend.words)}{_text(known(mend.old, mend.new))}"
-    typeset = equation(mend.equation.sides, changed_spans(mend))
+    marked = tuple((start, max(end, start + 1)) for start, end in mend.changed)  # where something is gone, what follows
+    typeset = equation(mend.equation.sides, marked)
     return f'<div class="mend"><p>{words}</p>{typeset}<pre>{_text(mend.latex)}</pre></div>'
 
 
@@ -91,15 +90,6 @@ def _formula(text: str) -> str:
         [[side]] = parse(text, Vocabulary(raw))
         return f" <math>{part(side, ())}</math> "
     return _text(text)
-
-
-def changed_spans(mend: Mend) -> tuple[Span, ...]:
-    """The characters of the mended text that are new."""
-    spans, shift = [], 0
-    for start, end, new in sorted(mend.splices):
-        spans.append((start + shift, start + shift + max(len(new), 1)))
-        shift += len(new) - (end - start)
-    return tuple(spans)
 
 
 def _harm(harm: Harm | None) -> str:

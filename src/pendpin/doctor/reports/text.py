@@ -8,7 +8,7 @@ import numpy as np
 
 from pendpin.doctor.checking import exact
 from pendpin.doctor.checking.residuals import Equation, residuals
-from pendpin.doctor.diagnosis import VERDICTS, Diagnosis, Finding
+from pendpin.doctor.findings import VERDICTS, Finding, Findings, Shared
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.reading.tree import Unread
 from pendpin.doctor.systems.base import Quantities, System, dot
@@ -21,12 +21,12 @@ MOST_SYMBOLS = 6  # of those that are not known, in the first line
 Line = tuple[str, str]  # text and its style
 
 
-def records(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+def records(diagnosis: Findings) -> list[dict[str, Any]]:
     """One record an equation: number, latex, kind, verdict, proved, error, mends (docs/doctor.md)."""
     return [_record(finding, diagnosis) for finding in diagnosis.findings]
 
 
-def _record(finding: Finding, diagnosis: Diagnosis) -> dict[str, Any]:
+def _record(finding: Finding, diagnosis: Findings) -> dict[str, Any]:
     error = finding.error if np.isfinite(finding.error) else 1e300
     return {
         "number": finding.number,
@@ -79,12 +79,12 @@ def _text(rows: Any, quantities: Quantities) -> str:
     return entries[0] if len(rows) == 1 else f"Matrix([{', '.join(f'[{line}]' for line in lines)}])"
 
 
-def text(diagnosis: Diagnosis) -> str:
+def text(diagnosis: Findings) -> str:
     """The whole report as plain text."""
     return "\n".join("".join(part for part, _ in line) for line in lines(diagnosis))
 
 
-def lines(diagnosis: Diagnosis) -> Iterator[list[Line]]:
+def lines(diagnosis: Findings) -> Iterator[list[Line]]:
     """The report line by line, each in parts with their styles."""
     if diagnosis.unchecked and diagnosis.system_is_known:
         yield [(unchecked(diagnosis), "bold red")]
@@ -95,13 +95,13 @@ def lines(diagnosis: Diagnosis) -> Iterator[list[Line]]:
         yield from _of_finding(finding)
     yield []
     for shared in diagnosis.shared:
-        yield [(shared_words(shared.old, shared.new, shared.numbers), "bold")]
+        yield [(shared_words(shared), "bold")]
     if diagnosis.harm is not None:
         yield from ([(line, "")] for line in diagnosis.harm.words)
     yield [(summary(diagnosis), "bold")]
 
 
-def unchecked(diagnosis: Diagnosis) -> str:
+def unchecked(diagnosis: Findings) -> str:
     """How many equations are not checked, and what to write so that they are."""
     left, symbols = diagnosis.unchecked, {name.lstrip("?"): "" for one in diagnosis.unchecked for name in one.unknown}
     count = f"{len(left)} of {len(diagnosis.findings)} equations {'is' if len(left) == 1 else 'are'} NOT CHECKED"
@@ -117,7 +117,7 @@ def _likely(name: str, system: System) -> str:
     return f"R_{force[1]}" if force and f"R{force[1]}" in system.spec.unknowns else "..."
 
 
-def summary(diagnosis: Diagnosis) -> str:
+def summary(diagnosis: Findings) -> str:
     """How many equations hold, fail and could not be read."""
     verdicts = [finding.verdict for finding in diagnosis.findings]
     counts = [verdicts.count(verdict) for verdict in VERDICTS]
@@ -128,10 +128,11 @@ def summary(diagnosis: Diagnosis) -> str:
     return f"{len(verdicts)} equations of {diagnosis.title}: {counted}."
 
 
-def shared_words(old: str, new: str, numbers: tuple[int, ...]) -> str:
+def shared_words(shared: Shared) -> str:
     """One mend of several equations, in words."""
-    listed = ", ".join(map(str, numbers[:-1])) + f" and {numbers[-1]}"
-    return f"{new} for {old} heals equations {listed}{known(old, new)}."
+    *others, last = map(str, shared.numbers)
+    listed = f"{', '.join(others)} and {last}"
+    return f"{shared.new} for {shared.old} heals equations {listed}{known(shared.old, shared.new)}."
 
 
 def known(old: str, new: str) -> str:
@@ -185,13 +186,11 @@ def _of_mends(mends: tuple[Mend, ...]) -> Iterator[list[Line]]:
 
 def _marked(mend: Mend) -> list[Line]:
     """The mended equation, its changed characters marked."""
-    parts, shift = [], 0
     place, end_of_it = mend.span
-    for start, end, new in sorted(mend.splices):
-        parts.append((mend.text[place : start + shift], ""))
-        place = start + shift + len(new)
-        parts.append((mend.text[start + shift : place], "reverse"))
-        shift += len(new) - (end - start)
+    parts = []
+    for start, end in mend.changed:
+        parts += [(mend.text[place:start], ""), (mend.text[start:end], "reverse")]
+        place = end
     parts.append((mend.text[place:end_of_it], ""))
     return [(" ".join(part.split("\n")), style) for part, style in parts if part]
 

@@ -36,18 +36,25 @@ class Convention:
     transposed: bool = False  # direction cosine matrices with rows and columns exchanged
 
     @property
+    def differences(self) -> tuple[str, ...]:
+        """Each difference, in words."""
+        return tuple(words for field, value, words in DIFFERENCES.values() if getattr(self, field) == value)
+
+    @property
     def words(self) -> str:
         """The differences, in words; empty where there are none."""
-        found = {
-            "theta is positive counter-clockwise": self.theta < 0,
-            "phi is reversed": self.phi < 0,
-            "the names of the angles are swapped": self.swapped,
-            "z points up": self.z == "up",
-            "z points up and y as usual": self.z == "mirrored",
-            "b3 points from the tip to the joint": self.along < 0,
-            "direction cosine matrices are transposed": self.transposed,
-        }
-        return ", ".join(text for text, differs in found.items() if differs)
+        return ", ".join(self.differences)
+
+
+DIFFERENCES: dict[str, tuple[str, Any, str]] = {  # by its name in --convention: the field, its value, and in words
+    "theta-ccw": ("theta", -1, "theta is positive counter-clockwise"),
+    "phi-reversed": ("phi", -1, "phi is reversed"),
+    "swapped": ("swapped", True, "the names of the angles are swapped"),
+    "z-up": ("z", "up", "z points up"),
+    "z-mirrored": ("z", "mirrored", "z points up and y as usual"),
+    "b3-up": ("along", -1, "b3 points from the tip to the joint"),
+    "transposed": ("transposed", True, "direction cosine matrices are transposed"),
+}
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 
 from pendpin.doctor.systems.base import Formula, Quantities, Spec, Values
 from pendpin.doctor.systems.linkages import POSES, SLIDES, Linkage
-from pendpin.doctor.systems.tables import Motion, Table, table_spec
+from pendpin.doctor.systems.tables import Table, table_spec
 
 BODIES = {"any": "any rigid body", "point": "a point mass on a string or massless rod", "uniform": "a uniform rod"}
 
@@ -205,10 +205,17 @@ def _plane(body: str, pose: str) -> Spec:
     title = f"a pendulum in a plane, {BODIES[body]}, in its angle from {POSES[pose][0]}"
     parameters = ("m", "g", "l", "theta0", *(("h", "I") if body == "any" else ()))
     extra = ("h", "I", "J") if body == "any" else ("h",)
-    motion = Motion(("theta",), parameters, formulas, linkage.solve)
-    extra = (*extra, "omega", "v", "x")
-    table = Table(_PLANE, _NO_INERTIA[body])
-    return table_spec(f"plane {body} {pose}", title, table, motion, (), extra, values={"theta0": AMPLITUDE})
+    return table_spec(
+        f"plane {body} {pose}",
+        title,
+        Table(_PLANE, _NO_INERTIA[body]),
+        linkage.coordinates,
+        parameters,
+        formulas,
+        linkage.solve,
+        extra=(*extra, "omega", "v", "x"),
+        values={"theta0": AMPLITUDE},
+    )
 
 
 def _pair(body: str, relative: bool, pose: str, loads: tuple[str, ...]) -> tuple[Linkage, dict[str, Formula]]:
@@ -246,8 +253,9 @@ def _two(body: str, relative: bool, equal: bool, pose: str, drive: str = "") -> 
     title = f"a double pendulum in a plane of {'equal ' * equal}{kinds}, in {which} angles from {where}{driven}"
     kind = f"double {body} {which}{' equal' * equal} {pose}{f' {drive}' if drive else ''}"
     both = f"theta1{'+' if relative else '-'}theta2"
-    motion = Motion(linkage.coordinates, (*parameters, *loads), formulas, linkage.solve)
-    return table_spec(kind, title, Table(_TWO, _NO_INERTIA[body]), motion, (f"sin {both}", f"cos {both}"))
+    atoms = (f"sin {both}", f"cos {both}")
+    table, parameters = Table(_TWO, _NO_INERTIA[body]), (*parameters, *loads)
+    return table_spec(kind, title, table, linkage.coordinates, parameters, formulas, linkage.solve, atoms)
 
 
 def _cart(body: str, pose: str, mirrored: bool) -> Spec:
@@ -268,8 +276,8 @@ def _cart(body: str, pose: str, mirrored: bool) -> Spec:
     title = f"a pendulum on a cart, {BODIES[body]}, its angle from {where}"
     kind = f"cart-pole {body} {pose}{' mirrored' * mirrored}"
     parameters = ("M", "m", "g", "l", *(("h", "I") if body == "any" else ()), "F")
-    motion = Motion(linkage.coordinates, parameters, formulas, linkage.solve)
-    return table_spec(kind, title, Table(_CART, _NO_INERTIA[body]), motion, (), ("J", "I", "F"))
+    table, extra = Table(_CART, _NO_INERTIA[body]), ("J", "I", "F")
+    return table_spec(kind, title, table, linkage.coordinates, parameters, formulas, linkage.solve, extra=extra)
 
 
 def conical_rate(q: Quantities) -> Values:
@@ -308,8 +316,8 @@ def _polar(body: str, up: bool) -> Spec:
     where = "upwards" if up else "downwards"
     title = f"a spherical pendulum, {BODIES[body]}: theta is the polar angle from {where} and phi the azimuth"
     parameters = ("m", "g", "l", *(("h", "J") if body == "any" else ()))
-    motion = Motion(("theta", "phi"), parameters, formulas, solve)
-    return table_spec(f"polar {body}{' up' * up}", title, Table(_POLAR), motion, (), ("J", "p"))
+    kind, names = f"polar {body}{' up' * up}", ("theta", "phi")
+    return table_spec(kind, title, Table(_POLAR), names, parameters, formulas, solve, extra=("J", "p"))
 
 
 _FLAGS = (False, True)

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import cache
 
 from pendpin.doctor.reading.names import ANGLES, SHORT_FUNCTIONS, UNIT_VECTORS, Written
 
@@ -13,108 +14,86 @@ UNKNOWNS = ("ddtheta", "ddphi", "R1", "R2", "R3", "M3")  # what the balances are
 _RATES = {"q_i": "dq_i", "rG": "vG", "vG": "aG", "omega": "alpha"}
 _RATES |= {f"{d}{angle}": f"d{d}{angle}" for angle in ANGLES for d in ("", "d")}
 _RATES |= {f"v{c}": f"a{c}" for c in "xyz"} | {c: f"v{c}" for c in "xyz"} | {f"w{c}": f"wd{c}" for c in "123xyz"}
-_CENTRE = {"", "G", "G/O", "C", "cm", "CM", "com", "c", "OG", "g", "G,O", "GO", "CG"}
-_TIP = {"T", "tip", "P", "t"}
-_AXES = {name: i for i, letter in zip("123", "xyz", strict=True) for name in (i, letter, 2 * i, 2 * letter)}
-_ENERGIES = {"T": "T", "K": "T", "V": "V", "U": "V", "L": "L", "E": "E", "H": "E"}
-_SIMPLE = {"m", "l", "g", "h", "r", "pi", "t"}
+_CENTRE = "(?:_(?:G|G/O|G,O|GO|OG|C|CG|c|cm|CM|com|g))?"
+_OF_CENTRE = "(?:(?:G|C|cm),?)?"
+_TIP = "_(?:T|tip|P|t)"
+_PARTS = "(?:_(?:k|c|p|kin|pot|tot))?"
+_TURNING = "(?:_(?:B|BI|B/I|IB|I/B|AB))?"
+_AXIS = "(?P<axis>[123]|[xyz]|11|22|33|xx|yy|zz)"
+_NUMBERS = {name: i for i, letter, unit in zip("123", "xyz", "ijk", strict=True) for name in (i, letter, unit)}
+# how a symbol is written as letter_index, with a star for a hat or bold type, and what it can mean, the likeliest first;
+# {n} is the number of its axis and {c} the letter. The first row that fits counts.
+WRITINGS: tuple[tuple[str, str], ...] = (
+    (r"(?P<name>theta|phi)(?:_1)?", "{name}"),
+    (r"\*?q_1", "theta"),
+    (r"\*?q_2", "phi"),
+    (r"\*?q(?:_i)?", "q_i"),
+    (r"\*?(?P<name>[sc]_(?:theta|phi))", "{name}"),
+    (rf"\*?(?:omega|w){_TURNING}", "omega"),
+    (r"\*?(?:omega|w)_(?:B[,/]?)?(?P<axis>[123])", "w{n}"),
+    (r"\*?(?:omega|w)_(?:B[,/]?)?(?P<axis>[xyz])", "w{n} w{c}"),
+    (rf"\*?alpha{_TURNING}", "alpha"),
+    (r"\*?alpha_(?:B[,/]?)?(?P<axis>[123])", "wd{n}"),
+    (r"\*?alpha_(?:B[,/]?)?(?P<axis>[xyz])", "wd{n} wd{c}"),
+    (r"\*?b_(?P<axis>[123])", "b{n}"),
+    (r"\*a_(?P<axis>[123])", "a{n}"),
+    (r"a_(?P<axis>[123])", "a{n} ac{n}"),
+    (rf"\*[en]_{_AXIS}|\*(?P<unit>[ijk])", "{c}hat"),
+    (r"\*(?P<axis>[xyz])(?:_I)?|(?P<unit>[xyz])_I", "{c}hat"),
+    (rf"(?P<axis>[xyz]){_CENTRE}", "{c} {c}hat"),
+    (rf"(?P<axis>[xyz]){_TIP}", "{c}T"),
+    (rf"\*?r{_TIP}", "rT"),
+    (r"r", "r rG"),
+    (rf"\*?r{_CENTRE}", "rG r"),
+    (rf"\*?v{_CENTRE}", "vG speed"),
+    (rf"\*?a{_CENTRE}", "aG"),
+    (rf"\*?(?P<name>[va])_{_OF_CENTRE}(?P<axis>[xyz]),?G?", "{name}{c}"),
+    (rf"\*?(?P<name>[va])_{_OF_CENTRE}(?P<axis>[123]),?G?", "{name}c{n}"),
+    (rf"\*?(?P<name>[IJ])_{_AXIS}", "{name}{n}"),
+    (r"\*J.*", "inertiaO"),
+    (r"\*I.*", "inertia I1"),
+    (r"I", "inertia I1 J1"),
+    (r"[IJ]_(?:G|C|cm)", "I1"),
+    (r"J|[IJ]_[OAP]", "J1"),
+    (r"\*(?:F_[gG]|W(?:_[gG])?)", "weight"),
+    (r"F_[gG]|W(?:_[gG])?", "Fg"),
+    (r"M", "M m"),
+    (r"\*M", "M"),
+    (r"\*?R", "R"),
+    (r"\*?(?P<name>[RM])_(?P<axis>[123])", "{name}{n}"),
+    (r"\*?M_[cC]", "Mc"),
+    (r"\*g.*", "field"),
+    (r"\*?E_(?:k|c|kin)", "T"),
+    (r"\*?E_(?:p|pot)", "V"),
+    (rf"\*?[TK]{_PARTS}", "T"),
+    (rf"\*?[VU]{_PARTS}", "V"),
+    (rf"\*?[EH]{_PARTS}", "E"),
+    (r"\*?L", "L l"),
+    (rf"\*?L{_PARTS}", "L"),
+    (r"\*?(?P<name>m|l|g|h|pi|t)", "{name}"),
+)
 
 
 def meanings(written: Written) -> tuple[str, ...]:
     """What a printed symbol can mean, the likeliest first; none for one that is not known."""
-    found = _base(replace(written, dots=0))
+    names = _undotted(replace(written, dots=0))
     for _ in range(written.dots):
-        found = tuple(_RATES[name] for name in found if name in _RATES)
-    return found
+        names = tuple(_RATES[name] for name in names if name in _RATES)
+    return names
 
 
-def _base(written: Written) -> tuple[str, ...]:
-    letter, index, styled, frames = written.letter, written.index, written.styled, written.frames
-    if letter in ANGLES:
-        return (letter,) if index in ("", "1") and not styled else ()
-    if letter in ("omega", "w", "alpha"):
-        return _turning("w" if letter != "alpha" else "wd", "omega" if letter != "alpha" else "alpha", index)
-    if letter in ("s", "c") and index in ANGLES:
-        return (f"{letter}_{index}",)
-    if letter == "C" and len(frames) == 2:
-        return (f"C_{frames}",) if f"C_{frames}" in MATRICES else ()
-    if letter in ("a", "b", "e", "n", "i", "j", "k", "x", "y", "z", "v", "r"):
-        return _vector(letter, index, styled)
-    if letter in ("I", "J"):
-        return _inertia(letter, index, styled)
-    if letter in ("R", "M", "F", "W"):
-        return _load(letter, index, styled)
-    if letter == "g" and styled:
-        return ("field",)
-    if letter == "q":
-        return {"1": ("theta",), "2": ("phi",), "i": ("q_i",), "": ("q_i",)}.get(index, ())
-    if letter in _ENERGIES:
-        known = index in ("", "k", "c", "p", "kin", "pot", "tot")
-        energy = {"E_k": "T", "E_c": "T", "E_p": "V", "E_kin": "T", "E_pot": "V"}.get(
-            f"{letter}_{index}", _ENERGIES[letter]
-        )
-        return () if not known else ("L", "l") if energy == "L" and not index else (energy,)
-    return (letter,) if letter in _SIMPLE and not index else ()
-
-
-def _turning(component: str, vector: str, index: str) -> tuple[str, ...]:
-    index = index.removeprefix("B").lstrip(",/") if index not in ("B", "B/I", "BI") else ""
-    if index in "123" and index:
-        return (component + index,)
-    if index in "xyz" and index:
-        return (component + _AXES[index], component + index)
-    return (vector,) if index in ("", "IB", "I/B", "AB") else ()
-
-
-def _vector(letter: str, index: str, styled: bool) -> tuple[str, ...]:
-    """Unit vectors, positions, velocities and accelerations."""
-    if letter in "ab" and index in ("1", "2", "3"):
-        return (letter + index,) if styled or letter == "b" else (letter + index, "ac" + index)
-    if letter in ("e", "n") and index in _AXES and styled:
-        return ({"1": "xhat", "2": "yhat", "3": "zhat"}[_AXES[index]],)
-    if letter in "ijk":
-        return ({"i": "xhat", "j": "yhat", "k": "zhat"}[letter],) if styled and not index else ()
-    if letter in "xyz":
-        if styled or index == "I":
-            return (letter + "hat",) if index in ("", "I") else ()
-        return (letter, letter + "hat") if index in _CENTRE else (letter + "T",) if index in _TIP else ()
-    if letter == "r":
-        if index in _TIP:
-            return ("rT",)
-        return () if index not in _CENTRE else ("rG", "r") if index or styled else ("r", "rG")
-    return _components(letter, index, styled)
-
-
-def _components(letter: str, index: str, styled: bool) -> tuple[str, ...]:
-    """v and a, of the centre of mass: the vector, or a component along x, y, z of I or 1, 2, 3 of B."""
-    if letter not in "va":
-        return ()
-    bare = re.sub(r"^(?:G|C|cm)[,]?(?=[xyz123])", "", index).rstrip("G").rstrip(",")
-    if bare in ("x", "y", "z"):
-        return (letter + bare,)
-    if bare in ("1", "2", "3"):
-        return (("vc" if letter == "v" else "ac") + bare,)
-    return ((letter + "G", "speed") if letter == "v" else (letter + "G",)) if index in _CENTRE else ()
-
-
-def _inertia(letter: str, index: str, styled: bool) -> tuple[str, ...]:
-    if index in _AXES:
-        return (letter + _AXES[index],)
-    if letter == "J" and styled:
-        return ("inertiaO",)
-    if styled or (letter == "I" and not index):
-        return ("inertia", "I1", *(() if styled else ("J1",)))
-    return ("I1",) if index in ("G", "C", "cm") else ("J1",) if index in ("", "O", "A", "P") else ()
-
-
-def _load(letter: str, index: str, styled: bool) -> tuple[str, ...]:
-    if letter in ("F", "W"):
-        return ("weight" if styled else "Fg",) if (index in ("g", "G") or (letter == "W" and not index)) else ()
-    if letter == "R":
-        return ("R" + index,) if index in ("1", "2", "3") else ("R",) if not index else ()
-    if index or styled:
-        return ("M" + index.lower(),) if index in (*"123cC",) else ("M",) if not index else ()
-    return ("M", "m")
+@cache
+def _undotted(written: Written) -> tuple[str, ...]:
+    cosines = f"C_{written.frames}"
+    if written.letter == "C":
+        return (cosines,) if cosines in MATRICES else ()
+    text = "*" * written.styled + written.letter + (f"_{written.index}" if written.index else "")
+    for pattern, names in WRITINGS:
+        if match := re.fullmatch(pattern, text):
+            parts = match.groupdict()
+            number = _NUMBERS.get((parts.get("axis") or parts.get("unit") or "1")[:1], "1")
+            return tuple(names.format(name=parts.get("name"), n=number, c="xyz"[int(number) - 1]).split())
+    return ()
 
 
 _POWERS = {  # powers of kg, m, s

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pendpin.doctor.systems.base import Formula, Quantities, Spec, Values
-from pendpin.doctor.systems.tables import UNITS, Motion, Table, table_spec
+from pendpin.doctor.systems.tables import UNITS, Table, table_spec
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.effects import Gravity
 from pendpin.errors import InputError
@@ -28,7 +28,10 @@ def scene_spec(scene: Scene) -> Spec:
         "scene",
         f"the scene's chain of {len(rods)} rod{'s' * (len(rods) > 1)}",
         Table(_table(joints, len(rods))),
-        Motion(joints, tuple(values), _formulas(dynamics, joints), lambda q: _accelerations(dynamics, joints, q)),
+        joints,
+        tuple(values),
+        _formulas(dynamics, joints),
+        lambda q: _accelerations(dynamics, joints, q),
         values=values,
         analytic=False,
     )

@@ -1,7 +1,6 @@
 """Systems that are described by a table: the names of their quantities as they are written, and formulas for each."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from pendpin.doctor.reading.names import Written
@@ -22,6 +21,7 @@ UNITS: dict[str, Dimension | None] = {
     "N m": (1, 2, -2),
     "N m s": (1, 2, -1),
 }
+Solve = Callable[[Quantities], dict[str, Values]]
 _GREEK = ("theta", "phi", "alpha", "beta", "psi", "omega", "tau", "gamma")
 
 
@@ -47,87 +47,68 @@ class Table:
         return tuple("d" * written.dots + name for name in names if not written.frames)
 
 
-@dataclass(frozen=True)
-class Motion:
-    """Coordinates, parameters, the quantities that follow from these, and the accelerations of the coordinates."""
-
-    coordinates: tuple[str, ...]
-    parameters: tuple[str, ...]
-    formulas: Mapping[str, Formula]
-    solve: Callable[[Quantities], dict[str, Values]]
-
-    @property
-    def unknowns(self) -> tuple[str, ...]:
-        """The accelerations."""
-        return tuple(f"dd{name}" for name in self.coordinates)
-
-    @property
-    def rates(self) -> tuple[str, ...]:
-        """The rates of the coordinates."""
-        return tuple(f"d{name}" for name in self.coordinates)
-
-
 def table_spec(
     kind: str,
     title: str,
     table: Table,
-    motion: Motion,
+    coordinates: tuple[str, ...],
+    parameters: tuple[str, ...],
+    formulas: Mapping[str, Formula],
+    solve: Solve,
     atoms: tuple[str, ...] = (),
     extra: tuple[str, ...] = (),
     **others: Any,
 ) -> Spec:
-    """A system of scalars. `atoms` are sines and cosines that a missing term may have besides those of each angle."""
-    dimensions = _dimensions(table, motion)
-    angles = [name for name in motion.coordinates if dimensions[name] == (0, 0, 0)]
-    still = _still(table, motion)
-    table.fixed = still | {*motion.parameters}
+    """A system of scalars, whose accelerations `solve` gives.
+
+    `atoms` are sines and cosines that a missing term may have besides those of each angle, `extra` its other quantities.
+    """
+    dimensions = _dimensions(table, coordinates)
+    rates, unknowns = (tuple(order + name for name in coordinates) for order in ("d", "dd"))
+    angles = [name for name in coordinates if dimensions[name] == (0, 0, 0)]
+    positions = MOVING & formulas.keys()
+    timeless = {name for name, unit in table.units.items() if unit[2] == 0 and name in formulas} - positions
+    still = frozenset(timeless | ({*parameters} & table.units.keys())) - {*coordinates}
+    table.fixed = still | {*parameters}
     return Spec(
         kind=kind,
         title=title,
-        coordinates=motion.coordinates,
-        parameters=motion.parameters,
-        unknowns=motion.unknowns,
-        formulas=motion.formulas,
-        solve=motion.solve,
+        coordinates=coordinates,
+        parameters=parameters,
+        unknowns=unknowns,
+        formulas=formulas,
+        solve=solve,
         words=table.words,
         dimensions=dimensions,
-        printed={name: _latex(name, motion.coordinates) for name in dimensions},
+        printed={name: _latex(name, coordinates) for name in dimensions},
         still=still,
-        common=(*motion.coordinates, *motion.rates, *motion.unknowns, *motion.parameters),
-        families=_families(dimensions, motion),
-        moving=(*motion.rates, *(f"{f} {angle}" for angle in angles for f in ("sin", "cos")), *atoms),
-        extra=(*motion.unknowns, *extra, *motion.coordinates),
+        common=(*coordinates, *rates, *unknowns, *parameters),
+        families=_families(dimensions, {*coordinates, *parameters, *unknowns, *formulas, *rates}),
+        moving=(*rates, *(f"{f} {angle}" for angle in angles for f in ("sin", "cos")), *atoms),
+        extra=(*unknowns, *extra, *coordinates),
         **others,
     )
 
 
-def _dimensions(table: Table, motion: Motion) -> dict[str, Dimension]:
+def _dimensions(table: Table, coordinates: tuple[str, ...]) -> dict[str, Dimension]:
     """Those of the table's quantities, and of rates and accelerations."""
     found: dict[str, Dimension] = dict(table.units)
-    for name in motion.coordinates:
+    for name in coordinates:
         kg, m, s = found[name]
         found |= {f"d{name}": (kg, m, s - 1), f"dd{name}": (kg, m, s - 2)}
     return found
 
 
-def _still(table: Table, motion: Motion) -> frozenset[str]:
-    """What does not move: parameters, and formulas without a unit of time but for positions."""
-    follows = {name for name, unit in table.units.items() if unit[2] == 0 and name in motion.formulas}
-    given = {name for name in motion.parameters if name in table.units}
-    return frozenset(follows | given) - {*motion.coordinates, *(MOVING & motion.formulas.keys())}
-
-
-def _families(dimensions: dict[str, Dimension], motion: Motion) -> tuple[tuple[str, ...], ...]:
-    """The quantities of each dimension, any of which may be mistaken for another."""
-    known = {*motion.coordinates, *motion.parameters, *motion.unknowns, *motion.formulas, *motion.rates}
+def _families(dimensions: dict[str, Dimension], names: set[str]) -> tuple[tuple[str, ...], ...]:
+    """The names of each dimension, any of which may be mistaken for another."""
     groups: dict[Dimension, list[str]] = {}
     for name, unit in dimensions.items():
-        if name in known:
+        if name in names:
             groups.setdefault(unit, []).append(name)
     return tuple(tuple(group) for group in groups.values())
 
 
-# positions and mass matrices, which have no unit of time
+# positions and mass matrices: they have no unit of time, and yet they move
 MOVING = {*["rG", "q", "mass", "M11", "M12", "M22", "x", "y", "x1", "y1", "x2", "y2", "xp", "yp", "z"]}
 
 
