@@ -32,6 +32,10 @@ class Row:
         """Whether it agrees."""
         return self.error <= BOUND
 
+    def __str__(self) -> str:
+        what = f"{self.quantity} of {self.place}"
+        return f"holds  {what}" if self.ok else f"fails  {what}: {self.words}"
+
 
 @dataclass(frozen=True, repr=False)
 class Comparison:
@@ -49,11 +53,7 @@ class Comparison:
 
     def __str__(self) -> str:
         """The report as text."""
-        lines = [
-            f"{'holds' if row.ok else 'fails'}  {row.quantity} of {row.place}" + ("" if row.ok else f": {row.words}")
-            for row in self.rows
-        ]
-        return "\n".join(lines)
+        return "\n".join(map(str, self.rows))
 
 
 Answer = dict[str, Array]  # quantities by name, one number a joint or rod (places,)

@@ -100,14 +100,14 @@ def _document(equations: Any) -> Document:
     if isinstance(equations, str):
         if len(equations) > MOST_BYTES:
             raise InputError(f"larger than the {MOST_BYTES / 1e6:g} MB that equations may have")
-        found = read_text(equations) if _MARKED.search(equations) else None
+        document = read_text(equations) if _MARKED.search(equations) else None
         alone = "=" in equations and len(equations) < MOST_ALONE
-        return found if found and (found.statements or not alone) else Document(tuple(statements([equations])))
+        if document and (document.statements or not alone):
+            return document
     if isinstance(equations, Mapping):
         return Document(tuple(statements({str(name): _plain(value) for name, value in equations.items()})))
-    if isinstance(equations, Iterable) and not isinstance(equations, bytes):
-        return Document(tuple(statements([_plain(value) for value in equations])))
-    return Document(tuple(statements([_plain(equations)])))
+    several = isinstance(equations, Iterable) and not isinstance(equations, str | bytes)
+    return Document(tuple(statements(map(_plain, equations if several else [equations]))))
 
 
 def _file(path: Path) -> Document:

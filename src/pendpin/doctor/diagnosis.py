@@ -24,7 +24,7 @@ from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, rela
 from pendpin.doctor.findings import Finding, Findings, Shared
 from pendpin.doctor.letters import MOST_LOADS, bare, idle, in_use
 from pendpin.doctor.mending.definitions import mends_of_definition
-from pendpin.doctor.mending.mends import Patient, mends, mends_of_mismatch, mends_of_unknown, styles_of
+from pendpin.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, mends_of_unknown, styles_of
 from pendpin.doctor.mending.monomials import Printer
 from pendpin.doctor.patients import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
@@ -223,10 +223,14 @@ class _Doctor:
             return None
         for equation in list(one.readings())[:1]:
             if healed := mends_of_unknown(self._patient(one, equation), one.unknown):
-                kind = kind_of(healed[0].equation, self.system.spec)
-                found = replace(found, verdict="fails", proved=True, error=1.0, when="in every motion", kind=kind)
-                return replace(found, mends=tuple(healed), remark=reason)
+                return self._without_value(found, healed, reason)
         return None
+
+    def _without_value(self, found: Finding, healed: list[Mend], reason: str) -> Finding:
+        """An equation that fails and has no value, so that its error is as large as its terms in every motion."""
+        kind = kind_of(healed[0].equation, self.system.spec)
+        found = replace(found, verdict="fails", proved=True, error=1.0, when="in every motion", kind=kind)
+        return replace(found, mends=tuple(healed), remark=reason)
 
     def _mismatched(self, found: Finding, one: Printed, reason: str) -> Finding:
         """An equation that mixes numbers and vectors: wrong if a small change makes it hold, else not read."""
@@ -235,9 +239,7 @@ class _Doctor:
             return replace(found, remark=reason)
         for equation in list(one.readings())[:2]:
             if healed := mends_of_mismatch(self._patient(one, equation)):
-                found = replace(found, verdict="fails", proved=True, error=1.0, when="in every motion")
-                kind = kind_of(healed[0].equation, self.system.spec)
-                return replace(found, kind=kind, mends=tuple(healed), remark=reason)
+                return self._without_value(found, healed, reason)
         return replace(found, remark=reason)
 
     def _to_first_order(self, one: Printed) -> System | None:

@@ -1,6 +1,7 @@
 """Trees to numbers: scalars, vectors and tensors, for any type of number."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
@@ -16,6 +17,7 @@ Known = dict[int, Values]  # the value of every node, by id
 Instead = Mapping[int, Values | Callable[[Values], Values]]  # what nodes, by id, are changed to
 
 
+@dataclass(frozen=True, eq=False)
 class Context:
     """Quantities, and what the text defines itself; `frame` is the frame that columns of components belong to.
 
@@ -23,22 +25,14 @@ class Context:
     `floats` that a constant may be added, so that one which is not known is 0.
     """
 
-    def __init__(
-        self,
-        quantities: Quantities,
-        definitions: dict[str, Node],
-        frame: str = "B",
-        meanings: dict[str, str] | None = None,
-        tensors: bool = False,
-        floats: bool = False,
-    ) -> None:
-        self.quantities, self.definitions, self.frame = quantities, definitions, frame
-        self.meanings, self.tensors, self.floats, self._open = meanings or {}, tensors, floats, set[str]()
-        self._defined: dict[str, Values] = {}
-
-    def over(self, quantities: Quantities) -> "Context":
-        """The same readings at other states."""
-        return Context(quantities, self.definitions, self.frame, self.meanings, self.tensors, self.floats)
+    quantities: Quantities
+    definitions: Mapping[str, Node]
+    frame: str = "B"
+    meanings: Mapping[str, str] = field(default_factory=dict)
+    tensors: bool = False
+    floats: bool = False
+    _defined: dict[str, Values] = field(default_factory=dict, init=False)  # what definitions come to
+    _open: set[str] = field(default_factory=set, init=False)  # those that are being evaluated
 
     def meaning(self, name: str) -> str:
         """What a name stands for in this reading."""
@@ -131,7 +125,7 @@ def derivative(node: Node, context: Context) -> Values:
     if all(context.means_constant(part) for part in walk(node.children[0]) if part.kind in ("symbol", "derivative")):
         raise Unread("the derivative of a constant", node.span[0])
     try:
-        return quantities.derivative(lambda q: evaluate(node.children[0], context.over(q)), name)
+        return quantities.derivative(lambda q: evaluate(node.children[0], replace(context, quantities=q)), name)
     except KeyError:
         raise Unread("the rate of an acceleration or reaction is not known", node.span[0]) from None
 

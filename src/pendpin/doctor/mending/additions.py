@@ -1,6 +1,5 @@
 """Changes whose size is found and not listed: numbers, factors and terms that are missing."""
 
-from collections import defaultdict
 from collections.abc import Iterator
 from fractions import Fraction
 
@@ -16,8 +15,8 @@ from pendpin.doctor.mending.monomials import (
     simple,
 )
 from pendpin.doctor.mending.moves import number_cost
-from pendpin.doctor.mending.needs import Need
-from pendpin.doctor.reading.tree import divisors, key, symbols, walk
+from pendpin.doctor.mending.needs import Need, equal_parts
+from pendpin.doctor.reading.tree import divisors, symbols, walk
 from pendpin.doctor.systems.base import Quantities, Spec, Values, dot
 
 MOST_TERMS = 8  # of a sum whose neighbouring terms are tried together
@@ -192,12 +191,10 @@ def _read(values: Values, reader: Reader) -> Iterator[tuple[Monomial, str]]:
 
 def equal_products(found: list[Need], equation: Equation, quantities: Quantities, editor: Editor) -> list[Edit]:
     """A number that is wrong in the same way wherever it or an equal product stands, such as m l²/3 printed twice."""
-    groups: dict[tuple, dict[int, Need]] = defaultdict(dict)
-    for need in found:
-        if need.node.kind in ("product", "number") and not any(part.kind == "sum" for part in walk(need.node)):
-            groups[key(need.node)][id(need.node)] = need
     edits = []
-    for members in (list(group.values()) for group in groups.values() if len(group) > 1):
+    for members in (group for group in equal_parts(found, "product", "number") if len(group) > 1):
+        if any(part.kind == "sum" for part in walk(members[0].node)):
+            continue
         factor = _common_factor(members, equation, quantities)
         if factor is not None and factor > 0:
             edits += list(_rescaled(members, factor, editor))

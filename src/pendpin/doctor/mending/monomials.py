@@ -85,28 +85,28 @@ class Reader:
         extra = {name: atom(name, quantities) for name in (*spec.extra, *spec.sums) if name not in self.names}
         self.extra = {name: values for name, values in extra.items() if np.abs(values).min() > 0}
 
-    def plain(self, values: Values, flat: bool = False) -> Monomial | None:
-        """A monomial in parameters, rates, sines and cosines; `flat` ignores its sign."""
+    def plain(self, values: Values) -> Monomial | None:
+        """A monomial in parameters, rates, sines and cosines."""
         with np.errstate(all="ignore"):
             powers = self._inverse @ np.log(np.abs(values))
         whole = np.round(powers[:-1])
         if not np.isfinite(powers).all() or np.abs(powers[:-1] - whole).max() > 1e-5 or np.abs(whole).max() > 4:
             return None
         product = np.prod(self.atoms ** whole[:, None], axis=0)
-        factor = fraction_of(np.abs(values / product) if flat else values / product)
+        factor = fraction_of(values / product)
         if not factor:
             return None
         return Monomial(factor, tuple((n, int(p)) for n, p in zip(self.names, whole, strict=True) if p))
 
-    def all(self, values: Values, flat: bool = False) -> Iterator[Monomial]:
+    def all(self, values: Values) -> Iterator[Monomial]:
         """Every monomial that fits: in plain atoms, or with one more quantity, its square or inverse."""
         if not np.isfinite(values).all() or np.abs(values).min() == 0:
             return
-        if found := self.plain(values, flat):
+        if found := self.plain(values):
             yield found
         for name, extra in self.extra.items():
             for power in (1, 2, -1):
-                if found := self.plain(values / extra**power, flat):
+                if found := self.plain(values / extra**power):
                     yield Monomial(found.factor, (*found.powers, (name, power)))
 
 

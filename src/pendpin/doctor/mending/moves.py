@@ -3,7 +3,6 @@
 Each move says what value it gives to which part, so that all are tried on numbers before any is written.
 """
 
-from collections import defaultdict
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import partial
@@ -15,8 +14,8 @@ from pendpin.doctor.checking.dimensions import Disagreement, dimension
 from pendpin.doctor.checking.evaluation import Context, evaluate, function, power
 from pendpin.doctor.mending.edits import Edit, Editor
 from pendpin.doctor.mending.monomials import Monomial, atom, simple
-from pendpin.doctor.mending.needs import Need
-from pendpin.doctor.reading.tree import Node, Span, Unread, key
+from pendpin.doctor.mending.needs import Need, equal_parts
+from pendpin.doctor.reading.tree import Node, Span, Unread
 from pendpin.doctor.systems.base import Quantities, Values
 
 FUNCTIONS = {"sin": 1.0, "cos": 1.0, "tan": 1.1, "cot": 1.2}  # and the cost of writing one for another
@@ -183,16 +182,12 @@ def number_cost(need: Need, value: Fraction) -> float:
 
 def _of_equal_parts(found: list[Need], context: Context, editor: Editor) -> Iterator[Edit]:
     """The same replacement wherever a symbol or function stands, and two symbols exchanged."""
-    groups: dict[tuple, dict[int, Need]] = defaultdict(dict)
-    for need in found:
-        if need.node.kind in ("symbol", "function", "number"):
-            groups[key(need.node)][id(need.node)] = need
-    several = {k: list(members.values()) for k, members in groups.items()}
-    for members in several.values():
+    several = equal_parts(found, "symbol", "function", "number")
+    for members in several:
         if len(members) > 1:
             yield from _together(members, context, editor)
     for kind, least, cost in (("symbol", 2, 1.6), ("number", 2, 1.3)):
-        names = [members for members in several.values() if members[0].node.kind == kind]
+        names = [members for members in several if members[0].node.kind == kind]
         for first, second in combinations(names, 2):
             if len(first) + len(second) >= least and first[0].value.shape == second[0].value.shape:
                 yield _exchanged(first, second, editor, cost)

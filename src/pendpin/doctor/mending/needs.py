@@ -4,6 +4,7 @@ From the top down: a side has to equal the other side; a term what is left of it
 root. One pass gives the needed value of every part, and what kind of change it takes is read off from that.
 """
 
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -13,7 +14,7 @@ import numpy as np
 
 from pendpin.doctor.checking.evaluation import Context, Known, evaluate, norm
 from pendpin.doctor.checking.residuals import Equation
-from pendpin.doctor.reading.tree import Node
+from pendpin.doctor.reading.tree import Node, key
 from pendpin.doctor.systems.base import Quantities, Values, dot
 from pendpin.doctor.systems.rod import AXES
 
@@ -57,6 +58,15 @@ def needs(equation: Equation, quantities: Quantities, known: Known) -> Iterator[
             value = known[id(side)]
             wanted = target if target.ndim == value.ndim else np.zeros_like(value) if not np.any(target) else None
             yield from _down(Need(side, value, wanted, "side", (), i, lone=lone), context, known)
+
+
+def equal_parts(found: list[Need], *kinds: str) -> list[list[Need]]:
+    """The parts of some kinds, those together that are printed alike."""
+    groups: dict[tuple, dict[int, Need]] = defaultdict(dict)
+    for need in found:
+        if need.node.kind in kinds:
+            groups[key(need.node)][id(need.node)] = need
+    return [list(members.values()) for members in groups.values()]
 
 
 def _targets(equation: Equation, quantities: Quantities, known: Known, i: int) -> Iterator[Values]:

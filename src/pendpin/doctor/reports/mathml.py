@@ -3,11 +3,9 @@
 import html
 from dataclasses import replace
 
-from pendpin.doctor.reading.names import Written, of_word
+from pendpin.doctor.reading.names import LETTERS, Written, of_word
 from pendpin.doctor.reading.tree import Node, Span
 
-GREEK = {"theta": "θ", "phi": "φ", "omega": "ω", "alpha": "α", "psi": "ψ", "pi": "π", "beta": "β", "gamma": "γ"}
-GREEK |= {"tau": "τ", "mu": "μ", "rho": "ρ", "lambda": "λ", "delta": "δ"}
 SIGNS = {"*": "", "x": "×", ".": "·"}
 
 
@@ -144,7 +142,7 @@ def _function(node: Node, changed: tuple[Span, ...], exponent: str = "") -> str:
 
 def symbol(written: Written) -> str:
     """A name with its dots, hat and index."""
-    letter = html.escape(GREEK.get(written.letter, written.letter))
+    letter = html.escape(LETTERS.get(written.letter, written.letter))
     text = f"<mi>{letter}</mi>"
     hat = written.letter in "xyzijkne" or (written.letter in "ab" and written.index in ("1", "2", "3"))
     if written.styled and hat:

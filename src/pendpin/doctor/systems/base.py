@@ -261,6 +261,9 @@ def free_states(system: System) -> Quantities:
     return Quantities(random_base(system.spec, STATES, seed=2) | free, system, np)
 
 
+ENERGY_SUMS: dict[str, Formula] = {"L": lambda q: q["T"] - q["V"], "E": lambda q: q["T"] + q["V"]}
+
+
 def dot(a: Values, b: Values) -> Values:
     """The dot product of two vectors (3, n)."""
     return (a * b).sum(0)

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from pendpin.doctor.systems.base import Formula, Quantities, Spec, Values
+from pendpin.doctor.systems.base import ENERGY_SUMS, Formula, Quantities, Spec, Values
 from pendpin.doctor.systems.linkages import POSES, SLIDES, Linkage
 from pendpin.doctor.systems.tables import Table, table_spec
 
@@ -159,15 +159,12 @@ AMPLITUDE = 1.3  # rad: where a pendulum is released in equations with that angl
 
 def _energies(linkage: Linkage) -> dict[str, Formula]:
     """The energies, and of two coordinates the matrix form: q, the mass matrix, and the slope of the potential energy."""
-    names, found = linkage.coordinates, {"T": linkage.kinetic, "V": linkage.potential, **_SUMS}
+    names, found = linkage.coordinates, {"T": linkage.kinetic, "V": linkage.potential, **ENERGY_SUMS}
     if len(names) == 1:
         return found
     mass = lambda q: np.stack([np.stack([linkage.mass(a, b)(q) for b in names]) for a in names])  # noqa: E731
     weight = lambda q: np.stack([q.derivative(linkage.potential, name) for name in names])  # noqa: E731
     return {**found, "q": lambda q: np.stack([q[name] for name in names]), "mass": mass, "weight": weight}
-
-
-_SUMS: dict[str, Formula] = {"L": lambda q: q["T"] - q["V"], "E": lambda q: q["T"] + q["V"]}
 
 
 def _rate(name: str, order: int = 1) -> Formula:
@@ -308,7 +305,7 @@ def _polar(body: str, up: bool) -> Spec:
         "v": lambda q: q["h"] * q.xp.sqrt(square(q)),
         "T": lambda q: q["J"] * square(q) / q.number(2),
         "V": lambda q: q["m"] * q["g"] * q["z"],
-        **_SUMS,
+        **ENERGY_SUMS,
         "p": lambda q: q["J"] * q["dphi"] * q.xp.sin(q["theta"]) ** 2,
         "ptheta": lambda q: q["J"] * q["dtheta"],
         "S": lambda q: q["m"] * (q["h"] * square(q) + sign * q["g"] * q.xp.cos(q["theta"])),

@@ -12,7 +12,7 @@ import numpy as np
 
 from pendpin.doctor.reading.names import ANGLES, SHORT_FUNCTIONS, UNIT_VECTORS
 from pendpin.doctor.systems import rod_names
-from pendpin.doctor.systems.base import Formula, Quantities, Spec, Values, cross, dot
+from pendpin.doctor.systems.base import ENERGY_SUMS, Formula, Quantities, Spec, Values, cross, dot
 from pendpin.equations import newton_euler
 from pendpin.equations.base import RodInertia
 
@@ -205,8 +205,7 @@ FORMULAS: dict[str, Formula] = {
     "M2": _component("M", "b2"),
     "T": _kinetic,
     "V": lambda q: -q["m"] * q["g"] * q["h"] * q["c*"] * q["ct*"],
-    "L": lambda q: q["T"] - q["V"],
-    "E": lambda q: q["T"] + q["V"],
+    **ENERGY_SUMS,
 }
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pendpin.doctor.systems.base import Formula, Quantities, Spec, Values
-from pendpin.doctor.systems.tables import UNITS, Table, table_spec
+from pendpin.doctor.systems.base import ENERGY_SUMS, Formula, Quantities, Spec, Values
+from pendpin.doctor.systems.tables import Table, table_spec
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.effects import Gravity
 from pendpin.errors import InputError
@@ -46,13 +46,11 @@ def _table(joints: tuple[str, ...], rods: int) -> str:
     """The names: those of one rod need no index."""
     rows = [f"{name} | 1 | {_printed(name)}" for name in joints]
     for i in range(1, rods + 1):
-        every = lambda letter, i=i: f"{letter}_{i} {letter}"  # noqa: E731
-        rows += [f"m{i} | kg | {every('m')}", f"l{i} | m | {every('l')}", f"h{i} | m | {every('h')}"]
+        rows += [f"{name}{i} | {unit} | {name}_{i} {name}" for name, unit in (("m", "kg"), ("l", "m"), ("h", "m"))]
         rows += [f"I{i}{k} | kg m2 | I_{i}{k} I_{i},{k}{f' I_{k}' * (rods == 1)}" for k in (1, 2, 3)]
         rows += [f"{c}{i} | m | {c}_{i}{f' {c}' * (rods == 1)}" for c in "xyz"]
     rows += ["g | m/s2 | g", "T | N m | T K E_k", "V | N m | V U E_p", "L | N m | L", "E | N m | E H"]
     rows += [f"p{name} | N m s | p_{name} p_{_printed(name)}" for name in joints]
-    assert all(row.split("|")[1].strip() in UNITS for row in rows)
     return "\n".join(rows)
 
 
@@ -80,8 +78,7 @@ def _formulas(dynamics: Dynamics, joints: tuple[str, ...]) -> dict[str, Formula]
 
         return value
 
-    formulas: dict[str, Formula] = {"T": energy(0), "V": energy(1)}
-    formulas |= {"L": lambda q: q["T"] - q["V"], "E": lambda q: q["T"] + q["V"]}
+    formulas: dict[str, Formula] = {"T": energy(0), "V": energy(1), **ENERGY_SUMS}
     for name in joints:
         formulas[f"p{name}"] = lambda q, name=name: q.derivative(lambda there: there["T"], f"d{name}")
     return formulas
