@@ -41,9 +41,6 @@ MODULES = [path for path in sorted(PACKAGE.rglob("*.py")) if path.name != "__ini
 UPWARD = {"scene/start.py": "Start", "trajectory/trajectory.py": "Trajectory"}  # records that every room uses
 
 
-RESULTS = UPWARD | {"doctor/diagnosis.py": "Diagnosis"}  # records with methods by which a user asks them further
-
-
 def room(path: Path) -> str:
     """The folder of a module, or the module itself where it lies at the top."""
     return path.relative_to(PACKAGE).with_suffix("").parts[0]
@@ -117,9 +114,9 @@ def methods_that_reach_up(tree: ast.Module, name: str) -> list[ast.FunctionDef]:
     return [method for method in methods if any(isinstance(node, ast.ImportFrom) for node in method.body)]
 
 
-def without_upward_imports(path: Path, records: dict[str, str] = UPWARD) -> str:
+def without_upward_imports(path: Path) -> str:
     """A module's text, without the imports in methods of a record that may reach up: those of one name each."""
-    tree, name = ast.parse(path.read_text()), records.get(str(path.relative_to(PACKAGE)))
+    tree, name = ast.parse(path.read_text()), UPWARD.get(str(path.relative_to(PACKAGE)))
     for method in methods_that_reach_up(tree, name) if name else ():
         assert ast.get_docstring(method) or method.name.startswith("_"), method.name
         method.body = [node for node in method.body if not (isinstance(node, ast.ImportFrom) and len(node.names) == 1)]
@@ -135,12 +132,12 @@ def test_only_methods_of_two_records_reach_up() -> None:
 
 
 def test_no_circle_among_files() -> None:
-    """No file imports itself by way of others, but for the methods of RESULTS: a plan of the imports has an order."""
+    """No file imports itself by way of others, but for the methods of UPWARD: a plan of the imports has an order."""
     parts = {path: path.relative_to(PACKAGE.parent).with_suffix("").parts for path in MODULES}
     names = {path: ".".join(part).removesuffix(".__init__") for path, part in parts.items()}
     graph: dict[str, set[str]] = {}
     for path, name in names.items():
-        nodes = ast.walk(ast.parse(without_upward_imports(path, RESULTS)))
+        nodes = ast.walk(ast.parse(without_upward_imports(path)))
         pairs = [
             (node.module, alias.name) for node in nodes if isinstance(node, ast.ImportFrom) for alias in node.names
         ]

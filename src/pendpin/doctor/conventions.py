@@ -6,7 +6,7 @@ from typing import Any
 from pendpin.doctor.checking.residuals import TOLERANCE
 from pendpin.doctor.patients import Printed, candidates
 from pendpin.doctor.reading.names import CONSTANTS
-from pendpin.doctor.reading.tree import Unread, symbols, walk
+from pendpin.doctor.reading.tree import Unread, parts, symbols
 from pendpin.doctor.systems.base import DIFFERENCES, Convention, System
 from pendpin.doctor.systems.known import SPECS
 from pendpin.doctor.systems.rod import RODS
@@ -41,9 +41,9 @@ def _all_conventions() -> list[Convention]:
 
 def _holds(one: Printed, system: System) -> bool | None:
     """Whether an equation holds at random states; None for one that cannot be read or tells little of the convention."""
-    parts = [part for sides, _ in one.ways[:1] for side in sides for part in walk(side)]
-    silent = any(part.kind == "derivative" or part.value in CONSTANTS for part in parts)
-    if one.defines or len(parts) > MOST_SEARCHED or silent:
+    inside = list(parts(one.sides))
+    silent = any(part.kind == "derivative" or part.value in CONSTANTS for part in inside)
+    if one.defines or len(inside) > MOST_SEARCHED or silent:
         return None
     try:
         return candidates(one, system)[0][1] < TOLERANCE
@@ -108,15 +108,15 @@ def _rod_of_symbols(equations: list[Printed]) -> str:
 
 def _tells_apart(equations: list[Printed]) -> bool:
     """Whether a text tells two transverse inertias apart: it has both indices, or the tensor."""
-    parts = [part for one in equations for sides, _ in one.ways[:1] for side in sides for part in walk(side)]
-    inertias = [part.written for part in parts if part.written and part.written.letter in "IJ"]
+    names = (part.written for one in equations for part in parts(one.sides) if part.written)
+    inertias = [written for written in names if written.letter in "IJ"]
     indices = {written.index[:1] for written in inertias}
     return any(written.styled for written in inertias) or bool(indices & {"1", "x"} and indices & {"2", "y"})
 
 
 def _says_uniform(equations: list[Printed]) -> bool:
     """Whether an equation gives h or an inertia by the length."""
-    for sides in (one.ways[0][0] for one in equations if one.ways):
+    for sides in (one.sides for one in equations if one.ways):
         lone, names = {side.value for side in sides if side.kind == "symbol"}, set().union(*map(symbols, sides))
         if "l" in names and "h" not in names - lone and lone & {"h", "inertia", *INERTIAS}:
             return True

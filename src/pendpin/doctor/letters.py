@@ -91,7 +91,7 @@ def _moved(one: Printed, still: frozenset[str]) -> Iterator[Name]:
     """The letter on the left of an equation whose other sides move."""
     if not one.ways:
         return
-    left, *others = one.ways[0][0]
+    left, *others = one.sides
     if left.written and any(symbols(side) - still - {"pi"} for side in others):
         yield left.written.letter, left.written.index
 
@@ -106,8 +106,8 @@ def _with(equations: list[Printed], changed: list[Printed], names: Collection[Na
 def _defined_anew(equations: list[Printed], system: System, words: Vocabulary) -> dict[Name, str]:
     """The letters that equations such as s_2 = sin q_2, which use none of these, give another dimension: a meaning anew."""
     found: dict[Name, set[Name]] = {}
-    for one in (one for one in equations if one.ways and one.ways[0][0][0].written):
-        (first, *others), _ = one.ways[0]
+    for one in (one for one in equations if one.ways and one.sides[0].written):
+        first, *others = one.sides
         assert first.written is not None
         name = (first.written.letter, first.written.index)
         disagree = all(of_equation(equation, system.spec)[1] for equation in one.readings())
@@ -118,7 +118,7 @@ def _defined_anew(equations: list[Printed], system: System, words: Vocabulary) -
 
 def _letters(one: Printed) -> set[Name]:
     """The letters of an equation and of the definitions that it may use."""
-    nodes = [side for sides, _ in one.ways[:1] for side in sides] + list(one.definitions.values())
+    nodes = [*one.sides, *one.definitions.values()]
     return {(node.written.letter, node.written.index) for node in _symbols(nodes) if node.written}
 
 
@@ -137,7 +137,7 @@ def _other_meanings(equations: list[Printed], system: System, words: Vocabulary)
             right |= _letters(one)
             continue
         wrong.update(_letters(one))
-        lone |= {(s.written.letter, s.written.index) for s in one.ways[0][0] if s.kind == "symbol" and s.written}
+        lone |= {(s.written.letter, s.written.index) for s in one.sides if s.kind == "symbol" and s.written}
     for name, _ in wrong.most_common():
         meanings = _meanings(name, words)
         own = (name in lone or name not in right) and meanings and not set(meanings) & set(system.spec.state)
@@ -229,7 +229,7 @@ def in_use(equations: list[Printed]) -> set[str]:
     while len(used) > before:
         before = len(used)
         for one in (one for one in equations if one.ways):
-            if not one.defines or len(one.ways[0][0]) > 2 or bare(one.defines) in used:
+            if not one.defines or len(one.sides) > 2 or bare(one.defines) in used:
                 letters = {bare(name) for name in one.names - {one.defines}}
                 used |= letters | {letter.rpartition("_")[0] for letter in letters}
     return used

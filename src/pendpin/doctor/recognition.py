@@ -20,7 +20,7 @@ from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.legend import legend, named
 from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_word, raw
-from pendpin.doctor.reading.tree import Node, Unread, symbols, walk
+from pendpin.doctor.reading.tree import Node, Unread, parts, symbols, walk
 from pendpin.doctor.systems.base import LOADS, Convention, Spec, System, random_states, unloaded
 from pendpin.doctor.systems.known import SPECS
 from pendpin.doctor.systems.planar import FAMILIES
@@ -72,7 +72,7 @@ class Reading:
 
     def says(self, one: Printed) -> str:
         """What an equation says that is no law: a state, or a choice of parameters; empty for what may be a law."""
-        sides, spec = one.ways[0][0], self.system.spec
+        sides, spec = one.sides, self.system.spec
         names = [_names(side) for side in sides]
         if all(side.kind == "symbol" for side in sides) and any("q_i" in inside for inside in names):
             return "it says what a name stands for"
@@ -96,7 +96,7 @@ def _is_multiple(node: Node) -> bool:
 
 def _can_be_chosen(one: Printed, system: System) -> bool:
     """Whether parameters may be equal: one is a number, also of metres, or neither is always the larger."""
-    names = [_names(side) for side in one.ways[0][0]]
+    names = [_names(side) for side in one.sides]
     lengths = {name for name in system.spec.still if system.spec.dimensions[name] == (0, 1, 0)}
     if not all(names) or ({"m"} in names and lengths.intersection(*names[:1])):
         return True
@@ -267,7 +267,7 @@ def _letters(document: Document, table: dict[str, str]) -> Letters:
     words, _ = read_symbols(table, replace(SPECS["thin"], words=raw), {})
     moving, every, turned = Counter[Name](), Counter[Name](), set[Name]()
     for one in printed(document.statements, {}, {}, words):
-        for node in (part for sides, _ in one.ways[:1] for side in sides for part in walk(side)):
+        for node in parts(one.sides):
             if node.kind == "symbol" and node.written:
                 name = (node.written.letter, node.written.index)
                 every[name] += 1
@@ -326,10 +326,9 @@ def _doubted(reading: Reading, held: int, document: Document) -> Reading:
 
 def _strange(reading: Reading) -> set[str]:
     """The letters with rates that have no meaning in a system."""
-    parts = [p for one in reading.equations for sides, _ in one.ways[:1] for side in sides for p in walk(side)]
-    moved = [p for p in parts if p.kind == "derivative" and p.children[0].kind == "symbol"]
-    unknown = {str(p.children[0].value) for p in moved if str(p.children[0].value).startswith("?")}
-    return unknown - {one.defines for one in reading.equations}
+    derivatives = [p for one in reading.equations for p in parts(one.sides) if p.kind == "derivative"]
+    moved = {str(p.children[0].value) for p in derivatives if p.children[0].kind == "symbol"}
+    return {name for name in moved if name.startswith("?")} - {one.defines for one in reading.equations}
 
 
 def read_symbols(
