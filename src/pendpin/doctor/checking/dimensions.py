@@ -1,5 +1,6 @@
 """The dimensions of expressions: powers of kg, m and s, and which terms do not agree."""
 
+from collections.abc import Mapping
 from fractions import Fraction
 
 from pendpin.doctor.checking.residuals import Equation
@@ -16,7 +17,7 @@ class Disagreement(Exception):
     """Terms of different dimensions are added or set equal; the message names them."""
 
 
-def dimension(node: Node, definitions: dict[str, Node], spec: Spec, depth: int = 0) -> Dimension | None:
+def dimension(node: Node, definitions: Mapping[str, Node], spec: Spec, depth: int = 0) -> Dimension | None:
     """Powers of kg, m and s; None for what fits anything (0, or a name that is not known). Raises Disagreement."""
     parts = [dimension(child, definitions, spec, depth) for child in node.children]
     match node.kind:

@@ -12,7 +12,7 @@ GREEK |= {"varphi": "phi", "vartheta": "theta", "ell": "l", "imath": "i", "jmath
 GREEK |= {"ℓ": "l", "ϕ": "phi", "ϑ": "theta"}
 _SIGNS = """α alpha β beta γ gamma δ delta ε epsilon ζ zeta η eta θ theta κ kappa λ lambda μ mu ν nu ξ xi π pi ρ rho σ sigma
 τ tau φ phi χ chi ψ psi ω omega Δ Delta Ω Omega Φ Phi Ψ Psi Γ Gamma Λ Lambda Θ Theta"""
-LETTERS = dict(zip(_SIGNS.split()[1::2], _SIGNS.split()[::2], strict=True))  # alpha is printed α
+LETTERS: dict[str, str] = dict(zip(_SIGNS.split()[1::2], _SIGNS.split()[::2], strict=True))  # alpha is printed α
 GREEK |= {letter: name for name, letter in LETTERS.items()}
 
 
