@@ -1,6 +1,7 @@
-"""The equation doctor: printed equations of one rod checked against the true mechanics, and mended.
+"""The equation doctor: printed equations checked against the true mechanics of a system, and mended.
 
-reading/ turns text into trees; mechanics says what each quantity truly is, in floats, 50 digits and symbols; checking
-compares; needs and mending find the smallest change that heals; harm, report and page show it.
+reading/ turns text into trees; systems/ says what each quantity truly is; recognition finds which system, in which letters
+and convention, a text is about; checking/ compares; mending/ finds the smallest change that heals; reports/ shows it.
+diagnose is the way in, diagnosis the main line, findings what comes out.
 May import: dynamics, equations and what is below them; no other tool.
 """

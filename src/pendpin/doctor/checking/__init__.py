@@ -1,4 +1,4 @@
-"""Equations against the truth: what each quantity truly is, in floats, 50 digits and symbols; residuals and proofs.
+"""Equations against the truth: residuals at random states, proofs, special cases in which an equation holds.
 
-May import: reading, equations. To add a quantity: its formula in mechanics.py and its printed name in reading/names.py.
+May import: reading, systems.
 """
