@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -73,11 +74,11 @@ def compare(scene: Scene, accelerations: Callable[..., Any] | None, reactions: C
     dynamics = bind(scene)
     q, v = _states(len(dynamics.model.joints))
     rows: list[Row] = []
-    for what, given in (("accelerations", accelerations), ("reactions", reactions)):
-        if given is not None:
-            ours = _sampled(lambda a, b, given=given, what=what: _answer(given, what, a, b), q, v)
-            true = _truth(dynamics, scene.start.time, tuple(ours))
-            rows += _rows(ours, _sampled(true, q, v), dynamics, what)
+    for what, function in (("accelerations", accelerations), ("reactions", reactions)):
+        if function is not None:
+            ours = _sampled(partial(_answer, function, what), q, v)
+            true = _sampled(partial(_truth, dynamics, scene.start.time, tuple(ours)), q, v)
+            rows += _rows(ours, true, dynamics, what)
     return Comparison(tuple(rows))
 
 
@@ -117,21 +118,17 @@ def _array(value: Any, what: str) -> Array:
         raise InputError(f"{what}: {shown(value)} is not an array of numbers") from None
 
 
-def _truth(dynamics: Dynamics, time: float, names: tuple[str, ...]) -> Function:
+def _truth(dynamics: Dynamics, time: float, names: tuple[str, ...], q: Array, v: Array) -> Answer:
     """The scene's own quantities of these names. Raises InputError for reactions where no joint is universal."""
-
-    def value(q: Array, v: Array) -> Answer:
-        if names == ("acceleration",):
-            return {"acceleration": dynamics.acceleration(time, q, v)}
-        wrenches = np.asarray(dynamics.wrenches(time, q, v))
-        if names == WRENCH:
-            return dict(zip(WRENCH, wrenches.T, strict=True))
-        found = reactions_of(dynamics.model, q[None], wrenches[None])
-        if found is None:
-            raise InputError("reactions: the scene has no universal joints; return the wrenches (joints, 6)")
-        return {name: getattr(found, name)[0] for name in names}
-
-    return value
+    if names == ("acceleration",):
+        return {"acceleration": dynamics.acceleration(time, q, v)}
+    wrenches = np.asarray(dynamics.wrenches(time, q, v))
+    if names == WRENCH:
+        return dict(zip(WRENCH, wrenches.T, strict=True))
+    reactions = reactions_of(dynamics.model, q[None], wrenches[None])
+    if reactions is None:
+        raise InputError("reactions: the scene has no universal joints; return the wrenches (joints, 6)")
+    return {name: getattr(reactions, name)[0] for name in names}
 
 
 def _states(nv: int) -> tuple[Array, Array]:
@@ -145,13 +142,12 @@ def _states(nv: int) -> tuple[Array, Array]:
 def _sampled(function: Function, q: Array, v: Array) -> dict[str, Array]:
     """Each quantity (parts, n, places) at angles (n, nv) and rates (parts, n, nv). Raises InputError."""
     answers = [[function(a, b) for a, b in zip(q, rates, strict=True)] for rates in v]
-    first = answers[0][0]
-    for one in (one for part in answers for one in part):
-        if {name: array.shape for name, array in one.items()} != {name: array.shape for name, array in first.items()}:
-            raise InputError("the function returns other names or shapes at other states")
-    if not first:
+    shapes = [{name: array.shape for name, array in answer.items()} for part in answers for answer in part]
+    if any(shape != shapes[0] for shape in shapes):
+        raise InputError("the function returns other names or shapes at other states")
+    if not shapes[0]:
         raise InputError("reactions: the function returns no quantity")
-    return {name: np.array([[one[name] for one in part] for part in answers]) for name in first}
+    return {name: np.array([[answer[name] for answer in part] for part in answers]) for name in shapes[0]}
 
 
 def _rows(ours: dict[str, Array], right: dict[str, Array], dynamics: Dynamics, what: str) -> list[Row]:
