@@ -1,8 +1,12 @@
 """What the equation doctor reads: right equations hold in any notation, hostile texts are refused in one line."""
 
+from itertools import product
+
 import pytest
 
 import pendpin as pp
+from pendpin.doctor.reading.names import Written
+from pendpin.doctor.systems.rod_names import DIMENSION_OF, meanings
 from pendpin.errors import InputError
 
 # --- right equations hold -------------------------------------------------------------------------------------------
@@ -135,3 +139,49 @@ def outcome(path):
         return [str(error)]
     assert not found.ok
     return [finding.remark for finding in found.findings]
+
+
+LETTERS = [
+    "theta",
+    "phi",
+    "omega",
+    "alpha",
+    "a",
+    "b",
+    "e",
+    "n",
+    "i",
+    "j",
+    "k",
+    "x",
+    "y",
+    "z",
+    "v",
+    "r",
+    "I",
+    "J",
+    "R",
+    "M",
+    "F",
+    "W",
+    "g",
+    "q",
+    "T",
+    "V",
+    "U",
+    "L",
+    "E",
+    "m",
+    "l",
+    "h",
+]
+INDICES = ["", *"123xyzGOcgpi", "xx", "11", "G1", "G,x", "B,2", "tip", "k", "pot"]
+
+
+def test_a_printed_name_of_a_rod_is_a_quantity_and_its_dot_the_rate():
+    """Every meaning has a dimension, and what a dot makes of it one with a second less."""
+    for letter, index, styled in product(LETTERS, INDICES, (False, True)):
+        names, rates = (meanings(Written(letter, dots, index, styled)) for dots in (0, 1))
+        assert {*names} <= DIMENSION_OF.keys() | {"q_i"}
+        slower = {(kg, m, s - 1) for kg, m, s in (DIMENSION_OF[name] for name in names if name != "q_i")}
+        assert {DIMENSION_OF[name] for name in rates if name != "dq_i"} <= slower
