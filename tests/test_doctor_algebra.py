@@ -216,3 +216,16 @@ def test_columns_of_vectors_are_three() -> None:
     """Three make a matrix; two make none."""
     finding = finding_of(r"\begin{bmatrix}\vec b_1\\ \vec b_2\end{bmatrix}\vec r_G = 0")
     assert (finding.verdict, finding.remark) == ("not checked", "a matrix of this size, or one of vectors")
+
+
+def test_a_symbol_that_nothing_explains_is_0() -> None:
+    """Where the equation holds without it: it is the condition; of one that is wrong without it nothing is said."""
+    for gravity, condition in (("3 g", "Q = 0"), ("3.1 g", "")):
+        load = r"- \dot\theta^2\sin\phi\cos\phi + \frac{Q}{m l^2}"
+        finding = finding_of(rf"\ddot\phi = -\frac{{{gravity}}}{{2 l}}\cos\theta\sin\phi {load}")
+        assert (finding.verdict, finding.condition) == ("holds if" if condition else "not checked", condition)
+
+
+def test_a_vector_has_a_square_and_no_cube() -> None:
+    """It is not checked, with the reason."""
+    assert finding_of(r"\vec r_G^{\,3} = \vec r_G").remark == "a power of a vector"
