@@ -22,6 +22,7 @@ from pendpin.stability.rests import chosen_start, remarks
 
 REST = 1e-9  # of the accelerations that unit changes of the state cause: a residual below it is rounding
 MOST_ROWS = 24  # eigenvalues that are printed
+MOST_PLACES = 4  # joints that say where the model is taken
 SUPPORT = ("support_x", "support_y", "support_z")
 
 
@@ -87,7 +88,10 @@ class LinearModel:
 
     def text(self) -> str:
         """The eigenvalues as a table, whether the model is stable, and what it leaves out."""
-        lines = [f"Linear model of {len(self.states)} states and {len(self.inputs)} inputs about {self._place()}"]
+        names = self.states[: len(self.q)]
+        places = [f"{name} = {x:.6g}" for name, x in zip(names, self.q, strict=True)]
+        about = ", ".join([*places[:MOST_PLACES], *["..."] * (len(places) > MOST_PLACES)])
+        lines = [f"Linear model of {len(self.states)} states and {len(self.inputs)} inputs about {about}"]
         lines += [f"{'eigenvalue (1/s)':>28} {'omega (rad/s)':>14} {'damping ratio':>14}"]
         shown = [(x, error) for x, error in zip(*self._spectrum, strict=True) if x.imag >= 0]
         lines += [_row(*pair) for pair in shown[:MOST_ROWS]]
@@ -99,11 +103,6 @@ class LinearModel:
                 f"not an equilibrium: {self.states[largest]} accelerates by {self.residual[largest]:.3g} rad/s² (m/s²)"
             )
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
-
-    def _place(self) -> str:
-        names = self.states[: len(self.q)]
-        parts = [f"{name} = {x:.6g}" for name, x in zip(names, self.q, strict=True)][:4]
-        return ", ".join(parts) + (", ..." if len(names) > len(parts) else "")
 
 
 def _row(value: complex, error: float) -> str:

@@ -13,7 +13,7 @@ from pendpin.graphics.figure import new_figure
 from pendpin.graphics.panels import COLORS
 from pendpin.integrators import Run
 from pendpin.model import kinematics
-from pendpin.model.build import Model, build
+from pendpin.model.build import build
 from pendpin.scene import Scene
 from pendpin.simulation.run import fill_in
 
@@ -60,14 +60,9 @@ def _panel(ax: Any, modes: Any, place: int) -> None:
 def _displaced(modes: Any, place: int) -> tuple[Array, Array]:
     """Both ends of every body at the rest, and how they move to first order with a shape, (bodies, 2, 3) m."""
     model, small = build(modes.scene.model), 1e-6
-    rest, ahead, behind = _ends(model, modes.q + np.array([[0.0], [small], [-small]]) * np.real(modes.shapes[place]))
+    poses = kinematics.poses(model, modes.q + np.array([[0.0], [small], [-small]]) * np.real(modes.shapes[place]))
+    rest, ahead, behind = np.stack([poses[..., :3, 3], kinematics.tips(model, poses)], 2)
     return rest, (ahead - behind) / (2 * small)
-
-
-def _ends(model: Model, q: Array) -> Array:
-    """Both ends of every body, (n, bodies, 2, 3) m in W, at positions q (n, nv)."""
-    poses = kinematics.poses(model, q)
-    return np.stack([poses[..., :3, 3], kinematics.tips(model, poses)], 2)
 
 
 def amplitude(modes: Any, place: int) -> float:

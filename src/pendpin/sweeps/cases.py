@@ -76,7 +76,10 @@ class Vectors:
             few = {"times": tuple(scene.clock[[0, -1]].tolist())} if scene.solver.times else {"samples": 2}
             scene = scene.model_copy(update={"solver": scene.solver.model_copy(update=few)})
         self.task, self.scene, self.ladder = task, scene, None
-        made = partial(Series, scene, flips=sums, other=_move_start(task, scene))
+        moved, keys = None, [key for key in task.plan.keys if key.startswith("start.")]
+        with suppress(PendpinError):  # a start with other numbers, where it is varied
+            moved = set_numbers(scene, keys, np.random.default_rng(0).uniform(0.1, 1.0, len(keys)))
+        made = partial(Series, scene, flips=sums, other=moved)
         if scene.solver.accuracy:
             self.ladder = Ladder(scene, made)
             self.series = self.ladder.series[::-1]
@@ -175,15 +178,6 @@ def _start_joints(task: Task, model: Model) -> tuple[Indices, Indices] | None:
         return None
     joints = [path[2] if isinstance(path[2], int) else model.index(path[2], "vary") for path in paths]
     return np.array([fields.index(str(path[1])) for path in paths]), np.array(joints)
-
-
-def _move_start(task: Task, scene: Scene) -> Scene | None:
-    """The scene with other numbers, by chance, where the start is varied."""
-    keys = [key for key in task.plan.keys if key.startswith("start.")]
-    try:
-        return set_numbers(scene, keys, np.random.default_rng(0).uniform(0.1, 1.0, len(keys)))
-    except PendpinError:
-        return None
 
 
 _VECTORS: dict[str, Vectors | None] = {}

@@ -122,7 +122,9 @@ def by_elliptic_functions(scene: Scene, model: Model, length: float, limit: floa
     axis = in_plane or 0
     reduced = (rod.I1, rod.I2)[axis] / rod.m / rod.h + rod.h  # I1 = I2 where I3 = 0
     if rod.I3:
-        direction = _swing_directions(axis, q, v, reduced, gravity, scene)
+        angles = np.zeros((len(scene.times), 2))
+        angles[:, axis] = exact.planar(q[axis], v[axis], reduced, gravity, scene.times)
+        direction = exact.direction(angles)
     else:
         direction = exact.spherical(exact.direction(q), exact.direction_rate(q, v), reduced, gravity, scene.times)
     return Solution("elliptic functions in 100 digits", direction[:, None] * length, np.zeros(len(direction)), EPS)
@@ -134,13 +136,6 @@ def _downwards(effects: tuple[Effect, ...]) -> float | None:
         return None
     field = effects[0].field(0.0)
     return float(-field[2]) if field[2] < 0 and not field[:2].any() else None
-
-
-def _swing_directions(axis: int, q: Array, v: Array, reduced: float, gravity: float, scene: Scene) -> Array:
-    """Directions (n, 3) of a rod that swings in the plane of one angle, from q, v (2,)."""
-    angles = np.zeros((len(scene.times), 2))
-    angles[:, axis] = exact.planar(q[axis], v[axis], reduced, gravity, scene.times)
-    return exact.direction(angles)
 
 
 def by_series(scene: Scene, model: Model, length: float, limit: float) -> Solution:
