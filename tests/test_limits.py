@@ -110,7 +110,7 @@ def test_recording_is_in_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("llvmlite")
     waited: list[bool] = []
 
-    def waits_for(deadline: Any, compute: Any, long: bool) -> Any:
+    def wait_for(deadline: Any, compute: Any, long: bool) -> Any:
         waited.append(long)
         if long:
             raise Halted("at once")
@@ -119,7 +119,7 @@ def test_recording_is_in_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     def record(*given: Any) -> None:
         raise AssertionError
 
-    monkeypatch.setattr(limits.Deadline, "waits_for", waits_for)
+    monkeypatch.setattr(limits.Deadline, "wait_for", wait_for)
     monkeypatch.setattr(compiling, "record", record)
     monkeypatch.setattr(compiling, "_known", OrderedDict())
     monkeypatch.setattr(run, "automatic", lambda *given: ("dop853", "compiled"))

@@ -12,7 +12,7 @@ from pendpin.model.build import Model
 from pendpin.model.urdf_written import WrittenJoint, homes
 
 
-def expanded(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
+def expand_as_written(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
     """The effects with those that an as_written stands for.
 
     The first of them takes its place, the others come at the end: every other effect keeps its place in the list.

@@ -73,7 +73,7 @@ def equations_of(
     return look_up((parameters.structure, still), write, parameters), parameters
 
 
-def sampler_of(engine: Engine, effects: Sequence[Effect], start: float) -> Sampler:
+def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> Sampler:
     """The samples of a chain in machine code, at times since `start` in s."""
     # A function of its own, though the equations hold the same articulated bodies: compiling these once would save 15 to 20
     # ms of a first run, but change the last digit of the accelerations at the samples (docs/accuracy.md).
@@ -94,7 +94,7 @@ def look_up(key: Hashable, record: Callable[[], Recording], parameters: Paramete
     return equations
 
 
-def differentiated(variation: Variation, start: float, by_rod: bool) -> Block:
+def differentiate_equations(variation: Variation, start: float, by_rod: bool) -> Block:
     """A block of the equations of a variation with their derivatives in its directions; without them in that of the state.
 
     Raises MissingLibrary without llvmlite.

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.as_written import expanded
+from pendpin.dynamics.as_written import expand_as_written
 from pendpin.dynamics.binding import Binding
-from pendpin.dynamics.compiling import differentiated
+from pendpin.dynamics.compiling import differentiate_equations
 from pendpin.dynamics.dynamics import choose_engine
 from pendpin.dynamics.symbols import records_by_rod
 from pendpin.dynamics.varied import vary
@@ -50,7 +50,9 @@ class Variational:
         engine = choose_engine(self.model, Binding(self.model, effects, start=scene.start.time).loads, "auto", "angles")
         by_rod = records_by_rod(engine, effects)
         self.variation = vary(scene.model_copy(update={"effects": effects}), engine, keys, by_rod)
-        self.block: Block = differentiated(self.variation, scene.start.time, by_rod)  # its state is (y, w_1, ..., w_K)
+        self.block: Block = differentiate_equations(
+            self.variation, scene.start.time, by_rod
+        )  # its state is (y, w_1, ..., w_K)
         self.starts: Array = self.variation.start  # (K, 2 nv), of the start's (q, v) by the numbers
         self.nv = len(self.model.joints)
 
@@ -79,7 +81,7 @@ def differentiable(scene: Scene) -> tuple[Effect, ...]:
 
     Raises InputError for one that does not run on symbols.
     """
-    acts = expanded(build(scene.model), scene.effects)
+    acts = expand_as_written(build(scene.model), scene.effects)
     for i, effect in enumerate(acts):
         if not effect.symbolic:
             raise InputError(f"effects[{i}]: {effect.kind} has no derivative: its law takes plain floats only")

@@ -15,7 +15,7 @@ from pendpin.dynamics.binding import Accounts, Binding
 from pendpin.dynamics.binding.acting import acting
 from pendpin.dynamics.binding.contacts import bind_contacts
 from pendpin.dynamics.chain_samples import Sampler
-from pendpin.dynamics.compiling import compilable, compiled, sampler_of
+from pendpin.dynamics.compiling import compilable, compile_sampler, compiled
 from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.held_torques import HeldTorque
 from pendpin.dynamics.symbols import Asked
@@ -76,7 +76,7 @@ class Dynamics:
     def use_compiled_samples(self) -> None:
         """Compute samples in machine code where that is possible: those of chains with pendpin's own effects."""
         if self.model.chain is not None and compilable(self.model, self.effects):
-            self.sampler = sampler_of(self._base, self.effects, self.start)
+            self.sampler = compile_sampler(self._base, self.effects, self.start)
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
         """q'' (nv,) at time t. Raises InputError for arrays of another shape."""

@@ -113,7 +113,7 @@ class AngleEngine(Engine):
         """Columns of the inverse mass matrix, (nv, k): accelerations for a unit torque on each of k joints."""
 
 
-def counted(
+def count_calls(
     function: Derivative, progress: ProgressCallback, every: int = CALLBACK_EVERY_SLOW
 ) -> tuple[Derivative, Callable[[], int]]:
     """A derivative that counts its calls and calls `progress` with t at every `every`-th of them."""

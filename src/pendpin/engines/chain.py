@@ -6,7 +6,7 @@ import numpy as np
 
 from pendpin.arrays import Array, Indices, applied
 from pendpin.effects import Motion
-from pendpin.engines.base import AngleEngine, Derivative, ProgressCallback, Sample, counted
+from pendpin.engines.base import AngleEngine, Derivative, ProgressCallback, Sample, count_calls
 from pendpin.engines.loads import Loads
 from pendpin.equations.base import PHI, THETA, split_by_rod
 from pendpin.equations.chain import solution
@@ -34,7 +34,7 @@ class LongChain(AngleEngine):
             dy[:nv] = y[nv:]
             dy[nv:] = self._solve(np.array([t]), y[None, :nv], y[None, nv:]).acceleration.reshape(-1)
 
-        return counted(derivative, progress)
+        return count_calls(derivative, progress)
 
     def motion(self, y: Array) -> Motion:
         """Poses and velocities of all rods from y = (q, v), (2 nv,)."""

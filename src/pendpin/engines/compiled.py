@@ -17,7 +17,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.effects import Motion
-from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, counted
+from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, count_calls
 from pendpin.engines.machine_code import Block, Function, Values
 from pendpin.engines.tape import Recording
 
@@ -123,4 +123,4 @@ class Compiled(Engine):
             dy[:] = rates
 
         derivative.needs = block, code  # type: ignore[attr-defined]  # they live as long as the function
-        return counted(derivative, progress, CALLBACK_EVERY)
+        return count_calls(derivative, progress, CALLBACK_EVERY)

@@ -1,11 +1,11 @@
 """Pinocchio's model in Hamilton's form: positions and momenta, with the derivatives that an implicit method needs."""
 
-from functools import partial
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.arrays import Array, Mask
 from pendpin.engines.external_forces import centres_of, external_forces, joints_of
 from pendpin.engines.loads import Loads
 from pendpin.model.bodies import in_mass_unit, pinocchio, with_gravity
@@ -80,4 +80,10 @@ class CanonicalForm:
 
 def mirror_upper(matrix: Array) -> Array:
     """A symmetric matrix (n, n) of which Pinocchio fills only the upper triangle."""
-    return np.where(np.tri(len(matrix), k=-1, dtype=bool), matrix.T, matrix)
+    return np.where(_below_diagonal(len(matrix)), matrix.T, matrix)
+
+
+@cache
+def _below_diagonal(n: int) -> Mask:
+    """Where a matrix (n, n) is below its diagonal; kept, as a stage of a Gauss method asks for it several times."""
+    return np.tri(n, k=-1, dtype=bool)

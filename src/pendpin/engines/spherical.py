@@ -14,7 +14,7 @@ import numpy as np
 
 from pendpin.arrays import Array, across, cross
 from pendpin.effects import Motion
-from pendpin.engines.base import Derivative, Engine, ProgressCallback, Sample, counted
+from pendpin.engines.base import Derivative, Engine, ProgressCallback, Sample, count_calls
 from pendpin.engines.chain import LongChain
 from pendpin.engines.external_forces import centres_of, external_forces
 from pendpin.engines.loads import Loads
@@ -142,7 +142,7 @@ class Directions(Thin):
             dy[:half] = rate.reshape(-1)
             dy[half:] = cross(d, self.bend(np.array([t]), d[None], rate[None])[0]).reshape(-1)
 
-        return counted(derivative, progress)
+        return count_calls(derivative, progress)
 
 
 def _joined(d: Array, rate: Array) -> Array:
@@ -228,7 +228,7 @@ class Spherical(Thin):
             forces = external_forces(pin, data, q, v, com, joints, partial(loads.wrench, t))
             dy[cut:] = aba(pin, data, q, v, tau, forces)
 
-        return counted(derivative, progress)
+        return count_calls(derivative, progress)
 
 
 # The tensor T of q' = T q omega / 2 for q = (x, y, z, w) and omega in the body's frame, as (4, 12) for q @ T

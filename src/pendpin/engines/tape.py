@@ -380,7 +380,8 @@ def _weighted_roots(A: Array, B: Array, C: Array, points: Array, weights: Array)
     A, B, C = np.broadcast_arrays(A, B, C)
     rows = []
     for a, b, c in zip(A.flat, B.flat, C.flat, strict=True):  # terms or numbers
-        terms = [x for x in (a, b, c) if isinstance(x, Term)]
-        numbers = weights @ np.sqrt(a + points * (b + points * c)) if not terms else None
-        rows.append(terms[0].tape.weighted_roots(a, b, c, points, weights) if terms else numbers)
+        if terms := [x for x in (a, b, c) if isinstance(x, Term)]:
+            rows.append(terms[0].tape.weighted_roots(a, b, c, points, weights))
+        else:
+            rows.append(weights @ np.sqrt(a + points * (b + points * c)))
     return np.stack(rows, -1).reshape(len(weights), *A.shape)

@@ -174,7 +174,7 @@ def refused(solve: Solve, make_scene: Callable[[], Scene], *words: str) -> float
     return 1.0
 
 
-def turned_rates(run: Trajectory, scene: Scene) -> Scene:
+def reverse_rates(run: Trajectory, scene: Scene) -> Scene:
     """A scene that starts at the end of a run, with all rates reversed."""
     start = Start(positions=tuple(run.q[-1].tolist()), velocities=tuple((-run.v[-1]).tolist()))
     return scene.model_copy(update={"start": start})

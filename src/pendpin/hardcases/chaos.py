@@ -6,7 +6,7 @@ import numpy as np
 
 from pendpin.arrays import EPS, Array
 from pendpin.equations.chain import angles, thin
-from pendpin.hardcases.base import ROD, Solve, case, scene, settings, turned_rates
+from pendpin.hardcases.base import ROD, Solve, case, reverse_rates, scene, settings
 from pendpin.scene import Chain, Rod, Scene
 from pendpin.simulation.simulate import simulate
 from pendpin.trajectory import Trajectory
@@ -55,7 +55,7 @@ def _methods_agree(solve: Solve, full: bool) -> float:
 def _there_and_back(solve: Solve, full: bool) -> float:
     duration = 8.0 if full else 4.0
     there = solve(wild(duration))
-    back = solve(turned_rates(there, wild(duration)))
+    back = solve(reverse_rates(there, wild(duration)))
     predicted = 2 * _predicted(there, _reference(duration)[1])[-1]
     return float(np.abs(np.concatenate([back.q[-1] - WILD, back.v[-1]])).max() / predicted)
 
@@ -98,7 +98,7 @@ def _quarter(solve: Solve, full: bool) -> float:
 
 def _reversed(solve: Solve, full: bool) -> float:
     calm = _calm(CALM_Q, CALM_V, full)
-    back = solve(turned_rates(solve(calm), calm))
+    back = solve(reverse_rates(solve(calm), calm))
     return float(np.abs(np.concatenate([back.q[-1] - CALM_Q, back.v[-1] + CALM_V])).max())
 
 

@@ -6,7 +6,16 @@ from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Derivative
 from pendpin.integrators import machine
-from pendpin.integrators.base import FREE, LEAST_RTOL, NOT_FINITE, Integrator, Segment, StepPlan, finite_part, returning
+from pendpin.integrators.base import (
+    FREE,
+    LEAST_RTOL,
+    NOT_FINITE,
+    Integrator,
+    Segment,
+    StepPlan,
+    finite_part,
+    return_rates,
+)
 from pendpin.integrators.events import EventIntegrator
 from pendpin.scene import Method, Scene
 from pendpin.versions import version
@@ -65,7 +74,7 @@ class Adaptive(EventIntegrator):
         self, derivative: Derivative, y: Array, times: Array, first_step: float | None, longest: float
     ) -> Segment:
         """The states (n, size) by SciPy, from y (size,) at `times` (n,) in s."""
-        states, steps, failure, function = [np.array(y)], 0, None, returning(derivative)
+        states, steps, failure, function = [np.array(y)], 0, None, return_rates(derivative)
         try:
             solver = self._scipy_method(
                 function,

@@ -147,7 +147,7 @@ def separate(times: Array) -> Indices:
     return np.array(places)
 
 
-def returning(derivative: Derivative) -> Callable[[float, Array], Array]:
+def return_rates(derivative: Derivative) -> Callable[[float, Array], Array]:
     """A derivative that returns dy (size,), for SciPy. Raises FloatingPointError on NaN and inf.
 
     SciPy's RK45 and DOP853 hang on NaN at the start, and its LSODA returns it as a success.

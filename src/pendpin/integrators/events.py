@@ -11,7 +11,7 @@ import numpy as np
 from pendpin.arrays import Array, Mask
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine_code import Block
-from pendpin.integrators.base import LEAST_RTOL, NOT_FINITE, ROUNDING, SHORTEST, Integrator, returning
+from pendpin.integrators.base import LEAST_RTOL, NOT_FINITE, ROUNDING, SHORTEST, Integrator, return_rates
 from pendpin.integrators.first_crossing import Crossing, first_crossing
 from pendpin.scene.methods import MULTISTEP, Method
 
@@ -121,7 +121,7 @@ class OnSciPy(Stepper):
         """SciPy's solver from y (size,) at t to `end`, s, and the origin (size,) from which it counts the state."""
         from scipy import integrate  # late: it takes 0.2 s
 
-        (size, relative), rates, origin = self.scales, returning(self.derivative), np.zeros_like(y)
+        (size, relative), rates, origin = self.scales, return_rates(self.derivative), np.zeros_like(y)
         if not relative.all():
             size, origin = size + np.where(relative, np.abs(y), 0.0), y
         solver = getattr(integrate, self.method.library_name)(

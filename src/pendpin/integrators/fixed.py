@@ -20,7 +20,7 @@ Advance = Callable[[float, float, int], None]  # t, h, steps: advances a state i
 Step = Callable[[float, float], None]  # the same for one step
 
 
-def steps_in(interval: float, step: float) -> int:
+def count_equal_steps(interval: float, step: float) -> int:
     """How many equal steps of at most `step` make an interval, both in s."""
     # 2.1 / 0.3 is 7.000000000000001, and the time between two samples at 60 Hz often is 1/60 s and a rounding: what rounding
     # has put above a whole number is that number, not one step more.

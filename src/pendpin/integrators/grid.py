@@ -71,7 +71,7 @@ class StepGrid:
         Differences are taken from the origin: beside a late time a short one, as that of a pulse, would lose its digits.
         """
         elapsed, blocks = t - self._origin, list[Block]()
-        count = max(self._count, whole_steps(elapsed, self._step))
+        count = max(self._count, count_whole_steps(elapsed, self._step))
         at_end = count > self._count and abs(elapsed - count * self._step) <= NEAR * self._step
         end = elapsed if at_end else count * self._step
         if count > self._count and self._offset > self._count * self._step:  # behind a corner
@@ -90,7 +90,7 @@ class StepGrid:
         return Way(tuple(blocks), start, max(elapsed - self._offset, 0.0))
 
 
-def whole_steps(interval: float, step: float) -> int:
+def count_whole_steps(interval: float, step: float) -> int:
     """How many whole steps fit into an interval, both in s."""
     return math.floor(interval / step + NEAR)
 

@@ -59,13 +59,13 @@ class Continuation:
         for sample, due in zip(before[first], np.split(t, first[1:]), strict=True):
             begin = self.run.t[sample]
             pieces.append(self.piece(sample, np.concatenate([[begin], due[due > begin]]) - start))
-        rows = self.filled(pieces, before[first])
+        rows = self.fill_pieces(pieces, before[first])
         places = np.searchsorted(rows.t, t - start, side="right") - 1
         counts = {name: sum(getattr(piece, name) for piece in pieces) for name in COUNTS}
         stats = replace(self.run.stats, **counts)
         return replace(samples_of(rows, places), t=t, stats=stats, events=self.run.events)
 
-    def filled(self, pieces: list[Run], samples: ArrayLike) -> Trajectory:
+    def fill_pieces(self, pieces: list[Run], samples: ArrayLike) -> Trajectory:
         """All rows of k pieces, with accelerations, wrenches and energies, and the events of the first.
 
         Each begins at one of `samples` (k,) of the run. t is counted from the scene's start, the work from those samples.
@@ -102,7 +102,7 @@ def extend(run: Trajectory, duration: float) -> Trajectory:
     ahead = np.flatnonzero(scene.clock > run.t[-1] + ROUNDING * (scene.clock[-1] - run.t[-1]))
     more = Continuation(run, scene)
     piece = more.piece(last, np.concatenate([[run.t[-1] - scene.start.time], scene.times[ahead]]))
-    new = replace(samples_of(more.filled([piece], [last]), slice(1, None)), t=scene.clock[ahead])
+    new = replace(samples_of(more.fill_pieces([piece], [last]), slice(1, None)), t=scene.clock[ahead])
     counts = {name: getattr(run.stats, name) + getattr(piece, name) for name in COUNTS}
     stats = replace(run.stats, stopped=None, **counts)
     return replace(joined([run, new]), stats=stats, scene=scene.recorded(), source=scene)

@@ -45,7 +45,7 @@ class Deadline:
         if self.limit - wall < reserve * max(1.0, min(wall / max(own, 1e-9), MOST_BUSY)):
             raise Halted(f"it takes over {self.limit:g} s, compiling included")
 
-    def waits_for(self, compute: Callable[[], T], long: bool) -> T:
+    def wait_for(self, compute: Callable[[], T], long: bool) -> T:
         """The result of a computation; of a long one that cannot be stopped, such as compiling, only until the deadline.
 
         Raises Halted if it takes longer. The computation then goes on in a thread, which Python waits for at its end.
@@ -126,7 +126,10 @@ def balanced(trajectory: Trajectory) -> int:
     """
     bad = _unbalanced(trajectory, 0.0)
     if bad.any():  # where nothing is exchanged, rounding counts; its scale takes longer than all the rest
-        bad = _unbalanced(trajectory, ROUNDING * _largest(_energy_terms(trajectory)))
+        # of the terms of a potential energy, which round also where they cancel, as in a horizontal rod
+        force, moment = (np.linalg.norm(x, axis=-1).max(1) for x in np.split(trajectory.wrench, 2, -1))
+        terms = moment + force * np.linalg.norm(trajectory.tips, axis=-1).max(1, initial=0.0)
+        bad = _unbalanced(trajectory, ROUNDING * _largest(terms))
     return int(np.flatnonzero(~bad)[-1]) + 1
 
 
@@ -138,12 +141,6 @@ def _unbalanced(trajectory: Trajectory, least: Array | float) -> Mask:
     if works:
         bad |= _largest(trajectory.unbalanced) > OFF * np.maximum(exchanged(trajectory.kinetic, *works), least)
     return bad
-
-
-def _energy_terms(trajectory: Trajectory) -> Array:
-    """The size of the terms of a potential energy, (n,) in J: they round also where they cancel, as in a horizontal rod."""
-    force, moment = (np.linalg.norm(x, axis=-1).max(1) for x in np.split(trajectory.wrench, 2, -1))
-    return moment + force * np.linalg.norm(trajectory.tips, axis=-1).max(1, initial=0.0)
 
 
 def _largest(x: Array) -> Array:

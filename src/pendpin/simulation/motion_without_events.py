@@ -8,7 +8,7 @@ from pendpin.arrays import EPS, Array, Indices, subdivided
 from pendpin.engines import Derivative
 from pendpin.integrators import Memory, Segment, StepPlan
 from pendpin.integrators.base import SHORTEST
-from pendpin.integrators.fixed import steps_in
+from pendpin.integrators.fixed import count_equal_steps
 from pendpin.simulation.checkpoint import RunState
 from pendpin.simulation.integration import IntegrationLoop, Task
 from pendpin.simulation.limits import SamplesTooFew
@@ -135,7 +135,9 @@ class SmoothLoop(IntegrationLoop):
         step, intervals = self.integrator.step, np.diff(span)
         parts = np.ceil(np.clip(density * intervals, 1.0, MOST_PARTS)).astype(int)
         if step:
-            parts = np.array([steps_in(dt, step) if more > 1 else 1 for dt, more in zip(intervals, parts, strict=True)])
+            parts = np.array(
+                [count_equal_steps(dt, step) if more > 1 else 1 for dt, more in zip(intervals, parts, strict=True)]
+            )
         return parts
 
     def _integrate(self, y: Array, span: Array, first_step: float | None, memory: Memory) -> Segment:

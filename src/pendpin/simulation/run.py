@@ -14,7 +14,7 @@ from pendpin.effects.pace import Pace, join_paces
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
 from pendpin.integrators import Run, automatic
-from pendpin.integrators.grid import largest_step, whole_steps
+from pendpin.integrators.grid import count_whole_steps, largest_step
 from pendpin.integrators.taylor import Taylor
 from pendpin.model import kinematics
 from pendpin.model.build import start_state
@@ -63,7 +63,7 @@ def run_scene(
     saver = Saver()
     compiles = dynamics.engine.compiles
     try:
-        deadline.waits_for(lambda: dynamics.engine.derivative(progress) if compiles else None, compiles)
+        deadline.wait_for(lambda: dynamics.engine.derivative(progress) if compiles else None, compiles)
         scene, dynamics = _choose_method(scene, dynamics, q, v, energy_balance)
         if checkpoint:
             saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name))
@@ -71,7 +71,7 @@ def run_scene(
         task, pace_of_run = task_of(scene, dynamics, q, v, energy_balance, patience)
         task = replace(task, pace=join_paces([task.pace, Pace.even(longest)]))
         compiles = dynamics.engine.compiles or isinstance(task.integrator, Taylor)
-        loop = deadline.waits_for(lambda: loop_of(task), compiles)
+        loop = deadline.wait_for(lambda: loop_of(task), compiles)
     except Halted as error:
         return _finished(scene, dynamics, None, replace(start, failure=error), saver.note)
     method, notes = scene.solver.method, pace_of_run.notes(scene.duration, scene.solver.step)
@@ -142,7 +142,9 @@ def _finished(
 def _cut(scene: Scene, run: Run, count: int, why: str) -> Run:
     """The run up to so many samples, with the fixed steps up to there; others are not counted by samples."""
     step, short = scene.solver.step, run.cut(count, why)
-    return short if step is None else replace(short, steps=min(run.steps, whole_steps(scene.times[count - 1], step)))
+    return (
+        short if step is None else replace(short, steps=min(run.steps, count_whole_steps(scene.times[count - 1], step)))
+    )
 
 
 def _solvable(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, why: str) -> Run:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.as_written import expanded
+from pendpin.dynamics.as_written import expand_as_written
 from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.residual import Matrices, matrices
 from pendpin.dynamics.vibrations import Vibrations, is_stable, spectrum, vibrations
@@ -28,7 +28,7 @@ class SmallMotions(NamedTuple):
 
 def rest_of(scene: Scene) -> Start:
     """The stable rest of a scene near its start; friction and stops are left out. Raises InputError if there is none."""
-    acts = expanded(build(scene.model), scene.effects)
+    acts = expand_as_written(build(scene.model), scene.effects)
     free = tuple(effect for effect in acts if not isinstance(effect, ContactEffect))
     return Start.at_rest(scene.model_copy(update={"effects": free}))
 

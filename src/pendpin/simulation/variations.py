@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.dynamics.as_written import expanded
+from pendpin.dynamics.as_written import expand_as_written
 from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import timing
@@ -35,7 +35,7 @@ class Variations:
     """
 
     def __init__(self, scene: Scene, keys: Sequence[str]) -> None:
-        for i, effect in enumerate(expanded(build(scene.model), scene.effects)):
+        for i, effect in enumerate(expand_as_written(build(scene.model), scene.effects)):
             if isinstance(effect, ContactEffect):
                 where = f"effects[{i}]" if i < len(scene.effects) else "as_written"
                 raise InputError(

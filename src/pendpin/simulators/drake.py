@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array
-from pendpin.integrators.fixed import steps_in
+from pendpin.integrators.fixed import count_equal_steps
 from pendpin.simulators.base import Kind, Look, Peer, PeerTask, Prepared, loading, peer
 from pendpin.versions import version
 
@@ -102,7 +102,7 @@ def _simulator(plant: Any, scheme: str, kind: Kind, setting: float, interval: fl
     if kind == "tolerance":
         config.accuracy = setting
     else:
-        count = steps_in(interval, setting)
+        count = count_equal_steps(interval, setting)
         config.max_step_size = interval / count * (1 + 1e-12)  # so that rounding leaves no last sliver
     simulator = Simulator(plant)
     ApplySimulatorConfig(config, simulator)

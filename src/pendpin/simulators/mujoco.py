@@ -14,7 +14,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.errors import RunError
-from pendpin.integrators.fixed import steps_in
+from pendpin.integrators.fixed import count_equal_steps
 from pendpin.simulators.base import Look, Peer, PeerTask, Prepared, loading, peer
 from pendpin.simulators.text import LEAST
 from pendpin.versions import version
@@ -63,7 +63,7 @@ def _motion(mujoco: Any, model: Any, name: str, task: PeerTask) -> Callable[[flo
     at_q, at_v = _places(model, task)
 
     def prepare(step: float) -> Prepared:
-        stepped, data, count, taken = copy(model), mujoco.MjData(model), steps_in(task.interval, step), 0
+        stepped, data, count, taken = copy(model), mujoco.MjData(model), count_equal_steps(task.interval, step), 0
         stepped.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{name.upper()}")
         stepped.opt.timestep = task.interval / count
         qpos = data.qpos

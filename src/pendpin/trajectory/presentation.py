@@ -130,7 +130,13 @@ def text(run: Any) -> str:
         f"Trajectory of {_model(run)}: {run.t[0]:g} to {run.t[-1]:g} s, {len(run.t)} samples, "
         f"{stats.method} with {stats.setting}, {stats.steps} steps"
     )
-    return "\n".join([first, _trust(run), _extremes(run)])
+    rows = summary(run)
+    parts = [f"at rest from {rows['at rest from']}"] if "at rest from" in rows else []
+    parts += [f"largest swing {rows['largest swing']}"] if "largest swing" in rows else []
+    if "R3 largest" in rows:
+        parts.append(f"tension R3 from {rows['R3 least'].value:.4g} to {rows['R3 largest']}")
+    parts += [f"{name} {figure}" for name, figure in rows.items() if name.startswith(("period", "mean swing"))][:1]
+    return "\n".join([first, _trust(run), "; ".join(parts)])
 
 
 def _trust(run: Any) -> str:
@@ -145,16 +151,6 @@ def _trust(run: Any) -> str:
         parts.append(f"works and energy differ by {run.imbalance:.1e} of the energy exchanged")
     parts += [f"note: {note[:120]}" for note in stats.notes[:1]]
     return "; ".join(parts) or "an effect has no potential: energy_balance=True computes its work"
-
-
-def _extremes(run: Any) -> str:
-    rows = summary(run)
-    parts = [f"at rest from {rows['at rest from']}"] if "at rest from" in rows else []
-    parts += [f"largest swing {rows['largest swing']}"] if "largest swing" in rows else []
-    if "R3 largest" in rows:
-        parts.append(f"tension R3 from {rows['R3 least'].value:.4g} to {rows['R3 largest']}")
-    parts += [f"{name} {figure}" for name, figure in rows.items() if name.startswith(("period", "mean swing"))][:1]
-    return "; ".join(parts)
 
 
 def page(run: Any, player: str) -> str:

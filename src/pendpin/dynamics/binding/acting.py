@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from pendpin.arrays import Indices
-from pendpin.dynamics.as_written import expanded
+from pendpin.dynamics.as_written import expand_as_written
 from pendpin.dynamics.held_torques import HeldTorque
 from pendpin.effects import BodyEffect, ContactEffect, Effect, Idle, JointEffect, Torque
 from pendpin.errors import InputError, find, shown
@@ -20,7 +20,7 @@ def acting(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
 
     Raises InputError for a joint or link that the model lacks, whatever the strength.
     """
-    acts = list(expanded(model, effects))
+    acts = list(expand_as_written(model, effects))
     for i, effect in enumerate(acts):
         where = f"effects[{i}]"
         if isinstance(effect, Torque) and effect.every is not None:
