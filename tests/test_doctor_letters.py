@@ -115,3 +115,38 @@ def test_angles_and_energies_may_have_any_letter(text):
     found = verdicts(text)
     assert found == ["holds"] * len(found)
     assert "fails" in verdicts(text.replace("P = -", "P = ").replace(r"\sin b\cos b -", r"\sin b\cos b +"))
+
+
+UNSAID = {  # texts that nobody explains, and what their letters are found to be
+    "rod": (
+        SYMMETRIC.replace("theta", "alpha").replace("phi", "beta"),
+        "alpha=theta,beta=phi,A=J_1,C=I_3,c=h",
+        ("(A - C)", "(A + C)"),
+    ),
+    "thin": (
+        r"$\ddot\phi = -\dot\theta^2\sin\phi\cos\phi - \frac{3g}{2\lambda}\cos\theta\sin\phi$, "
+        r"$V = -\frac{\mu g\lambda}{2}\cos\theta\cos\phi$, $T = \frac{\mu\lambda^2}{6}(\dot\phi^2+\dot\theta^2\cos^2\phi)$",
+        "lambda=l,mu=m",
+        (r"{2\lambda}", r"{\lambda}"),
+    ),
+    "double": (
+        r"$(\mu+\nu) a \ddot\theta_1 + \nu b\ddot\theta_2\cos(\theta_1-\theta_2) + \nu b\dot\theta_2^2"
+        r"\sin(\theta_1-\theta_2) + (\mu+\nu) g\sin\theta_1 = 0$, $V = -(\mu+\nu) g a\cos\theta_1 - \nu g b\cos\theta_2$, "
+        r"$T = \frac12(\mu+\nu)a^2\dot\theta_1^2 + \frac12\nu b^2\dot\theta_2^2 + \nu a b\dot\theta_1\dot\theta_2"
+        r"\cos(\theta_1-\theta_2)$",
+        "mu=m_1,nu=m_2",
+        (r"+ (\mu+\nu) g\sin", r"- (\mu+\nu) g\sin"),
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "option", "fault"), UNSAID.values(), ids=UNSAID.keys())
+def test_letters_that_nobody_explains_are_proposed_in_one_option(text, option, fault):
+    """Masses, lengths and inertias as angles are; with the option the verdicts are the same and nothing is proposed."""
+    for printed, wrong in ((text, 0), (text.replace(*fault), 1)):
+        found = pp.diagnose(printed)
+        assert found.remarks[0].endswith(f"confirm it with --symbols {option}.")
+        assert [finding.verdict for finding in found.findings].count("fails") == wrong
+        confirmed = pp.diagnose(printed, symbols=dict(pair.split("=") for pair in option.split(",")))
+        assert not any("confirm" in remark for remark in confirmed.remarks)
+        assert [f.verdict for f in confirmed.findings] == [f.verdict for f in found.findings]

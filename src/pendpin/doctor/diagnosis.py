@@ -180,7 +180,7 @@ class _Doctor:
             printer = self._patient(sources[0], Equation(sources[0].sides)).printer
             tried = (mends_of_definition(one, sources[0], wrong, self.system, printer) for one in wrong)
             healed = next(filter(None, tried), [])
-            if healed and (not found.mends or healed[0].cost <= found.mends[0].cost):
+            if healed and (not found.mends or healed[0].cost < found.mends[0].cost):
                 found = replace(found, verdict="fails", proved=True, mends=tuple(healed), remark="")
         return found
 

@@ -3,9 +3,9 @@
 import re
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import chain
+from itertools import chain, islice
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from pendpin.doctor.checking.residuals import residuals
 from pendpin.doctor.conventions import conventions_of, find_convention, likely_rod, single_conventions
 from pendpin.doctor.letters import MOST_COUNTED, Again, held, settled, weight, with_own_letters
 from pendpin.doctor.patients import Printed, holding, printed
+from pendpin.doctor.proposals import option, proposed
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.legend import legend, named
@@ -31,13 +32,28 @@ from pendpin.errors import InputError, not_one_of, shown
 Name = tuple[str, str]  # a letter and its index
 Renamed = dict[Name, Written]
 
-ANGLE_LETTERS = {"theta", "phi", "alpha", "beta", "psi", "gamma", "q", "varphi", "vartheta", "delta"}
+ANGLE_LETTERS = {
+    "theta",
+    "phi",
+    "alpha",
+    "beta",
+    "psi",
+    "gamma",
+    "q",
+    "varphi",
+    "vartheta",
+    "delta",
+    "chi",
+    "xi",
+    "eta",
+}
 INERTIA = (1, 2, 0)  # powers of kg, m, s
 UNKNOWN = "no system that pendpin knows"
 RARELY = 5  # times that a letter stands more often than another that is a slip
 LIKELIER = 0.01  # equations: what a system of more coordinates counts, of which the text has each
 NEARLY = 0.99  # of what may hold: the search ends
 CLOSE, MOST_SETTLED = 2.5, 4  # readings in which so few equations fewer hold are compared more closely, and how many
+MOST_PROPOSED = 20  # readings in which the meanings of unknown letters are searched
 SURE = 0.6  # of what may hold: no other system is tried then
 FEW = 3  # equations: fewer, none of which holds, may all be wrong
 FROM_HORIZONTAL = re.compile(r"horizontal|manipulator|\barm\b|elbow|x[- ]axis", re.IGNORECASE)
@@ -64,6 +80,7 @@ class Reading:
     unknown: bool = False
     conventions: tuple[Convention, ...] = ()  # others, under one of which an equation may be right
     again: Again | None = None  # reads them with other words
+    angles: dict[str, str] = field(default_factory=dict)  # guessed: the letters of the angles
 
     @property
     def remedy(self) -> str:
@@ -143,9 +160,34 @@ def read(document: Document, choices: dict[str, Any]) -> Reading:
     elif not sure and most <= NEARLY * _most(best):
         likely = sorted(((count, other) for count, other in counted if count > most - CLOSE), key=lambda pair: -pair[0])
         best = _best_settled(best, [other for _, other in likely if other is not best])
+    if not (sure or choices.get("proposed")) and (
+        better := _proposed(document, choices, [best, *(r for _, r in counted)])
+    ):
+        return better
     best = best if best.unknown else replace(_settled(best), chosen=kind is not None)
     most = max(most, held(best.equations, best.system))
     return best if best.chosen or best.unknown else _doubted(best, int(most), document)
+
+
+def _proposed(document: Document, choices: dict[str, Any], readings: list[Reading]) -> Reading | None:
+    """The document read with meanings of its unknown letters, if more holds so; None for one of an unknown system."""
+    best, most, meanings = readings[0], held(readings[0].equations, readings[0].system), dict[str, str]()
+    if FOREIGN.search(document.text) or not any(one.unknown for one in best.equations):
+        return None
+    for reading in islice(readings, MOST_PROPOSED):
+        rods = [SPECS[kind] for kind in ("symmetric", "thin")] if reading.system.kind in RODS else []
+        for spec in rods or [reading.system.spec]:
+            score, found = proposed(reading.equations, replace(reading.system, spec=spec))
+            if score > most:
+                best, most, meanings = reading, score, found
+    if not meanings:
+        return None
+    names = best.angles | {option(letter): option(meaning) for letter, meaning in sorted(meanings.items())}
+    symbols = {**names, **choices.get("symbols", {})}
+    found = read(document, {**choices, "symbols": symbols, "proposed": True})
+    text = ",".join(f"{name}={meaning}" for name, meaning in names.items())
+    words = f"The letters are read so that most equations hold; confirm it with --symbols {text}."
+    return replace(found, remarks=(words, *found.remarks))
 
 
 def _settled(reading: Reading) -> Reading:
@@ -218,9 +260,10 @@ def _renamed_rods(
         return
     for first, second in (letters, letters[::-1]):
         found = _as_rod(document, table, rod, convention, {first: Written("theta"), second: Written("phi")})
-        option = f"{'_'.join(first).rstrip('_')}=theta,{'_'.join(second).rstrip('_')}=phi"
-        words = f"The angles are read so that most equations hold; confirm it with --symbols {option}."
-        yield replace(found, remarks=(words, *found.remarks))
+        angles = {"_".join(first).rstrip("_"): "theta", "_".join(second).rstrip("_"): "phi"}
+        text = ",".join(f"{name}={angle}" for name, angle in angles.items())
+        words = f"The angles are read so that most equations hold; confirm it with --symbols {text}."
+        yield replace(found, remarks=(words, *found.remarks), angles=angles)
 
 
 def _others(document: Document, table: dict[str, str], kind: str | None) -> Iterator[Reading]:
