@@ -1,6 +1,7 @@
 """Modes as a figure of their shapes, and as something that moves."""
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -24,7 +25,35 @@ PERIODS, FRAMES = 4, 40  # of an animation: periods, and samples of each
 PALE = "#b8c2cf"
 
 
-def draw_modes(modes: Any, chosen: list[int], ax: Any) -> Any:
+class Line(Protocol):
+    """The modes of a line of the table."""
+
+    @property
+    def modes(self) -> tuple[int, ...]: ...
+
+
+class Shapes(Protocol):
+    """What a picture shows of `Modes`; each is described there."""
+
+    @property
+    def scene(self) -> Scene: ...
+
+    @property
+    def q(self) -> Array: ...
+
+    @property
+    def omega(self) -> Array: ...
+
+    @property
+    def hertz(self) -> Array: ...
+
+    @property
+    def shapes(self) -> Array: ...
+
+    def lines(self, most: int | None = None) -> Sequence[Line]: ...
+
+
+def draw_modes(modes: Shapes, chosen: list[int], ax: Any) -> Any:
     """A panel for each shape, seen across the plane in which it moves most: the rest pale, both ends of the swing."""
     places = chosen or [group.modes[0] for group in modes.lines(SHOWN)]
     if ax is not None:
@@ -40,7 +69,7 @@ def draw_modes(modes: Any, chosen: list[int], ax: Any) -> Any:
     return figure
 
 
-def _panel(ax: Any, modes: Any, place: int) -> None:
+def _panel(ax: Any, modes: Shapes, place: int) -> None:
     rest, moved = _displaced(modes, place)
     size = float(np.linalg.norm(moved, axis=-1).max()) or 1.0
     extent = float(np.linalg.norm(rest.reshape(-1, 3), axis=-1).max()) or 1.0
@@ -57,7 +86,7 @@ def _panel(ax: Any, modes: Any, place: int) -> None:
     ax.tick_params(labelsize=7)
 
 
-def _displaced(modes: Any, place: int) -> tuple[Array, Array]:
+def _displaced(modes: Shapes, place: int) -> tuple[Array, Array]:
     """Both ends of every body at the rest, and how they move to first order with a shape, (bodies, 2, 3) m."""
     model, small = build(modes.scene.model), 1e-6
     poses = kinematics.poses(model, modes.q + np.array([[0.0], [small], [-small]]) * np.real(modes.shapes[place]))
@@ -65,7 +94,7 @@ def _displaced(modes: Any, place: int) -> tuple[Array, Array]:
     return rest, (ahead - behind) / (2 * small)
 
 
-def amplitude(modes: Any, place: int) -> float:
+def amplitude(modes: Shapes, place: int) -> float:
     """The factor with which a shape is played: some body moves by a share of the model's extent, no joint turns far."""
     rest, moved = _displaced(modes, place)
     size = float(np.linalg.norm(moved, axis=-1).max())
@@ -73,7 +102,7 @@ def amplitude(modes: Any, place: int) -> float:
     return min(SWING * extent / size if size else np.inf, MOST_TURN / float(np.abs(modes.shapes[place]).max()))
 
 
-def animate_mode(modes: Any, place: int) -> Animation:
+def animate_mode(modes: Shapes, place: int) -> Animation:
     """Some periods of one mode, without damping, in slow motion or fast so that they last a few seconds."""
     model, omega = build(modes.scene.model), modes.omega[place] or 1.0
     phase = np.linspace(0.0, 2 * np.pi * PERIODS, PERIODS * FRAMES + 1)[:, None]
