@@ -267,6 +267,7 @@ def test_sobol_indices_of_a_known_function() -> None:
     spreads = {"a": ("uniform", 0.0, 1.0), "b": ("uniform", 0.0, 1.0)}
     rows = sobol_plan(spreads, 1024)
     found = indices(spreads, rows.values["a"] + 2 * rows.values["b"])
+    assert found == indices(spreads, rows.values["a"] + 2 * rows.values["b"])  # its intervals are drawn, from a seed
     for key, share in (("a", 0.2), ("b", 0.8)):
         assert found[key]["first"] == pytest.approx(share, abs=0.03)
         assert found[key]["total"] == pytest.approx(share, abs=0.03)

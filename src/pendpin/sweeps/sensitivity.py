@@ -11,6 +11,7 @@ from pendpin.sweeps.plan import MOST_CASES, Plan, Spread, check_spreads, pairs
 from pendpin.sweeps.task import EXTRA
 
 LEVEL = 0.95  # of the confidence intervals
+OF_ZERO = 1 << 32  # in place of the seed 0, which SALib takes for none
 
 
 def problem(spreads: Mapping[str, Spread]) -> dict[str, Any]:
@@ -47,7 +48,7 @@ def indices(spreads: Mapping[str, Spread], values: Any, seed: int = 0) -> dict[s
     if np.ptp(y) == 0:
         return {key: {"first": 0.0, "first_conf": 0.0, "total": 0.0, "total_conf": 0.0} for key in spreads}
     saltelli = problem(spreads)
-    shares = _salib("analyze").analyze(saltelli, y, calc_second_order=False, conf_level=LEVEL, seed=seed)
+    shares = _salib("analyze").analyze(saltelli, y, calc_second_order=False, conf_level=LEVEL, seed=seed or OF_ZERO)
     names = {"first": "S1", "first_conf": "S1_conf", "total": "ST", "total_conf": "ST_conf"}
     return {
         key: {name: float(shares[salib_name][i]) for name, salib_name in names.items()} for i, key in enumerate(spreads)
