@@ -1,5 +1,7 @@
 """The Python surface, line by line as docs/python.md shows it; and that everything public shows itself briefly."""
 
+import copy
+import pickle
 import pydoc
 import re
 import shutil
@@ -71,3 +73,30 @@ def test_every_function_takes_the_path_of_a_scene() -> None:
     for function in (pp.bind, pp.crosscheck, lambda given: pp.simulate_many(given, [[0.1, 0.2]], [[0.0, 0.0]])):
         with pytest.raises(pp.InputError, match="is not a Scene, nor the path of a scene file"):
             function({"duration": 1.0})
+
+
+def test_a_scene_cannot_be_changed() -> None:
+    """Not in its tables either, so that no check is skipped; copies are equal, and equal scenes have equal hashes."""
+    given = FALLING
+    for change in (
+        lambda table: table.__setitem__("theta", np.nan),
+        lambda table: table.update(theta=3.0),
+        lambda table: table.pop("theta"),
+    ):
+        with pytest.raises(pp.InputError, match=r"scene\.replace"):
+            change(given.start.positions)
+    for same in (pickle.loads(pickle.dumps(given)), copy.deepcopy(given), copy.copy(given)):
+        assert same == given
+        assert hash(same) == hash(given)
+    assert hash(pp.UrdfModel(name="panda", lock={"panda_finger_joint1": 0.0})) != hash(pp.UrdfModel(name="panda"))
+
+
+def test_a_run_cannot_be_changed(tmp_path: Path) -> None:
+    """Its arrays are read-only, also in a part of it and read from a file; tables of it are its caller's own."""
+    run = pp.simulate(FALLING, energy_balance=True)
+    for one in (run, run.at([0.3]), run.extend(0.1), pp.Trajectory.load(run.save(tmp_path / "run.npz"))):
+        assert not any(array.flags.writeable for array in one.arrays.values())
+        assert not one["theta_1"].flags.writeable
+    table = run.to_xarray()
+    table["q"] *= 2
+    np.testing.assert_array_equal(table["q"], 2 * run.q)

@@ -36,6 +36,22 @@ def _absolute(path: Path) -> Path:
 FilePath = Annotated[Path, AfterValidator(_absolute)]  # stays the same file when the working folder changes
 
 
+class FrozenDict(dict[str, Any]):
+    """The dict of a frozen record: it cannot be changed, which would skip the checks, and it has a hash."""
+
+    def _refuse(self, *_: Any, **__: Any) -> Any:
+        raise InputError("a scene cannot be changed; scene.replace({key path: value}) gives another")
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse  # type: ignore
+
+    def __hash__(self) -> int:  # type: ignore[override]  # a dict has none, as it can be changed
+        return hash(frozenset(self.items()))
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, Any]]]:
+        """To be copied and pickled whole: item by item is refused."""
+        return FrozenDict, (dict(self),)
+
+
 class RecordType(type(BaseModel)):
     """Calling the class raises InputError; inside another record pydantic keeps its own error, for the full path."""
 

@@ -3,16 +3,17 @@
 import math
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
-from pendpin.records import Number, Positive, Record
+from pendpin.records import FrozenDict, Number, Positive, Record
 
 _Measured = Annotated[
     Annotated[tuple[str, ...], Tag("~joints")] | Annotated[str, Tag("~tip")],
     Discriminator(lambda given: "~tip" if isinstance(given, str) else "~joints"),
 ]
 _Offsets = Annotated[
-    Annotated[Literal["free", "zero"], Tag("~word")] | Annotated[dict[str, Number], Tag("~table")],
+    Annotated[Literal["free", "zero"], Tag("~word")]
+    | Annotated[dict[str, Number], AfterValidator(FrozenDict), Tag("~table")],
     Discriminator(lambda given: "~table" if isinstance(given, dict) else "~word"),
 ]
 
@@ -26,7 +27,7 @@ class Data(Record):
 
     time: str = Field("t", description="the column of times, s")
     segment: str | None = Field(None, description="the column that tells independent swings apart; one swing if absent")
-    columns: Annotated[dict[str, _Measured], Field(min_length=1)] = Field(
+    columns: Annotated[dict[str, _Measured], Field(min_length=1), AfterValidator(FrozenDict)] = Field(
         description='by column: the joints whose angles add up to it, or the coordinate of a tip, as "rod_1.y"'
     )
     unit: Literal["radians", "degrees"] = Field("radians", description="of the angles")

@@ -5,11 +5,20 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Discriminator, Field, InstanceOf, Tag, field_serializer, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    InstanceOf,
+    Tag,
+    field_serializer,
+    model_validator,
+)
 from pydantic.json_schema import SkipJsonSchema
 
 from pendpin.equations.base import RodInertia
-from pendpin.records import LARGEST_SIZE, FilePath, NotNegative, Number, Positive, Record, Vector
+from pendpin.records import LARGEST_SIZE, FilePath, FrozenDict, NotNegative, Number, Positive, Record, Vector
 from pendpin.scene.robots import robot_file
 
 MAX_RODS = 100_000
@@ -111,11 +120,13 @@ class UrdfModel(Record):
     mimic: Literal["free", "locked"] = Field(
         "free", description="joints with <mimic> move on their own, or are locked where the joint they follow is at 0"
     )
-    lock: dict[str, Position] = Field(
-        default_factory=dict, description="joints that are frozen, each at its position: rad, m for prismatic joints"
+    lock: Annotated[dict[str, Position], AfterValidator(FrozenDict)] = Field(
+        default_factory=FrozenDict,
+        description="joints that are frozen, each at its position: rad, m for prismatic joints",
     )
-    tips: dict[str, Vector] = Field(
-        default_factory=dict, description="far ends of links in their frames, m; as they are drawn where none is given"
+    tips: Annotated[dict[str, Vector], AfterValidator(FrozenDict)] = Field(
+        default_factory=FrozenDict,
+        description="far ends of links in their frames, m; as they are drawn where none is given",
     )
 
     @classmethod

@@ -53,7 +53,8 @@ def to_xarray(run: Any) -> Any:
         "axis": list(AXES),
         "component": list(WRENCH),
     }
-    return xarray.Dataset(per_joint | fixed, coordinates, {"title": run.title, "method": run.stats.method})
+    dataset = xarray.Dataset(per_joint | fixed, coordinates, {"title": run.title, "method": run.stats.method})
+    return dataset.copy(deep=True)  # the arrays of the run are read-only
 
 
 def to_csv(run: Any, path: str | Path, names: Sequence[str] = ()) -> Path:

@@ -47,6 +47,11 @@ class Trajectory:
     scene: dict[str, Any] = field(default_factory=dict)  # as in a scene file
     source: Any = field(default=None, repr=False, compare=False)  # the Scene that was run, in the process that ran it
 
+    def __post_init__(self) -> None:
+        """A number that is changed would no longer belong to this motion: its arrays are read-only."""
+        for array in (*self.arrays.values(), *self.held):
+            array.setflags(write=False)
+
     def __getitem__(self, name: str) -> Array:
         """One quantity by its name, (n,): run["theta_1"], run["R3_2"], run["tip_x"]. Raises InputError.
 
