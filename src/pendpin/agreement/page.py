@@ -30,6 +30,13 @@ td.number { font-variant-numeric: tabular-nums; white-space: nowrap; }
 tr.broken td { background: #fff5f5; font-weight: 600; }
 svg { width: 100%; height: auto; }
 div.wide { overflow-x: auto; }
+@media (max-width: 40rem) {
+  table { font-size: 0.75rem; }
+  th, td { padding: 0.35rem 0.15rem; }
+  td:last-child { overflow-wrap: anywhere; }
+  td:nth-child(-n+2), td:last-child { white-space: normal; }
+  svg { min-width: 40rem; }
+}
 </style></head><body>
 """
 
@@ -52,7 +59,7 @@ def page(report: AgreementReport) -> str:
         "<th>largest difference</th><th>by</th></tr>",
         *map(_row, report.worst),
         "</table></div><h2>Motions</h2>",
-        _svg(names),
+        f'<div class="wide">{_svg(names)}</div>',
         "<h2>Sources</h2><ul>",
         *map(_source, names),
         "</ul></body></html>\n",
