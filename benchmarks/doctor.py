@@ -60,15 +60,15 @@ class Independent(Quantities):
 
     def __init__(self) -> None:
         super().__init__({"theta": np.zeros(40)}, System(SPECS["thin"]), np)
-        self._known = {}
+        self._values = {}
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Random, but always the same for a name."""
-        if name not in self._known:
+        if name not in self._values:
             seed = np.random.default_rng(abs(hash(name)) % 2**32)
             shape = (3, 40) if name in VECTORS else (3, 3, 40) if name in MATRICES else (40,)
-            self._known[name] = seed.uniform(0.3, 2.0, shape)
-        return self._known[name]
+            self._values[name] = seed.uniform(0.3, 2.0, shape)
+        return self._values[name]
 
     def __contains__(self, name: str) -> bool:
         """Every name."""

@@ -26,8 +26,8 @@ def dimension(node: Node, definitions: Mapping[str, Node], spec: Spec, depth: in
         case "symbol":
             if node.value in definitions and depth < 20:
                 return dimension(definitions[node.value], definitions, spec, depth + 1)
-            found = spec.dimensions.get(node.value)
-            return None if found is None else tuple(map(Fraction, found))
+            powers = spec.dimensions.get(node.value)
+            return None if powers is None else tuple(map(Fraction, powers))
         case "sum" | "matrix":
             return common(parts)
         case "product":
@@ -54,11 +54,11 @@ def _times(of: Dimension | None, factor: Fraction) -> Dimension | None:
 
 def common(parts: list[Dimension | None]) -> Dimension | None:
     """The dimension that all have. Raises Disagreement."""
-    known = [part for part in parts if part is not None]
-    for part in known:
-        if part != known[0]:
-            raise Disagreement(f"{unit(known[0])} and {unit(part)}")
-    return known[0] if known else None
+    definite = [part for part in parts if part is not None]
+    for part in definite:
+        if part != definite[0]:
+            raise Disagreement(f"{unit(definite[0])} and {unit(part)}")
+    return definite[0] if definite else None
 
 
 def unit(dimension: Dimension) -> str:
@@ -81,5 +81,5 @@ def of_equation(equation: Equation, spec: Spec) -> tuple[Dimension | None, str]:
     chosen = {name: Node("symbol", (0, 0), other) for name, other in equation.meanings.items() if name != other}
     try:
         return common([dimension(side, equation.definitions | chosen, spec) for side in equation.sides]), ""
-    except Disagreement as found:
-        return None, str(found)
+    except Disagreement as disagreement:
+        return None, str(disagreement)

@@ -16,7 +16,7 @@ from pendpin.doctor.reading.names import Vocabulary, raw
 from pendpin.doctor.reading.tree import Unread
 from pendpin.doctor.reports.harm import Harm
 from pendpin.doctor.reports.mathml import equation, part
-from pendpin.doctor.reports.text import STYLES, failure, known, shared_words, shortened, summary, unchecked
+from pendpin.doctor.reports.text import STYLES, explain_change, failure, shared_words, shortened, summary, unchecked
 from pendpin.files import write_whole
 
 PER_SECOND = 30  # poses of the animation
@@ -74,7 +74,7 @@ def _card(finding: Finding) -> str:
 
 
 def _mend(mend: Mend, rank: int) -> str:
-    words = f"{'Mend' if not rank else 'Or'}: {_typeset(mend.words)}{_text(known(mend.old, mend.new))}"
+    words = f"{'Mend' if not rank else 'Or'}: {_typeset(mend.words)}{_text(explain_change(mend.old, mend.new))}"
     marked = tuple((start, max(end, start + 1)) for start, end in mend.changed)  # where something is gone, what follows
     typeset = equation(mend.equation.sides, marked)
     return f'<div class="mend"><p>{words}</p>{typeset}<pre>{_text(mend.latex)}</pre></div>'

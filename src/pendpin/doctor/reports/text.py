@@ -62,10 +62,10 @@ def residual(equation: Equation, system: System) -> str:
         return ""
     quantities = exact.polynomial_states(system, False)
     try:
-        found = [_text(rows, quantities) for rows, _ in residuals(equation, quantities)]
+        texts = [_text(rows, quantities) for rows, _ in residuals(equation, quantities)]
     except (Unread, exact.Unprovable):
         return ""
-    return next((text for text in found if re.search(r"[a-z1-9]", text.replace("Matrix", ""))), found[0])
+    return next((text for text in texts if re.search(r"[a-z1-9]", text.replace("Matrix", ""))), texts[0])
 
 
 def _text(rows: Any, quantities: Quantities) -> str:
@@ -132,11 +132,11 @@ def shared_words(shared: Shared) -> str:
     """One mend of several equations, in words."""
     *others, last = map(str, shared.numbers)
     listed = f"{', '.join(others)} and {last}"
-    return f"{shared.new} for {shared.old} heals equations {listed}{known(shared.old, shared.new)}."
+    return f"{shared.new} for {shared.old} heals equations {listed}{explain_change(shared.old, shared.new)}."
 
 
-def known(old: str, new: str) -> str:
-    """What is known of a change that is often needed."""
+def explain_change(old: str, new: str) -> str:
+    """Why a change that is often needed is right; empty for others."""
     short = [
         t.replace(" ", "").replace("{", "").replace("}", "").replace("*", "").replace("\\frac", "") for t in (old, new)
     ]
@@ -180,7 +180,8 @@ def _of_mends(mends: tuple[Mend, ...]) -> Iterator[list[Line]]:
     if not mends:
         yield [("      no simple mend found", "yellow")]
     for rank, mend in enumerate(mends):
-        yield [("      mend: " if not rank else "      or:   ", "green"), (mend.words + known(mend.old, mend.new), "")]
+        label = "      mend: " if not rank else "      or:   "
+        yield [(label, "green"), (mend.words + explain_change(mend.old, mend.new), "")]
         yield [("            ", ""), *_marked(mend)]
 
 

@@ -149,27 +149,27 @@ class Quantities:
         self.system, self.xp, self.base, self.true, self.depth = system, xp, base, true, depth
         self.spec, self.convention = system.spec, system.convention
         self.shape = np.shape(base[system.spec.coordinates[0]])
-        self._known: dict[str, Values] = dict(base)
+        self._values: dict[str, Values] = dict(base)
         self._moved: dict[tuple[str, int], Quantities] = {}
 
     def __getitem__(self, name: str) -> Values:
         """A quantity: scalars (n,), vectors (3, n) and tensors (3, 3, n) in I. Raises KeyError for an unknown name."""
-        if name not in self._known:
+        if name not in self._values:
             if self.true and name in self.spec.unknowns:
-                self._known |= self.spec.solve(self)
+                self._values |= self.spec.solve(self)
             elif name in self.spec.formulas:
-                self._known[name] = self.spec.formulas[name](self)
+                self._values[name] = self.spec.formulas[name](self)
             elif name[:1] == "d" and name[1:] in self and name[1:] not in self.base:
-                self._known[name] = self.derivative(lambda q: q[name[1:]], "t")
+                self._values[name] = self.derivative(lambda q: q[name[1:]], "t")
             else:
                 raise KeyError(name)
-        return self._known[name]
+        return self._values[name]
 
     def __contains__(self, name: str) -> bool:
         """Whether a name has a meaning."""
         spec = self.spec
-        known = name in self._known or name in spec.formulas or (self.true and name in spec.unknowns)
-        return known or (name[:1] == "d" and name[1:] in self and name[1:] not in self.base)
+        here = name in self._values or name in spec.formulas or (self.true and name in spec.unknowns)
+        return here or (name[:1] == "d" and name[1:] in self and name[1:] not in self.base)
 
     def number(self, value: int) -> Values:
         """A whole number, for every state."""
@@ -216,10 +216,10 @@ class Quantities:
         return variable == "t" and name in self.spec.unknowns
 
 
-def solved(known: Quantities) -> Quantities:
+def solved(quantities: Quantities) -> Quantities:
     """The same states with the accelerations and reactions that the true motion has."""
-    base = {name: value for name, value in known.base.items() if name not in known.spec.unknowns}
-    return Quantities(base, known.system, known.xp, true=True)
+    base = {name: value for name, value in quantities.base.items() if name not in quantities.spec.unknowns}
+    return Quantities(base, quantities.system, quantities.xp, true=True)
 
 
 @cache

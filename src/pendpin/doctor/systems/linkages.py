@@ -66,8 +66,8 @@ class Linkage:
     def _inertia(self, q: Quantities, i: int, j: int) -> Values:
         """An entry of the mass matrix of the links."""
         off = self._side(i, j) * self._carried(q, i, j) * q.xp.cos(self._angle(q, i) - self._angle(q, j))
-        own = (inertia for _, inertia, lengths in self.bodies if i == j == len(lengths) - 1 and inertia)
-        return sum((q[name] for name in own), off)
+        inertias = (inertia for _, inertia, lengths in self.bodies if i == j == len(lengths) - 1 and inertia)
+        return sum((q[name] for name in inertias), off)
 
     def mass(self, first: str, second: str) -> Formula:
         """An entry of the mass matrix of the coordinates."""

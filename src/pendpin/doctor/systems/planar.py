@@ -159,12 +159,12 @@ AMPLITUDE = 1.3  # rad: where a pendulum is released in equations with that angl
 
 def _energies(linkage: Linkage) -> dict[str, Formula]:
     """The energies, and of two coordinates the matrix form: q, the mass matrix, and the slope of the potential energy."""
-    names, found = linkage.coordinates, {"T": linkage.kinetic, "V": linkage.potential, **ENERGY_SUMS}
+    names, energies = linkage.coordinates, {"T": linkage.kinetic, "V": linkage.potential, **ENERGY_SUMS}
     if len(names) == 1:
-        return found
+        return energies
     mass = lambda q: np.stack([np.stack([linkage.mass(a, b)(q) for b in names]) for a in names])  # noqa: E731
     weight = lambda q: np.stack([q.derivative(linkage.potential, name) for name in names])  # noqa: E731
-    return {**found, "q": lambda q: np.stack([q[name] for name in names]), "mass": mass, "weight": weight}
+    return {**energies, "q": lambda q: np.stack([q[name] for name in names]), "mass": mass, "weight": weight}
 
 
 def _rate(name: str, order: int = 1) -> Formula:

@@ -66,8 +66,8 @@ def _stacked(names: tuple[str, ...], q: Quantities) -> Values:
 
 def _accelerations(dynamics: Dynamics, joints: tuple[str, ...], q: Quantities) -> dict[str, Values]:
     angles, rates = _stacked(joints, q), _stacked(tuple(f"d{name}" for name in joints), q)
-    found = np.array([dynamics.acceleration(0.0, a, b) for a, b in zip(angles, rates, strict=True)])
-    return {f"dd{name}": found[:, i] for i, name in enumerate(joints)}
+    accelerations = np.array([dynamics.acceleration(0.0, a, b) for a, b in zip(angles, rates, strict=True)])
+    return {f"dd{name}": accelerations[:, i] for i, name in enumerate(joints)}
 
 
 def _formulas(dynamics: Dynamics, joints: tuple[str, ...]) -> dict[str, Formula]:

@@ -1,6 +1,7 @@
 """Systems that are described by a table: the names of their quantities as they are written, and formulas for each."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from pendpin.doctor.reading.names import Written
@@ -35,15 +36,14 @@ class Table:
         for name, _, writings in rows:
             for rank, one in enumerate(writings.split() if name not in absent else ()):
                 ranked.setdefault(one, []).append((rank, name))
-        self.written = {one: tuple(name for _, name in sorted(found)) for one, found in ranked.items()}
-        self.fixed: frozenset[str] = frozenset()  # names that have no rate
+        self.written = {one: tuple(name for _, name in sorted(names)) for one, names in ranked.items()}
 
-    def words(self, written: Written) -> tuple[str, ...]:
-        """The meanings of a printed symbol; the rate of x is dx."""
+    def words(self, fixed: frozenset[str], written: Written) -> tuple[str, ...]:
+        """The meanings of a printed symbol; the rate of x is dx, and what is fixed has none."""
         index = written.index.replace("{", "").replace("}", "").replace(" ", "")
         key = written.letter + (f"_{index}" if index else "")
         names = self.written.get("*" + key, ()) if written.styled else ()
-        names = [name for name in names or self.written.get(key, ()) if not (written.dots and name in self.fixed)]
+        names = [name for name in names or self.written.get(key, ()) if not (written.dots and name in fixed)]
         return tuple("d" * written.dots + name for name in names if not written.frames)
 
 
@@ -69,7 +69,6 @@ def table_spec(
     positions = MOVING & formulas.keys()
     timeless = {name for name, unit in table.units.items() if unit[2] == 0 and name in formulas} - positions
     still = frozenset(timeless | ({*parameters} & table.units.keys())) - {*coordinates}
-    table.fixed = still | {*parameters}
     return Spec(
         kind=kind,
         title=title,
@@ -78,7 +77,7 @@ def table_spec(
         unknowns=unknowns,
         formulas=formulas,
         solve=solve,
-        words=table.words,
+        words=partial(table.words, still | {*parameters}),
         dimensions=dimensions,
         printed={name: _latex(name, coordinates) for name in dimensions},
         still=still,
@@ -92,11 +91,11 @@ def table_spec(
 
 def _dimensions(table: Table, coordinates: tuple[str, ...]) -> dict[str, Dimension]:
     """Those of the table's quantities, and of rates and accelerations."""
-    found: dict[str, Dimension] = dict(table.units)
+    dimensions: dict[str, Dimension] = dict(table.units)
     for name in coordinates:
-        kg, m, s = found[name]
-        found |= {f"d{name}": (kg, m, s - 1), f"dd{name}": (kg, m, s - 2)}
-    return found
+        kg, m, s = dimensions[name]
+        dimensions |= {f"d{name}": (kg, m, s - 1), f"dd{name}": (kg, m, s - 2)}
+    return dimensions
 
 
 def _families(dimensions: dict[str, Dimension], names: set[str]) -> tuple[tuple[str, ...], ...]:
