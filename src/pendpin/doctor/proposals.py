@@ -26,7 +26,7 @@ def proposed(equations: list[Printed], system: System) -> tuple[float, Meanings]
     explained = {one.defines for one in equations}
     wanted = [(one, _letters(one, explained)) for one in equations if one.ways and not one.defines]
     wanted = [(one, letters) for one, letters in wanted if len(letters) <= MOST_LETTERS][:MOST_EQUATIONS]
-    used = set().union(*(next(one.readings())[0].names for one, _ in wanted))
+    used = set().union(*(next(one.readings()).names for one, _ in wanted))
     names = [name for name in dict.fromkeys((*system.spec.parameters, "J1", "J")) if _may_be_meant(name, system.spec)]
     free = [name for name in names if name not in used]
     kept: list[tuple[float, int, Meanings]] = [(0.0, 0, {})]  # what holds counts, how many hold, with which meanings
@@ -65,7 +65,7 @@ def _meanings(
     for choice in islice(choices, MOST_TRIED):
         meanings = known | dict(zip(left, choice, strict=True))
         nodes = {letter: Node("symbol", (0, 0), meanings[letter]) for letter in letters}
-        for equation, _ in one.readings():
+        for equation in one.readings():
             meant = replace(equation, definitions=equation.definitions | nodes)
             if _holds(meant, system):
                 yield meant, meanings
