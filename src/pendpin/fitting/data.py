@@ -17,6 +17,7 @@ MOST_BYTES = 200_000_000
 FEWEST = 8  # samples of a segment
 MOST_SAMPLES = 20_000  # of a segment that says no more with more of them
 ONE_PERCENT = 0.01  # of the spread of a column: samples that differ by less are at rest
+RESTS = 1e-6  # of the largest spread of a column: one that moves less is rounding, as phi is of a swing in a plane
 _JUMP = 0.9 * 2 * math.pi  # rad from one sample to the next: the angle was wrapped
 
 
@@ -77,8 +78,9 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
 
 
 def spread_of(swings: Sequence[Swing]) -> Array:
-    """The standard deviation of each column (columns,), rad or m."""
-    return np.nanstd(np.concatenate([swing.y for swing in swings]), 0)
+    """The standard deviation of each column (columns,), rad or m; of one that rests, RESTS of the largest."""
+    deviation = np.nanstd(np.concatenate([swing.y for swing in swings]), 0)
+    return np.maximum(deviation, RESTS * deviation.max(initial=0.0))
 
 
 def thin_out(swings: Sequence[Swing], spacing: float) -> tuple[Swing, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.arrays import Array
 from pendpin.errors import InputError
-from pendpin.fitting.data import Swing, batch, cut_pieces, read_swings, spread_of, thin_out
+from pendpin.fitting.data import RESTS, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
 from pendpin.fitting.equations import Equations, compile_equations
 from pendpin.fitting.guess import (
     Regression,
@@ -113,12 +113,13 @@ def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = F
     swings = read_swings(data, table)
     parameters = free_parameters(scene, free)
     equations = compile_equations(scene, parameters, sensors.joints)
-    seen = sensor_noise(swings)
-    noise = np.full(len(seen), table.noise) if table.noise else np.maximum(seen, 1e-12)
+    seen, spread = sensor_noise(swings), spread_of(swings)
+    least = np.where(spread > RESTS * spread.max(), 1e-12, spread)  # else a column that rests outweighs those that move
+    noise = np.full(len(seen), table.noise) if table.noise else np.maximum(seen, least)
     pace = time_scale(swings, seen)
     if not np.isfinite(pace):
         raise InputError("data: nothing moves in the columns that are measured")
-    if (seen > NOISE_ALONE * spread_of(swings)).all():
+    if (seen > NOISE_ALONE * spread).all():
         raise InputError(
             "data: neighbouring samples differ as much as any two: the columns hold noise, or a motion too fast for them"
         )
