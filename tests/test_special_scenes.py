@@ -70,3 +70,18 @@ def test_a_column_that_rests_does_not_outweigh_those_that_move(name: str) -> Non
     assert found.scene.effects[0].acceleration == pytest.approx(9.81, abs=1e-6)
     assert found.errors["effects[0].acceleration"] < 1e-6
     assert max(found.train.rms.values()) < 1e-9
+
+
+@pytest.mark.parametrize("rate", [0.0, 1e-300, -0.3])
+def test_a_thin_rod_turns_at_its_pole_in_any_batch(rate: float) -> None:
+    """Angles are singular there: in vectors one flipped at 17 us, at another strength of gravity not."""
+    pytest.importorskip("xarray")
+    pytest.importorskip("heyoka")
+    start = pp.Start(positions=(0.3, UP / 2, 0.0, 0.2), velocities=(rate, 0.0, 0.0, 0.0))
+    model = pp.Chain(rods=[RODS["thin"]] * 2)
+    scene = pp.Scene(duration=0.3, model=model, effects=(fx.Gravity(),), start=start, solver=pp.Solver(samples=2))
+    flips = [
+        pp.sweep(scene, {"effects[0].acceleration": [9.81, 5.0]}, "flip_time", **setting).flip_time.values
+        for setting in ({}, {"method": "dop853", "tolerance": 1e-10})
+    ]
+    np.testing.assert_allclose(*flips, rtol=0, atol=1e-6)

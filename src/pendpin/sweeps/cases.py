@@ -11,6 +11,7 @@ from threading import Lock
 import numpy as np
 
 from pendpin.arrays import Array, Indices, Mask
+from pendpin.equations.base import PHI, THETA
 from pendpin.errors import Interrupted, PendpinError
 from pendpin.integrators import Run
 from pendpin.keypaths import parsed
@@ -28,6 +29,8 @@ from pendpin.sweeps.measures import Measure, accumulated, evaluate_measure
 from pendpin.sweeps.task import LOOSER, Block, Task, set_numbers, typical
 from pendpin.trajectory import Trajectory
 from pendpin.versions import installed
+
+AT_POLE = 1e-4  # of cos(phi): rounding over its square is an error of 1e-8 in the angular acceleration of theta
 
 
 def run_block(task: Task, begin: int, end: int) -> Block:
@@ -71,7 +74,7 @@ class Vectors:
     def __init__(self, task: Task) -> None:
         scene = typical(task)
         with_flips = any(m.name.startswith("flip_time") for m in task.chosen)
-        sums = accumulated(build(scene.model).joints) if with_flips else []
+        self._flips = sums = accumulated(build(scene.model).joints) if with_flips else []
         if all(m.ends for m in task.chosen):
             few = {"times": tuple(scene.clock[[0, -1]].tolist())} if scene.solver.times else {"samples": 2}
             scene = scene.model_copy(update={"solver": scene.solver.model_copy(update=few)})
@@ -128,6 +131,8 @@ class Vectors:
         runs, good = self._runs(cases)
         for run in runs:
             good &= run.finite
+        if self._flips:  # as series on angles, which a thin rod at its pole does not have
+            good &= ~_turning_at_poles(cases)
         if self._starts_alone:  # else each case has energies of its own
             good &= ends_well(self.series[0].dynamics, runs[0].q, runs[0].v)
         columns = [_measure_motions(m, runs) for m in self.task.chosen]
@@ -157,6 +162,15 @@ class Vectors:
         steps, none = int(motions.steps[place]), np.zeros((len(scene.times), 0))
         run = Run(scene.times, motions.q[place], motions.v[place], None, none, steps, steps, 0, 0.0, "heyoka", version)
         return fill_in(scene, dynamics, None, run)
+
+
+def _turning_at_poles(cases: Cases) -> Mask:
+    """Which cases (c,) start with a thin rod at its pole, and not in the plane of phi alone."""
+    off_plane = np.any(cases.q[:, THETA], 1) | np.any(cases.v[:, THETA], 1)
+    at_pole = np.asarray(off_plane & np.any(np.abs(np.cos(cases.q[:, PHI])) < AT_POLE, 1))
+    for i in np.flatnonzero(at_pole).tolist():
+        at_pole[i] = cases.models[i].thin_at_pole(cases.q[i], AT_POLE) is not None
+    return at_pole
 
 
 def _measure_motions(m: Measure, motions: list[Motions]) -> Array | None:
