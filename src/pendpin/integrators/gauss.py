@@ -136,6 +136,7 @@ class Gauss(Integrator):
         state.advance(h * (self.rule.b @ stages.velocity), h * (self.rule.b @ stages.force), stages)
         return state, others
 
+    @np.errstate(over="ignore", invalid="ignore")  # an iteration that diverges ends where it overflows
     def _iterated(self, t: float, h: float, V: Array) -> "_Stages | None":
         """Newton's iteration from velocities V (s, nv) at the stages."""
         q, p, times, factors, before = self._state.q, self._state.p, t + h * self.rule.c, None, np.inf
