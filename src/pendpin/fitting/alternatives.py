@@ -13,7 +13,7 @@ from pendpin.fitting.fitting import Setting, Solution, change_scene, restart, se
 from pendpin.fitting.parameters import replace_checked, substitute
 from pendpin.fitting.report import Fit, predict
 from pendpin.fitting.search import Search, Solved, Starts
-from pendpin.fitting.uncertainty import autocorrelation
+from pendpin.fitting.uncertainty import correlation_time
 from pendpin.scene import Chain, Scene
 
 MOST = 24  # steps of a search, from the fitted numbers
@@ -117,9 +117,7 @@ def _compare(name: str, present: bool, fit: Fit, now: _Model, other: _Model) -> 
     """The part's worth, from fits with and without it."""
     base = now.solution.solved
     rss, other_rss = _squares(base), _squares(other.solution.solved)
-    rho = autocorrelation(base.r[:, :, None], base.r.shape[1] // 2)
-    memory = 1 + 2 * rho[1 : 1 + int(np.argmax(rho[1:] < 0.05))].sum()
-    samples = max((base.r != 0).sum() / memory, 10.0)
+    samples = max((base.r != 0).sum() / (2 * correlation_time(base.r[:, :, None])), 10.0)
     more = other.solution.problem.nz - now.solution.problem.nz
     change = samples * np.log(other_rss / rss) + more * np.log(samples)
     hold_out = None

@@ -102,10 +102,15 @@ def _variances(V: Array, meat: Array) -> Array:
 
 def memory_lags(r: Array) -> int:
     """Over how many samples residuals (P, M, columns) remember: four correlation times, of rho^k 2 (1 + rho) / (1 - rho)."""
+    time = correlation_time(r)
+    return min(int(np.ceil(4 * time)) if time > 0.5 else 0, r.shape[1] // 2)
+
+
+def correlation_time(r: Array) -> float:
+    """The correlation time of residuals (P, M, columns) in samples: 1/2 plus rho up to where it falls below 0.05."""
     rho = autocorrelation(r, r.shape[1] // 2)
     ends = np.flatnonzero(rho < 0.05)
-    first = int(ends[0]) if len(ends) else len(rho)
-    return min(int(np.ceil(4 * (0.5 + rho[1:first].sum()))) if first > 1 else 0, r.shape[1] // 2)
+    return 0.5 + float(rho[1 : ends[0] if len(ends) else None].sum())
 
 
 def autocorrelation(r: Array, most: int) -> Array:
