@@ -70,8 +70,9 @@ def test_each_system_obeys_lagrange(spec):
         "# An elastic pendulum\n$\\ddot r - r\\dot\\theta^2 + k r/m = 0$, $r\\ddot\\theta + 2\\dot r\\dot\\theta = 0$",
         "The pivot oscillates by $y_0 = a\\cos\\gamma t$:\n"
         "$l\\ddot\\theta + (g - a\\gamma^2\\cos\\gamma t)\\sin\\theta = 0$",
+        "# The Furuta pendulum\n$J\\ddot\\theta - m l^2\\dot\\phi^2\\sin\\theta\\cos\\theta + m r l\\ddot\\phi = 0$",
     ],
-    ids=["elastic", "Kapitza"],
+    ids=["elastic", "Kapitza", "Furuta"],
 )
 def test_an_unknown_system_is_named_first_and_nothing_fails(text):
     found = pp.diagnose(text)

@@ -66,6 +66,9 @@ FOREIGN = re.compile(
     r"spinning top|projectile|vibrat\w*|oscillates|rocket|charge|oscillator|beam|plate|fluid|Atwood|Kepler)\b",
     re.IGNORECASE,
 )
+ELSEWHERE = re.compile(
+    r"Furuta|\b(?:rotary|rotational)(?: inverted)? pendulum", re.IGNORECASE
+)  # some equations are a rod's
 
 
 @dataclass(frozen=True, eq=False)
@@ -361,7 +364,7 @@ def _doubted(reading: Reading, held: int, document: Document) -> Reading:
     """The same, as of no system that pendpin knows where too little of the text holds in the best one."""
     read = [one for one in reading.equations if one.ways and not one.defines]
     foreign = bool(FOREIGN.search(document.text)) or bool(_strange(reading))
-    if held or not read or (len(read) < FEW and not foreign):
+    if not ELSEWHERE.search(document.text) and (held or not read or (len(read) < FEW and not foreign)):
         return reading
     words = "No system that pendpin knows fits this text"
     return replace(reading, title=UNKNOWN, remarks=(f"{words}: {reading.remedy}.",), unknown=True)

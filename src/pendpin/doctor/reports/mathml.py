@@ -10,11 +10,20 @@ SIGNS = {"*": "", "x": "×", ".": "·"}
 
 
 def equation(sides: tuple[Node, ...], changed: tuple[Span, ...] = ()) -> str:
-    """Sides that are equal, as a displayed formula."""
-    inside = "<mo>=</mo>".join(part(side, changed) for side in sides) or "<mn>0</mn>"
-    if len(sides) == 1:
-        inside += "<mo>=</mo><mn>0</mn>"
-    return f'<math display="block"><mrow>{inside}</mrow></math>'
+    """Sides that are equal, as a displayed formula of pieces, one a term, between which a narrow page breaks the line."""
+    equal = "<mo>=</mo>"
+    pieces = [piece for i, side in enumerate(sides) for piece in _pieces(side, changed, equal if i else "")]
+    pieces += [f"{equal}<mn>0</mn>"] if len(sides) < 2 else []
+    return f'<div class="equation">{" ".join(f"<math><mrow>{piece}</mrow></math>" for piece in pieces)}</div>'
+
+
+def _pieces(side: Node, changed: tuple[Span, ...], before: str) -> list[str]:
+    """A side term by term; whole where it is no sum, or all of it has changed."""
+    whole = any(a <= side.span[0] and side.span[1] <= b for a, b in changed)
+    first, *others = (
+        _terms(side, changed) if side.kind == "sum" and not side.bracketed and not whole else [part(side, changed)]
+    )
+    return [before + first, *others]
 
 
 def part(node: Node, changed: tuple[Span, ...]) -> str:
@@ -87,13 +96,16 @@ def _mark(text: str, span: Span, changed: tuple[Span, ...]) -> str:
 
 
 def _sum(node: Node, changed: tuple[Span, ...]) -> str:
-    parts, signs = [], node.value
-    for i, (sign, child) in enumerate(zip(signs, node.children, strict=True)):
-        if sign < 0 or i:
-            parts.append(_mark(f"<mo>{'−' if sign < 0 else '+'}</mo>", node.marks[i], changed))
-        inner = part(child, changed)
-        parts.append(inner)
-    return f"<mrow>{''.join(parts)}</mrow>"
+    return f"<mrow>{''.join(_terms(node, changed))}</mrow>"
+
+
+def _terms(node: Node, changed: tuple[Span, ...]) -> list[str]:
+    """The terms of a sum, each with its sign; the first only with a minus."""
+    terms = []
+    for i, (sign, child) in enumerate(zip(node.value, node.children, strict=True)):
+        mark = _mark(f"<mo form='infix'>{'−' if sign < 0 else '+'}</mo>" if i else "<mo>−</mo>", node.marks[i], changed)
+        terms.append((mark if sign < 0 or i else "") + part(child, changed))
+    return terms
 
 
 def _product(node: Node, changed: tuple[Span, ...]) -> str:
