@@ -11,6 +11,7 @@ PACKAGE = Path(__file__).parents[1] / "src/pendpin"  # as written, not as instal
 ROWS = [  # the ground first
     {"errors", "versions"},
     {"arrays", "claims", "files", "keypaths", "libraries"},
+    {"arguments"},
     {"records"},
     {"effects", "equations"},
     {"scene", "trajectory"},

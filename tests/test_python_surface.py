@@ -100,3 +100,58 @@ def test_a_run_cannot_be_changed(tmp_path: Path) -> None:
     table = run.to_xarray()
     table["q"] *= 2
     np.testing.assert_array_equal(table["q"], 2 * run.q)
+
+
+NUMBERS = ([0.1, 0.2], [0.0, 0.0])
+REFUSED = {
+    "energy_balance: 'no'": lambda run: pp.simulate(FALLING, energy_balance="no"),
+    "energy_balance: nan": lambda run: pp.simulate(FALLING, energy_balance=float("nan")),
+    "anyway: 'no'": lambda run: pp.simulate(FALLING, anyway="no"),
+    "anyway: -1.0": lambda run: pp.simulate(FALLING, anyway=-1.0),
+    "limit: nan": lambda run: pp.simulate(FALLING, limit=float("nan")),
+    "limit: '5'": lambda run: pp.simulate(FALLING, limit="5"),
+    "limit: True": lambda run: pp.simulate(FALLING, limit=True),
+    "every: '5'": lambda run: pp.simulate(FALLING, checkpoint="never.npz", every="5"),
+    "[1.0] is not the path": lambda run: pp.simulate(FALLING, checkpoint=[1.0]),
+    "states: None": lambda run: pp.crosscheck(FALLING, states=None),
+    "states: '1'": lambda run: pp.crosscheck(FALLING, states="1"),
+    "states: nan": lambda run: pp.crosscheck(FALLING, states=float("nan")),
+    "states: 1.0": lambda run: pp.crosscheck(FALLING, states=1.0),
+    "states: True": lambda run: pp.crosscheck(FALLING, states=True),
+    "seed: -1": lambda run: pp.crosscheck(FALLING, states=1, seed=-1),
+    "t: None": lambda run: pp.bind(FALLING).acceleration(None, *NUMBERS),
+    "t: inf": lambda run: pp.bind(FALLING).wrenches(np.inf, *NUMBERS),
+    "q: 'x'": lambda run: pp.bind(FALLING).acceleration(0.0, "x", "y"),
+    "q: [1j, 0]": lambda run: pp.bind(FALLING).acceleration(0.0, [1j, 0], [0, 0]),
+    "q: [nan, 0.0] are not finite": lambda run: pp.bind(FALLING).energy([np.nan, 0.0], [0.0, 0.0]),
+    "v: [0.0, inf] are not finite": lambda run: pp.bind(FALLING).acceleration(0.0, [0.0, 0.0], [0.0, np.inf]),
+    "['theta'] is not the name": lambda run: run.plot(["theta"]),
+    "compare: 1.0": lambda run: run.plot(compare=1.0),
+    "compare: 0": lambda run: run.plot(compare=0),
+    "None is not the path": lambda run: run.save(None),
+    "0 is not the path": lambda run: run.to_csv(0),
+    "3 is not the path": lambda run: pp.Trajectory.load(3),
+    "b'x.html' is not the path": lambda run: run.animate().save(b"x.html"),
+    "method: ": lambda run: pp.simulate(FALLING, method=np.array(["rk4"])),
+}
+
+
+@pytest.mark.parametrize("message", REFUSED)
+def test_arguments_of_another_kind_are_refused_by_name(message: str) -> None:
+    """In one line, whichever function they are given to; nothing is taken for true or for a number."""
+    with pytest.raises(pp.errors.InputError) as raised:
+        REFUSED[message](pp.simulate(FALLING, samples=2))
+    assert str(raised.value).startswith(message)
+
+
+def test_arguments_of_numpy_are_those_of_python() -> None:
+    """And a limit that never comes is none."""
+    plain = pp.simulate(FALLING, samples=3, energy_balance=True)
+    assert pp.simulate(FALLING, samples=3, energy_balance=np.True_) == plain
+    for limit in (np.inf, 1e300, np.float32(500), np.int64(500)):
+        assert pp.simulate(FALLING, samples=3, energy_balance=True, limit=limit) == plain
+    assert pp.crosscheck(FALLING, states=np.int64(3)) == pp.crosscheck(FALLING, states=3)
+    bound = pp.bind(FALLING)
+    np.testing.assert_array_equal(
+        bound.acceleration(np.float32(0), np.array([1, 0]), (0, 1)), bound.acceleration(0.0, [1.0, 0.0], [0.0, 1.0])
+    )

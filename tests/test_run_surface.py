@@ -1,6 +1,8 @@
 """A run asked for more: quantities by name, other times, crossings, more time, tables, pictures."""
 
+import copy
 import csv
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -316,3 +318,22 @@ def test_the_model_carries_the_scenes_gravity() -> None:
     np.testing.assert_allclose(
         pin.aba(model, model.createData(), q, v, np.zeros(2)), dynamics.acceleration(0.0, q, v), rtol=1e-14
     )
+
+
+def test_copies_of_a_run_are_read_only() -> None:
+    """As the run is: what was computed from its arrays stays true."""
+    run = pp.simulate(SCENES["friction"], samples=7, energy_balance=True)
+    for one in (pickle.loads(pickle.dumps(run)), copy.copy(run), copy.deepcopy(run)):
+        assert one == run
+        assert not any(array.flags.writeable for array in [*one.arrays.values(), *one.held])
+
+
+def test_a_run_is_asked_like_a_mapping() -> None:
+    """`in` says whether run[name] is there; the names come in order; other things are no names."""
+    run = pp.simulate(SCENES["smooth"], samples=7)
+    assert list(run) == list(run.names) == run._ipython_key_completions_()
+    assert all(name in run for name in [*run, "energy_drift", "effort_gravity_theta"])
+    assert not any(name in run for name in ("thetta", 0, None, ["theta"]))
+    for wrong in (["theta"], 0, None, {}):
+        with pytest.raises(pp.errors.InputError, match="not the name of a quantity"):
+            run[wrong]

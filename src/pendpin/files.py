@@ -26,6 +26,13 @@ MAX_TEXT_BYTES = 400_000_000  # of that, as text; a scene of 100,000 rods takes 
 MAX_ARRAYS = 1_000
 
 
+def path_of(value: Any) -> Path:
+    """The path that an argument names. Raises InputError for what is neither text nor a path."""
+    if not isinstance(value, str | os.PathLike):
+        raise InputError(f"{shown(value)} is not the path of a file")
+    return Path(value)
+
+
 def read_whole(path: Path, most: int, what: str) -> bytes:
     """The bytes of a file. Raises InputError, without the path, where it cannot be read or has more than `most`."""
     with _reading(), _opened(path) as file:

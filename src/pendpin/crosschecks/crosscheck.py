@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pendpin.arguments import count
 from pendpin.arrays import TINY, Array, Indices
 from pendpin.crosschecks.report import CheckReport, CheckRow
 from pendpin.crosschecks.rounding_scale import tree_scale
@@ -55,8 +56,7 @@ def crosscheck(
     Raises:
         InputError: where fewer than two routes cover the model.
     """
-    if states < 1:
-        raise InputError(f"states: {states} is not a count of 1 or more")
+    states, seed = count("states", states), count("seed", seed, least=0)
     dynamics, random = bind(scene), np.random.default_rng(seed)
     nv = len(dynamics.model.joints)
     q, v = random.uniform(-np.pi, np.pi, (states, nv)), random.uniform(-LARGEST_RATE, LARGEST_RATE, (states, nv))

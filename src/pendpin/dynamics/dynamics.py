@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from pendpin.arguments import numbers
 from pendpin.arrays import Array
 from pendpin.dynamics.as_written import move_home
 from pendpin.dynamics.binding import Accounts, Binding
@@ -22,7 +23,7 @@ from pendpin.dynamics.symbols import Asked
 from pendpin.effects import ContactEffect, Effect
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
 from pendpin.engines.external_forces import centres_of, turn_into_joint_frames
-from pendpin.errors import InputError
+from pendpin.errors import InputError, shown
 from pendpin.model import kinematics
 from pendpin.model.bodies import with_gravity
 from pendpin.model.build import Model, build
@@ -79,12 +80,12 @@ class Dynamics:
             self.sampler = compile_sampler(self._base, self.effects, self.start)
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
-        """q'' (nv,) at time t. Raises InputError for arrays of another shape."""
-        return self.engine.evaluate(np.array([t - self.start]), *self._states(q, v)).acceleration[0]
+        """q'' (nv,) at time t. Raises InputError for arrays of another shape, and not finite."""
+        return self.engine.evaluate(self._time(t), *self._states(q, v)).acceleration[0]
 
     def wrenches(self, t: float, q: Array, v: Array) -> Array:
         """The wrench of each joint's parent on its child, (joints, 6): force N, then moment N m, in the joint's frame."""
-        return self.engine.evaluate(np.array([t - self.start]), *self._states(q, v)).wrench[0]
+        return self.engine.evaluate(self._time(t), *self._states(q, v)).wrench[0]
 
     def energy(self, q: Array, v: Array) -> tuple[float, float]:
         """Kinetic energy and the potential of the conservative effects, J, at q, v (nv,); 0 at W's origin."""
@@ -104,13 +105,21 @@ class Dynamics:
                 out[:, place] = potential(q, poses)
         return out
 
+    def _time(self, t: Any) -> Array:
+        """A time as the engine counts it, (1,). Raises InputError."""
+        if (time := numbers("t", t)).shape or not np.isfinite(time):
+            raise InputError(f"t: {shown(t)} is not a finite number of seconds")
+        return time[None] - self.start
+
     def _states(self, *arrays: Any) -> tuple[Array, ...]:
-        """Each array (nv,) as one row (1, nv). Raises InputError for another shape."""
+        """Each array (nv,) as one row (1, nv). Raises InputError for another shape and what is not finite."""
         nv = len(self.model.joints)
-        states = [np.asarray(array, float) for array in arrays]
+        states = [numbers(name, array) for name, array in zip("qv", arrays, strict=True)]
         for name, state in zip("qv", states, strict=True):
             if state.shape != (nv,):
                 raise InputError(f"{name} has shape {state.shape}; this model has {nv} joints")
+            if not np.isfinite(state).all():
+                raise InputError(f"{name}: {shown(state.tolist())} are not finite numbers")
         return tuple(state[None] for state in states)
 
 

@@ -4,6 +4,7 @@ import html
 from pathlib import Path
 
 from pendpin.errors import InputError, MissingLibrary
+from pendpin.files import path_of
 from pendpin.graphics.compare import Runs, runs_of
 from pendpin.graphics.drawing import Drawing
 from pendpin.graphics.film import write_film
@@ -30,7 +31,7 @@ class Animation:
         run.html#t=1.5&view=above&speed=5&reactions=on&frames=on.
         Raises InputError for other names, MissingLibrary for .mp4 without imageio-ffmpeg.
         """
-        path = Path(path)
+        path = path_of(path)
         match path.suffix.lower():
             case ".html":
                 return write_page(path, *self.drawing_and_report())

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pendpin.arrays import Array, Indices
-from pendpin.errors import InputError
+from pendpin.errors import InputError, shown
 from pendpin.trajectory import Trajectory
 
 MOST = 4  # runs: the eye tells four colours and dashes apart
@@ -15,7 +15,9 @@ Runs = Trajectory | Sequence[Trajectory] | None
 
 def runs_of(run: Trajectory, compare: Runs) -> list[Trajectory]:
     """A run and those it is compared with. Raises InputError for too many, or runs at other times."""
-    others = [compare] if isinstance(compare, Trajectory) else list(compare or ())
+    others = [compare] if isinstance(compare, Trajectory) else [] if compare is None else compare
+    if not isinstance(others, Sequence):
+        raise InputError(f"compare: {shown(others)} is not a run, nor a list of runs")
     if len(others) >= MOST:
         raise InputError(f"compare: {len(others) + 1} runs are too many for one picture, which holds {MOST}")
     for other in others:

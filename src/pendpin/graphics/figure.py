@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pendpin.errors import InputError
-from pendpin.files import write_whole
+from pendpin.files import path_of, write_whole
 from pendpin.graphics.compare import DASHES, Runs, labels_of, runs_of
 from pendpin.graphics.panels import (
     COLORS,
@@ -46,7 +46,7 @@ def save_plot(run: Trajectory, path: str | Path, names: tuple[str, ...] = (), co
 
 def write_figure(path: str | Path, drawn: Callable[[], Any]) -> Path:
     """Write the figure that a function draws to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
-    path = Path(path)
+    path = path_of(path)
     kind = picture_kind(path)
     with plain_text():
         figure = drawn()

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.arguments import seconds
 from pendpin.arrays import Array
 from pendpin.errors import Halted, InputError, Interrupted, shown
 from pendpin.files import ArrayFile, open_arrays, refuse_targets, write_whole
@@ -88,8 +89,7 @@ class Checkpoint:
     every: float = EVERY  # s of wall time
 
     def __post_init__(self) -> None:
-        if not self.every >= 0:
-            raise InputError(f"every: {shown(self.every)} is not a number of seconds, 0 or above")
+        seconds("every", self.every)
         refuse_targets([self.path], [])
 
 

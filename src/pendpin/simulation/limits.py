@@ -3,11 +3,12 @@
 import atexit
 import time
 from collections.abc import Callable
-from threading import Thread
+from threading import TIMEOUT_MAX, Thread
 from typing import TypeVar
 
 import numpy as np
 
+from pendpin.arguments import seconds
 from pendpin.arrays import Array, Mask
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import ProgressCallback
@@ -30,7 +31,9 @@ class Deadline:
     """The limit of a whole run in s of wall time, counted from the creation of this object; None is no limit."""
 
     def __init__(self, limit: float | None) -> None:
-        self.limit, self._begin, self._begin_own = limit, time.perf_counter(), time.thread_time()
+        given = None if limit is None else seconds("limit", limit)
+        self.limit = given if given is not None and given < TIMEOUT_MAX else None  # longer than a thread can wait
+        self._begin, self._begin_own = time.perf_counter(), time.thread_time()
 
     @property
     def left(self) -> float:

@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.arguments import flag, numbers
 from pendpin.arrays import ArrayLike
 from pendpin.engines import ProgressCallback
-from pendpin.errors import InputError, RunError, say_note, shown
+from pendpin.errors import InputError, RunError, say_note
+from pendpin.files import path_of
 from pendpin.model.build import build
 from pendpin.model.notes import notes
 from pendpin.scene import Scene, chosen_scene
@@ -52,7 +54,8 @@ def simulate(
             step that meets it is found, and the method if none is given; `stats` holds them and the estimated error.
         energy_balance: integrate the work of every effect too; see the trajectory's `work`.
         progress: called with the time reached, s.
-        limit: s of wall time, after which the call ends. Compiling, all runs for an accuracy, and the samples count.
+        limit: s of wall time, after which the call ends; infinity sets no limit. Compiling, all runs for
+            an accuracy, and the samples count.
         checkpoint: a file in which the state is saved, whole or not at all, at output times. If it exists, the run
             continues from it, with a result that is equal bit for bit to that of an uninterrupted run. Scene, settings
             and versions must be the same. The file stays when the run has ended: delete it once the result is saved.
@@ -68,10 +71,11 @@ def simulate(
     """
     deadline = Deadline(limit)
     settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
+    energy_balance, anyway = flag("energy_balance", energy_balance), flag("anyway", anyway)
     chosen = varied(scene, duration, samples, times, settings)
     for note in notes(chosen, build(chosen.model)):
         say_note(note, stacklevel=3)
-    saved = None if checkpoint is None else Checkpoint(Path(checkpoint), every)
+    saved = None if checkpoint is None else Checkpoint(path_of(checkpoint), every)
     try:
         return _asked_for(chosen, run_to_setting(chosen, energy_balance, progress, deadline, saved, anyway))
     except RunError as error:
@@ -127,10 +131,7 @@ def varied(
 
 def _to_numbers(times: ArrayLike) -> tuple[float, ...]:
     """Output times as numbers. Raises InputError unless they are (n,) finite numbers, n > 0."""
-    try:
-        array = np.asarray(times, float)
-    except (TypeError, ValueError):
-        raise InputError(f"times: {shown(times)} are not numbers") from None
+    array = numbers("times", times)
     if array.ndim != 1 or not len(array) or not np.isfinite(array).all():
         raise InputError(f"times: shape {array.shape}, where (n,) finite numbers are wanted, with at least one")
     return tuple(array.tolist())

@@ -57,7 +57,7 @@ def effort_places(run: Any) -> dict[str, Place]:
 
 def unit_of(run: Any, name: str) -> str:
     """The unit of a quantity, "" of the energy drift; that of a joint is not known where the run's URDF is gone."""
-    if name == DRIFT:
+    if _is_drift(name):
         return ""
     part, index = place_of(run, name)
     if part == "wrench":
@@ -80,6 +80,13 @@ def named_with_units(run: Any, joints: list[int]) -> tuple[tuple[str, ...], str]
     return tuple(f"{name} ({unit})" for name, unit in zip(names, units, strict=True)), "rad or m"
 
 
+def _is_drift(name: Any) -> bool:
+    """Whether a name is that of the energy drift. Raises InputError for what is no name."""
+    if not isinstance(name, str):
+        raise InputError(f"{shown(name)} is not the name of a quantity; to_pandas(*names) makes a table of several")
+    return name == DRIFT
+
+
 def place_of(run: Any, name: str) -> Place:
     """Where a quantity of a run is, by its name. Raises InputError that says which name was probably meant."""
     places = run.places
@@ -93,13 +100,13 @@ def place_of(run: Any, name: str) -> Place:
     return places[name]
 
 
-def column(run: Any, name: str) -> Array:
+def column(run: Any, name: Any) -> Array:
     """One quantity of a run by its name, (n,). Raises InputError that says which name was probably meant.
 
     Beside the columns energy_drift, the change of the energy over the energy exchanged at the end, and effort_ of each kind
     of effect and joint.
     """
-    if name == DRIFT:
+    if _is_drift(name):
         if not run.stats.conservative:
             raise InputError(
                 "energy_drift: an effect of this run has no potential; work_ of each effect explains its energy"

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.files import refuse_other_format, write_csv
+from pendpin.files import path_of, refuse_other_format, write_csv
 from pendpin.libraries import optional
 from pendpin.trajectory.columns import AXES, UNITS, WRENCH, unit_of
 
@@ -59,8 +59,9 @@ def to_xarray(run: Any) -> Any:
 
 def to_csv(run: Any, path: str | Path, names: Sequence[str] = ()) -> Path:
     """Write a run's quantities with their names in the first line, whole or not at all; every digit is kept."""
-    refuse_other_format(Path(path), *TABLES)
+    path = path_of(path)
+    refuse_other_format(path, *TABLES)
     names = _t_first(run, names)
     rows = np.array([run[name] for name in names]).T
     pieces = (rows[first : first + ROWS_AT_ONCE].tolist() for first in range(0, len(rows), ROWS_AT_ONCE))
-    return write_csv(Path(path), names, chain.from_iterable(pieces))
+    return write_csv(path, names, chain.from_iterable(pieces))

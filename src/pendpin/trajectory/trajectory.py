@@ -1,7 +1,7 @@
 """The result of a run: arrays over time, statistics, and the file that holds them."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -11,7 +11,7 @@ import numpy as np
 
 from pendpin.arrays import Array, ArrayLike
 from pendpin.errors import InputError, PendpinError
-from pendpin.files import open_arrays, refuse_other_format, write_arrays, write_whole
+from pendpin.files import open_arrays, path_of, refuse_other_format, write_arrays, write_whole
 from pendpin.records import LARGEST
 from pendpin.trajectory.columns import Place, column, columns
 from pendpin.trajectory.parts import Energy, Event, Reactions, Stats, exchanged, share
@@ -27,7 +27,7 @@ class Trajectory:
     q, v, a hold one value per joint, in model order, in rad and s (m for prismatic joints). Angles are not wrapped.
     wrench is the force (N), then the moment (N m), that each joint's parent exerts on its child, at the joint's origin,
     in the child joint's frame. Two runs are equal if their scenes and all their numbers are, to the bit; `stats` does not
-    count.
+    count. The arrays are read-only: for other numbers take a copy, as run.q.copy().
     """
 
     joints: tuple[str, ...]
@@ -51,6 +51,25 @@ class Trajectory:
         """A number that is changed would no longer belong to this motion: its arrays are read-only."""
         for array in (*self.arrays.values(), *self.held):
             array.setflags(write=False)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """A copy or an unpickled run is read-only too, which NumPy does not keep."""
+        vars(self).update(state)
+        self.__post_init__()
+
+    def __contains__(self, name: object) -> bool:
+        """Whether run[name] is there."""
+        try:
+            return column(self, name) is not None
+        except InputError:
+            return False
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of all quantities, as of a mapping."""
+        return iter(self.names)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.names)
 
     def __getitem__(self, name: str) -> Array:
         """One quantity by its name, (n,): run["theta_1"], run["R3_2"], run["tip_x"]. Raises InputError.
@@ -320,14 +339,15 @@ class Trajectory:
 
     def save(self, path: str | Path) -> Path:
         """Write everything to an .npz file, whole or not at all. Raises InputError where that cannot be."""
-        if Path(path).suffix.lower() in TABLES:
+        path = path_of(path)
+        if path.suffix.lower() in TABLES:
             raise InputError(f"{path}: save writes .npz; to_csv({str(path)!r}) writes this run as a table")
-        refuse_other_format(Path(path), ".npz")
+        refuse_other_format(path, ".npz")
         held = {f"held_{i}": outputs for i, outputs in enumerate(self.held)}
         meta = json.dumps({"format": FORMAT, "scene": self.scene, **asdict(self.stats)})
         texts = {"joints": np.array(self.joints), "meta": np.array(meta)}
         arrays: dict[str, Any] = self._sampled.arrays | held | event_arrays(self.events) | texts
-        return write_whole(Path(path), lambda file: write_arrays(file, arrays))
+        return write_whole(path, lambda file: write_arrays(file, arrays))
 
     @classmethod
     def load(cls, path: str | Path, scene: Any = None) -> Self:
@@ -336,9 +356,10 @@ class Trajectory:
         A run of code (a Torque, an effect of one's own) or of a pin.Model can be continued only with its `scene` given:
         its model and effects have to be those of the run.
         """
-        if Path(path).suffix == ".csv":
+        path = path_of(path)
+        if path.suffix == ".csv":
             raise InputError(f"{path}: a table, not a run; pendpin run SCENE --out run.npz saves a run")
-        with open_arrays(Path(path), "a run that pendpin saved (pendpin run SCENE saves one)") as file:
+        with open_arrays(path, "a run that pendpin saved (pendpin run SCENE saves one)") as file:
             run = cls(**read_fields(file))
         if scene is None:
             return run
