@@ -1,7 +1,7 @@
 """A URDF taken at its word: what it writes of its joints acts where it is asked for, and one note says so where not."""
 
 import warnings
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
@@ -142,11 +142,24 @@ def test_every_command_that_takes_a_urdf_takes_it_as_written(
     assert '"as_written"' in capfd.readouterr().out
 
 
-@pytest.mark.slow
-def test_a_slide_that_falls_without_end_has_no_rest() -> None:
-    """Stops do not act in small motions: panda's finger falls, and one line says so."""
-    with pytest.raises(pp.InputError, match="start: a slide falls without end"):
-        pp.Start.at_rest(pp.Scene(model=pp.UrdfModel("panda"), effects=(GRAVITY, fx.AsWritten())))
+SLIDE = """<robot name="slides"><link name="base"/>
+<link name="arm"><inertial><origin xyz="0 0 -0.3"/><mass value="2"/>
+  <inertia ixx="0.06" iyy="0.06" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="car"><inertial><origin xyz="0.1 0.1 0"/><mass value="2"/>
+  <inertia ixx="0.06" iyy="0.06" izz="0.06" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="pin" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="1 0 0"/></joint>
+<joint name="lift" type="prismatic"><parent link="arm"/><child link="car"/><axis xyz="{axis}"/>
+  <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+
+
+@pytest.mark.parametrize("axis", ["0 0 1", "0 1 0"])
+def test_a_slide_that_falls_without_end_is_named(tmp_path: Path, axis: str) -> None:
+    """A slide that gravity moves at once, or as the arm turns; stops do not act in small motions."""
+    file = tmp_path / "slide.urdf"
+    file.write_text(SLIDE.format(axis=axis))
+    for effects, ask in product(((GRAVITY,), (GRAVITY, fx.AsWritten())), (pp.modes, pp.linearize, pp.Start.at_rest)):
+        with pytest.raises(pp.InputError, match=r"no equilibrium: lift slides away; lock it or give it a spring$"):
+            ask(pp.Scene(model=pp.UrdfModel(str(file)), effects=effects))
 
 
 @pytest.mark.parametrize("name", ROBOTS)

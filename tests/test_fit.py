@@ -85,7 +85,7 @@ def test_zeros_are_in_the_unit_of_the_data(single, tmp_path: Path) -> None:
     assert zeros[1] == pytest.approx(zeros[0], rel=1e-6)
     assert pp.load_scene(fits[1].scene.save(tmp_path / "fitted.toml")) == fits[1].scene
     assert f"{fits[1].errors[key]:.2g} degrees" in str(fits[1])
-    assert f"rms a1 {fits[1].train.rms['a1']:.3g} rad" in str(fits[1])
+    assert f"rms a1 {np.degrees(fits[1].train.rms['a1']):.3g} degrees" in str(fits[1])
 
 
 def test_a_free_swing_shows_no_scale_of_mass(single) -> None:
@@ -122,11 +122,12 @@ def test_what_is_odd_in_the_data_is_named(single, tmp_path: Path) -> None:
     path.write_text("\n".join([",".join(odd), *rows]))
     words = "\n".join(pp.fit(scene, path, free="effects[1].coefficient").words())
     assert "Cells without a number, which are skipped: 2." in words
-    assert "1 sample stands out by 0.3" in words
-    assert f"lab.csv: line 52, column {column}. Correct or remove it, or use --robust" in words
+    assert words.startswith(f"1 sample stands out: {path}: line 52, column {column}, by 0.3")
+    assert "rad. Correct or remove it, or use --robust" in words
+    assert "units" not in words
     robust = pp.fit(scene, path, free="effects[1].coefficient", robust=True)
     assert robust.explained, robust.verdict  # an outlier that counts less is not a missing effect
-    assert "column a1. It counts less." in str(robust)
+    assert "rad. It counts less." in str(robust)
     for key, error in clean.errors.items():  # Huber's weights cost 3 % of the errors, one clipped sample of 900 nothing
         assert robust.errors[key] == pytest.approx(error, rel=0.3), key
         assert abs(robust.values[key] - clean.values[key]) < 2 * error, key
@@ -222,6 +223,27 @@ def test_a_motion_is_found_in_noise_as_large_as_itself(seed: int) -> None:
     true = rod.properties.I1 / (rod.mass * rod.length / 2) + rod.length / 2
     assert abs(ratio.value - true) < 4 * ratio.error < 0.04 * true
     assert found.verdict.startswith("These data tell little")
+
+
+def test_the_report_is_in_the_unit_of_the_data(single) -> None:
+    """Degrees in the text are those of [data], residuals and outliers too; the numbers of a Fit stay in rad.
+
+    Of four outliers the three farthest are named, the farthest first, and they are why the model does not explain the data.
+    """
+    scene, table = single
+    odd = table["a1"].copy()
+    odd[[50, 150, 250, 350]] += [0.4, -0.5, 0.3, 0.6]  # rad
+    data = scene.data.model_copy(update={"unit": "degrees"})
+    fit = pp.fit(
+        scene.replace(data=data), table | {"a1": np.degrees(odd)}, free="effects[1].coefficient", hold_out=table
+    )
+    words = fit.words()
+    assert words[0].startswith("4 samples stand out, the farthest: sample 351, column a1, by 3")
+    assert [word for word in words[0].replace(",", "").split() if word.isdigit()] == ["4", "351", "151", "51"]
+    assert words[1].endswith("because of the samples that stand out.")
+    assert fit.verdict == words[1]
+    assert f"Fitted: rms a1 {np.degrees(fit.train.rms['a1']):.3g} degrees" in words
+    assert not any(" rad" in line or "angles and times" in line for line in words)
 
 
 def test_noise_alone_is_no_motion() -> None:

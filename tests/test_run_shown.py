@@ -75,6 +75,7 @@ def test_the_figure_of_chosen_quantities() -> None:
     figure = run.plot("theta_1", "R3_1", "phi_2", "kinetic")
     assert [ax.get_ylabel() for ax in figure.axes] == ["rad", "N", "J"]
     assert [line.get_label() for line in figure.axes[0].get_lines()] == ["theta_1", "phi_2"]
+    assert run.plot("energy_drift").axes[0].get_ylabel() == "energy drift / energy exchanged"
     with pytest.raises(pp.InputError, match="did you mean 'theta_1'"):
         run.plot("thta_1")
 

@@ -364,6 +364,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeyp
     assert json.loads(capsys.readouterr().out)["cases"] == 6
     assert len(Path("map.csv").read_text().splitlines()) == 7
     assert run_main("map", "map.zarr", "--plot", "again.svg") == 0
+    assert "flip_time (s)" in capsys.readouterr().out
     assert run_main("map", "map.zarr", "--measure", "flip_tme") == 1
     assert "did you mean 'flip_time'?" in capsys.readouterr().err
     assert run_main("sweep", "two.toml", "--vary", "model.rods[0].mass=-1,-2") == 1

@@ -21,10 +21,9 @@ def draw_fit(fit: Any) -> Any:
     figure = Figure(figsize=(11, 8), layout="constrained")
     top, middle, below = figure.subplots(3, 1, height_ratios=(3, 2, 2))
     middle.sharex(top)
-    degrees = fit.setting.table.unit == "degrees"
-    end = _swings(top, middle, fit.train, 0.0, degrees)
+    end = _swings(top, middle, fit.train, 0.0)
     if fit.hold_out:
-        last = _swings(top, middle, fit.hold_out, end, degrees)
+        last = _swings(top, middle, fit.hold_out, end)
         for ax in (top, middle):
             ax.axvspan(end, last, color=HELD, zorder=0)
         top.text(end, 1.01, "held out", transform=top.get_xaxis_transform(), fontsize=8, color="#4a5568")
@@ -32,7 +31,7 @@ def draw_fit(fit: Any) -> Any:
         top.plot([], [], color=COLORS[k % len(COLORS)], label=name)
     top.plot([], [], "k.", markersize=2, label="measured")
     top.legend(loc="upper right", fontsize=8, ncols=4)
-    units = sorted({"degrees" if unit == "rad" and degrees else unit for unit in fit.train.units}, reverse=True)
+    units = sorted({fit.train.table.in_si(name)[1] for name in fit.train.columns}, key="m".__eq__)
     top.set_ylabel(f"measured and fitted, {' or '.join(units)}")
     middle.set_ylabel(f"fitted less measured, {' or '.join(units)}")
     middle.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
@@ -42,9 +41,9 @@ def draw_fit(fit: Any) -> Any:
     return figure
 
 
-def _swings(top: Any, middle: Any, shown: Any, begin: float, degrees: bool) -> float:
-    """Draw swings from a time on, angles in degrees where the data were; the time at which the last ends."""
-    scales = [180 / np.pi if unit == "rad" and degrees else 1.0 for unit in shown.units]
+def _swings(top: Any, middle: Any, shown: Any, begin: float) -> float:
+    """Draw swings from a time on, in the units of the data; the time at which the last ends."""
+    scales = [1 / shown.table.in_si(name)[0] for name in shown.columns]
     for swing, predicted, compared in zip(shown.swings, shown.predicted, shown.compared, strict=True):
         t = swing.t - swing.t[0] + begin
         for k in range(predicted.shape[1]):

@@ -15,13 +15,15 @@ from pendpin.fitting.guess import joint_angles
 from pendpin.fitting.robust import huber_scale
 from pendpin.fitting.search import solve_starts
 from pendpin.fitting.uncertainty import NOISY, WHITE, outliers
-from pendpin.scene import Chain, Scene
+from pendpin.scene import Chain, Data, Scene
 
 CHECK = "check the units of angles and times, and what the columns measure"
 WIDER = 1.2  # times: said from there on
 MOSTLY = 0.5  # of the spread of a column: noise beside which there is little motion
 LOST = 0.25  # of the spread of a column: residuals of a model that does not follow the motion
 POOR = 0.05  # of the spread of a column: residuals of a model that misses something large
+OUTLIERS = 0.5  # of the squared residuals of a column: outliers with more of them explain what is left over
+NAMED = 3  # outliers, the farthest
 FAR = 10.0  # times the residuals of the fit: held-out errors that need a reason
 
 
@@ -32,7 +34,7 @@ class Prediction(NamedTuple):
     predicted: tuple[Array, ...]  # (m, columns) rad or m, of each swing
     compared: tuple[Array, ...]  # (m,) whether a sample counts: those after the part that the start was fitted on
     columns: tuple[str, ...]
-    units: tuple[str, ...]  # rad or m, of each column
+    table: Data  # has the unit of each column, in which errors are printed
     robust: bool = False  # whether outliers do not speak against the model
 
     def __repr__(self) -> str:
@@ -40,9 +42,12 @@ class Prediction(NamedTuple):
 
     def listed(self, values: dict[str, float]) -> str:
         """A number of each column with its unit, in a line."""
-        return ", ".join(
-            f"{name} {values[name]:.3g} {unit}" for name, unit in zip(self.columns, self.units, strict=True)
-        )
+        return ", ".join(f"{name} {self.written(values[name], name)}" for name in self.columns)
+
+    def written(self, value: float, column: str) -> str:
+        """A number in rad or m in the unit of its column, with that unit."""
+        size, unit = self.table.in_si(column)
+        return f"{value / size:.3g} {unit}"
 
     def errors(self) -> Array:
         """Predicted less measured, over the samples that count, (N, columns)."""
@@ -85,7 +90,7 @@ class Fit:
     values and errors (standard errors) are by key path. Numbers that the data do not determine are in `undetermined` and
     have no error. Their values are the nearest to your guess among all that fit the data equally well. If the model does
     not follow the motion at all, nothing is determined; if the data are too short, there are no errors. Zeros of columns
-    are in the unit of [data], residuals and noise in rad, or m for tips.
+    are in the unit of [data], residuals and noise in rad, or m for tips; the text has all of them in the unit of [data].
     """
 
     scene: Scene  # with the fitted numbers
@@ -155,10 +160,10 @@ class Fit:
         if not np.isfinite(part):
             return f"The model cannot explain the data at all: its motions grow without bound; {CHECK}."
         worst = max(rms, key=lambda name: rms[name] / self.noise[name])
-        unit = dict(zip(self.train.columns, self.train.units, strict=True))[worst]
-        times = (
-            f"residuals of {worst} are {rms[worst]:.3g} {unit}, {rms[worst] / self.noise[worst]:.3g} times the noise"
-        )
+        size = self.train.written(rms[worst], worst)
+        times = f"residuals of {worst} are {size}, {rms[worst] / self.noise[worst]:.3g} times the noise"
+        if self._outliers_explain(worst):
+            return f"The model cannot explain the data: {times}, because of the samples that stand out."
         if part > MOSTLY and rms[worst] <= NOISY * self.noise[worst]:
             return f"These data tell little: {100 * part:.2g} % of their variation is noise of the sensors."
         if self.explained:
@@ -200,24 +205,36 @@ class Fit:
         column = key.removeprefix("data.offsets.")
         return f" {self.setting.table.in_si(column)[1]}" if column != key else ""
 
+    def _outliers(self) -> list[tuple[float, Swing, int, int]]:
+        return outliers(self.residuals, spread_of(self.train.swings))
+
+    def _outliers_explain(self, name: str) -> bool:
+        """Whether samples that stand out, in a fit that is not robust, are most of the squared residuals of a column."""
+        k = self.train.columns.index(name)
+        off = sum(swing.y[sample, k] ** 2 for _, swing, sample, column in self._outliers() if column == k)
+        return not self.setting.robust and off > OUTLIERS * np.nansum(self.train.errors()[:, k] ** 2)
+
     def _odd_samples(self) -> list[str]:
-        """How many cells hold no number, and which samples stand out."""
-        missing = sum(swing.missing for swing in self.train.swings)
-        said = [f"Cells without a number, which are skipped: {missing}."] if missing else []
-        if far := outliers(self.residuals, spread_of(self.train.swings)):
-            size, swing, sample, column = far[0]
-            name, unit = self.train.columns[column], self.train.units[column]
-            one = len(far) == 1
-            many = "1 sample stands out" if one else f"{len(far)} samples stand out, the farthest"
-            less = f"Correct or remove {'it' if one else 'them'}, or use --robust (robust=True)."
-            if self.setting.robust:
-                less = "It counts less." if one else "They count less."
-            said.append(f"{many} by {size:.3g} {unit}: {swing.source} {swing.rows[sample]}, column {name}. {less}")
-        return said
+        """Which samples stand out."""
+        if not (far := self._outliers()):
+            return []
+        one = len(far) == 1
+        many = "1 sample stands" if one else f"{len(far)} samples stand"
+        shown = "; ".join(
+            f"{swing.source} {swing.rows[sample]}, column {name}, by {self.train.written(size, name)}"
+            for size, swing, sample, column in far[:NAMED]
+            for name in (self.train.columns[column],)
+        )
+        less = f"Correct or remove {'it' if one else 'them'}, or use --robust (robust=True)."
+        if self.setting.robust:
+            less = "It counts less." if one else "They count less."
+        return [f"{many} out{', the farthest' * (len(far) > NAMED)}: {shown}. {less}"]
 
     def words(self) -> list[str]:
         """The verdict and its reasons, as lines of text."""
-        rows = [self.verdict, *self._odd_samples()]
+        rows = [*self._odd_samples(), self.verdict]
+        if missing := sum(swing.missing for swing in self.train.swings):
+            rows.append(f"Cells without a number, which are skipped: {missing}.")
         if not isinstance(self.scene.model, Chain):
             rows.append('Masses and inertias are those of the URDF: a fit frees those of rods (kind = "chain") only.')
         if self.undetermined and self.follows:
@@ -254,11 +271,6 @@ class Fit:
         return [*rows, *(str(part) for part in self.parts), f"{self.seconds:.1f} s"]
 
 
-def _units(setting: Setting) -> tuple[str, ...]:
-    """Of each column: m for a tip, else rad."""
-    return tuple("m" if isinstance(setting.table.columns[name], str) else "rad" for name in setting.columns)
-
-
 def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
     """What the fit itself says of the swings that it was made from."""
     p, starts = solution.problem, solution.solved.starts
@@ -269,7 +281,7 @@ def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
         pieces = zip(places, cut_pieces([swing], p.batch.longest), strict=True)
         predicted.append(np.concatenate([columns[: len(piece.t), :, place] for place, piece in pieces]))
     compared = tuple(np.ones(len(swing.t), bool) for swing in setting.swings)
-    return Prediction(setting.swings, tuple(predicted), compared, setting.columns, _units(setting), setting.robust)
+    return Prediction(setting.swings, tuple(predicted), compared, setting.columns, setting.table, setting.robust)
 
 
 def compared_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
@@ -295,4 +307,4 @@ def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start
     full = batch(swings, np.inf)
     columns = problem.columns(solution.x, solved.starts, full.t)
     predicted = tuple(columns[: len(swing.t), :, k] for k, swing in enumerate(swings))
-    return Prediction(tuple(swings), predicted, tuple(compared), setting.columns, _units(setting))
+    return Prediction(tuple(swings), predicted, tuple(compared), setting.columns, setting.table)

@@ -175,7 +175,7 @@ def draw_quantities(ax: Any, run: Trajectory, names: tuple[str, ...]) -> None:
     """Quantities by name on one axes, with their units."""
     for name in names:
         ax.plot(run.t, run[name], label=plain_name(name), linewidth=1.2)
-    ax.set_ylabel(", ".join(dict.fromkeys(unit_of(run, name) or "over the energy exchanged" for name in names)))
+    ax.set_ylabel(", ".join(dict.fromkeys(unit_of(run, name) or "energy drift / energy exchanged" for name in names)))
 
 
 def _count(run: Trajectory) -> int:

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
+from pendpin.arrays import Array
 from pendpin.dynamics.derivatives import Variational
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.equations import exact
 from pendpin.errors import InputError, MissingLibrary, Note, is_number, shown
-from pendpin.model.build import SIGNS, start_state
+from pendpin.model.build import SIGNS, Model, start_state
 from pendpin.scene import Chain, Scene, Start
 
 Pull = Callable[[float, Array], Array]  # of a time, which makes no difference, and q (nv,): the accelerations (nv,)
@@ -19,7 +19,8 @@ Stiffness = Callable[[float, Array], Array]  # of the same: their derivatives (n
 REST = 1e-10  # of the largest acceleration seen: what is left at an equilibrium
 UNSTABLE = 1e-9  # of the largest rate: what grows faster leaves a rest
 ASIDE, AGAIN = 0.01, 3  # rad, how far an unstable rest is left, and how often
-FAR = 100.0  # rad: what turns as far as this never comes to rest
+FAR = 100.0  # rad or m: what moves as far as this and has no equilibrium there never comes to rest
+LOST = 1e9  # m: a slide is not followed farther
 LONG = 1e6  # s² of pseudo-time, until the slowest mode has decayed
 NODDING = 0.01  # of the angle of a cone
 UPRIGHT = 1e-12  # of a field: what it may have across the vertical
@@ -36,16 +37,14 @@ def at_rest(scene: Scene) -> Start:
     size = max(float(np.abs(pull(0.0, x)).max()) for x in (q, q + 0.5))
     if (rest := _hanging(dynamics, q)) is None:
         stiffness = _stiffness(scene)
-        rest = _relaxed(pull, q, ~dynamics.model.slides, stiffness)
+        rest = _relaxed(pull, q, dynamics.model, stiffness)
         for _ in range(AGAIN):
             if stiffness is None or (aside := _unstable_way(stiffness(0.0, rest))) is None:
                 break
-            rest = _relaxed(pull, rest + aside, ~dynamics.model.slides, stiffness)
-    if not np.abs(pull(0.0, rest)).max(initial=0.0) <= REST * size:
-        raise InputError(
-            "start: there is no equilibrium near start.positions; give other positions, or remove effects that "
-            "never come to rest"
-        )
+            rest = _relaxed(pull, rest + aside, dynamics.model, stiffness)
+    lost = np.abs(rest - q)[dynamics.model.slides].max(initial=0.0) > LOST  # where levers are so long, nothing turns
+    if lost or not np.abs(pull(0.0, rest)).max(initial=0.0) <= REST * size:
+        raise _no_rest(dynamics.model, rest - q)
     contacts, joints = dynamics.contacts, dynamics.model.joints
     if contacts is not None and (beyond := (rest < contacts.lower) | (rest > contacts.upper)).any():
         raise InputError(f"start: the equilibrium of {joints[int(np.argmax(beyond))]} is beyond its stop")
@@ -64,24 +63,38 @@ def _hanging(dynamics: Dynamics, q: Array) -> Array | None:
     return hanging + 2 * np.pi * np.round((q - hanging) / (2 * np.pi))
 
 
-def _relaxed(pull: Pull, q: Array, turns: Mask, stiffness: Stiffness | None) -> Array:
-    """Where q (nv,) comes to rest if it moves with a speed that is its acceleration; `turns` (nv,): not a slide.
+def _no_rest(model: Model, moved: Array) -> InputError:
+    """The error that names the slide that moved (nv,) without end, if one did."""
+    ways = np.where(model.slides, np.abs(moved), 0.0)
+    if ways.max(initial=0.0) > FAR:
+        name = model.joints[int(np.argmax(ways))]
+        return InputError(f"there is no equilibrium: {name} slides away; lock it or give it a spring")
+    return InputError(
+        "start: there is no equilibrium near start.positions; give other positions, or remove effects that "
+        "never come to rest"
+    )
+
+
+def _relaxed(pull: Pull, q: Array, model: Model, stiffness: Stiffness | None) -> Array:
+    """Where q (nv,) comes to rest if it moves with a speed that is its acceleration.
 
     Raises InputError for what falls without end.
     """
     from scipy.integrate import solve_ivp  # here: half a second, which a chain that hangs does not need
     from scipy.optimize import root
 
+    def near(time: float, now: Array) -> Array:
+        if np.abs(now - q)[model.slides].max(initial=0.0) > LOST:
+            raise _no_rest(model, now - q)
+        return pull(time, now)
+
     def far(_: float, now: Array) -> float:
-        return FAR - float(np.abs(now - q)[turns].max(initial=0.0))
+        return FAR - float(np.abs(now - q)[~model.slides].max(initial=0.0))
 
     far.terminal = True  # type: ignore[attr-defined]
     options: Any = {"rtol": 1e-6, "atol": 1e-9, "jac": stiffness, "events": far}
-    try:
-        with np.errstate(all="ignore"):
-            rest = solve_ivp(pull, (0.0, LONG), q, method="Radau", **options).y[:, -1]
-    except ValueError:  # of SciPy: a slide that falls without end has passed the largest double
-        raise InputError("start: a slide falls without end; there is no equilibrium near start.positions") from None
+    with np.errstate(all="ignore"):
+        rest = solve_ivp(near, (0.0, LONG), q, method="Radau", **options).y[:, -1]
     return root(lambda x: pull(0.0, x), rest, tol=1e-15, jac=stiffness and (lambda x: stiffness(0.0, x))).x
 
 

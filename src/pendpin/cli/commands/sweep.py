@@ -123,7 +123,7 @@ def _plan(
 
 def _show(dataset: Any, files: list[Path], json: bool, shares: Callable[[], dict[str, Any]] = dict) -> None:
     """Print what was measured, and the files written; `shares` may raise InputError, when the rest is there."""
-    from pendpin.sweeps.figure import names_of
+    from pendpin.sweeps.figure import label, names_of
     from pendpin.sweeps.store import NOT_RUN
 
     why = dataset["why"].values
@@ -134,7 +134,9 @@ def _show(dataset: Any, files: list[Path], json: bool, shares: Callable[[], dict
         sobol = {"sobol": indices} if (indices := shares()) else {}
         print_json(counts | {"measures": measures, "files": [str(file) for file in files]} | sobol)
         return
-    cells = [[name, *(f"{row[k]:.6g}" for k in FIGURES), str(row["none"])] for name, row in measures.items()]
+    cells = [
+        [label(name, dataset), *(f"{row[k]:.6g}" for k in FIGURES), str(row["none"])] for name, row in measures.items()
+    ]
     print_table(["measure", *FIGURES, "no value"], cells)
     waiting = f"; {counts['not_run']} not run yet" if counts["not_run"] else ""
     print(f"{counts['cases']} cases; {counts['failed']} could not be run{waiting}")
