@@ -130,6 +130,8 @@ REFUSED = {
     "compare: 0": lambda run: run.plot(compare=0),
     "None is not the path": lambda run: run.save(None),
     "0 is not the path": lambda run: run.to_csv(0),
+    "abc.xyz: its name ends in .xyz, and what is written is .npz": lambda run: run.save("abc.xyz"),
+    "1.0: its name ends in .0, and what is written is .csv, .txt": lambda run: run.to_csv("1.0"),
     "3 is not the path": lambda run: pp.Trajectory.load(3),
     "b'x.html' is not the path": lambda run: run.animate().save(b"x.html"),
     "method: ": lambda run: pp.simulate(FALLING, method=np.array(["rk4"])),
