@@ -134,6 +134,7 @@ REFUSED = {
     "1.0: its name ends in .0, and what is written is .csv, .txt": lambda run: run.to_csv("1.0"),
     "3 is not the path": lambda run: pp.Trajectory.load(3),
     "b'x.html' is not the path": lambda run: run.animate().save(b"x.html"),
+    "method: 0 ": lambda run: pp.simulate(FALLING, method=pytest.importorskip("pandas").Series([1])),
     "method: ": lambda run: pp.simulate(FALLING, method=np.array(["rk4"])),
 }
 

@@ -98,7 +98,7 @@ class Solver(Record):
         """The solver with the settings given (those not None); its own settings that no longer fit are left out."""
         settings = {name: value for name, value in settings.items() if value is not None}
         method = settings.get("method", self.method)
-        unfit = {"tolerance" if method in FIXED_METHODS else "step"}
+        unfit = {"tolerance" if isinstance(method, str) and method in FIXED_METHODS else "step"}
         if "accuracy" in settings:
             unfit = {"tolerance", "step"}
         elif "tolerance" in settings or "step" in settings:
