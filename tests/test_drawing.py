@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import HANG
 from pendpin.fitting.figure import _broken
-from pendpin.graphics.drawing import Drawing
+from pendpin.graphics.drawing import Drawing, Shape
 from pendpin.graphics.page import DRAWN, contents
 from pendpin.graphics.path import TURN, smooth
 from pendpin.graphics.run_drawing import drawing_of
@@ -118,3 +118,42 @@ def test_a_quantity_that_one_run_lacks_is_left_out() -> None:
     assert "run 2 has none" in [line.get_label() for line in figure.axes[0].lines]
     with pytest.raises(pp.InputError, match="has no potential"):
         other.plot("energy_drift", compare=one)
+
+
+TREE = """<robot name="tree"><link name="base"/>
+<link name="arm"><inertial><origin xyz="0 0 -0.3"/><mass value="2"/>
+  <inertia ixx="0.06" iyy="0.06" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="hand"/>
+<link name="car"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>
+  <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="finger"><inertial><origin xyz="0 0 -0.1"/><mass value="0.2"/>
+  <inertia ixx="0.001" iyy="0.001" izz="0.0001" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="pin" type="continuous"><parent link="base"/><child link="arm"/><origin xyz="0.2 0 0.1"/>
+  <axis xyz="1 0 0"/></joint>
+<joint name="weld" type="fixed"><parent link="arm"/><child link="hand"/><origin xyz="0 0 -0.6" rpy="0 0 0.3"/></joint>
+<joint name="slide" type="prismatic"><parent link="hand"/><child link="car"/><origin rpy="0.4 0 0"/><axis xyz="0 1 0"/>
+  <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+<joint name="knuckle" type="continuous"><parent link="hand"/><child link="finger"/><origin xyz="0.1 0 0.2"/>
+  <axis xyz="1 0 0"/></joint></robot>"""
+
+
+def test_a_tree_without_visuals_holds_together(tmp_path: Path) -> None:
+    """Every joint lies on a stick of the body it hangs on, through welds and beside rods, wherever a slide goes."""
+    file = tmp_path / "tree.urdf"
+    file.write_text(TREE)
+    start = pp.Start(positions={"pin": 0.3, "knuckle": 1.0})
+    scene = pp.Scene(duration=0.5, model=pp.UrdfModel(str(file)), start=start, effects=[pp.effects.Gravity()])
+    run = pp.simulate(scene, samples=16)
+    assert np.ptp(run["slide"]) > 0.1
+    drawing = drawing_of(run)
+    sticks = [shape for shape in drawing.shapes if shape.geometry == "cylinder"]
+    hanging = ((0, 3), (1, 0), (2, 0))  # bodies, and what each hangs on: the support, and the arm
+    for body, above in hanging:
+        for pose, holder in zip(drawing.poses[:, body], drawing.poses[:, above], strict=True):
+            place = (np.linalg.inv(holder) @ pose)[:, 3]
+            assert min(_distance(stick, place) for stick in sticks if stick.body == above) < 1e-12  # m, rounding
+
+
+def _distance(stick: Shape, place: np.ndarray) -> float:
+    """From the axis of a stick to a place (4,), in m."""
+    x, y, z, _ = np.linalg.inv(stick.placement) @ place
+    return float(np.hypot(np.hypot(x, y), max(abs(z) - stick.size[1] / 2, 0.0)))

@@ -9,7 +9,7 @@ from pendpin.effects import FrameEffect, Support
 from pendpin.errors import InputError
 from pendpin.graphics.curves import left_out, plots_of, quantities_of
 from pendpin.graphics.drawing import WORLD, Drawing, Joint, Shape
-from pendpin.graphics.shapes import rod_shapes, urdf_shapes
+from pendpin.graphics.shapes import bracket_shapes, rod_shapes, urdf_shapes
 from pendpin.model import kinematics
 from pendpin.model.build import Model
 from pendpin.model.model_of_run import leaving, model_of
@@ -28,7 +28,7 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
     leaves = bool(leaving(trajectory))
     extent = float(np.linalg.norm(trajectory.tips[: 1 if leaves else None], axis=-1).max()) or 1.0
     position, velocity = (_of_pivot(scene, name, trajectory.t) for name in ("position", "velocity"))
-    joints, shapes = _shapes(scene, model, extent)
+    joints, shapes = _shapes(scene, model, extent, trajectory.q)
     as_rods = joints is not None
     poses = kinematics.poses(model, trajectory.q) if as_rods else kinematics.joint_poses(model, trajectory.q)
     wrench = trajectory.wrench[:, joints if as_rods else slice(None)]
@@ -90,7 +90,7 @@ def _of_pivot(scene: Scene, quantity: str, t: Array) -> Array:
     return total
 
 
-def _shapes(scene: Scene, model: Model, extent: float) -> tuple[list[int] | None, tuple[Shape, ...]]:
+def _shapes(scene: Scene, model: Model, extent: float, q: Array) -> tuple[list[int] | None, tuple[Shape, ...]]:
     """The solids of a URDF that shows any, each on what a joint moves; else rods, and the joint of each of them."""
     if isinstance(scene.model, UrdfModel):
         shapes = tuple(urdf_shapes(scene.model.file, model))
@@ -99,7 +99,9 @@ def _shapes(scene: Scene, model: Model, extent: float) -> tuple[list[int] | None
     payloads = (
         [rod.payload for rod in scene.model.all_rods] if isinstance(scene.model, Chain) else [0.0] * len(model.bodies)
     )
-    return [body.joint for body in model.bodies], tuple(rod_shapes(model, extent, payloads))
+    rods = rod_shapes(model, extent, payloads)
+    brackets = () if model.chain is not None else bracket_shapes(model, extent, q)
+    return [body.joint for body in model.bodies], (*rods, *brackets)
 
 
 def _tip_velocity(model: Model, trajectory: Trajectory) -> Array:

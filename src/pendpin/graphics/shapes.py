@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from pendpin.arrays import Array, across, cross
-from pendpin.graphics.drawing import Shape
-from pendpin.model.bodies import pinocchio
+from pendpin.graphics.drawing import WORLD, Shape
+from pendpin.model.bodies import pinocchio, tree_of
 from pendpin.model.build import Model
 from pendpin.model.read_urdf import mesh_file
 from pendpin.model.urdf_xml import parse
@@ -29,16 +29,39 @@ def rod_shapes(model: Model, extent: float, payloads: Sequence[float]) -> Iterat
         radius = max(body.radius, thick * (0.4 if many else 1.0))
         long = any(body.tip)  # a rotor about its own centre is not
         if long:
-            length = math.hypot(*body.tip)  # the norm of a tiny vector is 0
-            z = body.tip / length
-            x = across(z)
-            placement = _at(body.tip / 2, np.stack([x, cross(z, x), z], -1))
-            yield Shape("cylinder", (radius, length), placement, COPPER if index % 2 == 0 else BRASS, index)
+            yield _stick(np.zeros(3), body.tip, radius, COPPER if index % 2 == 0 else BRASS, index)
         if not (many and long):
             yield Shape("sphere", (min(1.5 * radius, 3 * thick),), np.eye(4), STEEL, index)
         if payload or index == len(model.bodies) - 1:
             ball = min((3 * payload / (4 * math.pi * DENSITY)) ** (1 / 3), math.hypot(*body.tip) / 6)  # m, of steel
             yield Shape("sphere", (max(1.5 * thick, ball),), _at(body.tip), STEEL, index)
+
+
+def bracket_shapes(model: Model, extent: float, q: Array) -> Iterator[Shape]:
+    """Thin lines of a tree: from rods to joints that hang beside them, and along the ways of slides in q (n, nv)."""
+    thin = 0.5 * THINNEST * extent
+    tree = tree_of(model.pin)
+    places = {body.joint: (index, body.tip) for index, body in enumerate(model.bodies)}
+    places[WORLD] = len(model.bodies), np.zeros(3)
+    for joint, (parent, place) in enumerate(zip(tree.parents, tree.translations, strict=True)):
+        if parent not in places:  # a link without mass has no pose here
+            continue
+        body, tip = places[parent]
+        lines = [(np.clip(place @ tip / (tip @ tip or 1.0), 0.0, 1.0) * tip, place)]
+        if model.slides[joint]:
+            axis = tree.rotations[joint] @ tree.axes[joint]
+            way = q[:, joint]
+            lines.append((place + min(way.min(), 0.0) * axis, place + max(way.max(), 0.0) * axis))
+        yield from (_stick(*ends, thin, STEEL, body) for ends in lines if math.dist(*ends) > thin)
+
+
+def _stick(start: Array, end: Array, radius: float, color: int, body: int) -> Shape:
+    """A cylinder from one place to another, (3,) m."""
+    length = math.hypot(*(end - start))  # the norm of a tiny vector is 0
+    z = (end - start) / length
+    x = across(z)
+    placement = _at((start + end) / 2, np.stack([x, cross(z, x), z], -1))
+    return Shape("cylinder", (radius, length), placement, color, body)
 
 
 def _at(place: Any, rotation: Array | None = None) -> Array:
