@@ -20,7 +20,7 @@ from pendpin.arrays import EPS, Array
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.effects import Drag, Motor, Push, Rotation, Support
 from pendpin.engines import Compiled
-from pendpin.equations.chain.kinematics import along
+from pendpin.equations.chain.kinematics import place_along
 from pendpin.model.build import FLIP
 from pendpin.scene import Scene, method_of
 from pendpin.trajectory import Trajectory, exchanged
@@ -105,7 +105,7 @@ def _energies_of_thin(dynamics: Dynamics, d: Array, rate: Array) -> Array:
     """The same from directions and their rates (n, rods, 3) in I; only fields have a potential there."""
     chain = dynamics.model.chain
     assert chain is not None
-    (centres, _), (speeds, _) = along(chain, d), along(chain, rate)
+    (centres, _), (speeds, _) = place_along(chain, d), place_along(chain, rate)
     kinetic = 0.5 * (chain.m * (speeds**2).sum(-1) + chain.I1 * (rate**2).sum(-1)).sum(-1)
     return kinetic - (chain.m * (centres @ (FLIP @ dynamics.loads.constant))).sum(-1)
 

@@ -35,8 +35,10 @@ def numbers(name: str, values: Any) -> Array:
     """Numbers as an array of floats of any shape, finite or not; not text, complex numbers or bools."""
     try:
         array = np.asarray(values)
+        if array.dtype.char == "d":
+            return array
         if array.dtype.kind not in "iufO":
             raise TypeError
-        return array.astype(float)
+        return array.astype(float, copy=False)
     except (TypeError, ValueError):
         raise InputError(f"{name}: {shown(values)} are not numbers") from None

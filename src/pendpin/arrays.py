@@ -38,8 +38,11 @@ def lapack(name: str) -> Callable[..., Any]:
 
 
 def address(x: Array) -> int:
-    """Where the first number of an array is, contiguous and not read-only; `x.ctypes.data` takes five times as long."""
-    return addressof(_NO_CHARACTERS.from_buffer(x))  # type: ignore[arg-type]  # an array is a buffer
+    """Where the first number of a contiguous array is; `x.ctypes.data` takes five times as long, and read-only arrays too."""
+    try:
+        return addressof(_NO_CHARACTERS.from_buffer(x))  # type: ignore[arg-type]  # an array is a buffer
+    except TypeError:  # it is read-only
+        return x.ctypes.data
 
 
 def subdivided(times: Array, parts: ArrayLike) -> Array:
