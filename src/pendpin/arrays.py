@@ -38,7 +38,7 @@ def lapack(name: str) -> Callable[..., Any]:
 
 
 def address(x: Array) -> int:
-    """Where the first number of a contiguous array is; `x.ctypes.data` takes five times as long, and read-only arrays too."""
+    """Where the first number of a contiguous array is; `x.ctypes.data`, for read-only ones, takes five times as long."""
     try:
         return addressof(_NO_CHARACTERS.from_buffer(x))  # type: ignore[arg-type]  # an array is a buffer
     except TypeError:  # it is read-only
