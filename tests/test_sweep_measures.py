@@ -173,6 +173,20 @@ def test_a_flip_is_as_far_off_as_its_spread_says(setting: dict, one: float, two:
     assert found["flip_time.spread"].values[0] >= 0.9 * (math.inf if math.isnan(off) else off)
 
 
+@pytest.mark.parametrize(
+    ("one", "two", "right"), [(1.9637659, 0.30426667, 3.259807), (-2.89493694, -1.85523248, 0.456351)]
+)
+@pytest.mark.parametrize("method", ["dop853", "taylor"])
+def test_the_first_passage_does_not_depend_on_the_samples(method: str, one: float, two: float, right: float) -> None:
+    """Two thin rods let go at rest: one rod passes the top and turns back between two samples; times to 2e-6 s."""
+    model = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)] * 2)
+    start = pp.Start(positions={"theta_1": one, "theta_2": two})
+    scene = pp.Scene(duration=5.0, model=model, start=start, effects=[fx.Gravity()])
+    for samples in (2, 5, 11, 601):
+        run = pp.simulate(scene, method=method, tolerance=1e-11, samples=samples)
+        assert flip_time(run) == pytest.approx(right, abs=2e-6)
+
+
 def test_the_first_steps_of_two_runs_are_the_same() -> None:
     """A flip within them is off by less than the tolerance, and its spread is not 0."""
     scene = pp.Scene(duration=3.0, model=pp.Chain(rods=[ROD]), effects=[fx.Gravity()])
