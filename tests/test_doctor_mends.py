@@ -1,9 +1,13 @@
 """The equation doctor: wrong equations are mended."""
 
+import numpy as np
 import pytest
 import sympy as sp
 
 import pendpin as pp
+from pendpin.doctor.checking import evaluation
+from pendpin.doctor.checking.residuals import changed
+from pendpin.doctor.mending import mends
 from test_doctor import first_mend, verdicts
 
 # --- wrong equations are mended -------------------------------------------------------------------------------------
@@ -137,3 +141,42 @@ def test_an_equation_for_small_angles_is_mended_to_the_first_order(right):
     assert finding.number == len(right)
     assert finding.mends[0].words.startswith("the sign of")
     assert "to the first order" in finding.remark
+
+
+DOUBLE = r"""
+$$ \begin{pmatrix} (m_1+m_2) l_1^2 & m_2 l_1 l_2\cos(q_1-q_2) \\ m_2 l_1 l_2\cos(q_1-q_2) & m_2 l_2^2 \end{pmatrix}
+\begin{pmatrix} \ddot q_1 \\ \ddot q_2 \end{pmatrix} +
+\begin{pmatrix} 0 & m_2 l_1 l_2\sin(q_1-q_2)\dot q_2 \\ -m_2 l_1 l_2\sin(q_1-q_2)\dot q_1 & 0 \end{pmatrix}
+\begin{pmatrix} \dot q_1 \\ \dot q_2 \end{pmatrix} +
+\begin{pmatrix} (m_1-m_2) g l_1\sin q_1 \\ m_2 g l_2\sin q_2 \end{pmatrix} = 0 $$
+"""
+
+
+def test_a_change_is_tried_on_what_it_touches_alone(monkeypatch):
+    """The residual is bit for bit that of the whole equation, and less than a third of the parts is evaluated for it."""
+    trial, value, counts = mends._trial, evaluation._value, [0]
+
+    def counted(*arguments):
+        counts[-1] += 1
+        return value(*arguments)
+
+    def both(equation, quantities, known):
+        tried = trial(equation, quantities, known)
+
+        def compared(instead):
+            counts.append(0)
+            quick = tried(instead)
+            counts.append(0)
+            whole = changed(equation, quantities, instead)
+            assert (quick is None) == (whole is None)
+            assert quick is None or np.array_equal(quick, whole, equal_nan=True)
+            return quick
+
+        return compared
+
+    monkeypatch.setattr(evaluation, "_value", counted)
+    monkeypatch.setattr(mends, "_trial", both)
+    (finding,) = pp.diagnose(DOUBLE, rod="double").wrong
+    assert finding.mends[0].words == "the sign of m_2 is wrong"
+    quick, whole = sum(counts[1::2]), sum(counts[2::2])
+    assert 0 < 3 * quick < whole

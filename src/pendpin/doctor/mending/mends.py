@@ -1,14 +1,16 @@
 """The smallest changes of a printed equation that make it hold, the simplest first, each verified on the changed text."""
 
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
 
 from pendpin.doctor.checking.check import check
-from pendpin.doctor.checking.evaluation import Known
+from pendpin.doctor.checking.evaluation import Instead, Known
 from pendpin.doctor.checking.residuals import (
     TOLERANCE,
     Equation,
@@ -37,6 +39,8 @@ MOST_MENDS = 4  # of an equation
 MOST_VERIFIED = 400  # candidates whose text is read again
 FARTHER = 0.75  # what a second mend may cost more than the first
 FARTHEST = 3.2  # the cost beyond which a mend is too unlikely
+
+Trial = Callable[[Instead], Values | None]  # the residual with other values for some parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +111,8 @@ def mends(patient: Patient, pairs: bool) -> list[Mend]:
     found = list(needs(equation, quantities, known))
     editor = patient.editor
     listed = sorted(moves(found, equation.context(quantities), editor), key=_order)[: MOST_WORK // nodes]
-    effects = [changed(equation, quantities, edit.instead or {}) for edit in listed]
+    tried = _trial(equation, quantities, known)
+    effects = [tried(edit.instead or {}) for edit in listed]
     size = float(np.abs(rows).max())
     singles = [edit for edit, after in zip(listed, effects, strict=True) if after is not None and _zero(after, size)]
     hidden = _differentiated(equation)
@@ -118,8 +123,25 @@ def mends(patient: Patient, pairs: bool) -> list[Mend]:
     if not chosen and pairs:
         chosen = _verified(patient, _pairs(listed, effects, rows))
     if not chosen and pairs and nodes < MOST_NODES // 4:
-        chosen = _verified(patient, list(_any_two(equation, quantities, listed, size)))
+        chosen = _verified(patient, list(_any_two(equation, tried, listed, size)))
     return chosen
+
+
+def _trial(equation: Equation, quantities: Quantities, known: Known) -> Trial:
+    """Who tries other values for some parts: only what those stand in is evaluated again."""
+    if equation.floats or equation.names & {"q_i", "dq_i"}:  # evaluated more than once, a part with several values
+        return partial(changed, equation, quantities)
+    above: dict[int, set[int]] = defaultdict(set)  # a part and all that it stands in, by id
+    for part in parts(equation.sides):
+        for below in walk(part):
+            above[id(below)].add(id(part))
+
+    def tried(instead: Instead) -> Values | None:
+        touched: set[int] = set().union(*(above[part] for part in instead))
+        kept = {part: value for part, value in known.items() if part not in touched}
+        return changed(equation, quantities, {**kept, **instead})
+
+    return tried
 
 
 def _differentiated(equation: Equation) -> set[int]:
@@ -128,7 +150,7 @@ def _differentiated(equation: Equation) -> set[int]:
     return {id(below) for part in derivatives for below in walk(part.children[0])}
 
 
-def _any_two(equation: Equation, quantities: Quantities, listed: list[Edit], size: float) -> Iterator[Edit]:
+def _any_two(equation: Equation, tried: Trial, listed: list[Edit], size: float) -> Iterator[Edit]:
     """Two of the likeliest moves in the same term, whose effects do not add up, each pair tried on numbers."""
     tops = (term for side in equation.sides for term in (side.children if side.kind == "sum" else (side,)))
     place = {id(part): i for i, term in enumerate(tops) for part in walk(term)}
@@ -137,7 +159,7 @@ def _any_two(equation: Equation, quantities: Quantities, listed: list[Edit], siz
     for a, b in combinations(likely, 2):
         if terms[id(a)] & terms[id(b)] and not overlap(a.splices, b.splices):
             both = _both(a, b)
-            after = changed(equation, quantities, both.instead or {})
+            after = tried(both.instead or {})
             if after is not None and _zero(after, size):
                 yield both
 
