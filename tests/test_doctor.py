@@ -45,6 +45,17 @@ POLAR = [  # the same in the angle from the vertical and the azimuth
 ]
 
 
+def test_the_mass_of_a_cart_is_no_moment():
+    """A letter that is a moment elsewhere does not make a balance of forces one of moments."""
+    text = r"""A pendulum on a cart: M is the mass of the cart, m the point mass, l the length of the massless rod, F the force
+on the cart, $\theta$ the angle from the downward vertical.
+$$(M+m)\ddot x + m l \ddot\theta\cos\theta - m l\dot\theta^2\sin\theta = F$$
+$$l\ddot\theta + \ddot x\cos\theta + g\sin\theta = 0$$"""
+    found = pp.diagnose(text)
+    assert verdicts(found) == ["holds"] * 2
+    assert {one.kind for one in found.findings} == {"equation of motion"}
+
+
 def test_a_page_on_a_point_mass_is_read_as_one():
     """Where two equations or more say so; one alone may lack the 3/2 of a rod, and the report names both."""
     found = pp.diagnose(STRING)

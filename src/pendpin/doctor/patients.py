@@ -276,9 +276,9 @@ def kind_of(equation: Equation, spec: Spec) -> str:
 
 
 def _is_moment(equation: Equation, spec: Spec) -> bool:
-    if equation.names & {"M3", "Mc", "M1", "M2", "M"}:
-        return True
     found, disagreement = of_equation(equation, spec)
+    if equation.names & {"M3", "Mc", "M1", "M2", "M"}:
+        return found != (1, 1, -2)  # in newtons M is the mass of a cart
     if disagreement:
         return bool(equation.names & {"I1", "I2", "I3"})
     return found == (1, 2, -2) and bool(equation.names & {"R1", "R2", "R3", "R", "ddtheta", "ddphi", "alpha"})
