@@ -47,7 +47,7 @@ POLAR = [  # the same in the angle from the vertical and the azimuth
 
 def test_the_mass_of_a_cart_is_no_moment():
     """A letter that is a moment elsewhere does not make a balance of forces one of moments."""
-    text = r"""A pendulum on a cart: M is the mass of the cart, m the point mass, l the length of the massless rod, F the force
+    text = r"""A pendulum on a cart: M is the mass of the cart, m the point mass, l the length of the rod, F the force
 on the cart, $\theta$ the angle from the downward vertical.
 $$(M+m)\ddot x + m l \ddot\theta\cos\theta - m l\dot\theta^2\sin\theta = F$$
 $$l\ddot\theta + \ddot x\cos\theta + g\sin\theta = 0$$"""
