@@ -66,7 +66,7 @@ def on_scene(command: Callable[..., None]) -> Callable[..., None]:
                 "the built-in rod has no damping, friction or limits; --as-written needs --urdf FILE"
             )
         chosen = Scene(model=UrdfModel(urdf), effects=(Gravity(),)) if urdf else read_scene(scene)
-        chosen = _lock_joints(_with_as_written(chosen) if as_written else chosen, lock or (), mimic)
+        chosen = _lock_joints(_add_as_written(chosen) if as_written else chosen, lock or (), mimic)
         chosen = chosen.replace(dict(map(_change, changes or ())))
         command(SceneInput(chosen, scene, urdf, strict), **options)
 
@@ -84,7 +84,7 @@ def read_scene(path: Path | None) -> "Scene":
     return builtin_scene() if path is None else load_scene(path)
 
 
-def _with_as_written(scene: "Scene") -> "Scene":
+def _add_as_written(scene: "Scene") -> "Scene":
     """The scene with what its URDF writes of the joints among its effects, if that is not listed there."""
     from pendpin.effects import AsWritten
     from pendpin.scene import UrdfModel

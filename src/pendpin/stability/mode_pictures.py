@@ -29,28 +29,42 @@ class Line(Protocol):
     """The modes of a line of the table."""
 
     @property
-    def modes(self) -> tuple[int, ...]: ...
+    def modes(self) -> tuple[int, ...]:
+        """Their places, from 0."""
+        ...
 
 
 class Shapes(Protocol):
     """What a picture shows of `Modes`; each is described there."""
 
     @property
-    def scene(self) -> Scene: ...
+    def scene(self) -> Scene:
+        """The scene, which starts at the rest."""
+        ...
 
     @property
-    def q(self) -> Array: ...
+    def q(self) -> Array:
+        """The rest, (nv,) rad."""
+        ...
 
     @property
-    def omega(self) -> Array: ...
+    def omega(self) -> Array:
+        """The angular frequency of each mode, (k,) rad/s."""
+        ...
 
     @property
-    def hertz(self) -> Array: ...
+    def hertz(self) -> Array:
+        """The frequency of each mode, (k,) Hz."""
+        ...
 
     @property
-    def shapes(self) -> Array: ...
+    def shapes(self) -> Array:
+        """Displacements of the joints, (k, nv)."""
+        ...
 
-    def lines(self, most: int | None = None) -> Sequence[Line]: ...
+    def lines(self, most: int | None = None) -> Sequence[Line]:
+        """The lines of the table, at most `most`: modes of one frequency and damping together."""
+        ...
 
 
 def draw_modes(modes: Shapes, chosen: list[int], ax: Any) -> Any:
