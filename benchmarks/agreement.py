@@ -7,10 +7,10 @@ python benchmarks/agreement.py --quick  # dop853 alone, and nothing is written
 import sys
 from pathlib import Path
 
-from pendpin.agreement.page import draw_motions
-from pendpin.agreement.published import published_cases
-from pendpin.agreement.validate import AgreementReport, validate
 from pendpin.graphics.figure import write_figure
+from pendpin.verification.agreement.page import draw_motions
+from pendpin.verification.agreement.published import published_cases
+from pendpin.verification.agreement.validate import AgreementReport, validate
 
 DOCS = Path(__file__).parents[1] / "docs"
 MARKS = ("<!-- table -->\n", "<!-- end of table -->")

@@ -3,7 +3,7 @@
 Run it on an idle machine: python benchmarks/ensembles.py [--starts 10000] [--seconds 5] [--sample 50]
 Both run at the coarsest setting that keeps the tips of 50 of the starts, at 60 output times a second, within the error:
 a decade of the tolerance, or equal RK4 steps from output to output. MuJoCo has its model without contacts, limits and
-whatever else costs time, and without the mass it adds to massless bodies (pendpin.simulators), and its own
+whatever else costs time, and without the mass it adds to massless bodies (pendpin.verification.simulators), and its own
 pool of threads, in chunks; it runs only as many starts as give a steady figure. Seconds of the processor, which other
 loads disturb less, stand beside those on the clock.
 """
@@ -20,13 +20,13 @@ from rich.console import Console
 from rich.table import Table
 
 import pendpin as pp
-from pendpin.arrays import Array
+from pendpin.ground.arrays import Array
 from pendpin.model.kinematics import tip_distance
+from pendpin.runs.batches.pools import cores
 from pendpin.scene import builtin_scene
-from pendpin.simulation.pools import cores
-from pendpin.simulators import task_of
-from pendpin.simulators.mujoco import _model, _places
-from pendpin.work_precision.cost import machine
+from pendpin.verification.simulators import task_of
+from pendpin.verification.simulators.mujoco import _model, _places
+from pendpin.verification.work_precision.cost import machine
 
 ERROR = 1e-9
 SAMPLE = 50  # starts that the error is measured on

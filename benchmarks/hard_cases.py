@@ -11,7 +11,7 @@ from json import loads
 from pathlib import Path
 from typing import Any
 
-from pendpin.hardcases.base import GROUPS
+from pendpin.verification.hardcases.base import GROUPS
 
 DOCS = Path(__file__).parents[1] / "docs"
 

@@ -40,11 +40,11 @@ EQUIVALENT = Path(__file__).with_name("equivalent_mutants.txt")
 TESTS = {  # of files in src/pendpin, by what their paths begin with: those that concern them
     "dynamics/contact": "contacts_exact contacts_routes contacts scene_contacts events energy_balance",
     "dynamics/falls.py": "contacts_exact contacts_routes contacts scene_contacts events energy_balance",
-    "simulation/accuracy/": "accuracy_measures accuracy_on_paper target_accuracy accuracy_laws error_estimates "
+    "runs/accuracy/": "accuracy_measures accuracy_on_paper target_accuracy accuracy_laws error_estimates "
     "error_estimates_rounding",
-    "simulation/crossings.py": "instants run_surface events special_states sweep",
-    "simulation/energy_balance.py": "energy_balance scene_contacts",
-    "simulation/series.py": "ensemble sweep turns",
+    "motions/crossings.py": "instants run_surface events special_states sweep",
+    "runs/energy_balance.py": "energy_balance scene_contacts",
+    "runs/batches/series.py": "ensemble sweep turns",
     "effects/drag.py": "effects effects_drag effects_answers",
     "sweeps/measures.py": "sweep_measures stability_measures sweep",
     "sweeps/plan.py": "sweep sweep_plan sweep_stores",
@@ -60,14 +60,14 @@ PLANTED = {  # faults that once were noticed by no test: file, what is changed, 
     "settling_time one sample early": ("sweeps/measures.py", "late.shape[1] - np.arg", "late.shape[1] - 1 - np.arg"),
     "flip_time upwards only, of a run": ("sweeps/measures.py", "np.cos(half) +", "np.cos(np.maximum(half, 0)) +"),
     "flip_time upwards only, of many": (
-        "simulation/series.py",
+        "runs/batches/series.py",
         "np.fmin(self.first[place], t)",
         "np.fmin(self.first[place], t if direction > 0 else np.nan)",
     ),
     "lyapunov 3 % too large": ("sweeps/measures.py", "return growth / float(", "return 1.03 * growth / float("),
     "memory of residuals 13 times too short": ("fitting/uncertainty.py", "np.ceil(4 * (0.5", "np.ceil(0.3 * (0.5"),
     "the smaller of two bounds": (
-        "simulation/accuracy/estimate.py",
+        "runs/accuracy/estimate.py",
         "np.maximum(gaps.second * scatter",
         "np.minimum(gaps.second * scatter",
     ),

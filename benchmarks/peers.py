@@ -19,12 +19,12 @@ from rich.table import Table
 import pendpin as pp
 from pendpin.engines import compiled, machine_code
 from pendpin.integrators import taylor
+from pendpin.runs import integration
 from pendpin.scene import builtin_scene
-from pendpin.simulation import integration
-from pendpin.simulators import base
-from pendpin.work_precision.cost import cost
-from pendpin.work_precision.figure import save_cost_plot
-from pendpin.work_precision.report import CostReport, time_text
+from pendpin.verification.simulators import base
+from pendpin.verification.work_precision.cost import cost
+from pendpin.verification.work_precision.figure import save_cost_plot
+from pendpin.verification.work_precision.report import CostReport, time_text
 
 ERRORS = (1e-3, 1e-6, 1e-9)
 REPETITIONS = 5

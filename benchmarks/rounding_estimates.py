@@ -15,9 +15,9 @@ from rich.table import Table
 import pendpin as pp
 from pendpin import effects as fx
 from pendpin.equations import exact
-from pendpin.simulation.accuracy.rounding import measure_rounding
-from pendpin.simulation.accuracy.runs import Attempt, Runs
-from pendpin.simulation.limits import Deadline
+from pendpin.runs.accuracy.rounding import measure_rounding
+from pendpin.runs.accuracy.runs import Attempt, Runs
+from pendpin.runs.limits import Deadline
 
 RODS = (pp.Rod(length=1.0, mass=1.0, com=1.0, inertia=(0, 0, 0)), pp.Rod(length=1.0, mass=1.0, radius=0.05))
 AWAY = (0.0, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3)  # rad, from upright

@@ -11,7 +11,7 @@ import numpy as np
 import pendpin as pp
 from pendpin.effects import FrameEffect
 from pendpin.effects.pace import Pace
-from pendpin.records import Number, Positive
+from pendpin.ground.records import Number, Positive
 from pendpin.sweeps.figure import save_map
 
 LENGTHS = np.linspace(5.0, 25.0, 41)  # m

@@ -16,11 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import EPS, Array
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.effects import Drag, Motor, Push, Rotation, Support
 from pendpin.engines import Compiled
 from pendpin.equations.chain.kinematics import place_along
+from pendpin.ground.arrays import EPS, Array
 from pendpin.model.build import FLIP
 from pendpin.scene import Scene, method_of
 from pendpin.trajectory import Trajectory, exchanged

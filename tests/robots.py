@@ -12,9 +12,9 @@ import numpy as np
 import pinocchio as pin
 
 import pendpin as pp
-from pendpin.arrays import EPS
 from pendpin.equations.numbers import exact
 from pendpin.equations.recursion import accelerations, wrenches
+from pendpin.ground.arrays import EPS
 from pendpin.model.bodies import tree_of
 from pendpin.model.read_urdf import read_urdf
 from rounding import terms

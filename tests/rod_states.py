@@ -3,9 +3,9 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from pendpin.arrays import EPS
 from pendpin.equations import lagrange
 from pendpin.equations.base import RodInertia, RodSolution
+from pendpin.ground.arrays import EPS
 
 
 def between(low, high):

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin import effects as fx
-from pendpin.arrays import EPS
 from pendpin.equations import exact
-from pendpin.simulation.accuracy.rounding import RoundingError, measure_rounding
-from pendpin.simulation.accuracy.runs import Attempt, Runs
-from pendpin.simulation.accuracy.thresholds import ESTIMATE, ROUNDING
-from pendpin.simulation.limits import Deadline
+from pendpin.ground.arrays import EPS
+from pendpin.runs.accuracy.rounding import RoundingError, measure_rounding
+from pendpin.runs.accuracy.runs import Attempt, Runs
+from pendpin.runs.accuracy.thresholds import ESTIMATE, ROUNDING
+from pendpin.runs.limits import Deadline
 
 MASS = pp.Rod(length=1.0, mass=1.0, com=1.0, inertia=(0, 0, 0))  # on a massless rod
 TARGETS = (1e-9, 1e-6, 1e-3, 1e-2)

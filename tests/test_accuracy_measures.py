@@ -11,15 +11,15 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import law
-from pendpin.arrays import EPS
+from pendpin.ground.arrays import EPS
 from pendpin.model.build import build
+from pendpin.runs.accuracy.assumptions import probe_effects
+from pendpin.runs.accuracy.methods import list_alternatives, refine_by_step, refine_by_tolerance
+from pendpin.runs.accuracy.rounding import RoundingError, bound_rounding
+from pendpin.runs.accuracy.runs import Runs, choose_length, compute_extent, compute_speeds, measure_gap
+from pendpin.runs.accuracy.thresholds import INSTABILITY, ROUNDING, SAMPLE
+from pendpin.runs.limits import Deadline
 from pendpin.scene.methods import method_of
-from pendpin.simulation.accuracy.assumptions import probe_effects
-from pendpin.simulation.accuracy.methods import list_alternatives, refine_by_step, refine_by_tolerance
-from pendpin.simulation.accuracy.rounding import RoundingError, bound_rounding
-from pendpin.simulation.accuracy.runs import Runs, choose_length, compute_extent, compute_speeds, measure_gap
-from pendpin.simulation.accuracy.thresholds import INSTABILITY, ROUNDING, SAMPLE
-from pendpin.simulation.limits import Deadline
 
 RATE = 2.0  # rad/s
 SLIDE = """<robot name="slide"><link name="base"/><link name="car"><inertial><mass value="2"/>

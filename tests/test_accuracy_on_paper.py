@@ -12,18 +12,18 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import law
-from pendpin.arrays import EPS, Array
 from pendpin.effects import Effect, Gravity, Torque
+from pendpin.ground.arrays import EPS, Array
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import poses, tips
+from pendpin.runs.accuracy import runs as accuracy_runs
+from pendpin.runs.accuracy.rounding import measure_rounding, measure_rounding_of_lost_run
+from pendpin.runs.accuracy.runs import Attempt, Runs
+from pendpin.runs.accuracy.target import run_to_accuracy
+from pendpin.runs.batches.batches import Cases, Motions
+from pendpin.runs.batches.side_by_side import Ladder
+from pendpin.runs.limits import Deadline
 from pendpin.scene.methods import method_of
-from pendpin.simulation.accuracy import runs as accuracy_runs
-from pendpin.simulation.accuracy.rounding import measure_rounding, measure_rounding_of_lost_run
-from pendpin.simulation.accuracy.runs import Attempt, Runs
-from pendpin.simulation.accuracy.side_by_side import Ladder
-from pendpin.simulation.accuracy.target import run_to_accuracy
-from pendpin.simulation.batches import Cases, Motions
-from pendpin.simulation.limits import Deadline
 from pendpin.trajectory import Trajectory, samples_of
 from pendpin.trajectory.parts import Stats
 

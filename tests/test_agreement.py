@@ -10,12 +10,12 @@ import pytest
 from mpmath import mp, mpf
 
 import pendpin as pp
-from pendpin.agreement import validate as module
-from pendpin.agreement.page import page
-from pendpin.agreement.published import published_cases
-from pendpin.agreement.validate import TO_ACCURACY, USUAL, largest_difference, validate
 from pendpin.cli import main
 from pendpin.scene import METHODS
+from pendpin.verification.agreement import validate as module
+from pendpin.verification.agreement.page import page
+from pendpin.verification.agreement.published import published_cases
+from pendpin.verification.agreement.validate import TO_ACCURACY, USUAL, largest_difference, validate
 
 CASES = published_cases()
 QUICK = ("dop853", "rk4")

@@ -13,10 +13,10 @@ import pytest
 import pendpin as pp
 from pendpin import effects as fx
 from pendpin.errors import Interrupted
-from pendpin.simulation import checkpoint, motion_without_events
-from pendpin.simulation.integration import IntegrationLoop
-from pendpin.simulation.motion_with_events import LoopWithEvents
-from pendpin.simulation.motion_without_events import SmoothLoop
+from pendpin.runs import checkpoint, motion_without_events
+from pendpin.runs.integration import IntegrationLoop
+from pendpin.runs.motion_with_events import LoopWithEvents
+from pendpin.runs.motion_without_events import SmoothLoop
 from scenes import scene_of
 
 THICK = (pp.Rod(length=1.0, mass=1.0, radius=0.05), pp.Rod(length=0.7, mass=0.5, radius=0.03))

@@ -14,8 +14,8 @@ import pytest
 import pendpin as pp
 from bad_input import ROD as URDF
 from bad_input import SCENE, URDF_SCENE, run_main
-from pendpin.simulation import motion_without_events
-from pendpin.simulation.checkpoint import FORMAT
+from pendpin.runs import motion_without_events
+from pendpin.runs.checkpoint import FORMAT
 from run_files import Trap
 from test_checkpoint import assert_same, scene
 

@@ -25,9 +25,9 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.symbols import record
 from pendpin.engines import Compiled, llvm
 from pendpin.engines.machine_code import Block, Callback, Code, Function
+from pendpin.ground.versions import version
 from pendpin.integrators import cyrk
 from pendpin.model.build import build
-from pendpin.versions import version
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 

@@ -13,11 +13,11 @@ from scipy.integrate import quad
 import pendpin as pp
 import scenes
 from laws import law
-from pendpin.arrays import Array
 from pendpin.cli import main
 from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.falls import rates_and_mode
 from pendpin.effects import DryFriction, Gravity, Stop
+from pendpin.ground.arrays import Array
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))
 INERTIA = ROD.rods[0].properties.I1 + 0.25  # kg m² about the joint

@@ -130,7 +130,7 @@ KEYS = {
 
 
 def number(scene: pp.Scene, key: str) -> float:
-    from pendpin.keypaths import parsed
+    from pendpin.ground.keypaths import parsed
 
     value = scene
     for part in parsed(key):

@@ -8,11 +8,11 @@ import pytest
 
 import pendpin as pp
 from effect_cases import MODELS, on_both, states
-from pendpin.crosschecks.crosscheck import crosscheck_run
 from pendpin.dynamics.binding import bodies_of
 from pendpin.engines import Revolute, Spherical
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.model import kinematics
+from pendpin.verification.crosschecks.crosscheck import crosscheck_run
 
 TOP = Path(__file__).parents[1]
 DOCS, EXAMPLES = TOP / "docs" / "effects.md", TOP / "examples"

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.arrays import Array
 from pendpin.effects import Gravity, Stop
+from pendpin.ground.arrays import Array
+from pendpin.runs import pools
+from pendpin.runs.batches.pools import in_processes
+from pendpin.runs.batches.series import SAMPLES_AT_ONCE
 from pendpin.scene import Scene, builtin_scene
-from pendpin.simulation import pools
-from pendpin.simulation.pools import in_processes
-from pendpin.simulation.series import SAMPLES_AT_ONCE
 
 ROD = builtin_scene().model_copy(update={"duration": 3.0})
 THIN = pp.Scene(duration=2.0, model=pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),), copies=2), effects=(Gravity(),))

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 import rounding
 from laws import law
-from pendpin.arrays import EPS
 from pendpin.equations import balances, lagrange, newton_euler
 from pendpin.equations.base import RodInertia, RodSolution
+from pendpin.ground.arrays import EPS
 from rod_states import (
     angles,
     any_rod,

@@ -11,12 +11,12 @@ import pendpin as pp
 from laws import law
 from pendpin import effects as fx
 from pendpin.equations import exact
+from pendpin.runs.accuracy.estimate import Gaps, estimate_error
+from pendpin.runs.accuracy.methods import refine_by_step, refine_by_tolerance
+from pendpin.runs.accuracy.runs import Runs, are_equal
+from pendpin.runs.accuracy.thresholds import ESTIMATE
+from pendpin.runs.limits import Deadline
 from pendpin.scene import method_of
-from pendpin.simulation.accuracy.estimate import Gaps, estimate_error
-from pendpin.simulation.accuracy.methods import refine_by_step, refine_by_tolerance
-from pendpin.simulation.accuracy.runs import Runs, are_equal
-from pendpin.simulation.accuracy.thresholds import ESTIMATE
-from pendpin.simulation.limits import Deadline
 
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.02)
 REDUCED = (ROD.properties.I1 + ROD.properties.h**2) / ROD.properties.h  # m, of the simple pendulum that swings alike

@@ -14,8 +14,8 @@ import pendpin as pp
 from laws import law
 from pendpin import effects as fx
 from pendpin.equations import exact
-from pendpin.simulation.accuracy.runs import Runs
-from pendpin.simulation.run import run_scene
+from pendpin.runs.accuracy.runs import Runs
+from pendpin.runs.run import run_scene
 from test_accuracy_measures import SLIDE
 from test_error_estimates import REDUCED, claim_holds, swing, true_error
 
@@ -173,7 +173,7 @@ def test_a_search_ends_where_nothing_is_gained(
         count[0] += 1
         return run_scene(*arguments, **options)
 
-    monkeypatch.setattr("pendpin.simulation.accuracy.runs.run_scene", counted)
+    monkeypatch.setattr("pendpin.runs.accuracy.runs.run_scene", counted)
     claim_holds(swing(theta, duration, 41), method, accuracy)
     assert count[0] <= 10
 

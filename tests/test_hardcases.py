@@ -9,10 +9,10 @@ from pendpin import effects as fx
 from pendpin import hardcases
 from pendpin.cli import main
 from pendpin.errors import InputError, Interrupted
-from pendpin.hardcases import CASES, hard
-from pendpin.hardcases.base import GROUPS, THICK, Case, scene
-from pendpin.hardcases.running import outcome
-from pendpin.simulation.simulate import simulate
+from pendpin.runs.simulate import simulate
+from pendpin.verification.hardcases import CASES, hard
+from pendpin.verification.hardcases.base import GROUPS, THICK, Case, scene
+from pendpin.verification.hardcases.running import outcome
 
 CLAIMS = [(case, method) for case in CASES.values() for method in case.methods]
 CHEAP = "no-duration"

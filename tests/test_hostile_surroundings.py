@@ -24,7 +24,7 @@ import pendpin
 from bad_input import SCENE, contents
 from laws import HANG
 from pendpin import InputError, Trajectory
-from pendpin.files import write_whole
+from pendpin.ground.files import write_whole
 from run_files import meta, run_file
 
 # -P: as for the installed command, the working folder is no place to import from; Python 3.13.0 fails if it was removed

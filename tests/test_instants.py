@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import law
-from pendpin.simulation.continuation import Continuation
-from pendpin.simulation.crossings import _instants
-from pendpin.simulation.sign_changes import Changes
+from pendpin.motions.continuation import Continuation
+from pendpin.motions.crossings import _instants
+from pendpin.motions.sign_changes import Changes
 
 GRAVITY = pp.effects.Gravity()
 STOP = pp.effects.Stop(lower=-0.5, upper=0.9, restitution=0.6)

@@ -17,10 +17,10 @@ from pendpin.integrators.base import Integrator, StepPlan
 from pendpin.integrators.choice import integrator_class, integrator_for
 from pendpin.integrators.gauss import Gauss, rule
 from pendpin.model.build import build
+from pendpin.runs.checkpoint import RunState
+from pendpin.runs.limits import Deadline
+from pendpin.runs.run import run_scene
 from pendpin.scene import FIXED_METHODS, METHODS, method_of
-from pendpin.simulation.checkpoint import RunState
-from pendpin.simulation.limits import Deadline
-from pendpin.simulation.run import run_scene
 from scenes import scene_of
 
 GRAVITY = fx.Gravity()

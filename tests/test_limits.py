@@ -14,7 +14,7 @@ import pendpin as pp
 from laws import HANG
 from pendpin.dynamics import compiling
 from pendpin.errors import Halted
-from pendpin.simulation import limits, run
+from pendpin.runs import limits, run
 
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
 
@@ -86,7 +86,7 @@ def test_compiling_is_in_the_limit(monkeypatch: pytest.MonkeyPatch, options: dic
 
 LEFT = """
 import atexit, sys, threading
-from pendpin.simulation import limits
+from pendpin.runs import limits
 thread = threading.Thread(target=threading.Event().wait, daemon=True)  # compiles for ever
 thread.start()
 limits.abandoned.append(thread)

@@ -12,7 +12,7 @@ import pendpin as pp
 from effect_cases import EFFECTS
 from laws import law
 from pendpin import effects as fx
-from pendpin.simulation.variations import Variations, list_state_keys
+from pendpin.motions.variations import Variations, list_state_keys
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 

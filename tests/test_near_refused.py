@@ -12,7 +12,7 @@ import pytest
 
 import pendpin as pp
 from pendpin import effects as fx
-from pendpin.simulation.periodic import PeriodicOrbit
+from pendpin.motions.periodic import PeriodicOrbit
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)

@@ -14,8 +14,8 @@ from pendpin import effects as fx
 from pendpin.fitting.equations import _Symbolic
 from pendpin.fitting.parameters import free_parameters
 from pendpin.model.build import build
-from pendpin.simulation.batches import Motions
-from pendpin.simulation.simulate import run_to_setting
+from pendpin.runs.batches.batches import Motions
+from pendpin.runs.simulate import run_to_setting
 from pendpin.sweeps.measures import MEASURES, STATISTICS, evaluate_measure, measure
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.hardcases import hard
-from pendpin.significance.significance import significance
+from pendpin.sweeps.significance import significance
+from pendpin.verification.hardcases import hard
 
 TOP = Path(__file__).parents[1]
 ROD = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.01)])

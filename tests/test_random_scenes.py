@@ -16,7 +16,7 @@ import random_scenes
 from laws import HANG
 from pendpin.effects import JointEffect
 from pendpin.engines import Revolute
-from pendpin.simulation import limits, run
+from pendpin.runs import limits, run
 from random_scenes import FAULT, keep, outcome, outcomes
 from scene_effects import KINDS
 from scene_generator import ENGINES, METHODS, RODS, Case, case_of

@@ -15,10 +15,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from laws import law
-from pendpin.arrays import EPS
 from pendpin.equations.numbers import exact, symbols
 from pendpin.equations.recursion import accelerations, wrenches
 from pendpin.equations.trees import Tree
+from pendpin.ground.arrays import EPS
 from pendpin.model.bodies import tree_of
 from rounding import ROUNDINGS, terms
 

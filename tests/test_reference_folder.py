@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.agreement.reference import STATES, reference_states, write_reference
 from pendpin.cli import main
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import build
+from pendpin.verification.agreement.reference import STATES, reference_states, write_reference
 
 ENGINES = Path(__file__).parents[1] / "examples" / "engines"
 GRAVITY = pp.effects.Gravity()

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from bad_input import ROD, URDF_SCENE, edited, run_main
-from pendpin.arrays import EPS
+from pendpin.ground.arrays import EPS
 from pendpin.model.build import Model, build
 from pendpin.scene import robots as named
 from robots import compare, robot, robot_files

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import pendpin as pp
+from pendpin.motions.crossings import first_crossings
+from pendpin.motions.sign_changes import resolved
 from pendpin.scene import builtin_scene
-from pendpin.simulation.crossings import first_crossings
-from pendpin.simulation.sign_changes import resolved
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ROD = {"kind": "chain", "rods": [{"length": 1.0, "mass": 1.0, "radius": 0.02}]}

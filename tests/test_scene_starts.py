@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin import effects as fx
-from pendpin.significance.significance import significance
-from pendpin.work_precision.references import reference
+from pendpin.sweeps.significance import significance
+from pendpin.verification.work_precision.references import reference
 from test_scene_laws import CONTACTS, LEAN, METHODS, ROD, SMOOTH, START, TWO, same_bits
 
 # --- effects that do not run on symbols -----------------------------------------------------------------------------

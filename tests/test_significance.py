@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from pendpin.significance import significance as significance_module
 
 import pendpin as pp
 from pendpin.dynamics.explanation import explain
 from pendpin.effects import Gravity, Rotation, Spring, Viscous
-from pendpin.significance import significance as significance_module
-from pendpin.significance.significance import significance
+from pendpin.sweeps.significance import significance
 from scenes import scene_of
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))

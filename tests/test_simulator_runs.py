@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-import pendpin.simulators
+import pendpin.verification.simulators
 from pendpin.scene import Solver, builtin_scene
-from pendpin.simulators import peers, require_libraries
+from pendpin.verification.simulators import peers, require_libraries
 
 missing = [name for name in ("mujoco", "pydrake") if find_spec(name) is None]
 pytestmark = pytest.mark.skipif(bool(missing), reason=f"not installed: {', '.join(missing)} (extra `peers`)")
@@ -187,22 +187,24 @@ def test_refused_settings(setting):
 
 def test_missing_libraries_are_named(monkeypatch):
     """What is installed is compared; what is missing is named with the command that brings it."""
-    monkeypatch.setattr(pendpin.simulators, "find_spec", lambda module: None if module == "pydrake" else module)
+    monkeypatch.setattr(
+        pendpin.verification.simulators, "find_spec", lambda module: None if module == "pydrake" else module
+    )
     assert {peer.name.split()[0] for peer in peers(chain(1))} == {"mujoco", "scipy"}
     with pytest.raises(pp.MissingLibrary, match="drake is not installed: pip install"):
         require_libraries()
 
 
-# --- what simulators/drake.py says of Drake ------------------------------------------------------------------
+# --- what verification/simulators/drake.py says of Drake ------------------------------------------------------------------
 
 
 def test_drake_keeps_the_derivative_of_a_rejected_step():
     """To notice when Drake corrects it: whether results are cached changes them, once a step has been rejected."""
     from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 
-    from pendpin.simulators.drake import _plant, _set
+    from pendpin.verification.simulators.drake import _plant, _set
 
-    task = pendpin.simulators.task_of(chain(3))
+    task = pendpin.verification.simulators.task_of(chain(3))
     plant = _plant(task)
 
     def end(caching):

@@ -10,7 +10,7 @@ import pendpin as pp
 from pendpin import effects as fx
 from pendpin.fitting.report import Fit
 from pendpin.scene import Data
-from pendpin.significance.significance import significance
+from pendpin.sweeps.significance import significance
 from test_crosschecks import RODS
 
 UP = np.pi  # rad

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin import effects as fx
-from pendpin.arrays import EPS
-from pendpin.crosschecks.crosscheck import crosscheck_run
 from pendpin.errors import Note
+from pendpin.ground.arrays import EPS
+from pendpin.verification.crosschecks.crosscheck import crosscheck_run
 from test_crosschecks import RODS
 
 UP = np.pi  # rad

@@ -13,7 +13,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.model.build import build
 from pendpin.model.kinematics import chain_length, tip_distance
-from pendpin.simulation.run import run_scene
+from pendpin.runs.run import run_scene
 
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed: pip install heyoka")
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
@@ -79,7 +79,7 @@ def test_chaos_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
         tolerances.append(asked.solver.tolerance or 0.0)
         return run_scene(asked, *args, **options)
 
-    monkeypatch.setattr("pendpin.simulation.accuracy.runs.run_scene", noted)
+    monkeypatch.setattr("pendpin.runs.accuracy.runs.run_scene", noted)
     wild = scene(
         rods=(ROD, ROD), start=pp.Start(positions=[2.0, 0.3, -1.0, 0.5], velocities=[3, 1, -2, 4]), duration=40.0
     )

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin import effects as fx
-from pendpin.arrays import EPS
 from pendpin.graphics.run_drawing import drawing_of
+from pendpin.ground.arrays import EPS
 from pendpin.model import kinematics
 from pendpin.model.build import build
 from pendpin.model.notes import notes
-from pendpin.significance.significance import significance
+from pendpin.sweeps.significance import significance
 
 INERTIA = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.2"/>'
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.files import write_whole
+from pendpin.ground.files import write_whole
 from pendpin.scene import builtin_scene
 
 

@@ -12,7 +12,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.engines import AngleEngine
 from pendpin.equations.chain.angles import refined
-from pendpin.simulation import motion_without_events
+from pendpin.runs import motion_without_events
 
 METHODS: tuple[dict[str, Any], ...] = (
     {"tolerance": 1e-11},

@@ -13,13 +13,13 @@ import pendpin as pp
 from bad_input import run_main
 from pendpin import effects as fx
 from pendpin.engines import Compiled
-from pendpin.simulation import processor_time
-from pendpin.work_precision import cost as work_precision
-from pendpin.work_precision import references
-from pendpin.work_precision.cost import cost
-from pendpin.work_precision.curves import Curve
-from pendpin.work_precision.references import by_elliptic_functions, by_runge_kutta, by_series, reference
-from pendpin.work_precision.report import CostReport, CostRow
+from pendpin.runs import processor_time
+from pendpin.verification.work_precision import cost as work_precision
+from pendpin.verification.work_precision import references
+from pendpin.verification.work_precision.cost import cost
+from pendpin.verification.work_precision.curves import Curve
+from pendpin.verification.work_precision.references import by_elliptic_functions, by_runge_kutta, by_series, reference
+from pendpin.verification.work_precision.report import CostReport, CostRow
 from scenes import scene_of
 
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="not installed: heyoka")

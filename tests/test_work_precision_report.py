@@ -14,12 +14,12 @@ from bad_input import contents
 from pendpin import simulators
 from pendpin.model.build import build
 from pendpin.model.kinematics import tip_distance
-from pendpin.simulation import processor_time
-from pendpin.work_precision import references
-from pendpin.work_precision.curves import Curve, Point
-from pendpin.work_precision.figure import save_cost_plot
-from pendpin.work_precision.references import by_elliptic_functions
-from pendpin.work_precision.report import CostReport, row
+from pendpin.runs import processor_time
+from pendpin.verification.work_precision import references
+from pendpin.verification.work_precision.curves import Curve, Point
+from pendpin.verification.work_precision.figure import save_cost_plot
+from pendpin.verification.work_precision.references import by_elliptic_functions
+from pendpin.verification.work_precision.report import CostReport, row
 from test_work_precision import THICK, THIN, needs_heyoka, scene
 
 # --- the report -----------------------------------------------------------------------------------------------------

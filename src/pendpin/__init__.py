@@ -4,42 +4,42 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from pendpin.errors import did_you_mean
-from pendpin.versions import VERSION
+from pendpin.ground.versions import VERSION
 
 if TYPE_CHECKING:
     from pendpin import effects
-    from pendpin.agreement.validate import validate
-    from pendpin.crosschecks.crosscheck import crosscheck
     from pendpin.doctor.diagnose import diagnose
     from pendpin.dynamics.dynamics import Dynamics, bind
     from pendpin.errors import InputError, MissingLibrary, PendpinError, RunError
     from pendpin.fitting import Fit, fit
+    from pendpin.motions.periodic import periodic_orbit
+    from pendpin.runs.batches.ensemble import Ensemble, simulate_many
+    from pendpin.runs.simulate import simulate
     from pendpin.scene import Chain, Rod, Scene, Solver, Start, UrdfModel, load_scene
-    from pendpin.simulation.ensemble import Ensemble, simulate_many
-    from pendpin.simulation.periodic import periodic_orbit
-    from pendpin.simulation.simulate import simulate
     from pendpin.stability.branches import follow
     from pendpin.stability.linearize import linearize
     from pendpin.stability.lyapunov import lyapunov
     from pendpin.stability.modes import modes
     from pendpin.sweeps.sweep import sweep
     from pendpin.trajectory import Trajectory
-    from pendpin.work_precision.cost import cost
+    from pendpin.verification.agreement.validate import validate
+    from pendpin.verification.crosschecks.crosscheck import crosscheck
+    from pendpin.verification.work_precision.cost import cost
 
 __version__ = VERSION
 
 _HOMES = {
-    "agreement.validate": ("validate",),
-    "crosschecks.crosscheck": ("crosscheck",),
+    "verification.agreement.validate": ("validate",),
+    "verification.crosschecks.crosscheck": ("crosscheck",),
     "doctor.diagnose": ("diagnose",),
     "fitting": ("Fit", "fit"),
-    "work_precision.cost": ("cost",),
+    "verification.work_precision.cost": ("cost",),
     "dynamics.dynamics": ("Dynamics", "bind"),
     "errors": ("InputError", "MissingLibrary", "PendpinError", "RunError"),
     "scene": ("Chain", "Rod", "Scene", "Solver", "Start", "UrdfModel", "load_scene"),
-    "simulation.ensemble": ("Ensemble", "simulate_many"),
-    "simulation.periodic": ("periodic_orbit",),
-    "simulation.simulate": ("simulate",),
+    "runs.batches.ensemble": ("Ensemble", "simulate_many"),
+    "motions.periodic": ("periodic_orbit",),
+    "runs.simulate": ("simulate",),
     "stability.branches": ("follow",),
     "stability.linearize": ("linearize",),
     "stability.lyapunov": ("lyapunov",),

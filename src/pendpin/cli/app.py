@@ -28,7 +28,7 @@ from pendpin.cli.commands.validate import validate
 from pendpin.cli.commands.view import view
 from pendpin.cli.streams import drop_output, finish_output, prepare_streams, say
 from pendpin.errors import Interrupted, Note, PendpinError, one_line
-from pendpin.versions import VERSION
+from pendpin.ground.versions import VERSION
 
 app = typer.Typer(
     name="pendpin",
@@ -80,7 +80,7 @@ def _fail(message: str, status: int = 1) -> None:
 
 def _leave(status: int) -> NoReturn:
     """End with a status; a process whose limit has left a thread compiling does not wait for it."""
-    limits = sys.modules.get("pendpin.simulation.limits")
+    limits = sys.modules.get("pendpin.runs.limits")
     if limits and any(thread.is_alive() for thread in limits.abandoned):
         atexit.register(os._exit, status)  # called before what would wait; all output is written
     sys.exit(status)

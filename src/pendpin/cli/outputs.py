@@ -21,8 +21,8 @@ def refuse_outputs(read: Iterable[Path | None], **written: Path | None) -> None:
 
     What is written is a plot, html, film, csv or run; what has another name here may have any suffix.
     """
-    from pendpin.files import refuse_other_format, refuse_targets
     from pendpin.graphics.figure import picture_kind
+    from pendpin.ground.files import refuse_other_format, refuse_targets
 
     refuse_targets(filter(None, written.values()), list(filter(None, read)))
     for kind, path in written.items():

@@ -4,18 +4,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pendpin.agreement.published import Case as Published
-    from pendpin.agreement.validate import AgreementReport
-    from pendpin.crosschecks.report import CheckReport
     from pendpin.doctor.diagnosis import Diagnosis
     from pendpin.fitting import Fit
-    from pendpin.hardcases import Case, HardReport
-    from pendpin.significance.significance import EffectsReport
     from pendpin.stability.lyapunov import Lyapunov
     from pendpin.stability.modes import Modes
     from pendpin.stability.report import Stability
+    from pendpin.sweeps.significance import EffectsReport
     from pendpin.trajectory import Trajectory
-    from pendpin.work_precision.report import CostReport, CostRow
+    from pendpin.verification.agreement.published import Case as Published
+    from pendpin.verification.agreement.validate import AgreementReport
+    from pendpin.verification.crosschecks.report import CheckReport
+    from pendpin.verification.hardcases import Case, HardReport
+    from pendpin.verification.work_precision.report import CostReport, CostRow
 
 
 SHOWN = ("at rest from", "largest swing", "farthest sideways", "R3 largest")
@@ -124,7 +124,7 @@ COST_WIDTHS = (8, 34, 9, 16, 30, 0)
 
 def print_cost_row(row: "CostRow", peers: bool) -> None:
     """A line of the table of accuracies, at once; the coarsest accuracy brings the head."""
-    from pendpin.work_precision.report import ACCURACIES, time_text
+    from pendpin.verification.work_precision.report import ACCURACIES, time_text
 
     if row.accuracy >= max(ACCURACIES):
         head = ["accuracy", "fastest method", "first run", "each further run"]
@@ -157,7 +157,7 @@ def print_cost(report: "CostReport", as_json: bool) -> None:
 
 def _print_methods(report: "CostReport") -> None:
     """The time of every method at some errors, and its run that meets the accuracy."""
-    from pendpin.work_precision.report import ACCURACIES, time_text
+    from pendpin.verification.work_precision.report import ACCURACIES, time_text
 
     errors = [error for error in ACCURACIES if error >= report.error]
     head = ["error:", *(f"{error:.0e}" for error in errors)]

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.dynamics import reactions as reactions_of
 from pendpin.errors import InputError, brief, not_one_of, one_line, shown
+from pendpin.ground.arrays import Array
 from pendpin.scene import Scene
 
 STATES = 60

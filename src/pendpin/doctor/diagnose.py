@@ -9,7 +9,7 @@ from pendpin.doctor.checking.exact import need_sympy
 from pendpin.doctor.diagnosis import Diagnosis, examine
 from pendpin.doctor.reading.documents import MOST_BYTES, Document, read_text, read_toml, statements
 from pendpin.errors import InputError, inside, shown
-from pendpin.files import read_whole
+from pendpin.ground.files import read_whole
 from pendpin.scene import Scene, load_scene
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, applied, cross, dot, transposed
 from pendpin.dynamics.binding import Binding, bodies_of
 from pendpin.dynamics.parameters import Parameters, begin_tape, list_parameters
 from pendpin.dynamics.symbols import external_wrenches, motion_in_links, tree_with_numbers
@@ -22,6 +21,7 @@ from pendpin.equations import recursion, thin_recursion
 from pendpin.equations.base import JOINTS
 from pendpin.equations.passes import outward, total
 from pendpin.equations.trees import Joint, Tree, joints_at, prepared
+from pendpin.ground.arrays import Array, applied, cross, dot, transposed
 from pendpin.model.build import Model
 
 PARTS = 3  # of what is given: positions, rates, further torques

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.arrays import EPS, Array, Indices, Mask
 from pendpin.dynamics.contacts import ROUNDING, Contacts, Mode, Scales
+from pendpin.ground.arrays import EPS, Array, Indices, Mask
 
 FEW_ROUNDINGS = 4.5 * EPS  # of a position or a rate of order one
 SMALL = 1e-2  # of the tolerance: a guard less than this below 0 is not an event

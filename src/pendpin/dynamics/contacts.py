@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices, Mask
 from pendpin.dynamics.parameters import Numbers
 from pendpin.effects import DryFriction
 from pendpin.engines import AngleEngine
 from pendpin.engines.machine_code import Block
 from pendpin.errors import RunError
+from pendpin.ground.arrays import Array, Indices, Mask
 
 SHRINKS = 50.0  # a joint: exponent of the decay of the rates in a series of impacts, before its limit is taken
 MOST_IMPACTS = 20_000  # at one time

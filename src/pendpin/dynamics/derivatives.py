@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.as_written import expand_as_written
 from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.compiling import differentiate_equations
@@ -20,6 +19,7 @@ from pendpin.effects import ContactEffect, Effect, Idle
 from pendpin.engines.machine_code import Block
 from pendpin.equations.chain.angles import POLE
 from pendpin.errors import InputError
+from pendpin.ground.arrays import Array
 from pendpin.model.build import Model, build
 from pendpin.scene import Scene
 

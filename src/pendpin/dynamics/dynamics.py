@@ -10,8 +10,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from pendpin.arguments import numbers
-from pendpin.arrays import Array
 from pendpin.dynamics.as_written import move_home
 from pendpin.dynamics.binding import Accounts, Binding
 from pendpin.dynamics.binding.acting import acting
@@ -25,6 +23,8 @@ from pendpin.effects import ContactEffect, Effect
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
 from pendpin.engines.external_forces import centres_of, turn_into_joint_frames
 from pendpin.errors import InputError, shown
+from pendpin.ground.arguments import numbers
+from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
 from pendpin.model.bodies import with_gravity
 from pendpin.model.build import Model, build

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.binding.fields import BoundField
 from pendpin.dynamics.binding.torques import BoundTorque
 from pendpin.dynamics.dynamics import Dynamics, bind
@@ -14,6 +13,7 @@ from pendpin.effects import Motion
 from pendpin.engines import Revolute
 from pendpin.engines.external_forces import forces, joints_of, turn_into_joint_frames
 from pendpin.errors import InputError
+from pendpin.ground.arrays import Array
 from pendpin.model.bodies import pinocchio
 from pendpin.scene import scene_of
 from pendpin.trajectory import Trajectory

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
 from pendpin.dynamics.contacts import Contacts, Mode, Scales
+from pendpin.ground.arrays import Array, Mask
 
 REST = 1e-12  # rad, or of the length of a slide: a bounce that goes no farther ends in rest on the stop
 LOW = 0.1  # rad, or of the length of a slide: from higher falls the tolerance of a swing is accurate enough

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from pydantic import PrivateAttr
 
-from pendpin.arrays import EPS, Array, Indices
 from pendpin.effects import Effect, Torque
 from pendpin.effects.pace import Pace
 from pendpin.errors import InputError
+from pendpin.ground.arrays import EPS, Array, Indices
 
 MOST = 5_000_000  # instants of a run: 40 MB for each joint
 NEAR = (

@@ -9,12 +9,12 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
 from pendpin.effects import Effect
 from pendpin.engines.machine_code import Table
 from pendpin.engines.tape import Tape, recorded
 from pendpin.engines.tape_passes import recorded_by_rod
 from pendpin.equations.base import JOINTS
+from pendpin.ground.arrays import Array, Mask
 from pendpin.model.build import Model
 
 AnEffect = TypeVar("AnEffect", bound=Effect)

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.compiling import look_up
 from pendpin.dynamics.derivatives import differentiable
@@ -24,6 +23,7 @@ from pendpin.engines.tangents import STATE, add_tangents
 from pendpin.engines.tape import Recording
 from pendpin.equations import recursion
 from pendpin.equations.base import JOINTS
+from pendpin.ground.arrays import Array
 from pendpin.model.build import build
 from pendpin.scene import Scene
 

@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices, Mask, cross
 from pendpin.dynamics.binding import Accounts, Binding, Powered
 from pendpin.dynamics.binding.acting import plain_arithmetic
 from pendpin.dynamics.binding.context import State
@@ -19,6 +18,7 @@ from pendpin.equations import newton_euler, recursion, thin_recursion, trees
 from pendpin.equations.base import JOINTS, RodInertia
 from pendpin.equations.passes import outward, total
 from pendpin.equations.trees import Tree
+from pendpin.ground.arrays import Array, Indices, Mask, cross
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import SIGNS, Model, tree_of_chain
 

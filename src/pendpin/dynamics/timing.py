@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Torque
 from pendpin.effects.pace import Pace, intervals_for, join_paces, measure_pace, remove_jumps
 from pendpin.errors import InputError
+from pendpin.ground.arrays import Array
 
 LAWS = {FrameEffect: "acceleration", FieldEffect: "field", JointEffect: "torques", BodyEffect: "wrench"}
 SAMPLES = intervals_for(1024)  # of an effect that does not declare its pace: intervals over the run

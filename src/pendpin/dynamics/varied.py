@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
 from pendpin.dynamics.binding.acting import acting
 from pendpin.dynamics.parameters import Parameters
 from pendpin.dynamics.symbols import parameters_of
@@ -20,9 +19,10 @@ from pendpin.effects import Effect, Idle
 from pendpin.engines import Engine, LongChain
 from pendpin.engines.tangents import Direction
 from pendpin.errors import InputError, KeyPath, is_number, shown, written
-from pendpin.keypaths import parsed
+from pendpin.ground.arrays import Array, Mask
+from pendpin.ground.keypaths import parsed
+from pendpin.ground.records import Record
 from pendpin.model.build import Model, chain_bodies
-from pendpin.records import Record
 from pendpin.scene import Chain, Scene
 
 _STEP = 2.0**-133  # its square is nothing beside 1, and products of two of them are still numbers

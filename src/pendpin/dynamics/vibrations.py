@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import EPS, Array, Indices
 from pendpin.dynamics.residual import Matrices
 from pendpin.errors import InputError
+from pendpin.ground.arrays import EPS, Array, Indices
 
 NEVER = np.inf  # the damping ratio of what a damper holds and no spring brings back
 

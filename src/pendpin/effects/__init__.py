@@ -9,7 +9,6 @@ from typing import Annotated, Any, get_args
 from pydantic import BeforeValidator, Discriminator, InstanceOf, Tag
 from pydantic.json_schema import SkipJsonSchema
 
-from pendpin.arrays import applied, cross, dot
 from pendpin.effects.as_written import AsWritten
 from pendpin.effects.base import (
     Bodies,
@@ -30,6 +29,7 @@ from pendpin.effects.push import Push
 from pendpin.effects.rotation import Rotation
 from pendpin.effects.support import Support
 from pendpin.effects.torque import Torque
+from pendpin.ground.arrays import applied, cross, dot
 
 
 def _branch(value: Any) -> str:

@@ -12,10 +12,10 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Self
 import numpy as np
 from pydantic import Field, field_validator
 
-from pendpin.arrays import Array, applied, cross
 from pendpin.effects.pace import Pace
 from pendpin.errors import InputError, shown
-from pendpin.records import Record
+from pendpin.ground.arrays import Array, applied, cross
+from pendpin.ground.records import Record
 
 
 class Effect(Record):

@@ -5,10 +5,10 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, Strict, model_validator
 
-from pendpin.arrays import Array, cross, dot, weighted_roots
 from pendpin.effects.base import Bodies, BodyEffect, Motion
 from pendpin.effects.pace import Pace
-from pendpin.records import NotNegative, Positive, Vector
+from pendpin.ground.arrays import Array, cross, dot, weighted_roots
+from pendpin.ground.records import NotNegative, Positive, Vector
 
 POINTS = 12  # Gauss-Legendre points in each of the two parts of a rod: at worst 2e-6 of the integral (docs/effects.md)
 _TINY = 1e-300

@@ -6,9 +6,9 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.arrays import Array
 from pendpin.effects.base import Effect, JointNames
-from pendpin.records import NotNegative, Number, Positive
+from pendpin.ground.arrays import Array
+from pendpin.ground.records import NotNegative, Number, Positive
 
 
 class ContactEffect(JointNames, Effect):

@@ -5,9 +5,9 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, field_validator
 
-from pendpin.arrays import Array
 from pendpin.effects.base import FieldEffect
-from pendpin.records import NotNegative, Vector
+from pendpin.ground.arrays import Array
+from pendpin.ground.records import NotNegative, Vector
 
 
 class Gravity(FieldEffect):

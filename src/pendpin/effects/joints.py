@@ -5,10 +5,10 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.arrays import Array
 from pendpin.effects.base import JointEffect, OnJoints
 from pendpin.effects.pace import STEADY, Pace
-from pendpin.records import NotNegative, Number, Positive
+from pendpin.ground.arrays import Array
+from pendpin.ground.records import NotNegative, Number, Positive
 
 
 class Viscous(OnJoints):

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.ground.arrays import Array
 
 DECAY = 3.0  # a signal is resolved where its distance to polynomials of degree 4 falls so much from interval to half
 STEP = 0.25  # of a resolved interval: the longest step that cannot jump over it

@@ -5,10 +5,10 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.arrays import Array, cross
 from pendpin.effects.base import Bodies, BodyEffect, Motion
 from pendpin.effects.pace import Pace
-from pendpin.records import Number, Positive, Vector
+from pendpin.ground.arrays import Array, cross
+from pendpin.ground.records import Number, Positive, Vector
 
 ZERO: Vector = (0.0, 0.0, 0.0)
 

@@ -5,10 +5,10 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.arrays import Array, applied, cross
 from pendpin.effects.base import Bodies, BodyEffect, Motion
 from pendpin.effects.pace import STEADY, Pace
-from pendpin.records import Number, Vector
+from pendpin.ground.arrays import Array, applied, cross
+from pendpin.ground.records import Number, Vector
 
 EARTH = 7.292115e-5  # rad/s, Earth's rate of the World Geodetic System 1984
 

@@ -6,12 +6,12 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.arrays import Array
 from pendpin.effects.base import Effect, FrameEffect
 from pendpin.effects.pace import Pace
 from pendpin.effects.track import Track, read_track
 from pendpin.errors import InputError, inside, place_of
-from pendpin.records import FilePath, Number, Positive, Vector
+from pendpin.ground.arrays import Array
+from pendpin.ground.records import FilePath, Number, Positive, Vector
 
 
 class Support(FrameEffect):

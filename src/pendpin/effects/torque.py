@@ -10,11 +10,11 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, field_serializer, model_validator
 
-from pendpin.arrays import Array
 from pendpin.effects.base import OnJoints, returned
 from pendpin.effects.pace import STEADY, Pace
 from pendpin.errors import InputError, shown
-from pendpin.records import Positive
+from pendpin.ground.arrays import Array
+from pendpin.ground.records import Positive
 
 
 class Torque(OnJoints):

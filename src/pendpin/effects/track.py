@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.effects.pace import Pace, intervals_for, measure_pace
 from pendpin.errors import InputError, shown
-from pendpin.files import read_whole, text_of
-from pendpin.records import LARGEST
+from pendpin.ground.arrays import Array
+from pendpin.ground.files import read_whole, text_of
+from pendpin.ground.records import LARGEST
 
 COLUMNS = ("t", "x", "y", "z")
 MAX_BYTES = 5_000_000  # more takes seconds

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices
 from pendpin.effects import Motion
 from pendpin.engines.loads import Loads
 from pendpin.errors import InputError
+from pendpin.ground.arrays import Array, Indices
 from pendpin.model.build import Model
 
 if TYPE_CHECKING:

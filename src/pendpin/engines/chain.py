@@ -4,13 +4,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices, applied
 from pendpin.effects import Motion
 from pendpin.engines.base import AngleEngine, Derivative, ProgressCallback, Sample, count_calls
 from pendpin.engines.loads import Loads
 from pendpin.equations.base import PHI, THETA, split_by_rod
 from pendpin.equations.chain import solution
 from pendpin.equations.chain.kinematics import motion
+from pendpin.ground.arrays import Array, Indices, applied
 from pendpin.model.build import FLIP, SIGNS, Model
 
 BATCH = 1 << 13  # rods solved at once: what they need stays in the fast memory of a processor

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.effects import Motion
 from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, count_calls
 from pendpin.engines.machine_code import Block, Function, Values
 from pendpin.engines.tape import Recording
+from pendpin.ground.arrays import Array
 
 
 class CompiledEquations:

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array, cross
 from pendpin.effects import Motion
+from pendpin.ground.arrays import Array, cross
 from pendpin.model.bodies import Body, pinocchio
 
 Wrench = Callable[[Motion], tuple[Array, Array]]  # force N and moment N m about com, (n, 3), W

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
 from pendpin.engines.external_forces import centres_of, external_forces, joints_of
 from pendpin.engines.loads import Loads
+from pendpin.ground.arrays import Array, Mask
 from pendpin.model.bodies import in_mass_unit, pinocchio, with_gravity
 from pendpin.model.build import Model
 

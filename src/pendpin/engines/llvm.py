@@ -12,8 +12,8 @@ from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 from pendpin.errors import MissingLibrary
-from pendpin.libraries import c_functions
-from pendpin.versions import installed as versions
+from pendpin.ground.libraries import c_functions
+from pendpin.ground.versions import installed as versions
 
 SERIES = "0.50."
 _TEXT = POINTER(c_char_p)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.effects import Motion
+from pendpin.ground.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

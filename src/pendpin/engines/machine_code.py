@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, address
 from pendpin.engines.machine_compiler import Code
 from pendpin.engines.machine_lines import WIDE
 from pendpin.engines.machine_text import (
@@ -35,6 +34,7 @@ from pendpin.engines.machine_text import (
     Text,
 )
 from pendpin.engines.tape import Recording
+from pendpin.ground.arrays import Array, address
 
 Callback = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double)  # t -> whether to stop
 

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.engines.machine_lines import VECTOR, WIDE, constant
+from pendpin.ground.arrays import Array
 
 DECLARED = f"declare {VECTOR} @llvm.sqrt.v{WIDE}f64({VECTOR})"
 

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices
 from pendpin.effects import Motion
 from pendpin.engines.base import CALLBACK_EVERY, CALLBACK_EVERY_SLOW, AngleEngine, Derivative, ProgressCallback, Sample
 from pendpin.engines.external_forces import (
@@ -19,6 +18,7 @@ from pendpin.engines.external_forces import (
 )
 from pendpin.engines.hamilton import CanonicalForm, mirror_upper
 from pendpin.engines.loads import Loads
+from pendpin.ground.arrays import Array, Indices
 from pendpin.model.bodies import pinocchio, with_gravity
 from pendpin.model.build import Model
 

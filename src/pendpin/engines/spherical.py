@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array, across, cross
 from pendpin.effects import Motion
 from pendpin.engines.base import Derivative, Engine, ProgressCallback, Sample, count_calls
 from pendpin.engines.chain import LongChain
@@ -22,6 +21,7 @@ from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import angles, thin
 from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.equations.chain.kinematics import Joints, rods_last
+from pendpin.ground.arrays import Array, across, cross
 from pendpin.model.bodies import append_body, pinocchio, with_gravity
 from pendpin.model.build import FLIP, SIGNS, Model
 

@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.equations.numbers import FUNCTIONS
+from pendpin.ground.arrays import Array
 
 _MOST_FACTORS = 8  # up to which a whole power is written out
 _COMMUTING = ("add", "mul", "min", "max")
@@ -376,7 +376,7 @@ def _unsigned(x: Any) -> Any:
 
 
 def _weighted_roots(A: Array, B: Array, C: Array, points: Array, weights: Array) -> Array:
-    """As `pendpin.arrays.weighted_roots`, with one operation for each of the terms."""
+    """As `pendpin.ground.arrays.weighted_roots`, with one operation for each of the terms."""
     A, B, C = np.broadcast_arrays(A, B, C)
     rows = []
     for a, b, c in zip(A.flat, B.flat, C.flat, strict=True):  # terms or numbers

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.engines.tape import Cell, Pass, Tape, Term, recorded
 from pendpin.equations.passes import Step, inward_steps, outward_steps
+from pendpin.ground.arrays import Array
 
 Body = Callable[[Any], Any]  # what arrives at a rod -> what it passes on
 

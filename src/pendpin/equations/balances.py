@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.equations.base import RodInertia, RodSolution
+from pendpin.ground.arrays import Array
 
 
 def frames(q: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from pendpin.arrays import Array
+from pendpin.ground.arrays import Array
 
 JOINTS = 2  # of a rod on a universal joint
 THETA, PHI = slice(0, None, JOINTS), slice(1, None, JOINTS)  # their columns in a chain: theta_1, phi_1, theta_2, ...

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from mpmath import mp, mpf
 
-from pendpin.arrays import Array
+from pendpin.ground.arrays import Array
 
 Real = Any  # a number of mpmath, which gives no types
 Vector = Any  # a column of them

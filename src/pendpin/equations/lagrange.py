@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.equations.base import RodInertia
+from pendpin.ground.arrays import Array
 
 
 def mass_matrix(rod: RodInertia, q: Array) -> Array:

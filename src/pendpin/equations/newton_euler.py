@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.equations.base import RodInertia, RodSolution
+from pendpin.ground.arrays import Array
 
 
 def solve(rod: RodInertia, q: Array, v: Array, field: Array, xp: Any = np) -> RodSolution:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.ground.arrays import Array
 
 Step = Callable[[int, Any], tuple[Any, Any]]  # a joint, and what arrives there -> what it passes on, its result
 

@@ -16,9 +16,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, applied, centripetal, cross, dot, gyroscopic, outer, skew, symmetric, transposed
 from pendpin.equations.passes import inward, joined, outward
 from pendpin.equations.trees import Joint, Tree, joints_at, prepared
+from pendpin.ground.arrays import (
+    Array,
+    applied,
+    centripetal,
+    cross,
+    dot,
+    gyroscopic,
+    outer,
+    skew,
+    symmetric,
+    transposed,
+)
 
 _UNIT = np.eye(3)
 

@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, applied, cross, dot, outer, symmetric
 from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.equations.passes import inward, joined, outward
+from pendpin.ground.arrays import Array, applied, cross, dot, outer, symmetric
 
 _UNIT = np.eye(3)
 

@@ -8,8 +8,8 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, applied, cross, dot, skew, transposed
 from pendpin.equations.passes import outward
+from pendpin.ground.arrays import Array, applied, cross, dot, skew, transposed
 
 _UNIT = np.eye(3)
 

@@ -1,6 +1,6 @@
 """Fit: from measured swings to a scene with fitted numbers and their errors (docs/fit.md).
 
-May import: graphics, simulation and what is below them; no other tool. Reading: data, sensors; the free numbers:
+May import: graphics, motions, runs and what is below them; no other tool. Reading: data, sensors; the free numbers:
 parameters; motion: equations, motion; search: guess, search, fitting; what the result is worth: uncertainty,
 correlated_noise, robust, combinations, alternatives; what is shown: report, figure.
 """
@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.fitting.alternatives import explain_residual
 from pendpin.fitting.combinations import combinations
 from pendpin.fitting.data import read_swings
@@ -20,6 +19,7 @@ from pendpin.fitting.fitting import Setting, Solution, prepare, solve
 from pendpin.fitting.parameters import replace_checked, substitute
 from pendpin.fitting.report import Fit, Prediction, compared_samples, fitted_prediction, predict
 from pendpin.fitting.uncertainty import whiteness
+from pendpin.ground.arrays import Array
 from pendpin.scene import Data, Scene, chosen_scene
 
 

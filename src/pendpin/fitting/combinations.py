@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.fitting.parameters import Free, replace_unchecked, substitute
 from pendpin.fitting.uncertainty import Certainty
+from pendpin.ground.arrays import Array
 from pendpin.scene import Chain, Scene
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solve_banded
 
-from pendpin.arrays import Array, Mask
+from pendpin.ground.arrays import Array, Mask
 
 TINY = 1e-300
 RANK = 1e-14  # of the largest eigenvalue of products of columns: less is rounding

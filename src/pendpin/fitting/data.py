@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError, choices, did_you_mean, inside, shown
-from pendpin.files import csv_table, read_whole
+from pendpin.ground.arrays import Array
+from pendpin.ground.files import csv_table, read_whole
 from pendpin.scene import Data
 
 MOST_BYTES = 200_000_000

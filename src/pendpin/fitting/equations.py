@@ -13,7 +13,6 @@ import numpy as np
 from pydantic import Field
 from scipy.integrate import RK45
 
-from pendpin.arrays import Array
 from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.parameters import GIVEN
 from pendpin.dynamics.symbols import external_wrenches
@@ -22,7 +21,8 @@ from pendpin.equations import recursion, trees
 from pendpin.equations.numbers import symbols
 from pendpin.errors import InputError
 from pendpin.fitting.parameters import Free, replace_unchecked, substitute
-from pendpin.libraries import optional
+from pendpin.ground.arrays import Array
+from pendpin.ground.libraries import optional
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import Model, build, start_state
 from pendpin.scene import Chain, Rod, Scene

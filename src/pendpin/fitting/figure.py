@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.fitting.uncertainty import autocorrelation
+from pendpin.ground.arrays import Array
 
 COLORS = ("#d9622b", "#2b6cb0", "#2f855a", "#6b46c1", "#b7791f", "#4a5568")
 HELD = "#edf2f7"

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError
 from pendpin.fitting.data import RESTS, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
 from pendpin.fitting.equations import Equations, compile_equations
@@ -26,6 +25,7 @@ from pendpin.fitting.robust import huber_scale, huber_weights, pseudo_residuals
 from pendpin.fitting.search import MOST_START_STEPS, Problem, Search, Solved, Starts, solve_starts
 from pendpin.fitting.sensors import sensors_of
 from pendpin.fitting.uncertainty import Certainty, certainty, sensor_noise
+from pendpin.ground.arrays import Array
 from pendpin.model.build import build
 from pendpin.scene import Data, Scene
 

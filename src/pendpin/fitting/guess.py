@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
-from pendpin.arrays import Array, Mask
 from pendpin.fitting.data import Swing
 from pendpin.fitting.equations import Equations
+from pendpin.ground.arrays import Array, Mask
 
 MOST_POINTS = 1_000  # of the regression
 ONE_PERCENT = 0.01

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
 from pendpin.fitting.equations import STAGES, TIMES, WEIGHTS, Equations
+from pendpin.ground.arrays import Array, Mask
 
 _MOST_EVENTS = 12  # within a step, of one motion
 _MOST_ROOT_STEPS = 40

@@ -7,12 +7,12 @@ from typing import Any
 import annotated_types
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.effects import DryFriction
 from pendpin.equations.numbers import symbols
 from pendpin.errors import InputError, not_one_of, shown
-from pendpin.keypaths import parsed
-from pendpin.records import Record
+from pendpin.ground.arrays import Array
+from pendpin.ground.keypaths import parsed
+from pendpin.ground.records import Record
 from pendpin.scene import Chain, Rod, Scene
 
 _MOMENTS = np.ones((3, 3)) - np.eye(3)  # I = _MOMENTS S with S the second moments of mass along b1, b2, b3

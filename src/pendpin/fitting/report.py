@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
 from pendpin.errors import InputError, brief
 from pendpin.fitting.combinations import Combination
 from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
@@ -15,6 +14,7 @@ from pendpin.fitting.guess import joint_angles
 from pendpin.fitting.robust import huber_scale
 from pendpin.fitting.search import solve_starts
 from pendpin.fitting.uncertainty import NOISY, WHITE, outliers
+from pendpin.ground.arrays import Array, Mask
 from pendpin.scene import Chain, Data, Scene
 
 CHECK = "check the units of angles and times, and what the columns measure"

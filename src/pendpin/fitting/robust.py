@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.special import ndtr
 
-from pendpin.arrays import Array, Mask
+from pendpin.ground.arrays import Array, Mask
 
 # Standard deviations, from where on residuals count less: 95 % efficient (Huber, Robust Statistics, 1981).
 CORNER = 1.345

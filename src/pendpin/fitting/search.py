@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from pendpin.arrays import Array, Mask
 from pendpin.fitting.data import Batch
 from pendpin.fitting.equations import Equations
 from pendpin.fitting.motion import motions
 from pendpin.fitting.uncertainty import RANK
+from pendpin.ground.arrays import Array, Mask
 
 MOST_START_STEPS = 6
 STARTS_DONE = 1e-4  # of the sum of squares: what another step of the starts would gain

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError, choices, shown
+from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
 from pendpin.model.build import Model, find
 from pendpin.scene import Data

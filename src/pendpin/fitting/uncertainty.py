@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc, chdtri, stdtrit
 
-from pendpin.arrays import Array, Mask
 from pendpin.fitting.correlated_noise import degrees_of_freedom, likely_kinds, series_of, sum_covariance
 from pendpin.fitting.data import Swing
+from pendpin.ground.arrays import Array, Mask
 
 RANK = 1e-5  # of the largest singular value, unknowns in natural scales: less is rounding
 TOO_WIDE = 30.0  # natural scales, 30 % of the accelerations: a number with such a standard error is not determined

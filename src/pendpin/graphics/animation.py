@@ -4,13 +4,13 @@ import html
 from pathlib import Path
 
 from pendpin.errors import InputError, MissingLibrary
-from pendpin.files import path_of
 from pendpin.graphics.compare import Runs, runs_of
 from pendpin.graphics.drawing import Drawing
 from pendpin.graphics.film import write_film
 from pendpin.graphics.ghosts import compared_drawing
 from pendpin.graphics.page import compressed, page, write_page
 from pendpin.graphics.report import Check, report_of
+from pendpin.ground.files import path_of
 from pendpin.trajectory import Trajectory
 
 HEIGHT = 600  # pixels, of the player in a notebook

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices
 from pendpin.errors import InputError, shown
+from pendpin.ground.arrays import Array, Indices
 from pendpin.trajectory import Trajectory
 
 MOST = 4  # runs: the eye tells four colours and dashes apart

@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.ground.arrays import Array
 
 Geometry = Literal["cylinder", "sphere", "box", "mesh"]
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from pendpin.errors import InputError
-from pendpin.files import path_of, write_whole
 from pendpin.graphics.compare import DASHES, Runs, labels_of, runs_of
 from pendpin.graphics.panels import (
     COLORS,
@@ -23,6 +22,7 @@ from pendpin.graphics.panels import (
     quantity_panels,
     turns,
 )
+from pendpin.ground.files import path_of, write_whole
 from pendpin.trajectory import Trajectory
 
 FORMATS = ("png", "pdf", "svg")

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
-from pendpin.files import write_whole
 from pendpin.graphics.compare import labels_of
 from pendpin.graphics.page import pick
 from pendpin.graphics.panels import COLORS, plain_name
 from pendpin.graphics.path import smooth_trail
 from pendpin.graphics.run_drawing import drawing_of, ends_of
-from pendpin.libraries import optional
+from pendpin.ground.arrays import Array
+from pendpin.ground.files import write_whole
+from pendpin.ground.libraries import optional
 from pendpin.trajectory import Trajectory
 
 FFMPEG = ("imageio_ffmpeg", "a film as .mp4", "imageio-ffmpeg (or write a .gif)")

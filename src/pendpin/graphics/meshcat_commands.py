@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError, choices, inside
-from pendpin.files import read_whole
 from pendpin.graphics.drawing import WORLD, Drawing, Shape
+from pendpin.ground.arrays import Array
+from pendpin.ground.files import read_whole
 
 THINNEST = 0.002  # radius of the thinnest solid, over the extent of the drawing: about 2 pixels
 SHADOWS = 500  # shapes that still throw shadows: beyond that they cost more than they show

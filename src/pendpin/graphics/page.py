@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError, MissingLibrary
-from pendpin.files import write_whole
 from pendpin.graphics.drawing import WORLD, Drawing, Joint, Quantity
 from pendpin.graphics.meshcat_commands import base64_of, commands, solids
 from pendpin.graphics.panels import NOTHING
 from pendpin.graphics.path import smooth_trail
+from pendpin.ground.arrays import Array
+from pendpin.ground.files import write_whole
 
 # What the browser lets the page do: run what stands in it. It reaches nothing, or its own server if it is live.
 INLINE = "script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:"

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices, Mask
 from pendpin.graphics.drawing import Drawing
+from pendpin.ground.arrays import Array, Indices, Mask
 
 TURN = 0.1  # rad: two straight pieces in a row turn by about that
 

@@ -11,10 +11,10 @@ import numpy as np
 from pendpin.errors import PendpinError
 from pendpin.graphics.figure import draw, picture_of
 from pendpin.graphics.meshcat_commands import base64_of
+from pendpin.ground.versions import VERSION
 from pendpin.scene import scene_of
 from pendpin.scene.toml import scene_text
 from pendpin.trajectory import Trajectory
-from pendpin.versions import VERSION
 
 MOST_EVENTS = 40  # in a list
 MOST_TEXT = 20_000  # letters of a scene

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.effects import FrameEffect, Support
 from pendpin.errors import InputError
 from pendpin.graphics.curves import left_out, plots_of, quantities_of
 from pendpin.graphics.drawing import WORLD, Drawing, Joint, Shape
 from pendpin.graphics.shapes import bracket_shapes, rod_shapes, urdf_shapes
+from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
 from pendpin.model.build import Model
 from pendpin.model.model_of_run import leaving, model_of

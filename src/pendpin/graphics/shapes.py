@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array, across, cross
 from pendpin.graphics.drawing import WORLD, Shape
+from pendpin.ground.arrays import Array, across, cross
 from pendpin.model.bodies import pinocchio, tree_of
 from pendpin.model.build import Model
 from pendpin.model.read_urdf import mesh_file

@@ -8,7 +8,7 @@ from pendpin.errors import InputError, shown
 from pendpin.graphics.meshcat_commands import placed
 from pendpin.graphics.page import FRAMES_PER_SECOND, pick
 from pendpin.graphics.run_drawing import drawing_of
-from pendpin.libraries import optional
+from pendpin.ground.libraries import optional
 from pendpin.model.configurations import configurations
 from pendpin.trajectory import Trajectory
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Derivative
+from pendpin.ground.arrays import Array
+from pendpin.ground.versions import version
 from pendpin.integrators import machine
 from pendpin.integrators.base import (
     FREE,
@@ -18,7 +19,6 @@ from pendpin.integrators.base import (
 )
 from pendpin.integrators.events import EventIntegrator
 from pendpin.scene import Method, Scene
-from pendpin.versions import version
 
 
 class Adaptive(EventIntegrator):

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import RunError
+from pendpin.ground.arrays import Array, Indices
 from pendpin.scene import Method, Scene, method_of
 from pendpin.trajectory import Event
 

@@ -5,12 +5,12 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from pendpin.arrays import EPS, Array
 from pendpin.dynamics.binding.acting import built_in
 from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import Dynamics, bind, without_compiling
 from pendpin.engines import Derivative
 from pendpin.errors import InputError, choices
+from pendpin.ground.arrays import EPS, Array
 from pendpin.integrators import cyrk
 from pendpin.integrators.base import Integrator
 from pendpin.integrators.fixed import refuse_steps

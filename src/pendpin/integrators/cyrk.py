@@ -10,8 +10,8 @@ from importlib.util import find_spec
 from typing import Any
 
 from pendpin.engines import llvm
-from pendpin.libraries import c_functions
-from pendpin.versions import version
+from pendpin.ground.libraries import c_functions
+from pendpin.ground.versions import version
 
 SERIES = "0.20."
 # The places of CyRK's enum ODEMethod, which no exported function tells: a new series has to be looked at before it is used.

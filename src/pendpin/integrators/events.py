@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine_code import Block
+from pendpin.ground.arrays import Array, Mask
 from pendpin.integrators.base import LEAST_RTOL, NOT_FINITE, ROUNDING, SHORTEST, Integrator, return_rates
 from pendpin.integrators.first_crossing import Crossing, first_crossing
 from pendpin.scene.methods import MULTISTEP, Method

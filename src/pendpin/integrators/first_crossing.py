@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from pendpin.arrays import Array
+from pendpin.ground.arrays import Array
 
 DEGREE = 9  # of the interpolants: those of dop853 have degree 7, so that the last two coefficients vanish
 UNSEEN = 4.0  # times the larger of the last two coefficients: the bound on what the interpolant leaves out

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import InputError, shown
+from pendpin.ground.arrays import Array
 from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Memory, Segment, StepPlan, finite_part
 from pendpin.integrators.grid import StepGrid
 from pendpin.scene import Method

@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import EPS, Array, lapack
 from pendpin.engines import Canonical, Derivative, Engine, ProgressCallback
+from pendpin.ground.arrays import EPS, Array, lapack
+from pendpin.ground.versions import version
 from pendpin.integrators.base import FREE, Integrator, Memory, Segment, StepPlan
 from pendpin.integrators.grid import StepGrid
 from pendpin.scene import Method
-from pendpin.versions import version
 
 MOST_ITERATIONS = 40  # chosen, five times PATIENCE: what has not converged by then does not
 STEPS = 2  # whose stages are kept for the extrapolation

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
+from pendpin.ground.arrays import Array
 from pendpin.integrators.base import Memory, StepPlan
 
 NEAR = 1e-9  # of a step: a sample so near to the end of a step is there

@@ -10,15 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, address
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine_code import Block
+from pendpin.ground.arrays import Array, address
+from pendpin.ground.versions import version
 from pendpin.integrators import cyrk
 from pendpin.integrators.base import FREE, LEAST_RTOL, Segment, StepPlan, finite_part
 from pendpin.integrators.events import EventIntegrator, StateScales, Stepper, Steps
 from pendpin.scene import Method
 from pendpin.scene.methods import MULTISTEP
-from pendpin.versions import version
 
 _MEGABYTES = 2000  # that its output may take
 FEWEST = 2.0  # first steps

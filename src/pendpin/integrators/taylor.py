@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.compiling import equations_of
 from pendpin.dynamics.dynamics import Dynamics, refuse_nonsmooth
 from pendpin.effects import Effect
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.tape import Recording
 from pendpin.errors import InputError, MissingLibrary
+from pendpin.ground.arrays import Array
+from pendpin.ground.versions import version
 from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Memory, Segment, StepPlan
 from pendpin.scene import EVENT_METHODS, Scene
-from pendpin.versions import version
 
 MAX_JOINTS = 20  # ten rods compile in about half a minute
 # Joints up to which heyoka writes the code out whole. Two rods take 12 s to compile so, and 0.7 s in the compact form.

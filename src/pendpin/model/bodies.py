@@ -7,10 +7,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
 from pendpin.equations.base import RodInertia
 from pendpin.equations.trees import Tree
 from pendpin.errors import MissingLibrary, find
+from pendpin.ground.arrays import Array, Mask
 
 NEAR = 1e-9  # of the largest length of a model: a tip so near to its joint is none
 SMALL = 1e-10  # kg: below, another unit of mass is taken

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import EPS, TINY, Array, Mask
 from pendpin.equations.base import PHI
 from pendpin.equations.chain.inertia import ChainInertia
 from pendpin.equations.trees import Tree
 from pendpin.errors import InputError, choices, find, shown
+from pendpin.ground.arrays import EPS, TINY, Array, Mask
 from pendpin.model.bodies import (
     Body,
     RodJoint,

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError, did_you_mean, shown
+from pendpin.ground.arrays import Array
 from pendpin.model.bodies import pinocchio
 from pendpin.trajectory import Trajectory
 

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask, across
 from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import kinematics
+from pendpin.ground.arrays import Array, Mask, across
 from pendpin.model.bodies import NEAR, pinocchio, tree_of
 from pendpin.model.build import SIGNS, Model
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from pendpin.arrays import Array, ArrayLike, applied, cross, transposed
 from pendpin.effects import AsWritten, Effect
 from pendpin.errors import InputError, PendpinError, not_one_of, shown
+from pendpin.ground.arrays import Array, ArrayLike, applied, cross, transposed
 from pendpin.model import kinematics
 from pendpin.model.build import Model, build
 from pendpin.model.urdf_written import WrittenJoint, written_text

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import TINY, Array
+from pendpin.ground.arrays import TINY, Array
 from pendpin.model.bodies import twist_of
 
 ROUNDING = 1e-12  # of the numbers in an inertia: what rounding may leave below zero

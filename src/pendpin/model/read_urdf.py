@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from pendpin.errors import InputError, choices, inside, not_one_of, place_of, shown
-from pendpin.files import read_whole
+from pendpin.ground.files import read_whole
 from pendpin.model.urdf_inertia import check_inertial, inertia_findings, use_mass_unit
 from pendpin.model.urdf_locks import freeze_joints, massless_finding, massless_joints
 from pendpin.model.urdf_written import WrittenJoint, written_joints

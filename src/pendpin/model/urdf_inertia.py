@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
+from pendpin.ground.arrays import Array
 from pendpin.model.bodies import LEAST_MASS, mass_unit
 from pendpin.model.urdf_xml import Element, needed, number
 

@@ -9,7 +9,7 @@ from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
 from pendpin.errors import InputError, did_you_mean, shown
-from pendpin.records import LARGEST_SIZE
+from pendpin.ground.records import LARGEST_SIZE
 
 Element = ElementTree.Element
 

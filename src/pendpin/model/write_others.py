@@ -11,9 +11,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.equations.trees import Tree
 from pendpin.errors import InputError
+from pendpin.ground.arrays import Array
 from pendpin.model.bodies import pinocchio, tree_of
 from pendpin.model.build import Model
 

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
-from pendpin.records import FrozenDict, Number, Positive, Record
+from pendpin.ground.records import FrozenDict, Number, Positive, Record
 
 _Measured = Annotated[
     Annotated[tuple[str, ...], Tag("~joints")] | Annotated[str, Tag("~tip")],

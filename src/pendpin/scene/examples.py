@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from pendpin.errors import InputError, nearest_or_all, shown
-from pendpin.files import folder_of
+from pendpin.ground.files import folder_of
 
 
 def example_names() -> list[str]:

@@ -18,7 +18,7 @@ from pydantic import (
 from pydantic.json_schema import SkipJsonSchema
 
 from pendpin.equations.base import RodInertia
-from pendpin.records import LARGEST_SIZE, FilePath, FrozenDict, NotNegative, Number, Positive, Record, Vector
+from pendpin.ground.records import LARGEST_SIZE, FilePath, FrozenDict, NotNegative, Number, Positive, Record, Vector
 from pendpin.scene.robots import robot_file
 
 MAX_RODS = 100_000

@@ -4,7 +4,7 @@ from typing import Any
 
 from pendpin.effects import Effect, has_kind
 from pendpin.errors import InputError, KeyPath, inside, written
-from pendpin.records import Record
+from pendpin.ground.records import Record
 
 
 def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:

@@ -8,12 +8,12 @@ import numpy as np
 from pydantic import Field, SerializeAsAny, model_validator
 from pydantic_core import PydanticSerializationError
 
-from pendpin.arrays import Array
 from pendpin.effects import AnyEffect, Gravity
 from pendpin.errors import InputError, written
-from pendpin.files import folder_of
-from pendpin.keypaths import parsed, places_of
-from pendpin.records import NotNegative, Record
+from pendpin.ground.arrays import Array
+from pendpin.ground.files import folder_of
+from pendpin.ground.keypaths import parsed, places_of
+from pendpin.ground.records import NotNegative, Record
 from pendpin.scene.data import Data
 from pendpin.scene.methods import FIXED_METHODS
 from pendpin.scene.models import AnyModel, UrdfModel

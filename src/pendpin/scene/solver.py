@@ -7,7 +7,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, WithJsonSchema, fiel
 from pydantic_core import PydanticKnownError
 
 from pendpin.errors import choices
-from pendpin.records import Number, Positive, Record
+from pendpin.ground.records import Number, Positive, Record
 from pendpin.scene.methods import FIXED_METHODS, METHODS, NAMES
 
 TOLERANCE = 1e-10  # unless another is given

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
-from pendpin.records import FrozenDict, Number, Record
+from pendpin.ground.records import FrozenDict, Number, Record
 
 Values = Annotated[
     Annotated[dict[str, Number], AfterValidator(FrozenDict), Tag("~by name")]
@@ -27,7 +27,7 @@ class Start(Record):
 
         Friction is left out. Raises InputError if there is no equilibrium.
         """
-        from pendpin.simulation.special_starts import at_rest
+        from pendpin.motions.special_starts import at_rest
 
         return at_rest(scene)
 
@@ -41,6 +41,6 @@ class Start(Record):
         I3 / (I1 + m h²) sin(angle) tan²(angle); beyond 1 % of the angle that is noted. Raises InputError for scenes
         without a cone.
         """
-        from pendpin.simulation.special_starts import conical
+        from pendpin.motions.special_starts import conical
 
         return conical(scene, angle)

@@ -7,8 +7,8 @@ from typing import Any
 
 from pendpin.effects import Effect, has_kind
 from pendpin.errors import InputError, inside, shown
-from pendpin.files import read_whole, text_of, write_whole
-from pendpin.records import Record
+from pendpin.ground.files import read_whole, text_of, write_whole
+from pendpin.ground.records import Record
 from pendpin.scene.models import PinModel, UrdfModel
 
 MAX_SCENE_BYTES = 500_000  # more takes Python's TOML reader seconds

@@ -1,5 +1,5 @@
 """What happens near a motion: linear models, natural modes, stability (docs/stability.md).
 
-May import: simulation, graphics and what is below them; no other tool.
+May import: motions, runs, graphics and what is below them; no other tool.
 To add a question about a motion: a file with one public function that takes a scene, and a record of its answer.
 """

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError, RunError, brief, shown
-from pendpin.keypaths import number_at, parsed
+from pendpin.ground.arrays import Array
+from pendpin.ground.keypaths import number_at, parsed
+from pendpin.motions.periodic import CLOSED, FLAT, PeriodicOrbit, close_orbit, frequencies_of, over_a_period
 from pendpin.scene import Scene
-from pendpin.simulation.periodic import CLOSED, FLAT, PeriodicOrbit, close_orbit, frequencies_of, over_a_period
 
 FIRST, LONGEST, SHORTEST = 0.02, 0.05, 1e-7  # steps along the curve, where the way to the end of the number is about 1
 STEPS, CORRECTIONS = 2000, 12  # at most

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.vibrations import is_stable, spectrum
 from pendpin.engines import AngleEngine
 from pendpin.equations import recursion
 from pendpin.errors import brief
-from pendpin.libraries import optional
+from pendpin.ground.arrays import Array
+from pendpin.ground.libraries import optional
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import build, start_state, tree_of_chain
 from pendpin.scene import Scene, Start, chosen_scene

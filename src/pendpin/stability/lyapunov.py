@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError, brief, shown
+from pendpin.ground.arrays import Array
+from pendpin.motions.variations import Variations, list_state_keys
 from pendpin.scene import Scene, chosen_scene
-from pendpin.simulation.variations import Variations, list_state_keys
 
 TOLERANCE = 1e-11
 PARTS = 200  # of the time, at least

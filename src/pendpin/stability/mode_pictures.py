@@ -5,18 +5,18 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import FrameEffect, Idle
 from pendpin.errors import InputError
 from pendpin.graphics.animation import Animation
 from pendpin.graphics.figure import new_figure
 from pendpin.graphics.panels import COLORS
+from pendpin.ground.arrays import Array
 from pendpin.integrators import Run
 from pendpin.model import kinematics
 from pendpin.model.build import build
+from pendpin.runs.run import fill_in
 from pendpin.scene import Scene
-from pendpin.simulation.run import fill_in
 
 SHOWN = 6  # shapes in a figure
 SWING = 0.12  # of the extent of the model: how far a shape is drawn from the rest

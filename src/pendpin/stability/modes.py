@@ -9,15 +9,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.binding import bodies_of
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.residual import Matrices
 from pendpin.engines import Engine
 from pendpin.errors import InputError, brief, shown
+from pendpin.ground.arrays import Array
 from pendpin.model.build import Model, build
+from pendpin.motions.small_motions import small_motions
 from pendpin.scene import Scene, chosen_scene
-from pendpin.simulation.small_motions import small_motions
 from pendpin.stability.rests import place_of, remarks
 
 EQUAL = 1e-9  # of a frequency: two that are closer are one line of the table

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.derivatives import Variational
 from pendpin.effects import Spring
 from pendpin.equations.base import THETA
 from pendpin.errors import PendpinError, RunError, brief
+from pendpin.ground.arrays import Array
 from pendpin.model.build import Model, build, start_state
+from pendpin.motions.periodic import PeriodicOrbit, frequencies_of, periodic_orbit
 from pendpin.scene import Chain, Scene, Start, chosen_scene
-from pendpin.simulation.periodic import PeriodicOrbit, frequencies_of, periodic_orbit
 from pendpin.stability.linearize import LinearModel, linearize
 from pendpin.stability.rests import place_of, remarks, rest_of
 

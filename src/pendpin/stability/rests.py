@@ -4,13 +4,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.timing import NEGLIGIBLE, changes_with_time
 from pendpin.effects import AsWritten, ContactEffect, Drag, Effect
 from pendpin.errors import InputError, choices, shown
+from pendpin.ground.arrays import Array
 from pendpin.model.build import Model
+from pendpin.motions.small_motions import rest_of
 from pendpin.scene import Scene, Start
-from pendpin.simulation.small_motions import rest_of
 
 AT_START = "start"
 ZERO = 1e-9  # degrees or m: what is less is 0 in words

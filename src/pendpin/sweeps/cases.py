@@ -1,6 +1,6 @@
 """Running a block of a sweep's cases: side by side in the processor's vectors, else each simulated on its own.
 
-Smooth scenes of few joints go side by side, by simulation/series.py.
+Smooth scenes of few joints go side by side, by runs/batches/series.py.
 """
 
 from contextlib import suppress
@@ -10,25 +10,25 @@ from threading import Lock
 
 import numpy as np
 
-from pendpin.arrays import Array, Indices, Mask
 from pendpin.equations.base import PHI, THETA
 from pendpin.errors import Interrupted, PendpinError
+from pendpin.ground.arrays import Array, Indices, Mask
+from pendpin.ground.keypaths import parsed
+from pendpin.ground.records import LARGEST
+from pendpin.ground.versions import installed
 from pendpin.integrators import Run
-from pendpin.keypaths import parsed
 from pendpin.model.build import FARTHEST, Model, build, start_state
-from pendpin.records import LARGEST
+from pendpin.runs.accuracy.thresholds import VECTOR
+from pendpin.runs.batches.batches import MOST_JOINTS, Cases, Motions
+from pendpin.runs.batches.series import Series
+from pendpin.runs.batches.side_by_side import Ladder
+from pendpin.runs.limits import ends_well
+from pendpin.runs.run import fill_in
+from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene
-from pendpin.simulation.accuracy.side_by_side import Ladder
-from pendpin.simulation.accuracy.thresholds import VECTOR
-from pendpin.simulation.batches import MOST_JOINTS, Cases, Motions
-from pendpin.simulation.limits import ends_well
-from pendpin.simulation.run import fill_in
-from pendpin.simulation.series import Series
-from pendpin.simulation.simulate import run_to_setting
 from pendpin.sweeps.measures import Measure, accumulated, evaluate_measure
 from pendpin.sweeps.task import LOOSER, Block, Task, set_numbers, typical
 from pendpin.trajectory import Trajectory
-from pendpin.versions import installed
 
 AT_POLE = 1e-4  # of cos(phi): rounding over its square is an error of 1e-8 in the angular acceleration of theta
 

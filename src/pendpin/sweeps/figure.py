@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
 from pendpin.errors import InputError, not_one_of
 from pendpin.graphics.figure import write_figure
+from pendpin.ground.arrays import Array, Mask
 from pendpin.sweeps.measures import MEASURES
 from pendpin.sweeps.plan import short_names
 

@@ -12,18 +12,18 @@ from itertools import pairwise
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of, shown
+from pendpin.ground.arrays import Array
 from pendpin.model.kinematics import evaluate_each, poses, swings, tip_distance, tips
 from pendpin.model.model_of_run import swings_of
+from pendpin.motions.continuation import Continuation
+from pendpin.motions.crossings import first_crossings
+from pendpin.motions.sign_changes import resolved
+from pendpin.motions.small_motions import largest_multiplier, small_motions
+from pendpin.motions.small_motions import stable as is_stable
+from pendpin.runs.batches.batches import Motions
+from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene, Start
-from pendpin.simulation.batches import Motions
-from pendpin.simulation.continuation import Continuation
-from pendpin.simulation.crossings import first_crossings
-from pendpin.simulation.sign_changes import resolved
-from pendpin.simulation.simulate import run_to_setting
-from pendpin.simulation.small_motions import largest_multiplier, small_motions
-from pendpin.simulation.small_motions import stable as is_stable
 from pendpin.trajectory import Trajectory, samples_of
 
 SETTLED = 0.02  # of the largest distance from the final state: the usual two per cent

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array, ArrayLike, Indices
 from pendpin.errors import InputError, inside, not_one_of, shown
-from pendpin.files import csv_table, read_whole
-from pendpin.keypaths import parsed
+from pendpin.ground.arrays import Array, ArrayLike, Indices
+from pendpin.ground.files import csv_table, read_whole
+from pendpin.ground.keypaths import parsed
 
 CASE = "case"  # the dimension of cases that are not a grid
 RESERVED = ("why", "done", "block", CASE)  # variables and dimensions of a result

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import InputError
-from pendpin.libraries import optional
+from pendpin.ground.libraries import optional
 from pendpin.sweeps.plan import MOST_CASES, Plan, Spread, check_spreads, pairs
 from pendpin.sweeps.task import EXTRA
 

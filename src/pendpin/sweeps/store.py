@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError, shown
-from pendpin.files import write_csv
+from pendpin.ground.arrays import Array
+from pendpin.ground.files import write_csv
 from pendpin.sweeps.plan import CASE, Plan, short_names
 from pendpin.sweeps.task import Block, Task, versions
 

@@ -6,13 +6,13 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
 
-from pendpin.arrays import ArrayLike
 from pendpin.errors import InputError, Interrupted, RunError, shown
-from pendpin.files import refuse_targets
-from pendpin.libraries import optional
+from pendpin.ground.arrays import ArrayLike
+from pendpin.ground.files import refuse_targets
+from pendpin.ground.libraries import optional
+from pendpin.runs.batches.batches import WIDTH
+from pendpin.runs.batches.pools import cores
 from pendpin.scene import Scene, chosen_scene
-from pendpin.simulation.batches import WIDTH
-from pendpin.simulation.pools import cores
 from pendpin.sweeps import plan as plans
 from pendpin.sweeps.cases import run_block, vectors_of
 from pendpin.sweeps.measures import Function

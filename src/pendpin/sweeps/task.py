@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError, RunError, inside, shown
+from pendpin.ground.arrays import Array
+from pendpin.ground.versions import VERSION, installed
+from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene
-from pendpin.simulation.simulate import run_to_setting
 from pendpin.sweeps.measures import Function, Measure, measure
 from pendpin.sweeps.plan import RESERVED, Plan, short_names
 from pendpin.trajectory.columns import unit_of
-from pendpin.versions import VERSION, installed
 
 TRIED = 33  # cases, at most, until one has numbers that can be had
 LOOSER = 100.0  # times the tolerance, for what compares two runs

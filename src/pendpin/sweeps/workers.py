@@ -9,8 +9,8 @@ from itertools import islice
 from typing import Any
 
 from pendpin.errors import InputError, RunError
-from pendpin.libraries import optional
-from pendpin.simulation.pools import in_processes, in_threads
+from pendpin.ground.libraries import optional
+from pendpin.runs.batches.pools import in_processes, in_threads
 from pendpin.sweeps.cases import run_block
 from pendpin.sweeps.task import EXTRA, Block, Task, versions
 

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError, nearest_or_all, shown
+from pendpin.ground.arrays import Array
 from pendpin.trajectory.parts import Reactions
 
 Place = tuple[str, Any]  # the array of a run, and the index of the column in it

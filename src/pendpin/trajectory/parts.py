@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import TINY, Array
+from pendpin.ground.arrays import TINY, Array
 
 ROUNDING = 1e-9  # of a potential energy or work: a motion that exchanges less is lost in their rounding
 

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import one_line
+from pendpin.ground.arrays import Array
 
 MOST_PERIODS = 4  # joints
 MOST_LETTERS = 90  # of a title

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
-from pendpin.arrays import Array
-from pendpin.files import ArrayFile
-from pendpin.records import LARGEST, fault_text
+from pendpin.ground.arrays import Array
+from pendpin.ground.files import ArrayFile
+from pendpin.ground.records import LARGEST, fault_text
 from pendpin.trajectory.parts import KINDS, Event, Reactions, Stats
 
 FORMAT = 1  # of the file of a run: another one is refused

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.files import path_of, refuse_other_format, write_csv
-from pendpin.libraries import optional
+from pendpin.ground.files import path_of, refuse_other_format, write_csv
+from pendpin.ground.libraries import optional
 from pendpin.trajectory.columns import AXES, UNITS, WRENCH, unit_of
 
 ROWS_AT_ONCE = 4096  # turned into text: bounds the memory that a long run takes

@@ -9,10 +9,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from pendpin.arrays import Array, ArrayLike
 from pendpin.errors import InputError, PendpinError
-from pendpin.files import open_arrays, path_of, refuse_other_format, write_arrays, write_whole
-from pendpin.records import LARGEST
+from pendpin.ground.arrays import Array, ArrayLike
+from pendpin.ground.files import open_arrays, path_of, refuse_other_format, write_arrays, write_whole
+from pendpin.ground.records import LARGEST
 from pendpin.trajectory.columns import Place, column, columns
 from pendpin.trajectory.parts import Energy, Event, Reactions, Stats, exchanged, share
 from pendpin.trajectory.presentation import Summary, page, summary, text, title
@@ -205,7 +205,7 @@ class Trajectory:
         Integrated from the sample before, by the run's own method and setting; at the instant of an impact the state
         after it. Raises InputError for other times, and where the run's scene cannot be built again.
         """
-        from pendpin.simulation.continuation import at
+        from pendpin.motions.continuation import at
 
         return at(self._sampled, times)
 
@@ -215,7 +215,7 @@ class Trajectory:
         Found between the samples, each to the accuracy of the run. An angle counts its turns: it is not wrapped. There
         may be none. Raises InputError.
         """
-        from pendpin.simulation.crossings import crossings
+        from pendpin.motions.crossings import crossings
 
         return crossings(self._sampled, name, level, direction)
 
@@ -225,7 +225,7 @@ class Trajectory:
         With rk4 and euler, if the run ends on a step, the result is bit for bit that of one long run; else it is that within
         the run's accuracy.
         """
-        from pendpin.simulation.continuation import extend
+        from pendpin.motions.continuation import extend
 
         return extend(self._sampled, duration)
 
@@ -235,7 +235,7 @@ class Trajectory:
         Integrated beside the motion by exact derivatives of the equations. Raises InputError for other times, for friction
         and stops, which act at events, and for effects without derivatives; RunError where angles have no derivative.
         """
-        from pendpin.simulation.sensitivity import state_transition
+        from pendpin.motions.sensitivity import state_transition
 
         return state_transition(self._sampled, t0, t1)
 
@@ -253,7 +253,7 @@ class Trajectory:
         Raises:
             InputError: for keys that are not numbers of the scene, and as `state_transition`.
         """
-        from pendpin.simulation.sensitivity import sensitivity
+        from pendpin.motions.sensitivity import sensitivity
 
         return sensitivity(self._sampled, keys, of)
 
@@ -303,8 +303,8 @@ class Trajectory:
 
         `compare` is another run, or up to three, shown in the page as ghosts, with their distance. Raises InputError.
         """
-        from pendpin.crosschecks.crosscheck import run_verdict
         from pendpin.graphics.animation import Animation
+        from pendpin.verification.crosschecks.crosscheck import run_verdict
 
         return Animation(self._sampled, compare, run_verdict)
 

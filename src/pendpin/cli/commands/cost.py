@@ -36,8 +36,8 @@ def cost(
     """Find the fastest method for each accuracy and its run time, in about 20 s. --thorough: a work-precision diagram."""
     from functools import partial
 
-    from pendpin.work_precision.cost import cost as measure
-    from pendpin.work_precision.figure import save_cost_plot
+    from pendpin.verification.work_precision.cost import cost as measure
+    from pendpin.verification.work_precision.figure import save_cost_plot
 
     refuse_outputs(chosen.files, plot=plot)
     with waiting("the reference", hidden=json) as progress, chosen.noted() as scene:

@@ -22,7 +22,7 @@ def effects(
     json: Json = False,
 ) -> None:
     """Show what each effect changes and costs, and which effects the scene needs at an accuracy."""
-    from pendpin.significance.significance import significance
+    from pendpin.sweeps.significance import significance
 
     with waiting("comparing runs with and without each effect", hidden=json), chosen.noted() as scene:
         report = significance(scene, accuracy, thorough)

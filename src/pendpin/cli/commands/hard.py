@@ -20,8 +20,8 @@ def hard(
     json: Json = False,
 ) -> None:
     """Run the hard cases (docs/hard_cases.md), each on its methods against its bound."""
-    from pendpin.hardcases import CASES
-    from pendpin.hardcases import hard as run_cases
+    from pendpin.verification.hardcases import CASES
+    from pendpin.verification.hardcases import hard as run_cases
 
     if listed:
         print_cases(list(CASES.values()), json)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from pendpin.cli.streams import say
-from pendpin.files import write_whole
+from pendpin.ground.files import write_whole
 
 
 def new(

@@ -19,7 +19,7 @@ def reference(
     json: Json = False,
 ) -> None:
     """Write a model as URDF, MJCF and SDF with reference numbers and error bounds, for another engine's tests."""
-    from pendpin.agreement.reference import write_reference
+    from pendpin.verification.agreement.reference import write_reference
 
     with chosen.noted() as scene, waiting("50 digits", hidden=json):
         made = write_reference(scene, out, seed)

@@ -52,10 +52,10 @@ def run(
 
     If a run with a checkpoint was killed or stopped, the same command continues it.
     """
-    from pendpin.crosschecks.crosscheck import crosscheck_run
     from pendpin.dynamics.dynamics import bind
     from pendpin.dynamics.explanation import explain as explain_run
-    from pendpin.simulation.checkpoint import resumable
+    from pendpin.runs.checkpoint import resumable
+    from pendpin.verification.crosschecks.crosscheck import crosscheck_run
 
     scene = lasting(chosen.scene, duration, samples)
     chosen = replace(chosen, scene=scene)
@@ -89,7 +89,7 @@ def _simulated(
     scene: "Scene", settings: dict[str, Any], progress: Callable[[float], None]
 ) -> tuple["Trajectory", RunError | None]:
     """The run, and why it ended early if it did."""
-    from pendpin.simulation.simulate import simulate
+    from pendpin.runs.simulate import simulate
 
     try:
         return simulate(scene, **settings, progress=progress), None

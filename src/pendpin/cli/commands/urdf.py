@@ -17,7 +17,7 @@ def urdf(
     listed: Annotated[bool, typer.Option("--list", help="List the robots that --urdf and model.name know.")] = False,
 ) -> None:
     """Write a chain as a URDF that Pinocchio, MuJoCo and Drake load to the same model; or list the robots by name."""
-    from pendpin.files import write_whole
+    from pendpin.ground.files import write_whole
     from pendpin.model.write_urdf import chain_urdf
     from pendpin.scene import Chain
     from pendpin.scene.robots import robot_files

@@ -24,8 +24,8 @@ def validate(
 
     The table has a line for each published quantity, with the method that differs most.
     """
-    from pendpin.agreement.published import published_cases
-    from pendpin.agreement.validate import validate as compare
+    from pendpin.verification.agreement.published import published_cases
+    from pendpin.verification.agreement.validate import validate as compare
 
     if listed:
         print_published(published_cases(), json)
@@ -35,7 +35,7 @@ def validate(
         report = compare(cases or (), chosen, progress)
     print_agreement(report, json)
     if html is not None:
-        from pendpin.agreement.page import write_page
+        from pendpin.verification.agreement.page import write_page
 
         print_files([write_page(html, report)], json)
     if report.stopped:

@@ -14,7 +14,7 @@ import numpy as np
 
 from pendpin.doctor.reading.tree import Unread
 from pendpin.doctor.systems.base import Formula, Quantities, Spec, System, Values
-from pendpin.libraries import optional
+from pendpin.ground.libraries import optional
 
 MOST_TERMS = 4_000  # of a polynomial; beyond that 50 digits decide
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.integrate import DOP853
 
-from pendpin.arrays import Array
 from pendpin.doctor.checking.check import euler_lagrange
 from pendpin.doctor.checking.residuals import ENERGIES, Equation, residuals
 from pendpin.doctor.reading.tree import Unread
 from pendpin.doctor.systems.base import Quantities, System, Values, dot, random_states, solved
 from pendpin.doctor.systems.rod import RODS, balances
 from pendpin.doctor.systems.rod_names import UNKNOWNS
+from pendpin.ground.arrays import Array
 
 # of the rod, in kg, m, m/s² and kg m²
 ROD = {"m": 1.0, "l": 1.0, "g": 9.81, "h": 0.5, "r": 0.05, "I1": 1 / 12, "I2": 1 / 12, "I3": 0.00125}

@@ -17,7 +17,7 @@ from pendpin.doctor.reading.tree import Unread
 from pendpin.doctor.reports.harm import Harm
 from pendpin.doctor.reports.mathml import equation, part
 from pendpin.doctor.reports.text import STYLES, explain_change, failure, shared_words, shortened, summary, unchecked
-from pendpin.files import write_whole
+from pendpin.ground.files import write_whole
 
 PER_SECOND = 30  # poses of the animation
 _PHRASES = re.compile(

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from pydantic import BaseModel
 
-from pendpin.arrays import Indices
 from pendpin.dynamics.as_written import expand_as_written
 from pendpin.dynamics.held_torques import HeldTorque
 from pendpin.effects import BodyEffect, ContactEffect, Effect, Idle, JointEffect, Torque
 from pendpin.errors import InputError, find, shown
+from pendpin.ground.arrays import Indices
 from pendpin.model.build import Model
 
 

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.binding.acting import in_order, plain_arithmetic, refuse_seconds
 from pendpin.dynamics.binding.context import Bound, Context, State
 from pendpin.dynamics.binding.fields import BoundField
@@ -19,6 +18,7 @@ from pendpin.dynamics.binding.torques import BoundTorque
 from pendpin.dynamics.binding.wrenches import BoundWrench, Wrench
 from pendpin.effects import BodyEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.engines import Loads
+from pendpin.ground.arrays import Array
 
 
 class Accounts(NamedTuple):

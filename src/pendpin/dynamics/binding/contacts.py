@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.binding.acting import chosen_joints, in_order
 from pendpin.dynamics.contacts import Contacts
 from pendpin.effects import ContactEffect, DryFriction, Effect
 from pendpin.engines import AngleEngine
 from pendpin.errors import InputError, shown
+from pendpin.ground.arrays import Array
 from pendpin.model.build import Model
 from pendpin.model.kinematics import scale
 

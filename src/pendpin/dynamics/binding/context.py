@@ -7,11 +7,11 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.binding.acting import in_order
 from pendpin.dynamics.binding.laws import law, since
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import Bodies, Effect, FieldEffect, FrameEffect, Motion
+from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
 from pendpin.model.build import Model
 

@@ -4,11 +4,11 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from pendpin.arrays import Array
 from pendpin.dynamics.binding.context import Bound, Potential, Power, State
 from pendpin.dynamics.binding.laws import readable
 from pendpin.effects import FieldEffect, Motion
 from pendpin.equations.passes import total
+from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
 
 

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.binding.acting import chosen_joints
 from pendpin.dynamics.binding.context import Bound, Potential, Power
 from pendpin.dynamics.binding.laws import law, readable, since
 from pendpin.effects import JointEffect, Motion
 from pendpin.equations.passes import total
+from pendpin.ground.arrays import Array
 
 Torque = Callable[[Any, Array, Array], Array]  # t, q, v (nv,) -> (nv,)
 

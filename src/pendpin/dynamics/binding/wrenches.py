@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.dynamics.binding.acting import chosen_bodies, plain_arithmetic
 from pendpin.dynamics.binding.context import Bound, Potential, Power, State, bodies_of
 from pendpin.dynamics.binding.laws import law, readable, since
 from pendpin.effects import BodyEffect, Motion, Push
 from pendpin.equations.passes import total
 from pendpin.errors import InputError, shown
+from pendpin.ground.arrays import Array
 
 Wrench = Callable[[Any, Motion], tuple[Array, Array]]  # force N, moment N m about com, (bodies, 3)
 

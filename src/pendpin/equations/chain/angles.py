@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
 from pendpin.equations.chain.kinematics import Joints
+from pendpin.ground.arrays import Array, Mask
 
 POLE = 1e-8  # |cos(phi)| below which theta, theta' follow from d', d''; above it from d, d'; the errors are equal there
 RESTING = 1e-12  # of the rates of the rod and of the one above: a rod that passes a pole no faster rests there

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, Mask
 from pendpin.equations.chain.inertia import above, below
 from pendpin.equations.chain.kinematics import Joints
 from pendpin.equations.chain.system import RodLoads, System, empty_band
+from pendpin.ground.arrays import Array, Mask
 
 
 class Axes(NamedTuple):

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.errors import InputError
+from pendpin.ground.arrays import Array
 
 # The eliminated system replaces a principal inertia of zero by this fraction of a small inertia of the chain. Refinement
 # with the original balances removes its effect (refinement.py); the value only determines the number of passes.

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, lapack
 from pendpin.equations.chain.inertia import ChainInertia
+from pendpin.ground.arrays import Array, lapack
 
 CHUNK = 1 << 12  # rods handled at once in a batch of states: what they need stays in the fast memory of a processor
 

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array, lapack
 from pendpin.equations.chain.system import RodLoads, System
+from pendpin.ground.arrays import Array, lapack
 
 PASSES = 15  # two are the rule, three to six with thin rods above thick ones; more mean a nearly singular state
 ROUNDING = 1e-15, 1e-10  # relative size of a correction: certainly rounding only; rounding if it shrinks no more

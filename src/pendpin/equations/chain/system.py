@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.arrays import Array
 from pendpin.equations.chain.inertia import Rods
+from pendpin.ground.arrays import Array
 
 
 class RodLoads(NamedTuple):

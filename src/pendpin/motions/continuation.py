@@ -1,0 +1,126 @@
+"""Continues a run from any of its samples: to other times, and beyond its end."""
+
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+
+from pendpin.dynamics.held_torques import recall_outputs
+from pendpin.errors import InputError, RunError, is_number, shown
+from pendpin.ground.arrays import Array, ArrayLike
+from pendpin.integrators import Run
+from pendpin.runs.checkpoint import Saver
+from pendpin.runs.integration import integrate_to_end, task_of
+from pendpin.runs.motion_with_events import loop_of
+from pendpin.runs.run import bind_for_run, fill_in
+from pendpin.scene import Scene, scene_of
+from pendpin.trajectory import Trajectory, joined, samples_of
+
+COUNTS = ("steps", "evaluations", "events", "seconds")  # of stats, that add up
+ROUNDING = 1e-9  # of the distance of samples
+ALL = 1_000_000_000  # output times
+
+
+class Continuation:
+    """A run's scene, ready to be integrated on from any of its samples by the run's own method and setting."""
+
+    def __init__(self, run: Trajectory, scene: Scene | None = None) -> None:
+        self.run, self.scene = run, scene or scene_of(run)
+        self.dynamics = bind_for_run(self.scene)
+        task, _ = task_of(self.scene, self.dynamics, run.q[0], run.v[0], bool(run.work), lambda t: None)
+        self._loop = loop_of(task)
+        recall_outputs(self.dynamics.sampled_torques, run, self.scene.duration, self.scene.start.time)
+        self._loop.first_segment = ALL  # of a piece: the run has shown what they cost
+        self._loop.begin(run.q[0], run.v[0])  # all pieces share the scales of the run
+
+    def beside(self, run: Trajectory) -> "Continuation":
+        """The same, from other samples of the run."""
+        other = copy(self)
+        other.run = run
+        return other
+
+    def piece(self, sample: int, times: Array) -> Run:
+        """The motion from a sample of the run, at times (m,) in s since the scene's start, the sample's own first.
+
+        Raises RunError where it cannot be integrated.
+        """
+        self._loop.times = times
+        piece = integrate_to_end(self._loop, self.run.q[sample], self.run.v[sample], Saver())
+        if piece.failure is not None:
+            raise RunError(f"from t = {self.run.t[sample]:.10g} s on: {piece.failure}", self.run)
+        return piece
+
+    def at(self, t: Array) -> Trajectory:
+        """The run at times (m,) inside it, rising."""
+        start = self.scene.start.time
+        before = np.searchsorted(self.run.t, t, side="right") - 1
+        first = np.flatnonzero(np.diff(before, prepend=-1))  # of the times after each sample
+        pieces = []
+        for sample, due in zip(before[first], np.split(t, first[1:]), strict=True):
+            begin = self.run.t[sample]
+            pieces.append(self.piece(sample, np.concatenate([[begin], due[due > begin]]) - start))
+        rows = self.fill_pieces(pieces, before[first])
+        places = np.searchsorted(rows.t, t - start, side="right") - 1
+        counts = {name: sum(getattr(piece, name) for piece in pieces) for name in COUNTS}
+        stats = replace(self.run.stats, **counts)
+        return replace(samples_of(rows, places), t=t, stats=stats, events=self.run.events)
+
+    def fill_pieces(self, pieces: list[Run], samples: ArrayLike) -> Trajectory:
+        """All rows of k pieces, with accelerations, wrenches and energies, and the events of the first.
+
+        Each begins at one of `samples` (k,) of the run. t is counted from the scene's start, the work from those samples.
+        """
+        arrays = {name: np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("t", "q", "v", "work")}
+        torques = [piece.torque for piece in pieces if piece.torque is not None]
+        torque = np.concatenate(torques) if torques else None
+        rows = fill_in(self.scene, self.dynamics, self._loop.balance, replace(pieces[0], **arrays, torque=torque))
+        lengths = [len(piece.t) for piece in pieces]
+        starts, places = np.repeat(np.cumsum([0, *lengths[:-1]]), lengths), np.repeat(samples, lengths)
+        work = {kind: w - w[starts] + self.run.work[kind][places] for kind, w in rows.work.items()}
+        return replace(rows, t=arrays["t"], work=work)
+
+
+def at(run: Trajectory, times: ArrayLike) -> Trajectory:
+    """As `Trajectory.at`."""
+    try:
+        t = np.atleast_1d(np.asarray(times, float))
+    except (TypeError, ValueError):
+        raise InputError(f"times: {shown(times)} are not numbers") from None
+    if t.ndim != 1 or not len(t) or not np.isfinite(t).all() or (np.diff(t) <= 0).any():
+        raise InputError(f"times: {shown(times)} are not finite numbers in rising order, at least one")
+    for moment in t[[0, -1]]:
+        if not run.t[0] <= moment <= run.t[-1]:
+            raise InputError(f"times: {moment:.15g} s is outside the run, {run.t[0]:.15g} to {run.t[-1]:.15g} s")
+    return Continuation(run).at(t)
+
+
+def extend(run: Trajectory, duration: float) -> Trajectory:
+    """As `Trajectory.extend`."""
+    if not is_number(duration) or not 0 < duration < np.inf:
+        raise InputError(f"duration: {shown(duration)} is not a number of seconds above 0")
+    scene, last = _longer(run, float(duration)), len(run.t) - 1
+    ahead = np.flatnonzero(scene.clock > run.t[-1] + ROUNDING * (scene.clock[-1] - run.t[-1]))
+    more = Continuation(run, scene)
+    piece = more.piece(last, np.concatenate([[run.t[-1] - scene.start.time], scene.times[ahead]]))
+    new = replace(samples_of(more.fill_pieces([piece], [last]), slice(1, None)), t=scene.clock[ahead])
+    counts = {name: getattr(run.stats, name) + getattr(piece, name) for name in COUNTS}
+    stats = replace(run.stats, stopped=None, **counts)
+    return replace(joined([run, new]), stats=stats, scene=scene.recorded(), source=scene)
+
+
+def _longer(run: Trajectory, duration: float) -> Scene:
+    """The run's scene with a longer duration, and samples as dense as they are."""
+    scene = scene_of(run)
+    total, samples = scene.duration + duration, scene.solver.samples
+    if scene.solver.times is None and (samples is None or scene.duration == 0):  # the start alone has no density
+        return scene.replace({"solver.samples": None}, duration=total)
+    count = (samples or 1) - 1
+    if scene.solver.times is None and abs(count * total / scene.duration % 1 - 0.5) > 0.5 - ROUNDING:
+        return scene.replace({"solver.samples": round(count * total / scene.duration) + 1}, duration=total)
+    old, end = scene.clock, scene.start.time + scene.duration
+    spacing = scene.duration / max(1, len(old) - 1)
+    new = end + duration * np.arange(1, (count := max(1, round(duration / spacing) if spacing else 1)) + 1) / count
+    times = (*old.tolist(), *(new if new[0] > old[-1] else new[1:]).tolist())
+    return scene.replace(
+        {"solver.samples": None, "solver.times": times}, duration=max(total, times[-1] - scene.start.time)
+    )

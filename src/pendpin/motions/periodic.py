@@ -1,0 +1,216 @@
+"""`periodic_orbit`: a motion that comes back to its start after a period, and what happens near it (Floquet's theory).
+
+Newton's method on the return map y -> phi_T(y) - y, whose derivative is the state transition over a period less the unit
+matrix. Its eigenvalues, the multipliers, tell how changes of the start grow over a period.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.dynamics.timing import changes_with_time
+from pendpin.dynamics.vibrations import spectrum
+from pendpin.errors import InputError, RunError, brief, is_number, shown
+from pendpin.ground.arrays import EPS, Array
+from pendpin.model.build import build, start_state
+from pendpin.motions.variations import Variations, list_state_keys
+from pendpin.runs.simulate import simulate
+from pendpin.scene import Scene, Start, chosen_scene
+from pendpin.trajectory import Trajectory
+
+TIGHT = 1e-13  # the tolerance of the integration: Newton's method and the multipliers are as accurate as that
+OFF = 100 * TIGHT  # of a transition over a period
+STEPS = 40  # of Newton's method
+LONGEST = 1.0  # rad, or rad/s: the longest of them; a longer one leaves where the derivatives are good
+CLOSED = 1e-9  # of the size of the state: an orbit that misses its start by more is none
+FLAT = 1e-7  # of the largest singular value: along such a way orbits are a family, and the nearest of them is taken
+NEAR = 0.2  # of the largest distance: a return so near is a first guess
+SAMPLES = 2000  # of the run in which a first guess of the period is looked for
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PeriodicOrbit:
+    """A periodic motion of a scene. `angles` turn by whole turns in a period where it goes round."""
+
+    scene: Scene  # which starts on the orbit and lasts a period
+    period: float  # s
+    free: bool  # whether nothing sets the period: it was found with the orbit
+    multipliers: Array  # (2 nv,), the largest first; complex
+    errors: Array  # (2 nv,) of them
+    miss: float  # by how much it misses its start, rad and rad/s, the largest
+    transition: Array  # (2 nv, 2 nv), over the period
+
+    @cached_property
+    def orbit(self) -> Trajectory:
+        """The motion over one period."""
+        return simulate(self.scene, tolerance=1e-12)
+
+    @property
+    def stable(self) -> bool:
+        """Whether no multiplier is outside the unit circle by more than its own error."""
+        return bool((np.abs(self.multipliers) <= 1 + self.errors).all())
+
+    def __repr__(self) -> str:
+        return brief(self.text())
+
+    def text(self) -> str:
+        """The period, the start and the multipliers."""
+        lines = [f"Periodic orbit of {self.period:.10g} s, {'stable' if self.stable else 'unstable'}"]
+        lines += [f"{'multiplier':>32} {'its size':>14} {'error':>9}"]
+        for value, error in zip(self.multipliers, self.errors, strict=True):
+            lines.append(f"{f'{value.real:.10g} {value.imag:+.10g}i':>32} {abs(value):14.10g} {error:9.1e}")
+        return "\n".join(lines)
+
+
+def periodic_orbit(
+    scene: Scene | str | Path, guess: Start | Sequence[float] | None = None, period: float | None = None
+) -> PeriodicOrbit:
+    """The periodic motion near a guess, by Newton's method on the return map.
+
+    Where orbits are a family, as without damping, it is the one next to the guess.
+
+    Args:
+        scene: a Scene, or the path of a TOML file.
+        guess: a Start, or (q, v) as (2 nv,) in rad and rad/s; the scene's own start if absent.
+        period: s; if absent that of the drive, and without a drive it is found from the first return of a run.
+
+    Returns:
+        The PeriodicOrbit: period in s, multipliers (2 nv,), stable, and `orbit`, the Trajectory over one period.
+
+    Raises:
+        InputError: for a period or guess that cannot be, for friction and stops, for effects without derivatives.
+        RunError: if no orbit is found.
+    """
+    scene = chosen_scene(scene)
+    state = _guess_of(scene, guess)
+    if period is not None and (not is_number(period) or not 0 < period < np.inf):
+        raise InputError(f"period: {shown(period)} is not a number of seconds above 0")
+    frequency = drive_of(scene) if period is None else None
+    guess_of_period = 2 * np.pi / frequency if frequency else period
+    guess_of_period = guess_of_period or _first_return(scene.replace(start=start_at(scene, state)))
+    return close_orbit(scene, state, float(guess_of_period), free=period is None and frequency is None)
+
+
+def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOrbit:
+    """The orbit next to the state y (2 nv,) by Newton's method; a period that is `free` is found with it.
+
+    Raises RunError if none is found.
+    """
+    turns, best, patience = None, None, 3
+    for _ in range(STEPS):
+        now = over_a_period(scene, y, period)
+        turns = now.turns if turns is None else turns
+        gap = now.end - y - turns
+        size = float(np.abs(gap).max())
+        if best is None or size < best[0]:
+            best, patience = (size, y, period, now.transition), 3
+        else:
+            patience -= 1
+        if size <= 4 * EPS or patience == 0:
+            break
+        matrix = now.transition - np.eye(len(y))
+        matrix = np.column_stack([matrix, now.rate]) if free else matrix
+        step = np.linalg.lstsq(matrix, -gap, rcond=FLAT)[0]
+        step *= min(1.0, LONGEST / max(float(np.abs(step).max()), 1e-300))
+        y = y + step[: len(y)]
+        period = max(period + float(step[len(y)]), period / 2) if free else period
+    assert best is not None
+    size, y, period, transition = best
+    if not size <= CLOSED * max(1.0, float(np.abs(transition).max())):
+        raise RunError(
+            f"no periodic motion found near the guess: after {period:.6g} s the state misses its start by {size:.2g}; "
+            "give another start or period"
+        )
+    values, errors = multipliers_of(transition)
+    at = scene.replace(start=start_at(scene, y), duration=period)
+    return PeriodicOrbit(at, period, free, values, errors, size, transition)
+
+
+class Return(NamedTuple):
+    """What a motion is after a period."""
+
+    end: Array  # (2 nv,)
+    transition: Array  # (2 nv, 2 nv), d(end)/d(start)
+    by_number: Array  # (2 nv,), the derivative of the end by a number of the scene; 0 without one
+    rate: Array  # (2 nv,), the derivative of the end by the period
+    turns: Array  # (2 nv,) rad, the whole turns of the angles
+
+
+def over_a_period(scene: Scene, y: Array, period: float, key: str | None = None) -> Return:
+    """The motion from y (2 nv,) after a period in s, with its derivative by the number at a key path, if there is one."""
+    size = len(y)
+    lasting = scene.model_copy(update={"duration": period, "start": start_at(scene, y)})
+    variations = Variations(lasting, [*list_state_keys(size // 2), *([] if key is None else [key])])
+    first = np.eye(len(variations.keys), size)
+    states, changes = variations.integrate(y, first, np.array([0.0, period]), TIGHT)
+    end, slides = states[-1], np.tile(variations.equations.model.slides, 2)
+    rate, _ = variations.equations.rates(np.array([period]), end[None], changes[-1:])
+    by_number = np.zeros(size) if key is None else changes[-1, -1]
+    whole = 2 * np.pi * np.round((end - y) / (2 * np.pi))
+    angle = (np.arange(size) < size // 2) & ~slides
+    return Return(end, changes[-1, :size].T, by_number, rate[0], np.where(angle, whole, 0.0))
+
+
+def multipliers_of(transition: Array) -> tuple[Array, Array]:
+    """The eigenvalues (k,) of a transition (k, k), the largest first, and their errors: those of its integration."""
+    values, errors, _ = spectrum(transition, OFF * max(1.0, float(np.linalg.norm(transition, 2))))
+    order = np.lexsort((np.imag(values), -np.real(values), -np.round(np.abs(values), 9)))
+    return values[order], errors[order]
+
+
+def start_at(scene: Scene, y: Array) -> Start:
+    """The scene's start with another state (2 nv,), in rad and rad/s (m for slides)."""
+    q, v = np.split(y, 2)
+    return Start(time=scene.start.time, positions=tuple(q.tolist()), velocities=tuple(v.tolist()))
+
+
+def frequencies_of(scene: Scene) -> set[float | None]:
+    """The frequencies in rad/s at which a scene is driven; None stands for a change with time that has no frequency."""
+    run = scene.start.time, scene.duration, TIGHT
+    return {getattr(effect, "frequency", None) for effect in scene.effects if changes_with_time(effect, *run)}
+
+
+def drive_of(scene: Scene) -> float | None:
+    """The frequency in rad/s at which the scene is driven; None where nothing changes with time.
+
+    Raises InputError where it is not one frequency: the period has to be given then.
+    """
+    frequencies = frequencies_of(scene)
+    if len(frequencies) > 1 or None in frequencies:
+        raise InputError("period: the scene is not driven by one frequency; give its period in s")
+    return float(frequencies.pop() or 0.0) if frequencies else None
+
+
+def _guess_of(scene: Scene, guess: Start | Sequence[float] | None) -> Array:
+    """The state (2 nv,) of a guess."""
+    model = build(scene.model)
+    if guess is None or isinstance(guess, Start):
+        q, v = start_state(model, scene.start if guess is None else guess)
+        return np.concatenate([q, v])
+    try:
+        y = np.asarray(guess, float)
+    except (TypeError, ValueError):
+        y = np.empty(0)
+    if y.shape != (2 * len(model.joints),) or not np.isfinite(y).all():
+        raise InputError(
+            f"guess: {shown(guess)} is neither a Start nor {2 * len(model.joints)} finite numbers, q then v"
+        )
+    return y
+
+
+def _first_return(scene: Scene) -> float:
+    """The time in s at which a run of the scene first comes near its start again. Raises InputError if it does not."""
+    run = simulate(scene.with_solver(samples=SAMPLES))
+    states = np.concatenate([np.where(build(scene.model).slides, run.q, np.sin(run.q)), run.v], 1)
+    away = np.linalg.norm(states - states[0], axis=1)
+    inner = away[1:-1]
+    near = (inner <= away[:-2]) & (inner < away[2:]) & (inner < NEAR * away.max())
+    if not near.any() or away.max() == 0:
+        raise InputError(
+            f"period: the scene does not come near its start again within {scene.duration:g} s; give one in s"
+        )
+    return float(run.t[1 + int(np.argmax(near))] - run.t[0])

@@ -1,0 +1,145 @@
+"""Starts of two particular motions: rest in equilibrium, and a steady cone."""
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from pendpin.dynamics.derivatives import Variational
+from pendpin.dynamics.dynamics import Dynamics, bind
+from pendpin.equations import exact
+from pendpin.errors import InputError, MissingLibrary, Note, is_number, shown
+from pendpin.ground.arrays import Array
+from pendpin.model.build import SIGNS, Model, start_state
+from pendpin.scene import Chain, Scene, Start
+
+Pull = Callable[[float, Array], Array]  # of a time, which makes no difference, and q (nv,): the accelerations (nv,)
+Stiffness = Callable[[float, Array], Array]  # of the same: their derivatives (nv, nv)
+REST = 1e-10  # of the largest acceleration seen: what is left at an equilibrium
+UNSTABLE = 1e-9  # of the largest rate: what grows faster leaves a rest
+ASIDE, AGAIN = 0.01, 3  # rad, how far an unstable rest is left, and how often
+FAR = 100.0  # rad or m: what moves as far as this and has no equilibrium there never comes to rest
+LOST = 1e9  # m: a slide is not followed farther
+LONG = 1e6  # s² of pseudo-time, until the slowest mode has decayed
+NODDING = 0.01  # of the angle of a cone
+UPRIGHT = 1e-12  # of a field: what it may have across the vertical
+
+
+def at_rest(scene: Scene) -> Start:
+    """As `Start.at_rest`."""
+    dynamics, time = bind(scene), scene.start.time
+    q, _ = start_state(dynamics.model, scene.start)
+
+    def pull(_: float, q: Array) -> Array:
+        return dynamics.acceleration(time, q, np.zeros_like(q))
+
+    size = max(float(np.abs(pull(0.0, x)).max()) for x in (q, q + 0.5))
+    if (rest := _hanging(dynamics, q)) is None:
+        stiffness = _stiffness(scene)
+        rest = _relaxed(pull, q, dynamics.model, stiffness)
+        for _ in range(AGAIN):
+            if stiffness is None or (aside := _unstable_way(stiffness(0.0, rest))) is None:
+                break
+            rest = _relaxed(pull, rest + aside, dynamics.model, stiffness)
+    lost = np.abs(rest - q)[dynamics.model.slides].max(initial=0.0) > LOST  # where levers are so long, nothing turns
+    if lost or not np.abs(pull(0.0, rest)).max(initial=0.0) <= REST * size:
+        raise _no_rest(dynamics.model, rest - q)
+    contacts, joints = dynamics.contacts, dynamics.model.joints
+    if contacts is not None and (beyond := (rest < contacts.lower) | (rest > contacts.upper)).any():
+        raise InputError(f"start: the equilibrium of {joints[int(np.argmax(beyond))]} is beyond its stop")
+    return Start(time=time, positions=dict(zip(joints, rest.tolist(), strict=True)))
+
+
+def _hanging(dynamics: Dynamics, q: Array) -> Array | None:
+    """The positions (nv,) of a chain that hangs along the field, nearest to q; None where more than fields act."""
+    loads, chain = dynamics.loads, dynamics.model.chain
+    along = SIGNS * loads.field(0.0)
+    if chain is None or (chain.h <= 0).any() or loads.torque or loads.wrench or dynamics.contacts or not along.any():
+        return None
+    x, y, z = along / np.linalg.norm(along)
+    hanging = np.zeros(len(q))
+    hanging[:2] = np.arctan2(y, z), np.arctan2(x, np.hypot(y, z))
+    return hanging + 2 * np.pi * np.round((q - hanging) / (2 * np.pi))
+
+
+def _no_rest(model: Model, moved: Array) -> InputError:
+    """The error that names the slide that moved (nv,) without end, if one did."""
+    ways = np.where(model.slides, np.abs(moved), 0.0)
+    if ways.max(initial=0.0) > FAR:
+        name = model.joints[int(np.argmax(ways))]
+        return InputError(f"there is no equilibrium: {name} slides away; lock it or give it a spring")
+    return InputError(
+        "start: there is no equilibrium near start.positions; give other positions, or remove effects that "
+        "never come to rest"
+    )
+
+
+def _relaxed(pull: Pull, q: Array, model: Model, stiffness: Stiffness | None) -> Array:
+    """Where q (nv,) comes to rest if it moves with a speed that is its acceleration.
+
+    Raises InputError for what falls without end.
+    """
+    from scipy.integrate import solve_ivp  # here: half a second, which a chain that hangs does not need
+    from scipy.optimize import root
+
+    def near(time: float, now: Array) -> Array:
+        if np.abs(now - q)[model.slides].max(initial=0.0) > LOST:
+            raise _no_rest(model, now - q)
+        return pull(time, now)
+
+    def far(_: float, now: Array) -> float:
+        return FAR - float(np.abs(now - q)[~model.slides].max(initial=0.0))
+
+    far.terminal = True  # type: ignore[attr-defined]
+    options: Any = {"rtol": 1e-6, "atol": 1e-9, "jac": stiffness, "events": far}
+    with np.errstate(all="ignore"):
+        rest = solve_ivp(near, (0.0, LONG), q, method="Radau", **options).y[:, -1]
+    return root(lambda x: pull(0.0, x), rest, tol=1e-15, jac=stiffness and (lambda x: stiffness(0.0, x))).x
+
+
+def _unstable_way(stiffness: Array) -> Array | None:
+    """A small change (nv,) along which an unstable rest is left, from its derivative (nv, nv); None at a stable one."""
+    if not np.isfinite(stiffness).all():
+        return None
+    values, vectors = np.linalg.eig(stiffness)
+    first = int(np.argmax(np.real(values)))
+    if not np.real(values[first]) > UNSTABLE * np.abs(values).max():
+        return None
+    way = np.real(vectors[:, first])
+    return ASIDE * way / (np.abs(way).max() or 1.0)
+
+
+def _stiffness(scene: Scene) -> Stiffness | None:
+    """The derivative (nv, nv) of the accelerations at rest by positions (nv,); None where a scene has none."""
+    try:
+        equations = Variational(scene)
+    except (InputError, MissingLibrary):
+        return None
+    return lambda _, q: equations.jacobian(0.0, q, np.zeros_like(q)).of_q
+
+
+def conical(scene: Scene, angle: float) -> Start:
+    """As `Start.conical`."""
+    dynamics = bind(scene)
+    if not isinstance(scene.model, Chain) or scene.model.count != 1:
+        raise InputError("start: a steady cone needs a chain of one rod")
+    if not is_number(angle) or not 0 < abs(angle) < np.pi / 2:
+        raise InputError(f"angle: {shown(angle)} is not between 0 and pi/2 rad")
+    field, rod = dynamics.loads.constant, scene.model.all_rods[0].properties
+    if not (field[2] < 0 and np.abs(field[:2]).max() <= UPRIGHT * -field[2]):
+        raise InputError("start: a steady cone needs gravity straight down")
+    if rod.I1 != rod.I2:
+        raise InputError("start: a steady cone needs a rod with I1 = I2")
+    nod = rod.I3 / (rod.I1 + rod.m * rod.h**2) * np.sin(abs(angle)) * np.tan(angle) ** 2
+    if nod > NODDING * abs(angle):
+        warnings.warn(
+            Note(f"start: a thick rod has no steady cone; its angle changes by about {nod:.2g} rad"), stacklevel=3
+        )
+    rate = np.sqrt(-field[2] * rod.m * rod.h / ((rod.I1 + rod.m * rod.h**2) * np.cos(angle)))
+    q = np.array([0.0, float(angle)])
+    along = np.array([exact.direction_rate(q, v) for v in np.eye(2)]).T  # (3, 2)
+    v = np.linalg.lstsq(along, rate * np.cross([0.0, 0.0, 1.0], exact.direction(q)), rcond=None)[0]
+    names = dynamics.model.joints
+    positions, velocities = (dict(zip(names, x.tolist(), strict=True)) for x in (q, v))
+    return Start(time=scene.start.time, positions=positions, velocities=velocities)

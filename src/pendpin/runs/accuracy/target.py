@@ -1,0 +1,368 @@
+"""Accuracy as the target: the method and its setting that bring the tips within a given error.
+
+The scene is run with a coarse setting and with finer ones. Three runs in a row give an estimate of the error (estimate.py),
+a shifted run shows the effect of rounding (rounding.py); the finest run is returned where both together are within the
+target. Else the setting is made finer, as far as that can help. Where the finest setting gives no estimate, the distance to
+a run of another method decides; and where the scene names no method, others are tried before the target is refused.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from pendpin.dynamics.binding.acting import built_in
+from pendpin.engines import ProgressCallback
+from pendpin.errors import Halted, RunError
+from pendpin.ground.arrays import EPS, Array
+from pendpin.model.build import build
+from pendpin.runs.accuracy.assumptions import SHORT_STEPS, Rough, describe_assumptions, probe_effects
+from pendpin.runs.accuracy.estimate import Estimate, Gaps, estimate_error
+from pendpin.runs.accuracy.methods import (
+    Refinement,
+    choose_independent,
+    choose_method,
+    choose_refinement,
+    list_alternatives,
+)
+from pendpin.runs.accuracy.rounding import (
+    RoundingError,
+    bound_rounding,
+    compute_start_rounding,
+    measure_rounding,
+    measure_rounding_of_lost_run,
+    run_first,
+)
+from pendpin.runs.accuracy.runs import (
+    Attempt,
+    Runs,
+    are_equal,
+    choose_length,
+    compute_extent,
+    is_at_rest,
+    measure_gap,
+)
+from pendpin.runs.accuracy.thresholds import COMPARISON, ESTIMATE, INSTABILITY, SEARCH, SETTING
+from pendpin.runs.limits import Deadline
+from pendpin.scene import Scene, method_of
+from pendpin.trajectory import Trajectory
+
+
+class NotMet(RunError):
+    """An accuracy that a method does not meet; another one may."""
+
+
+def run_to_accuracy(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> Trajectory:
+    """The motion of a scene to the accuracy of its solver; as `simulate`, which see."""
+    if scene.duration and (scene.solver.accuracy or 0.0) < EPS:
+        alone = scene.model_copy(update={"duration": 0.0, "solver": scene.solver.replaced(samples=1)})
+        raise RunError(
+            f"accuracy {scene.solver.accuracy:g} is not met: it is finer than numbers of 64 bits, which are rounded to "
+            f"{EPS:.1g} of themselves",
+            run_to_accuracy(alone, energy_balance, progress, deadline),
+        )
+    chosen = choose_method(scene, energy_balance)
+    runs = Runs(chosen, energy_balance, progress, deadline)
+    try:
+        return _Search(chosen, runs).run()
+    except NotMet as refusal:
+        for other in list_alternatives(scene, energy_balance, chosen.solver.method):
+            try:
+                return _Search(other, runs).run()
+            except Halted:
+                raise
+            except RunError:
+                continue
+        raise refusal
+
+
+class _Search:
+    """The runs of a scene from coarse to fine, and the estimates of their errors."""
+
+    def __init__(self, scene: Scene, runs: Runs) -> None:
+        self.scene, self.runs, self.target = scene, runs, scene.solver.accuracy or 0.0
+        self.refinement: Refinement = choose_refinement(scene, runs)
+        self.method = method_of(self.refinement.method)
+        self.may_jump = self.method.implicit and not built_in(scene.effects)
+        first = scene.by(self.method.name, self.refinement.first)
+        run, self.units = run_first(runs, first, self.target) if scene.duration else (runs.run(first), 0.0)
+        self.first = Attempt(first, self.refinement.first, run)
+        self.attempts = [self.first]
+        self.length = choose_length(build(scene.model), self.last.run.tips)
+        self.first_gap: Array | None = None  # (n,), between the first run, which is shifted, and the second
+        self.rounding: RoundingError | None = None
+        self.chaos_denied = False  # whether a run to a small tolerance has shown that finer ones may meet the target
+        self.probed: tuple[Trajectory, list[Rough]] | None = None
+
+    @property
+    def last(self) -> Attempt:
+        """The finest run so far."""
+        return self.attempts[-1]
+
+    @property
+    def finest(self) -> bool:
+        """Whether there is no finer setting."""
+        return self.last.setting <= self.refinement.least
+
+    def run(self) -> Trajectory:
+        """The run that meets the target. Raises NotMet, or RunError where no method can meet it."""
+        if not self.scene.duration:
+            return self._complete(0.0)
+        self._refuse_rounded_start()
+        while (run := self._refine()) is None:
+            pass
+        return run
+
+    def _refine(self) -> Trajectory | None:
+        """One more run: its result if it meets the target, else None. Raises RunError if no run can meet it."""
+        setting = self.refinement.finer(self.last.setting, self._choose_factor())
+        scene = self.scene.by(self.method.name, setting)
+        run = self.runs.run_differently(scene, self.last.run)
+        self.attempts.append(Attempt(scene, setting, run))
+        if self.first_gap is None:
+            self.first_gap = self._measure_gap(-2, -1)
+        if self._is_same() and not is_at_rest(run):
+            del self.attempts[-2]
+            return self._decide(self._compare_methods(), "finer settings give the same run")
+        if len(self.attempts) < 3:
+            return None
+        del self.attempts[:-3]
+        verdict = self._estimate()
+        if not self.chaos_denied and (verdict.lost or (self.refinement.spacing and not verdict.small)):
+            self._refuse_chaos()
+        if verdict.error[-1] <= self.target or self.finest or (verdict.small and not verdict.regular):
+            self._know_rounding(self.attempts[-2 if verdict.small else -1])
+            verdict = self._estimate()
+        if verdict.error[-1] <= self.target:
+            return self._confirm(verdict.error)
+        if self.finest and not self._rounding_is_too_large():
+            return self._decide(np.minimum(verdict.error, self._compare_methods()), self._explain(verdict))
+        return self._decide(verdict.error, self._explain(verdict))
+
+    def _confirm(self, error: Array) -> Trajectory | None:
+        """The last run if, where its estimate (n,) alone is not enough, further evidence supports it; as `_refine`."""
+        if self.may_jump or self._hardly_moves() or self._may_damp():
+            return self._decide(np.maximum(error, self._compare_methods()), "another method gives another motion")
+        if self._is_unstable() and self.method.steps_follow_the_first:
+            other = self.runs.run(self.last.scene, 2)  # of the same tolerance, which begins with other steps
+            gap = measure_gap(self.last.run, other, self.length, len(self.runs.times))
+            reason = f"other steps of {self.method.name} give another motion"
+            return self._decide(np.maximum(error, INSTABILITY.other_steps * gap), reason)
+        return self._decide(error, "")
+
+    def _decide(self, error: Array, reason: str) -> Trajectory | None:
+        """The last run, if its error (n,) is within the target. Raises RunError with the reason if none can do it."""
+        if error[-1] <= self.target and (brief := [rough for rough in self._probe() if rough.shortest < np.inf]):
+            error = self._compare_short_steps(error, min(brief, key=lambda rough: rough.shortest))
+        if error[-1] <= self.target:
+            return self._complete(max(float(error[-1]), ESTIMATE.negligible * self.target * self._is_unstable()))
+        if self._rounding_is_too_large():
+            raise self._refuse(RunError, error, reason)
+        if self.finest:
+            raise self._refuse(NotMet, error, reason)
+        return None
+
+    def _probe(self) -> list[Rough]:
+        """Where effects of the user's own change abruptly along the last run, which is probed once."""
+        if self.probed is None or self.probed[0] is not self.last.run:
+            self.probed = self.last.run, probe_effects(self.runs.bind(self.scene), self.scene.duration, self.last.run)
+        return self.probed[1]
+
+    def _compare_short_steps(self, error: Array, rough: Rough) -> Array:
+        """The error (n,) of the last run if its steps may have jumped over an effect: it is run again with short ones.
+
+        Raises RunError if that gives another motion: finer settings would miss the effect as well.
+        """
+        if self.scene.duration / rough.shortest > SHORT_STEPS:
+            return error
+        short = self.runs.run(self.last.scene, longest=rough.shortest)
+        error = error + measure_gap(self.last.run, short, self.length, len(self.runs.times))
+        if error[-1] > self.target:
+            seen = f"{rough.name} changes abruptly with position or rate near t = {rough.t:.6g} s"
+            reason = f"{seen}, and steps of {rough.shortest:.2g} s give another motion"
+            raise self._refuse(RunError, error, reason)
+        return error
+
+    def _rounding_is_too_large(self) -> bool:
+        """Whether rounding alone keeps every claim above the target."""
+        return self.rounding is not None and self.rounding.last > self.target
+
+    def _hardly_moves(self) -> bool:
+        """Whether the last run moves less than rounding errors may do, or than the target.
+
+        Near an unstable rest a method may take long steps that see no growth; all its runs then stay there and agree.
+        """
+        assert self.rounding is not None
+        return compute_extent(self.last.run, self.length) <= max(ESTIMATE.noise * self.rounding.last, self.target)
+
+    def _may_damp(self) -> bool:
+        """Whether implicit steps may damp what grows: all runs then fall behind alike, and their gaps say little.
+
+        The steps that an accuracy below the reach of another method needs are too short for that.
+        """
+        assert self.rounding is not None
+        grows = self.rounding.last > INSTABILITY.growing and self._bound_comparison() > COMPARISON.least_tolerance
+        return grows and self.method.implicit
+
+    def _is_unstable(self) -> bool:
+        """Whether the motion magnifies errors so much that they follow no law."""
+        return self.rounding is not None and self.rounding.magnified_beyond(INSTABILITY.unstable)
+
+    def _is_same(self) -> bool:
+        """Whether the last two runs are the same, or as close as if they had the same steps."""
+        if are_equal(self.attempts[-2].run, self.last.run):
+            return True
+        same_steps = self._predict_fall(-2, -1) ** self.refinement.pace <= self.refinement.scatter
+        small = ESTIMATE.small * compute_extent(self.last.run, self.length)
+        return same_steps and self._measure_gap(-2, -1)[-1] <= small
+
+    # --- estimates --------------------------------------------------------------------------------------------------
+
+    def _measure_gap(self, one: int, other: int) -> Array:
+        """The largest tip distance so far (n,) between two attempts, over the length."""
+        return measure_gap(self.attempts[one].run, self.attempts[other].run, self.length, len(self.runs.times))
+
+    def _predict_fall(self, coarse: int, fine: int) -> float:
+        """By what factor the error of one attempt should be smaller than that of another."""
+        before, after = self.attempts[coarse], self.attempts[fine]
+        if before is self.first or is_at_rest(
+            after.run
+        ):  # shifted, so it takes more steps; those of a rest say nothing
+            return self.refinement.predict_fall(before.setting, after.setting)
+        more = after.run.stats.steps / max(before.run.stats.steps, 1)
+        return self.refinement.predict_fall(before.setting, after.setting, more)
+
+    def _estimate(self) -> Estimate:
+        """The estimate from the last three runs; with rounding errors once they are measured."""
+        gaps = Gaps(
+            *(self._measure_gap(-3, -2), self._measure_gap(-2, -1)),
+            (self._predict_fall(-3, -2), self._predict_fall(-2, -1)),
+            *(self.refinement.pace, self.refinement.scatter),
+        )
+        negligible = self.target * (ESTIMATE.negligible_at_finest if self.finest else ESTIMATE.negligible)
+        rounding = np.full(len(gaps.first), EPS) if self.rounding is None else self.rounding.error
+        safety = INSTABILITY.safety if self._is_unstable() else 1.0
+        return estimate_error(gaps, compute_extent(self.last.run, self.length), rounding, negligible, safety)
+
+    def _compare_methods(self) -> Array:
+        """The error (n,) of the last run from its distance to a run of another method, and from rounding."""
+        self._know_rounding(self.last)
+        assert self.rounding is not None
+        method = next(method for method in choose_independent(self.scene) if method != self.method.name)
+        setting = self.last.setting if self.refinement.spacing is None else 1.0
+        tolerance = max(min(setting, self._bound_comparison()), COMPARISON.least_tolerance)
+        other = self.runs.run(self.scene.by(method, tolerance))
+        gap = measure_gap(self.last.run, other, self.length, len(self.runs.times))
+        return ESTIMATE.disagreement * gap + self.rounding.error
+
+    def _bound_comparison(self) -> float:
+        """The tolerance of another method whose error is small beside the target, where it has one so small."""
+        assert self.rounding is not None
+        return COMPARISON.of_target * self.target * EPS / max(self.rounding.last, EPS)
+
+    def _know_rounding(self, base: Attempt) -> None:
+        """Bound rounding errors by the shift of the first run, or measure them beside the run `base`."""
+        if self.rounding is None and self.first_gap is not None:
+            self.rounding = bound_rounding(self.first_gap, self.units, self.last.run, self.length)
+            if self.rounding.last > SEARCH.harmless * self.target:
+                self.rounding = measure_rounding(self.runs, base, self.last, self.target, self.length)
+
+    def _choose_factor(self) -> float:
+        """How much smaller the next error should be. Raises RunError if that would take too many steps."""
+        if len(self.attempts) == 1:
+            return self.refinement.usual
+        usual, pace, scatter = self.refinement.usual, self.refinement.pace, self.refinement.scatter
+        fall, gap = self._predict_fall(-2, -1), self._measure_gap(-2, -1)[-1]
+        if gap > ESTIMATE.small * compute_extent(self.last.run, self.length):
+            return self._limit_factor(usual)
+        error = gap * max(scatter / max(fall - scatter, 1.0), fall**-SEARCH.likely)
+        return self._limit_factor((scatter * (1 + SEARCH.margin * error / self.target)) ** (1 / pace))
+
+    def _limit_factor(self, factor: float) -> float:
+        """The factor within the limits of one more run. Raises RunError if it would take too many steps."""
+        before, last = self.attempts[-2:]
+        steps = max(last.run.stats.steps, 1)
+        more = np.log(steps / max(before.run.stats.steps, 1)) / np.log(before.setting / last.setting)
+        power = 1 / self.refinement.order if self.refinement.spacing else max(float(more), 0.0)
+        needed = last.run.stats.steps * factor**power
+        if needed * self.method.step_price > SETTING.most_steps:
+            reason = self.refinement.describe_too_many(needed, needed * last.run.stats.seconds / steps)
+            raise self._refuse(NotMet, np.full(len(self.runs.times), np.inf), reason)
+        return float(np.clip(factor, self.refinement.smallest, SEARCH.farthest))
+
+    # --- results ----------------------------------------------------------------------------------------------------
+
+    def _complete(self, error: float | None) -> Trajectory:
+        """The finest run with its error."""
+        run = self.runs.keep_output_times(self.last.run)
+        notes = (*run.stats.notes, *describe_assumptions(self.scene, self._probe()))
+        figures = {"accuracy": self.target, "error": error, "all_seconds": self.runs.seconds, "notes": notes}
+        return replace(run, stats=replace(run.stats, **figures))
+
+    def _refuse_chaos(self) -> None:
+        """Raise RunError if the motion magnifies rounding far beyond the target.
+
+        The run so far is a hint. It is wrong, and may be unstable where the true motion is not, as a coarse run gains or
+        loses energy: a run to a small tolerance decides. Runs of fixed steps may all end early while they are coarse, and
+        give no hint.
+        """
+        method = self.method.name if self.method.shows_rounding else "dop853"
+        hopeless, sure = INSTABILITY.hopeless * self.target, self.scene.by(method, INSTABILITY.sure)
+
+        def measure(scene: Scene) -> RoundingError:
+            like = replace(self.last, scene=scene)
+            return measure_rounding_of_lost_run(self.runs, like, hopeless, self.length)
+
+        if not self.refinement.spacing and measure(self.attempts[1].scene).last <= hopeless:
+            return
+        rounding = measure(sure)
+        if rounding.last <= hopeless:
+            self.chaos_denied = True
+            return
+        self.rounding = rounding
+        verdict = self._estimate()
+        raise self._refuse(RunError, verdict.error, self._explain(verdict))
+
+    def _refuse_rounded_start(self) -> None:
+        """Raise RunError if the rounding error of the start is above the target."""
+        error = compute_start_rounding(self.first.scene, self.length)
+        if error > self.target:
+            self.attempts = [replace(self.last, run=self.runs.run(self.first.scene))]  # not shifted
+            q = self.last.run.q[0]
+            joint = int(np.argmax(np.abs(q)))
+            where, off = f"{self.last.run.joints[joint]} = {q[joint]:.10g}", np.spacing(abs(q[joint]))
+            raise RunError(
+                f"accuracy {self.target:g} is not met: it is finer than the start, where {where} is rounded to {off:.1g}",
+                self._complete(error),
+            )
+
+    def _explain(self, verdict: Estimate) -> str:
+        """Why no other run can meet the target."""
+        gaps, stats = verdict.gaps, self.last.run.stats
+        if self._rounding_is_too_large():
+            return (
+                "rounding errors of the start and of the steps grow beyond that before the end, as in chaotic and unstable "
+                "motions: no setting meets it over the whole run"
+            )
+        if not verdict.small:
+            return (
+                f"runs with the finest settings are {gaps.second[-1]:.1g} of the length apart, not small beside "
+                f"the motion ({compute_extent(self.last.run, self.length):.1g})"
+            )
+        if not verdict.regular:
+            return (
+                f"the gap between runs has fallen {gaps.fallen:.2g} times, where {stats.method} promises "
+                f"{gaps.promised[0]:.2g}"
+            )
+        return f"{stats.setting} is the finest of {stats.method}"
+
+    def _refuse(self, kind: type[RunError], error: Array, why: str) -> RunError:
+        """The error with its reason and the time up to which the target is met; error (n,) over the length."""
+        run = self.last.run
+        good = run.t[: int(np.argmax(np.append(error[: len(run.t)] > self.target, True)))]
+        up_to = f"it is met up to t = {good[-1]:g} s" if len(good) > 1 else "it is not met at any time"
+        last = error[-1] if np.isfinite(error[-1]) else self._measure_gap(-2, -1)[-1]
+        about = f"the error is about {last:.1g}" if np.isfinite(last) else "the run does not reach its end"
+        setting = f"with {run.stats.method}, {run.stats.setting}, {about} and {up_to}"
+        further = "" if self.finest else "; a finer setting reaches further"
+        message = f"accuracy {self.target:g} is not met: {why}; {setting}{further}"
+        return kind(message, self._complete(float(last) if np.isfinite(last) else None))

@@ -1,0 +1,251 @@
+"""Batches in the processor's vectors: the equations are compiled once, as Taylor series with their numbers as parameters.
+
+A case differs from others of its structure in its start and in the numbers of its model and effects, which are run-time
+parameters of one set of series. The result of a case does not depend on its neighbours in the vector.
+Other scenes are run by `simulate`.
+"""
+
+import math
+import time
+from collections.abc import Sequence
+from copy import deepcopy
+from threading import Event, Lock
+from typing import Any
+
+import numpy as np
+
+from pendpin.dynamics.binding.acting import acting
+from pendpin.dynamics.compiling import equations_of
+from pendpin.dynamics.dynamics import Dynamics
+from pendpin.dynamics.symbols import parameters_of, staying_zero
+from pendpin.dynamics.timing import timing
+from pendpin.engines import Engine
+from pendpin.ground.arrays import Array, Indices, subdivided
+from pendpin.integrators.taylor import COMPENSATED, LONGEST_STEP, SMALL, expressions, run_time_parameters
+from pendpin.model.build import build, start_state
+from pendpin.runs.batches.batches import MOST_STATES, WIDTH, Cases, Motions
+from pendpin.scene import Scene
+
+NARROW = 8  # cases side by side for up to SMALL joints: one rod is then 10 % faster, two rods are 10 to 60 % slower
+SAMPLES_AT_ONCE = 256  # between two chances to stop
+STEPS_AT_ONCE = 65_536  # in so many samples, at most
+
+Sums = Sequence[Sequence[int]]  # places of joints whose angles are added
+
+
+class Series:
+    """The compiled series of a scene's structure. `flips`: sums of angles whose passages are to be found.
+
+    With `other`, a case whose start differs wherever starts do, a part of the state that sets out from 0 and stays 0 is not
+    integrated: phi in a planar motion. Several threads may use a Series. Raises InputError for a scene that the Taylor
+    method does not take.
+    """
+
+    def __init__(self, scene: Scene, tolerance: float, flips: Sums = (), other: Scene | None = None) -> None:
+        self.scene, self.tolerance, self._flips = scene.by("taylor", tolerance), tolerance, flips
+        self.stopped, self.compile_seconds = Event(), 0.0
+        self.dynamics = self.bound(self.scene)
+        self.engine: Engine = self.dynamics.engine
+        begin = scene.start.time
+        still = staying_zero(self.engine, self.dynamics.effects, begin, self._zeros(scene, other)) if other else ()
+        equations, parameters = equations_of(self.engine, self.dynamics.effects, begin, still)
+        self._recording, self._structure = equations.recording, parameters.structure
+        self._moving = np.setdiff1d(np.arange(self._recording.size), still)
+        self._width = NARROW if len(self.dynamics.model.joints) <= SMALL else WIDTH
+        self._own = self._case(self.scene, self.dynamics, parameters.values)
+        self._first: Any = None
+        self._spare: list[Any] = []
+        self._lock = Lock()
+
+    def bound(self, scene: Scene) -> Dynamics:
+        """The dynamics of a case: on angles where their passages are to be found, which directions do not count."""
+        form = "angles" if self._flips else "directions"
+        return Dynamics(build(scene.model), scene.effects, "auto", form, scene.start.time)
+
+    def _zeros(self, *scenes: Scene) -> list[int]:
+        """The places of the state that are 0 at the start of all these scenes."""
+        starts = [self.engine.pack(*start_state(self.dynamics.model, scene.start)) for scene in scenes]
+        return np.flatnonzero(~np.any(starts, axis=0)).tolist()
+
+    def case(self, scene: Scene) -> Cases | None:
+        """A scene as one case; None where its structure is another. Raises InputError for one that cannot be run."""
+        dynamics = self.dynamics if scene.model == self.scene.model else self.bound(scene)
+        if scene.effects == self.scene.effects and dynamics is self.dynamics:
+            return self.started(*(x[None] for x in start_state(dynamics.model, scene.start)))
+        parameters = parameters_of(dynamics.engine, acting(dynamics.model, scene.effects), scene.start.time)
+        if parameters.structure != self._structure:
+            return None
+        case = self._case(scene, dynamics, parameters.values)
+        return case if case.longest[0] else None
+
+    @property
+    def covered(self) -> bool:
+        """Whether the scene can be run: no effect of it has corners."""
+        return bool(self._own.longest[0] > 0)
+
+    def started(self, q: Array, v: Array) -> Cases:
+        """The scene of the series from other starts, q, v (c, nv)."""
+        models, _, _, *numbers = self._own.some(np.zeros(len(q), int))
+        return Cases(models, q, v, *numbers)
+
+    def _case(self, scene: Scene, dynamics: Dynamics, values: Sequence[float]) -> Cases:
+        q, v = start_state(dynamics.model, scene.start)
+        pace = timing(dynamics, acting(dynamics.model, scene.effects), q, v, scene.duration, self.tolerance).pace
+        longest = 0.0 if len(pace.corners) else LONGEST_STEP * float(pace.shortest[0])
+        numbers = run_time_parameters(self._recording, values)
+        return Cases([dynamics.model], q[None], v[None], np.array([numbers]), np.array([longest]))
+
+    def run(self, cases: Cases, times: Array) -> Motions:
+        """The motions of c cases at the times (n,); one that cannot go on is NaN.
+
+        Where one cannot, all of its vector are run again, each alone; so is one whose angles are to be read between the
+        times.
+        """
+        motions, needed = self._attempt(cases, times, 1)
+        again = needed > 1
+        if len(cases.q) > 1:
+            again |= ~np.isfinite(motions.q[:, -1]).all(1)
+        for i in np.flatnonzero(again):
+            motions.put(place := np.array([i]), self._alone(cases.some(place), times))
+        return motions
+
+    def _alone(self, case: Cases, times: Array) -> Motions:
+        """One case, with enough states between times (n,) to read its angles."""
+        motion, needed = self._attempt(case, times, parts := 1)
+        while needed[0] > parts and not self.stopped.is_set():
+            if needed[0] * len(times) > MOST_STATES:
+                motion.q[:, 1:] = np.nan
+                break
+            motion, needed = self._attempt(case, times, parts := math.ceil(needed[0]))
+        return motion
+
+    def _attempt(self, cases: Cases, times: Array, parts: int) -> tuple[Motions, Array]:
+        """The motions, and into how many parts (c,) the intervals of the times have to be cut at least."""
+        fine = subdivided(times, parts)
+        if len(self._moving) and len(fine) > 1:
+            rows, steps, flips = self._integrate(cases, fine)
+        else:  # all at rest, for good, or the start alone: heyoka refuses no equations and no interval
+            rows = np.repeat(self._fill_in_still(self._packed(cases))[:, None], len(fine), axis=1)
+            steps, flips = np.zeros(len(rows)), np.full(len(rows), np.nan)
+        q, v, needed = self._read(rows, steps, cases, fine, parts)
+        return Motions(cases.models, times, q, v, flips, steps), needed
+
+    def _integrate(self, cases: Cases, fine: Array) -> tuple[Array, Array, Array]:
+        """States (c, n, size) at the fine times (n,), steps (c,), first passages (c,) in s; NaN where a case ends early."""
+        order, y = self._sort_by_energy(cases), self._packed(cases)
+        rows = np.full((len(y), len(fine), self._recording.size), np.nan)
+        steps, flips = np.full((2, len(y)), np.nan)
+        series = self._take()
+        try:
+            for places in np.resize(order, (-(-len(order) // self._width), self._width)):  # whole vectors, with copies
+                if self.stopped.is_set():
+                    break
+                series.pars[:] = cases.parameters[places].T
+                states, steps[places] = _propagate(series, y[places], fine, cases.longest[places], self.stopped)
+                rows[places] = self._fill_in_still(states)
+                flips[places] = np.fmin.reduce([passage.first for passage in _passages(series)], initial=np.nan)
+        finally:
+            with self._lock:
+                self._spare.append(series)
+        return rows, steps, flips
+
+    def _fill_in_still(self, states: Array) -> Array:
+        """The whole states (..., size) from what moves of them (..., moving)."""
+        if states.shape[-1] == self._recording.size:
+            return states
+        rows = np.zeros((*states.shape[:-1], self._recording.size))
+        rows[..., self._moving] = states
+        return rows
+
+    def _sort_by_energy(self, cases: Cases) -> Indices:
+        """The places (c,) of the cases in the order of their energies: alike, they take like numbers of steps.
+
+        As they come where each has a model of its own.
+        """
+        if len(cases.q) <= self._width or any(model is not cases.models[0] for model in cases.models):
+            return np.arange(len(cases.q))
+        return np.argsort(np.add(*self.dynamics.energies(cases.q, cases.v)))
+
+    def _packed(self, cases: Cases) -> Array:
+        """What moves of the states (c, moving) at the start."""
+        if self.engine.on_angles:
+            return np.concatenate([cases.q, cases.v], 1)[:, self._moving]
+        return np.array([self.engine.pack(*start) for start in zip(cases.q, cases.v, strict=True)])[:, self._moving]
+
+    def _read(self, rows: Array, steps: Array, cases: Cases, fine: Array, parts: int) -> tuple[Array, Array, Array]:
+        """Positions and rates (c, n, nv) from states (c, n, size), and into how many parts intervals have to be cut (c,)."""
+        (c, nv), needed = cases.q.shape, np.zeros(len(rows))
+        if self.engine.on_angles:
+            return rows[..., :nv], rows[..., nv:], needed
+        q, v = np.full((2, c, (len(fine) - 1) // parts + 1, nv), np.nan)
+        q[:, 0], v[:, 0] = cases.q, cases.v
+        for i in np.flatnonzero(np.isfinite(rows).all((1, 2))):
+            turns = self.engine.density(rows[i]) * np.diff(fine).max()
+            needed[i] = parts * max(turns, steps[i] / max(len(fine) - 1, 1))
+            q[i, 1:], v[i, 1:] = (x[::parts][1:] for x in self.engine.unpack(fine, rows[i], cases.q[i]))
+        return q, v, needed
+
+    def _take(self) -> Any:
+        """Series that no other thread uses: a copy of the first, which is compiled here."""
+        with self._lock:
+            if self._first is None:
+                begin = time.perf_counter()
+                self._first = self._compiled()
+                self.compile_seconds = time.perf_counter() - begin
+            return self._spare.pop() if self._spare else deepcopy(self._first)
+
+    def _compiled(self) -> Any:
+        import heyoka as hy
+
+        state, rates = expressions(hy, self._recording)
+        sums = [[state[i] for i in places if i in self._moving] for places in self._flips]
+        guards = [hy.cos(sum(angles) * 0.5) for angles in sums if angles]
+        events = {"nt_events": [hy.nt_event_batch(guard, _Passage(self._width)) for guard in guards]} if guards else {}
+        return hy.taylor_adaptive_batch(
+            [(state[i], rates[i]) for i in self._moving],
+            np.zeros((len(self._moving), self._width)),
+            tol=self.tolerance,
+            high_accuracy=self.tolerance < COMPENSATED,
+            compact_mode=len(self.dynamics.model.joints) * len(self._moving) > SMALL * self._recording.size,
+            pars=np.zeros((self._own.parameters.shape[1], self._width)),
+            **events,
+        )
+
+
+class _Passage:
+    """Notes the first time at which a guard passes 0 in each place of the vector; copied with the series it belongs to."""
+
+    def __init__(self, width: int) -> None:
+        self.first = np.full(width, np.nan)
+
+    def __call__(self, series: Any, t: float, direction: int, place: int) -> None:
+        self.first[place] = np.fmin(self.first[place], t)
+
+
+def _propagate(series: Any, y: Array, times: Array, longest: Array, stopped: Event) -> tuple[Array, Array]:
+    """States (width, n, size) at the times, and steps (width,), of `longest` (width,) s at most; NaN where one fails."""
+    states, steps = np.full((len(times), *y.T.shape), np.nan), np.zeros(len(y))
+    states[0] = series.state[:] = y.T
+    series.set_time(times[0])
+    for passage in _passages(series):
+        passage.first[:] = np.nan
+    limits = {"max_steps": STEPS_AT_ONCE, "max_delta_t": longest}
+    for first in range(0, len(times) - 1, SAMPLES_AT_ONCE):
+        ahead = times[first + 1 : first + SAMPLES_AT_ONCE + 1]
+        if len(times) == 2:  # nothing is to be read between two steps
+            series.propagate_until(ahead[0], **limits)
+            reached = series.state[None]
+        else:
+            grid = np.concatenate([series.time[None], np.repeat(ahead[:, None], len(y), axis=1)])
+            reached = series.propagate_grid(grid, **limits)[1][1:]
+        outcomes, _, _, taken = zip(*series.propagate_res, strict=True)
+        steps += taken
+        if stopped.is_set() or any(outcome != outcome.time_limit for outcome in outcomes):
+            break
+        states[first + 1 : first + 1 + len(ahead)] = reached
+    return states.transpose(2, 0, 1), steps
+
+
+def _passages(series: Any) -> list[_Passage]:
+    """What notes the passages of its guards."""
+    return [event.callback for event in series.nt_events] if series.with_events else []

@@ -1,0 +1,209 @@
+"""The state of a run, in memory and in a file, so that the run can be continued after its process has ended."""
+
+import json
+import os
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pendpin.errors import Halted, InputError, Interrupted, shown
+from pendpin.ground.arguments import seconds
+from pendpin.ground.arrays import Array
+from pendpin.ground.files import ArrayFile, open_arrays, refuse_targets, write_whole
+from pendpin.ground.versions import VERSION, installed
+from pendpin.scene import Scene
+from pendpin.trajectory import Event, event_arrays, read_array, read_events
+
+FORMAT = 3  # of the file: another one is refused, as its arrays would be misread
+EVERY = 5.0  # s of wall time between two saves, unless another is given
+LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # on which the numbers of a run depend
+REMEDY = "delete it or name another file"
+WHAT = f"a checkpoint that pendpin saved ({REMEDY})"
+
+
+@dataclass(frozen=True, eq=False)
+class RunState:
+    """The motion at the first n output times, and the arrays with which its integration continues.
+
+    All states of a run share one array `room`; its first n rows do not change any more.
+    """
+
+    room: Array  # (output times, columns): q, v, work of the accounts, torques of contacts
+    n: int
+    carried: dict[str, Array]  # shapes do not change during a run
+    steps: int = 0
+    evaluations: int = 0
+    events: int = 0
+    seconds: float = 0.0
+    log: list[Event] = field(default_factory=list)  # what happened at the events, shared as `room` is
+    logged: int = 0  # how many of these belong to the state
+
+    @classmethod
+    def at_start(cls, first: Array, count: int, carried: dict[str, Array]) -> "RunState":
+        """A state with the first of `count` samples, first (columns,)."""
+        room = np.empty((count, len(first)))
+        room[0] = first
+        return cls(room, 1, carried)
+
+    @property
+    def samples(self) -> Array:
+        """The rows so far, (n, columns)."""
+        return self.room[: self.n]
+
+    @property
+    def complete(self) -> bool:
+        """Whether there is a sample for every output time."""
+        return self.n == len(self.room)
+
+    def cut(self, n: int) -> "RunState":
+        """The state with the first n samples; it cannot be continued."""
+        return replace(self, n=n)
+
+    def grown(
+        self,
+        samples: Array,
+        carried: dict[str, Array],
+        steps: int,
+        evaluations: int,
+        happened: Sequence[Event] | None = None,
+    ) -> "RunState":
+        """The state with more samples (k, columns), the counts increased, and what happened if there was an event."""
+        n = self.n + len(samples)
+        self.room[self.n : n] = samples
+        self.log[self.logged :] = happened or ()
+        counts = (self.steps + steps, self.evaluations + evaluations, self.events + (happened is not None))
+        return RunState(self.room, n, carried, *counts, self.seconds, self.log, len(self.log))
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """The file of a run, and how often it is written. Raises InputError for a file that cannot be written."""
+
+    path: Path
+    every: float = EVERY  # s of wall time
+
+    def __post_init__(self) -> None:
+        seconds("every", self.every)
+        refuse_targets([self.path], [])
+
+
+class Saver:
+    """Saves the state of a run; this base class saves nothing."""
+
+    note = ""  # how to continue a halted run
+    due = False  # whether the interval between two saves has passed
+
+    def resume(self, first: RunState) -> RunState:
+        """The saved state, or `first` if there is none. Raises InputError for a state of another run."""
+        return first
+
+    def save(self, state: RunState) -> None:
+        """Save now. Raises Halted if saving fails."""
+
+
+class FileSaver(Saver):
+    """The checkpoint of one run, whole or not at all; `run` is what must be the same to continue it (`identity`)."""
+
+    def __init__(self, checkpoint: Checkpoint, run: dict[str, Any]) -> None:
+        self._path, self._every, self._run, self._saved = checkpoint.path, checkpoint.every, run, -np.inf
+
+    def resume(self, first: RunState) -> RunState:
+        """The state in the file, in the shapes of `first`, or `first` where there is none.
+
+        Raises InputError for a file that is damaged, foreign or of another run; nothing in it is executed.
+        """
+        if not os.path.exists(self._path):
+            return first
+        with open_arrays(self._path, WHAT) as file:
+            meta = json.loads(str(read_array(file, "meta", (), text=True)))
+            if not isinstance(meta, dict) or meta.get("checkpoint") != FORMAT:
+                raise ValueError("it is something else, or of another version of pendpin")
+            difference = _difference(meta.get("run"), self._run)
+            state = first if difference else _read(file, first)
+        if difference:
+            raise InputError(f"{self._path}: the checkpoint of another run: {difference}; {REMEDY}")
+        return state
+
+    @property
+    def due(self) -> bool:
+        """As in `Saver`; also if nothing is saved yet."""
+        return time.perf_counter() - self._saved >= self._every
+
+    def save(self, state: RunState) -> None:
+        """Write the file."""
+        counts = np.array([state.steps, state.evaluations, state.events, state.seconds])
+        meta = np.array(json.dumps({"checkpoint": FORMAT, "run": self._run}))
+        arrays: dict[str, Any] = {"samples": state.samples, "counts": counts, "meta": meta}
+        arrays |= {f"carried_{name}": array for name, array in state.carried.items()}
+        arrays |= event_arrays(state.log[: state.logged])
+        try:
+            write_whole(self._path, lambda file: np.savez(file, **arrays))
+        except InputError as error:
+            raise Halted(str(error)) from None
+        self._saved = time.perf_counter()
+
+    @property
+    def note(self) -> str:
+        """As in `Saver`."""
+        return _note(self._path)
+
+
+@contextmanager
+def resumable(path: Path | None) -> Iterator[None]:
+    """If the user stops the block and the run has a file, raise Interrupted with the name of the file."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if path is None or not os.path.exists(path):
+            raise
+        raise Interrupted(f"stopped by the user{_note(path)}") from None
+
+
+def _note(path: Path) -> str:
+    return f"; {path} holds the run so far; the same command resumes it" if os.path.exists(path) else ""
+
+
+def identity(scene: Scene, energy_balance: bool, engine: str) -> dict[str, Any]:
+    """What must be the same to continue a run: scene, contents of its files, energy balance, engine, versions."""
+    record = scene.recorded()
+    for table in (record["model"], *record["effects"]):
+        for key in table.keys() & {"path", "csv"}:
+            if os.path.isfile(str(table[key])):
+                table[key] = "sha256 " + sha256(Path(table[key]).read_bytes()).hexdigest()[:32]
+    versions = {"pendpin": VERSION} | installed(*LIBRARIES)
+    return json.loads(
+        json.dumps({"scene": record, "energy_balance": energy_balance, "engine": engine, "versions": versions})
+    )
+
+
+def _read(file: ArrayFile, first: RunState) -> RunState:
+    """The state in a file, in the shapes of `first`. Raises ValueError for arrays that do not fit."""
+    most, columns = first.room.shape
+    n = (*file.header("samples").shape, 0)[0]
+    if not 1 <= n <= most:
+        raise ValueError(f"{n} samples, where 1 to {most} are wanted")
+    first.room[:n] = read_array(file, "samples", (n, columns))
+    carried = {name: read_array(file, f"carried_{name}", array.shape) for name, array in first.carried.items()}
+    counts = read_array(file, "counts", (4,))
+    if (counts < 0).any() or (counts[:3] % 1).any():
+        raise ValueError("array 'counts' holds no counts")
+    steps, evaluations, events = map(int, counts[:3])
+    log = list(read_events(file))
+    return RunState(first.room, n, carried, steps, evaluations, events, float(counts[3]), log, len(log))
+
+
+def _difference(saved: Any, now: Any, place: str = "run") -> str | None:
+    """The first place where two records differ, in words; None where they are the same."""
+    if isinstance(saved, dict) and isinstance(now, dict):
+        inner = [(saved.get(key), now.get(key), f"{place}.{key}") for key in now | saved]
+    elif isinstance(saved, list) and isinstance(now, list) and len(saved) == len(now):
+        inner = [(*pair, f"{place}[{i}]") for i, pair in enumerate(zip(saved, now, strict=True))]
+    else:
+        return None if saved == now else f"{place.removeprefix('run.')} is {shown(saved)} in it, {shown(now)} here"
+    return next(filter(None, (_difference(*pair) for pair in inner)), None)

@@ -1,0 +1,205 @@
+"""A run is integrated segment by segment, from its start to its end or to where it stops; it can be saved after each.
+
+A segment that fails or halts loses what it has integrated. It is integrated again from its start, in parts that end ever
+closer to the place where it stopped: errors name that place.
+"""
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pendpin.dynamics.dynamics import Dynamics
+from pendpin.dynamics.timing import Timing, timing
+from pendpin.effects.pace import Pace
+from pendpin.engines import ProgressCallback
+from pendpin.errors import Halted, Interrupted, PendpinError, RunError
+from pendpin.ground.arrays import Array
+from pendpin.integrators import Integrator, Run, Stop, integrator_for
+from pendpin.runs.checkpoint import RunState, Saver
+from pendpin.runs.energy_balance import EnergyBalance
+from pendpin.runs.limits import SamplesTooFew, Stalled
+from pendpin.scene import Scene
+
+LEVELS, PARTS = 6, 16  # the place of a stop is then known to a 10,000,000th of the time between two samples
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What is integrated, by what, and at which times."""
+
+    integrator: Integrator
+    dynamics: Dynamics
+    balance: EnergyBalance | None
+    times: Array  # (n,) s since the start
+    progress: ProgressCallback
+    pace: Pace
+
+
+def task_of(
+    scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool, progress: ProgressCallback
+) -> tuple[Task, Timing]:
+    """The task of a scene from q, v (nv,), and how fast its effects change. Raises InputError for an unfit method."""
+    pace = timing(dynamics, dynamics.effects, q, v, scene.duration, scene.solver.tolerance)
+    balance = EnergyBalance(dynamics) if energy_balance else None
+    return Task(integrator_for(scene, dynamics), dynamics, balance, scene.times, progress, pace.pace), pace
+
+
+class IntegrationLoop(ABC):
+    """The integration of a scene over its output times; `library` and `version` name the integrating program."""
+
+    library: str
+    version: str
+    first_segment = 1  # output times of it, as long as nothing is known of what they cost
+
+    def __init__(self, task: Task) -> None:
+        self.integrator, self.dynamics, self.balance = task.integrator, task.dynamics, task.balance
+        self.times, self.progress, self.pace = task.times, task.progress, task.pace
+        self.engine = task.balance.engine if task.balance else task.dynamics.engine  # that is integrated
+        self.held = task.dynamics.sampled_torques
+        for sampled in self.held:
+            sampled.begin(task.dynamics.start, float(self.times[-1]))
+        self.nv, self.accounts = len(task.dynamics.model.joints), len(task.balance.kinds) if task.balance else 0
+
+    @abstractmethod
+    def begin(self, q: Array, v: Array) -> RunState:
+        """The first sample, at q, v (nv,). Raises InputError for a start that cannot be integrated."""
+
+    @abstractmethod
+    def go_on(self, done: RunState) -> tuple[RunState, str | None]:
+        """The state one segment later, and why the run has to end there, or None. The result depends on `done` only.
+
+        Raises RunError or LinAlgError if the segment cannot be integrated.
+        """
+
+    def sampled_at(self, t: float) -> bool:
+        """Whether t in s is an instant of a sampled torque."""
+        return any(sampled.is_instant(t) for sampled in self.held)
+
+    def sample(self, t: float, y: Array) -> bool:
+        """Evaluate the sampled torques whose instant t in s is; whether there are any. y begins with q, v (2 nv,)."""
+        due = [sampled for sampled in self.held if sampled.is_instant(t)]
+        for sampled in due:
+            sampled.sample(t, y[: self.nv], y[self.nv : 2 * self.nv])
+        return bool(due)
+
+    def held_arrays(self) -> dict[str, Array]:
+        """The outputs of the sampled torques, for the state of a run: all states share them."""
+        return {f"held_{i}": sampled.record for i, sampled in enumerate(self.held)}
+
+    def hold_on(self, carried: dict[str, Array]) -> None:
+        """Go on with what the sampled torques held in a state of the run."""
+        for i, sampled in enumerate(self.held):
+            sampled.recall(float(carried["t"]), carried[f"held_{i}"])
+
+    def outcome(self, done: RunState, error: RunError | None) -> Run:
+        """The run as far as it was integrated, and why it ended early, if it did."""
+        for sampled in self.held:
+            sampled.finish()
+        ends = np.cumsum([self.nv, self.nv, self.accounts])
+        q, v, work, torque = map(np.ascontiguousarray, np.split(done.samples, ends, 1))
+        arrays = (self.times[: done.n], q, v, torque if torque.shape[1] else None, work)
+        compiling = self.integrator.compile_seconds + self.engine.compile_seconds
+        counts = (done.steps, done.evaluations, done.events, done.seconds)
+        run = Run(*arrays, *counts, self.library, self.version, compiling)
+        return replace(run, failure=error, happened=tuple(done.log[: done.logged]))
+
+
+def integrate_to_end(
+    loop: IntegrationLoop, q: Array, v: Array, saver: Saver, between: Callable[[RunState], RunState] | None = None
+) -> Run:
+    """Integrate from q, v (nv,), or from the saved state, to the end. A failed or halted run keeps what was integrated.
+
+    `between` changes the state between two segments.
+    """
+    done, error = saver.resume(loop.begin(q, v)), None
+
+    def clock() -> float:
+        return time.perf_counter() - loop.engine.compile_seconds  # which is counted apart
+
+    before, begin = done.seconds, clock()
+
+    def timed(state: RunState) -> RunState:
+        return replace(state, seconds=before + clock() - begin)
+
+    while error is None and not done.complete:
+        try:
+            done, failure = loop.go_on(between(done) if between else done)
+            error = RunError(failure) if failure else None
+            if error is None and saver.due:
+                saver.save(timed(done))
+        except KeyboardInterrupt:
+            error = Interrupted("stopped by the user")
+        except np.linalg.LinAlgError as fault:
+            error = RunError(f"{fault}; give the rod a radius, or remove the torque about theta")
+        except RunError as fault:
+            error = fault
+    done = timed(done)
+    if error is None or isinstance(error, Halted):
+        with suppress(Halted):  # the previous save remains
+            saver.save(done)
+    stop = None
+    if error is not None and (isinstance(error, Stalled) or not isinstance(error, Halted)) and between is None:
+        done, stop = _locate_stop(loop, done, error)
+    return replace(loop.outcome(done, error), stop=stop)
+
+
+def _locate_stop(loop: IntegrationLoop, done: RunState, error: RunError) -> tuple[RunState, Stop | None]:
+    """The run with the samples that its last segment has lost, and the last state before it stopped, where there is sampled.
+
+    The error is that of the segment. A method with a fixed step has a sample there. Too few samples stop nothing: nearer
+    ones would pass.
+    """
+    times = loop.times
+    try:
+        if isinstance(error, Stalled):
+            return _recover(loop, done, error.t)
+        if loop.integrator.step is not None or done.complete or isinstance(error, SamplesTooFew):
+            return done, None
+        return done, _approach(loop, done)
+    finally:
+        loop.times = times
+
+
+def _recover(loop: IntegrationLoop, done: RunState, t: float) -> tuple[RunState, Stop | None]:
+    """The run up to a time in s at which it still advanced."""
+    if t <= done.carried["t"]:
+        return done, None
+    loop.times = np.append(loop.times[loop.times < t], t)
+    again = _integrate(loop, done, len(loop.times))
+    if again.n < len(loop.times):
+        return again, None
+    return again.cut(again.n - 1), _state_of(loop, again)
+
+
+def _approach(loop: IntegrationLoop, done: RunState) -> Stop | None:
+    """The last state before the place, between the last sample and the next, at which the integration fails."""
+    end, state, stop = loop.times[done.n], done, None
+    for _ in range(LEVELS):
+        loop.times = np.linspace(float(state.carried["t"]), end, PARTS + 1)
+        state = _integrate(loop, RunState.at_start(state.samples[-1], PARTS + 1, state.carried), PARTS + 1)
+        if state.n > 1:
+            stop = _state_of(loop, state)
+        if state.complete:
+            break
+        end = loop.times[state.n]
+    return stop
+
+
+def _integrate(loop: IntegrationLoop, state: RunState, count: int) -> RunState:
+    """The state with up to `count` samples, as far as they can be integrated."""
+    failure = None
+    while state.n < count and failure is None:
+        try:
+            state, failure = loop.go_on(state)
+        except (PendpinError, np.linalg.LinAlgError):
+            break
+    return state
+
+
+def _state_of(loop: IntegrationLoop, state: RunState) -> Stop:
+    q, v = np.split(state.samples[-1][: 2 * loop.nv], 2)
+    return Stop(float(loop.times[state.n - 1]), q, v)

@@ -1,0 +1,230 @@
+"""A motion with contacts, integrated from event to event; held and sliding joints change at events only."""
+
+from dataclasses import replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from pendpin.dynamics.contact_guards import Guards, guards_of
+from pendpin.dynamics.contacts import Contacts, Mode, Scales
+from pendpin.dynamics.falls import LowFall, falls_of, rates_and_mode
+from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative
+from pendpin.errors import InputError, RunError
+from pendpin.ground.arrays import Array
+from pendpin.ground.versions import version
+from pendpin.integrators.events import (
+    AtRest,
+    EventIntegrator,
+    SegmentToEvent,
+    StateScales,
+    Stepper,
+    instant,
+    integrate_to_event,
+)
+from pendpin.runs.checkpoint import RunState
+from pendpin.runs.integration import IntegrationLoop, Task
+from pendpin.runs.motion_without_events import SmoothLoop
+from pendpin.trajectory import Event
+
+SAMPLES_A_SEGMENT = 64  # output times of a segment
+MOST_AT_ONCE = 200.0  # events at the same time
+LANDED = 2.0  # of the time of a fall: where a segment ends if the joint has not come down, as the forces have changed
+WAYS = 64  # in which joints may slide, for which guards are kept
+
+
+class LoopWithEvents(IntegrationLoop):
+    """A scene with contacts, integrated from event to event; its state is y = (q, v, work of each account)."""
+
+    def __init__(self, task: Task) -> None:
+        super().__init__(task)
+        integrator, contacts, self._calls = task.integrator, task.dynamics.contacts, 0
+        assert contacts is not None
+        assert isinstance(integrator, EventIntegrator)  # others are refused where they are chosen
+        self._block, self._method = integrator.compiled_for_events(self.engine, self.progress), integrator
+        self.contacts: Contacts = replace(contacts, block=self._block)
+        self.library, self.version = integrator.event_library, version(integrator.event_library)
+        self._scales: Scales | None = None  # of the whole run: a later beginning keeps them
+        self._guards_by_ways = lru_cache(WAYS)(self._guards_of_ways)
+
+    def begin(self, q: Array, v: Array) -> RunState:
+        """The first sample, from q, v (nv,), after the impacts that are due at the start."""
+        t = float(self.times[0])
+        y = np.concatenate([q, v, np.zeros(self.accounts)])
+        try:
+            self.sample(t, y)
+            self._scales = self._scales or self.contacts.scales(self.times, *self._angles(y))
+            mode = self._meet(t, y)
+            if self.sample(t, y):  # after the impacts
+                mode = self._meet(t, y)
+            y[2 * self.nv :] = 0.0  # the work of an impact at the start is not counted
+            first = self._rows(y[None], self.times[:1], mode)[0]
+        except (RunError, np.linalg.LinAlgError) as error:
+            raise InputError(f"start: {error}") from None
+        return RunState.at_start(first, len(self.times), _carried(t, y, mode, 0.0) | self.held_arrays())
+
+    def go_on(self, done: RunState) -> tuple[RunState, str | None]:
+        """One segment: to the next event, over some output times, or to a corner of the pace."""
+        t, y, mode, at_once = _recalled(done.carried)
+        self.hold_on(done.carried)
+        self.progress(t)
+        times, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self._evaluations()
+        if times[0] <= t + instant(t, float(times[-1]) - t):  # at the instant of an event
+            rows = self._rows(y[None], times[:1], mode)
+            return done.grown(rows, done.carried, 0, 0), None
+        corner = int(self.pace.corners.searchsorted(t, "right"))
+        end = float(min(times[-1:].tolist() + self.pace.corners[corner : corner + 1].tolist()))
+        fall = self._low_fall(t, y, mode)
+        end = end if fall is None else min(end, t + LANDED * fall.longest)
+        guards, stepper = self._guards(y, mode, fall), self._stepper(float(self.pace.shortest[corner]), mode, fall)
+        due = times if not self.sampled_at(end) else times[times < end - instant(t, end - t)]  # the next segment's
+        segment = integrate_to_event(stepper, guards.values, guards.floor, t, y, end, due)
+        happened: list[Event] | None = None
+        rows, failure = self._rows(segment.samples, times[: len(segment.samples)], mode), segment.failure
+        at_once = at_once + 1 if segment.t <= t else 0.0
+        if at_once > MOST_AT_ONCE:
+            failure = f"{t:g} s after the start there are more than {MOST_AT_ONCE:g} events at once"
+        if not failure:
+            try:
+                y, mode = self._begin_next(segment, guards)
+                if segment.fired is not None:
+                    changes = guards.changes(y[: self.nv], segment.fired, mode.held)
+                    happened = [
+                        Event(float(segment.t), self.dynamics.model.joints[joint], kind) for joint, kind in changes
+                    ]
+                if self.sample(segment.t, y):
+                    mode = self._meet(segment.t, y)
+            except (RunError, np.linalg.LinAlgError) as error:
+                failure = str(error)
+        carried = _carried(segment.t, y, mode, at_once) | self.held_arrays()
+        return done.grown(rows, carried, segment.steps, self._evaluations() - before, happened), failure
+
+    def _evaluations(self) -> int:
+        """The evaluations of the equations so far."""
+        return self._block.calls if self._block else self._calls
+
+    @property
+    def scales(self) -> Scales:
+        """The scales of the run, once it has begun."""
+        assert self._scales is not None
+        return self._scales
+
+    def _low_fall(self, t: float, y: Array, mode: Mode) -> LowFall | None:
+        """The falls of joints near their stops; None if there are none."""
+        if not self.contacts.stops or all(mode.held.tolist()):
+            return None
+        q, v = self._angles(y)
+        return falls_of(self.contacts, t, q, v, mode).low(t, q, self.scales, self._method.step_tolerance)
+
+    def _guards(self, y: Array, mode: Mode, fall: LowFall | None) -> Guards:
+        """The guards of a mode from the state y (size,) on."""
+        if fall is None and not mode.holds:
+            return self._guards_by_ways(mode.sign.tobytes())
+        scales = self.scales if fall is None else fall.scales
+        return guards_of(self.contacts, y[: self.nv], mode, scales, self._method.tolerance)
+
+    def _guards_of_ways(self, ways: bytes) -> Guards:
+        """The guards where no joint is held, for the ways (nv,) that joints slide: nothing else matters to them."""
+        mode = Mode(np.zeros(self.nv, bool), np.frombuffer(ways), self.scales.torque)
+        return guards_of(self.contacts, np.zeros(self.nv), mode, self.scales, self._method.tolerance)
+
+    def _stepper(self, longest: float, mode: Mode, fall: LowFall | None) -> Stepper:
+        """The method, with steps up to `longest` in s; those of a fall are as short as it."""
+        if all(mode.held.tolist()):
+            return AtRest(longest)
+        if self._block:
+            self.contacts.enter(mode)
+        sizes, rate = self._sizes
+        if fall is not None:
+            size = np.concatenate([fall.scales.position, fall.scales.rate, sizes.size[2 * self.nv :]])
+            relative = sizes.relative.copy()
+            relative[: self.nv] = ~fall.joints
+            sizes, rate = StateScales(size, relative), max(rate, 1.0 / fall.shortest)
+        return self._method.stepper(sizes, self._method.first_step(rate), longest, self._derivative(mode))
+
+    @cached_property
+    def _sizes(self) -> tuple[StateScales, float]:
+        """What is of order one for each number of the state (size,), and the rate of the motion in 1/s."""
+        scales = self.scales
+        work = np.full(self.accounts, (scales.torque * scales.position).max())
+        size = np.concatenate([scales.position, scales.rate, work])
+        return StateScales(size, np.ones(len(size), bool)), float((scales.rate / scales.position).max())
+
+    def _begin_next(self, segment: SegmentToEvent, guards: Guards) -> tuple[Array, Mode]:
+        """The state (size,) and the mode at the start of the next segment."""
+        y, mode = segment.y.copy(), guards.mode
+        if segment.fired is not None:
+            loose = guards.land(*self._angles(y), segment.fired)
+            mode = self._meet(segment.t, y, loose)
+        y[self.nv : 2 * self.nv][mode.held] = 0.0
+        return y, mode
+
+    def _angles(self, y: Array) -> tuple[Array, Array]:
+        """Positions and rates (nv,) of a state y (size,)."""
+        return y[: self.nv], y[self.nv : 2 * self.nv]
+
+    def _meet(self, t: float, y: Array, loose: Array | float = 0.0) -> Mode:
+        """The mode after the impacts that are due; they change the state y (size,), their loss the energy balance."""
+        q, v = self._angles(y)
+        after, mode = rates_and_mode(self.contacts, t, q, v, self.scales, loose)
+        if self.balance is not None and not np.array_equal(after, v):
+            before, then = self.dynamics.energies(np.stack([q, q]), np.stack([v, after]))[0]
+            taken = self.contacts.taken(q, v, after)
+            taken[next(iter(taken))] += then - before - sum(taken.values())  # rounding, and bounces too small to count
+            for kind, work in taken.items():
+                y[2 * self.nv + self.balance.kinds.index(kind)] += work
+        v[:] = after
+        return mode
+
+    def _derivative(self, mode: Mode) -> Derivative:
+        contacts, balance, nv = self.contacts, self.balance, self.nv
+        accounts = {} if balance is None else {kind: 2 * nv + i for i, kind in enumerate(balance.kinds)}
+        rubs = balance is not None and contacts.friction(np.zeros(nv), mode).any()
+
+        def derivative(dy: Array, t: float, y: Array) -> None:
+            self._calls += 1
+            if not self._calls % CALLBACK_EVERY_SLOW:
+                self.progress(t)
+            dy[:nv] = v = y[nv : 2 * nv]
+            dy[nv : 2 * nv], _ = contacts.accelerate(t, y[:nv], v, mode)
+            if balance is not None:
+                dy[2 * nv :] = balance.powers(t, y[: 2 * nv])
+                if rubs:
+                    for kind, torque in contacts.rubbing(v, mode.sign):
+                        dy[accounts[kind]] += torque @ v
+
+        return derivative
+
+    def _rows(self, states: Array, times: Array, mode: Mode) -> Array:
+        """States (n, size) at times (n,), each with the torques (nv,) of the contacts."""
+        if not len(states):
+            return np.empty((0, states.shape[1] + self.nv))
+        v = states[:, self.nv : 2 * self.nv]
+        if mode.holds:
+            v = np.where(mode.held, 0.0, v)
+            states = np.concatenate([states[:, : self.nv], v, states[:, 2 * self.nv :]], 1)
+        torques = self.contacts.friction(v, mode) + self.contacts.hold(times, states, mode)
+        return np.concatenate([states, torques], 1)
+
+
+def loop_of(task: Task) -> IntegrationLoop:
+    """The loop that integrates a task: with events where the scene has contacts."""
+    return SmoothLoop(task) if task.dynamics.contacts is None else LoopWithEvents(task)
+
+
+def _carried(t: float, y: Array, mode: Mode, at_once: float) -> dict[str, Array]:
+    """The arrays from which the next segment begins: y (size,), mode, count of events."""
+    held = mode.held.astype(float)
+    return {
+        "t": np.array(t),
+        "y": y,
+        "held": held,
+        "sign": mode.sign,
+        "torque": mode.torque,
+        "at_once": np.array(at_once),
+    }
+
+
+def _recalled(carried: dict[str, Array]) -> tuple[float, Array, Mode, float]:
+    """Time, state (size,), mode and count of events that `_carried` stored."""
+    mode = Mode(carried["held"] != 0, carried["sign"], carried["torque"])
+    return float(carried["t"]), carried["y"], mode, float(carried["at_once"])

@@ -1,0 +1,170 @@
+"""A motion without contacts, integrated segment by segment; a segment is a number of output times."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from pendpin.engines import Derivative
+from pendpin.ground.arrays import EPS, Array, Indices, subdivided
+from pendpin.integrators import Memory, Segment, StepPlan
+from pendpin.integrators.base import SHORTEST
+from pendpin.integrators.fixed import count_equal_steps
+from pendpin.runs.checkpoint import RunState
+from pendpin.runs.integration import IntegrationLoop, Task
+from pendpin.runs.limits import SamplesTooFew
+
+EVALUATIONS = 20_000  # in a segment, about: an interrupt loses at most these
+LEAST_EVALUATIONS = 2_000  # of a large model, whose evaluations take longer
+SMALL = 2  # joints: those of a model with EVALUATIONS in a segment
+FIRST_STEPS = 2  # that it takes at least, the first of them a small one
+FIRST_CHANGE = 0.2  # rad, or rad/s, from state to state at the start, before it is measured how fast rods turn
+GROWTH = 256  # of the output times of a segment, where the states that it needs are not known
+MARGIN = 1.25  # of the density of states in the next segment, over that which this one needed
+NUMBERS = 100_000  # in the states of a segment: a processor's fast memory holds what is computed while angles are read
+MOST_STATES = 1e9  # between two output times, from which turns are counted; a hundred thousand swings take 1e6
+MOST_PARTS = 1e12  # of an interval: a segment ends before there are as many
+BESIDE = 4 * EPS  # of the time: so far from a corner its side is certain in spite of rounding
+
+
+class SmoothLoop(IntegrationLoop):
+    """A scene without contacts. The length of a segment is chosen from the evaluations that the last one took.
+
+    Where angles are read from directions, a segment may end between two output times: it holds so many states and no more.
+    """
+
+    def __init__(self, task: Task) -> None:
+        super().__init__(task)
+        self.library, self.version = self.integrator.library, self.integrator.version
+        self._derivative, self._evaluations = self.integrator.equations(self.engine, self.progress)
+        if self.balance is not None:
+            size = len(self.engine.pack(*np.zeros((2, self.nv))))
+            self._derivative = self.balance.with_work(self._derivative, size)
+        self._budget = max(LEAST_EVALUATIONS, EVALUATIONS * SMALL // max(SMALL, self.nv))
+
+    def begin(self, q: Array, v: Array) -> RunState:
+        """The first sample, from q, v (nv,)."""
+        y, work = self.engine.pack(q, v), np.zeros(self.accounts)
+        self.sample(float(self.times[0]), y)
+        carried = {
+            "t": np.array(float(self.times[0])),
+            "q": q,
+            "y": y,
+            "work": work,
+            "ahead": np.array(float(self.first_segment)),
+            "first_step": np.array(0.0),
+            "density": np.array(self._first_density(y)),
+            **self.integrator.memory(np.concatenate([y, work])),
+            **self.held_arrays(),
+        }
+        return RunState.at_start(np.concatenate([q, v, work]), len(self.times), carried)
+
+    def _first_density(self, y: Array) -> float:
+        """The states per second from which the first angles should be read, from the state (size,) at the start."""
+        if self.engine.on_angles or len(self.times) < 2:
+            return 0.0
+        rate = np.zeros(len(y) + self.accounts)
+        self._derivative(rate, float(self.times[0]), np.concatenate([y, np.zeros(self.accounts)]))
+        change = float(np.nan_to_num(np.abs(rate[: len(y)])).max()) / FIRST_CHANGE
+        return max(
+            self.engine.density(y[None]), change, FIRST_STEPS / max(float(self.times[1] - self.times[0]), SHORTEST)
+        )
+
+    def go_on(self, done: RunState) -> tuple[RunState, str | None]:
+        """One segment; its number of output times follows from the evaluations of the last one."""
+        carried, n = done.carried, len(done.carried["y"])
+        self.hold_on(carried)
+        due = self.times[done.n :][: int(carried["ahead"])]
+        span = np.concatenate([carried["t"][None], due])
+        self.progress(float(span[0]))
+        before = self._evaluations()
+        segment, times, at, density = self._read_closely(span, carried)
+        took = self._evaluations() - before
+        states, work = segment.y[:, :n], segment.y[:, n:]
+        q, v = self.engine.unpack(times[: len(states)], states, carried["q"])
+        at = at[at < len(states)]
+        ahead = max(1, len(at)) * self._budget // max(took, 1)
+        more = {
+            "t": times[len(states) - 1],
+            "q": q[-1],
+            "y": states[-1] if self.integrator.step else self.engine.project(states[-1]),
+            "work": work[-1],
+            "ahead": np.array(float(max(1, min(ahead, GROWTH * len(due) if density else len(self.times))))),
+            "first_step": (times[-1] - times[0]) / segment.steps if segment.steps else carried["first_step"],
+            "density": np.array(MARGIN * density),
+            **segment.memory,
+            **self.held_arrays(),
+        }
+        rows = np.concatenate([q[at], v[at], work[at]], 1)
+        return done.grown(rows, more, segment.steps, took), segment.failure
+
+    def _read_closely(self, span: Array, carried: Memory) -> tuple[Segment, Array, Array, float]:
+        """A segment over `span` (n,), or over its beginning, with more states if angles are read from them.
+
+        Also returns the times (k,) of its states, where output times are among these, and how dense they have to be.
+        """
+        start, density = np.concatenate([carried["y"], carried["work"]]), float(carried["density"])
+        first_step, room = float(carried["first_step"]) or None, NUMBERS // len(start) + 1
+        while True:
+            parts = self._parts(span, density)
+            at = np.cumsum(parts)
+            if at[0] > room:
+                times = span[0] + (span[1] - span[0]) * (np.arange(room + 1) / at[0])
+            else:
+                count = np.searchsorted(at, room, "right")
+                times = subdivided(span[: count + 1], parts[:count])
+            segment = self._integrate(start, times, first_step, carried)
+            needed = self._density(span, times, segment, len(carried["y"]))
+            if segment.failure or (self._parts(span, needed) <= parts).all():
+                return segment, times, at, needed
+            density = MARGIN * needed
+
+    def _density(self, span: Array, times: Array, segment: Segment, size: int) -> float:
+        """The states per second that a segment needs at times (k,) over a beginning of `span` (n,): at least one a step.
+
+        Raises SamplesTooFew where a rod turns too often to be followed.
+        """
+        if self.engine.on_angles:
+            return 0.0
+        turning = self.engine.density(segment.y[:, :size])
+        if turning * float(np.diff(span).max()) > MOST_STATES:
+            raise SamplesTooFew("thin rods turn too far between samples to count their turns: take more samples")
+        return max(turning, segment.steps / max(float(times[-1] - times[0]), SHORTEST))
+
+    def _parts(self, span: Array, density: float) -> Indices:
+        """How many parts each interval of `span` (n,) is cut into, (n - 1,): one, or all its steps where these are fixed."""
+        step, intervals = self.integrator.step, np.diff(span)
+        parts = np.ceil(np.clip(density * intervals, 1.0, MOST_PARTS)).astype(int)
+        if step:
+            parts = np.array(
+                [count_equal_steps(dt, step) if more > 1 else 1 for dt, more in zip(intervals, parts, strict=True)]
+            )
+        return parts
+
+    def _integrate(self, y: Array, span: Array, first_step: float | None, memory: Memory) -> Segment:
+        """Integrate from y (size,) over the output times `span` (n,); restart at each corner of the pace."""
+        rows, steps, first_step = y[None], 0, None if span[0] in self.pace.corners else first_step
+        for times, due, longest in self.pace.pieces(span):
+            begin, end = times[[0, -1]]
+            plan = StepPlan(first_step, longest, memory, anew=bool(begin in self.pace.corners))
+            part = self.integrator.states_at(self._one_sided(begin, end), y, times, plan)
+            rows, steps = np.concatenate([rows, part.y[1 : due + 1]]), steps + part.steps
+            if not part.failure:
+                self.sample(float(end), part.y[-1])
+            if part.failure or end == span[-1]:
+                return replace(part, y=rows, steps=steps)
+            y, memory, first_step = part.y[-1], part.memory, None
+        raise AssertionError
+
+    def _one_sided(self, begin: float, end: float) -> Derivative:
+        """The derivative between two times in s; at one that is a corner of the pace, as on this side of it.
+
+        An effect may jump there. What it does on the other side would spoil the order of a method with fixed steps.
+        """
+        corners = self.pace.corners
+        at_begin, at_end = (corners.searchsorted(t, "left") < corners.searchsorted(t, "right") for t in (begin, end))
+        if not (at_begin or at_end):
+            return self._derivative
+        margin = BESIDE * (abs(self.dynamics.start) + abs(end))
+        low, high = begin + at_begin * margin, end - at_end * margin
+        derivative = self._derivative
+        return lambda dy, t, y: derivative(dy, max(low, min(t, high)), y)

@@ -1,0 +1,174 @@
+"""Which effects a scene needs: what each one changes, and what it costs."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from pendpin.dynamics.dynamics import bind
+from pendpin.effects import ContactEffect, Drag, Effect, Rotation, Viscous
+from pendpin.engines import Compiled
+from pendpin.errors import InputError, PendpinError, brief
+from pendpin.ground.arrays import Array
+from pendpin.model.build import build, start_state
+from pendpin.model.kinematics import marks, scale, tip_distance
+from pendpin.runs.processor_time import run_within
+from pendpin.scene import Chain, Rod, Scene
+from pendpin.trajectory import Trajectory
+
+CHAOTIC = "later the motion is not known to this accuracy"
+LARGE = "more would take long, as --thorough does"
+TOLERANCE, FINEST = 1e-4, 1e-11  # of the runs compared: times the accuracy, and at least
+FINER = 0.01  # times that: of the run that shows their error
+THINNER = 0.1  # radius of the rods whose thickness counts for nothing: what it changes goes with its square
+MARGIN = 0.1  # of the accuracy: where two runs of the same scene differ by more, the comparison ends
+SMALL_DAMPING = 1e-4  # N m s/rad per N m of the heaviest rod's weight times its lever: a good bearing
+LATITUDE = 45.0  # degrees
+CALLS, MANY, REPETITIONS = 20, 100, 9  # of an evaluation from Python, in machine code
+ENOUGH = 0.02  # s, of repetitions
+BUDGET = 0.5  # s of processor time for each of the runs compared, beside compiling
+SAMPLES = 201  # output times at most, at which tips are compared
+
+
+@dataclass(frozen=True)
+class EffectRow:
+    """What one effect changes and costs."""
+
+    effect: str
+    listed: bool  # True if the scene has the effect; False if it was added for the comparison
+    change: float  # largest distance between the tips with and without it, divided by the chain's length
+    added: float | None  # time of an evaluation, over that without it; None for friction and stops: they act at events
+    verdict: str
+
+
+@dataclass(frozen=True, repr=False)
+class EffectsReport:
+    """The effects of a scene at an accuracy, compared from the start to `horizon`."""
+
+    rows: tuple[EffectRow, ...]
+    accuracy: float
+    duration: float  # s, of the scene
+    horizon: float  # s, end of the comparison; shorter than `duration` in chaotic motion and in large models
+    why: str = ""  # it ends before the scene does
+
+    def __repr__(self) -> str:
+        rows = "; ".join(f"{row.effect}: {row.verdict}, changes {row.change:.1e}" for row in self.rows)
+        return brief(f"Effects at an accuracy of {self.accuracy:g}: {rows}")
+
+
+def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -> EffectsReport:
+    """How much every effect of a scene changes the motion, and how much some effects that it lacks would change it:
+    drag, Earth's rotation, viscous joints, the thickness of its rods.
+
+    The change is the largest distance between the tips with and without the effect during the run, divided by the
+    chain's length. The comparison ends where two runs of the same scene, at two tolerances, differ by more than a tenth
+    of the accuracy, as in chaotic motion, and, unless `thorough`, where a run has taken half a second of processor time.
+    Raises InputError for an accuracy that is not between 0 and 1, and what `simulate` raises.
+    """
+    if not 0 < accuracy < 1:
+        raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
+    samples = min(scene.solver.samples or SAMPLES, SAMPLES) if len(scene.times) > SAMPLES else None
+    scene = scene.with_solver(samples=samples)
+    budget = np.inf if thorough else BUDGET
+    tolerance = max(TOLERANCE * accuracy, FINEST)
+    base = run_within(budget, scene.by("auto", tolerance))
+    affordable = _shorten(scene, len(base.t))
+    finer = run_within(2 * budget, affordable.by("auto", FINER * tolerance))
+    length = scale(build(scene.model))
+    off = tip_distance(_marks(scene, base)[: len(finer.t)], _marks(scene, finer), length) > MARGIN * accuracy
+    compared = _shorten(affordable, int(np.argmax(np.append(off, True))))
+    whole = compared.duration == scene.duration
+    why = "" if whole else CHAOTIC if off.any() else LARGE
+    rows = []
+    for name, listed, effect, other in _list_variants(compared):
+        try:
+            run = run_within(2 * budget, other.by("auto", tolerance))  # it leaves effects out on purpose: no notes
+        except PendpinError as error:
+            rows.append(EffectRow(name, listed, float("nan"), None, f"not compared: {error}"))
+            continue
+        count = min(len(run.t), len(compared.times))
+        here, there = (_marks(compared, each)[:count] for each in (base, run))
+        change = float(tip_distance(here, there, scale(build(compared.model))).max())
+        added = None if effect is None or isinstance(effect, ContactEffect) else _compute_added_time(run, base, listed)
+        matters = "needed" if listed else "would matter, but is not listed"
+        verdict = matters if change > accuracy else "not needed at this accuracy"
+        verdict += "" if whole else f" up to {compared.duration:.2g} s"
+        rows.append(EffectRow(name, listed, change, added, verdict))
+    return EffectsReport(tuple(rows), accuracy, scene.duration, compared.duration, why)
+
+
+def _shorten(scene: Scene, count: int) -> Scene:
+    """The scene up to the last of this number of output times, at least to the first."""
+    return scene.with_solver(samples=max(count, 1)).model_copy(
+        update={"duration": float(scene.times[max(count - 1, 0)])}
+    )
+
+
+def _list_variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Scene]]:
+    """The scene without each of its effects, and with each of the candidates that it lacks; None: it is not an effect."""
+    for i, effect in enumerate(scene.effects):
+        yield effect.kind, True, effect, _replace_effects(scene, *scene.effects[:i], *scene.effects[i + 1 :])
+    kinds = {effect.kind for effect in scene.effects}
+    for name, effect in _list_candidates(scene):
+        if effect.kind not in kinds:
+            yield name, False, effect, _replace_effects(scene, *scene.effects, effect)
+    if isinstance(scene.model, Chain) and any(rod.radius and rod.inertia is None for rod in scene.model.rods):
+        thin = tuple(Rod(**rod.model_dump() | {"radius": THINNER * rod.radius}) for rod in scene.model.rods)
+        model = Chain(rods=thin, copies=scene.model.copies)
+        dragged = any(isinstance(effect, Drag) and effect.diameter is None for effect in scene.effects)
+        name = "thickness of the rods, with their drag" if dragged else "thickness of the rods"
+        yield name, True, None, scene.model_copy(update={"model": model})
+
+
+def _list_candidates(scene: Scene) -> Iterator[tuple[str, Effect]]:
+    bodies = bind(scene).model.bodies
+    if any(body.radius > 0 for body in bodies):
+        yield "drag in still air", Drag()
+    yield f"Earth's rotation, for example at {LATITUDE:g} degrees", Rotation(latitude=LATITUDE)
+    coefficient = SMALL_DAMPING * max(body.mass * 9.81 * float(np.linalg.norm(body.com)) for body in bodies)
+    if coefficient:  # 0 for bodies on their axes
+        yield f"viscous joints, for example {coefficient:.2g} N m s/rad", Viscous(coefficient=coefficient)
+
+
+def _replace_effects(scene: Scene, *effects: Effect) -> Scene:
+    return scene.model_copy(update={"effects": effects})
+
+
+def _compute_added_time(other: Trajectory, base: Trajectory, listed: bool) -> float:
+    """What an effect that only one of two runs has adds to the time of an evaluation, both on one engine."""
+    engines = {run.source.solver.engine for run in (base, other)}
+    engine = min(engines - {"compiled"}, default="compiled")
+    more, less = (_measure_evaluation(run, engine) for run in ((base, other) if listed else (other, base)))
+    return max(more / less - 1, 0.0) if less else 0.0  # a clock may not have moved
+
+
+def _marks(scene: Scene, run: Trajectory) -> Array:
+    """The points that are compared (n, points, 3), m."""
+    return marks(build(scene.model), run.tips, run.q)
+
+
+def _measure_evaluation(run: Trajectory, engine: str) -> float:
+    """Seconds of one evaluation of the right-hand side of a run on an engine: the least of some repetitions."""
+    dynamics = bind(run.source.with_solver(engine=engine))
+    y = dynamics.engine.pack(*start_state(dynamics.model, run.source.start))
+    if isinstance(dynamics.engine, Compiled):
+        block, many = dynamics.engine.block(), (np.zeros(MANY), np.tile(y, (MANY, 1)))
+        return _measure_least_time(lambda: block.evaluated(*many)) / MANY
+    derivative, _ = dynamics.engine.derivative(lambda t: None)
+
+    def calls() -> None:
+        for _ in range(CALLS):
+            derivative(np.empty_like(y), 0.0, y)
+
+    return _measure_least_time(calls) / CALLS
+
+
+def _measure_least_time(call: Callable[[], object]) -> float:
+    """The least processor time of some calls, s."""
+    seconds: list[float] = []
+    while len(seconds) < REPETITIONS and sum(seconds) < ENOUGH:
+        begin = time.process_time()
+        call()
+        seconds.append(time.process_time() - begin)
+    return min(seconds)

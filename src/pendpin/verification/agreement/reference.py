@@ -1,0 +1,249 @@
+"""Reference numbers for the tests of other engines: a folder with the model in three formats, states and a motion.
+
+The numbers at states come from the recursion in 50 digits; the motion comes from two families of methods, whose
+difference bounds its error.
+"""
+
+import json
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from defusedxml.ElementTree import fromstring
+
+from pendpin.dynamics.dynamics import Dynamics, bind, loads_at
+from pendpin.effects import Effect, FieldEffect, Viscous
+from pendpin.equations import recursion
+from pendpin.equations.numbers import exact
+from pendpin.equations.trees import Tree, joints_at, prepared
+from pendpin.errors import InputError, PendpinError
+from pendpin.ground.arrays import EPS, Array, applied
+from pendpin.ground.files import write_folder
+from pendpin.ground.versions import VERSION
+from pendpin.model.bodies import tree_of
+from pendpin.model.build import Model
+from pendpin.model.read_urdf import read_urdf
+from pendpin.model.write_others import mjcf, sdf
+from pendpin.model.write_urdf import chain_urdf
+from pendpin.runs.simulate import simulate
+from pendpin.scene import METHODS, Chain, Scene, UrdfModel, chosen_scene
+
+STATES, TIMES = 20, 50  # chosen: enough to meet every term, few enough to read
+DIGITS = 50  # three times those of a double: rounding to it is all that the numbers lose
+ANGLE, SLIDE = 1.2, 0.3  # rad, m: random positions; rods stay away from the poles, where thin ones are singular
+# Explicit and implicit Runge-Kutta: their errors have nothing in common.
+FAMILIES = (("dop853", 1e-13), ("radau", 1e-12))
+MARGIN = 2.0  # times the difference of the two families
+WORTH = 1e-6  # rad: where the families differ by more, as after a while in chaos, the motion ends
+TEMPLATES = resources.files("pendpin.verification.agreement").joinpath("folder")
+
+
+@dataclass(frozen=True)
+class ReferenceFolder:
+    """What was written where, and which files were left out, with the reasons."""
+
+    path: Path
+    files: tuple[str, ...]
+    left_out: dict[str, str]
+
+
+def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -> ReferenceFolder:
+    """Write the folder `out` for a scene, whole or not at all.
+
+    Raises InputError for a model that Pinocchio does not hold, for effects with events, and for a folder that is there.
+    """
+    scene, path = chosen_scene(scene), Path(out)
+    dynamics = bind(scene)
+    if dynamics.model.pin is None:
+        raise InputError(f"model: {len(dynamics.model.rods)} rods are too many for other engines")
+    if dynamics.contacts is not None:
+        raise InputError("effects: reference numbers need effects without events: no dry friction and no stops")
+    texts, left_out = _models(scene, dynamics)
+    states, state_bounds = reference_states(dynamics, np.random.default_rng(seed))
+    motion, motion_bounds = reference_motion(scene)
+    texts["reference.json"] = _json(scene, dynamics, states, motion, {"states": state_bounds, "motion": motion_bounds})
+    texts["test_reference.py"] = TEMPLATES.joinpath("test_reference.py.in").read_text(encoding="utf-8")
+    texts["README.md"] = _readme(texts, left_out, states)
+
+    def fill(folder: Path) -> None:
+        scene.save(folder / "scene.toml")
+        for name, text in texts.items():
+            (folder / name).write_text(text, encoding="utf-8")
+
+    write_folder(path, fill)
+    return ReferenceFolder(path, ("scene.toml", *sorted(texts)), left_out)
+
+
+# --- models ---------------------------------------------------------------------------------------------------------
+
+
+def _models(scene: Scene, dynamics: Dynamics) -> tuple[dict[str, str], dict[str, str]]:
+    """The texts of the formats that can carry the scene, and for the others the reason."""
+    model, texts, left_out = dynamics.model, dict[str, str](), dict[str, str]()
+    writers = {
+        "model.urdf": lambda damping: _urdf(scene, damping),
+        "model.xml": lambda damping: mjcf(model, dynamics.loads.constant, damping),
+        "model.sdf": lambda damping: sdf(model, damping),
+    }
+    for name, write in writers.items():
+        try:
+            texts[name] = write(_carried(scene.effects, model))
+        except PendpinError as error:
+            left_out[name] = str(error)
+    return texts, left_out
+
+
+def _carried(effects: tuple[Effect, ...], model: Model) -> dict[str, float]:
+    """The viscous damping of joints by name. Raises InputError for effects that a model file cannot carry."""
+    damping: dict[str, float] = {}
+    for i, effect in enumerate(effects):
+        if isinstance(effect, Viscous):
+            for joint in effect.joints or model.joints:
+                damping[joint] = damping.get(joint, 0.0) + effect.coefficient
+        elif not (isinstance(effect, FieldEffect) and effect.constant):
+            raise InputError(
+                f"effects[{i}]: {effect.kind} is not part of a model file; its numbers are in reference.json"
+            )
+    return damping
+
+
+def _urdf(scene: Scene, damping: dict[str, float]) -> str:
+    if damping:
+        raise InputError("engines ignore the damping of a URDF; MJCF and SDF carry it")
+    if isinstance(scene.model, Chain):
+        return chain_urdf(scene.model)
+    if isinstance(scene.model, UrdfModel):
+        robot = fromstring(read_urdf(scene.model).text)
+        for joint in robot.iter("joint"):  # its <dynamics> do not act in the scene, and some engines would let them act
+            for element in joint.findall("dynamics"):
+                joint.remove(element)
+        return ElementTree.tostring(robot, encoding="unicode") + "\n"
+    raise InputError("a pin.Model has no URDF text")
+
+
+# --- states ---------------------------------------------------------------------------------------------------------
+
+
+def reference_states(dynamics: Dynamics, random: np.random.Generator) -> tuple[list[dict[str, Any]], dict[str, float]]:
+    """Random states with everything that is computed at them in 50 digits, as plain lists; the bounds by quantity."""
+    model = dynamics.model
+    reach = np.where(model.slides, SLIDE, ANGLE)
+    states = []
+    worst: dict[str, float] = {}
+    for _ in range(STATES):
+        q, v = random.uniform(-reach, reach), random.normal(size=len(reach))
+        exactly = _quantities(dynamics, q, v, exact(DIGITS))
+        rounded = {name: np.asarray(value).astype(float) for name, value in exactly.items()}
+        loaded = dynamics.loads.torque is not None or dynamics.loads.wrench is not None
+        plain = _quantities(dynamics, q, v, np) if loaded else rounded
+        for name, value in rounded.items():
+            # half a spacing of doubles; loads are doubles: their rounding changes less than rounding all of the route
+            off = EPS * np.abs(value).max() + MARGIN * np.abs(np.asarray(plain[name]) - value).max()
+            worst[name] = max(worst.get(name, 0.0), float(off))
+        states.append({"q": q.tolist(), "v": v.tolist()} | {name: value.tolist() for name, value in rounded.items()})
+    return states, worst
+
+
+def _quantities(dynamics: Dynamics, q: Array, v: Array, xp: Any) -> dict[str, Any]:
+    """Accelerations, mass matrix, wrenches and energies at a state q, v (nv,), on the numbers of xp."""
+    tree, field = tree_of(dynamics.model.pin), dynamics.loads.field(0.0)
+    tau, external = (None if x is None else xp.asarray(x[0]) for x in loads_at(dynamics, q[None], v[None]))
+    q_, v_, g = (xp.asarray(x) for x in (q, v, field))
+    a = recursion.accelerations(tree, q_, v_, g, tau, external, xp=xp)
+    M = _mass_matrix(tree, q_, xp)
+    return {
+        "a": a,
+        "mass_matrix": M,
+        "wrench": recursion.wrenches(tree, q_, v_, a, g, external, xp=xp),
+        "kinetic": v_ @ M @ v_ / 2,
+        "potential": _potential(tree, q_, g, xp),
+    }
+
+
+def _mass_matrix(tree: Tree, q: Array, xp: Any) -> Array:
+    """The mass matrix (nv, nv): the torques that unit accelerations need, without rates and gravity."""
+    still, weightless, unit = (xp.asarray(x) for x in (np.zeros(len(q)), np.zeros(3), np.eye(len(q))))
+    axes, signs = prepared(tree, xp)[0].axes, prepared(tree, xp)[1]
+    columns = []
+    for column in unit:
+        wrench = recursion.wrenches(tree, q, still, column, weightless, xp=xp)
+        parts = [row[3:] if kind == "revolute" else row[:3] for row, kind in zip(wrench, tree.kinds, strict=True)]
+        columns.append([axis @ part for axis, part in zip(axes, parts, strict=True)])
+    return np.array(columns).T * signs[:, None]
+
+
+def _potential(tree: Tree, q: Array, field: Array, xp: Any) -> Any:
+    """- sum of m g.r over the centres of mass, in J."""
+    tree, signs = prepared(tree, xp)
+    places: dict[int, tuple[Array, Array]] = {-1: (xp.asarray(np.eye(3)), xp.asarray(np.zeros(3)))}
+    energy = xp.asarray(np.zeros(1))[0]
+    for i, joint in enumerate(joints_at(tree, signs * q, xp)):
+        R, r = places[joint.parent]
+        R, r = R @ joint.R, r + applied(R, joint.r)
+        places[i] = R, r
+        energy = energy - tree.masses[i] * (field @ (r + applied(R, tree.coms[i])))
+    return energy
+
+
+# --- motion ---------------------------------------------------------------------------------------------------------
+
+
+def reference_motion(scene: Scene) -> tuple[dict[str, Any], dict[str, float]]:
+    """The motion at 50 times by two families of methods, up to where they agree; the bounds of q and v."""
+    first, second = (simulate(scene.by(*family), samples=TIMES) for family in FAMILIES)
+    apart = np.maximum.accumulate(np.abs(first.q - second.q).max(1))
+    count = max(1, int((apart <= WORTH).sum()))
+    motion = {name: getattr(first, name)[:count].tolist() for name in ("t", "q", "v")}
+    bounds = {
+        name: float(MARGIN * np.abs(getattr(first, name) - getattr(second, name))[:count].max()) + EPS
+        for name in ("q", "v")
+    }
+    return motion, bounds
+
+
+# --- texts ----------------------------------------------------------------------------------------------------------
+
+
+def _json(scene: Scene, dynamics: Dynamics, states: list, motion: dict, bounds: dict) -> str:
+    conventions = {
+        "units": "SI, rad",
+        "gravity": dynamics.loads.constant.tolist(),
+        "wrench": "force, then moment, by the parent on the child, at the joint's origin, in the child's frame",
+        "effects": [effect.kind for effect in scene.effects],
+        "versions": {"pendpin": VERSION},
+    }
+    data = {
+        "joints": list(dynamics.model.joints),
+        "states": states,
+        "motion": motion,
+        "bounds": bounds,
+        "conventions": conventions,
+    }
+    return json.dumps(data, indent=1) + "\n"
+
+
+FORMATS = {
+    "model.urdf": "the model as URDF, a universal joint as two revolute ones",
+    "model.xml": "the model as MJCF, a universal joint as two hinges of one body",
+    "model.sdf": "the model as SDF 1.9, a universal joint as one joint",
+}
+
+
+def _readme(texts: dict[str, str], left_out: dict[str, str], states: list) -> str:
+    rows = [f"| {name} | {what} |" for name, what in FORMATS.items() if name in texts]
+    absent = [f"- {name} is left out: {why}." for name, why in left_out.items()]
+    methods = " and ".join(f"{name} ({METHODS[name].family}, tolerance {tolerance:g})" for name, tolerance in FAMILIES)
+    values = {
+        "version": VERSION,
+        "files": "\n".join(rows),
+        "left_out": "\n".join(absent),
+        "state_bound": f"{len(states)} random states, computed in {DIGITS} digits and rounded to doubles.",
+        "motion_bound": f"twice the largest difference of {methods}.",
+    }
+    text = TEMPLATES.joinpath("README.md").read_text(encoding="utf-8")
+    for name, value in values.items():
+        text = text.replace("{" + name + "}", value)
+    return text

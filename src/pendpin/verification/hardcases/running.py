@@ -1,0 +1,81 @@
+"""Running the catalogue: every case on each of its methods, and the outcomes."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from math import isfinite
+from typing import Any
+
+from pendpin.errors import brief
+from pendpin.runs.simulate import simulate
+from pendpin.verification.claims import Progress, attempt, collect, describe_broken
+from pendpin.verification.hardcases.base import Case, Outcome, Solve
+
+FIELDS = ("name", "group", "title", "physics", "why", "figure", "bound", "derivation", "methods")  # of a case, in JSON
+
+
+@dataclass(frozen=True, repr=False)
+class HardReport:
+    """The outcomes so far, and their cases."""
+
+    outcomes: tuple[Outcome, ...]
+    cases: tuple[Case, ...]
+    stopped: bool = False  # True if the user stopped it before the end
+
+    def __repr__(self) -> str:
+        claims = sum(outcome.claimed for outcome in self.outcomes)
+        cases = "; ".join(f"{o.case} on {o.method}: {o.shown}, {o.verdict}" for o in self.outcomes)
+        return brief(f"Hard cases: {claims} claims, {len(self.broken)} broken. {cases}")
+
+    @property
+    def broken(self) -> tuple[Outcome, ...]:
+        """The claims that did not hold."""
+        return tuple(outcome for outcome in self.outcomes if outcome.claimed and not outcome.ok)
+
+    @property
+    def fault(self) -> str | None:
+        """The broken claims in one line; None if all claims hold."""
+        return describe_broken(self.broken)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as plain data, for JSON."""
+        outcomes = [asdict(o) | {"ok": o.ok, "verdict": o.verdict} for o in self.outcomes]
+        cases = [{name: getattr(case, name) for name in FIELDS} for case in self.cases]
+        return {"ok": not self.broken, "stopped": self.stopped, "outcomes": outcomes, "cases": cases}
+
+
+def reported(cases: Sequence[Case], outcomes_of: Callable[[Case], Iterator[Outcome]]) -> HardReport:
+    """The outcomes of all cases; after Ctrl-C those so far."""
+    results, stopped = collect(outcome for case in cases for outcome in outcomes_of(case))
+    return HardReport(results, tuple(cases), stopped)
+
+
+def outcomes(case: Case, methods: Sequence[str] | None, full: bool, progress: Progress) -> Iterator[Outcome]:
+    """A case on its methods and beside them, or only on those in `methods`."""
+    for method in case.methods:
+        if methods is None or method in methods:
+            progress(f"{case.name} on {method}")
+            yield outcome(case, method, full)
+    if case.beside is not None and methods is None:
+        progress(f"{case.name}, beside")
+        begin = time.perf_counter()
+        beside = case.beside()
+        seconds = (time.perf_counter() - begin) / max(len(beside), 1)
+        for name, measured in beside.items():
+            yield Outcome(case.name, name, measured, case.bound, None, seconds, claimed=False, beside=True)
+
+
+def outcome(case: Case, method: str, full: bool) -> Outcome:
+    """One case on one of its methods, with its setting."""
+    setting: dict[str, Any] = dict(case.methods[method])
+    return measured(case, method, lambda scene: simulate(scene, method=method, **setting), full)
+
+
+def measured(case: Case, method: str, solve: Solve, full: bool) -> Outcome:
+    """One case solved by `solve`; an error of the run is an outcome too."""
+    begin = time.perf_counter()
+    figure, error = attempt(lambda: float(case.measure(solve, full)))  # JSON takes no NumPy numbers
+    failure = error and str(error)
+    if figure is not None and not isfinite(figure):
+        figure, failure = None, "its numbers are not finite"
+    return Outcome(case.name, method, figure, case.bound, failure, time.perf_counter() - begin)

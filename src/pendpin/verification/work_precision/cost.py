@@ -1,0 +1,289 @@
+"""Work and precision: every method, and other simulators, over a series of tolerances or steps."""
+
+import os
+import platform
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pendpin.dynamics.dynamics import bind
+from pendpin.engines import Compiled
+from pendpin.errors import Halted, InputError, Interrupted, PendpinError, RunError, not_one_of, one_line
+from pendpin.ground.arrays import EPS, Array
+from pendpin.ground.versions import installed
+from pendpin.integrators import FEW_JOINTS, uncompiled
+from pendpin.model.build import Model, build
+from pendpin.model.kinematics import marks, poses, scale, tip_distance, tips
+from pendpin.runs.processor_time import Budget, halting
+from pendpin.runs.simulate import run_to_setting
+from pendpin.scene import FIXED_METHODS, METHODS, Scene, least_tolerance
+from pendpin.verification import simulators
+from pendpin.verification.simulators import Peer
+from pendpin.verification.work_precision.references import (
+    LARGE,
+    QUICK,
+    SOLUTIONS,
+    Reference,
+    reference,
+    refuse_other_equations,
+)
+from pendpin.verification.work_precision.report import ACCURACIES, UNCOMPILED, CostReport, CostRow, row
+from pendpin.verification.work_precision.series import Climb, Series, Trial, steps, tolerances
+
+OTHERS = ("scipy", "mujoco", "drake")  # those that most often reach an accuracy come first
+ACCURACY = 1e-9
+SAMPLES = 201  # output times of a comparison, unless the scene asks for fewer, or for others and it is thorough
+KNOWN = 0.1  # of the accuracy: largest error of the reference
+REPETITIONS = 3
+BUDGET = 1.0  # s, of the slowest run of a method
+LIMIT = 18.0  # s of processor time in all, unless thorough; Python and its libraries start besides
+OF_REFERENCE = 1.2  # s of it, at most, for each run of a reference
+WORTH = (0.01, 3.0)  # s, and times the cheapest first run: longer runs are not tried, unless thorough
+SEVERAL_JOINTS = 6  # from more on, thorough series of taylor take every fourth tolerance
+LIBRARIES = ("pendpin", "pin", "numpy", "scipy", "CyRK", "heyoka", "mujoco", "drake")
+
+
+@dataclass(frozen=True, eq=False)
+class _Bench:
+    """What all series share."""
+
+    scene: Scene  # up to the reference's horizon
+    known: Reference
+    model: Model
+    first_step: float  # s, of series of steps
+    compiles: bool  # whether methods compile the scene's equations, and can be asked not to
+    thorough: bool
+
+    def error_of(self, points: Array) -> float:
+        """The largest distance of tips (n, rods, 3) to the reference, over the length."""
+        return float(tip_distance(self.known.tips, points, scale(self.model)).max())
+
+
+def cost(
+    scene: Scene,
+    *,
+    methods: Sequence[str] | str | None = None,
+    accuracy: float = ACCURACY,
+    peers: bool = False,
+    thorough: bool = False,
+    repetitions: int = REPETITIONS,
+    budget: float = BUDGET,
+    progress: Callable[[str], None] = lambda what: None,
+    answered: Callable[[CostRow], None] = lambda row: None,
+) -> CostReport:
+    """Measure error against time: the cheapest method for each accuracy, and its run time (a work-precision diagram).
+
+    The accuracies are 1e-3 to 1e-12 in steps of a thousand, and `accuracy`. The error is the largest distance of any tip
+    from its reference during the run, divided by the chain's length. The comparison ends where the reference is off by more
+    than a tenth of `accuracy`, as in chaotic motion. All methods take about 20 s of processor time, 40 with `peers`, because
+    methods that cannot become the cheapest are stopped, and only the first part of the scene is compared if a reference
+    takes long. After Ctrl-C the report holds the rows measured until then.
+
+    Args:
+        scene: the Scene to be run.
+        methods: names of methods, run as `simulate` runs them, or such as "dop853 not compiled"; all if absent.
+        accuracy: the finest accuracy of interest.
+        peers: compare with MuJoCo, Drake and SciPy too.
+        thorough: measure all methods at all settings, over the full duration, however long that takes.
+        repetitions: runs after a first one; the least time of these counts.
+        budget: s; a series ends where its next run would take longer.
+        progress: called with the name of the method that is measured.
+        answered: called with each row of the report when it is measured.
+
+    Returns:
+        The report; its `rows` have the cheapest method for each accuracy.
+
+    Raises:
+        InputError: for an unknown method, or where there is no reference.
+    """
+    methods = [methods] if isinstance(methods, str) else methods
+    _check(scene, methods, accuracy, peers)
+    limit = Budget(np.inf if thorough else LIMIT * (1 + peers))
+    progress("the reference")
+    bench = _bench(scene, accuracy, thorough)
+    methods_tried = [_method(bench, method) for method in methods or _suited(bench)]
+    others = [_peer(bench, peer) for peer in (simulators.peers(bench.scene) if peers else ())]
+    others.sort(key=lambda one: OTHERS.index(one.name.split()[0]))
+    climb = Climb(bench.error_of, repetitions, budget, thorough, progress)
+    rows, interrupted = list[CostRow](), False
+    try:
+        for answer in _answers(bench, climb, methods_tried, others, accuracy, limit):
+            rows.append(answer)
+            answered(answer)
+        for one in methods_tried + others if thorough else ():
+            climb.up_to(one, bench.known.error, budget, limit)
+    except (KeyboardInterrupt, Interrupted):
+        interrupted = True
+    missing = simulators.missing() if peers else ()
+    return _report(bench, methods_tried + others, rows, accuracy, repetitions, missing, interrupted)
+
+
+def _check(scene: Scene, methods: Sequence[str] | None, accuracy: float, peers: bool) -> None:
+    """Refuse, before anything is measured, what cannot be."""
+    for method in methods or ():
+        if method not in _compared():
+            raise InputError(f"methods: {not_one_of(method, _compared())}")
+    if not 0 < accuracy < 1:
+        raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
+    if KNOWN * accuracy < EPS:
+        raise InputError(
+            f"accuracy: {accuracy:g} is finer than can be measured: numbers of 64 bits are rounded to {EPS:.1g} of "
+            f"themselves, and the reference has to be {1 / KNOWN:g} times as accurate"
+        )
+    if peers:
+        simulators.peers(scene)
+
+
+def _answers(
+    bench: _Bench, climb: Climb, series: list[Series], others: list[Series], accuracy: float, limit: Budget
+) -> Iterator[CostRow]:
+    """The row of each accuracy, from coarse to fine; the time that is left is shared among those that can be answered."""
+    accuracies, least = sorted({*ACCURACIES, accuracy}, reverse=True), bench.known.error
+    for i, error in enumerate(accuracies):
+        asked = max(sum(other >= least for other in accuracies[i:]), 1)
+        _contest(climb, bench, series, error, Budget(limit.left / asked / (2 if others else 1)))
+        _contest(climb, bench, others, error, Budget(limit.left / (2 * asked - 1)))
+        yield row([one.curve for one in series + others], error, least)
+
+
+def _report(
+    bench: _Bench,
+    series: list[Series],
+    rows: list[CostRow],
+    accuracy: float,
+    repetitions: int,
+    missing: tuple[str, ...],
+    interrupted: bool,
+) -> CostReport:
+    exact, model = bench.known, bench.model
+    count, name = (len(model.rods), "rod") if model.rods else (len(model.joints), "joint")
+    return CostReport(
+        subject=f"{count} {name}{'s' if count > 1 else ''}",
+        curves=tuple(one.curve for one in series),
+        accuracy=accuracy,
+        error=exact.error,
+        solutions=exact.solutions,
+        duration=exact.duration,
+        horizon=exact.horizon,
+        halted=exact.halted,
+        machine=machine(),
+        versions={name: version for name, version in installed(*LIBRARIES).items() if version},
+        repetitions=repetitions,
+        thorough=bench.thorough,
+        interrupted=interrupted,
+        missing=missing,
+        rows=tuple(rows),
+    )
+
+
+def _bench(scene: Scene, accuracy: float, thorough: bool) -> _Bench:
+    samples = scene.solver.samples or (SAMPLES if scene.duration else 1)
+    scene = scene.with_solver(method="auto", samples=samples if thorough else min(samples, SAMPLES))
+    solutions, limit = (SOLUTIONS, np.inf) if thorough else (QUICK, OF_REFERENCE)
+    exact = reference(scene, KNOWN * accuracy, solutions, limit)
+    solver = scene.solver.model_copy(update={"samples": len(exact.t)})
+    scene = scene.model_copy(update={"duration": exact.horizon, "solver": solver})
+    pilot = run_to_setting(scene.by("dop853", 1e-3))
+    if not thorough:
+        refuse_other_equations(scene, pilot)
+    first_step = scene.duration / max(pilot.stats.steps, len(exact.t) - 1, 1)
+    compiles = scene.solver.engine == "auto" and "compiled" in pilot.stats.engine
+    return _Bench(scene, exact, build(scene.model), first_step, compiles, thorough)
+
+
+def _contest(climb: Climb, bench: _Bench, series: Iterable[Series], error: float, limit: Budget) -> None:
+    """Every series up to one error, as far as it is worth it beside the cheapest of them."""
+    if error < bench.known.error:
+        return
+    best = np.inf
+    for one in series:
+        least, times = WORTH
+        worth = climb.budget if bench.thorough else min(max(least, times * best), climb.budget)
+        climb.up_to(one, error, worth, limit)
+        best = min(best, one.first_at(error) or np.inf)
+
+
+# --- series -------------------------------------------------------------------------------------------------------
+
+
+def _compared() -> tuple[str, ...]:
+    """All methods, as `simulate` runs them, those that are most often the cheapest first; then without compiling."""
+    ranked = sorted(METHODS.values(), key=lambda method: method.price_rank)
+    compiled = [method.name for method in ranked if method.machine_code and not method.damps]
+    return (*(method.name for method in ranked), *(f"{name}{UNCOMPILED}" for name in compiled))
+
+
+def _suited(bench: _Bench) -> Iterator[str]:
+    """All methods; unless thorough, without those that take minutes on so many joints before anything can stop them."""
+    joints = len(bench.model.joints)
+    for name in _compared():
+        method = METHODS[name.removesuffix(UNCOMPILED)]
+        slow = (name == "taylor" and joints > FEW_JOINTS) or (method.implicit and joints > LARGE)
+        twice = name != method.name and not bench.compiles
+        if (bench.thorough or not slow) and not twice:
+            yield name
+
+
+def _method(bench: _Bench, method: str) -> Series:
+    name = method.removesuffix(UNCOMPILED)
+    fixed = name in FIXED_METHODS
+    stride = 4 if name == "taylor" and len(bench.model.joints) > SEVERAL_JOINTS else 1
+    settings = steps(bench.first_step) if fixed else tolerances(least_tolerance(name), stride)
+    return Series(method, "", "step" if fixed else "tolerance", settings, _run_of(bench, method))
+
+
+def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Trial]:
+    name = method.removesuffix(UNCOMPILED)
+
+    def run(setting: float, stop: float) -> Trial:
+        begin, scene = time.perf_counter(), bench.scene.by(name, setting)
+        try:
+            result = run_to_setting(scene if name == method else uncompiled(scene), progress=halting(stop))
+        except Interrupted:
+            raise
+        except PendpinError as error:
+            hopeless = not isinstance(error, RunError)
+            seconds = stop if isinstance(error, Halted) else time.perf_counter() - begin
+            return Trial(None, seconds, failure=one_line(str(error)), hopeless=hopeless)
+        stats = result.stats
+        return Trial(
+            marks(bench.model, result.tips, result.q),
+            *(stats.seconds, stats.steps, stats.evaluations),
+            max(stats.compile_seconds, _compiled_in(scene)) if "compiled" in stats.engine else 0.0,
+            f"{stats.library} {stats.version}",
+        )
+
+    return run
+
+
+def _compiled_in(scene: Scene) -> float:
+    """The s in which this process compiled the scene's equations, in whichever run that was."""
+    engine = bind(scene.with_solver(engine="compiled")).engine
+    return engine.equations.compile_seconds if isinstance(engine, Compiled) else 0.0
+
+
+def _peer(bench: _Bench, peer: Peer) -> Series:
+    def run(setting: float, stop: float) -> Trial:
+        result = peer.run(setting, stop)
+        if result.failure is not None:
+            return Trial(None, result.seconds, failure=result.failure)
+        positions = marks(bench.model, tips(bench.model, poses(bench.model, result.q)), result.q)
+        return Trial(positions, result.seconds, result.steps, result.evaluations)
+
+    settings = steps(bench.first_step) if peer.kind == "step" else tolerances(1e-14)
+    return Series(peer.name, peer.library, peer.kind, settings, run, peer=True)
+
+
+# --- the machine ----------------------------------------------------------------------------------------------------
+
+
+def machine() -> str:
+    """The processor, how many there are, and the Python."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(errors="replace").splitlines() if info.is_file() else []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    name = names[0] if names else platform.processor() or platform.machine()
+    return f"{name}, {os.cpu_count()} cores, Python {platform.python_version()}"

@@ -1,0 +1,209 @@
+"""The reference solution of a motion: two computations by different families of methods, which must agree.
+
+Each is computed twice, with its finest setting and a coarser one; the difference estimates its error. If the two differ by
+much more than these errors, one of them is wrong, and there is no reference.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from pendpin.dynamics.binding.acting import acting
+from pendpin.dynamics.compiling import compilable
+from pendpin.dynamics.dynamics import bind
+from pendpin.effects import Effect, Gravity
+from pendpin.engines import Compiled
+from pendpin.equations import exact
+from pendpin.errors import InputError
+from pendpin.ground.arrays import EPS, Array
+from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, uncompiled
+from pendpin.model.build import Model, build, start_state
+from pendpin.model.kinematics import marks, scale, tip_distance
+from pendpin.runs.processor_time import run_within
+from pendpin.scene import Scene
+from pendpin.trajectory import Trajectory
+from pendpin.verification.claims import attempt
+
+SAME = 1e-9  # of the largest rate: difference of two equations by rounding
+LARGE = 200  # joints: a Jacobian of more takes minutes, in which nothing stops it
+STATES = 8  # at which equations are compared
+CONTRADICTION = 100.0  # times the estimated errors of the two, and their rounding
+
+Tips = Array  # (n, rods, 3) m, W
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """One computation of a motion, as far as it came."""
+
+    name: str  # its family, method and equations
+    tips: Tips
+    doubt: Array  # (n,) estimated error: the distance to its own coarser run, over the length
+    rounding: float  # over the length
+    halted: bool = False  # whether it was stopped before the end of the scene
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The motion up to the time at which it is no longer accurate enough."""
+
+    tips: Tips  # (n, rods, 3) m, W, of the first solution
+    t: Array  # (n,) s
+    error: float  # how far the two solutions are apart at most, over the length
+    solutions: tuple[str, str]
+    duration: float  # s, of the scene
+    halted: bool = False  # whether it ends because longer runs would take too long
+
+    @property
+    def horizon(self) -> float:
+        """The end of the reference, s since the start."""
+        return float(self.t[-1])
+
+
+Maker = Callable[[Scene, Model, float, float], Solution]  # with the length and the limit of each run, s
+
+
+def reference(
+    scene: Scene, error: float, solutions: tuple[Maker, ...] | None = None, limit: float = np.inf
+) -> Reference:
+    """The motion of a scene, to within `error` of its length, at its output times up to its horizon.
+
+    The first two of `solutions` that can run the scene are used; by default the exact solution if there is one, a power
+    series, a Runge-Kutta method, collocation, if possible each on different equations. Each takes two runs, which are
+    stopped after `limit` s of processor time.
+    Raises InputError if fewer than two can run the scene, if they contradict each other, or do not agree to `error`.
+    """
+    model = build(scene.model)
+    length, computed = scale(model), list[Solution]()
+    for maker in SOLUTIONS if solutions is None else solutions:
+        solution, _ = attempt(partial(maker, scene, model, length, limit))
+        computed += [solution] if solution else []  # else it is not for this scene
+        if len(computed) == 2:
+            return _agreed(scene, length, error, *computed)
+    raise InputError(
+        f"no reference solution: two families of methods are needed, and only {len(computed)} can run this scene"
+    )
+
+
+def _agreed(scene: Scene, length: float, error: float, one: Solution, other: Solution) -> Reference:
+    n = min(len(one.tips), len(other.tips))
+    gap = np.maximum.accumulate(tip_distance(one.tips[:n], other.tips[:n], length))
+    doubt = np.maximum.accumulate(one.doubt[:n] + other.doubt[:n]) + one.rounding + other.rounding
+    if (against := gap > CONTRADICTION * doubt).any():
+        i = int(np.argmax(against))
+        raise InputError(
+            f"no reference: {one.name} and {other.name} differ by {gap[i]:.1e} of the length at {scene.times[i]:.3g} s, "
+            f"where their estimated errors are {doubt[i]:.1e}: one of them is wrong"
+        )
+    good = int(np.argmax(np.append(gap > error, True)))
+    halted = good == n and (one.halted or other.halted)
+    if good < min(2, len(scene.times)):
+        slow = "the first output time takes too long; give more samples, or take --thorough"
+        apart = f"two methods agree to {gap[:2].max():.1e} of the length at best, not {error:g}"
+        raise InputError(f"no reference: {slow if halted else apart}")
+    known = float(max(gap[good - 1], EPS))
+    return Reference(one.tips[:good], scene.times[:good], known, (one.name, other.name), scene.duration, halted)
+
+
+# --- solutions ------------------------------------------------------------------------------------------------------
+
+
+def by_elliptic_functions(scene: Scene, model: Model, length: float, limit: float) -> Solution:
+    """A single rod under gravity that is a spherical pendulum or swings in a plane. Raises InputError for any other."""
+    chain, gravity = model.chain, _downwards(scene.effects)
+    if chain is None or chain.n != 1 or gravity is None:
+        raise InputError("no exact solution")
+    (q, v), rod = start_state(model, scene.start), model.rods[0].inertia
+    in_plane = next((i for i in (0, 1) if not q[1 - i] and not v[1 - i]), None)
+    if rod is None or rod.h <= 0 or (rod.I3 and in_plane is None):
+        raise InputError("no exact solution")
+    axis = in_plane or 0
+    reduced = (rod.I1, rod.I2)[axis] / rod.m / rod.h + rod.h  # I1 = I2 where I3 = 0
+    if rod.I3:
+        angles = np.zeros((len(scene.times), 2))
+        angles[:, axis] = exact.planar(q[axis], v[axis], reduced, gravity, scene.times)
+        direction = exact.direction(angles)
+    else:
+        direction = exact.spherical(exact.direction(q), exact.direction_rate(q, v), reduced, gravity, scene.times)
+    return Solution("elliptic functions in 100 digits", direction[:, None] * length, np.zeros(len(direction)), EPS)
+
+
+def _downwards(effects: tuple[Effect, ...]) -> float | None:
+    """The acceleration of gravity in m/s² if nothing else acts and it points down; else None."""
+    if len(effects) != 1 or not isinstance(effects[0], Gravity):
+        return None
+    field = effects[0].field(0.0)
+    return float(-field[2]) if field[2] < 0 and not field[:2].any() else None
+
+
+def by_series(scene: Scene, model: Model, length: float, limit: float) -> Solution:
+    """The Taylor integrator, on the recursion or the closed form."""
+    if len(model.joints) > (MAX_JOINTS if limit == np.inf else FEW_JOINTS):  # of more joints, it compiles long
+        raise InputError("too many joints")
+    name = "power series (taylor) of the recursion"
+    return _compare_runs(name, scene.with_solver(engine="auto"), length, "taylor", 1e-18, 1e-16, limit)
+
+
+def by_runge_kutta(scene: Scene, model: Model, length: float, limit: float) -> Solution:
+    """The adaptive integrator, on Pinocchio's accelerations where possible; with a limit on the recursion, which is fast."""
+    scene = uncompiled(scene.by("dop853", 1e-14)) if limit == np.inf else _recursion(scene, model)
+    return _compare_runs(
+        f"Runge-Kutta (dop853) on {bind(scene).engine.name}", scene, length, "dop853", 1e-14, 1e-13, limit
+    )
+
+
+def _integrate_recursion(family: str, method: str, fine: float, coarse: float, most: float = np.inf) -> Maker:
+    """A method at two tolerances, on the recursion in machine code where it can be compiled, for up to `most` joints."""
+
+    def solve(scene: Scene, model: Model, length: float, limit: float) -> Solution:
+        if len(model.joints) > most:
+            raise InputError("too many joints")
+        scene = _recursion(scene, model)
+        return _compare_runs(
+            f"{family} ({method}) on {bind(scene).engine.name}", scene, length, method, fine, coarse, limit
+        )
+
+    return solve
+
+
+by_multistep = _integrate_recursion("multistep", "lsoda", 1e-13, 1e-12, LARGE)
+by_low_order = _integrate_recursion("order 5", "rk45", 1e-12, 1e-11)  # for scenes that are too large for other families
+by_collocation = _integrate_recursion("collocation", "radau", 1e-11, 1e-10)
+
+
+def refuse_other_equations(scene: Scene, run: Trajectory) -> None:
+    """Raise InputError if the recursion in machine code, where it can be compiled, differs from Pinocchio's equations.
+
+    They are compared at states of a run: references with a limit are all made on the recursion.
+    """
+    engine = bind(_recursion(scene, build(scene.model))).engine
+    if not isinstance(engine, Compiled):
+        return
+    one, other = (which.derivative(lambda t: None)[0] for which in (engine, engine.base))
+    for i in np.linspace(0, len(run.t) - 1, STATES, dtype=int):
+        y = engine.pack(run.q[i], run.v[i])
+        rates = np.zeros((2, len(y)))
+        for row, derivative in zip(rates, (one, other), strict=True):
+            derivative(row, float(scene.times[i]), y)
+        if (off := np.abs(np.subtract(*rates)).max() / max(1.0, np.abs(rates).max())) > SAME:
+            raise InputError(f"no reference: {engine.name} and {engine.base.name} differ by {off:.1e} in y'")
+
+
+def _recursion(scene: Scene, model: Model) -> Scene:
+    compiles = compilable(model, acting(model, scene.effects))
+    return scene.with_solver(engine="compiled") if compiles else scene
+
+
+def _compare_runs(
+    name: str, scene: Scene, length: float, method: str, fine: float, coarse: float, limit: float
+) -> Solution:
+    runs = [run_within(limit, scene.by(method, setting)) for setting in (fine, coarse)]
+    n = min(len(run.t) for run in runs)
+    one, other = (marks(build(scene.model), run.tips[:n], run.q[:n]) for run in runs)
+    return Solution(name, one, tip_distance(one, other, length), EPS * runs[0].stats.steps, n < len(scene.times))
+
+
+SOLUTIONS: tuple[Maker, ...] = (by_elliptic_functions, by_series, by_runge_kutta, by_collocation)
+QUICK: tuple[Maker, ...] = (by_elliptic_functions, by_series, by_runge_kutta, by_multistep, by_low_order)
