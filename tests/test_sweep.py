@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import pendpin as pp
 from pendpin import effects as fx
@@ -271,6 +272,21 @@ def test_sobol_indices_of_a_known_function() -> None:
     for key, share in (("a", 0.2), ("b", 0.8)):
         assert found[key]["first"] == pytest.approx(share, abs=0.03)
         assert found[key]["total"] == pytest.approx(share, abs=0.03)
+
+
+def test_sobol_indices_are_scipys() -> None:
+    """Ishigami's function: the same as scipy.stats.sobol_indices from the same cases; one key alone has the whole."""
+    spreads = dict.fromkeys("abc", ("uniform", -math.pi, math.pi))
+    a, b, c = sobol_plan(spreads, 256, seed=3).values.values()
+    y = np.sin(a) + 7 * np.sin(b) ** 2 + 0.1 * c**4 * np.sin(a)
+    columns = (y - y.mean()).reshape(256, 5).T
+    parts = {"f_A": columns[:1], "f_B": columns[-1:], "f_AB": columns[1:-1, None]}
+    theirs, ours = stats.sobol_indices(func=parts, n=256), indices(spreads, y)
+    np.testing.assert_allclose([ours[key]["first"] for key in "abc"], theirs.first_order, rtol=0, atol=1e-13)
+    np.testing.assert_allclose([ours[key]["total"] for key in "abc"], theirs.total_order, rtol=0, atol=1e-13)
+    one = {"a": spreads["a"]}
+    (alone,) = sobol_plan(one, 2).values.values()
+    assert set(indices(one, alone)) == {"a"}
 
 
 @pytest.mark.slow

@@ -368,7 +368,6 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeyp
     assert run_main("map", "map.zarr", "--measure", "flip_tme") == 1
     assert "did you mean 'flip_time'?" in capsys.readouterr().err
     assert run_main("sweep", "two.toml", "--vary", "model.rods[0].mass=-1,-2") == 1
-    pytest.importorskip("SALib")
     assert run_main("sweep", "two.toml", "--vary", f"{KEYS[0]}=0:1", "--sobol", "2", "--json") == 0
     assert KEYS[0] in json.loads(capsys.readouterr().out)["sobol"]["swing"]
     shutil.rmtree("map.zarr")

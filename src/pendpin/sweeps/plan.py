@@ -109,7 +109,7 @@ def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", se
 
     Raises InputError for a count, method or spread that cannot be.
     """
-    from scipy.stats import norm, qmc
+    from scipy.stats import qmc
 
     if not 1 <= count <= MOST_CASES:
         raise InputError(f"sample: {count} is not a count from 1 to {MOST_CASES}")
@@ -124,11 +124,18 @@ def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", se
         unit = qmc.LatinHypercube(len(spreads), rng=seed).random(count)
     else:
         unit = qmc.Sobol(len(spreads), rng=seed).random(count)
+    return _checked(Plan(tuple(spreads), spread_out(spreads, unit), False))
+
+
+def spread_out(spreads: Mapping[str, Spread], unit: Array) -> dict[str, Array]:
+    """The values (n,) of each key from numbers (n, keys) in 0 to 1, by the inverse of its distribution."""
+    from scipy.stats import norm
+
     unit = np.clip(unit, 2.0**-53, 1 - 2.0**-53)  # so that a normal one stays finite
     columns = {}
     for (key, (kind, one, other)), u in zip(spreads.items(), unit.T, strict=True):
         columns[key] = one + u * (other - one) if kind == "uniform" else np.asarray(norm.ppf(u, one, other))
-    return _checked(Plan(tuple(columns), columns, False))
+    return columns
 
 
 def cases_of(path: Path) -> Plan:

@@ -1,4 +1,4 @@
-"""Sobol' indices: which share of a measure's variance each varied number causes, alone and with the others (SALib)."""
+"""Sobol' indices: which share of a measure's variance each varied number causes, alone and with the others."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,40 +6,42 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import InputError
-from pendpin.ground.libraries import optional
-from pendpin.sweeps.plan import MOST_CASES, Plan, Spread, check_spreads, pairs
-from pendpin.sweeps.task import EXTRA
+from pendpin.ground.arrays import Array
+from pendpin.sweeps.plan import MOST_CASES, Plan, Spread, check_spreads, pairs, spread_out
 
 LEVEL = 0.95  # of the confidence intervals
-OF_ZERO = 1 << 32  # in place of the seed 0, which SALib takes for none
-
-
-def problem(spreads: Mapping[str, Spread]) -> dict[str, Any]:
-    """The numbers and their spreads as SALib takes them."""
-    return {
-        "num_vars": len(spreads),
-        "names": list(spreads),
-        "bounds": [[one, other] for _, one, other in spreads.values()],
-        "dists": ["unif" if kind == "uniform" else "norm" for kind, _, _ in spreads.values()],
-    }
+RESAMPLES = 200  # bootstrap: the half-widths are then known to a twentieth
 
 
 def sobol_plan(spreads: Mapping[str, Spread], count: int, seed: int = 0) -> Plan:
-    """The cases of Saltelli's scheme: count (keys + 2) of them. Raises InputError for a count that is not a power of 2."""
+    """The cases of Saltelli's scheme: count (keys + 2) of them. Raises InputError for a count that is not a power of 2.
+
+    Each base case has one row of A, one row for each key in which that key's number is B's, and one row of B.
+    """
+    from scipy.stats import qmc
+
     if count < 2 or count & (count - 1):
         raise InputError(f"sobol: {count} is not a power of 2 above 1, such as {1 << max(1, int(count).bit_length())}")
-    if (cases := count * (len(spreads) + 2)) > MOST_CASES:
+    keys = len(spreads)
+    if (cases := count * (keys + 2)) > MOST_CASES:
         raise InputError(f"sobol: {count} base cases make {cases} cases, more than {MOST_CASES}")
     check_spreads(spreads)
-    rows = _salib("sample").sample(problem(spreads), count, calc_second_order=False, seed=seed)
-    return pairs({key: rows[:, i] for i, key in enumerate(spreads)})
+    unit = qmc.Sobol(2 * keys, rng=seed).random(count)
+    rows = np.repeat(unit[:, None, :keys], keys + 2, axis=1)  # (count, keys + 2, keys), all of them A
+    for i in range(keys):
+        rows[:, 1 + i, i] = unit[:, keys + i]
+    rows[:, -1] = unit[:, keys:]
+    return pairs(spread_out(spreads, rows.reshape(cases, keys)))
 
 
 def indices(spreads: Mapping[str, Spread], values: Any, seed: int = 0) -> dict[str, dict[str, float]]:
     """First-order and total indices of each key with half-widths of their 95 % intervals, from a measure (cases,).
 
-    Raises InputError where a case has no value: the scheme needs every one.
+    Saltelli et al. 2010 (Computer Physics Communications 181, 259), table 2 (b) and (f); the intervals by bootstrap over the
+    base cases. Raises InputError where a case has no value, because the scheme needs every one.
     """
+    from scipy import stats
+
     y = np.asarray(values, float)
     if not np.isfinite(y).all():
         raise InputError(
@@ -47,13 +49,19 @@ def indices(spreads: Mapping[str, Spread], values: Any, seed: int = 0) -> dict[s
         )
     if np.ptp(y) == 0:
         return {key: {"first": 0.0, "first_conf": 0.0, "total": 0.0, "total_conf": 0.0} for key in spreads}
-    saltelli = problem(spreads)
-    shares = _salib("analyze").analyze(saltelli, y, calc_second_order=False, conf_level=LEVEL, seed=seed or OF_ZERO)
-    names = {"first": "S1", "first_conf": "S1_conf", "total": "ST", "total_conf": "ST_conf"}
-    return {
-        key: {name: float(shares[salib_name][i]) for name, salib_name in names.items()} for i, key in enumerate(spreads)
-    }
+    columns = y.reshape(-1, len(spreads) + 2).T  # (keys + 2, base cases)
+    columns = columns - columns[[0, -1]].mean()
 
+    def estimate(base_cases: Array) -> Array:
+        a, b, mixed = columns[0, base_cases], columns[-1, base_cases], columns[1:-1, base_cases]
+        variance = np.var([a, b]) or np.inf
+        return np.array([(b * (mixed - a)).mean(1), ((a - mixed) ** 2).mean(1) / 2]) / variance
 
-def _salib(part: str) -> Any:
-    return optional(f"SALib.{part}.sobol", "sobol", EXTRA)
+    everything = np.arange(columns.shape[1])
+    first, total = estimate(everything)
+    settings: dict[str, Any] = {"n_resamples": RESAMPLES, "method": "percentile", "vectorized": False}
+    spread = stats.bootstrap([everything], estimate, rng=np.random.default_rng(seed), **settings).standard_error
+    width = stats.norm.ppf(0.5 + LEVEL / 2) * spread
+    table = zip(spreads, first, width[0], total, width[1], strict=True)
+    names = ("first", "first_conf", "total", "total_conf")
+    return {key: dict(zip(names, map(float, row), strict=True)) for key, *row in table}

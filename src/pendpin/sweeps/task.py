@@ -19,7 +19,7 @@ from pendpin.trajectory.columns import unit_of
 TRIED = 33  # cases, at most, until one has numbers that can be had
 LOOSER = 100.0  # times the tolerance, for what compares two runs
 LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")
-EXTRA = "xarray zarr SALib cloudpickle dask distributed"  # the libraries of a sweep
+EXTRA = "xarray zarr cloudpickle dask distributed"  # the libraries of a sweep
 LARGEST_COUNT = 2.0**53
 UNITS = {
     **dict.fromkeys(("length", "radius", "com", "diameter"), "m"),
