@@ -11,7 +11,7 @@ from pendpin.ground.arrays import Array, cross, dot, weighted_roots
 from pendpin.ground.records import NotNegative, Positive, Vector
 
 POINTS = 12  # Gauss-Legendre points in each of the two parts of a rod: at worst 2e-6 of the integral (docs/effects.md)
-_TINY = 1e-300
+_TINY = 1e-200  # beside the square of a speed; products with a quotient by it stay numbers
 
 
 def _graded() -> tuple[Array, Array]:
@@ -131,12 +131,14 @@ def _speed_moments(u0: Array, u1: Array, xp: Any) -> tuple[Array, Array, Array]:
     exactly, as in every plane motion, and a rounded corner nearly so.
     """
     C = dot(u1, u1)
-    cut = xp.minimum(xp.maximum(-dot(u0, u1) / (C + _TINY), 0.0), 1.0)
+    lowest = -dot(u0, u1) / (C + _TINY)
+    cut = xp.minimum(xp.maximum(lowest, 0.0), 1.0)
     least, parts = u0 + cut * u1, np.stack([cut, 1.0 - cut])
     squares = parts**2
-    A, B = dot(least, least), dot(least, u1)  # B is 0 but for rounding, unless the least is at an end
-    rising = xp.maximum(np.stack([-B, B]), 0.0)
-    K0, K1, K2 = weighted_roots(A, 2 * parts * rising, squares * C, _NODES, _MOMENTS, xp)
+    # dot(least, u1): exactly 0 where the least is inside. At an end it counts for the part that is there, where it is not
+    # negative. It is no max(..., 0): at a rest in wind, with u1 = 0, it has a derivative.
+    A, B = dot(least, least), (C + _TINY) * (cut - lowest)
+    K0, K1, K2 = weighted_roots(A, 2 * parts * np.stack([-B, B]), squares * C, _NODES, _MOMENTS, xp)
     left, right = squares * K1
     K0, K1, K2 = (parts * K0).sum(0), right - left, (parts * squares * K2).sum(0)  # about the cut
     return K0, cut * K0 + K1, cut * (cut * K0 + 2 * K1) + K2
