@@ -83,7 +83,7 @@ WINDS = {
 def test_every_effect_at_rest_against_fifty_digits(model: str, effect: str, moving: str) -> None:
     """Along every axis of the state: at a rest relative speeds vanish, and so does their change along the rods.
 
-    In still air |u| u changes by the square of a step of 1e-12, which is nothing beside what is compared. In wind the flow is
+    In still air |u| u changes by the square of a step of 1e-12, nothing beside what is compared. In wind the flow is
     least at one end of a rod on one side of the rest and at the other end on the other side, so that the rounding of the
     quadrature's weights, which are doubles, enters: a difference of sixth order with a step of 1e-3 is good to 1e-12.
     """
