@@ -12,7 +12,6 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-from defusedxml.ElementTree import fromstring
 
 from pendpin.dynamics.dynamics import Dynamics, bind, loads_at
 from pendpin.effects import Effect, FieldEffect, Viscous
@@ -26,6 +25,7 @@ from pendpin.ground.versions import VERSION
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import Model
 from pendpin.model.read_urdf import read_urdf
+from pendpin.model.urdf_xml import parse
 from pendpin.model.write_others import mjcf, sdf
 from pendpin.model.write_urdf import chain_urdf
 from pendpin.runs.simulate import simulate
@@ -116,7 +116,7 @@ def _urdf(scene: Scene, damping: dict[str, float]) -> str:
     if isinstance(scene.model, Chain):
         return chain_urdf(scene.model)
     if isinstance(scene.model, UrdfModel):
-        robot = fromstring(read_urdf(scene.model).text)
+        robot = parse(read_urdf(scene.model).text.encode())
         for joint in robot.iter("joint"):  # its <dynamics> do not act in the scene, and some engines would let them act
             for element in joint.findall("dynamics"):
                 joint.remove(element)
