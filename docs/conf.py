@@ -67,7 +67,7 @@ myst_links_external_new_tab = False
 nb_execution_mode = "auto"  # the pages with code cells; notebooks that hold their outputs are shown as they are
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
-nb_execution_timeout = 120
+nb_execution_timeout = -1  # none: a busy machine is no error, and Ctrl-C ends what hangs
 nb_merge_streams = True
 
 default_role = "code"

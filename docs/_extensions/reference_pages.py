@@ -127,9 +127,7 @@ def output(said: dict[str, Any], top: Path) -> str:
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "examples").symlink_to(top / "examples")
         environment = os.environ | {"COLUMNS": "96", "NO_COLOR": "1", "TERM": "dumb"}
-        done = subprocess.run(
-            said["example"], shell=True, cwd=folder, env=environment, capture_output=True, text=True, timeout=120
-        )
+        done = subprocess.run(said["example"], shell=True, cwd=folder, env=environment, capture_output=True, text=True)
     if done.returncode != said.get("status", 0):
         log.warning("`%s` ends with status %d: %s", said["example"], done.returncode, done.stderr.strip())
     lines = [line.rstrip() for line in (done.stdout + done.stderr).splitlines()]
