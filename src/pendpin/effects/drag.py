@@ -7,22 +7,16 @@ from pydantic import Field, Strict, model_validator
 
 from pendpin.effects.base import Bodies, BodyEffect, Motion
 from pendpin.effects.pace import Pace
-from pendpin.ground.arrays import Array, cross, dot, weighted_roots
+from pendpin.ground.arrays import Array, cross, dot
 from pendpin.ground.records import NotNegative, Positive, Vector
 
-POINTS = 12  # Gauss-Legendre points in each of the two parts of a rod: at worst 2e-6 of the integral (docs/effects.md)
-_TINY = 1e-200  # beside the square of a speed; products with a quotient by it stay numbers
-
-
-def _graded() -> tuple[Array, Array]:
-    """Nodes and weights (POINTS,) on 0 to 1, crowded at 0: those of Gauss-Legendre in the root of the distance."""
-    x, weights = np.polynomial.legendre.leggauss(POINTS)
-    root = (1 + x) / 2
-    return root**2, root * weights
-
-
-_NODES, _WEIGHTS = _graded()
-_MOMENTS = _WEIGHTS * _NODES ** np.arange(3)[:, None]  # (3, POINTS), for the integrals of x^k f(x)
+_TINY = 1e-300
+_STILL = 1e-150  # m/s, added to flows: air at rest against a rod has no speed to divide by
+_TAKEN_TURN = 1 - 2.0**-53  # the largest w below; at 1 the flow vanishes on the rod, and log is multiplied by 0
+_SMALL = 0.1  # w, below which series have no rounding error of the closed form to fear
+_TERMS = np.arange(13.0)  # of these series: the next one is 1e-17
+_BETA = 2 / ((2 * _TERMS + 3) * (2 * _TERMS + 5))
+_GAMMA = 16 * (_TERMS + 1) / ((2 * _TERMS + 3) * (2 * _TERMS + 5) * (2 * _TERMS + 7))
 
 
 class Drag(BodyEffect):
@@ -125,20 +119,44 @@ class Drag(BodyEffect):
 
 
 def _speed_moments(u0: Array, u1: Array, xp: Any) -> tuple[Array, Array, Array]:
-    """The integrals of |u|, s |u|, s² |u| for u = u0 + s u1 over s from 0 to 1, each (n, 1).
+    """The integrals of |u|, s |u|, s² |u| for u = u0 + s u1 over s from 0 to 1, each (n, 1), to rounding.
 
-    By Gauss-Legendre in two parts that meet where |u| is least, with the points crowded there: a corner of |u| is met
-    exactly, as in every plane motion, and a rounded corner nearly so.
+    In closed form (docs/effects.md derives it): S is the sum of the speeds at both ends, d their difference over S, w the
+    square of |u1| / S, and e = w - d². Then, about the middle of the rod,
+        K0 = S (1/2 - e (2/3 + w beta) / 4),  M1 = S d (1/12 + e beta / 8),  M2 = S (1/24 - e beta / 16 + e² gamma / 64),
+    with two functions of w, which only the derivative at w = 1, flow that vanishes on the rod, makes infinite.
     """
-    C = dot(u1, u1)
-    lowest = -dot(u0, u1) / (C + _TINY)
-    cut = xp.minimum(xp.maximum(lowest, 0.0), 1.0)
-    least, parts = u0 + cut * u1, np.stack([cut, 1.0 - cut])
-    squares = parts**2
-    # dot(least, u1): exactly 0 where the least is inside. At an end it counts for the part that is there, where it is not
-    # negative. It is no max(..., 0): at a rest in wind, with u1 = 0, it has a derivative.
-    A, B = dot(least, least), (C + _TINY) * (cut - lowest)
-    K0, K1, K2 = weighted_roots(A, 2 * parts * np.stack([-B, B]), squares * C, _NODES, _MOMENTS, xp)
-    left, right = squares * K1
-    K0, K1, K2 = (parts * K0).sum(0), right - left, (parts * squares * K2).sum(0)  # about the cut
-    return K0, cut * K0 + K1, cut * (cut * K0 + 2 * K1) + K2
+    end, C = u0 + u1, dot(u1, u1)
+    S = xp.sqrt(dot(u0, u0)) + xp.sqrt(dot(end, end)) + _STILL
+    inverse = 1 / S
+    d, w = (C + 2 * dot(u0, u1)) * inverse * inverse, C * inverse * inverse
+    e, w = w - d * d, xp.minimum(w, _TAKEN_TURN)
+    beta, gamma = _functions_of_turning(w, xp)
+    K0 = S * (0.5 - e * (1 / 6 + w * beta / 4))
+    M1, M2 = S * d * (1 / 12 + e * beta / 8), S * (1 / 24 - e * beta / 16 + e * e * gamma / 64)
+    return K0, M1 + K0 / 2, M2 + M1 + K0 / 4
+
+
+def _functions_of_turning(w: Array, xp: Any) -> tuple[Array, Array]:
+    """beta and gamma of w from 0 to 1: the series up to `_SMALL`, and what the closed form adds beyond.
+
+    That loses digits towards w = 0, the series need many terms towards 1; neither minimum nor maximum asks a symbol for
+    its value.
+    """
+    low, high = xp.minimum(w, _SMALL), xp.maximum(w, _SMALL)
+    root, inverse, left = xp.sqrt(high), 1 / high, 1 - high
+    atanh = 0.5 * xp.log((1 + root) * (1 + root) / left)
+    beta = (1 / 3 - left * inverse * (atanh * root * inverse - 1)) * inverse
+    gamma = ((5 - high) * beta - 2 / 3) * inverse
+    return _sum_series(_BETA, low) + (beta - _BETA_AT_SMALL), _sum_series(_GAMMA, low) + (gamma - _GAMMA_AT_SMALL)
+
+
+def _sum_series(coefficients: Array, w: Any) -> Any:
+    """The sum of coefficients times powers of w."""
+    total = coefficients[-1]
+    for coefficient in coefficients[-2::-1]:
+        total = total * w + coefficient
+    return total
+
+
+_BETA_AT_SMALL, _GAMMA_AT_SMALL = (_sum_series(of, _SMALL) for of in (_BETA, _GAMMA))
