@@ -12,7 +12,7 @@ from effect_cases import on_both, planar, states
 from laws import law
 from pendpin import effects as fx
 from pendpin.effects.drag import _speed_moments
-from test_effects import largest, random_motion
+from test_effects import largest
 
 # --- drag, in closed form -------------------------------------------------------------------------------------------
 
@@ -99,7 +99,7 @@ def test_a_promise_holds_in_a_cross_wind(density: float, wind: tuple) -> None:
     x, weights = np.polynomial.legendre.leggauss(300)
 
     def rate(t: float, y: np.ndarray) -> np.ndarray:
-        (a, b), v = y[:2], y[2:]
+        b, v = y[1], y[2:]
         (sa, sb), (ca, cb) = np.sin(y[:2]), np.cos(y[:2])
         axes = np.array([[0.0, -ca * cb, sa * cb], [cb, sa * sb, ca * sb]])  # of the rod's direction, by both angles
         along = np.array([sb, -sa * cb, -ca * cb])
@@ -113,7 +113,7 @@ def test_a_promise_holds_in_a_cross_wind(density: float, wind: tuple) -> None:
             pull = -density * 1.1 * 0.06 / 2 * np.linalg.norm(u, axis=1)[:, None] * u
             load += axes @ ((weights * (1 + x) / 2 * length * s) @ pull)
         gravity = -3.0 * 9.81 * 0.5 * np.array([sa * cb, ca * sb])
-        load += gravity + [torque, -spring * b - damper * v[1]]
+        load += [*gravity + np.array([torque, -spring * b - damper * v[1]])]
         M = J * cb**2 + I3 * sb**2
         twist = (J - I3) * cb * sb
         return np.array([*v, (load[0] + 2 * twist * v[0] * v[1]) / M, (load[1] - twist * v[0] ** 2) / J])

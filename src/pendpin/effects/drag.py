@@ -127,8 +127,8 @@ def _speed_moments(u0: Array, u1: Array, xp: Any) -> tuple[Array, Array, Array]:
     with two functions of w, which only the derivative at w = 1, flow that vanishes on the rod, makes infinite.
     """
     end, C = u0 + u1, dot(u1, u1)
-    S = xp.sqrt(dot(u0, u0)) + xp.sqrt(dot(end, end)) + _STILL
-    inverse = 1 / S
+    S = xp.sqrt(dot(u0, u0)) + xp.sqrt(dot(end, end))
+    inverse = 1 / (S + _STILL)
     d, w = (C + 2 * dot(u0, u1)) * inverse * inverse, C * inverse * inverse
     e, w = w - d * d, xp.minimum(w, _TAKEN_TURN)
     beta, gamma = _functions_of_turning(w, xp)
