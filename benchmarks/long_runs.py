@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 import pendpin as pp
-from pendpin.trajectory import Trajectory
+from pendpin import Trajectory
 
 PERIOD = 2 * np.pi * np.sqrt(2 / (3 * 9.81))  # s, of small swings of a thin rod of 1 m
 WINDOWS = 10

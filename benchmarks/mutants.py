@@ -52,7 +52,7 @@ TESTS = {  # of files in src/pendpin, by what their paths begin with: those that
     "fitting/correlated_noise.py": "fit_exact fit_numbers fit_refused fit_errors",
     "fitting/parameters.py": "fit_exact fit_numbers fit_refused fit_errors",
     "fitting/data.py": "fit_exact fit_numbers fit_refused fit_errors",
-    "trajectory/trajectory.py": "trajectory run_surface run_shown",
+    "trajectory/record.py": "trajectory run_surface run_shown",
     "doctor/checking/": "doctor_exact doctor_algebra doctor doctor_reading doctor_functions doctor_texts",
 }
 PLANTED = {  # faults that once were noticed by no test: file, what is changed, and into what

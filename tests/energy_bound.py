@@ -23,7 +23,7 @@ from pendpin.equations.chain.kinematics import place_along
 from pendpin.ground.arrays import EPS, Array
 from pendpin.model.build import FLIP
 from pendpin.scene import Scene, method_of
-from pendpin.trajectory import Trajectory, exchanged
+from pendpin.trajectory import RunRecord, exchanged
 
 STATES = 40  # samples at which slopes are taken
 FEW = 6  # samples at which rates are taken
@@ -38,7 +38,7 @@ class Balance(NamedTuple):
     moved: float  # the energy exchanged
 
 
-def balance_of(scene: Scene, run: Trajectory) -> Balance | None:
+def balance_of(scene: Scene, run: RunRecord) -> Balance | None:
     """The energy balance of a run; None if it has none."""
     if not (run.work or run.stats.conservative):
         return None
@@ -58,24 +58,24 @@ def balance_of(scene: Scene, run: Trajectory) -> Balance | None:
     )
 
 
-def _dynamics(scene: Scene, run: Trajectory) -> Dynamics:
+def _dynamics(scene: Scene, run: RunRecord) -> Dynamics:
     """The dynamics of the run, with its state."""
     solver = scene.solver.replaced(method=run.stats.method, **_setting(run))
     return bind(scene.model_copy(update={"solver": solver}))
 
 
-def _setting(run: Trajectory) -> dict[str, float | None]:
+def _setting(run: RunRecord) -> dict[str, float | None]:
     return {"step": run.stats.step} if run.stats.step else {"tolerance": run.stats.tolerance}
 
 
-def _of_tolerance(dynamics: Dynamics, run: Trajectory) -> float:
+def _of_tolerance(dynamics: Dynamics, run: RunRecord) -> float:
     e = (run.stats.tolerance or 0.0) + EPS
     slopes = max(_sum_of_slopes(dynamics, q, v, e) for q, v in _states(run, STATES))
     accounts = sum(1 + float(np.abs(work).max()) for work in run.work.values())
     return run.stats.steps * e * (slopes + accounts)
 
 
-def _states(run: Trajectory, most: int) -> list[tuple[Array, Array]]:
+def _states(run: RunRecord, most: int) -> list[tuple[Array, Array]]:
     """States of the run, (nv,) each: evenly chosen samples, and that with the most kinetic energy."""
     chosen = {*np.linspace(0, len(run.t) - 1, most).astype(int), int(np.argmax(run.kinetic))}
     return [(run.q[i], run.v[i]) for i in sorted(chosen)]
@@ -110,7 +110,7 @@ def _energies_of_thin(dynamics: Dynamics, d: Array, rate: Array) -> Array:
     return kinetic - (chain.m * (centres @ (FLIP @ dynamics.loads.constant))).sum(-1)
 
 
-def _of_step(scene: Scene, dynamics: Dynamics, run: Trajectory, size: float) -> float:
+def _of_step(scene: Scene, dynamics: Dynamics, run: RunRecord, size: float) -> float:
     h, order = run.stats.step, method_of(run.stats.method).order
     assert h is not None
     driven = [rate for effect in scene.effects for rate in _rates_of(effect)]

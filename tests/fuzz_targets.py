@@ -94,9 +94,8 @@ def _urdfs(folder: Path) -> Reader:
 
 
 def _runs(folder: Path) -> Reader:
-    from pendpin import simulate
+    from pendpin import Trajectory, simulate
     from pendpin.scene import Scene, builtin_scene, load_scene
-    from pendpin.trajectory import Trajectory
 
     def take(path: Path) -> None:
         run = Trajectory.load(path)

@@ -24,7 +24,7 @@ from pendpin.runs.batches.batches import Cases, Motions
 from pendpin.runs.batches.side_by_side import Ladder
 from pendpin.runs.limits import Deadline
 from pendpin.scene.methods import method_of
-from pendpin.trajectory import Trajectory, samples_of
+from pendpin.trajectory import Derived, RunRecord, samples_of
 from pendpin.trajectory.parts import Stats
 
 START, RATE, END = 1.0, 0.5, 2.0  # rad, rad/s, s
@@ -46,7 +46,7 @@ class Paper:
     longest: list[float] = field(default_factory=list)  # s, of runs with short steps
     samples: int = 65
 
-    def __call__(self, scene: pp.Scene, *_: Any, longest: float = np.inf, **options: Any) -> Trajectory:
+    def __call__(self, scene: pp.Scene, *_: Any, longest: float = np.inf, **options: Any) -> RunRecord:
         method, setting = scene.solver.method, scene.solver.step or scene.solver.tolerance or 0.0
         start = scene.start.positions
         shift = start[0] - START if isinstance(start, tuple) else 0.0
@@ -68,7 +68,7 @@ class Paper:
         return sum(one[:2] == (method, setting) for one in self.asked)
 
 
-def trajectory(scene: pp.Scene, q: Array, v: Array, steps: int) -> Trajectory:
+def trajectory(scene: pp.Scene, q: Array, v: Array, steps: int) -> RunRecord:
     """A run with these states; what no search looks at is 0."""
     n, model = len(q), build(scene.model)
     solver = scene.solver
@@ -85,17 +85,12 @@ def trajectory(scene: pp.Scene, q: Array, v: Array, steps: int) -> Trajectory:
         events=0,
         engine="paper",
     )
-    return Trajectory(
+    return RunRecord(
         joints=model.joints,
         t=scene.clock,
         q=q,
         v=v,
-        a=0 * q,
-        wrench=np.zeros((n, 2, 6)),
-        tips=tips(model, poses(model, q)),
-        kinetic=np.zeros(n),
-        potential=np.zeros(n),
-        rod_reactions=None,
+        derived=Derived(0 * q, np.zeros((n, 2, 6)), np.zeros(n), np.zeros(n), tips(model, poses(model, q)), None),
         stats=stats,
         scene=scene.model_dump(mode="json"),
         source=scene,
@@ -103,10 +98,10 @@ def trajectory(scene: pp.Scene, q: Array, v: Array, steps: int) -> Trajectory:
 
 
 @pytest.fixture
-def search(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Trajectory]:
+def search(monkeypatch: pytest.MonkeyPatch) -> Callable[..., RunRecord]:
     """The result of the search of a target by a method on paper."""
 
-    def run(paper: Paper, method: str, target: float, *effects: Effect) -> Trajectory:
+    def run(paper: Paper, method: str, target: float, *effects: Effect) -> RunRecord:
         monkeypatch.setattr(accuracy_runs, "run_scene", paper)
         return run_to_accuracy(scene_of(method, target, *effects), False, lambda t: None, Deadline(None))
 
@@ -123,7 +118,7 @@ def scene_of(method: str, target: float, *effects: Effect) -> pp.Scene:
     )
 
 
-def true_error(run: Trajectory, rate: float = RATE) -> float:
+def true_error(run: RunRecord, rate: float = RATE) -> float:
     """The tip's distance at the end from where it should be."""
     return float(2 * abs(np.sin((run.q[-1, 0] - START - rate * END) / 2)))
 

@@ -18,17 +18,14 @@ ROWS = [  # the ground first
     {"dynamics"},
     {"integrators"},
     {"runs"},
-    {"motions"},
     {"graphics"},
+    {"motions"},
     {"doctor", "fitting", "stability", "sweeps", "verification"},  # the tools
     {"cli"},
     {"__main__"},
 ]
 ROW_OF = {room: row for row, rooms in enumerate(ROWS) for room in rooms}
 MODULES = [path for path in sorted(PACKAGE.rglob("*.py")) if path.name != "__init__.py" or path.parent != PACKAGE]
-
-
-UPWARD = {"scene/start.py": "Start", "trajectory/trajectory.py": "Trajectory"}  # records that every room uses
 
 
 def room(path: Path) -> str:
@@ -53,9 +50,9 @@ def imported(text: str) -> set[str]:
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
 def test_imports_point_down(path: Path) -> None:
-    """Every import of pendpin's own reaches a row above in the table, or stays in the folder; but for methods of UPWARD."""
+    """Every import of pendpin's own reaches a row above in the table, or stays in the folder."""
     home = room(path)
-    for other in imported(without_upward_imports(path)) - {home}:
+    for other in imported(path.read_text()) - {home}:
         assert other in ROW_OF, f"{home} imports {other or 'the whole package'}, which is no room of the house"
         assert ROW_OF[other] < ROW_OF[home], f"{home} imports {other}"
 
@@ -97,37 +94,19 @@ def test_hand_routes_do_not_know_each_other() -> None:
         assert own == {"pendpin.ground.arrays", "pendpin.equations.base"}
 
 
-def methods_that_reach_up(tree: ast.Module, name: str) -> list[ast.FunctionDef]:
-    """The methods of a class that import something in their first lines."""
-    (record,) = (node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name)
-    methods = [node for node in record.body if isinstance(node, ast.FunctionDef)]
-    return [method for method in methods if any(isinstance(node, ast.ImportFrom) for node in method.body)]
-
-
-def without_upward_imports(path: Path) -> str:
-    """A module's text, without the imports in methods of a record that may reach up: those of one name each."""
-    tree, name = ast.parse(path.read_text()), UPWARD.get(str(path.relative_to(PACKAGE)))
-    for method in methods_that_reach_up(tree, name) if name else ():
-        assert ast.get_docstring(method) or method.name.startswith("_"), method.name
-        method.body = [node for node in method.body if not (isinstance(node, ast.ImportFrom) and len(node.names) == 1)]
-    return ast.unparse(tree)
-
-
-def test_only_methods_of_two_records_reach_up() -> None:
-    """run.plot() and Start.at_rest import the function that does it when they are called; nothing else does by name."""
-    for path, name in UPWARD.items():
-        assert methods_that_reach_up(ast.parse((PACKAGE / path).read_text()), name)
+def test_one_import_by_name() -> None:
+    """Only the class of a method is imported by its name, from its own folder."""
     by_name = [path for path in MODULES if 'import_module(f"pendpin' in path.read_text()]
-    assert [path.name for path in by_name] == ["choice.py"]  # a class of its own folder
+    assert [path.name for path in by_name] == ["choice.py"]
 
 
 def test_no_circle_among_files() -> None:
-    """No file imports itself by way of others, but for the methods of UPWARD: a plan of the imports has an order."""
+    """No file imports itself by way of others, wherever the import stands: a plan of the imports has an order."""
     parts = {path: path.relative_to(PACKAGE.parent).with_suffix("").parts for path in MODULES}
     names = {path: ".".join(part).removesuffix(".__init__") for path, part in parts.items()}
     graph: dict[str, set[str]] = {}
     for path, name in names.items():
-        nodes = ast.walk(ast.parse(without_upward_imports(path)))
+        nodes = ast.walk(ast.parse(path.read_text()))
         pairs = [
             (node.module, alias.name) for node in nodes if isinstance(node, ast.ImportFrom) for alias in node.names
         ]

@@ -31,7 +31,7 @@ SMALL = {
     "kill": "1 1",
     "kill_sweeps": "1 1 60",
     "long_runs": "--swings 100",
-    "mutants": "2 mutants.jsonl --modules trajectory/trajectory.py --hypothesis-profile few",
+    "mutants": "2 mutants.jsonl --modules trajectory/record.py --hypothesis-profile few",
     "overhead": "--repetitions 1 --duration 10",
     "peers": "--rods 1",
     "rounding_estimates": "--count 4",

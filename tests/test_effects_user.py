@@ -12,7 +12,7 @@ from pendpin.dynamics.binding import bodies_of
 from pendpin.engines import Revolute, Spherical
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.model import kinematics
-from pendpin.verification.crosschecks.crosscheck import crosscheck_run
+from pendpin.motions.crosschecks.crosscheck import crosscheck_run
 
 TOP = Path(__file__).parents[1]
 DOCS, EXAMPLES = TOP / "docs" / "effects.md", TOP / "examples"

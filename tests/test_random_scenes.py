@@ -4,7 +4,6 @@ import os
 import re
 import signal
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -115,7 +114,9 @@ def test_outcomes(case: Case, kind: str) -> None:
 def test_numbers_that_are_not_finite_are_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
     """Wherever they are in the run."""
     run = pp.simulate(pp.Scene(**SWING.scene))
-    monkeypatch.setattr(pp, "simulate", lambda *_, **__: replace(run, wrench=run.wrench * np.nan), raising=False)
+    monkeypatch.setattr(
+        pp, "simulate", lambda *_, **__: run.with_arrays({**run.arrays, "wrench": run.wrench * np.nan}), raising=False
+    )
     assert outcome(SWING).kind == FAULT
 
 

@@ -8,7 +8,7 @@ import pytest
 import pendpin as pp
 from bad_input import run_main
 from pendpin.equations.chain import solution
-from pendpin.verification.crosschecks.crosscheck import crosscheck_run
+from pendpin.motions.crosschecks.crosscheck import crosscheck_run
 
 FAR = """
 duration = 0.1

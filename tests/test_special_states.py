@@ -15,7 +15,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.errors import Note
 from pendpin.ground.arrays import EPS
-from pendpin.verification.crosschecks.crosscheck import crosscheck_run
+from pendpin.motions.crosschecks.crosscheck import crosscheck_run
 from test_crosschecks import RODS
 
 UP = np.pi  # rad

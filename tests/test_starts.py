@@ -100,3 +100,15 @@ def test_rest_between_springs_and_wind_and_beyond_stops() -> None:
         held = [pp.effects.Spring(stiffness=20.0, rest=at, joints=[on]) for at, on in ((rest, "phi"), (0.2, "theta"))]
         with pytest.raises(pp.InputError, match="phi is beyond its stop"):
             pp.Start.at_rest(scene.replace(effects=[GRAVITY, *held, stop]))
+
+
+def test_a_start_is_one_wherever_it_comes_from() -> None:
+    """A start that a user writes equals that of a scene file, and hashes alike; one that was found is of the same class."""
+    mine = pp.Start(positions={"theta": 0.3})
+    scene = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), start={"positions": {"theta": 0.3}})
+    assert mine == scene.start
+    assert scene.start == mine
+    assert hash(mine) == hash(scene.start)
+    assert scene == scene.replace(start=mine)
+    assert mine != pp.Start(positions={"theta": 0.4})
+    assert type(pp.Start.at_rest(scene)) is pp.Start

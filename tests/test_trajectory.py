@@ -1,5 +1,7 @@
 """What is saved is what was computed, whole or not at all."""
 
+import pickle
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +11,7 @@ import pytest
 import pendpin as pp
 from pendpin.ground.files import write_whole
 from pendpin.scene import builtin_scene
+from pendpin.trajectory import Derived, RunRecord
 
 
 @pytest.fixture(scope="module")
@@ -78,9 +81,64 @@ def test_reactions_hang_together(run: pp.Trajectory) -> None:
 def test_a_run_is_sound_up_to_its_first_bad_number(run: pp.Trajectory, name: str, value: float) -> None:
     """Whichever array has it; a run without one is sound to its end."""
     assert run.sound == len(run.t)
-    rods = run.rod_reactions
-    assert rods is not None
-    array = (rods.R3 if name == "R3" else getattr(run, name)).copy()
+    array = run.arrays[name].copy()
     array.reshape(len(run.t), -1)[7:9, -1] = value
-    bad = {"rod_reactions": rods._replace(R3=array)} if name == "R3" else {name: array}
-    assert replace(run, **bad).sound == 7
+    assert run.with_arrays(run.arrays | {name: array}).sound == 7
+
+
+def test_whatever_a_user_gets_can_be_asked(run: pp.Trajectory, tmp_path: Path) -> None:
+    """A run, a piece of it, a longer one, one from a file and one that ended early are all public ones."""
+    with pytest.raises(pp.RunError) as error:
+        pp.simulate(builtin_scene(), duration=1e6, samples=1001, limit=0.05)
+    pieces = (run.at(0.3), run.crossings("theta"), run.extend(0.1), pp.Trajectory.load(run.save(tmp_path / "run.npz")))
+    for one in (*pieces, error.value.partial, pickle.loads(pickle.dumps(run)), copy(run), replace(run, events=())):
+        assert type(one) is pp.Trajectory
+
+    kinds = []
+    pp.sweep(builtin_scene(), {"start.positions.theta": [0.1]}, [lambda run: kinds.append(type(run)) or 1.0])
+    assert set(kinds) == {pp.Trajectory}
+
+
+def test_a_class_of_ones_own_stays(run: pp.Trajectory, tmp_path: Path) -> None:
+    """What is asked of a run of a subclass is one of that subclass."""
+
+    class Mine(pp.Trajectory):
+        """A run with a name."""
+
+    mine = Mine.of(run)
+    assert mine == run
+    pieces = (
+        mine.at(0.3),
+        mine.extend(0.1),
+        mine.crossings("theta"),
+        replace(mine, events=()),
+        Mine.load(mine.save(tmp_path / "a.npz")),
+    )
+    assert {type(one) for one in pieces} == {Mine}
+
+
+def test_what_follows_from_the_states_is_computed_when_it_is_asked_for(run: pp.Trajectory) -> None:
+    """Once, and not for positions and rates; a copy in another process holds the numbers."""
+    calls, whole = [], Derived(run.a, run.wrench, run.kinetic, run.potential, run.tips, run.rod_reactions)
+    late = replace(run, derived=lambda: calls.append(1) or whole)
+    assert not calls
+    assert (late.q == run.q).all()
+    assert not calls
+    assert (late.wrench == run.wrench).all()
+    assert (late.kinetic == run.kinetic).all()
+    assert calls == [1]
+    assert pickle.loads(pickle.dumps(replace(run, derived=lambda: whole))) == run
+    assert not late.wrench.flags.writeable
+
+
+def test_a_record_shows_and_names_its_numbers(run: pp.Trajectory) -> None:
+    """The record below the public run has the same quantities and the same file."""
+    record = RunRecord(**{name: getattr(run, name) for name in RunRecord.__dataclass_fields__})
+    assert record == run
+    assert record.names == run.names
+    assert (record["R3"] == run["R3"]).all()
+    assert "R3" in record
+    assert "effort_gravity_theta" not in record
+    assert "effort_gravity_theta" in run
+    assert repr(record) in repr(run)
+    assert not hasattr(record, "plot")

@@ -12,40 +12,42 @@ if TYPE_CHECKING:
     from pendpin.dynamics.dynamics import Dynamics, bind
     from pendpin.errors import InputError, MissingLibrary, PendpinError, RunError
     from pendpin.fitting import Fit, fit
+    from pendpin.motions.crosschecks.crosscheck import crosscheck
     from pendpin.motions.periodic import periodic_orbit
+    from pendpin.motions.simulate import simulate
+    from pendpin.motions.special_starts import Start
+    from pendpin.motions.trajectory import Trajectory
     from pendpin.runs.batches.ensemble import Ensemble, simulate_many
-    from pendpin.runs.simulate import simulate
-    from pendpin.scene import Chain, Rod, Scene, Solver, Start, UrdfModel, load_scene
+    from pendpin.scene import Chain, Rod, Scene, Solver, UrdfModel, load_scene
     from pendpin.stability.branches import follow
     from pendpin.stability.linearize import linearize
     from pendpin.stability.lyapunov import lyapunov
     from pendpin.stability.modes import modes
     from pendpin.sweeps.sweep import sweep
-    from pendpin.trajectory import Trajectory
     from pendpin.verification.agreement.validate import validate
-    from pendpin.verification.crosschecks.crosscheck import crosscheck
     from pendpin.verification.work_precision.cost import cost
 
 __version__ = VERSION
 
 _HOMES = {
     "verification.agreement.validate": ("validate",),
-    "verification.crosschecks.crosscheck": ("crosscheck",),
+    "motions.crosschecks.crosscheck": ("crosscheck",),
     "doctor.diagnose": ("diagnose",),
     "fitting": ("Fit", "fit"),
     "verification.work_precision.cost": ("cost",),
     "dynamics.dynamics": ("Dynamics", "bind"),
     "errors": ("InputError", "MissingLibrary", "PendpinError", "RunError"),
-    "scene": ("Chain", "Rod", "Scene", "Solver", "Start", "UrdfModel", "load_scene"),
+    "scene": ("Chain", "Rod", "Scene", "Solver", "UrdfModel", "load_scene"),
+    "motions.special_starts": ("Start",),
     "runs.batches.ensemble": ("Ensemble", "simulate_many"),
     "motions.periodic": ("periodic_orbit",),
-    "runs.simulate": ("simulate",),
+    "motions.simulate": ("simulate",),
     "stability.branches": ("follow",),
     "stability.linearize": ("linearize",),
     "stability.lyapunov": ("lyapunov",),
     "stability.modes": ("modes",),
     "sweeps.sweep": ("sweep",),
-    "trajectory": ("Trajectory",),
+    "motions.trajectory": ("Trajectory",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pendpin.graphics.animation import Animation
-    from pendpin.trajectory import Trajectory
+    from pendpin.motions.trajectory import Trajectory
 
 SUFFIXES = {
     "run": (".npz", ".csv"),

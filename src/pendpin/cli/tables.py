@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pendpin.doctor.diagnosis import Diagnosis
     from pendpin.fitting import Fit
+    from pendpin.motions.crosschecks.report import CheckReport
+    from pendpin.motions.trajectory import Trajectory
     from pendpin.stability.lyapunov import Lyapunov
     from pendpin.stability.modes import Modes
     from pendpin.stability.report import Stability
     from pendpin.sweeps.significance import EffectsReport
-    from pendpin.trajectory import Trajectory
     from pendpin.verification.agreement.published import Case as Published
     from pendpin.verification.agreement.validate import AgreementReport
-    from pendpin.verification.crosschecks.report import CheckReport
     from pendpin.verification.hardcases import Case, HardReport
     from pendpin.verification.work_precision.report import CostReport, CostRow
 

@@ -16,13 +16,13 @@ from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 from pendpin.model.bodies import pinocchio
 from pendpin.scene import scene_of
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 CONTACTS = "contacts"  # dry friction and stops together
 Effort = Callable[[float, Array, Array, Motion], Array]  # t since the start, q, v (nv,), motion -> (nv,)
 
 
-def efforts(run: Trajectory) -> dict[str, Array]:
+def efforts(run: RunRecord) -> dict[str, Array]:
     """The generalised force of each kind of effect on each joint at the samples, (n, nv) in N m, N for slides.
 
     Of a field and of a wrench on a body by d'Alembert's principle, J^T F; of a joint effect its torques. What dry friction

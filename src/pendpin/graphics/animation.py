@@ -11,7 +11,7 @@ from pendpin.graphics.ghosts import compared_drawing
 from pendpin.graphics.page import compressed, page, write_page
 from pendpin.graphics.report import Check, report_of
 from pendpin.ground.files import path_of
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 HEIGHT = 600  # pixels, of the player in a notebook
 SUFFIXES = (".html", ".gif", ".mp4")
@@ -20,7 +20,7 @@ SUFFIXES = (".html", ".gif", ".mp4")
 class Animation:
     """The motion of a run. In a notebook it shows itself; `save` writes it."""
 
-    def __init__(self, run: Trajectory, compare: Runs = None, check: Check | None = None) -> None:
+    def __init__(self, run: RunRecord, compare: Runs = None, check: Check | None = None) -> None:
         self._runs = runs_of(run, compare)
         self._check = check  # a cross-check along a run, for the report
 
@@ -51,7 +51,7 @@ class Animation:
         return frame_of(*self._runs)
 
 
-def frame_of(*runs: Trajectory) -> str:
+def frame_of(*runs: RunRecord) -> str:
     """The player of a run, or of several, as a frame for a notebook; what stands in its way, where it cannot be drawn."""
     if not len(runs[0].t):
         return ""

@@ -6,22 +6,22 @@ import numpy as np
 
 from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array, Indices
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 MOST = 4  # runs: the eye tells four colours and dashes apart
 DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 1.5, 1, 1.5)))  # in a figure: of the first run, the second, ...
-Runs = Trajectory | Sequence[Trajectory] | None
+Runs = RunRecord | Sequence[RunRecord] | None
 
 
-def runs_of(run: Trajectory, compare: Runs) -> list[Trajectory]:
+def runs_of(run: RunRecord, compare: Runs) -> list[RunRecord]:
     """A run and those it is compared with. Raises InputError for too many, or runs at other times."""
-    others = [compare] if isinstance(compare, Trajectory) else [] if compare is None else compare
+    others = [compare] if isinstance(compare, RunRecord) else [] if compare is None else compare
     if not isinstance(others, Sequence):
         raise InputError(f"compare: {shown(others)} is not a run, nor a list of runs")
     if len(others) >= MOST:
         raise InputError(f"compare: {len(others) + 1} runs are too many for one picture, which holds {MOST}")
     for other in others:
-        if not isinstance(other, Trajectory):
+        if not isinstance(other, RunRecord):
             raise InputError(f"compare: a {type(other).__name__} is not a run")
         if len(run.t) and (not len(other.t) or other.t[0] > run.t[-1] or other.t[-1] < run.t[0]):
             raise InputError(
@@ -30,7 +30,7 @@ def runs_of(run: Trajectory, compare: Runs) -> list[Trajectory]:
     return [run, *others]
 
 
-def labels_of(runs: Sequence[Trajectory]) -> list[str]:
+def labels_of(runs: Sequence[RunRecord]) -> list[str]:
     """What tells runs apart: their methods and settings, or their scenes, or their places in the list."""
     for one in (
         lambda run: f"{run.stats.method}, {run.stats.setting}",
@@ -43,12 +43,12 @@ def labels_of(runs: Sequence[Trajectory]) -> list[str]:
     return [f"run {i + 1}: {run.stats.method}, {run.stats.setting}" for i, run in enumerate(runs)]
 
 
-def rows_within(run: Trajectory, first: Trajectory) -> Indices:
+def rows_within(run: RunRecord, first: RunRecord) -> Indices:
     """The samples of a run in the time of another, indices (k,)."""
     return np.flatnonzero((run.t >= first.t[0]) & (run.t <= first.t[-1]))
 
 
-def distance(run: Trajectory, first: Trajectory) -> Array:
+def distance(run: RunRecord, first: RunRecord) -> Array:
     """How far the last tips of two runs are apart at the samples of `rows_within`, (k,) in m.
 
     Where the first run has no sample a cubic spline through its samples gives the tip; its error falls with the fourth

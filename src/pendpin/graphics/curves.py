@@ -4,14 +4,14 @@ import numpy as np
 
 from pendpin.graphics.drawing import Curve, Plot, Quantity
 from pendpin.graphics.panels import BLACK, COLORS, joints_shown, rods_shown
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import DRIFT, place_of, unit_of
 from pendpin.trajectory.parts import Reactions
 
 MOST_QUANTITIES = 600  # of a page; of longer chains those of the first, the middle and the last rod come first
 
 
-def quantities_of(run: Trajectory) -> tuple[Quantity, ...]:
+def quantities_of(run: RunRecord) -> tuple[Quantity, ...]:
     """The quantities of a run, at most MOST_QUANTITIES, in the order of `run.names`; the energy drift last, if any."""
     names = [name for name in run.names if name != "t"]
     if len(names) > MOST_QUANTITIES:
@@ -21,7 +21,7 @@ def quantities_of(run: Trajectory) -> tuple[Quantity, ...]:
     return tuple(Quantity(name, unit_of(run, name), np.asarray(run[name], float)) for name in names)
 
 
-def left_out(run: Trajectory) -> tuple[str, ...]:
+def left_out(run: RunRecord) -> tuple[str, ...]:
     """A note that a page does not offer every quantity of a long chain."""
     count = len(run.names) - 1  # without t
     if count <= MOST_QUANTITIES:
@@ -29,7 +29,7 @@ def left_out(run: Trajectory) -> tuple[str, ...]:
     return (f"{MOST_QUANTITIES} of {count} quantities can be plotted here; pendpin plot and run.plot draw any",)
 
 
-def _is_shown(run: Trajectory, name: str) -> bool:
+def _is_shown(run: RunRecord, name: str) -> bool:
     """Whether a quantity belongs to the whole run, to a joint that moves most or to a rod that is shown."""
     part, index = place_of(run, name)
     if part in "qva":
@@ -39,7 +39,7 @@ def _is_shown(run: Trajectory, name: str) -> bool:
     )
 
 
-def plots_of(run: Trajectory) -> tuple[Plot, ...]:
+def plots_of(run: RunRecord) -> tuple[Plot, ...]:
     """Several quantities together: energies, positions, rates, reactions; those that begin the page come first."""
     joints, least = joints_shown(run), float(run.potential.min())
     some = f", {len(joints)} of {len(run.joints)} joints" * (len(joints) < len(run.joints))
@@ -54,7 +54,7 @@ def plots_of(run: Trajectory) -> tuple[Plot, ...]:
     return (*plots, *_reactions(run), Plot(f"Rates{some}", rates))
 
 
-def _reactions(run: Trajectory) -> list[Plot]:
+def _reactions(run: RunRecord) -> list[Plot]:
     """R1, R2, R3 of a single rod; of several the tension of those that are shown; the moments where there are any."""
     if run.rod_reactions is None:
         return []

@@ -23,7 +23,7 @@ from pendpin.graphics.panels import (
     turns,
 )
 from pendpin.ground.files import path_of, write_whole
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 FORMATS = ("png", "pdf", "svg")
 DPI = 120
@@ -38,7 +38,7 @@ MARKS = ("\u2014", "\u2013 \u2013", "\u00b7\u00b7\u00b7", "\u2013\u00b7\u2013") 
 MOST_LETTERS = 90  # of a title
 
 
-def save_plot(run: Trajectory, path: str | Path, names: tuple[str, ...] = (), compare: Runs = None) -> Path:
+def save_plot(run: RunRecord, path: str | Path, names: tuple[str, ...] = (), compare: Runs = None) -> Path:
     """Write the figure of a run, or of quantities of it, to a .png, .pdf or .svg file, whole. Raises InputError."""
     others = runs_of(run, compare)[1:]
     return write_figure(path, lambda: draw(run, names, others))
@@ -73,7 +73,7 @@ def picture_kind(path: Path) -> str:
     return kind
 
 
-def draw(run: Trajectory, names: tuple[str, ...] = (), compare: Sequence[Trajectory] = ()) -> Any:
+def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecord] = ()) -> Any:
     """The figure of a run, or of quantities of it by name: a matplotlib Figure that needs no display.
 
     Runs to `compare` are drawn with dashes over the first, on the same axes, and their distance from it below.
@@ -113,7 +113,7 @@ def new_figure(**options: Any) -> Any:
     return figure
 
 
-def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[Trajectory]) -> None:
+def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[RunRecord]) -> None:
     """A panel of the first run, and those of the others on it: each with its dashes, and without names of its own.
 
     A quantity that one of the others lacks is left out, and the legend says which run that is.
@@ -165,7 +165,7 @@ def _place(figure: Any, axes: list[Any], paths: list[Any], rows: list[float]) ->
         ax.yaxis.set_label_coords(-LABEL / w, 0.5)
 
 
-def _write_title(figure: Any, runs: Sequence[Trajectory]) -> None:
+def _write_title(figure: Any, runs: Sequence[RunRecord]) -> None:
     """The scene's title, and how it was integrated; of several runs, which is which."""
     width, height = figure.get_size_inches()
     stats = runs[0].stats
@@ -177,7 +177,7 @@ def _write_title(figure: Any, runs: Sequence[Trajectory]) -> None:
         figure.text(LEFT / width, 1 - y / height, plain_name(text, most), va="top", **style)
 
 
-def plot(run: Trajectory, names: tuple[str, ...], ax: Any = None, compare: Runs = None) -> Any:
+def plot(run: RunRecord, names: tuple[str, ...], ax: Any = None, compare: Runs = None) -> Any:
     """As `Trajectory.plot`."""
     runs = runs_of(run, compare)
     if ax is None:

@@ -15,7 +15,7 @@ from pendpin.graphics.run_drawing import drawing_of, ends_of
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import write_whole
 from pendpin.ground.libraries import optional
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 FFMPEG = ("imageio_ffmpeg", "a film as .mp4", "imageio-ffmpeg (or write a .gif)")
 FRAMES_PER_SECOND = 25
@@ -28,7 +28,7 @@ DPI = 100
 AZIMUTH, ELEVATION = np.radians(30.0), np.radians(15.0)  # of the eye
 
 
-def write_film(path: Path, runs: Sequence[Trajectory], suffix: str) -> Path:
+def write_film(path: Path, runs: Sequence[RunRecord], suffix: str) -> Path:
     """Write a film as .gif or .mp4, in real time or faster: the first run, the others as ghosts.
 
     Raises MissingLibrary for .mp4 without imageio-ffmpeg.
@@ -52,7 +52,7 @@ def write_film(path: Path, runs: Sequence[Trajectory], suffix: str) -> Path:
         return write_whole(path, lambda file: file.write(film.read_bytes()))
 
 
-def _film(runs: Sequence[Trajectory]) -> tuple[Any, Callable[[int], None], int]:
+def _film(runs: Sequence[RunRecord]) -> tuple[Any, Callable[[int], None], int]:
     """A figure, what draws a frame on it, and how many frames there are."""
     from matplotlib.figure import Figure
 
@@ -100,7 +100,7 @@ def _lines(ends: Array) -> Array:
     return np.concatenate([ends, gaps], axis=2).reshape(len(ends), -1, 2)
 
 
-def _path(run: Trajectory) -> tuple[Array, Array]:
+def _path(run: RunRecord) -> tuple[Array, Array]:
     """The path of the tip as it is seen: times (m,) in s and points (m, 2)."""
     if len(run.t) < 2:
         return run.t, _seen(run.tips[:, -1])

@@ -7,10 +7,10 @@ from typing import Any
 from pendpin.graphics.compare import distance, labels_of, rows_within
 from pendpin.graphics.drawing import Drawing, Quantity
 from pendpin.graphics.run_drawing import drawing_of
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 
-def compared_drawing(runs: Sequence[Trajectory]) -> Drawing:
+def compared_drawing(runs: Sequence[RunRecord]) -> Drawing:
     """The drawing of the first run, the others in it as ghosts. Raises InputError as `drawing_of`."""
     if len(runs) == 1:
         return drawing_of(runs[0])
@@ -19,7 +19,7 @@ def compared_drawing(runs: Sequence[Trajectory]) -> Drawing:
     return replace(first, others=others, extent=max(drawing.extent for drawing in (first, *rest)))
 
 
-def _within(drawing: Drawing, run: Trajectory, first: Trajectory) -> Drawing:
+def _within(drawing: Drawing, run: RunRecord, first: RunRecord) -> Drawing:
     """A ghost in the time of the first run, with the distance of their tips as a quantity, without what it hangs from."""
     rows = rows_within(run, first)
     cut: dict[str, Any] = {name: getattr(drawing, name)[rows] for name in ("t", "poses", "trail")}

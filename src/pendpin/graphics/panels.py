@@ -9,7 +9,7 @@ import numpy as np
 from pendpin.errors import one_line
 from pendpin.graphics.compare import DASHES, distance, labels_of, rows_within
 from pendpin.graphics.path import smooth
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import DRIFT, named_with_units, unit_of
 
 # Colours that colour-blind people tell apart (Okabe and Ito, Color Universal Design, 2008).
@@ -21,10 +21,10 @@ MOST_POINTS = 30_000  # of a path
 MOST_JOINTS = 6  # of a tree: those that move most
 NOTHING = 1e-12  # of the largest force times the model's size: a moment below is rounding
 
-Panel = Callable[[Any, Trajectory], None]
+Panel = Callable[[Any, RunRecord], None]
 
 
-def panels_of(run: Trajectory) -> list[Panel]:
+def panels_of(run: RunRecord) -> list[Panel]:
     """What is drawn against time, from above: drift where energy is conserved, moments where there are any."""
     panels: list[Panel] = [draw_energy]
     if run.stats.conservative:
@@ -36,7 +36,7 @@ def panels_of(run: Trajectory) -> list[Panel]:
     return panels
 
 
-def draw_energy(ax: Any, run: Trajectory) -> None:
+def draw_energy(ax: Any, run: RunRecord) -> None:
     """Kinetic and potential energy and their sum, the potential from its least value on."""
     kinetic, potential = run.kinetic, run.potential - run.potential.min()
     ax.plot(run.t, kinetic, label="kinetic", color=COLORS[1], linewidth=1.2)
@@ -47,7 +47,7 @@ def draw_energy(ax: Any, run: Trajectory) -> None:
     ax.set_ylabel("energy, J")
 
 
-def draw_drift(ax: Any, run: Trajectory) -> None:
+def draw_drift(ax: Any, run: RunRecord) -> None:
     """The change of the energy, which should be none, divided by the energy exchanged."""
     ax.plot(run.t, run[DRIFT], color=BLACK, linewidth=0.9)
     for label in ("change of the sum /", "energy exchanged"):
@@ -55,7 +55,7 @@ def draw_drift(ax: Any, run: Trajectory) -> None:
     ax.set_ylabel("energy drift")
 
 
-def draw_distance(ax: Any, runs: Sequence[Trajectory]) -> None:
+def draw_distance(ax: Any, runs: Sequence[RunRecord]) -> None:
     """How far the tips of further runs are from that of the first, on a logarithmic axis; 0 is not drawn."""
     labels = labels_of(runs)
     for dash, label, run in zip(DASHES[1:], labels[1:], runs[1:], strict=False):
@@ -71,7 +71,7 @@ def draw_distance(ax: Any, runs: Sequence[Trajectory]) -> None:
     ax.set_ylabel("tips apart, m")
 
 
-def draw_positions(ax: Any, run: Trajectory) -> None:
+def draw_positions(ax: Any, run: RunRecord) -> None:
     """theta solid and phi dashed, a colour for each of several rods; of a tree the joints that move most."""
     rods = rods_shown(run)
     if rods and len(run.joints) == 2 * _count(run):
@@ -90,7 +90,7 @@ def draw_positions(ax: Any, run: Trajectory) -> None:
     ax.set_ylabel(f"position, {unit}")
 
 
-def draw_forces(ax: Any, run: Trajectory) -> None:
+def draw_forces(ax: Any, run: RunRecord) -> None:
     """R1, R2, R3 of a single rod; the tension R3 of several; of a tree the size of the force in each joint."""
     if run.rod_reactions is None:
         for color, joint in zip(COLORS, joints_shown(run), strict=False):
@@ -106,13 +106,13 @@ def draw_forces(ax: Any, run: Trajectory) -> None:
         ax.set_ylabel("tension R3, N")
 
 
-def draw_moments(ax: Any, run: Trajectory) -> None:
+def draw_moments(ax: Any, run: RunRecord) -> None:
     """The moment M3 of each rod's joint about the rod."""
     _draw_rods(ax, run, "M3")
     ax.set_ylabel("moment M3, N m")
 
 
-def _draw_rods(ax: Any, run: Trajectory, name: str) -> None:
+def _draw_rods(ax: Any, run: RunRecord, name: str) -> None:
     """A reaction of the rods that are shown."""
     values = getattr(run.reactions(), name)
     for color, style, rod in zip(COLORS, STYLES, rods_shown(run), strict=False):
@@ -127,7 +127,7 @@ def _say_left_out(ax: Any, drawn: int, count: int, what: str) -> None:
         ax.plot([], [], " ", label=f"{drawn} of {count} {what}")
 
 
-def draw_path_from_above(ax: Any, run: Trajectory) -> None:
+def draw_path_from_above(ax: Any, run: RunRecord) -> None:
     """The tip's path in the horizontal plane, and the pivot of a chain."""
     if run.rod_reactions is not None:
         ax.plot([0], [0], "+", color="#718096", markersize=9)
@@ -135,19 +135,19 @@ def draw_path_from_above(ax: Any, run: Trajectory) -> None:
     ax.set_title("path of the tip, from above", fontsize=10)
 
 
-def draw_path_from_the_front(ax: Any, run: Trajectory) -> None:
+def draw_path_from_the_front(ax: Any, run: RunRecord) -> None:
     """The tip's path in the plane of y and z: the axes do not depend on the motion, so that runs compare."""
     _draw_path(ax, run, 1, 2)
     ax.set_title("from the front", fontsize=10)
 
 
-def draw_path_from_the_side(ax: Any, run: Trajectory) -> None:
+def draw_path_from_the_side(ax: Any, run: RunRecord) -> None:
     """The tip's path in the plane of x and z."""
     _draw_path(ax, run, 0, 2)
     ax.set_title("from the side", fontsize=10)
 
 
-def _draw_path(ax: Any, run: Trajectory, right: int, up: int) -> None:
+def _draw_path(ax: Any, run: RunRecord, right: int, up: int) -> None:
     """Two coordinates of the last tip to one scale, a dot where it starts."""
     path = run.tips[:, -1]
     middle, reach = (path.min(0) + path.max(0)) / 2, np.ptp(path, axis=0).max() / 2
@@ -164,37 +164,37 @@ def _draw_path(ax: Any, run: Trajectory, right: int, up: int) -> None:
 PATHS: tuple[Panel, ...] = (draw_path_from_above, draw_path_from_the_front, draw_path_from_the_side)
 
 
-def quantity_panels(run: Trajectory, names: tuple[str, ...]) -> list[Panel]:
+def quantity_panels(run: RunRecord, names: tuple[str, ...]) -> list[Panel]:
     """A panel for each unit of some quantities. Raises InputError for a name that the run lacks."""
     units = {name: unit_of(run, name) for name in names}
     by_unit = [tuple(name for name in names if units[name] == unit) for unit in dict.fromkeys(units.values())]
     return [partial(draw_quantities, names=together) for together in by_unit]
 
 
-def draw_quantities(ax: Any, run: Trajectory, names: tuple[str, ...]) -> None:
+def draw_quantities(ax: Any, run: RunRecord, names: tuple[str, ...]) -> None:
     """Quantities by name on one axes, with their units."""
     for name in names:
         ax.plot(run.t, run[name], label=plain_name(name), linewidth=1.2)
     ax.set_ylabel(", ".join(dict.fromkeys(unit_of(run, name) or "energy drift / energy exchanged" for name in names)))
 
 
-def _count(run: Trajectory) -> int:
+def _count(run: RunRecord) -> int:
     """How many rods on universal joints there are."""
     return 0 if run.rod_reactions is None else run.rod_reactions.R3.shape[1]
 
 
-def rods_shown(run: Trajectory) -> list[int]:
+def rods_shown(run: RunRecord) -> list[int]:
     """All rods of up to three, else the first, the middle and the last."""
     count = _count(run)
     return list(range(count)) if count <= MOST_RODS else [0, (count - 1) // 2, count - 1]
 
 
-def joints_shown(run: Trajectory) -> list[int]:
+def joints_shown(run: RunRecord) -> list[int]:
     """All joints of up to six, else the six that move most, in model order."""
     return sorted(np.argsort(-np.ptp(run.q, axis=0), kind="stable")[:MOST_JOINTS].tolist())
 
 
-def turns(run: Trajectory) -> int:
+def turns(run: RunRecord) -> int:
     """The largest number of turning points of a joint."""
     return int((np.diff(np.sign(run.v), axis=0) != 0).sum(axis=0).max(initial=0))
 

@@ -5,6 +5,7 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,14 +15,14 @@ from pendpin.graphics.meshcat_commands import base64_of
 from pendpin.ground.versions import VERSION
 from pendpin.scene import scene_of
 from pendpin.scene.toml import scene_text
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 MOST_EVENTS = 40  # in a list
 MOST_TEXT = 20_000  # letters of a scene
-Check = Callable[[Trajectory], str]  # what a cross-check along a run says; "" where there is none
+Check = Callable[[RunRecord], str]  # what a cross-check along a run says; "" where there is none
 
 
-def report_of(runs: Sequence[Trajectory], check: Check | None = None) -> str:
+def report_of(runs: Sequence[Any], check: Check | None = None) -> str:
     """The report on one run, or on several to be compared, as HTML without a network address."""
     columns = [dict(_rows(run, check)) for run in runs]
     names = dict.fromkeys(name for column in columns for name in column)
@@ -41,7 +42,7 @@ def _text(text: str) -> str:
     return html.escape(text).replace("\n", "<br>")
 
 
-def _rows(run: Trajectory, check: Check | None) -> Iterator[tuple[str, str]]:
+def _rows(run: Any, check: Check | None) -> Iterator[tuple[str, str]]:
     """What a run was, row by row; rows without an answer are left out."""
     stats = run.stats
     yield "time", f"{run.t[0]:g} to {run.t[-1]:g} s, {len(run.t)} samples"
@@ -66,7 +67,7 @@ def _rows(run: Trajectory, check: Check | None) -> Iterator[tuple[str, str]]:
     yield "versions", f"pendpin {VERSION}, {stats.library} {stats.version}".rstrip(", ")
 
 
-def _energy(run: Trajectory) -> Iterator[tuple[str, str]]:
+def _energy(run: RunRecord) -> Iterator[tuple[str, str]]:
     """Where the energy went: by effect where the works are known, else its drift or its change."""
     if run.stats.conservative:
         yield "energy drift", f"{run.energy().drift:.1e} of the energy exchanged"
@@ -80,7 +81,7 @@ def _energy(run: Trajectory) -> Iterator[tuple[str, str]]:
         yield "energy change", f"{change:+.6g} J; --energy-balance (energy_balance=True) says which effect took it"
 
 
-def _events(run: Trajectory) -> str:
+def _events(run: RunRecord) -> str:
     """How many of each kind, and the first of them."""
     kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(event.kind for event in run.events).items())
     first = [f"{event.t:.6g} s: {event.joint} {event.kind}" for event in run.events[:MOST_EVENTS]]
@@ -88,7 +89,7 @@ def _events(run: Trajectory) -> str:
     return "\n".join([kinds, *first, *rest])
 
 
-def _scene(run: Trajectory) -> str:
+def _scene(run: RunRecord) -> str:
     """The scene as TOML, or, where a scene file cannot hold it, as JSON."""
     try:
         text = scene_text(scene_of(run), Path.cwd())

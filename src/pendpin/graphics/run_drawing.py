@@ -15,10 +15,10 @@ from pendpin.model.build import Model
 from pendpin.model.model_of_run import leaving, model_of
 from pendpin.model.urdf_written import ignored
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 
-def drawing_of(trajectory: Trajectory) -> Drawing:
+def drawing_of(trajectory: RunRecord) -> Drawing:
     """The drawing of a run, in the axes of W, over the ground where a support moves the pivot.
 
     Raises InputError where the run's model cannot be built again, as when its URDF is gone.
@@ -59,14 +59,14 @@ def drawing_of(trajectory: Trajectory) -> Drawing:
     )
 
 
-def ends_of(run: Trajectory) -> Array:
+def ends_of(run: RunRecord) -> Array:
     """Both ends of every body over the ground, (n, bodies, 2, 3) m. Raises InputError as `drawing_of`."""
     scene, _ = _scene(run)
     joints = kinematics.poses(model_of(run), run.q)[..., :3, 3]
     return np.stack([joints, run.tips], 2) + _of_pivot(scene, "position", run.t)[:, None, None]
 
 
-def _scene(trajectory: Trajectory) -> tuple[Scene, bool]:
+def _scene(trajectory: RunRecord) -> tuple[Scene, bool]:
     """The scene of a run, or its model alone where the rest is gone, and whether the motion of the pivot is known."""
     try:
         return scene_of(trajectory), True
@@ -104,7 +104,7 @@ def _shapes(scene: Scene, model: Model, extent: float, q: Array) -> tuple[list[i
     return [body.joint for body in model.bodies], (*rods, *brackets)
 
 
-def _tip_velocity(model: Model, trajectory: Trajectory) -> Array:
+def _tip_velocity(model: Model, trajectory: RunRecord) -> Array:
     """The velocity of the last tip, (n, 3) m/s, by a central difference along the rates."""
     step = (1e-6 / np.maximum(1.0, np.abs(trajectory.v).max(1, initial=0.0)))[:, None]
     ends = (kinematics.tips(model, kinematics.poses(model, trajectory.q + s * trajectory.v)) for s in (step, -step))

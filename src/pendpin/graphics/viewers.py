@@ -10,7 +10,7 @@ from pendpin.graphics.page import FRAMES_PER_SECOND, pick
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.ground.libraries import optional
 from pendpin.model.configurations import configurations
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 KEYS = 2000  # poses of a body at most
 GROUP = "pendpin"  # what is shown stands below this path of the viewer
@@ -19,7 +19,7 @@ FROM = (1.0, 0.27, 0.72)  # in the camera's axes, in which y is up
 AWAY = 1.3  # times as far as the farthest point
 
 
-def show(run: Trajectory, viewer: Any) -> Any:
+def show(run: RunRecord, viewer: Any) -> Any:
     """As `Trajectory.show`; the viewer is returned."""
     if hasattr(viewer, "display") and hasattr(viewer, "model"):
         return _displayed(run, viewer)
@@ -28,7 +28,7 @@ def show(run: Trajectory, viewer: Any) -> Any:
     raise InputError(f"show: {shown(viewer)} is neither a meshcat.Visualizer nor Pinocchio's MeshcatVisualizer")
 
 
-def _displayed(run: Trajectory, viewer: Any) -> Any:
+def _displayed(run: RunRecord, viewer: Any) -> Any:
     """Through Pinocchio's visualizer, in real time."""
     rows = pick(run.t, FRAMES_PER_SECOND / 2, KEYS)
     if len(rows) < 2:
@@ -38,7 +38,7 @@ def _displayed(run: Trajectory, viewer: Any) -> Any:
     return viewer
 
 
-def _animated(run: Trajectory, viewer: Any) -> Any:
+def _animated(run: RunRecord, viewer: Any) -> Any:
     """As an animation of meshcat: the solids of the run, and their poses over time."""
     animation = optional("meshcat.animation", "show", "meshcat")
     drawing = drawing_of(run)

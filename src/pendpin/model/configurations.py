@@ -7,10 +7,10 @@ import numpy as np
 from pendpin.errors import InputError, did_you_mean, shown
 from pendpin.ground.arrays import Array
 from pendpin.model.bodies import pinocchio
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 
-def configurations(run: Trajectory, pin_model: Any) -> Array:
+def configurations(run: RunRecord, pin_model: Any) -> Array:
     """As `Trajectory.configurations`: a joint of the model that the run lacks stands where it is locked, or at neutral.
 
     Raises InputError for a model that is not a pin.Model, and for a joint of the run that the model lacks, or has in

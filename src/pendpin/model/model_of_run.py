@@ -9,7 +9,7 @@ from pendpin.model import kinematics
 from pendpin.model.build import Model, build
 from pendpin.model.urdf_written import WrittenJoint, written_text
 from pendpin.scene import Scene, scene_of
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 FRAMES = ("world", "parent", "child")
 FAR = 3.0  # of the length of the model: a slide that travels farther has left
@@ -17,7 +17,7 @@ SHORTEST = 1e4  # of a rod's length, a chain whose tips show the rod's direction
 SIDES = {"child": 1.0, "parent": -1.0}  # action, and reaction
 
 
-def model_of(run: Trajectory) -> Model:
+def model_of(run: RunRecord) -> Model:
     """The model of a run. Raises InputError where it cannot be built again, as when its URDF is gone."""
     scene = run.source if isinstance(run.source, Scene) else Scene(model=run.scene.get("model"))
     model = build(scene.model)
@@ -26,7 +26,7 @@ def model_of(run: Trajectory) -> Model:
     return model
 
 
-def express_wrench(run: Trajectory, joint: str, frame: str, point: ArrayLike | None, on: str) -> Array:
+def express_wrench(run: RunRecord, joint: str, frame: str, point: ArrayLike | None, on: str) -> Array:
     """The wrench (n, 6) of a joint in a frame and at a point; as `Trajectory.express`."""
     for name, value, choices in (("frame", frame, FRAMES), ("on", on, SIDES)):
         if value not in choices:
@@ -54,18 +54,18 @@ def _point(point: ArrayLike) -> Array:
     return numbers
 
 
-def slides_of(run: Trajectory) -> frozenset[str]:
+def slides_of(run: RunRecord) -> frozenset[str]:
     """The names of the prismatic joints of a run. Raises InputError as `model_of`."""
     model = model_of(run)
     return frozenset(name for name, slides in zip(model.joints, model.slides, strict=True) if slides)
 
 
-def links_of(run: Trajectory) -> tuple[str, ...]:
+def links_of(run: RunRecord) -> tuple[str, ...]:
     """The names of the links whose tips a run has. Raises InputError as `model_of`."""
     return tuple(body.link for body in model_of(run).bodies)
 
 
-def swings_of(run: Trajectory) -> Array:
+def swings_of(run: RunRecord) -> Array:
     """As `kinematics.swings`, (n,) rad. Raises InputError as `model_of`."""
     model = model_of(run)
     if model.chain is not None and model.chain.l.sum() < SHORTEST * model.chain.l.min():
@@ -73,13 +73,13 @@ def swings_of(run: Trajectory) -> Array:
     return kinematics.swings(model, kinematics.poses(model, run.q))
 
 
-def as_written(run: Trajectory) -> str:
+def as_written(run: RunRecord) -> str:
     """What of the URDF's <dynamics> and <limit> acted in a run, in words; "" where nothing of them was listed."""
     joints, effects = _file_and_effects(run)
     return written_text(joints, effects)
 
 
-def leaving(run: Trajectory) -> tuple[str, ...]:
+def leaving(run: RunRecord) -> tuple[str, ...]:
     """The slides that nothing held, each with how far it went; none where the run's model cannot be built again."""
     try:
         model, (joints, effects) = model_of(run), _file_and_effects(run)
@@ -94,7 +94,7 @@ def leaving(run: Trajectory) -> tuple[str, ...]:
     return tuple(f"{run.joints[joint]} slid {travelled[joint]:.3g} m, as no stop holds it{remedy}" for joint in left)
 
 
-def _file_and_effects(run: Trajectory) -> tuple[tuple[WrittenJoint, ...], tuple[Effect, ...]]:
+def _file_and_effects(run: RunRecord) -> tuple[tuple[WrittenJoint, ...], tuple[Effect, ...]]:
     """What the URDF of a run writes of its joints, and the effects; empty where there are none in this process."""
     try:
         scene = scene_of(run)

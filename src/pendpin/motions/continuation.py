@@ -14,7 +14,7 @@ from pendpin.runs.integration import integrate_to_end, task_of
 from pendpin.runs.motion_with_events import loop_of
 from pendpin.runs.run import bind_for_run, fill_in
 from pendpin.scene import Scene, scene_of
-from pendpin.trajectory import Trajectory, joined, samples_of
+from pendpin.trajectory import RunRecord, joined, samples_of
 
 COUNTS = ("steps", "evaluations", "events", "seconds")  # of stats, that add up
 ROUNDING = 1e-9  # of the distance of samples
@@ -24,7 +24,7 @@ ALL = 1_000_000_000  # output times
 class Continuation:
     """A run's scene, ready to be integrated on from any of its samples by the run's own method and setting."""
 
-    def __init__(self, run: Trajectory, scene: Scene | None = None) -> None:
+    def __init__(self, run: RunRecord, scene: Scene | None = None) -> None:
         self.run, self.scene = run, scene or scene_of(run)
         self.dynamics = bind_for_run(self.scene)
         task, _ = task_of(self.scene, self.dynamics, run.q[0], run.v[0], bool(run.work), lambda t: None)
@@ -33,7 +33,7 @@ class Continuation:
         self._loop.first_segment = ALL  # of a piece: the run has shown what they cost
         self._loop.begin(run.q[0], run.v[0])  # all pieces share the scales of the run
 
-    def beside(self, run: Trajectory) -> "Continuation":
+    def beside(self, run: RunRecord) -> "Continuation":
         """The same, from other samples of the run."""
         other = copy(self)
         other.run = run
@@ -50,7 +50,7 @@ class Continuation:
             raise RunError(f"from t = {self.run.t[sample]:.10g} s on: {piece.failure}", self.run)
         return piece
 
-    def at(self, t: Array) -> Trajectory:
+    def at(self, t: Array) -> RunRecord:
         """The run at times (m,) inside it, rising."""
         start = self.scene.start.time
         before = np.searchsorted(self.run.t, t, side="right") - 1
@@ -65,7 +65,7 @@ class Continuation:
         stats = replace(self.run.stats, **counts)
         return replace(samples_of(rows, places), t=t, stats=stats, events=self.run.events)
 
-    def fill_pieces(self, pieces: list[Run], samples: ArrayLike) -> Trajectory:
+    def fill_pieces(self, pieces: list[Run], samples: ArrayLike) -> RunRecord:
         """All rows of k pieces, with accelerations, wrenches and energies, and the events of the first.
 
         Each begins at one of `samples` (k,) of the run. t is counted from the scene's start, the work from those samples.
@@ -80,7 +80,7 @@ class Continuation:
         return replace(rows, t=arrays["t"], work=work)
 
 
-def at(run: Trajectory, times: ArrayLike) -> Trajectory:
+def at(run: RunRecord, times: ArrayLike) -> RunRecord:
     """As `Trajectory.at`."""
     try:
         t = np.atleast_1d(np.asarray(times, float))
@@ -94,7 +94,7 @@ def at(run: Trajectory, times: ArrayLike) -> Trajectory:
     return Continuation(run).at(t)
 
 
-def extend(run: Trajectory, duration: float) -> Trajectory:
+def extend(run: RunRecord, duration: float) -> RunRecord:
     """As `Trajectory.extend`."""
     if not is_number(duration) or not 0 < duration < np.inf:
         raise InputError(f"duration: {shown(duration)} is not a number of seconds above 0")
@@ -108,7 +108,7 @@ def extend(run: Trajectory, duration: float) -> Trajectory:
     return replace(joined([run, new]), stats=stats, scene=scene.recorded(), source=scene)
 
 
-def _longer(run: Trajectory, duration: float) -> Scene:
+def _longer(run: RunRecord, duration: float) -> Scene:
     """The run's scene with a longer duration, and samples as dense as they are."""
     scene = scene_of(run)
     total, samples = scene.duration + duration, scene.solver.samples

@@ -1,5 +1,6 @@
 """Where a quantity of a run crosses a level: found among the samples, then integrated to the instant."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,7 @@ from pendpin.errors import InputError, is_number, shown
 from pendpin.ground.arrays import Array
 from pendpin.motions.continuation import Continuation
 from pendpin.motions.sign_changes import Changes, Quantity, resolved, sign_changes
-from pendpin.trajectory import Trajectory, samples_of
+from pendpin.trajectory import RunRecord, samples_of
 
 JUMP = 1e-3  # of the offsets around it: what is still on the other side has not crossed but jumps
 AFTER = 1e-13  # of the times: how far behind a jump the state is taken
@@ -16,7 +17,7 @@ CLOSE = 2.0  # units in the last place of an instant: two ends of an interval so
 MOST = 120  # times an interval is cut: a jump is found by halving
 
 
-def crossings(run: Trajectory, name: str, level: float, direction: int) -> Trajectory:
+def crossings(run: RunRecord, name: str, level: float, direction: int) -> RunRecord:
     """As `Trajectory.crossings`."""
     if not is_number(level) or not np.isfinite(level):
         raise InputError(f"level: {shown(level)} is not a finite number")
@@ -24,7 +25,7 @@ def crossings(run: Trajectory, name: str, level: float, direction: int) -> Traje
         raise InputError(f"direction: {shown(direction)} is not 1 (upwards), -1 (downwards) or 0 (both)")
     run[name]  # an unknown name is refused before anything is integrated
 
-    def offset(rows: Trajectory) -> Array:
+    def offset(rows: RunRecord) -> Array:
         return rows[name] - level
 
     more = resolved(run)
@@ -36,7 +37,7 @@ def crossings(run: Trajectory, name: str, level: float, direction: int) -> Traje
     return more.at(instants)
 
 
-def first_crossings(more: Continuation, quantities: list[Quantity]) -> Array:
+def first_crossings(more: Continuation, quantities: Sequence[Quantity]) -> Array:
     """The first instant in s at which each of k quantities of a run that is `resolved` changes its sign, (k,); else NaN."""
     first = np.full(len(quantities), np.nan)
     for i, quantity in enumerate(quantities):

@@ -17,10 +17,10 @@ from pendpin.dynamics.vibrations import spectrum
 from pendpin.errors import InputError, RunError, brief, is_number, shown
 from pendpin.ground.arrays import EPS, Array
 from pendpin.model.build import build, start_state
+from pendpin.motions.simulate import simulate
 from pendpin.motions.variations import Variations, list_state_keys
-from pendpin.runs.simulate import simulate
 from pendpin.scene import Scene, Start, chosen_scene
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 TIGHT = 1e-13  # the tolerance of the integration: Newton's method and the multipliers are as accurate as that
 OFF = 100 * TIGHT  # of a transition over a period
@@ -45,7 +45,7 @@ class PeriodicOrbit:
     transition: Array  # (2 nv, 2 nv), over the period
 
     @cached_property
-    def orbit(self) -> Trajectory:
+    def orbit(self) -> RunRecord:
         """The motion over one period."""
         return simulate(self.scene, tolerance=1e-12)
 
@@ -79,7 +79,7 @@ def periodic_orbit(
         period: s; if absent that of the drive, and without a drive it is found from the first return of a run.
 
     Returns:
-        The PeriodicOrbit: period in s, multipliers (2 nv,), stable, and `orbit`, the Trajectory over one period.
+        The PeriodicOrbit: period in s, multipliers (2 nv,), stable, and `orbit`, the RunRecord over one period.
 
     Raises:
         InputError: for a period or guess that cannot be, for friction and stops, for effects without derivatives.

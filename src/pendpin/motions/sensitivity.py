@@ -9,10 +9,11 @@ from pendpin.errors import InputError, choices, is_number, not_one_of, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.keypaths import number_at, parsed
 from pendpin.integrators import Run
+from pendpin.motions.continuation import at
 from pendpin.motions.variations import Variations, list_state_keys
 from pendpin.runs.run import bind_for_run, fill_in
 from pendpin.scene import Scene, scene_of
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 TIGHT = 1e-10  # the tolerance beside a run with a fixed step, whose own error is larger
 _STEP = 1e-3  # of differences, relative: their error is its fourth power, and rounding over it
@@ -28,7 +29,7 @@ STATISTICS: dict[str, Statistic] = {  # derivatives (K,) at times (n,) of a quan
 }
 
 
-def state_transition(run: Trajectory, t0: float, t1: float) -> Array:
+def state_transition(run: RunRecord, t0: float, t1: float) -> Array:
     """As `Trajectory.state_transition`."""
     for name, t in (("t0", t0), ("t1", t1)):
         if not is_number(t) or not run.t[0] <= t <= run.t[-1]:
@@ -37,12 +38,12 @@ def state_transition(run: Trajectory, t0: float, t1: float) -> Array:
         raise InputError(f"t1: {t1:.6g} s is before t0, {t0:.6g} s; invert the transition from t1 to t0 instead")
     scene, nv = scene_of(run), len(run.joints)
     variations = Variations(scene, list_state_keys(nv))
-    there = run.at([t0])
+    there = at(run, [t0])
     y, times = np.concatenate([there.q[0], there.v[0]]), np.array([t0, t1]) - scene.start.time
     return variations.integrate(y, np.eye(2 * nv), times, _tolerance(run))[1][-1].T
 
 
-def sensitivity(run: Trajectory, keys: Sequence[str] | str, of: str | None) -> Array:
+def sensitivity(run: RunRecord, keys: Sequence[str] | str, of: str | None) -> Array:
     """As `Trajectory.sensitivity`."""
     if not isinstance(keys, Sequence):
         raise InputError(f"keys: {shown(keys)} is not a list of key paths of the scene")
@@ -62,11 +63,11 @@ def sensitivity(run: Trajectory, keys: Sequence[str] | str, of: str | None) -> A
     return STATISTICS[statistic](run.t, run[name], series) if statistic else series
 
 
-def _tolerance(run: Trajectory) -> float:
+def _tolerance(run: RunRecord) -> float:
     return run.stats.tolerance or TIGHT
 
 
-def _parts(run: Trajectory, of: str) -> tuple[str, str]:
+def _parts(run: RunRecord, of: str) -> tuple[str, str]:
     """The quantity and the statistic, "" for none, that `of` names. Raises InputError."""
     if not isinstance(of, str):
         raise InputError(f"of: {shown(of)} is not the name of a quantity, such as R3_1.max")
@@ -81,7 +82,7 @@ def _parts(run: Trajectory, of: str) -> tuple[str, str]:
     return name, statistic
 
 
-def _change_of(run: Trajectory, scene: Scene, key: str, change: Array, name: str) -> Array:
+def _change_of(run: RunRecord, scene: Scene, key: str, change: Array, name: str) -> Array:
     """The derivative (n,) of a quantity by one number, with that (n, 2 nv) of the state.
 
     Angles and rates change as the state does. Other quantities are functions of the state and the number in closed form:
@@ -106,7 +107,7 @@ def _change_of(run: Trajectory, scene: Scene, key: str, change: Array, name: str
     raise InputError(f"{key}: values near {value:g} are refused, so {name} has no derivative by it")
 
 
-def _quantity(run: Trajectory, scene: Scene, change: Array, name: str) -> Array:
+def _quantity(run: RunRecord, scene: Scene, change: Array, name: str) -> Array:
     """A quantity (n,) at the states of a run moved by a change (n, 2 nv), in another scene."""
     q, v = np.split(np.concatenate([run.q, run.v], 1) + change, 2, axis=1)
     moved = fill_in(scene, bind_for_run(scene), None, Run.at_states(run.t - scene.start.time, q, v))

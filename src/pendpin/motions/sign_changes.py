@@ -16,9 +16,9 @@ from pendpin.errors import InputError
 from pendpin.ground.arrays import Array, Indices, Mask, subdivided
 from pendpin.integrators.grid import NEAR
 from pendpin.motions.continuation import Continuation
-from pendpin.trajectory import Trajectory, joined, samples_of
+from pendpin.trajectory import RunRecord, joined, samples_of
 
-Quantity = Callable[[Trajectory], Array]  # of a run, (n,)
+Quantity = Callable[[RunRecord], Array]  # of a run, (n,)
 
 OFF = 0.1  # of what a joint moves in an interval or beside it: a sine in steps of a radian is integrated so well
 STILL = 1e-9  # of what a joint moves in all: less is rounding
@@ -56,7 +56,7 @@ class _Pieces(NamedTuple):
         return _Pieces(*(x[which] for x in self))
 
 
-def resolved(run: Trajectory) -> Continuation:
+def resolved(run: RunRecord) -> Continuation:
     """The run; where its samples do not tell how it moved between them, with more.
 
     Raises InputError if these would be too many.
@@ -103,17 +103,17 @@ def _where_steps_end(more: Continuation, times: Array) -> Array:
     return np.where(left > NEAR * step, begin + steps * step, times)
 
 
-def _intervals_of(run: Trajectory, t: Array) -> Indices:
+def _intervals_of(run: RunRecord, t: Array) -> Indices:
     """The intervals (k,) between samples in which times (k,) are."""
     return np.clip(np.searchsorted(run.t, t, "right") - 1, 0, max(len(run.t) - 2, 0))
 
 
-def _events_of(run: Trajectory) -> Array:
+def _events_of(run: RunRecord) -> Array:
     """The times (k,) of its events, rising."""
     return np.array([event.t for event in run.events])
 
 
-def _beside_events(run: Trajectory, intervals: Indices) -> Array:
+def _beside_events(run: RunRecord, intervals: Indices) -> Array:
     """Times (2 k,) just before and behind the k events in some intervals."""
     at = _events_of(run)
     at = at[np.isin(_intervals_of(run, at), intervals)]
@@ -121,7 +121,7 @@ def _beside_events(run: Trajectory, intervals: Indices) -> Array:
     return np.clip(np.concatenate([at - margin, at + margin]), run.t[0], run.t[-1])
 
 
-def _coarse(run: Trajectory) -> Indices:
+def _coarse(run: RunRecord) -> Indices:
     """The intervals (k,) in which a position does not follow from the rates at both ends, or a rate from accelerations.
 
     Not those of an event, where they jump.

@@ -12,6 +12,7 @@ from pendpin.effects import ContactEffect
 from pendpin.ground.arrays import Array
 from pendpin.model.build import build, start_state
 from pendpin.motions.periodic import drive_of, periodic_orbit
+from pendpin.motions.special_starts import at_rest
 from pendpin.scene import Scene, Start
 
 REST = 1e-9  # of the accelerations that a turn by 1 rad causes: a start with less is a rest
@@ -30,7 +31,7 @@ def rest_of(scene: Scene) -> Start:
     """The stable rest of a scene near its start; friction and stops are left out. Raises InputError if there is none."""
     acts = expand_as_written(build(scene.model), scene.effects)
     free = tuple(effect for effect in acts if not isinstance(effect, ContactEffect))
-    return Start.at_rest(scene.model_copy(update={"effects": free}))
+    return at_rest(scene.model_copy(update={"effects": free}))
 
 
 def small_motions(scene: Scene) -> SmallMotions:

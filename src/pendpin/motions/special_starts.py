@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from pendpin.equations import exact
 from pendpin.errors import InputError, MissingLibrary, Note, is_number, shown
 from pendpin.ground.arrays import Array
 from pendpin.model.build import SIGNS, Model, start_state
-from pendpin.scene import Chain, Scene, Start
+from pendpin.scene import Chain, Scene
+from pendpin.scene import Start as StartRecord
 
 Pull = Callable[[float, Array], Array]  # of a time, which makes no difference, and q (nv,): the accelerations (nv,)
 Stiffness = Callable[[float, Array], Array]  # of the same: their derivatives (nv, nv)
@@ -26,7 +27,7 @@ NODDING = 0.01  # of the angle of a cone
 UPRIGHT = 1e-12  # of a field: what it may have across the vertical
 
 
-def at_rest(scene: Scene) -> Start:
+def at_rest(scene: Scene) -> StartRecord:
     """As `Start.at_rest`."""
     dynamics, time = bind(scene), scene.start.time
     q, _ = start_state(dynamics.model, scene.start)
@@ -48,7 +49,7 @@ def at_rest(scene: Scene) -> Start:
     contacts, joints = dynamics.contacts, dynamics.model.joints
     if contacts is not None and (beyond := (rest < contacts.lower) | (rest > contacts.upper)).any():
         raise InputError(f"start: the equilibrium of {joints[int(np.argmax(beyond))]} is beyond its stop")
-    return Start(time=time, positions=dict(zip(joints, rest.tolist(), strict=True)))
+    return StartRecord(time=time, positions=dict(zip(joints, rest.tolist(), strict=True)))
 
 
 def _hanging(dynamics: Dynamics, q: Array) -> Array | None:
@@ -119,7 +120,7 @@ def _stiffness(scene: Scene) -> Stiffness | None:
     return lambda _, q: equations.jacobian(0.0, q, np.zeros_like(q)).of_q
 
 
-def conical(scene: Scene, angle: float) -> Start:
+def conical(scene: Scene, angle: float) -> StartRecord:
     """As `Start.conical`."""
     dynamics = bind(scene)
     if not isinstance(scene.model, Chain) or scene.model.count != 1:
@@ -142,4 +143,28 @@ def conical(scene: Scene, angle: float) -> Start:
     v = np.linalg.lstsq(along, rate * np.cross([0.0, 0.0, 1.0], exact.direction(q)), rcond=None)[0]
     names = dynamics.model.joints
     positions, velocities = (dict(zip(names, x.tolist(), strict=True)) for x in (q, v))
-    return Start(time=scene.start.time, positions=positions, velocities=velocities)
+    return StartRecord(time=scene.start.time, positions=positions, velocities=velocities)
+
+
+class Start(StartRecord):
+    """When and where the motion starts, by joint name (what is left out is 0) or as a full list in model order."""
+
+    @classmethod
+    def at_rest(cls, scene: Scene) -> Self:
+        """The stable equilibrium of a scene nearest to its start's positions, with the effects as they are at the start.
+
+        Friction is left out. Raises InputError if there is no equilibrium.
+        """
+        return cls(**at_rest(scene).given())
+
+    @classmethod
+    def conical(cls, scene: Scene, angle: float) -> Self:
+        """The steady cone of a single rod about the vertical, at an angle from it in rad: the tip runs round a circle.
+
+        The rate Omega follows from Omega² cos(angle) = m g h / (I1 + m h²). Exact for a rod without inertia about its
+        axis (radius 0, a point mass), where gravity alone acts. No other rod has a steady cone on a universal joint: its
+        spin, -theta' sin(phi), changes round the circle, and with it an energy that is constant. It nods by about
+        I3 / (I1 + m h²) sin(angle) tan²(angle); beyond 1 % of the angle that is noted. Raises InputError for scenes
+        without a cone.
+        """
+        return cls(**conical(scene, angle).given())

@@ -14,7 +14,7 @@ from pendpin.errors import Halted, RunError
 from pendpin.ground.arguments import seconds
 from pendpin.ground.arrays import Array, Mask
 from pendpin.ground.records import LARGEST
-from pendpin.trajectory import Trajectory, exchanged
+from pendpin.trajectory import RunRecord, exchanged
 from pendpin.trajectory.parts import ROUNDING
 
 WINDOW = 5.0  # s of processor time between two checks of the progress of a run
@@ -121,7 +121,7 @@ class Patience:
         self._marked, self._before = now, self._reached
 
 
-def balanced(trajectory: Trajectory) -> int:
+def balanced(trajectory: RunRecord) -> int:
     """The number of samples up to which the energy is off by at most OFF of the energy exchanged until then.
 
     That is the drift of the total energy if every effect has a potential, and the imbalance if the works are known.
@@ -136,7 +136,7 @@ def balanced(trajectory: Trajectory) -> int:
     return int(np.flatnonzero(~bad)[-1]) + 1
 
 
-def _unbalanced(trajectory: Trajectory, least: Array | float) -> Mask:
+def _unbalanced(trajectory: RunRecord, least: Array | float) -> Mask:
     """The samples (n,) at which the energy is off by more than OFF of what was exchanged, or of `least` (n,) J if larger."""
     energy, works, bad = trajectory.energy(), trajectory.work.values(), np.zeros(len(trajectory.t), dtype=bool)
     if trajectory.stats.conservative:

@@ -6,7 +6,7 @@ from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, Interrupted
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 
 class Budget:
@@ -34,7 +34,7 @@ def halting(seconds: float) -> ProgressCallback:
     return look
 
 
-def run_within(seconds: float, scene: Scene) -> Trajectory:
+def run_within(seconds: float, scene: Scene) -> RunRecord:
     """The run of a scene, or the part of it that takes so many s of processor time beside compiling."""
     try:
         return run_to_setting(scene, progress=halting(seconds))

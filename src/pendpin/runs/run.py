@@ -25,7 +25,7 @@ from pendpin.runs.integration import integrate_to_end, task_of
 from pendpin.runs.limits import Deadline, Patience, balanced
 from pendpin.runs.motion_with_events import loop_of
 from pendpin.scene import Scene, method_of
-from pendpin.trajectory import Reactions, Stats, Trajectory
+from pendpin.trajectory import Derived, Reactions, RunRecord, Stats
 
 PART, LEAST = 1 << 12, 64  # rods, and samples, completed at once: what they need stays in a processor's fast memory
 AUTOMATIC = ("auto", "compiled")  # engines with which samples are computed in machine code
@@ -48,7 +48,7 @@ def run_scene(
     longest: float = np.inf,
     anyway: bool = False,
     bound: Dynamics | None = None,
-) -> Trajectory:
+) -> RunRecord:
     """The motion of a scene by its method and tolerance or step; as `simulate`, and `between` as in the loop, which see.
 
     `longest` in s limits the steps of a method without a fixed one. `anyway`: a wrong energy is a note, not an error.
@@ -114,7 +114,7 @@ def _choose_method(
 
 def _finished(
     scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, note: str, guarded: bool = True
-) -> Trajectory:
+) -> RunRecord:
     """The trajectory of a run that reached its end. Else raises RunError with the good part of the run and a remedy.
 
     `guarded`: the run ends where the energies do not add up.
@@ -201,24 +201,19 @@ def _refuse_overflow(dynamics: Dynamics, start: Run) -> None:
         raise InputError(START_OVERFLOWS)
 
 
-def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run) -> Trajectory:
+def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run) -> RunRecord:
     """Accelerations, wrenches, energies and tips along the run."""
     model, solver = dynamics.model, scene.solver
     size = len(run.t) if model.chain is None else max(LEAST, PART // model.chain.n)
     states = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
     parts = [_completed(dynamics, *(x[i : i + size] for x in states)) for i in range(0, len(run.t), size)]
     a, wrench, kinetic, potentials, tips, *rods = map(np.concatenate, zip(*parts, strict=True))
-    return Trajectory(
+    return RunRecord(
         joints=model.joints,
         t=scene.clock[: len(run.t)],
         q=run.q,
         v=run.v,
-        a=a,
-        wrench=wrench,
-        kinetic=kinetic,
-        potential=potentials.sum(1),
-        tips=tips,
-        rod_reactions=Reactions(*rods) if rods else None,
+        derived=Derived(a, wrench, kinetic, potentials.sum(1), tips, Reactions(*rods) if rods else None),
         stats=Stats(
             method=solver.method,
             tolerance=solver.tolerance,

@@ -15,6 +15,7 @@ from pendpin.ground.arrays import Array
 from pendpin.integrators import Run
 from pendpin.model import kinematics
 from pendpin.model.build import build
+from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.run import fill_in
 from pendpin.scene import Scene
 
@@ -125,7 +126,8 @@ def animate_mode(modes: Shapes, place: int) -> Animation:
     scene = _still(modes.scene, place, omega, float(t[-1]), len(t))
     dynamics = Dynamics(model, scene.effects, form="angles")
     nothing = np.zeros((len(t), 0))
-    return Animation(fill_in(scene, dynamics, None, Run(t, q, v, None, nothing, 0, 0, 0, 0.0, "", "")))
+    run = Run(t, q, v, None, nothing, 0, 0, 0, 0.0, "", "")
+    return Animation(Trajectory.of(fill_in(scene, dynamics, None, run)))
 
 
 def _still(scene: Scene, place: int, omega: float, duration: float, samples: int) -> Scene:

@@ -28,7 +28,7 @@ from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene
 from pendpin.sweeps.measures import Measure, accumulated, evaluate_measure
 from pendpin.sweeps.task import LOOSER, Block, Task, set_numbers, typical
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 AT_POLE = 1e-4  # of cos(phi): rounding over its square is an error of 1e-8 in the angular acceleration of theta
 
@@ -153,7 +153,7 @@ class Vectors:
         except PendpinError as error:
             block.values[place], block.why[place] = np.nan, str(error)
 
-    def _whole(self, row: Array, motions: Motions, place: int) -> Trajectory:
+    def _whole(self, row: Array, motions: Motions, place: int) -> RunRecord:
         """The trajectory of case `place` of a batch, with forces and energies; its numbers are row (keys,)."""
         scene = set_numbers(self.scene, self.task.plan.keys, row).by("taylor", self.series[0].tolerance)
         dynamics = self.series[0].bound(scene)

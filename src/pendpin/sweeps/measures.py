@@ -21,10 +21,11 @@ from pendpin.motions.crossings import first_crossings
 from pendpin.motions.sign_changes import resolved
 from pendpin.motions.small_motions import largest_multiplier, small_motions
 from pendpin.motions.small_motions import stable as is_stable
+from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.batches.batches import Motions
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene, Start
-from pendpin.trajectory import Trajectory, samples_of
+from pendpin.trajectory import RunRecord, samples_of
 
 SETTLED = 0.02  # of the largest distance from the final state: the usual two per cent
 UNSETTLED = 0.9  # of the run: what settles later may not have settled
@@ -91,10 +92,11 @@ def measure(name_or_function: str | Function) -> Measure:
     )
 
 
-def evaluate_measure(m: Measure, run: Trajectory, looser: Trajectory) -> float:
+def evaluate_measure(m: Measure, run: RunRecord, looser: RunRecord) -> float:
     """The measure of a run, or of a run and a looser one. Raises RunError for a function that fails."""
+    one, other = Trajectory.of(run), Trajectory.of(looser)
     try:
-        value = m.pair(run, looser) if m.pair else m.function(run) if m.function else math.nan
+        value = m.pair(one, other) if m.pair else m.function(one) if m.function else math.nan
         if isinstance(value, str):
             raise TypeError(f"it returns the text {shown(value)}, not a number")
         return float(value)
@@ -209,7 +211,7 @@ def flip_time_spread(run: Trajectory, looser: Trajectory) -> float:
 def _first_passage(more: Continuation, beyond: Callable[[Array], Array]) -> float:
     """The first time in s at which a rod is `beyond` (k,) rad, of times (k,) in s, over the top; NaN if none ever is."""
 
-    def short_of(places: list[int], rows: Trajectory) -> Array:
+    def short_of(places: list[int], rows: RunRecord) -> Array:
         half, side = rows.q[:, places].sum(1) / 2, math.copysign(1.0, math.cos(more.run.q[0, places].sum() / 2))
         return side * np.cos(half) + np.sin(np.clip(beyond(rows.t), -np.pi, np.pi) / 2)
 

@@ -15,7 +15,7 @@ from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.runs.processor_time import run_within
 from pendpin.scene import Chain, Rod, Scene
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 CHAOTIC = "later the motion is not known to this accuracy"
 LARGE = "more would take long, as --thorough does"
@@ -135,7 +135,7 @@ def _replace_effects(scene: Scene, *effects: Effect) -> Scene:
     return scene.model_copy(update={"effects": effects})
 
 
-def _compute_added_time(other: Trajectory, base: Trajectory, listed: bool) -> float:
+def _compute_added_time(other: RunRecord, base: RunRecord, listed: bool) -> float:
     """What an effect that only one of two runs has adds to the time of an evaluation, both on one engine."""
     engines = {run.source.solver.engine for run in (base, other)}
     engine = min(engines - {"compiled"}, default="compiled")
@@ -143,12 +143,12 @@ def _compute_added_time(other: Trajectory, base: Trajectory, listed: bool) -> fl
     return max(more / less - 1, 0.0) if less else 0.0  # a clock may not have moved
 
 
-def _marks(scene: Scene, run: Trajectory) -> Array:
+def _marks(scene: Scene, run: RunRecord) -> Array:
     """The points that are compared (n, points, 3), m."""
     return marks(build(scene.model), run.tips, run.q)
 
 
-def _measure_evaluation(run: Trajectory, engine: str) -> float:
+def _measure_evaluation(run: RunRecord, engine: str) -> float:
     """Seconds of one evaluation of the right-hand side of a run on an engine: the least of some repetitions."""
     dynamics = bind(run.source.with_solver(engine=engine))
     y = dynamics.engine.pack(*start_state(dynamics.model, run.source.start))

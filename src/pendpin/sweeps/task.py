@@ -10,6 +10,7 @@ import numpy as np
 from pendpin.errors import InputError, RunError, inside, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.versions import VERSION, installed
+from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene
 from pendpin.sweeps.measures import Function, Measure, measure
@@ -92,7 +93,7 @@ def checked(task: Task) -> Task:
     if series := {m.name: m.series for m in task.chosen if m.series}:
         at_start = {"duration": 0.0, "solver": scene.solver.model_copy(update={"samples": None, "times": None})}
         try:
-            run = run_to_setting(scene.model_copy(update=at_start))
+            run = Trajectory.of(run_to_setting(scene.model_copy(update=at_start)))
         except RunError:
             return replace(task, units=units)  # every case will say why
         with inside("measure"):

@@ -47,10 +47,13 @@ def columns(run: Any) -> dict[str, Place]:
 
 
 def effort_places(run: Any) -> dict[str, Place]:
-    """Where the generalised force of each kind of effect on each joint is: effort_gravity_theta_1. Raises InputError."""
+    """Where the generalised force of each kind of effect on each joint is: effort_gravity_theta_1. Raises InputError.
+
+    A record alone has none: the equations compute them.
+    """
     return {
         f"effort_{kind}_{joint}": (EFFORTS, (kind, j))
-        for kind in run.computed_efforts
+        for kind in getattr(run, "computed_efforts", ())
         for j, joint in enumerate(run.joints)
     }
 

@@ -19,20 +19,20 @@ AS_WRITTEN = ("as_written", "viscous", "dry_friction", "stop")  # an effect, and
 ARRAYS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tips")
 
 
-def read_fields(file: ArrayFile) -> dict[str, Any]:
-    """The fields of a Trajectory from a file's arrays; ValueError where they do not fit together."""
+def read_fields(file: ArrayFile) -> tuple[dict[str, Any], dict[str, Array]]:
+    """The fields of a RunRecord from a file, and its arrays over time by name; ValueError where they do not fit together."""
     scene, stats = _read_meta(file)
     joints = tuple(str(name) for name in read_array(file, "joints", ("joints",), text=True))
     ends = "tips" if "tips" in file.headers else "tip"  # as files of older versions have it
     n, nv, rods = _length(file, "t", 0), len(joints), _length(file, ends, 1)
     shapes = {"t": (n,), "q": (n, nv), "v": (n, nv), "a": (n, nv), "wrench": (n, nv, 6)}
     shapes |= {"kinetic": (n,), "potential": (n,), ends: (n, rods, 3)}
-    arrays: dict[str, Any] = {name: read_array(file, name, shape) for name, shape in shapes.items()}
+    arrays = {name: read_array(file, name, shape) for name, shape in shapes.items()}
     arrays["tips"] = arrays.pop(ends)
     if np.any(np.diff(arrays["t"]) <= 0):
         raise ValueError("array 't' does not rise")
     universal = (n, _length(file, "R1", 1)) if "R1" in file.headers else None
-    reactions = Reactions(*(read_array(file, name, universal) for name in Reactions._fields)) if universal else None
+    arrays |= {name: read_array(file, name, universal) for name in Reactions._fields} if universal else {}
     kinds = [name.removeprefix("work_") for name in file.headers if name.startswith("work_")]
     work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
     effects = {str(effect.get("kind")) for effect in scene.get("effects") or ()}
@@ -41,8 +41,8 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
         least, most = effects - set(AS_WRITTEN), effects | set(AS_WRITTEN)
     if work and not least <= set(work) <= most:
         raise ValueError("its works are not those of its scene's effects")
-    arrays |= {"events": read_events(file, joints), "held": _read_outputs(file, nv)}
-    return arrays | {"joints": joints, "rod_reactions": reactions, "work": work, "stats": stats, "scene": scene}
+    happened = {"events": read_events(file, joints), "held": _read_outputs(file, nv)}
+    return happened | {"joints": joints, "work": work, "stats": stats, "scene": scene}, arrays
 
 
 def _read_outputs(file: ArrayFile, nv: int) -> tuple[Array, ...]:

@@ -22,7 +22,7 @@ def check(
 
     The table has a line for each route and a column for each quantity, with the worst difference in each cell.
     """
-    from pendpin.verification.crosschecks.crosscheck import crosscheck
+    from pendpin.motions.crosschecks.crosscheck import crosscheck
 
     with chosen.noted() as scene:
         report = crosscheck(scene, states=states, seed=seed)

@@ -23,7 +23,7 @@ def plot(
 ) -> None:
     """Draw a saved run: energy, angles, reactions and the path of the tip, or quantities by name, such as energy_drift."""
     from pendpin.graphics.figure import save_plot
-    from pendpin.trajectory import Trajectory
+    from pendpin.motions.trajectory import Trajectory
 
     trajectory = Trajectory.load(run)
     picture = out or run.with_suffix(".png")

@@ -15,8 +15,8 @@ from pendpin.cli.tables import print_run
 from pendpin.errors import Halted, PendpinError, RunError
 
 if TYPE_CHECKING:
+    from pendpin.motions.trajectory import Trajectory
     from pendpin.scene import Scene
-    from pendpin.trajectory import Trajectory
 
 
 @on_scene
@@ -54,8 +54,8 @@ def run(
     """
     from pendpin.dynamics.dynamics import bind
     from pendpin.dynamics.explanation import explain as explain_run
+    from pendpin.motions.crosschecks.crosscheck import crosscheck_run
     from pendpin.runs.checkpoint import resumable
-    from pendpin.verification.crosschecks.crosscheck import crosscheck_run
 
     scene = lasting(chosen.scene, duration, samples)
     chosen = replace(chosen, scene=scene)
@@ -89,7 +89,7 @@ def _simulated(
     scene: "Scene", settings: dict[str, Any], progress: Callable[[float], None]
 ) -> tuple["Trajectory", RunError | None]:
     """The run, and why it ended early if it did."""
-    from pendpin.runs.simulate import simulate
+    from pendpin.motions.simulate import simulate
 
     try:
         return simulate(scene, **settings, progress=progress), None

@@ -23,7 +23,7 @@ def view(
 
     The end of the page's address chooses its view: #t=1.5&view=above&speed=5&reactions=on&frames=on.
     """
-    from pendpin.trajectory import Trajectory
+    from pendpin.motions.trajectory import Trajectory
 
     first, *others = map(Trajectory.load, runs)
     refuse_outputs(runs, html=html, film=film)

@@ -15,7 +15,7 @@ from pendpin.effects import Effect, Torque
 from pendpin.effects.pace import STEP, Pace, intervals_for, measure_pace, remove_jumps
 from pendpin.ground.arrays import Array
 from pendpin.scene import Scene
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 FINEST = 1e-3  # rad and m: four points of the probe are at most so far apart
 FEWEST, MOST = 1024, 4096  # such groups of four along a run
@@ -47,7 +47,7 @@ def describe_assumptions(scene: Scene, rough: Sequence[Rough]) -> tuple[str, ...
     return tuple(notes)
 
 
-def probe_effects(dynamics: Dynamics, duration: float, run: Trajectory) -> list[Rough]:
+def probe_effects(dynamics: Dynamics, duration: float, run: RunRecord) -> list[Rough]:
     """Where the user's own effects change abruptly along a run; none after impacts, where all signals jump."""
     places = [i for i, effect in enumerate(dynamics.effects) if users_own(effect)]
     if not places or len(run.t) < 2 or dynamics.contacts:
@@ -71,7 +71,7 @@ def _note_declaration(name: str, effect: Effect) -> list[str]:
     return [f"{name} is not smooth: the estimated error assumes that no step jumps over what it does"]
 
 
-def _roughest(dynamics: Dynamics, i: int, run: Trajectory, pace: Pace) -> Rough | None:
+def _roughest(dynamics: Dynamics, i: int, run: RunRecord, pace: Pace) -> Rough | None:
     """The first time of the run at which an effect changes abruptly with the state; None if the probe sees no such place.
 
     Changes that the pace in time declares or has found, in s since the start, do not count.

@@ -15,7 +15,7 @@ from pendpin.model.build import build, start_state
 from pendpin.runs.accuracy.runs import Runs
 from pendpin.runs.accuracy.thresholds import SETTING
 from pendpin.scene import FIXED_METHODS, Scene, method_of
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 TAYLOR, HIGH_ORDER = "taylor", "dop853"
 UNITS = (("days", 86_400.0), ("hours", 3_600.0), ("minutes", 60.0))  # s
@@ -104,7 +104,7 @@ def choose_refinement(scene: Scene, runs: Runs) -> Refinement:
     return refine_by_step(method, runs.times, max(run.stats.steps, _count_steps_of_pace(scene, runs, run)))
 
 
-def _count_steps_of_pace(scene: Scene, runs: Runs, run: Trajectory) -> int:
+def _count_steps_of_pace(scene: Scene, runs: Runs, run: RunRecord) -> int:
     """How many equal steps do not jump over what acts in a scene. Raises RunError for too many; the run is a partial one."""
     dynamics = runs.bind(scene)
     pace_of_run = timing(dynamics, dynamics.effects, *start_state(dynamics.model, scene.start), scene.duration, None)

@@ -25,7 +25,7 @@ from pendpin.runs.accuracy.runs import Attempt, Runs, compute_speeds, measure_ga
 from pendpin.runs.accuracy.thresholds import INSTABILITY, ROUNDING
 from pendpin.runs.checkpoint import RunState
 from pendpin.scene import Scene, Start
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 STATE = ("y", "series", "canonical")  # names of the state in what an integration carries
 
@@ -48,7 +48,7 @@ class RoundingError:
         return self.last > error and self.growth > INSTABILITY.steady_growth * self.path
 
 
-def run_first(runs: Runs, scene: Scene, target: float) -> tuple[Trajectory, float]:
+def run_first(runs: Runs, scene: Scene, target: float) -> tuple[RunRecord, float]:
     """The first run of a search, shifted by a part of the target, and by how many units of rounding."""
     dynamics = runs.bind(scene)
     q, v = start_state(dynamics.model, scene.start)
@@ -59,7 +59,7 @@ def run_first(runs: Runs, scene: Scene, target: float) -> tuple[Trajectory, floa
     return runs.run(shifted, between=_LaterShifts(units, len(runs.times))), units
 
 
-def bound_rounding(gap: Array, units: float, fine: Trajectory, length: float) -> RoundingError:
+def bound_rounding(gap: Array, units: float, fine: RunRecord, length: float) -> RoundingError:
     """A bound (n,) on the rounding error of the run `fine`, from the gap (n,) of the first two runs; over the length."""
     growth = np.where(gap > ROUNDING.linear, np.inf, gap / (units * EPS))
     return _scale_growth(growth, fine, length)
@@ -98,7 +98,7 @@ def compute_start_rounding(scene: Scene, length: float) -> float:
     return float(tip_distance(exact, rounded, length)[0])
 
 
-def _scale_growth(growth: Array, run: Trajectory, length: float) -> RoundingError:
+def _scale_growth(growth: Array, run: RunRecord, length: float) -> RoundingError:
     """The rounding error of a run whose motion magnifies errors of the start by `growth` (n,), over the length.
 
     Rounded numbers of the model make a motion a little faster or slower: that error grows with the path.
@@ -110,18 +110,18 @@ def _scale_growth(growth: Array, run: Trajectory, length: float) -> RoundingErro
     return RoundingError(error, float(growth[-1]), float(path[-1]))
 
 
-def _count_units(run: Trajectory) -> float:
+def _count_units(run: RunRecord) -> float:
     """The units of rounding of a run."""
     return ROUNDING.start_units + ROUNDING.step_units * float(np.sqrt(run.stats.steps))
 
 
-def _run_pair(runs: Runs, attempt: Attempt, times: float) -> tuple[Trajectory, Trajectory]:
+def _run_pair(runs: Runs, attempt: Attempt, times: float) -> tuple[RunRecord, RunRecord]:
     """Two runs in the same segments, the second of them shifted by so many times the rounding."""
     scene, run = attempt.scene, attempt.run
     return _run_shifted(runs, scene, run, 0.0), _run_shifted(runs, scene, run, times * _count_units(run))
 
 
-def _run_shifted(runs: Runs, scene: Scene, fine: Trajectory, units: float) -> Trajectory:
+def _run_shifted(runs: Runs, scene: Scene, fine: RunRecord, units: float) -> RunRecord:
     """A run of the scene, shifted by so many units of rounding at its start and at later times."""
     some = np.unique(np.linspace(0, len(fine.t) - 1, ROUNDING.states).astype(int))
     step = (fine.t[-1] - fine.t[0]) / max(fine.stats.steps, 1)

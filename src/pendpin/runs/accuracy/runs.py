@@ -16,7 +16,7 @@ from pendpin.runs.checkpoint import RunState
 from pendpin.runs.limits import Deadline
 from pendpin.runs.run import ENERGY_ERROR, bind_for_run, run_scene
 from pendpin.scene import FIXED_METHODS, Scene, scene_of
-from pendpin.trajectory import Trajectory, samples_of
+from pendpin.trajectory import RunRecord, samples_of
 
 Between = Callable[[RunState], RunState]
 
@@ -27,7 +27,7 @@ class Attempt:
 
     scene: Scene
     setting: float
-    run: Trajectory
+    run: RunRecord
 
 
 class Runs:
@@ -61,7 +61,7 @@ class Runs:
             self._bound[key] = dynamics
         return self._bound[key]
 
-    def run(self, scene: Scene, denser: int = 1, between: Between | None = None, longest: float = np.inf) -> Trajectory:
+    def run(self, scene: Scene, denser: int = 1, between: Between | None = None, longest: float = np.inf) -> RunRecord:
         """A run of a scene with a method and its setting; if too coarse, it may end early. `between`: as in the loop.
 
         `longest` in s limits its steps. Raises RunError where it ends early for another reason.
@@ -82,7 +82,7 @@ class Runs:
         self.seconds += run.stats.seconds
         return _thin_out(run, denser)
 
-    def run_differently(self, scene: Scene, before: Trajectory) -> Trajectory:
+    def run_differently(self, scene: Scene, before: RunRecord) -> RunRecord:
         """A run that differs from the one before: with denser samples if the first try is equal to it."""
         run = self.run(scene)
         for doublings in range(SAMPLE.doublings):
@@ -91,31 +91,31 @@ class Runs:
             run = self.run(scene, 2 << doublings)
         return run
 
-    def keep_output_times(self, run: Trajectory) -> Trajectory:
+    def keep_output_times(self, run: RunRecord) -> RunRecord:
         """The run at the output times only."""
         output_times = self.scene.solver.model_dump(mode="json", include={"samples", "times"})
         scene = run.scene | {"solver": run.scene["solver"] | output_times}
         return replace(_thin_out(run, self.every), scene=scene)
 
 
-def are_equal(one: Trajectory, other: Trajectory) -> bool:
+def are_equal(one: RunRecord, other: RunRecord) -> bool:
     """Whether two runs have the same steps and results."""
     return one.stats.steps == other.stats.steps and np.array_equal(one.q, other.q) and np.array_equal(one.v, other.v)
 
 
-def is_at_rest(run: Trajectory) -> bool:
+def is_at_rest(run: RunRecord) -> bool:
     """Whether all rates and accelerations are 0."""
     return not (run.v.any() or run.a.any())
 
 
-def compute_points(run: Trajectory) -> Array:
+def compute_points(run: RunRecord) -> Array:
     """The points by which runs are compared, (n, bodies, 3) m in W: see `kinematics.marks`."""
     if run.scene["model"]["kind"] == "chain":
         return run.tips
     return marks(build(scene_of(run).model), run.tips, run.q)
 
 
-def measure_gap(one: Trajectory, other: Trajectory, length: float, count: int) -> Array:
+def measure_gap(one: RunRecord, other: RunRecord, length: float, count: int) -> Array:
     """The largest distance of tips so far, over a length, at each of `count` times; inf after the end of a run."""
     n = min(len(one.t), len(other.t))
     distance = tip_distance(compute_points(one)[:n], compute_points(other)[:n], length)
@@ -135,7 +135,7 @@ def _sample_closely(scene: Scene, every: int) -> Scene:
     return scene.model_copy(update={"solver": scene.solver.model_copy(update=new)})
 
 
-def compute_speeds(run: Trajectory, length: float) -> Array:
+def compute_speeds(run: RunRecord, length: float) -> Array:
     """The largest speed of a tip so far (n,), over a length, 1/s."""
     model, rates = build(scene_of(run).model), np.abs(run.v).max(initial=0.0)
     if not rates:
@@ -144,7 +144,7 @@ def compute_speeds(run: Trajectory, length: float) -> Array:
     return np.maximum.accumulate(tip_distance(after, before, length)) * rates / (2 * SAMPLE.step)
 
 
-def compute_extent(run: Trajectory, length: float) -> float:
+def compute_extent(run: RunRecord, length: float) -> float:
     """The largest distance of a tip from its start, over a length."""
     return float(tip_distance(compute_points(run), compute_points(run)[:1], length).max())
 
@@ -154,5 +154,5 @@ def choose_length(model: Model, tips: Array) -> float:
     return chain_length(model) or float(np.linalg.norm(tips, axis=-1).max()) or 1.0
 
 
-def _thin_out(run: Trajectory, every: int) -> Trajectory:
+def _thin_out(run: RunRecord, every: int) -> RunRecord:
     return run if every == 1 else samples_of(run, slice(None, None, every))

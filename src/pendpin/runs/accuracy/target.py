@@ -44,14 +44,14 @@ from pendpin.runs.accuracy.runs import (
 from pendpin.runs.accuracy.thresholds import COMPARISON, ESTIMATE, INSTABILITY, SEARCH, SETTING
 from pendpin.runs.limits import Deadline
 from pendpin.scene import Scene, method_of
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 
 
 class NotMet(RunError):
     """An accuracy that a method does not meet; another one may."""
 
 
-def run_to_accuracy(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> Trajectory:
+def run_to_accuracy(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> RunRecord:
     """The motion of a scene to the accuracy of its solver; as `simulate`, which see."""
     if scene.duration and (scene.solver.accuracy or 0.0) < EPS:
         alone = scene.model_copy(update={"duration": 0.0, "solver": scene.solver.replaced(samples=1)})
@@ -91,7 +91,7 @@ class _Search:
         self.first_gap: Array | None = None  # (n,), between the first run, which is shifted, and the second
         self.rounding: RoundingError | None = None
         self.chaos_denied = False  # whether a run to a small tolerance has shown that finer ones may meet the target
-        self.probed: tuple[Trajectory, list[Rough]] | None = None
+        self.probed: tuple[RunRecord, list[Rough]] | None = None
 
     @property
     def last(self) -> Attempt:
@@ -103,7 +103,7 @@ class _Search:
         """Whether there is no finer setting."""
         return self.last.setting <= self.refinement.least
 
-    def run(self) -> Trajectory:
+    def run(self) -> RunRecord:
         """The run that meets the target. Raises NotMet, or RunError where no method can meet it."""
         if not self.scene.duration:
             return self._complete(0.0)
@@ -112,7 +112,7 @@ class _Search:
             pass
         return run
 
-    def _refine(self) -> Trajectory | None:
+    def _refine(self) -> RunRecord | None:
         """One more run: its result if it meets the target, else None. Raises RunError if no run can meet it."""
         setting = self.refinement.finer(self.last.setting, self._choose_factor())
         scene = self.scene.by(self.method.name, setting)
@@ -138,7 +138,7 @@ class _Search:
             return self._decide(np.minimum(verdict.error, self._compare_methods()), self._explain(verdict))
         return self._decide(verdict.error, self._explain(verdict))
 
-    def _confirm(self, error: Array) -> Trajectory | None:
+    def _confirm(self, error: Array) -> RunRecord | None:
         """The last run if, where its estimate (n,) alone is not enough, further evidence supports it; as `_refine`."""
         if self.may_jump or self._hardly_moves() or self._may_damp():
             return self._decide(np.maximum(error, self._compare_methods()), "another method gives another motion")
@@ -149,7 +149,7 @@ class _Search:
             return self._decide(np.maximum(error, INSTABILITY.other_steps * gap), reason)
         return self._decide(error, "")
 
-    def _decide(self, error: Array, reason: str) -> Trajectory | None:
+    def _decide(self, error: Array, reason: str) -> RunRecord | None:
         """The last run, if its error (n,) is within the target. Raises RunError with the reason if none can do it."""
         if error[-1] <= self.target and (brief := [rough for rough in self._probe() if rough.shortest < np.inf]):
             error = self._compare_short_steps(error, min(brief, key=lambda rough: rough.shortest))
@@ -291,7 +291,7 @@ class _Search:
 
     # --- results ----------------------------------------------------------------------------------------------------
 
-    def _complete(self, error: float | None) -> Trajectory:
+    def _complete(self, error: float | None) -> RunRecord:
         """The finest run with its error."""
         run = self.runs.keep_output_times(self.last.run)
         notes = (*run.stats.notes, *describe_assumptions(self.scene, self._probe()))

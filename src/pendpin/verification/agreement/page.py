@@ -11,7 +11,7 @@ import numpy as np
 from pendpin.graphics.figure import plain_text
 from pendpin.graphics.panels import draw_path_from_above, draw_path_from_the_side
 from pendpin.ground.files import write_whole
-from pendpin.runs.simulate import simulate
+from pendpin.motions.simulate import simulate
 from pendpin.verification.agreement.published import published_cases
 from pendpin.verification.agreement.validate import AgreementReport, Comparison
 

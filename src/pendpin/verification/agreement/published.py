@@ -17,8 +17,8 @@ from pendpin.ground.records import Number, Positive, Record
 from pendpin.model import kinematics
 from pendpin.model.build import build, start_state
 from pendpin.motions.periodic import periodic_orbit
+from pendpin.motions.trajectory import Trajectory
 from pendpin.scene import Scene
-from pendpin.trajectory import Trajectory
 
 FOLDER = Path(__file__).parent / "cases"
 WINDOW = 0.02  # of a published bound of stability: where the verdict is looked for to change

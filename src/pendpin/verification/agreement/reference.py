@@ -28,7 +28,7 @@ from pendpin.model.read_urdf import read_urdf
 from pendpin.model.urdf_xml import parse
 from pendpin.model.write_others import mjcf, sdf
 from pendpin.model.write_urdf import chain_urdf
-from pendpin.runs.simulate import simulate
+from pendpin.motions.simulate import simulate
 from pendpin.scene import METHODS, Chain, Scene, UrdfModel, chosen_scene
 
 STATES, TIMES = 20, 50  # chosen: enough to meet every term, few enough to read

@@ -9,9 +9,9 @@ import numpy as np
 from pendpin.errors import InputError, MissingLibrary, brief, not_one_of
 from pendpin.model.build import build
 from pendpin.model.kinematics import scale
-from pendpin.runs.simulate import simulate
+from pendpin.motions.simulate import simulate
+from pendpin.motions.trajectory import Trajectory
 from pendpin.scene import METHODS
-from pendpin.trajectory import Trajectory
 from pendpin.verification.agreement.published import Case, Frequencies, Quantity, published_cases
 from pendpin.verification.claims import Claim, Progress, attempt, choose_cases, collect, describe_broken
 

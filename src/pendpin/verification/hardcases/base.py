@@ -12,8 +12,8 @@ import numpy as np
 from pendpin.effects import Effect, Gravity
 from pendpin.errors import InputError, Interrupted, RunError
 from pendpin.ground.arrays import Array
+from pendpin.motions.trajectory import Trajectory
 from pendpin.scene import FIXED_METHODS, Chain, Rod, Scene, Solver, Start
-from pendpin.trajectory import Trajectory
 from pendpin.verification.claims import Claim
 
 Solve = Callable[[Scene], Trajectory]

@@ -10,7 +10,7 @@ from pendpin.equations.chain import solution
 from pendpin.ground.arrays import EPS, Array
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import build
-from pendpin.runs.simulate import simulate
+from pendpin.motions.simulate import simulate
 from pendpin.scene import Chain, Rod, Scene, Solver
 from pendpin.verification.hardcases.base import ROD, Case, Solve, case, drift_of, scene, settings
 

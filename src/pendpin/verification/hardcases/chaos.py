@@ -6,9 +6,9 @@ import numpy as np
 
 from pendpin.equations.chain import angles, thin
 from pendpin.ground.arrays import EPS, Array
-from pendpin.runs.simulate import simulate
+from pendpin.motions.simulate import simulate
+from pendpin.motions.trajectory import Trajectory
 from pendpin.scene import Chain, Rod, Scene
-from pendpin.trajectory import Trajectory
 from pendpin.verification.hardcases.base import ROD, Solve, case, reverse_rates, scene, settings
 
 DOUBLE = Chain(rods=(ROD,), copies=2)

@@ -10,9 +10,10 @@ import numpy as np
 from pendpin.errors import RunError
 from pendpin.model import kinematics
 from pendpin.model.build import build
-from pendpin.runs.simulate import simulate
+from pendpin.motions.simulate import simulate
+from pendpin.motions.trajectory import Trajectory
 from pendpin.scene import Scene
-from pendpin.trajectory import Stats, Trajectory
+from pendpin.trajectory import Derived, Stats
 from pendpin.verification.claims import Progress
 from pendpin.verification.hardcases import chains, chaos, long_runs
 from pendpin.verification.hardcases.base import Case, Outcome, Solve, scene
@@ -131,11 +132,13 @@ def _trajectory(scene: Scene, peer: Peer, setting: float, run: PeerRun) -> Traje
         t=run.t,
         q=run.q,
         v=unknown,
-        a=unknown,
-        wrench=np.full((n, nv, 6), np.nan),
-        kinetic=unknown[:, 0],
-        potential=unknown[:, 0],
-        tips=kinematics.tips(model, kinematics.poses(model, run.q)),
-        rod_reactions=None,
+        derived=Derived(
+            a=unknown,
+            wrench=np.full((n, nv, 6), np.nan),
+            kinetic=unknown[:, 0],
+            potential=unknown[:, 0],
+            tips=kinematics.tips(model, kinematics.poses(model, run.q)),
+            rod_reactions=None,
+        ),
         stats=stats,
     )

@@ -7,7 +7,7 @@ from math import isfinite
 from typing import Any
 
 from pendpin.errors import brief
-from pendpin.runs.simulate import simulate
+from pendpin.motions.simulate import simulate
 from pendpin.verification.claims import Progress, attempt, collect, describe_broken
 from pendpin.verification.hardcases.base import Case, Outcome, Solve
 

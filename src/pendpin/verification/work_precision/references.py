@@ -23,7 +23,7 @@ from pendpin.model.build import Model, build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.runs.processor_time import run_within
 from pendpin.scene import Scene
-from pendpin.trajectory import Trajectory
+from pendpin.trajectory import RunRecord
 from pendpin.verification.claims import attempt
 
 SAME = 1e-9  # of the largest rate: difference of two equations by rounding
@@ -173,7 +173,7 @@ by_low_order = _integrate_recursion("order 5", "rk45", 1e-12, 1e-11)  # for scen
 by_collocation = _integrate_recursion("collocation", "radau", 1e-11, 1e-10)
 
 
-def refuse_other_equations(scene: Scene, run: Trajectory) -> None:
+def refuse_other_equations(scene: Scene, run: RunRecord) -> None:
     """Raise InputError if the recursion in machine code, where it can be compiled, differs from Pinocchio's equations.
 
     They are compared at states of a run: references with a limit are all made on the recursion.

@@ -1,5 +1,5 @@
 """The cross-check: the same states by every independent route, and the largest difference of each pair (`pendpin check`).
 
-May import: dynamics and what is below it; no other tool.
+May import: dynamics and what is below it.
 To add a route: a file of equations/ or engines/, and its name in routes.py.
 """

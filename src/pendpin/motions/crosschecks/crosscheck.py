@@ -11,11 +11,9 @@ from pendpin.dynamics.dynamics import Dynamics, bind, loads_at
 from pendpin.errors import InputError
 from pendpin.ground.arguments import count
 from pendpin.ground.arrays import TINY, Array, Indices
-from pendpin.scene import Scene
-from pendpin.trajectory import Trajectory
-from pendpin.verification.crosschecks.report import CheckReport, CheckRow
-from pendpin.verification.crosschecks.rounding_scale import tree_scale
-from pendpin.verification.crosschecks.routes import (
+from pendpin.motions.crosschecks.report import CheckReport, CheckRow
+from pendpin.motions.crosschecks.rounding_scale import tree_scale
+from pendpin.motions.crosschecks.routes import (
     REFERENCE,
     Answer,
     HandRoute,
@@ -24,6 +22,8 @@ from pendpin.verification.crosschecks.routes import (
     other_joints,
     reference_route,
 )
+from pendpin.scene import Scene
+from pendpin.trajectory import RunRecord
 
 BOUND = 1e-13  # of the rounding scale, for each rod through which errors propagate
 LARGEST_RATE = 100.0  # rad/s
@@ -63,7 +63,7 @@ def crosscheck(
     return compare(dynamics, q, v, routes or {}, in_50_digits=max(2, REFERENCE_JOINTS // nv))
 
 
-def crosscheck_run(trajectory: Trajectory) -> CheckReport | None:
+def crosscheck_run(trajectory: RunRecord) -> CheckReport | None:
     """The same comparison at some states of a run; None where no two routes cover its model at any of them."""
     try:
         scene = Scene(**trajectory.scene)
@@ -81,7 +81,7 @@ def crosscheck_run(trajectory: Trajectory) -> CheckReport | None:
     return compare(dynamics, trajectory.q[chosen], trajectory.v[chosen], {}, in_50_digits=0)
 
 
-def run_verdict(trajectory: Trajectory) -> str:
+def run_verdict(trajectory: RunRecord) -> str:
     """What `crosscheck_run` says, in a few words; "" where nothing covers the run, or its model is gone."""
     try:
         report = crosscheck_run(trajectory)

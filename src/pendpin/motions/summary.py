@@ -6,11 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.errors import one_line
 from pendpin.ground.arrays import Array
+from pendpin.trajectory import RunRecord
 
 MOST_PERIODS = 4  # joints
-MOST_LETTERS = 90  # of a title
 LEAST_TURNS = 3  # upward crossings, for a period: two swings that can be compared
 PERIODIC = 1e-3  # of the mean: swings that differ by less have one period, as far as samples show
 FORCES = ("R1", "R2", "R3")
@@ -105,31 +104,11 @@ def _periods(run: Any) -> Iterator[tuple[str, Figure]]:
             yield f"mean swing of {joint}", Figure(float(swings.mean()), "s", place=between)
 
 
-def title(run: Any) -> str:
-    """The scene's title; where it has none, what moves and what acts."""
-    kinds = dict.fromkeys(str(effect.get("kind", "an effect")) for effect in run.scene.get("effects") or ())
-    under = ", ".join(kind.replace("_", " ") for kind in kinds)
-    return one_line(str(run.scene.get("title") or "") or f"{_model(run)}{under and f' under {under}'}")[:MOST_LETTERS]
-
-
-def _model(run: Any) -> str:
-    """The model in words: the number of rods, or a URDF by its name."""
-    model, bodies = run.scene.get("model") or {}, run.tips.shape[1]
-    if model.get("kind") == "chain":
-        return f"{bodies} rod{'s' * (bodies > 1)}"
-    name = str(model.get("name") or model.get("path") or "").replace("\\", "/").rpartition("/")[2]
-    return f"{name[:40] or 'a tree'}, {len(run.joints)} joints"
-
-
 def text(run: Any) -> str:
     """Three lines: model and method, errors, extremes."""
     if not len(run.t):
         return "Trajectory without samples"
-    stats = run.stats
-    first = (
-        f"Trajectory of {_model(run)}: {run.t[0]:g} to {run.t[-1]:g} s, {len(run.t)} samples, "
-        f"{stats.method} with {stats.setting}, {stats.steps} steps"
-    )
+    first = f"Trajectory of {RunRecord.__repr__(run)}"
     rows = summary(run)
     parts = [f"at rest from {rows['at rest from']}"] if "at rest from" in rows else []
     parts += [f"largest swing {rows['largest swing']}"] if "largest swing" in rows else []

@@ -7,7 +7,7 @@ from textwrap import fill
 import numpy as np
 
 from pendpin.errors import brief
-from pendpin.verification.crosschecks.routes import REFERENCE
+from pendpin.motions.crosschecks.routes import REFERENCE
 
 WIDTH = 80  # letters of a line
 ROUTE = 12  # letters of a route's name
@@ -24,7 +24,7 @@ class CheckRow:
     place: str  # the joint or rod
     first: str
     second: str
-    relative: float  # to the rounding scale of the quantity (pendpin.verification.crosschecks.rounding_scale)
+    relative: float  # to the rounding scale of the quantity (pendpin.motions.crosschecks.rounding_scale)
     ulps: float  # of that scale
     state: int  # where: index of the state
     q: tuple[float, ...]

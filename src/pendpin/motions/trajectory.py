@@ -1,0 +1,194 @@
+"""The public face of a run: its record, and what a user asks of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from pendpin.errors import PendpinError
+from pendpin.ground.arrays import Array, ArrayLike
+from pendpin.model import model_of_run
+from pendpin.model.configurations import configurations
+from pendpin.motions import continuation, crossings
+from pendpin.motions.summary import Summary, page, summary, text
+from pendpin.trajectory import RunRecord, with_samples
+from pendpin.trajectory.tables import to_csv, to_pandas, to_xarray
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(RunRecord):
+    __doc__ = RunRecord.__doc__
+
+    @classmethod
+    def of(cls, record: RunRecord) -> Self:
+        """The same run with what can be asked of it; a run that is one already stays itself."""
+        if isinstance(record, cls):
+            return record
+        return cls(**{name: getattr(record, name) for name in RunRecord.__dataclass_fields__})
+
+    def express(self, joint: str, frame: str = "world", point: ArrayLike | None = None, on: str = "child") -> Array:
+        """The wrench of a joint in a frame and at a point of your choice, (n, 6): force in N, then moment in N m.
+
+        Args:
+            joint: its name.
+            frame: "world" (W), "parent" (the link that the joint hangs on) or "child" (the link that it moves).
+            point: (3,) in m, in that frame; the joint's origin if absent.
+            on: "child" for the wrench of the parent on the child, "parent" for the reaction.
+
+        Raises:
+            InputError: for other names, and if the run's model cannot be built again.
+        """
+        return model_of_run.express_wrench(with_samples(self), joint, frame, point, on)
+
+    def at(self, times: ArrayLike) -> Self:
+        """The run at any times inside it, (m,) in s, rising, or one: as accurate as the run.
+
+        Integrated from the sample before, by the run's own method and setting; at the instant of an impact the state
+        after it. Raises InputError for other times, and where the run's scene cannot be built again.
+        """
+        return self.of(continuation.at(with_samples(self), times))
+
+    def crossings(self, name: str, level: float = 0.0, direction: int = 0) -> Self:
+        """The run at the instants at which a quantity crosses a level: upwards (1), downwards (-1) or both ways (0).
+
+        Found between the samples, each to the accuracy of the run. An angle counts its turns: it is not wrapped. There
+        may be none. Raises InputError.
+        """
+        return self.of(crossings.crossings(with_samples(self), name, level, direction))
+
+    def extend(self, duration: float) -> Self:
+        """The run continued for another duration in s, with samples as dense as before.
+
+        With rk4 and euler, if the run ends on a step, the result is bit for bit that of one long run; else it is that within
+        the run's accuracy.
+        """
+        return self.of(continuation.extend(with_samples(self), duration))
+
+    def state_transition(self, t0: float, t1: float) -> Array:
+        """The derivative of (q, v) at t1 by (q, v) at t0 (s, inside the run): (2 nv, 2 nv), to the accuracy of the run.
+
+        Integrated beside the motion by exact derivatives of the equations. Raises InputError for other times, for friction
+        and stops, which act at events, and for effects without derivatives; RunError where angles have no derivative.
+        """
+        from pendpin.motions.sensitivity import state_transition
+
+        return state_transition(with_samples(self), t0, t1)
+
+    def sensitivity(self, keys: Sequence[str] | str, of: str | None = None) -> Array:
+        """The derivatives of the motion by numbers of the scene at k key paths, to the accuracy of the run.
+
+        Args:
+            keys: such as "model.rods[0].length", "effects[1].coefficient", "start.positions.theta_1".
+            of: the name of a quantity, or a name with a statistic of its samples, as in "R3_1.max".
+
+        Returns:
+            d(q, v)/d(number) at the samples, (n, 2 nv, k). With `of` the derivatives of the quantity, (n, k), or of its
+            statistic, (k,). Units are those of the quantity over those of the number.
+
+        Raises:
+            InputError: for keys that are not numbers of the scene, and as `state_transition`.
+        """
+        from pendpin.motions.sensitivity import sensitivity
+
+        return sensitivity(with_samples(self), keys, of)
+
+    def summary(self) -> Summary:
+        """The largest angle of any rod from straight down, the tip's way sideways, rest; extremes of R1, R2, R3, M3.
+
+        With their times; periods and energy too. Extremes are those of the samples.
+        """
+        return summary(self)
+
+    def to_pandas(self, *names: str) -> Any:
+        """A pandas DataFrame over time, a column for each name, units in attrs["units"]. MissingLibrary without pandas."""
+        return to_pandas(self, names)
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset of the arrays over t, joint, rod, axis and component, with units; tips of a robot over link.
+
+        Raises MissingLibrary without xarray.
+        """
+        return to_xarray(self)
+
+    def efforts(self) -> dict[str, Array]:
+        """The generalised force of each kind of effect on each joint, (n, nv) in N m, N for slides; dry friction and stops
+        together as "contacts". Their sum is the inverse dynamics of the motion. By name: run["effort_gravity_theta_1"].
+        Raises InputError.
+        """
+        from pendpin.dynamics.efforts import efforts
+
+        return efforts(with_samples(self))
+
+    def to_csv(self, path: str | Path, *names: str) -> Path:
+        """Write a CSV file with a column for each name, t first, every digit kept; all `names` if absent. InputError."""
+        return to_csv(self, path, names)
+
+    def plot(self, *names: str, ax: Any = None, compare: Any = None) -> Any:
+        """Draw quantities by name, as in run[name], against time on a matplotlib Axes, and return it.
+
+        Without `ax` a new Figure is returned, with a panel for each unit. Without names it is the figure of the run.
+        `compare` is another run, or up to three, drawn on the same axes. Raises InputError.
+        """
+        from pendpin.graphics.figure import plot
+
+        return plot(self if names else with_samples(self), names, ax, compare)
+
+    def animate(self, compare: Any = None) -> Any:
+        """The motion as an Animation, which shows itself in a notebook; .save("x.html"), "x.gif" or "x.mp4".
+
+        `compare` is another run, or up to three, shown in the page as ghosts, with their distance. Raises InputError.
+        """
+        from pendpin.graphics.animation import Animation
+        from pendpin.motions.crosschecks.crosscheck import run_verdict
+
+        return Animation(with_samples(self), compare, run_verdict)
+
+    def show(self, viewer: Any) -> Any:
+        """Play the run in a viewer that is there: a meshcat.Visualizer, or Pinocchio's MeshcatVisualizer."""
+        from pendpin.graphics.viewers import show
+
+        return show(with_samples(self), viewer)
+
+    def configurations(self, pin_model: Any) -> Array:
+        """q as a pin.Model takes it, (n, nq): continuous joints as cosine and sine, joints that are locked in place."""
+        return configurations(self, pin_model)
+
+    @cached_property
+    def slides(self) -> frozenset[str] | None:
+        """The names of the prismatic joints; None where the model cannot be built again, as when its URDF is gone."""
+        try:
+            return model_of_run.slides_of(self)
+        except PendpinError:
+            return None
+
+    @cached_property
+    def links(self) -> tuple[str, ...] | None:
+        """The names of the links whose tips there are; None as `slides`."""
+        try:
+            return model_of_run.links_of(self)
+        except PendpinError:
+            return None
+
+    @cached_property
+    def swing(self) -> Array:
+        """The largest angle of any rod from hanging straight down, (n,) rad; NaN as `slides` and where none can swing."""
+        try:
+            return model_of_run.swings_of(self)
+        except PendpinError:
+            return np.full(len(self.t), np.nan)
+
+    @cached_property
+    def computed_efforts(self) -> dict[str, Array]:
+        """As `efforts`, computed once."""
+        return self.efforts()
+
+    def __repr__(self) -> str:
+        return text(self)
+
+    def _repr_html_(self) -> str:
+        from pendpin.graphics.animation import frame_of
+
+        return page(self, frame_of(self))
