@@ -85,6 +85,10 @@ class Engine(ABC):
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """Accelerations and joint wrenches at times (n,) and states (n, nv), with joint torques (n, nv) added."""
 
+    def accelerate(self, t: float, q: Array, v: Array) -> Array:
+        """q'' (nv,) at one state, the array the caller's own; engines override it where `evaluate` takes much longer."""
+        return self.evaluate(np.array([t]), q[None], v[None]).acceleration[0]
+
 
 class AngleEngine(Engine):
     """An engine whose state is y = (q, v)."""
@@ -105,8 +109,8 @@ class AngleEngine(Engine):
         return y
 
     @abstractmethod
-    def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
-        """Accelerations (nv,) at one state, with joint torques (nv,) added."""
+    def accelerate(self, t: float, q: Array, v: Array, torque: Array | None = None) -> Array:
+        """q'' (nv,) at one state, with joint torques (nv,) added."""
 
     @abstractmethod
     def compliance(self, q: Array, joints: Indices) -> Array:

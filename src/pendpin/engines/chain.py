@@ -54,9 +54,10 @@ class LongChain(AngleEngine):
             of_cross[..., ::3], of_cross[..., 1::3], of_cross[..., 2::3] = c * x + s * z, -y, s * x - c * z
         return Sample(a, wrench)
 
-    def accelerate(self, t: float, q: Array, v: Array, torque: Array) -> Array:
-        """q'' (nv,) rad/s² from one banded solve."""
-        return self._solve(np.array([t]), q[None], v[None], torque[None]).acceleration.reshape(-1)
+    def accelerate(self, t: float, q: Array, v: Array, torque: Array | None = None) -> Array:
+        """q'' (nv,) rad/s² from one banded solve, with torques (nv,) added."""
+        extra = None if torque is None else torque[None]
+        return self._solve(np.array([t]), q[None], v[None], extra).acceleration.reshape(-1)
 
     def compliance(self, q: Array, joints: Indices) -> Array:
         """Columns (nv, k) of the inverse mass matrix at q (nv,), one solve for each of k joints."""

@@ -111,6 +111,10 @@ class Compiled(Engine):
         """Accelerations (n, nv) and wrenches (n, joints, 6) by the base engine, not compiled."""
         return self.base.evaluate(t, q, v, torque)
 
+    def accelerate(self, t: float, q: Array, v: Array) -> Array:
+        """q'' (nv,) by the base engine, not compiled."""
+        return self.base.accelerate(t, q, v)
+
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """y' by machine code, which is compiled here."""
         block, size = self.block(), self.size

@@ -31,7 +31,8 @@ class Revolute(AngleEngine):
     def __init__(self, model: Model, loads: Loads) -> None:
         super().__init__(model, loads)
         self._com, self._places = centres_of(model.bodies), joints_of(model.bodies)
-        self._no_torque = np.zeros(len(model.joints))
+        self._no_torque, self._aba = np.zeros(len(model.joints)), pinocchio().aba
+        self._loaded = any((loads.varying, loads.torque, loads.wrench))
 
     @cached_property
     def _pin(self) -> Any:
@@ -49,8 +50,8 @@ class Revolute(AngleEngine):
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """(v, q'') by Pinocchio's ABA: one call of it where constant fields act alone."""
-        pin, data, tau, nv = self._pin, self._data, self._no_torque, self._pin.nv
-        aba, accelerate = pinocchio().aba, self.accelerate if self._loaded else None
+        pin, data, tau, nv, aba = self._pin, self._data, self._no_torque, self._pin.nv, self._aba
+        accelerate = self.accelerate if self._loaded else None
         state = rates = q = v = dq = dv = np.empty(0)
         calls, every = 0, CALLBACK_EVERY_SLOW if self._loaded else CALLBACK_EVERY
 
@@ -77,7 +78,7 @@ class Revolute(AngleEngine):
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """ABA for accelerations (n, nv), then RNEA for wrenches (n, joints, 6), state by state."""
         a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
-        extra, externals = np.zeros(q.shape) if torque is None else torque, list[tuple[list, ...]]([()] * len(q))
+        extra, externals = [None] * len(q) if torque is None else torque, list[tuple[list, ...]]([()] * len(q))
         if self.loads.wrench is not None and len(q):  # Pinocchio's last argument for each state, evaluated together
             motions = [self.motion(y)[:4] for y in np.concatenate([q, v], 1)]
             origin, rotation, velocity, spin = (np.array(part) for part in zip(*motions, strict=True))
@@ -97,21 +98,20 @@ class Revolute(AngleEngine):
         """Columns (nv, k) of Pinocchio's inverse mass matrix at q (nv,)."""
         return mirror_upper(pinocchio().computeMinverse(self._pin, self._data, q))[:, joints]
 
-    @property
-    def _loaded(self) -> bool:
-        return any((self.loads.varying, self.loads.torque, self.loads.wrench))
-
     def accelerate(
-        self, t: float, q: Array, v: Array, torque: Array | float = 0.0, external: tuple[list, ...] | None = None
+        self, t: float, q: Array, v: Array, torque: Array | None = None, external: tuple[list, ...] | None = None
     ) -> Array:
         """q'' (nv,) in rad/s² by ABA, with torques (nv,) added; `external` is Pinocchio's last argument, if known."""
+        if torque is None and not self._loaded:
+            return self._aba(self._pin, self._data, q, v, self._no_torque)
         loads = self.loads
         if loads.varying:
             self._pin.gravity.linear = loads.field(t)
-        tau = (self._no_torque if loads.torque is None else loads.torque(t, q, v)) + torque
+        tau = self._no_torque if loads.torque is None else loads.torque(t, q, v)
+        tau = tau if torque is None else tau + torque
         if external is None:
             external = ()
             if loads.wrench is not None:
                 wrench = partial(loads.wrench, t)
                 external = (external_forces(self._pin, self._data, q, v, self._com, self._places, wrench),)
-        return pinocchio().aba(self._pin, self._data, q, v, tau, *external)
+        return self._aba(self._pin, self._data, q, v, tau, *external)

@@ -31,12 +31,15 @@ def at_rest(scene: Scene) -> StartRecord:
     """As `Start.at_rest`."""
     dynamics, time = bind(scene), scene.start.time
     q, _ = start_state(dynamics.model, scene.start)
+    hanging = _hanging(dynamics, q)
+    if hanging is not None:  # the chain's own equations need no data of Pinocchio, which take 0.2 s for 100 rods
+        dynamics = Dynamics(dynamics.model, scene.effects, "chain", start=time)
 
     def pull(_: float, q: Array) -> Array:
         return dynamics.acceleration(time, q, np.zeros_like(q))
 
     size = max(float(np.abs(pull(0.0, x)).max()) for x in (q, q + 0.5))
-    if (rest := _hanging(dynamics, q)) is None:
+    if (rest := hanging) is None:
         stiffness = _stiffness(scene)
         rest = _relaxed(pull, q, dynamics.model, stiffness)
         for _ in range(AGAIN):
