@@ -75,7 +75,7 @@ def _urdfs(folder: Path) -> Reader:
     from pendpin import simulate
     from pendpin.dynamics.dynamics import Dynamics
     from pendpin.model.build import build
-    from pendpin.model.write_urdf import chain_urdf
+    from pendpin.model.write_models import chain_urdf
     from pendpin.scene import Chain, Rod, Scene, Solver, UrdfModel
 
     def take(path: Path) -> None:

@@ -10,7 +10,7 @@ from scipy.special import jn_zeros, roots_laguerre
 import pendpin as pp
 from pendpin.model.build import build
 from pendpin.model.notes import notes
-from pendpin.model.write_urdf import chain_urdf
+from pendpin.model.write_models import chain_urdf
 from scenes import scene_of
 
 GRAVITY = (pp.effects.Gravity(),)

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import law
-from pendpin.model.bodies import mass_matrix
+from pendpin.model.bodies import always_positive, mass_matrix
 from pendpin.model.build import build
-from pendpin.model.positive_mass import always_positive
 from pendpin.scene import urdf_folder
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.01),))

@@ -9,7 +9,7 @@ import numpy as np
 from pendpin.effects import AsWritten, DryFriction, Effect, Idle, Stop, Viscous
 from pendpin.errors import InputError
 from pendpin.model.build import Model
-from pendpin.model.urdf_written import WrittenJoint, homes
+from pendpin.model.urdf_joints import WrittenJoint, homes
 
 
 def expand_as_written(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:

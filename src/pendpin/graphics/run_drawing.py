@@ -13,7 +13,7 @@ from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
 from pendpin.model.build import Model
 from pendpin.model.model_of_run import leaving, model_of
-from pendpin.model.urdf_written import ignored
+from pendpin.model.urdf_joints import ignored
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import RunRecord
 

@@ -7,7 +7,7 @@ from pendpin.errors import InputError, PendpinError, not_one_of, shown
 from pendpin.ground.arrays import Array, ArrayLike, applied, cross, transposed
 from pendpin.model import kinematics
 from pendpin.model.build import Model, build
-from pendpin.model.urdf_written import WrittenJoint, written_text
+from pendpin.model.urdf_joints import WrittenJoint, written_text
 from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import RunRecord
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from pendpin.errors import choices
 from pendpin.model.build import Model, start_state
-from pendpin.model.urdf_written import SHOWN, homes, ignored
+from pendpin.model.urdf_joints import SHOWN, homes, ignored
 from pendpin.scene import Scene
 
 TURN = 2 * np.pi

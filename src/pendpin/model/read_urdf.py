@@ -6,6 +6,7 @@ Pinocchio's own reader takes broken numbers, lost branches and impossible inerti
 import math
 import os
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -14,13 +15,17 @@ from xml.etree import ElementTree
 import numpy as np
 
 from pendpin.errors import InputError, choices, inside, not_one_of, place_of, shown
+from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole
-from pendpin.model.urdf_inertia import check_inertial, inertia_findings, use_mass_unit
-from pendpin.model.urdf_locks import freeze_joints, massless_finding, massless_joints
-from pendpin.model.urdf_written import WrittenJoint, written_joints
+from pendpin.model.bodies import LEAST_MASS, mass_unit
+from pendpin.model.urdf_joints import WrittenJoint, freeze_joints, massless_finding, massless_joints, written_joints
 from pendpin.model.urdf_xml import Element, misspelt, named, needed, number, numbers, parse, plain, put, triple
 from pendpin.scene import UrdfModel
 
+_ROUNDING = 1e-3  # of the sum of all three: what numbers written with four digits may miss in the triangle inequality
+_NEGATIVE = 1e-9  # of the largest: what rounding may leave below zero
+_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+_AS_WRITTEN = "no real body has this inertia; accelerations are computed as written"
 MAX_BYTES = 8_000_000
 MAX_LINKS = 10_000
 MAX_DEPTH = 1_000  # links in a row; Pinocchio's reader recurses and dies far below 5,000
@@ -275,3 +280,63 @@ def _check_reach(root: str, parents: dict[str, tuple[str, str]]) -> None:
             f"{depth} links in a row are too many for Pinocchio's URDF reader, which reads about {MAX_DEPTH}; "
             'a scene with kind = "chain" takes longer ones'
         )
+
+
+# --- the inertia of a URDF's links: numbers that are broken are refused, numbers that no real body has are findings ---
+
+
+def check_inertial(where: str, inertial: Element) -> None:
+    """Raise InputError where <inertial> lacks a number, has one that is none, or a negative mass."""
+    mass = number(where, needed(where, inertial, "mass"), "value")
+    if mass < 0:
+        raise InputError(f"{where}: mass {mass:g} kg is negative")
+    if 0 < mass < LEAST_MASS:
+        raise InputError(
+            f"{where}: mass {mass:g} kg is too small to compute with; the least is {LEAST_MASS:g} kg, or 0"
+        )
+    _tensor(inertial, where)
+
+
+def inertia_findings(links: dict[str, Element]) -> Iterator[str]:
+    """What is implausible in the inertia of links that passed the check: link, numbers, and what follows."""
+    for name, link in links.items():
+        inertial = link.find("inertial")
+        reason = None if inertial is None else _implausible(inertial)
+        if reason:
+            yield f"link {shown(name)}: {reason}: {_AS_WRITTEN}"
+
+
+def _implausible(inertial: Element) -> str | None:
+    tensor, mass = _tensor(inertial), float(needed("", inertial, "mass").get("value", ""))
+    size = np.abs(tensor).max() or 1.0
+    small, middle, large = np.linalg.eigvalsh(tensor / size)
+    slack = _ROUNDING * (abs(small) + abs(middle) + abs(large))
+    a, b, c = (f"{value * size:.6g}" for value in (small, middle, large))
+    values = f"principal inertia {a}, {b} and {c} kg m²"
+    if mass == 0 and tensor.any():
+        return f"{values} with a mass of 0"
+    if small < -_NEGATIVE:
+        return f"{values}, {a} is negative"
+    if large > small + middle + slack:
+        return f"{values}, {c} > {a} + {b}"
+    return None
+
+
+def use_mass_unit(links: dict[str, Element]) -> float:
+    """Write masses and inertias in a unit in which Pinocchio adds them up; returns the unit in kg."""
+    inertials = [link.find("inertial") for link in links.values()]
+    parts = [needed("", inertial, tag) for inertial in inertials if inertial is not None for tag in ("mass", "inertia")]
+    moments = [abs(float(part.get(key, "0"))) for part in parts[1::2] for key in _MOMENTS]
+    unit = mass_unit([float(mass.get("value", "")) for mass in parts[::2]], moments)
+    for part in parts if unit != 1.0 else ():
+        for key in ("value", *_MOMENTS):
+            if key in part.attrib:
+                part.set(key, repr(float(part.attrib[key]) / unit))
+    return unit
+
+
+def _tensor(inertial: Element, where: str = "") -> Array:
+    """The central inertia (3, 3) kg m², in the axes of <origin>."""
+    values = needed(where, inertial, "inertia")
+    xx, xy, xz, yy, yz, zz = (number(where, values, key) for key in _MOMENTS)
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -18,7 +18,7 @@ def urdf(
 ) -> None:
     """Write a chain as a URDF that Pinocchio, MuJoCo and Drake load to the same model; or list the robots by name."""
     from pendpin.ground.files import write_whole
-    from pendpin.model.write_urdf import chain_urdf
+    from pendpin.model.write_models import chain_urdf
     from pendpin.scene import Chain
     from pendpin.scene.robots import robot_files
 

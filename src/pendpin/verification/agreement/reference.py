@@ -26,8 +26,7 @@ from pendpin.model.bodies import tree_of
 from pendpin.model.build import Model
 from pendpin.model.read_urdf import read_urdf
 from pendpin.model.urdf_xml import parse
-from pendpin.model.write_others import mjcf, sdf
-from pendpin.model.write_urdf import chain_urdf
+from pendpin.model.write_models import chain_urdf, mjcf, sdf
 from pendpin.motions.simulate import simulate
 from pendpin.scene import METHODS, Chain, Scene, UrdfModel, chosen_scene
 

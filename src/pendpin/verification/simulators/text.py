@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 from pendpin.errors import InputError
 from pendpin.model.read_urdf import read_urdf
 from pendpin.model.urdf_xml import Element, has_inertia
-from pendpin.model.write_urdf import chain_urdf
+from pendpin.model.write_models import chain_urdf
 from pendpin.scene import Chain, PinModel, UrdfModel
 
 LEAST = 1e-15  # kg and kg m² of a moving body: what MuJoCo takes

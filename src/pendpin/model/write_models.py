@@ -1,9 +1,4 @@
-"""A model as MJCF and as SDF, for other engines; write_urdf.py writes URDF.
-
-Both formats get the model as Pinocchio has it: a tree of joints, each with the body that it moves. In MJCF a massless body
-between two joints at one point is left out, and both joints belong to the body below it. In SDF such a pair of
-perpendicular hinges is one universal joint.
-"""
+"""A model written for others: a chain as a URDF, any model as MJCF or SDF."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
@@ -15,12 +10,75 @@ from pendpin.equations.trees import Tree
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 from pendpin.model.bodies import pinocchio, tree_of
-from pendpin.model.build import Model
-
-Element = ElementTree.Element
+from pendpin.model.build import Model, chain_names
+from pendpin.model.urdf_xml import Element, put
+from pendpin.scene import Chain, Rod
 
 LEAST = "1e-15"  # kg, kg m²: MuJoCo refuses moving bodies with less
 POINT = 1e-12  # of a unit vector or a length in m: what rounding may leave of a translation or a rotation
+
+
+_COLORS = {"steel": "0.48 0.53 0.59 1", "copper": "0.85 0.38 0.17 1"}
+_PAYLOAD_RADIUS = 0.03  # of the rod's length, as drawn
+
+
+def chain_urdf(chain: Chain) -> str:
+    """The URDF of a chain: for each rod two revolute joints with a massless link between, rods along -z."""
+    robot = Element("robot", name="chain")
+    ElementTree.SubElement(ElementTree.SubElement(robot, "mujoco"), "compiler", boundmass="1e-15", boundinertia="1e-15")
+    for name, rgba in _COLORS.items():
+        ElementTree.SubElement(ElementTree.SubElement(robot, "material", name=name), "color", rgba=rgba)
+    ElementTree.SubElement(robot, "link", name="support")
+    parent, z = "support", 0.0
+    for rod, (theta, phi, link) in zip(chain.all_rods, chain_names(chain.count), strict=True):
+        cross = f"cross{link.removeprefix('rod')}"
+        _joint(robot, theta, parent, cross, z, (-1, 0, 0))
+        _inertial(ElementTree.SubElement(robot, "link", name=cross), 0.0, 0.0, (0.0, 0.0, 0.0))
+        _joint(robot, phi, cross, link, 0.0, (0, -1, 0))
+        _rod(ElementTree.SubElement(robot, "link", name=link), rod)
+        parent, z = link, -rod.length
+    ElementTree.indent(robot)
+    return f'<?xml version="1.0"?>\n{ElementTree.tostring(robot, encoding="unicode")}\n'
+
+
+def _joint(robot: Element, name: str, parent: str, child: str, z: float, axis: Iterable[float]) -> None:
+    joint = ElementTree.SubElement(robot, "joint", name=name, type="revolute")
+    ElementTree.SubElement(joint, "parent", link=parent)
+    ElementTree.SubElement(joint, "child", link=child)
+    put(ElementTree.SubElement(joint, "origin"), "xyz", (0, 0, z))
+    put(ElementTree.SubElement(joint, "axis"), "xyz", axis)
+    ElementTree.SubElement(joint, "limit", lower="-1e9", upper="1e9", effort="1e9", velocity="1e9")
+
+
+def _inertial(link: Element, mass: float, z: float, principal: Iterable[float]) -> None:
+    inertial = ElementTree.SubElement(link, "inertial")
+    put(ElementTree.SubElement(inertial, "origin"), "xyz", (0, 0, z))
+    put(ElementTree.SubElement(inertial, "mass"), "value", (mass,))
+    values = dict(zip(("ixx", "iyy", "izz"), principal, strict=True)) | {"ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
+    ElementTree.SubElement(inertial, "inertia", {key: repr(float(value)) for key, value in values.items()})
+
+
+def _rod(link: Element, rod: Rod) -> None:
+    m, h, *principal = rod.properties
+    _inertial(link, m, -h, principal)
+    radius = rod.radius or 0.002 * rod.length  # a thin rod is drawn all the same
+    _visual(link, -rod.length / 2, "cylinder", radius=radius, length=rod.length)
+    if rod.payload:
+        _visual(link, -rod.length, "sphere", radius=_PAYLOAD_RADIUS * rod.length)
+
+
+def _visual(link: Element, z: float, shape: str, **sizes: float) -> None:
+    visual = ElementTree.SubElement(link, "visual")
+    put(ElementTree.SubElement(visual, "origin"), "xyz", (0, 0, z))
+    geometry = ElementTree.SubElement(visual, "geometry")
+    ElementTree.SubElement(geometry, shape, {key: repr(float(size)) for key, size in sizes.items()})
+    ElementTree.SubElement(visual, "material", name="copper" if shape == "cylinder" else "steel")
+
+
+# --- a model as MJCF and as SDF, for other engines; write_urdf.py writes URDF ---------------------------------------
+
+
+Element = ElementTree.Element
 
 
 class _Link(NamedTuple):
