@@ -15,7 +15,7 @@ from bad_input import run_main
 from pendpin.cli.app import app
 from pendpin.cli.tables import print_table
 from pendpin.errors import Interrupted, not_one_of
-from pendpin.scene.examples import examples_folder
+from pendpin.scene.toml import examples_folder
 
 
 @pytest.fixture(autouse=True)

@@ -12,7 +12,7 @@ import pendpin as pp
 from bad_input import ROD, URDF_SCENE, edited, run_main
 from pendpin.ground.arrays import EPS
 from pendpin.model.build import Model, build
-from pendpin.scene import robots as named
+from pendpin.scene import models as named
 from robots import compare, robot, robot_files
 from rounding import ROUNDINGS, terms
 

@@ -8,8 +8,8 @@ import pytest
 import pendpin as pp
 from bad_input import run_main
 from pendpin import effects as fx
-from pendpin.scene.examples import example_names, examples_folder
-from pendpin.scene.robots import robot_file, robot_files
+from pendpin.scene.models import robot_file, robot_files
+from pendpin.scene.toml import example_names, examples_folder
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),))
 URDF = Path(__file__).parents[1] / "urdf" / "universal_rod.urdf"

@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import Field, SerializeAsAny, model_validator
 from pydantic_core import PydanticSerializationError
 
-from pendpin.effects import AnyEffect, Gravity
-from pendpin.errors import InputError, written
+from pendpin.effects import AnyEffect, Effect, Gravity, has_kind
+from pendpin.errors import InputError, KeyPath, inside, shown, written
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import folder_of
 from pendpin.ground.keypaths import parsed, places_of
@@ -17,10 +17,9 @@ from pendpin.ground.records import NotNegative, Record
 from pendpin.scene.data import Data
 from pendpin.scene.methods import FIXED_METHODS
 from pendpin.scene.models import AnyModel, UrdfModel
-from pendpin.scene.replacing import changed, default_of
 from pendpin.scene.solver import MAX_SAMPLES, Solver
 from pendpin.scene.start import Start
-from pendpin.scene.toml import write_toml
+from pendpin.scene.toml import example_names, read_toml, write_toml
 
 SAMPLES_PER_SECOND = 60
 
@@ -161,3 +160,84 @@ def builtin_scene() -> Scene:
 def urdf_folder() -> Path:
     """Where the URDFs that come with pendpin are."""
     return folder_of("urdf")
+
+
+# --- replacing values in nested records by their key paths ----------------------------------------------------------
+
+
+def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:
+    """Nested data with one value replaced: records on the way become tables, lists and tables are copied.
+
+    Raises InputError where the path leads nowhere; what an unknown name in a record is, the record's own check says.
+    """
+    if not path:
+        return new
+    key, rest = path[0], path[1:]
+    here = (*place, key)
+    if isinstance(value, Record):
+        if key in type(value).model_fields:
+            new = changed(default_of(value, key), rest, new, here)
+        fields = value.given() | {_name(key, place): new}
+        if not isinstance(value, Effect) or has_kind(value):
+            return fields
+        with inside(written(place)):
+            return type(value)(**fields)  # of a user's own class: no table could name it
+    if isinstance(value, dict):
+        return value | {_name(key, place): changed(value.get(key), rest, new, here)}
+    if isinstance(value, tuple | list):
+        if not isinstance(key, int) or key >= len(value):
+            there = f"from [0] to [{len(value) - 1}]" if len(value) > 1 else "[0] alone" if value else "empty"
+            raise InputError(f"{written(here)}: {written(place)} is a list of {len(value)}: {there}")
+        return [*value[:key], changed(value[key], rest, new, here), *value[key + 1 :]]
+    if value is None and isinstance(key, str):  # a table that was left out
+        return {key: changed(None, rest, new, here)}
+    why = "nothing is given there" if value is None else f"{value!r} has no parts"
+    raise InputError(f"{written(here)}: {written(place)}: {why}; set {written(place)} as a whole")
+
+
+def default_of(record: Record, name: Any) -> Any:
+    """The value of a field, given or not; None where there is no such field."""
+    return getattr(record, name) if name in type(record).model_fields else None
+
+
+def _name(key: str | int, place: KeyPath) -> str:
+    if isinstance(key, int):
+        raise InputError(f"{written((*place, key))}: {written(place)} is a table of names, not a list")
+    return key
+
+
+# --- scenes from TOML files and from runs ---------------------------------------------------------------------------
+
+
+def load_scene(path: str | Path) -> Scene:
+    """Read a scene from a TOML file; the files that it names are relative to that file. Raises InputError."""
+    path = Path(path)
+    if str(path) in example_names() and not path.exists():
+        raise InputError(f"{path}: no such file; `pendpin new {path} > {path}.toml` writes the example of that name")
+    with inside(str(path)):
+        raw = read_toml(path)
+        if not raw:
+            raise InputError("it is empty; `pendpin new` prints a scene to start from")
+        try:
+            return Scene(**raw)
+        except InputError as error:  # the file's name says enough
+            raise InputError(str(error).removeprefix("Scene: ")) from None
+
+
+def chosen_scene(scene_or_path: Scene | str | Path) -> Scene:
+    """A scene as it is, or that of a file. Raises InputError for anything else."""
+    scene = load_scene(scene_or_path) if isinstance(scene_or_path, str | Path) else scene_or_path
+    if not isinstance(scene, Scene):
+        raise InputError(f"scene: {shown(scene_or_path)} is not a Scene, nor the path of a scene file")
+    return scene
+
+
+def scene_of(run: Any) -> Scene:
+    """The scene of a run. Raises InputError where a saved run's scene holds what no file can."""
+    if isinstance(run.source, Scene):
+        return run.source
+    try:
+        return Scene(**run.scene)
+    except InputError as error:
+        advice = "give it, as Trajectory.load(path, scene=scene)"
+        raise InputError(f"the run's scene cannot be built again: {error}; {advice}") from None

@@ -1,4 +1,4 @@
-"""Scenes as TOML text: plain data with the files that it names relative to the scene's own."""
+"""Scenes as TOML text: plain data with the files that it names relative to the scene's own; the examples of pendpin."""
 
 import re
 import tomllib
@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from pendpin.effects import Effect, has_kind
-from pendpin.errors import InputError, inside, shown
-from pendpin.ground.files import read_whole, text_of, write_whole
+from pendpin.errors import InputError, inside, nearest_or_all, shown
+from pendpin.ground.files import folder_of, read_whole, text_of, write_whole
 from pendpin.ground.records import Record
 from pendpin.scene.models import PinModel, UrdfModel
 
@@ -120,3 +120,29 @@ def _inline(value: Any) -> Any:
         array.extend(_inline(inner) for inner in value)
         return array.multiline(any(isinstance(inner, dict) for inner in value))
     return value
+
+
+# --- the example scenes that come with pendpin ----------------------------------------------------------------------
+
+
+def example_names() -> list[str]:
+    """The names of the examples."""
+    return sorted(path.stem for path in examples_folder().glob("*.toml"))
+
+
+def example_text(name: str) -> str:
+    """An example scene as text, with its comments. Raises InputError."""
+    names = example_names()
+    if name not in names:
+        raise InputError(f"{shown(name)} is not an example{nearest_or_all(name, tuple(names))}")
+    return (examples_folder() / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def files_of_example(text: str) -> list[Path]:
+    """The files that an example names relative to its own."""
+    return [examples_folder() / name for _, name in re.findall(r'(?m)^(csv|path) = "([^"]+)"', text)]
+
+
+def examples_folder() -> Path:
+    """Where they are."""
+    return folder_of("examples")

@@ -19,7 +19,7 @@ def new(
 
     A file that the scene names, such as the track of a trolley, is put into the working folder, if it is not there.
     """
-    from pendpin.scene.examples import example_names, example_text, files_of_example
+    from pendpin.scene.toml import example_names, example_text, files_of_example
 
     if listed:
         print("\n".join(example_names()))

@@ -20,7 +20,7 @@ def urdf(
     from pendpin.ground.files import write_whole
     from pendpin.model.write_models import chain_urdf
     from pendpin.scene import Chain
-    from pendpin.scene.robots import robot_files
+    from pendpin.scene.models import robot_files
 
     if listed:
         print("\n".join(robot_files()))
