@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import HANG
 from pendpin.fitting.figure import _broken
-from pendpin.graphics.drawing import Drawing, Shape
+from pendpin.graphics.drawing import TURN, Drawing, Shape, smooth
 from pendpin.graphics.page import DRAWN, contents
-from pendpin.graphics.path import TURN, smooth
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.sweeps.figure import describe_empty_cells
 from swinging import swinging

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.graphics import curves
+from pendpin.graphics import run_drawing
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.scene import builtin_scene
 from test_run_surface import EXAMPLES, SCENES
@@ -157,7 +157,7 @@ def test_a_figure_says_that_rods_are_left_out(monkeypatch: pytest.MonkeyPatch) -
     chain = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)], copies=5)
     run = pp.simulate(pp.Scene(model=chain, duration=0.1), samples=3)
     assert drawing_of(run).notes == ()
-    monkeypatch.setattr(curves, "MOST_QUANTITIES", 10)
+    monkeypatch.setattr(run_drawing, "MOST_QUANTITIES", 10)
     (note,) = drawing_of(run).notes
     assert note.startswith(f"10 of {len(run.names) - 1} quantities")
     figure = run.plot()

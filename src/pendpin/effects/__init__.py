@@ -9,7 +9,6 @@ from typing import Annotated, Any, get_args
 from pydantic import BeforeValidator, Discriminator, InstanceOf, Tag
 from pydantic.json_schema import SkipJsonSchema
 
-from pendpin.effects.as_written import AsWritten
 from pendpin.effects.base import (
     Bodies,
     BodyEffect,
@@ -22,13 +21,10 @@ from pendpin.effects.base import (
     OnJoints,
 )
 from pendpin.effects.drag import Drag
-from pendpin.effects.friction_and_stops import ContactEffect, DryFriction, Stop
-from pendpin.effects.gravity import Gravity
-from pendpin.effects.joints import Motor, Spring, Viscous
+from pendpin.effects.fields import Gravity, Rotation, Support
+from pendpin.effects.friction_and_stops import AsWritten, ContactEffect, DryFriction, Stop
+from pendpin.effects.joints import Motor, Spring, Torque, Viscous
 from pendpin.effects.push import Push
-from pendpin.effects.rotation import Rotation
-from pendpin.effects.support import Support
-from pendpin.effects.torque import Torque
 from pendpin.ground.arrays import applied, cross, dot
 
 

@@ -4,7 +4,7 @@ import math
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, Strict, model_validator
 
 from pendpin.effects.base import Effect, JointNames
 from pendpin.ground.arrays import Array
@@ -101,3 +101,33 @@ class Stop(ContactEffect):
         """lower and upper in rad, infinite where absent, and the restitution."""
         lower = -math.inf if self.lower is None else self.lower
         return lower, math.inf if self.upper is None else self.upper, self.restitution
+
+
+# --- what a URDF says of its joints, taken at its word: its <dynamics> and <limit> (dynamics/as_written.py) ---------
+
+
+Flag = Annotated[bool, Strict()]
+
+
+class AsWritten(Effect):
+    """The damping, friction and limits that a URDF writes at its joints, as the effects viscous, dry_friction and stop.
+
+    <dynamics damping> in N m s/rad, <dynamics friction> in N m, <limit lower upper> in rad (N s/m, N and m for a
+    prismatic joint); restitution is 0. Where the start names no position, a joint whose limits leave out 0 begins at the
+    nearer one. Effort and velocity limits belong to motors, and a URDF has none.
+    """
+
+    kind: Literal["as_written"] = Field("as_written", description="which effect it is")
+    damping: Flag = Field(True, description="whether <dynamics damping> acts")
+    friction: Flag = Field(True, description="whether <dynamics friction> acts")
+    limits: Flag = Field(True, description="whether <limit lower upper> acts")
+
+    @property
+    def smooth(self) -> bool:
+        """Whether it is damping alone: friction and stops are not smooth."""
+        return not (self.friction or self.limits)
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing of it acts."""
+        return not (self.damping or self.friction or self.limits)

@@ -8,7 +8,7 @@ import numpy as np
 
 from pendpin.errors import one_line
 from pendpin.graphics.compare import DASHES, distance, labels_of, rows_within
-from pendpin.graphics.path import smooth
+from pendpin.graphics.drawing import smooth
 from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import DRIFT, named_with_units, unit_of
 

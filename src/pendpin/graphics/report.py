@@ -11,7 +11,7 @@ import numpy as np
 
 from pendpin.errors import PendpinError
 from pendpin.graphics.figure import draw, picture_of
-from pendpin.graphics.meshcat_commands import base64_of
+from pendpin.graphics.page import base64_of
 from pendpin.ground.versions import VERSION
 from pendpin.scene import scene_of
 from pendpin.scene.toml import scene_text

@@ -1,13 +1,16 @@
 """From a run to what is drawn: solids and their poses over time, the tip's path, joint forces, curves."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from pendpin.effects import FrameEffect, Support
 from pendpin.errors import InputError
-from pendpin.graphics.curves import left_out, plots_of, quantities_of
-from pendpin.graphics.drawing import WORLD, Drawing, Joint, Shape
+from pendpin.graphics.compare import distance, labels_of, rows_within
+from pendpin.graphics.drawing import WORLD, Curve, Drawing, Joint, Plot, Quantity, Shape
+from pendpin.graphics.panels import BLACK, COLORS, joints_shown, rods_shown
 from pendpin.graphics.shapes import bracket_shapes, rod_shapes, urdf_shapes
 from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
@@ -16,6 +19,10 @@ from pendpin.model.model_of_run import leaving, model_of
 from pendpin.model.urdf_joints import ignored
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import RunRecord
+from pendpin.trajectory.columns import DRIFT, place_of, unit_of
+from pendpin.trajectory.parts import Reactions
+
+MOST_QUANTITIES = 600  # of a page; of longer chains those of the first, the middle and the last rod come first
 
 
 def drawing_of(trajectory: RunRecord) -> Drawing:
@@ -127,3 +134,92 @@ def _joints(model: Model, rods: list[int] | None, extent: float) -> Iterator[Joi
     for joint in bodies:
         above = index.get(kinematics.parent_joint(model, joint), WORLD)
         yield Joint(model.joints[joint], index[joint], above, np.eye(3), np.eye(3), 0.3 * extent, 0.0, False)
+
+
+# --- what the page plots against time: every quantity of a run by name, and the plots that are offered at once ------
+
+
+def quantities_of(run: RunRecord) -> tuple[Quantity, ...]:
+    """The quantities of a run, at most MOST_QUANTITIES, in the order of `run.names`; the energy drift last, if any."""
+    names = [name for name in run.names if name != "t"]
+    if len(names) > MOST_QUANTITIES:
+        first = sorted(names, key=lambda name: not _is_shown(run, name))  # stable: shown ones first, else as they come
+        names = sorted(first[:MOST_QUANTITIES], key=run.names.index)
+    names += [DRIFT] * run.stats.conservative
+    return tuple(Quantity(name, unit_of(run, name), np.asarray(run[name], float)) for name in names)
+
+
+def left_out(run: RunRecord) -> tuple[str, ...]:
+    """A note that a page does not offer every quantity of a long chain."""
+    count = len(run.names) - 1  # without t
+    if count <= MOST_QUANTITIES:
+        return ()
+    return (f"{MOST_QUANTITIES} of {count} quantities can be plotted here; pendpin plot and run.plot draw any",)
+
+
+def _is_shown(run: RunRecord, name: str) -> bool:
+    """Whether a quantity belongs to the whole run, to a joint that moves most or to a rod that is shown."""
+    part, index = place_of(run, name)
+    if part in "qva":
+        return index[-1] in joints_shown(run)
+    return part not in ("wrench", "tips", *Reactions._fields) or (
+        part in Reactions._fields and index[-1] in rods_shown(run)
+    )
+
+
+def plots_of(run: RunRecord) -> tuple[Plot, ...]:
+    """Several quantities together: energies, positions, rates, reactions; those that begin the page come first."""
+    joints, least = joints_shown(run), float(run.potential.min())
+    some = f", {len(joints)} of {len(run.joints)} joints" * (len(joints) < len(run.joints))
+    energy = (
+        Curve("kinetic", "kinetic", COLORS[1]),
+        Curve("potential", "potential", COLORS[0], least),
+        Curve("energy", "sum", BLACK, least),
+    )
+    positions = _curves([run.joints[joint] for joint in joints])
+    rates = _curves([f"{run.joints[joint]}_rate" for joint in joints])
+    plots = [Plot("Energy, potential above its least", energy), Plot(f"Position{some}", positions)]
+    return (*plots, *_reactions(run), Plot(f"Rates{some}", rates))
+
+
+def _reactions(run: RunRecord) -> list[Plot]:
+    """R1, R2, R3 of a single rod; of several the tension of those that are shown; the moments where there are any."""
+    if run.rod_reactions is None:
+        return []
+    rods, count = rods_shown(run), run.rod_reactions.R3.shape[1]
+    some = f", {len(rods)} of {count} rods" * (len(rods) < count)
+    if count == 1:
+        return [Plot("Reactions R1, R2, R3", _curves(["R1", "R2", "R3"])), Plot("Moments", _curves(["M3", "Mc"]))]
+    each = [Plot(f"Reactions of rod {i + 1}", _curves([f"R{k}_{i + 1}" for k in (1, 2, 3)])) for i in rods]
+    return [
+        Plot(f"Tension R3{some}", _curves([f"R3_{i + 1}" for i in rods])),
+        *each,
+        Plot(f"Moment Mc{some}", _curves([f"Mc_{i + 1}" for i in rods])),
+    ]
+
+
+def _curves(names: list[str]) -> tuple[Curve, ...]:
+    return tuple(Curve(name, name, color) for name, color in zip(names, COLORS, strict=False))
+
+
+# --- several runs in one drawing: the first as it is, the others as ghosts ------------------------------------------
+
+
+def compared_drawing(runs: Sequence[RunRecord]) -> Drawing:
+    """The drawing of the first run, the others in it as ghosts. Raises InputError as `drawing_of`."""
+    if len(runs) == 1:
+        return drawing_of(runs[0])
+    first, *rest = (replace(drawing_of(run), label=label) for run, label in zip(runs, labels_of(runs), strict=True))
+    others = tuple(_within(drawing, run, runs[0]) for drawing, run in zip(rest, runs[1:], strict=True))
+    return replace(first, others=others, extent=max(drawing.extent for drawing in (first, *rest)))
+
+
+def _within(drawing: Drawing, run: RunRecord, first: RunRecord) -> Drawing:
+    """A ghost in the time of the first run, with the distance of their tips as a quantity, without what it hangs from."""
+    rows = rows_within(run, first)
+    cut: dict[str, Any] = {name: getattr(drawing, name)[rows] for name in ("t", "poses", "trail")}
+    velocity = None if drawing.velocity is None else drawing.velocity[rows]
+    quantities = tuple(quantity._replace(values=quantity.values[rows]) for quantity in drawing.quantities)
+    quantities += (Quantity("distance", "m", distance(run, first)),)
+    cut["shapes"] = tuple(shape for shape in drawing.shapes if shape.body != drawing.support)
+    return replace(drawing, **cut, velocity=velocity, forces=None, moments=None, quantities=quantities)

@@ -78,9 +78,6 @@ def _visual(link: Element, z: float, shape: str, **sizes: float) -> None:
 # --- a model as MJCF and as SDF, for other engines; write_urdf.py writes URDF ---------------------------------------
 
 
-Element = ElementTree.Element
-
-
 class _Link(NamedTuple):
     """What one or two joints at one point move."""
 

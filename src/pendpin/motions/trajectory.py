@@ -148,7 +148,7 @@ class Trajectory(RunRecord):
 
     def show(self, viewer: Any) -> Any:
         """Play the run in a viewer that is there: a meshcat.Visualizer, or Pinocchio's MeshcatVisualizer."""
-        from pendpin.graphics.viewers import show
+        from pendpin.graphics.view import show
 
         return show(with_samples(self), viewer)
 

@@ -1,0 +1,239 @@
+"""Uniform accelerations of everything: gravity, a support that moves, a frame that turns."""
+
+from functools import cached_property
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from pendpin.effects.base import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, Motion
+from pendpin.effects.pace import STEADY, Pace
+from pendpin.effects.track import Track, read_track
+from pendpin.errors import InputError, inside, place_of
+from pendpin.ground.arrays import Array, applied, cross
+from pendpin.ground.records import FilePath, NotNegative, Number, Positive, Vector
+
+EARTH = 7.292115e-5  # rad/s, Earth's rate of the World Geodetic System 1984
+
+
+class Gravity(FieldEffect):
+    """Uniform gravity: the field is acceleration * direction / |direction|.
+
+    acceleration in m/s² (9.81); direction in the world W, z up ((0, 0, -1)), of any length but zero.
+    """
+
+    parameters: ClassVar[tuple[str, ...]] = ("acceleration", "direction")
+    strengths: ClassVar[tuple[str, ...]] = ("acceleration",)
+    kind: Literal["gravity"] = Field("gravity", description="which effect it is")
+    acceleration: NotNegative = Field(9.81, description="m/s²")
+    direction: Vector = Field((0.0, 0.0, -1.0), description="in the world W, z up; of any length but 0")
+
+    @field_validator("direction")
+    @classmethod
+    def _not_zero(cls, direction: Vector) -> Vector:
+        if not any(direction):
+            raise ValueError("a direction needs a length: [0, 0, -1] points down")
+        return direction
+
+    def with_numbers(self, numbers: Any) -> Self:
+        """The effect as it is: the sum of all constant fields is a parameter."""
+        return self
+
+    @property
+    def constant(self) -> bool:
+        """Gravity does not change with time."""
+        return True
+
+    def field(self, t: Any, xp: Any = np) -> Array:
+        """The same (3,) vector in m/s², W, at all times."""
+        direction = np.array(self.direction) / max(map(abs, self.direction))  # no overflow for any finite numbers
+        return self.acceleration * (direction / np.sqrt(direction @ direction))
+
+
+# --- prescribed motion of the pivot ---------------------------------------------------------------------------------
+
+
+class Support(FrameEffect):
+    """The pivot is moved: W, whose origin it is, travels over the ground without turning.
+
+    position(t) = amplitude sin(frequency t + phase), in m, rad/s, rad; or a spline through the rows t, x, y, z, in s and
+    m, of a CSV file, which must cover the run. Exact, by the equivalence of acceleration and gravity: everything feels
+    the field -position''. Positions, velocities and energies of a run are relative to the pivot.
+    """
+
+    parameters: ClassVar[tuple[str, ...]] = ("amplitude", "frequency", "phase", "csv")
+    strengths: ClassVar[tuple[str, ...]] = ("amplitude", "_rows")
+    kind: Literal["support"] = Field("support", description="which effect it is")
+    amplitude: Vector | None = Field(None, description="m, in W")
+    frequency: Positive | None = Field(None, description="rad/s")
+    phase: Number = Field(0.0, description="rad")
+    csv: FilePath | None = Field(None, description="columns t, x, y, z in s and m; relative to the scene file")
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Self:
+        if (self.amplitude is None) == (self.csv is None):
+            raise ValueError("a support needs an amplitude and a frequency, or a csv")
+        if (self.amplitude is None) != (self.frequency is None):
+            raise ValueError("amplitude and frequency go together")
+        if self.phase and self.amplitude is None:
+            raise ValueError("a phase needs an amplitude and frequency")
+        try:
+            self.track  # noqa: B018  what is wrong with the file is said when the scene is read
+        except InputError as error:
+            raise ValueError(str(error)) from None
+        return self
+
+    @cached_property
+    def track(self) -> Track | None:
+        """The path of the csv. Raises InputError where the file does not hold one."""
+        if self.csv is None:
+            return None
+        with inside(place_of(self.csv)):
+            return read_track(self.csv)
+
+    @property
+    def _rows(self) -> Array | None:
+        """The coefficients of the spline; None without a csv."""
+        return self.track and self.track.spline.c
+
+    @property
+    def smooth(self) -> bool:
+        """False for a spline, which has few derivatives at its rows."""
+        return self.csv is None
+
+    @property
+    def symbolic(self) -> bool:
+        """True: a spline is looked up in a table."""
+        return True
+
+    def with_numbers(self, numbers: Any) -> Self:
+        """As `Effect.with_numbers`; the path of a csv becomes a table."""
+        if self.track is None:
+            return super().with_numbers(numbers)
+        return self.model_copy(update={"track": self.track.looked_up(numbers)})
+
+    def check(self, begin: float, end: float) -> None:
+        """Raises ValueError where the rows of the csv do not reach from `begin` to `end`, in s."""
+        if self.csv and self.track and np.isnan(self.track.position(np.array([begin, end]))).any():
+            raise ValueError(
+                f"{place_of(self.csv)}: its times, {self.track.start:.9g} to {self.track.end:.9g} s, do not cover the run, "
+                f"{begin:.9g} to {end:.9g} s"
+            )
+
+    def since(self, start: float) -> tuple[Effect, float]:
+        """The support with its time counted from `start` in s: a track keeps all digits of its times."""
+        if self.track is None:
+            return super().since(start)
+        return self.model_copy(update={"track": self.track.since(start)}), 0.0
+
+    def pace(self, begin: float, end: float, negligible: float) -> Pace:
+        """How fast it changes with time from `begin` to `end`, in s."""
+        return self.track.pace(begin, end, negligible) if self.track else Pace.sinusoid(self.frequency)
+
+    def position(self, t: Any, xp: Any = np) -> Array:
+        """Where the pivot is, (3,) m in W's axes; times (n,) give (n, 3)."""
+        if self.track:
+            return self.track.position(t)
+        return self._wave(xp.sin(self._angle(t)), 1.0)
+
+    def velocity(self, t: Any, xp: Any = np) -> Array:
+        """How it moves, (3,) m/s."""
+        if self.track:
+            return self.track.velocity(t)
+        return self._wave(xp.cos(self._angle(t)), self.frequency)
+
+    def acceleration(self, t: Any, xp: Any = np) -> Array:
+        """How it accelerates, (3,) m/s²."""
+        if self.track:
+            return self.track.acceleration(t)
+        return self._wave(xp.sin(self._angle(t)), -((self.frequency or 0.0) ** 2))
+
+    def _angle(self, t: Any) -> Any:
+        return (self.frequency or 0.0) * t + self.phase
+
+    def _wave(self, value: Any, factor: Any) -> Array:
+        """A function of time along the amplitude, (..., 3)."""
+        return np.multiply.outer(value, np.array(self.amplitude) * factor)
+
+
+# --- a world that turns: the Earth, or a centrifuge -----------------------------------------------------------------
+
+
+class Rotation(BodyEffect):
+    """W turns at the constant rate Omega about an axis through its origin at rest: Coriolis and centrifugal forces.
+
+    The force on a mass element is -(2 Omega x v + Omega x (Omega x r)) dm. The sum over a rigid body is exact: F = -m (2
+    Omega x v_G + Omega x (Omega x r_G)) and, about the centre of mass, M = (Omega + 2 omega) x (E Omega). The spread of
+    mass is E = integral of r r^T dm = tr(I) / 2 - I (docs/effects.md derives it).
+
+    latitude is in degrees, north positive, for the Earth with x east, y north, z up. In its place rate is Omega (3,) in
+    rad/s in W. Gravity turns with W. On the Earth, the centrifugal force at the pivot is part of the local gravity, and
+    is not added again.
+    """
+
+    parameters: ClassVar[tuple[str, ...]] = ("latitude", "rate")
+    strengths: ClassVar[tuple[str, ...]] = ("vector",)
+    kind: Literal["rotation"] = Field("rotation", description="which effect it is")
+    sole: ClassVar[str | None] = "W turns about one axis at one rate"
+    latitude: Annotated[Number, Field(ge=-90, le=90)] | None = Field(None, description="degrees")
+    rate: Vector | None = Field(None, description="rad/s, in W")
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Self:
+        if (self.latitude is None) == (self.rate is None):
+            raise ValueError("a rotation needs a latitude or a rate, one of them")
+        return self
+
+    def with_numbers(self, numbers: Any) -> Self:
+        """The effect with Omega mapped by `numbers`."""
+        return self.model_copy(update={"latitude": None, "rate": numbers(self.vector)})
+
+    @property
+    def axial(self) -> bool:
+        """False: inertial forces do not turn a thin rod about its axis."""
+        return False
+
+    @property
+    def vector(self) -> Array:
+        """Omega, (3,) in rad/s, in W."""
+        return self._vector(np)
+
+    def _vector(self, xp: Any) -> Array:
+        if self.latitude is None:
+            return np.array(self.rate)
+        if isinstance(self.latitude, float):
+            angle, xp = np.radians(self.latitude), np  # numbers of the scene are doubles whatever the equations run on
+        else:
+            angle = self.latitude * (np.pi / 180)
+        return EARTH * np.array([0.0, xp.cos(angle), xp.sin(angle)])
+
+    def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
+        """Coriolis and centrifugal forces (n, 3) N and moments (n, 3) N m about the centres of mass, W."""
+        omega, lever = motion.fixed(self._vector(xp)), motion.levers(bodies.com)
+        r = motion.origin + lever + motion.fixed(motion.pivot)
+        v = motion.velocity + cross(motion.spin, lever) + motion.fixed(motion.pivot_velocity)
+        force = -bodies.mass[:, None] * cross(omega, 2 * v + cross(omega, r))
+        return force, cross(omega + 2 * motion.spin, _spread(bodies, motion, omega))
+
+    def pace(self, begin: float, end: float, negligible: float) -> Pace:
+        """Time makes no difference: the rate is constant."""
+        return STEADY
+
+    def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
+        """J, of the centrifugal force: minus half the integral of |Omega x r|² dm."""
+        omega = self.vector
+        at_com = cross(omega, motion.points(bodies.com) + motion.pivot)
+        in_links = applied(motion.rotation.swapaxes(-1, -2), omega[None])  # Omega in the link frames
+        spread = (in_links * applied(bodies.inertia, in_links)).sum((-2, -1))
+        return -((bodies.mass * (at_com**2).sum(-1)).sum(-1) + spread) / 2
+
+
+def _spread(bodies: Bodies, motion: Motion, omega: Array) -> Array:
+    """E Omega, (n, 3), of omega (3,) or (n, 3): E is the integral of r r^T dm about the centre of mass.
+
+    It has no part across a thin rod.
+    """
+    trace = np.trace(bodies.inertia, axis1=-2, axis2=-1)
+    E = trace[:, None, None] / 2 * np.eye(3) - bodies.inertia
+    R = motion.rotation
+    return applied(R, applied(E, applied(R.swapaxes(-1, -2), np.atleast_2d(omega))))
