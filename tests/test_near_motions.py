@@ -239,3 +239,27 @@ def test_a_regular_motion_has_exponents_within_their_errors_of_0() -> None:
     assert (np.abs(found.exponents) <= found.error + np.log(100.0) / 100.0).all()
     assert found.exponents == pytest.approx(-found.exponents[::-1], abs=1e-6)
     assert found.history.shape == (len(found.t), 4)
+
+
+def test_the_spectrum_of_a_plane_is_that_of_its_block() -> None:
+    """The state's transition maps the plane to itself; its block there is Q R, with the growth on the diagonal of R."""
+    chosen = scene(q=(2.0, 0.0, 1.0, 0.0), duration=2.0, tolerance=1e-12)
+    found, whole = pp.lyapunov(chosen, planar=True), pp.simulate(chosen).state_transition(0.0, 2.0)
+    plane, across = [0, 2, 4, 6], [1, 3, 5, 7]
+    assert not whole[np.ix_(plane, across)].any()
+    growth = np.log(np.abs(np.diag(np.linalg.qr(whole[np.ix_(plane, plane)])[1]))) / 2.0
+    assert found.exponents == pytest.approx(np.sort(growth)[::-1], abs=1e-8)
+
+
+def test_a_double_pendulum_in_a_plane_has_one_pair_of_exponents_that_is_not_0() -> None:
+    """The textbook's (lambda, 0, 0, -lambda), from a start that is chaotic; energy and time give the two zeros.
+
+    Angles and rates are not canonical: volumes change by the mass matrix's determinant, which is nothing over a long time.
+    """
+    found = pp.lyapunov(scene(q=(2.2, 0.0, 1.0, 0.0)), duration=100.0, planar=True)
+    largest, one, other, least = found.exponents
+    slack = np.log(100.0) / 100.0
+    assert largest > 0.5
+    assert abs(largest + least) < slack
+    assert abs(one + other) < slack
+    assert max(abs(one), abs(other)) < found.error[1:3].max() + slack

@@ -112,6 +112,12 @@ REFUSED: dict[str, tuple[Call, str]] = {
     "no exponents": (lambda: pp.lyapunov(scene(), count=0), "count: 0 is not"),
     "too many exponents": (lambda: pp.lyapunov(scene(), count=5), "count: 5 is not .* 1 to 4"),
     "exponents in words": (lambda: pp.lyapunov(scene(), count="all"), "count: 'all' is not"),
+    "no plane": (lambda: pp.lyapunov(scene(q=(0.5, 0.1)), planar=True), "planar: every joint moves from this start"),
+    "no motion": (lambda: pp.lyapunov(scene(q=(0.0, 0.0)), planar=True), "planar: nothing moves from this start"),
+    "too many of a plane": (
+        lambda: pp.lyapunov(scene(q=(0.5, 0.0)), count=3, planar=True),
+        "count: 3 is not .* 1 to 2",
+    ),
     "a negative duration": (lambda: pp.lyapunov(scene(), duration=-1.0), "duration: -1.0 is not"),
     "an infinite duration": (lambda: pp.lyapunov(scene(), duration=math.inf), "duration: inf is not"),
     "a scene of 0 s": (lambda: pp.lyapunov(scene(duration=0.0, solver=pp.Solver())), "a motion of 0 s"),

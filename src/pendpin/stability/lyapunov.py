@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.dynamics.symbols import staying_zero
 from pendpin.errors import InputError, brief, shown
-from pendpin.ground.arrays import Array
+from pendpin.ground.arrays import Array, Indices
 from pendpin.motions.variations import Variations, list_state_keys
 from pendpin.scene import Scene, chosen_scene
 
@@ -55,7 +56,9 @@ class Lyapunov:
         return "\n".join(lines)
 
 
-def lyapunov(scene: Scene | str | Path, count: int | None = None, duration: float | None = None) -> Lyapunov:
+def lyapunov(
+    scene: Scene | str | Path, count: int | None = None, duration: float | None = None, planar: bool = False
+) -> Lyapunov:
     """The Lyapunov exponents of the motion from a scene's start, by its variational equations.
 
     Those of a finite time are estimates: `error` tells how far off they may be, and falls as 1/duration for a regular
@@ -63,14 +66,17 @@ def lyapunov(scene: Scene | str | Path, count: int | None = None, duration: floa
 
     Args:
         scene: a Scene, or the path of a TOML file.
-        count: how many, the largest ones; all 2 nv if absent.
+        count: how many, the largest ones; all 2 nv if absent, or those of the plane.
         duration: s; the scene's if absent.
+        planar: only those of changes in the plane in which the motion stays, as textbooks give them for a double pendulum:
+            joints that begin at 0 and stay there whatever the numbers of the scene do not change.
 
     Returns:
         The Lyapunov record: exponents (k,) and error (k,) in 1/s, history (n, k), the estimate at each of t (n,) in s.
 
     Raises:
-        InputError: for another count or duration, for friction and stops, for effects without derivatives.
+        InputError: for another count or duration, for a motion that leaves every plane if `planar`, for friction and stops,
+            for effects without derivatives.
         RunError: where the motion cannot be integrated.
     """
     scene = chosen_scene(scene)
@@ -80,23 +86,39 @@ def lyapunov(scene: Scene | str | Path, count: int | None = None, duration: floa
         scene = scene.replace(duration=float(duration))
     if not scene.duration:
         raise InputError("duration: a motion of 0 s has no exponents; give it a duration in s")
-    nv = Variations(scene, []).nv
-    if count is not None and (type(count) is not int or not 1 <= count <= 2 * nv):
-        raise InputError(f"count: {shown(count)} is not a number of exponents, 1 to {2 * nv}")
-    variations = Variations(scene, list_state_keys(nv)[: count or 2 * nv])
-    return _spectrum(variations, scene.duration)
+    unchanged = Variations(scene, [])
+    places = _places_in_plane(unchanged) if planar else np.arange(2 * unchanged.nv)
+    if count is not None and (type(count) is not int or not 1 <= count <= len(places)):
+        raise InputError(f"count: {shown(count)} is not a number of exponents, 1 to {len(places)}")
+    keys = list_state_keys(unchanged.nv)
+    variations = Variations(scene, [keys[place] for place in places[: count or len(places)]])
+    return _spectrum(variations, places, scene.duration)
 
 
-def _spectrum(variations: Variations, duration: float) -> Lyapunov:
-    """The exponents over a duration in s."""
-    y, w = variations.start, np.eye(len(variations.keys), 2 * variations.nv)
+def _places_in_plane(variations: Variations) -> Indices:
+    """The places in the state (2 nv,) of the joints that move. Raises InputError where all move, or none."""
+    equations, start, nv = variations.equations, variations.start, variations.nv
+    engine, effects = equations.variation.engine, equations.variation.effects
+    still = staying_zero(engine, effects, variations.scene.start.time, np.flatnonzero(start == 0).tolist())
+    moving = np.array([i for i in range(nv) if not {i, nv + i} <= set(still)], int)
+    if not 0 < len(moving) < nv:
+        which = "every joint moves" if len(moving) else "nothing moves"
+        raise InputError(
+            f"planar: {which} from this start; give one in a plane, with phi and its rate 0, or leave it out"
+        )
+    return np.concatenate([moving, nv + moving])
+
+
+def _spectrum(variations: Variations, places: Indices, duration: float) -> Lyapunov:
+    """The exponents over a duration in s, of changes at some places of the state: the others stay 0."""
+    y, w = variations.start, np.eye(2 * variations.nv)[places[: len(variations.keys)]]
     times = np.linspace(0.0, duration, _parts(variations, duration) + 1)
     growths = []
     for begin, end in pairwise(times):
         states, changes = variations.integrate(y, w, np.array([begin, end]), TOLERANCE)
-        q, r = np.linalg.qr(changes[-1].T)
+        q, r = np.linalg.qr(changes[-1][:, places].T)
         growths.append(np.log(np.abs(np.diag(r))))
-        y, w = states[-1], q.T
+        y, w[:, places] = states[-1], q.T
     sums = np.cumsum(growths, 0)
     history = sums / times[1:, None]
     order = np.argsort(-history[-1], kind="stable")

@@ -16,6 +16,9 @@ def stability(
     lyapunov: Annotated[
         bool, typer.Option("--lyapunov", help="The Lyapunov exponents of the motion from the start, over its duration.")
     ] = False,
+    planar: Annotated[
+        bool, typer.Option("--planar", help="With --lyapunov: only changes in the plane in which the motion stays.")
+    ] = False,
     period: Annotated[
         float | None, typer.Option(help="Period in s of the motion; that of the drive if absent.")
     ] = None,
@@ -30,13 +33,15 @@ def stability(
     from pendpin.stability.report import stability as report_on
 
     refuse_outputs(chosen.files, plot=plot)
-    if plot and not lyapunov:
-        raise typer.BadParameter("it draws Lyapunov exponents: give --lyapunov too", param_hint="--plot")
+    if (plot or planar) and not lyapunov:
+        raise typer.BadParameter(
+            "it is of Lyapunov exponents: give --lyapunov too", param_hint="--plot" if plot else "--planar"
+        )
     with chosen.noted() as scene:
         if not lyapunov:
             print_stability(report_on(scene, period), json)
             return
-        exponents = exponents_of(scene)
+        exponents = exponents_of(scene, planar=planar)
     print_exponents(exponents, json)
     if plot:
         exponents.plot().figure.savefig(plot)
