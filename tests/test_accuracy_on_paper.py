@@ -23,6 +23,7 @@ from pendpin.runs.accuracy.target import run_to_accuracy
 from pendpin.runs.batches.batches import Cases, Motions
 from pendpin.runs.batches.side_by_side import Ladder
 from pendpin.runs.limits import Deadline
+from pendpin.runs.preparation import Prepared
 from pendpin.scene.methods import method_of
 from pendpin.trajectory import Derived, RunRecord, samples_of
 from pendpin.trajectory.parts import Stats
@@ -46,7 +47,8 @@ class Paper:
     longest: list[float] = field(default_factory=list)  # s, of runs with short steps
     samples: int = 65
 
-    def __call__(self, scene: pp.Scene, *_: Any, longest: float = np.inf, **options: Any) -> RunRecord:
+    def __call__(self, prepared: Prepared, *_: Any, longest: float = np.inf, **options: Any) -> RunRecord:
+        scene = prepared.scene
         method, setting = scene.solver.method, scene.solver.step or scene.solver.tolerance or 0.0
         start = scene.start.positions
         shift = start[0] - START if isinstance(start, tuple) else 0.0
@@ -102,7 +104,7 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Callable[..., RunRecord]:
     """The result of the search of a target by a method on paper."""
 
     def run(paper: Paper, method: str, target: float, *effects: Effect) -> RunRecord:
-        monkeypatch.setattr(accuracy_runs, "run_scene", paper)
+        monkeypatch.setattr(accuracy_runs, "run_prepared", paper)
         return run_to_accuracy(scene_of(method, target, *effects), False, lambda t: None, Deadline(None))
 
     return run
@@ -153,7 +155,7 @@ def test_every_method_on_paper_meets_its_target(method: str, size: float, digits
     """The claim is between the true error and the target, after few runs, and the last run is not finer than it need be."""
     target, paper = 10**-digits, Paper(scattered(method, size, seed))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(accuracy_runs, "run_scene", paper)
+        patch.setattr(accuracy_runs, "run_prepared", paper)
         run = run_to_accuracy(scene_of(method, target), False, lambda t: None, Deadline(None))
     assert true_error(run) <= run.stats.error <= target
     assert run.stats.method == method
@@ -206,7 +208,7 @@ def rounding_of(paper: Paper, target: float, lost: bool = False) -> Any:
     """What is measured beside a run at 1e-8, of one at 1e-12; or of a run that is lost."""
     scene = scene_of("dop853", target)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(accuracy_runs, "run_scene", paper)
+        patch.setattr(accuracy_runs, "run_prepared", paper)
         runs = Runs(scene, False, lambda t: None, Deadline(None))
         coarse, fine = (Attempt(tried, x, runs.run(tried)) for x in (1e-8, 1e-12) for tried in [scene.by("dop853", x)])
         if lost:

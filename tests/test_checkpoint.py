@@ -17,6 +17,7 @@ from pendpin.runs import checkpoint, motion_without_events
 from pendpin.runs.integration import IntegrationLoop
 from pendpin.runs.motion_with_events import LoopWithEvents
 from pendpin.runs.motion_without_events import SmoothLoop
+from pendpin.runs.state import RunState
 from scenes import scene_of
 
 THICK = (pp.Rod(length=1.0, mass=1.0, radius=0.05), pp.Rod(length=0.7, mass=0.5, radius=0.03))
@@ -77,7 +78,7 @@ def killing(loop: type[IntegrationLoop], after: int) -> Any:
     """A loop's `go_on` that is killed in its segment of this number, with the work done and nothing returned."""
     go_on, count = loop.go_on, 0
 
-    def killed(self: IntegrationLoop, done: checkpoint.RunState) -> Any:
+    def killed(self: IntegrationLoop, done: RunState) -> Any:
         nonlocal count
         result, count = go_on(self, done), count + 1
         if count == after:

@@ -15,7 +15,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.equations import exact
 from pendpin.runs.accuracy.runs import Runs
-from pendpin.runs.run import run_scene
+from pendpin.runs.run import run_prepared
 from test_accuracy_measures import SLIDE
 from test_error_estimates import REDUCED, claim_holds, swing, true_error
 
@@ -171,9 +171,9 @@ def test_a_search_ends_where_nothing_is_gained(
 
     def counted(*arguments: Any, **options: Any) -> pp.Trajectory:
         count[0] += 1
-        return run_scene(*arguments, **options)
+        return run_prepared(*arguments, **options)
 
-    monkeypatch.setattr("pendpin.runs.accuracy.runs.run_scene", counted)
+    monkeypatch.setattr("pendpin.runs.accuracy.runs.run_prepared", counted)
     claim_holds(swing(theta, duration, 41), method, accuracy)
     assert count[0] <= 10
 

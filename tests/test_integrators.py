@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 from importlib.util import find_spec
 from itertools import pairwise
 
@@ -17,9 +16,10 @@ from pendpin.integrators.base import Integrator, StepPlan
 from pendpin.integrators.choice import integrator_class, integrator_for
 from pendpin.integrators.gauss import Gauss, rule
 from pendpin.model.build import build
-from pendpin.runs.checkpoint import RunState
 from pendpin.runs.limits import Deadline
-from pendpin.runs.run import run_scene
+from pendpin.runs.preparation import Prepared
+from pendpin.runs.run import run_prepared
+from pendpin.runs.state import Shifts
 from pendpin.scene import FIXED_METHODS, METHODS, method_of
 from scenes import scene_of
 
@@ -64,10 +64,10 @@ def test_cutting_a_run_changes_nothing(method: str, model: pp.Chain, engine: str
         return
     given = scene(model, duration=1.0, samples=11, method=method, step=1 / 256, engine=engine)
 
-    def cut(most: int) -> Callable[[RunState], RunState]:
-        return lambda done: replace(done, carried=done.carried | {"ahead": np.array(float(most))})
+    def cut(most: int) -> pp.Trajectory:
+        return run_prepared(Prepared.of(given), lambda t: None, Deadline(None), shifts=Shifts(0.0, most))
 
-    whole, *parts = (run_scene(given, False, lambda t: None, Deadline(None), between=cut(k)) for k in (100, 1, 2))
+    whole, *parts = map(cut, (100, 1, 2))
     for part in parts:
         assert np.abs(part.q - whole.q).max() < 1e-12
         assert part.stats.steps == whole.stats.steps

@@ -13,7 +13,8 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.model.build import build
 from pendpin.model.kinematics import chain_length, tip_distance
-from pendpin.runs.run import run_scene
+from pendpin.runs.preparation import Prepared
+from pendpin.runs.run import run_prepared
 
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed: pip install heyoka")
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
@@ -75,11 +76,11 @@ def test_chaos_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     """A double pendulum thrown hard: 1e-8 cannot be had for 40 s; the message holds the run, after few runs."""
     tolerances: list[float] = []
 
-    def noted(asked: pp.Scene, *args: Any, **options: Any) -> pp.Trajectory:
-        tolerances.append(asked.solver.tolerance or 0.0)
-        return run_scene(asked, *args, **options)
+    def noted(asked: Prepared, *args: Any, **options: Any) -> pp.Trajectory:
+        tolerances.append(asked.scene.solver.tolerance or 0.0)
+        return run_prepared(asked, *args, **options)
 
-    monkeypatch.setattr("pendpin.runs.accuracy.runs.run_scene", noted)
+    monkeypatch.setattr("pendpin.runs.accuracy.runs.run_prepared", noted)
     wild = scene(
         rods=(ROD, ROD), start=pp.Start(positions=[2.0, 0.3, -1.0, 0.5], velocities=[3, 1, -2, 4]), duration=40.0
     )

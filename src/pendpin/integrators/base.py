@@ -2,9 +2,9 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,9 @@ ROUNDING = 4.0  # units in the last place of a time: lsoda starts no step that i
 SHORTEST = 1e-150  # s, the square of which is still a number that it can divide by
 NOT_FINITE = "the acceleration is not a finite number"
 
-Memory = Mapping[str, Array]  # arrays that a method keeps from segment to segment
+Memory = tuple[
+    Any, ...
+]  # what a method keeps from segment to segment: a named tuple of arrays and numbers; () for none
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class StepPlan:
 
     first: float | None = None  # s, a proposal for the first one
     longest: float = math.inf  # s, the limit for methods without a fixed step
-    memory: Memory | None = None  # of the segment before, if there was one; it may hold further arrays
+    memory: Memory | None = None  # of the segment before, if there was one
     anew: bool = False  # whether fixed steps are counted from the start of this segment
 
 
@@ -43,7 +45,7 @@ class Segment:
     y: Array  # (n, 2 nv); shorter than the times where the integrator had to stop
     steps: int
     failure: str | None = None  # why the integrator had to stop
-    memory: Memory = field(default_factory=dict)
+    memory: Memory = ()
 
 
 class Stop(NamedTuple):
@@ -117,7 +119,11 @@ class Integrator(ABC):
 
     def memory(self, y: Array) -> Memory:
         """What goes from segment to segment beside the state, for a start at y (size,); its shapes never change."""
-        return {}
+        return ()
+
+    def shift_memory(self, memory: Memory, shift: Callable[[Array], Array]) -> Memory:
+        """The memory with the motion that it holds shifted, where it holds one."""
+        return memory
 
     @abstractmethod
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
@@ -127,8 +133,8 @@ class Integrator(ABC):
         """As `integrate`, at any times (n,) that do not fall: those no farther apart than rounding share a state."""
         apart = separate(times)
         if len(apart) == 1:
-            kept = {name: (plan.memory or {}).get(name, first) for name, first in self.memory(y).items()}
-            return Segment(np.tile(y, (len(times), 1)), 0, memory=kept)
+            memory = self.memory(y) if plan.memory is None else plan.memory
+            return Segment(np.tile(y, (len(times), 1)), 0, memory=memory)
         if len(apart) == len(times):
             return self.integrate(derivative, y, times, plan)
         segment = self.integrate(derivative, y, times[apart], plan)

@@ -3,14 +3,15 @@
 import math
 from abc import abstractmethod
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array
-from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Memory, Segment, StepPlan, finite_part
-from pendpin.integrators.grid import StepGrid
+from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Segment, StepPlan, finite_part
+from pendpin.integrators.grid import GridPlace, StepGrid
 from pendpin.scene import Method
 
 MAX_STEPS = 1e9  # of a run; chosen: whoever asks for more has rather mistaken a unit
@@ -33,6 +34,13 @@ def refuse_steps(times: Array, step: float) -> None:
         raise InputError(f"solver.step: {shown(step)} s takes more than {MAX_STEPS:g} steps")
 
 
+class FixedMemory(NamedTuple):
+    """What a method with a fixed step keeps from segment to segment."""
+
+    place: GridPlace
+    state: Array  # (size,), at the end of the last step
+
+
 class FixedStep(Integrator):
     """A method with a fixed step; samples inside a step are computed by a shorter one (integrators/grid.py)."""
 
@@ -41,16 +49,17 @@ class FixedStep(Integrator):
         super().__init__(method, setting)
         self.step = setting
 
-    def memory(self, y: Array) -> Memory:
+    def memory(self, y: Array) -> FixedMemory:
         """Where the steps end, and the state y (size,) at the end of the last."""
-        return {"grid": StepGrid.none(), "grid_state": np.array(y)}
+        return FixedMemory(GridPlace(), np.array(y))
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) at output times, by steps of one size."""
-        grid = StepGrid.of_plan(plan, float(times[0]), self.setting)
+        memory = plan.memory or self.memory(y)
+        assert isinstance(memory, FixedMemory)
+        grid = StepGrid(self.setting, memory.place, float(times[0]), plan)
         states, steps = np.full((len(times), len(y)), np.nan), 0
-        memory = None if plan.anew or not grid.inside(float(times[0])) else plan.memory
-        whole = np.array(y if memory is None else memory["grid_state"])
+        whole = np.array(y if plan.anew or not grid.inside(float(times[0])) else memory.state)
         part = whole.copy()
         advance, finish = self.advancing(derivative, whole), self.advancing(derivative, part)
         states[0] = y
@@ -66,7 +75,7 @@ class FixedStep(Integrator):
             if way.left:
                 finish(way.start, way.left, 1)
             states[sample] = part
-        return Segment(*finite_part(states, steps, None), {**grid.memory, "grid_state": whole})
+        return Segment(*finite_part(states, steps, None), FixedMemory(grid.place, whole))
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
         """A function that advances y (size,), in place, by some steps from t."""

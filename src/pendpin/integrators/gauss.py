@@ -18,7 +18,7 @@ from pendpin.engines import Canonical, Derivative, Engine, ProgressCallback
 from pendpin.ground.arrays import EPS, Array, lapack
 from pendpin.ground.versions import version
 from pendpin.integrators.base import FREE, Integrator, Memory, Segment, StepPlan
-from pendpin.integrators.grid import StepGrid
+from pendpin.integrators.grid import GridPlace, StepGrid
 from pendpin.scene import Method
 
 MOST_ITERATIONS = 40  # chosen, five times PATIENCE: what has not converged by then does not
@@ -70,6 +70,17 @@ def extrapolation(s: int, steps: int) -> Array:
     return _integrals(nodes, lambda powers: c[:, None] ** powers)
 
 
+class GaussMemory(NamedTuple):
+    """What collocation keeps from segment to segment."""
+
+    canonical: Array  # (2, nv), positions and momenta
+    lost: Array  # (2, nv), the rounding errors of their sums
+    stages: Array  # (STEPS, s, nv), velocities at the stages of the last steps; the latest last
+    known: int  # how many of these steps there are
+    place: GridPlace
+    others: Array  # further integrated quantities at the end of the last step
+
+
 class Gauss(Integrator):
     """Gauss-Legendre collocation on Pinocchio's equations with revolute joints.
 
@@ -89,10 +100,14 @@ class Gauss(Integrator):
         self._calls = 0
         return engine.derivative(lambda t: None)[0], lambda: self._calls
 
-    def memory(self, y: Array) -> Memory:
+    def memory(self, y: Array) -> GaussMemory:
         """Positions, momenta, their rounding errors and the last stages, from y (size,); where the steps end."""
-        steps = {"grid": StepGrid.none(), "grid_others": np.array(y[2 * self._nv :])}
-        return {**self._state_at(y).memory, **steps}
+        return self._state_at(y).memory(GridPlace(), np.array(y[2 * self._nv :]))
+
+    def shift_memory(self, memory: Memory, shift: Callable[[Array], Array]) -> Memory:
+        """The memory with positions and momenta shifted."""
+        assert isinstance(memory, GaussMemory)
+        return memory._replace(canonical=shift(memory.canonical))
 
     def _state_at(self, y: Array) -> "_State":
         q, v = y[: self._nv], y[self._nv : 2 * self._nv]
@@ -101,10 +116,11 @@ class Gauss(Integrator):
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) by collocation; further integrated quantities use the same rule."""
         memory, t = plan.memory or self.memory(y), float(times[0])
-        inside = StepGrid.of_plan(replace(plan, anew=False), t, self.setting).inside(t)
-        grid = StepGrid.of_plan(plan, t, self.setting)
+        assert isinstance(memory, GaussMemory)
+        inside = StepGrid(self.setting, memory.place, t, replace(plan, anew=False)).inside(t)
+        grid = StepGrid(self.setting, memory.place, t, plan)
         self._state = self._state_at(y) if plan.anew and inside else _State.recalled(memory)
-        others = memory["grid_others"] if inside and not plan.anew else y[2 * self._nv :]
+        others = memory.others if inside and not plan.anew else y[2 * self._nv :]
         states, steps = [np.array(y)], 0
         for t in times[1:].tolist():
             way = grid.go_to(t)
@@ -122,7 +138,7 @@ class Gauss(Integrator):
                 return _unsolved(states, steps, way.start)
             q = shown[0].q
             states.append(np.concatenate([q, self._form.velocity(q, shown[0].p), shown[1]]))
-        return Segment(np.array(states), steps, None, {**self._state.memory, **grid.memory, "grid_others": others})
+        return Segment(np.array(states), steps, None, self._state.memory(grid.place, others))
 
     def _advanced(
         self, derivative: Derivative, t: float, h: float, others: Array, guess: Array
@@ -221,22 +237,15 @@ class _State:
         return cls(np.array([q, p]), np.zeros((2, len(q))), np.zeros((0, stages, len(q))))
 
     @classmethod
-    def recalled(cls, memory: Memory) -> "_State":
+    def recalled(cls, memory: GaussMemory) -> "_State":
         """The state that a memory holds."""
-        steps_known = int(memory["steps_known"])
-        return cls(memory["canonical"], memory["lost"], memory["stages"][STEPS - steps_known :])
+        return cls(memory.canonical, memory.lost, memory.stages[STEPS - memory.known :])
 
-    @property
-    def memory(self) -> Memory:
-        """The arrays that restore this state."""
-        steps_known, *shape = self.past.shape
-        stages = np.concatenate([np.zeros((STEPS - steps_known, *shape)), self.past])
-        return {
-            "canonical": self._both,
-            "lost": self._lost,
-            "stages": stages,
-            "steps_known": np.array(float(steps_known)),
-        }
+    def memory(self, place: GridPlace, others: Array) -> GaussMemory:
+        """What restores this state, with the place in the steps and further quantities (k,)."""
+        known, *shape = self.past.shape
+        stages = np.concatenate([np.zeros((STEPS - known, *shape)), self.past])
+        return GaussMemory(self._both, self._lost, stages, known, place, others)
 
     @property
     def q(self) -> Array:

@@ -7,10 +7,8 @@ on as if the sample had not been: it has the order of the method. The last step 
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from pendpin.ground.arrays import Array
-from pendpin.integrators.base import Memory, StepPlan
+from pendpin.integrators.base import StepPlan
 
 NEAR = 1e-9  # of a step: a sample so near to the end of a step is there
 
@@ -31,35 +29,31 @@ class Way(NamedTuple):
     left: float  # s, its length; 0 where a step ends at the sample
 
 
+class GridPlace(NamedTuple):
+    """Where the stored state of a method with fixed steps is."""
+
+    origin: float = 0.0  # s, from which steps are counted
+    steps: int = -1  # whole ones since then; -1 before the first step of a run
+    offset: float = 0.0  # s, behind the origin
+
+
 class StepGrid:
     """The ends of steps of one size in s, counted from an origin, and how far behind it the stored state is.
 
     That state is at the end of a step; or inside one, behind a corner of what acts, from which it goes on to that end.
     """
 
-    def __init__(self, step: float, origin: float, count: int = 0, offset: float = 0.0) -> None:
-        self._step, self._origin, self._count, self._offset = step, origin, count, offset
-
-    @classmethod
-    def of_plan(cls, plan: StepPlan, t: float, step: float) -> "StepGrid":
-        """The steps of the segment before, from t in s on, or new ones where there was none."""
-        if plan.memory is None or plan.memory["grid"][1] < 0:
-            return cls(step, t)
-        origin, count, offset = plan.memory["grid"].tolist()
-        grid = cls(step, origin, int(count), offset)
-        if plan.anew and grid.inside(t):
-            grid._offset = t - origin
-        return grid
-
-    @staticmethod
-    def none() -> Array:
-        """In a memory, before the first step."""
-        return np.array([0.0, -1.0, 0.0])
+    def __init__(self, step: float, place: GridPlace, t: float, plan: StepPlan) -> None:
+        """The steps of the segment before, which ended at `place`, from t in s on; new ones where there was none."""
+        self._step = step
+        self._origin, self._count, self._offset = (t, 0, 0.0) if place.steps < 0 else place
+        if plan.anew and self.inside(t):
+            self._offset = t - self._origin
 
     @property
-    def memory(self) -> Memory:
-        """The array that restores the place."""
-        return {"grid": np.array([self._origin, float(self._count), self._offset])}
+    def place(self) -> GridPlace:
+        """What restores the place."""
+        return GridPlace(self._origin, self._count, self._offset)
 
     def inside(self, t: float) -> bool:
         """Whether t in s is behind the stored state, inside a step."""

@@ -5,7 +5,7 @@ import weakref
 from collections.abc import Callable, Hashable, Sequence
 from copy import copy
 from operator import add, mul, neg, sub, truediv
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,12 @@ COMPENSATED = 1e-15  # tolerances below are met with compensated sums in the ser
 FIRST_STEP = float(np.exp(-2))  # of the radius of convergence: the best there is (Jorba, Zou)
 LONGEST_STEP = 2.0  # times the shortest time of an effect: the longest step of a series, which knows all derivatives
 STEPS_AT_ONCE = 4096  # between two calls of the progress callback
+
+
+class SeriesMemory(NamedTuple):
+    """What series keep from segment to segment."""
+
+    state: Array  # (size,), before it is projected
 
 
 class Taylor(Integrator):
@@ -57,9 +63,14 @@ class Taylor(Integrator):
         self.compile_seconds, self._steps, self._progress = time.perf_counter() - begin, 0, progress
         return engine.derivative(lambda t: None)[0], lambda: self._steps
 
-    def memory(self, y: Array) -> Memory:
-        """The state (size,) of the series, before it is projected."""
-        return {"series": y}
+    def memory(self, y: Array) -> SeriesMemory:
+        """The state (size,) of the series."""
+        return SeriesMemory(y)
+
+    def shift_memory(self, memory: Memory, shift: Callable[[Array], Array]) -> Memory:
+        """The memory with its state shifted."""
+        assert isinstance(memory, SeriesMemory)
+        return SeriesMemory(shift(memory.state))
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) from the series of each step."""
@@ -68,7 +79,9 @@ class Taylor(Integrator):
             raise InputError(
                 "energy_balance: taylor does not integrate work; these methods do: " + ", ".join(EVENT_METHODS)
             )
-        series.time, series.state[:] = times[0], (plan.memory or self.memory(y))["series"]
+        memory = plan.memory or self.memory(y)
+        assert isinstance(memory, SeriesMemory)
+        series.time, series.state[:] = times[0], memory.state
         if plan.first is None:
             self._take_first_step(min(float(times[1] - times[0]), plan.longest))
         states, done, failure = [y[None]], 1, None
@@ -84,7 +97,7 @@ class Taylor(Integrator):
             done, self._steps = done + len(reached) - 1, self._steps + steps
             if outcome == self._heyoka.taylor_outcome.err_nf_state:
                 failure = NOT_FINITE
-        return Segment(np.concatenate(states), self._steps - before, failure, {"series": series.state.copy()})
+        return Segment(np.concatenate(states), self._steps - before, failure, SeriesMemory(series.state.copy()))
 
     def _take_first_step(self, end: float) -> None:
         """A first step by all coefficients: by the last two, as heyoka's are, it may go far beyond where series converge.

@@ -10,9 +10,10 @@ from pendpin.errors import InputError, RunError, is_number, shown
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.integrators import Run
 from pendpin.runs.checkpoint import Saver
-from pendpin.runs.integration import integrate_to_end, task_of
+from pendpin.runs.integration import integrate_to_end
 from pendpin.runs.motion_with_events import loop_of
-from pendpin.runs.run import bind_for_run, fill_in
+from pendpin.runs.preparation import Prepared
+from pendpin.runs.samples import fill_in
 from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import RunRecord, joined, samples_of
 
@@ -26,9 +27,8 @@ class Continuation:
 
     def __init__(self, run: RunRecord, scene: Scene | None = None) -> None:
         self.run, self.scene = run, scene or scene_of(run)
-        self.dynamics = bind_for_run(self.scene)
-        task, _ = task_of(self.scene, self.dynamics, run.q[0], run.v[0], bool(run.work), lambda t: None)
-        self._loop = loop_of(task)
+        prepared = Prepared.of(self.scene, bool(run.work))
+        self.dynamics, self._loop = prepared.dynamics, loop_of(prepared, lambda t: None)
         recall_outputs(self.dynamics.sampled_torques, run, self.scene.duration, self.scene.start.time)
         self._loop.first_segment = ALL  # of a piece: the run has shown what they cost
         self._loop.begin(run.q[0], run.v[0])  # all pieces share the scales of the run

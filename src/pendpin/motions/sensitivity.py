@@ -11,7 +11,8 @@ from pendpin.ground.keypaths import number_at, parsed
 from pendpin.integrators import Run
 from pendpin.motions.continuation import at
 from pendpin.motions.variations import Variations, list_state_keys
-from pendpin.runs.run import bind_for_run, fill_in
+from pendpin.runs.preparation import bind_for_run
+from pendpin.runs.samples import fill_in
 from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import RunRecord
 

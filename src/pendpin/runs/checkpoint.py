@@ -1,11 +1,11 @@
-"""The state of a run, in memory and in a file, so that the run can be continued after its process has ended."""
+"""The state of a run in a file, so that the run can be continued after its process has ended."""
 
 import json
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -14,71 +14,17 @@ import numpy as np
 
 from pendpin.errors import Halted, InputError, Interrupted, shown
 from pendpin.ground.arguments import seconds
-from pendpin.ground.arrays import Array
 from pendpin.ground.files import ArrayFile, open_arrays, refuse_targets, write_whole
 from pendpin.ground.versions import VERSION, installed
+from pendpin.runs.state import RunState
 from pendpin.scene import Scene
-from pendpin.trajectory import Event, event_arrays, read_array, read_events
+from pendpin.trajectory import event_arrays, read_array, read_events
 
-FORMAT = 3  # of the file: another one is refused, as its arrays would be misread
+FORMAT = 4  # of the file: another one is refused, as its arrays would be misread
 EVERY = 5.0  # s of wall time between two saves, unless another is given
 LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # on which the numbers of a run depend
 REMEDY = "delete it or name another file"
 WHAT = f"a checkpoint that pendpin saved ({REMEDY})"
-
-
-@dataclass(frozen=True, eq=False)
-class RunState:
-    """The motion at the first n output times, and the arrays with which its integration continues.
-
-    All states of a run share one array `room`; its first n rows do not change any more.
-    """
-
-    room: Array  # (output times, columns): q, v, work of the accounts, torques of contacts
-    n: int
-    carried: dict[str, Array]  # shapes do not change during a run
-    steps: int = 0
-    evaluations: int = 0
-    events: int = 0
-    seconds: float = 0.0
-    log: list[Event] = field(default_factory=list)  # what happened at the events, shared as `room` is
-    logged: int = 0  # how many of these belong to the state
-
-    @classmethod
-    def at_start(cls, first: Array, count: int, carried: dict[str, Array]) -> "RunState":
-        """A state with the first of `count` samples, first (columns,)."""
-        room = np.empty((count, len(first)))
-        room[0] = first
-        return cls(room, 1, carried)
-
-    @property
-    def samples(self) -> Array:
-        """The rows so far, (n, columns)."""
-        return self.room[: self.n]
-
-    @property
-    def complete(self) -> bool:
-        """Whether there is a sample for every output time."""
-        return self.n == len(self.room)
-
-    def cut(self, n: int) -> "RunState":
-        """The state with the first n samples; it cannot be continued."""
-        return replace(self, n=n)
-
-    def grown(
-        self,
-        samples: Array,
-        carried: dict[str, Array],
-        steps: int,
-        evaluations: int,
-        happened: Sequence[Event] | None = None,
-    ) -> "RunState":
-        """The state with more samples (k, columns), the counts increased, and what happened if there was an event."""
-        n = self.n + len(samples)
-        self.room[self.n : n] = samples
-        self.log[self.logged :] = happened or ()
-        counts = (self.steps + steps, self.evaluations + evaluations, self.events + (happened is not None))
-        return RunState(self.room, n, carried, *counts, self.seconds, self.log, len(self.log))
 
 
 @dataclass(frozen=True)
@@ -140,7 +86,7 @@ class FileSaver(Saver):
         counts = np.array([state.steps, state.evaluations, state.events, state.seconds])
         meta = np.array(json.dumps({"checkpoint": FORMAT, "run": self._run}))
         arrays: dict[str, Any] = {"samples": state.samples, "counts": counts, "meta": meta}
-        arrays |= {f"carried_{name}": array for name, array in state.carried.items()}
+        arrays |= _arrays_of(state.last)
         arrays |= event_arrays(state.log[: state.logged])
         try:
             write_whole(self._path, lambda file: np.savez(file, **arrays))
@@ -189,13 +135,33 @@ def _read(file: ArrayFile, first: RunState) -> RunState:
     if not 1 <= n <= most:
         raise ValueError(f"{n} samples, where 1 to {most} are wanted")
     first.room[:n] = read_array(file, "samples", (n, columns))
-    carried = {name: read_array(file, f"carried_{name}", array.shape) for name, array in first.carried.items()}
+    last = _restored(first.last, lambda name, shape: read_array(file, name, shape))
     counts = read_array(file, "counts", (4,))
     if (counts < 0).any() or (counts[:3] % 1).any():
         raise ValueError("array 'counts' holds no counts")
     steps, evaluations, events = map(int, counts[:3])
     log = list(read_events(file))
-    return RunState(first.room, n, carried, steps, evaluations, events, float(counts[3]), log, len(log))
+    return RunState(first.room, n, last, steps, evaluations, events, float(counts[3]), log, len(log))
+
+
+def _arrays_of(record: Any, name: str = "last") -> dict[str, Any]:
+    """The arrays of a record of arrays, numbers and such records, by the names of its fields."""
+    if not isinstance(record, tuple):
+        return {name: np.asarray(record, float)}
+    names = getattr(record, "_fields", range(len(record)))
+    return {
+        k: x for part, value in zip(names, record, strict=True) for k, x in _arrays_of(value, f"{name}.{part}").items()
+    }
+
+
+def _restored(like: Any, read: Callable[[str, tuple[int, ...]], Any], name: str = "last") -> Any:
+    """A record of the shapes and types of another one, from the arrays that `read` returns."""
+    if not isinstance(like, tuple):
+        array = read(name, np.shape(like))
+        return array.astype(like.dtype) if isinstance(like, np.ndarray) else type(like)(array)
+    names = getattr(like, "_fields", range(len(like)))
+    parts = [_restored(value, read, f"{name}.{part}") for part, value in zip(names, like, strict=True)]
+    return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)
 
 
 def _difference(saved: Any, now: Any, place: str = "run") -> str | None:

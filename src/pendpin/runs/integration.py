@@ -6,46 +6,22 @@ closer to the place where it stopped: errors name that place.
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from pendpin.dynamics.dynamics import Dynamics
-from pendpin.dynamics.timing import Timing, timing
 from pendpin.effects.pace import Pace
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, Interrupted, PendpinError, RunError
 from pendpin.ground.arrays import Array
-from pendpin.integrators import Integrator, Run, Stop, integrator_for
-from pendpin.runs.checkpoint import RunState, Saver
-from pendpin.runs.energy_balance import EnergyBalance
+from pendpin.integrators import Run, Stop, integrator_for
+from pendpin.runs.checkpoint import Saver
 from pendpin.runs.limits import SamplesTooFew, Stalled
-from pendpin.scene import Scene
+from pendpin.runs.preparation import Prepared
+from pendpin.runs.state import EventState, RunState, Shifts, SmoothState
 
 LEVELS, PARTS = 6, 16  # the place of a stop is then known to a 10,000,000th of the time between two samples
-
-
-@dataclass(frozen=True, eq=False)
-class Task:
-    """What is integrated, by what, and at which times."""
-
-    integrator: Integrator
-    dynamics: Dynamics
-    balance: EnergyBalance | None
-    times: Array  # (n,) s since the start
-    progress: ProgressCallback
-    pace: Pace
-
-
-def task_of(
-    scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool, progress: ProgressCallback
-) -> tuple[Task, Timing]:
-    """The task of a scene from q, v (nv,), and how fast its effects change. Raises InputError for an unfit method."""
-    pace = timing(dynamics, dynamics.effects, q, v, scene.duration, scene.solver.tolerance)
-    balance = EnergyBalance(dynamics) if energy_balance else None
-    return Task(integrator_for(scene, dynamics), dynamics, balance, scene.times, progress, pace.pace), pace
 
 
 class IntegrationLoop(ABC):
@@ -55,14 +31,15 @@ class IntegrationLoop(ABC):
     version: str
     first_segment = 1  # output times of it, as long as nothing is known of what they cost
 
-    def __init__(self, task: Task) -> None:
-        self.integrator, self.dynamics, self.balance = task.integrator, task.dynamics, task.balance
-        self.times, self.progress, self.pace = task.times, task.progress, task.pace
-        self.engine = task.balance.engine if task.balance else task.dynamics.engine  # that is integrated
-        self.held = task.dynamics.sampled_torques
+    def __init__(self, prepared: Prepared, pace: Pace, progress: ProgressCallback) -> None:
+        self.dynamics, self.balance = prepared.dynamics, prepared.balance
+        self.times, self.pace, self.progress = prepared.scene.times, pace, progress
+        self.integrator = integrator_for(prepared.scene, self.dynamics)
+        self.engine = self.balance.engine if self.balance else self.dynamics.engine  # that is integrated
+        self.held = self.dynamics.sampled_torques
         for sampled in self.held:
-            sampled.begin(task.dynamics.start, float(self.times[-1]))
-        self.nv, self.accounts = len(task.dynamics.model.joints), len(task.balance.kinds) if task.balance else 0
+            sampled.begin(self.dynamics.start, float(self.times[-1]))
+        self.nv, self.accounts = len(self.dynamics.model.joints), len(self.balance.kinds) if self.balance else 0
 
     @abstractmethod
     def begin(self, q: Array, v: Array) -> RunState:
@@ -86,14 +63,19 @@ class IntegrationLoop(ABC):
             sampled.sample(t, y[: self.nv], y[self.nv : 2 * self.nv])
         return bool(due)
 
-    def held_arrays(self) -> dict[str, Array]:
+    @property
+    def records(self) -> tuple[Array, ...]:
         """The outputs of the sampled torques, for the state of a run: all states share them."""
-        return {f"held_{i}": sampled.record for i, sampled in enumerate(self.held)}
+        return tuple(sampled.record for sampled in self.held)
 
-    def hold_on(self, carried: dict[str, Array]) -> None:
+    def recall(self, last: SmoothState | EventState) -> None:
         """Go on with what the sampled torques held in a state of the run."""
-        for i, sampled in enumerate(self.held):
-            sampled.recall(float(carried["t"]), carried[f"held_{i}"])
+        for sampled, record in zip(self.held, last.held, strict=True):
+            sampled.recall(last.t, record)
+
+    def shifted(self, done: RunState, shifts: Shifts, largest: dict[str, Array]) -> RunState:
+        """The state, shifted unless it is the first one; `largest` holds the largest numbers so far. Not with events."""
+        return done
 
     def outcome(self, done: RunState, error: RunError | None) -> Run:
         """The run as far as it was integrated, and why it ended early, if it did."""
@@ -108,14 +90,9 @@ class IntegrationLoop(ABC):
         return replace(run, failure=error, happened=tuple(done.log[: done.logged]))
 
 
-def integrate_to_end(
-    loop: IntegrationLoop, q: Array, v: Array, saver: Saver, between: Callable[[RunState], RunState] | None = None
-) -> Run:
-    """Integrate from q, v (nv,), or from the saved state, to the end. A failed or halted run keeps what was integrated.
-
-    `between` changes the state between two segments.
-    """
-    done, error = saver.resume(loop.begin(q, v)), None
+def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, saver: Saver, shifts: Shifts | None = None) -> Run:
+    """Integrate from q, v (nv,), or from the saved state, to the end. A failed or halted run keeps what was integrated."""
+    done, error, largest = saver.resume(loop.begin(q, v)), None, dict[str, Array]()
 
     def clock() -> float:
         return time.perf_counter() - loop.engine.compile_seconds  # which is counted apart
@@ -127,7 +104,7 @@ def integrate_to_end(
 
     while error is None and not done.complete:
         try:
-            done, failure = loop.go_on(between(done) if between else done)
+            done, failure = loop.go_on(loop.shifted(done, shifts, largest) if shifts else done)
             error = RunError(failure) if failure else None
             if error is None and saver.due:
                 saver.save(timed(done))
@@ -142,7 +119,7 @@ def integrate_to_end(
         with suppress(Halted):  # the previous save remains
             saver.save(done)
     stop = None
-    if error is not None and (isinstance(error, Stalled) or not isinstance(error, Halted)) and between is None:
+    if error is not None and (isinstance(error, Stalled) or not isinstance(error, Halted)) and shifts is None:
         done, stop = _locate_stop(loop, done, error)
     return replace(loop.outcome(done, error), stop=stop)
 
@@ -166,7 +143,7 @@ def _locate_stop(loop: IntegrationLoop, done: RunState, error: RunError) -> tupl
 
 def _recover(loop: IntegrationLoop, done: RunState, t: float) -> tuple[RunState, Stop | None]:
     """The run up to a time in s at which it still advanced."""
-    if t <= done.carried["t"]:
+    if t <= done.last.t:
         return done, None
     loop.times = np.append(loop.times[loop.times < t], t)
     again = _integrate(loop, done, len(loop.times))
@@ -179,8 +156,8 @@ def _approach(loop: IntegrationLoop, done: RunState) -> Stop | None:
     """The last state before the place, between the last sample and the next, at which the integration fails."""
     end, state, stop = loop.times[done.n], done, None
     for _ in range(LEVELS):
-        loop.times = np.linspace(float(state.carried["t"]), end, PARTS + 1)
-        state = _integrate(loop, RunState.at_start(state.samples[-1], PARTS + 1, state.carried), PARTS + 1)
+        loop.times = np.linspace(state.last.t, end, PARTS + 1)
+        state = _integrate(loop, RunState.at_start(state.samples[-1], PARTS + 1, state.last), PARTS + 1)
         if state.n > 1:
             stop = _state_of(loop, state)
         if state.complete:

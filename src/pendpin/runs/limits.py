@@ -22,6 +22,7 @@ LONGEST = 86_400.0  # s of processor time that a run may still need: a day
 BACK = 1e-5  # of the duration: so long before it stalls a run advances fast, and its state shows why it will stall
 OFF = 0.1  # of the energy exchanged: largest energy error of a valid run
 
+GRACE = 0.2  # s, that a computation gets at least: one that is compiled already needs less
 MOST_BUSY = 4.0  # how many times as long as its processor time a computation may take, among others
 T = TypeVar("T")
 abandoned: list[Thread] = []  # computations that could not be stopped at a limit
@@ -65,7 +66,7 @@ class Deadline:
 
         thread = Thread(target=work, daemon=True)
         thread.start()
-        thread.join(max(self.left, 0.0))
+        thread.join(max(self.left, GRACE))
         if not outcome:
             abandoned.append(thread)
             atexit.register(thread.join)

@@ -8,7 +8,8 @@ import numpy as np
 from pendpin.dynamics.contact_guards import Guards, guards_of
 from pendpin.dynamics.contacts import Contacts, Mode, Scales
 from pendpin.dynamics.falls import LowFall, falls_of, rates_and_mode
-from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative
+from pendpin.effects.pace import Pace, join_paces
+from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
 from pendpin.errors import InputError, RunError
 from pendpin.ground.arrays import Array
 from pendpin.ground.versions import version
@@ -21,13 +22,14 @@ from pendpin.integrators.events import (
     instant,
     integrate_to_event,
 )
-from pendpin.runs.checkpoint import RunState
-from pendpin.runs.integration import IntegrationLoop, Task
+from pendpin.runs.integration import IntegrationLoop
 from pendpin.runs.motion_without_events import SmoothLoop
+from pendpin.runs.preparation import Prepared
+from pendpin.runs.state import EventState, RunState
 from pendpin.trajectory import Event
 
 SAMPLES_A_SEGMENT = 64  # output times of a segment
-MOST_AT_ONCE = 200.0  # events at the same time
+MOST_AT_ONCE = 200  # events at the same time
 LANDED = 2.0  # of the time of a fall: where a segment ends if the joint has not come down, as the forces have changed
 WAYS = 64  # in which joints may slide, for which guards are kept
 
@@ -35,9 +37,9 @@ WAYS = 64  # in which joints may slide, for which guards are kept
 class LoopWithEvents(IntegrationLoop):
     """A scene with contacts, integrated from event to event; its state is y = (q, v, work of each account)."""
 
-    def __init__(self, task: Task) -> None:
-        super().__init__(task)
-        integrator, contacts, self._calls = task.integrator, task.dynamics.contacts, 0
+    def __init__(self, prepared: Prepared, pace: Pace, progress: ProgressCallback) -> None:
+        super().__init__(prepared, pace, progress)
+        integrator, contacts, self._calls = self.integrator, self.dynamics.contacts, 0
         assert contacts is not None
         assert isinstance(integrator, EventIntegrator)  # others are refused where they are chosen
         self._block, self._method = integrator.compiled_for_events(self.engine, self.progress), integrator
@@ -60,17 +62,19 @@ class LoopWithEvents(IntegrationLoop):
             first = self._rows(y[None], self.times[:1], mode)[0]
         except (RunError, np.linalg.LinAlgError) as error:
             raise InputError(f"start: {error}") from None
-        return RunState.at_start(first, len(self.times), _carried(t, y, mode, 0.0) | self.held_arrays())
+        return RunState.at_start(first, len(self.times), EventState(t, y, mode, 0, self.records))
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
         """One segment: to the next event, over some output times, or to a corner of the pace."""
-        t, y, mode, at_once = _recalled(done.carried)
-        self.hold_on(done.carried)
+        last = done.last
+        assert isinstance(last, EventState)
+        t, y, mode, at_once, _ = last
+        self.recall(last)
         self.progress(t)
         times, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self._evaluations()
         if times[0] <= t + instant(t, float(times[-1]) - t):  # at the instant of an event
             rows = self._rows(y[None], times[:1], mode)
-            return done.grown(rows, done.carried, 0, 0), None
+            return done.grown(rows, last, 0, 0), None
         corner = int(self.pace.corners.searchsorted(t, "right"))
         end = float(min(times[-1:].tolist() + self.pace.corners[corner : corner + 1].tolist()))
         fall = self._low_fall(t, y, mode)
@@ -80,7 +84,7 @@ class LoopWithEvents(IntegrationLoop):
         segment = integrate_to_event(stepper, guards.values, guards.floor, t, y, end, due)
         happened: list[Event] | None = None
         rows, failure = self._rows(segment.samples, times[: len(segment.samples)], mode), segment.failure
-        at_once = at_once + 1 if segment.t <= t else 0.0
+        at_once = at_once + 1 if segment.t <= t else 0
         if at_once > MOST_AT_ONCE:
             failure = f"{t:g} s after the start there are more than {MOST_AT_ONCE:g} events at once"
         if not failure:
@@ -95,8 +99,8 @@ class LoopWithEvents(IntegrationLoop):
                     mode = self._meet(segment.t, y)
             except (RunError, np.linalg.LinAlgError) as error:
                 failure = str(error)
-        carried = _carried(segment.t, y, mode, at_once) | self.held_arrays()
-        return done.grown(rows, carried, segment.steps, self._evaluations() - before, happened), failure
+        following = EventState(float(segment.t), y, mode, at_once, self.records)
+        return done.grown(rows, following, segment.steps, self._evaluations() - before, happened), failure
 
     def _evaluations(self) -> int:
         """The evaluations of the equations so far."""
@@ -206,25 +210,11 @@ class LoopWithEvents(IntegrationLoop):
         return np.concatenate([states, torques], 1)
 
 
-def loop_of(task: Task) -> IntegrationLoop:
-    """The loop that integrates a task: with events where the scene has contacts."""
-    return SmoothLoop(task) if task.dynamics.contacts is None else LoopWithEvents(task)
+def loop_of(prepared: Prepared, progress: ProgressCallback, longest: float = np.inf) -> IntegrationLoop:
+    """The loop that integrates a scene, with steps up to `longest` in s: with events where the scene has contacts.
 
-
-def _carried(t: float, y: Array, mode: Mode, at_once: float) -> dict[str, Array]:
-    """The arrays from which the next segment begins: y (size,), mode, count of events."""
-    held = mode.held.astype(float)
-    return {
-        "t": np.array(t),
-        "y": y,
-        "held": held,
-        "sign": mode.sign,
-        "torque": mode.torque,
-        "at_once": np.array(at_once),
-    }
-
-
-def _recalled(carried: dict[str, Array]) -> tuple[float, Array, Mode, float]:
-    """Time, state (size,), mode and count of events that `_carried` stored."""
-    mode = Mode(carried["held"] != 0, carried["sign"], carried["torque"])
-    return float(carried["t"]), carried["y"], mode, float(carried["at_once"])
+    Raises InputError for a scene that the method cannot run.
+    """
+    pace = join_paces([prepared.timing.pace, Pace.even(longest)])
+    kind = SmoothLoop if prepared.dynamics.contacts is None else LoopWithEvents
+    return kind(prepared, pace, progress)

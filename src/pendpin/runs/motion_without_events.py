@@ -1,17 +1,20 @@
 """A motion without contacts, integrated segment by segment; a segment is a number of output times."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from pendpin.engines import Derivative
+from pendpin.effects.pace import Pace
+from pendpin.engines import Derivative, ProgressCallback
 from pendpin.ground.arrays import EPS, Array, Indices, subdivided
 from pendpin.integrators import Memory, Segment, StepPlan
 from pendpin.integrators.base import SHORTEST
 from pendpin.integrators.fixed import count_equal_steps
-from pendpin.runs.checkpoint import RunState
-from pendpin.runs.integration import IntegrationLoop, Task
+from pendpin.runs.integration import IntegrationLoop
 from pendpin.runs.limits import SamplesTooFew
+from pendpin.runs.preparation import Prepared
+from pendpin.runs.state import RunState, Shifts, SmoothState
 
 EVALUATIONS = 20_000  # in a segment, about: an interrupt loses at most these
 LEAST_EVALUATIONS = 2_000  # of a large model, whose evaluations take longer
@@ -32,8 +35,8 @@ class SmoothLoop(IntegrationLoop):
     Where angles are read from directions, a segment may end between two output times: it holds so many states and no more.
     """
 
-    def __init__(self, task: Task) -> None:
-        super().__init__(task)
+    def __init__(self, prepared: Prepared, pace: Pace, progress: ProgressCallback) -> None:
+        super().__init__(prepared, pace, progress)
         self.library, self.version = self.integrator.library, self.integrator.version
         self._derivative, self._evaluations = self.integrator.equations(self.engine, self.progress)
         if self.balance is not None:
@@ -45,18 +48,18 @@ class SmoothLoop(IntegrationLoop):
         """The first sample, from q, v (nv,)."""
         y, work = self.engine.pack(q, v), np.zeros(self.accounts)
         self.sample(float(self.times[0]), y)
-        carried = {
-            "t": np.array(float(self.times[0])),
-            "q": q,
-            "y": y,
-            "work": work,
-            "ahead": np.array(float(self.first_segment)),
-            "first_step": np.array(0.0),
-            "density": np.array(self._first_density(y)),
-            **self.integrator.memory(np.concatenate([y, work])),
-            **self.held_arrays(),
-        }
-        return RunState.at_start(np.concatenate([q, v, work]), len(self.times), carried)
+        first = SmoothState(
+            t=float(self.times[0]),
+            q=q,
+            y=y,
+            work=work,
+            most=self.first_segment,
+            first_step=0.0,
+            density=self._first_density(y),
+            memory=self.integrator.memory(np.concatenate([y, work])),
+            held=self.records,
+        )
+        return RunState.at_start(np.concatenate([q, v, work]), len(self.times), first)
 
     def _first_density(self, y: Array) -> float:
         """The states per second from which the first angles should be read, from the state (size,) at the start."""
@@ -71,39 +74,53 @@ class SmoothLoop(IntegrationLoop):
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
         """One segment; its number of output times follows from the evaluations of the last one."""
-        carried, n = done.carried, len(done.carried["y"])
-        self.hold_on(carried)
-        due = self.times[done.n :][: int(carried["ahead"])]
-        span = np.concatenate([carried["t"][None], due])
-        self.progress(float(span[0]))
+        last = done.last
+        assert isinstance(last, SmoothState)
+        self.recall(last)
+        n, due = len(last.y), self.times[done.n :][: last.most]
+        span = np.concatenate([[last.t], due])
+        self.progress(last.t)
         before = self._evaluations()
-        segment, times, at, density = self._read_closely(span, carried)
+        segment, times, at, density = self._read_closely(span, last)
         took = self._evaluations() - before
         states, work = segment.y[:, :n], segment.y[:, n:]
-        q, v = self.engine.unpack(times[: len(states)], states, carried["q"])
+        q, v = self.engine.unpack(times[: len(states)], states, last.q)
         at = at[at < len(states)]
         ahead = max(1, len(at)) * self._budget // max(took, 1)
-        more = {
-            "t": times[len(states) - 1],
-            "q": q[-1],
-            "y": states[-1] if self.integrator.step else self.engine.project(states[-1]),
-            "work": work[-1],
-            "ahead": np.array(float(max(1, min(ahead, GROWTH * len(due) if density else len(self.times))))),
-            "first_step": (times[-1] - times[0]) / segment.steps if segment.steps else carried["first_step"],
-            "density": np.array(MARGIN * density),
-            **segment.memory,
-            **self.held_arrays(),
-        }
+        next_one = SmoothState(
+            t=float(times[len(states) - 1]),
+            q=q[-1],
+            y=states[-1] if self.integrator.step else self.engine.project(states[-1]),
+            work=work[-1],
+            most=max(1, min(ahead, GROWTH * len(due) if density else len(self.times))),
+            first_step=float(times[-1] - times[0]) / segment.steps if segment.steps else last.first_step,
+            density=MARGIN * density,
+            memory=segment.memory,
+            held=self.records,
+        )
         rows = np.concatenate([q[at], v[at], work[at]], 1)
-        return done.grown(rows, more, segment.steps, took), segment.failure
+        return done.grown(rows, next_one, segment.steps, took), segment.failure
 
-    def _read_closely(self, span: Array, carried: Memory) -> tuple[Segment, Array, Array, float]:
+    def shifted(self, done: RunState, shifts: Shifts, largest: dict[str, Array]) -> RunState:
+        """The state with every number of the motion shifted, those of the integrator's memory too."""
+        last = done.last
+        assert isinstance(last, SmoothState)
+
+        def shift(name: str, x: Array) -> Array:
+            largest[name] = np.maximum(largest.get(name, 0.0), np.abs(x))
+            return x + shifts.size * largest[name] * np.where(x < 0, -1.0, 1.0) * (done.n > 1)
+
+        memory = self.integrator.shift_memory(last.memory, partial(shift, "memory"))
+        most = min(last.most, shifts.samples)
+        return replace(done, last=last._replace(y=shift("y", last.y), memory=memory, most=most))
+
+    def _read_closely(self, span: Array, last: SmoothState) -> tuple[Segment, Array, Array, float]:
         """A segment over `span` (n,), or over its beginning, with more states if angles are read from them.
 
         Also returns the times (k,) of its states, where output times are among these, and how dense they have to be.
         """
-        start, density = np.concatenate([carried["y"], carried["work"]]), float(carried["density"])
-        first_step, room = float(carried["first_step"]) or None, NUMBERS // len(start) + 1
+        start, density = np.concatenate([last.y, last.work]), last.density
+        first_step, room = last.first_step or None, NUMBERS // len(start) + 1
         while True:
             parts = self._parts(span, density)
             at = np.cumsum(parts)
@@ -112,8 +129,8 @@ class SmoothLoop(IntegrationLoop):
             else:
                 count = np.searchsorted(at, room, "right")
                 times = subdivided(span[: count + 1], parts[:count])
-            segment = self._integrate(start, times, first_step, carried)
-            needed = self._density(span, times, segment, len(carried["y"]))
+            segment = self._integrate(start, times, first_step, last.memory)
+            needed = self._density(span, times, segment, len(last.y))
             if segment.failure or (self._parts(span, needed) <= parts).all():
                 return segment, times, at, needed
             density = MARGIN * needed

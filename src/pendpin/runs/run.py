@@ -1,4 +1,4 @@
-"""Running a scene with its solver: its motion is integrated, its wrenches and energies are computed, and it is checked."""
+"""The run of a scene by its solver: prepared once, integrated, completed by wrenches and energies, and checked."""
 
 import time
 from collections.abc import Callable
@@ -7,28 +7,25 @@ from dataclasses import replace
 import numpy as np
 
 from pendpin.dynamics.binding.acting import built_in
-from pendpin.dynamics.binding.contacts import check_start
-from pendpin.dynamics.dynamics import Dynamics, bind, reactions
-from pendpin.effects.pace import Pace, join_paces
+from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
 from pendpin.ground.arrays import Array
 from pendpin.ground.records import LARGEST
-from pendpin.integrators import Run, automatic
-from pendpin.integrators.grid import count_whole_steps, largest_step
-from pendpin.integrators.taylor import Taylor
-from pendpin.model import kinematics
+from pendpin.integrators import Run
+from pendpin.integrators.grid import count_whole_steps
 from pendpin.model.build import start_state
-from pendpin.runs.checkpoint import Checkpoint, FileSaver, RunState, Saver, identity
+from pendpin.runs.checkpoint import Checkpoint, FileSaver, Saver, identity
 from pendpin.runs.energy_balance import EnergyBalance
-from pendpin.runs.integration import integrate_to_end, task_of
+from pendpin.runs.integration import integrate_to_end
 from pendpin.runs.limits import Deadline, Patience, balanced
 from pendpin.runs.motion_with_events import loop_of
+from pendpin.runs.preparation import MACHINE_CODE, Prepared, bind_for_run
+from pendpin.runs.samples import complete, fill_in
+from pendpin.runs.state import Shifts
 from pendpin.scene import Scene, method_of
-from pendpin.trajectory import Derived, Reactions, RunRecord, Stats
+from pendpin.trajectory import RunRecord
 
-PART, LEAST = 1 << 12, 64  # rods, and samples, completed at once: what they need stays in a processor's fast memory
-AUTOMATIC = ("auto", "compiled")  # engines with which samples are computed in machine code
 NEAR_POLE = 0.3  # of cos(phi)
 LONG_ENOUGH = 5e-3  # s, of a measurement of the time to complete samples
 SLACK = 1.2  # margin on that time
@@ -38,78 +35,75 @@ ENERGY_ERROR = "the energy is off by over a tenth of the energy exchanged: take 
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # what overflows is found, and said
-def run_scene(
-    scene: Scene,
-    energy_balance: bool,
+def prepare(scene: Scene, energy_balance: bool, deadline: Deadline) -> Prepared:
+    """The scene, ready to be run: bound, its method and engine chosen.
+
+    Raises InputError for a scene that cannot be run; Halted at the deadline, as compiling may take long, with a run of the
+    start alone.
+    """
+    compiles = scene.solver.method == "auto" and scene.solver.engine in MACHINE_CODE  # what the choice is made by
+    try:
+        prepared = deadline.wait_for(lambda: Prepared.of(scene, energy_balance), compiles)
+    except Halted as error:
+        dynamics = bind_for_run(scene)
+        start = _first_sample(*start_state(dynamics.model, scene.start))
+        _finished(scene, dynamics, None, replace(start, failure=error), "")
+        raise
+    _refuse_overflow(prepared)
+    return prepared
+
+
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+def run_prepared(
+    prepared: Prepared,
     progress: ProgressCallback,
     deadline: Deadline,
     checkpoint: Checkpoint | None = None,
-    between: Callable[[RunState], RunState] | None = None,
+    shifts: Shifts | None = None,
     longest: float = np.inf,
     anyway: bool = False,
-    bound: Dynamics | None = None,
 ) -> RunRecord:
-    """The motion of a scene by its method and tolerance or step; as `simulate`, and `between` as in the loop, which see.
+    """The motion of a scene at its output times, by its method and tolerance or step.
 
-    `longest` in s limits the steps of a method without a fixed one. `anyway`: a wrong energy is a note, not an error.
-    `bound`: the dynamics of the scene, if it is bound already.
+    Args:
+        prepared: the scene.
+        progress: called with the time reached, s.
+        deadline: of the run with all its samples.
+        checkpoint: a file from which the run continues, and in which it is saved.
+        shifts: of the state during the motion; its energy is then not checked.
+        longest: s, the longest step of a method without a fixed one.
+        anyway: a wrong energy is a note, not an error.
+
+    Raises:
+        InputError: for a scene that its method cannot run.
+        RunError: for a run that ends early; `partial` is the run up to there.
     """
-    dynamics = bound or bind_for_run(scene)
-    q, v = start_state(dynamics.model, scene.start)
-    start = Run.at_states(np.zeros(1), q[None], v[None])  # the first sample
-    _refuse_overflow(dynamics, start)
-    if dynamics.contacts is not None:
-        check_start(dynamics.contacts, dynamics.model, q)
-    saver = Saver()
-    compiles = dynamics.engine.compiles
+    scene, dynamics, timing = prepared.scene, prepared.dynamics, prepared.timing
+    start, saver = _first_sample(prepared.q, prepared.v), Saver()
+    if checkpoint:
+        saver = FileSaver(checkpoint, identity(scene, prepared.balance is not None, dynamics.engine.name))
+    patience = Patience(scene.duration, deadline, _reserve(scene, dynamics, start, deadline), progress)
     try:
-        deadline.wait_for(lambda: dynamics.engine.derivative(progress) if compiles else None, compiles)
-        scene, dynamics = _choose_method(scene, dynamics, q, v, energy_balance)
-        if checkpoint:
-            saver = FileSaver(checkpoint, identity(scene, energy_balance, dynamics.engine.name))
-        patience = Patience(scene.duration, deadline, _reserve(scene, dynamics, start, deadline), progress)
-        task, pace_of_run = task_of(scene, dynamics, q, v, energy_balance, patience)
-        task = replace(task, pace=join_paces([task.pace, Pace.even(longest)]))
-        compiles = dynamics.engine.compiles or isinstance(task.integrator, Taylor)
-        loop = deadline.wait_for(lambda: loop_of(task), compiles)
+        loop = deadline.wait_for(lambda: loop_of(prepared, patience, longest), prepared.compiles)
     except Halted as error:
         return _finished(scene, dynamics, None, replace(start, failure=error), saver.note)
-    method, notes = scene.solver.method, pace_of_run.notes(scene.duration, scene.solver.step)
-    if method_of(method).damps and not built_in(scene.effects):  # a difference across a jump looks like a fast decay
-        jumps = f"{method} may be wrong where a function of your own jumps, as sign(v) does: compare with dop853"
+    run = integrate_to_end(loop, prepared.q, prepared.v, saver, shifts)
+    notes = timing.notes(scene.duration, scene.solver.step)
+    method = method_of(scene.solver.method)
+    if method.damps and not built_in(scene.effects):  # a difference across a jump looks like a fast decay
+        jumps = f"{method.name} may be wrong where a function of your own jumps, as sign(v) does: compare with dop853"
         notes = (jumps, *notes)
-    run = replace(integrate_to_end(loop, q, v, saver, between), notes=notes)
-    guarded = between is None and not anyway  # else something changed the state, or it is to run on with a wrong energy
-    trajectory = _finished(scene, dynamics, task.balance, run, saver.note, guarded)
+    guarded = shifts is None and not anyway  # else the state was changed, or it is to run on with a wrong energy
+    trajectory = _finished(scene, dynamics, prepared.balance, replace(run, notes=notes), saver.note, guarded)
     if not anyway or (count := balanced(trajectory)) == len(trajectory.t):
         return trajectory
     note = f"from t = {trajectory.t[count]:.6g} s on the energy is off by over a tenth of the energy exchanged"
     return replace(trajectory, stats=replace(trajectory.stats, notes=(note, *trajectory.stats.notes)))
 
 
-def bind_for_run(scene: Scene) -> Dynamics:
-    """The dynamics of a scene; samples are computed in machine code unless the scene names another engine."""
-    try:
-        scene.refuse_short_effects()
-    except ValueError as error:
-        raise InputError(str(error)) from None
-    dynamics = bind(scene)
-    if scene.solver.engine in AUTOMATIC:
-        dynamics.use_compiled_samples()
-    return dynamics
-
-
-def _choose_method(
-    scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool
-) -> tuple[Scene, Dynamics]:
-    """The scene with a method and an engine in place of "auto", and its dynamics in their form; q, v (nv,)."""
-    method, engine = automatic(scene, dynamics, q, v, energy_balance)
-    if (method, engine) == (scene.solver.method, scene.solver.engine):
-        return scene, dynamics
-    changed = scene.with_solver(method=method, engine=engine)
-    if engine == "compiled" and scene.solver.engine == "auto":
-        return changed, dynamics.in_machine_code
-    return changed, bind_for_run(changed) if method == "taylor" else dynamics
+def _first_sample(q: Array, v: Array) -> Run:
+    """The start q, v (nv,) as a run that was not integrated."""
+    return Run.at_states(np.zeros(1), q[None], v[None])
 
 
 def _finished(
@@ -191,62 +185,12 @@ def _reserve(scene: Scene, dynamics: Dynamics, start: Run, deadline: Deadline) -
     return lambda t: SLACK * seconds * max(1.0, np.searchsorted(times, t, "right") / count)
 
 
-def _refuse_overflow(dynamics: Dynamics, start: Run) -> None:
+def _refuse_overflow(prepared: Prepared) -> None:
     """Raise InputError for a start whose forces and energies cannot be computed."""
+    start = prepared.q[None], prepared.v[None]
     try:
-        results = _completed(dynamics, start.t, start.q, start.v)
+        results = complete(prepared.dynamics, np.zeros(1), *start)
     except np.linalg.LinAlgError as error:
         raise InputError(f"start: {error}") from None
-    if not all(np.abs(x).max(initial=0.0) <= LARGEST for x in (start.q, start.v, *results)):  # False for NaN
+    if not all(np.abs(x).max(initial=0.0) <= LARGEST for x in (*start, *results)):  # False for NaN
         raise InputError(START_OVERFLOWS)
-
-
-def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run) -> RunRecord:
-    """Accelerations, wrenches, energies and tips along the run."""
-    model, solver = dynamics.model, scene.solver
-    size = len(run.t) if model.chain is None else max(LEAST, PART // model.chain.n)
-    states = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
-    parts = [_completed(dynamics, *(x[i : i + size] for x in states)) for i in range(0, len(run.t), size)]
-    a, wrench, kinetic, potentials, tips, *rods = map(np.concatenate, zip(*parts, strict=True))
-    return RunRecord(
-        joints=model.joints,
-        t=scene.clock[: len(run.t)],
-        q=run.q,
-        v=run.v,
-        derived=Derived(a, wrench, kinetic, potentials.sum(1), tips, Reactions(*rods) if rods else None),
-        stats=Stats(
-            method=solver.method,
-            tolerance=solver.tolerance,
-            step=largest_step(scene.times, solver.step),
-            steps=run.steps,
-            evaluations=run.evaluations,
-            events=run.events,
-            seconds=run.seconds,
-            compile_seconds=run.compile_seconds,
-            engine=dynamics.engine.name,
-            library=run.library,
-            version=run.version,
-            conservative=dynamics.conservative,
-            stopped=None if run.failure is None else str(run.failure),
-            notes=run.notes,
-        ),
-        events=tuple(event._replace(t=scene.start.time + event.t) for event in run.happened),
-        held=tuple(x.until(float(run.t[-1])) for x in dynamics.sampled_torques if x.recorded),
-        work={} if balance is None else balance.close(run.work, potentials),
-        scene=scene.recorded(),
-        source=scene,
-    )
-
-
-def _completed(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | None = None) -> tuple[Array, ...]:
-    """Of states q, v (n, nv) at t (n,): accelerations, wrenches, kinetic energy, potentials, tips and reactions.
-
-    In machine code where it serves; where that finds no finite number, the engine's own equations say why.
-    """
-    model, sampler = dynamics.model, dynamics.sampler
-    parts = None if sampler is None else sampler(t, q, v, torque)
-    if parts is None or not all(np.isfinite(part).all() for part in parts):
-        parts = (*dynamics.engine.evaluate(t, q, v, torque), *kinematics.poses_and_energy(model, q, v))
-    a, wrench, poses, kinetic = parts
-    rods = reactions(model, q, wrench) or ()
-    return a, wrench, kinetic, dynamics.potentials_at(q, poses), kinematics.tips(model, poses), *rods

@@ -12,7 +12,7 @@ from pendpin.ground.arrays import ArrayLike
 from pendpin.runs.accuracy.target import run_to_accuracy
 from pendpin.runs.checkpoint import Checkpoint
 from pendpin.runs.limits import Deadline
-from pendpin.runs.run import run_scene
+from pendpin.runs.run import prepare, run_prepared
 from pendpin.scene import Scene, chosen_scene
 from pendpin.trajectory import RunRecord
 
@@ -28,7 +28,7 @@ def run_to_setting(
     """The motion at all of scene.times, to the scene's tolerance, step or accuracy; as `simulate`, which see."""
     deadline = deadline or Deadline(None)
     if scene.solver.accuracy is None:
-        return run_scene(scene, energy_balance, progress, deadline, checkpoint, anyway=anyway)
+        return run_prepared(prepare(scene, energy_balance, deadline), progress, deadline, checkpoint, anyway=anyway)
     if anyway:
         raise InputError("anyway: a run with a wrong energy cannot meet an accuracy; give a tolerance or a step")
     if checkpoint:

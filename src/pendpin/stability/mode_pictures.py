@@ -16,7 +16,7 @@ from pendpin.integrators import Run
 from pendpin.model import kinematics
 from pendpin.model.build import build
 from pendpin.motions.trajectory import Trajectory
-from pendpin.runs.run import fill_in
+from pendpin.runs.samples import fill_in
 from pendpin.scene import Scene
 
 SHOWN = 6  # shapes in a figure

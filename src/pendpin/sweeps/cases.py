@@ -23,7 +23,7 @@ from pendpin.runs.batches.batches import MOST_JOINTS, Cases, Motions
 from pendpin.runs.batches.series import Series
 from pendpin.runs.batches.side_by_side import Ladder
 from pendpin.runs.limits import ends_well
-from pendpin.runs.run import fill_in
+from pendpin.runs.samples import fill_in
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene
 from pendpin.sweeps.measures import Measure, accumulated, evaluate_measure

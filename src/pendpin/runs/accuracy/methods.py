@@ -106,7 +106,7 @@ def choose_refinement(scene: Scene, runs: Runs) -> Refinement:
 
 def _count_steps_of_pace(scene: Scene, runs: Runs, run: RunRecord) -> int:
     """How many equal steps do not jump over what acts in a scene. Raises RunError for too many; the run is a partial one."""
-    dynamics = runs.bind(scene)
+    dynamics = runs.prepare(scene).bound
     pace_of_run = timing(dynamics, dynamics.effects, *start_state(dynamics.model, scene.start), scene.duration, None)
     needed = scene.duration / float(pace_of_run.pace.shortest.min())
     if needed * method_of(scene.solver.method).step_price <= SETTING.most_steps:

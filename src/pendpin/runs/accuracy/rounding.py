@@ -11,7 +11,7 @@ their integration errors and of the shifts together, a bound that costs nothing.
 alone.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,11 +23,9 @@ from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import marks_at, tip_distance
 from pendpin.runs.accuracy.runs import Attempt, Runs, compute_speeds, measure_gap
 from pendpin.runs.accuracy.thresholds import INSTABILITY, ROUNDING
-from pendpin.runs.checkpoint import RunState
+from pendpin.runs.state import Shifts
 from pendpin.scene import Scene, Start
 from pendpin.trajectory import RunRecord
-
-STATE = ("y", "series", "canonical")  # names of the state in what an integration carries
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +48,13 @@ class RoundingError:
 
 def run_first(runs: Runs, scene: Scene, target: float) -> tuple[RunRecord, float]:
     """The first run of a search, shifted by a part of the target, and by how many units of rounding."""
-    dynamics = runs.bind(scene)
+    dynamics = runs.prepare(scene).bound
     q, v = start_state(dynamics.model, scene.start)
     shift = min(ROUNDING.first_shift * target, ROUNDING.largest_first_shift)
     units = shift / EPS / max(1.0, float(np.abs(q).max()))
     unit = _compute_unit(dynamics.engine, np.zeros(1), q[None], v[None], scene.duration / ROUNDING.first_steps)
     shifted = _shift_start(scene, dynamics, unit, units)
-    return runs.run(shifted, between=_LaterShifts(units, len(runs.times))), units
+    return runs.run(shifted, shifts=_plan_later_shifts(units, len(runs.times))), units
 
 
 def bound_rounding(gap: Array, units: float, fine: RunRecord, length: float) -> RoundingError:
@@ -125,31 +123,14 @@ def _run_shifted(runs: Runs, scene: Scene, fine: RunRecord, units: float) -> Run
     """A run of the scene, shifted by so many units of rounding at its start and at later times."""
     some = np.unique(np.linspace(0, len(fine.t) - 1, ROUNDING.states).astype(int))
     step = (fine.t[-1] - fine.t[0]) / max(fine.stats.steps, 1)
-    dynamics = runs.bind(scene)
+    dynamics = runs.prepare(scene).bound
     unit = _compute_unit(dynamics.engine, fine.t[some] - fine.t[0], fine.q[some], fine.v[some], step)
-    return runs.run(_shift_start(scene, dynamics, unit, units), between=_LaterShifts(units, len(runs.times)))
+    return runs.run(_shift_start(scene, dynamics, unit, units), shifts=_plan_later_shifts(units, len(runs.times)))
 
 
-class _LaterShifts:
-    """Shifts the state between segments of a few samples, each number by units of rounding of its largest value so far.
-
-    All shifts are away from 0. Scenes with contacts are not shifted after their start.
-    """
-
-    def __init__(self, units: float, count: int) -> None:
-        self._size, self._samples = units * EPS, max(1, count // ROUNDING.later_shifts)
-        self._largest = dict[str, Array]()
-
-    def __call__(self, done: RunState) -> RunState:
-        if "ahead" not in done.carried:
-            return done
-        carried = done.carried | {"ahead": np.minimum(done.carried["ahead"], self._samples)}
-        for name in STATE:
-            if name in carried:
-                y = carried[name]
-                self._largest[name] = np.maximum(self._largest.get(name, 0.0), np.abs(y))
-                carried[name] = y + self._size * self._largest[name] * _find_signs(y) * (done.n > 1)
-        return replace(done, carried=carried)
+def _plan_later_shifts(units: float, count: int) -> Shifts:
+    """Shifts by units of rounding during a run with `count` samples; with contacts there are none after the start."""
+    return Shifts(units * EPS, max(1, count // ROUNDING.later_shifts))
 
 
 def _shift_start(scene: Scene, dynamics: Dynamics, unit: tuple[Array, Array], units: float) -> Scene:

@@ -1,24 +1,21 @@
 """The runs of a search for a target accuracy, at samples close enough to compare them."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
 from pendpin.ground.arrays import Array
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import chain_length, marks, marks_at, tip_distance
 from pendpin.runs.accuracy.thresholds import SAMPLE
-from pendpin.runs.checkpoint import RunState
 from pendpin.runs.limits import Deadline
-from pendpin.runs.run import ENERGY_ERROR, bind_for_run, run_scene
+from pendpin.runs.preparation import Prepared
+from pendpin.runs.run import ENERGY_ERROR, prepare, run_prepared
+from pendpin.runs.state import Shifts
 from pendpin.scene import FIXED_METHODS, Scene, scene_of
 from pendpin.trajectory import RunRecord, samples_of
-
-Between = Callable[[RunState], RunState]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +31,8 @@ class Runs:
     """Runs of one scene, each at the same times; `seconds` of all of them together."""
 
     def __init__(self, scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> None:
-        self._options, self.seconds = (energy_balance, progress, deadline), 0.0
-        self._bound = dict[tuple[str, str], Dynamics]()
+        self._energy_balance, self._progress, self._deadline, self.seconds = energy_balance, progress, deadline, 0.0
+        self._prepared = dict[tuple[str, str], Prepared]()
         self.scene, self.every = scene, 1
         intervals = len(scene.times) - 1
         while 0 < self.every * intervals < SAMPLE.intervals:
@@ -48,21 +45,16 @@ class Runs:
         """When runs are compared, (n,) in s since the start: the output times and, where these are few, times between."""
         return _sample_closely(self.scene, self.every).times
 
-    def bind(self, scene: Scene) -> Dynamics:
-        """The dynamics of the scene with another solver or start, bound once for each method and engine.
-
-        Sampled torques are bound for each run: they record its outputs.
-        """
+    def prepare(self, scene: Scene) -> Prepared:
+        """The scene with another solver or start, bound once for each method and engine."""
         key = scene.solver.method, scene.solver.engine
-        if key not in self._bound:
-            dynamics = bind_for_run(scene)
-            if dynamics.sampled_torques:
-                return dynamics
-            self._bound[key] = dynamics
-        return self._bound[key]
+        if key in self._prepared:
+            return self._prepared[key].with_scene(scene)
+        self._prepared[key] = prepare(scene, self._energy_balance, self._deadline)
+        return self._prepared[key]
 
-    def run(self, scene: Scene, denser: int = 1, between: Between | None = None, longest: float = np.inf) -> RunRecord:
-        """A run of a scene with a method and its setting; if too coarse, it may end early. `between`: as in the loop.
+    def run(self, scene: Scene, denser: int = 1, shifts: Shifts | None = None, longest: float = np.inf) -> RunRecord:
+        """A run of a scene with a method and its setting; if too coarse, it may end early. `shifts` move its state.
 
         `longest` in s limits its steps. Raises RunError where it ends early for another reason.
         """
@@ -70,7 +62,7 @@ class Runs:
             scene = scene.by(scene.solver.method, longest)
         close = _sample_closely(scene, self.every * denser)
         try:
-            run = run_scene(close, *self._options, between=between, longest=longest, bound=self.bind(scene))
+            run = run_prepared(self.prepare(close), self._progress, self._deadline, shifts=shifts, longest=longest)
         except Halted as error:
             raise type(error)(str(error), self.keep_output_times(_thin_out(error.partial, denser))) from None
         except RunError as error:

@@ -164,7 +164,10 @@ class _Search:
     def _probe(self) -> list[Rough]:
         """Where effects of the user's own change abruptly along the last run, which is probed once."""
         if self.probed is None or self.probed[0] is not self.last.run:
-            self.probed = self.last.run, probe_effects(self.runs.bind(self.scene), self.scene.duration, self.last.run)
+            self.probed = (
+                self.last.run,
+                probe_effects(self.runs.prepare(self.scene).bound, self.scene.duration, self.last.run),
+            )
         return self.probed[1]
 
     def _compare_short_steps(self, error: Array, rough: Rough) -> Array:

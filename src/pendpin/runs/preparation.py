@@ -1,0 +1,87 @@
+"""What a run needs before it begins: the effects of a scene bound once, its method and engine chosen once."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from pendpin.dynamics.binding.contacts import check_start
+from pendpin.dynamics.dynamics import Dynamics, bind
+from pendpin.dynamics.timing import Timing, timing
+from pendpin.errors import InputError
+from pendpin.ground.arrays import Array
+from pendpin.integrators import automatic
+from pendpin.model.build import start_state
+from pendpin.runs.energy_balance import EnergyBalance
+from pendpin.scene import Scene, method_of
+
+MACHINE_CODE = ("auto", "compiled")  # engines with which something may be compiled
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A scene that can be run at once. One run at a time: dynamics are not shared among threads."""
+
+    scene: Scene  # with a method and an engine in place of "auto"
+    bound: Dynamics  # as the scene was bound, for other methods
+    dynamics: Dynamics  # in the form in which it is integrated
+    q: Array  # (nv,) at the start
+    v: Array  # (nv,)
+    balance: EnergyBalance | None  # of the work of effects, if it is integrated too
+
+    @classmethod
+    def of(cls, scene: Scene, energy_balance: bool = False, bound: Dynamics | None = None) -> "Prepared":
+        """The scene, bound unless it is already. Raises InputError for a scene that cannot be run."""
+        bound = bound or bind_for_run(scene)
+        q, v = start_state(bound.model, scene.start)
+        if bound.contacts is not None:
+            check_start(bound.contacts, bound.model, q)
+        method, engine = automatic(scene, bound, q, v, energy_balance)
+        chosen, dynamics = scene, bound
+        if (method, engine) != (scene.solver.method, scene.solver.engine):
+            chosen = scene.with_solver(method=method, engine=engine)
+            if _form_of(method) != _form_of(scene.solver.method):
+                bound = dynamics = bind_for_run(chosen)
+        if engine == "compiled" and not bound.engine.compiles:
+            dynamics = bound.in_machine_code
+        return cls(chosen, bound, dynamics, q, v, EnergyBalance(dynamics) if energy_balance else None)
+
+    def with_scene(self, scene: Scene) -> "Prepared":
+        """The same model and effects with another solver or start, bound again only where the state has another form.
+
+        Sampled torques are bound for each run, as they record its outputs.
+        """
+        engine = scene.solver.engine
+        same = (
+            _form_of(scene.solver.method) == _form_of(self.scene.solver.method)
+            and (engine == self.scene.solver.engine or (engine == "auto" and not self.bound.engine.compiles))
+            and scene.start.time == self.scene.start.time
+            and not self.bound.sampled_torques
+        )
+        return Prepared.of(scene, self.balance is not None, self.bound if same else None)
+
+    @property
+    def compiles(self) -> bool:
+        """Whether the loop of this run compiles something."""
+        return self.dynamics.engine.compiles or self.scene.solver.method == "taylor"
+
+    @cached_property
+    def timing(self) -> Timing:
+        """How fast the effects change during the run."""
+        scene, dynamics = self.scene, self.dynamics
+        return timing(dynamics, dynamics.effects, self.q, self.v, scene.duration, scene.solver.tolerance)
+
+
+def bind_for_run(scene: Scene) -> Dynamics:
+    """The dynamics of a scene; samples are computed in machine code unless the scene names another engine."""
+    try:
+        scene.refuse_short_effects()
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    dynamics = bind(scene)
+    if scene.solver.engine in MACHINE_CODE:
+        dynamics.use_compiled_samples()
+    return dynamics
+
+
+def _form_of(method: str) -> str:
+    """The form of the state that a method integrates; "any" of one that is still to be chosen."""
+    return "any" if method == "auto" else method_of(method).state

@@ -1,0 +1,65 @@
+"""What a run holds beside positions and rates: accelerations, wrenches, energies and tips at its samples."""
+
+import numpy as np
+
+from pendpin.dynamics.dynamics import Dynamics, reactions
+from pendpin.ground.arrays import Array
+from pendpin.integrators import Run
+from pendpin.integrators.grid import largest_step
+from pendpin.model import kinematics
+from pendpin.runs.energy_balance import EnergyBalance
+from pendpin.scene import Scene
+from pendpin.trajectory import Derived, Reactions, RunRecord, Stats
+
+PART, LEAST = 1 << 12, 64  # rods, and samples, completed at once: what they need stays in a processor's fast memory
+
+
+def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run) -> RunRecord:
+    """Accelerations, wrenches, energies and tips along the run."""
+    model, solver = dynamics.model, scene.solver
+    size = len(run.t) if model.chain is None else max(LEAST, PART // model.chain.n)
+    states = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
+    parts = [complete(dynamics, *(x[i : i + size] for x in states)) for i in range(0, len(run.t), size)]
+    a, wrench, kinetic, potentials, tips, *rods = map(np.concatenate, zip(*parts, strict=True))
+    return RunRecord(
+        joints=model.joints,
+        t=scene.clock[: len(run.t)],
+        q=run.q,
+        v=run.v,
+        derived=Derived(a, wrench, kinetic, potentials.sum(1), tips, Reactions(*rods) if rods else None),
+        stats=Stats(
+            method=solver.method,
+            tolerance=solver.tolerance,
+            step=largest_step(scene.times, solver.step),
+            steps=run.steps,
+            evaluations=run.evaluations,
+            events=run.events,
+            seconds=run.seconds,
+            compile_seconds=run.compile_seconds,
+            engine=dynamics.engine.name,
+            library=run.library,
+            version=run.version,
+            conservative=dynamics.conservative,
+            stopped=None if run.failure is None else str(run.failure),
+            notes=run.notes,
+        ),
+        events=tuple(event._replace(t=scene.start.time + event.t) for event in run.happened),
+        held=tuple(x.until(float(run.t[-1])) for x in dynamics.sampled_torques if x.recorded),
+        work={} if balance is None else balance.close(run.work, potentials),
+        scene=scene.recorded(),
+        source=scene,
+    )
+
+
+def complete(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | None = None) -> tuple[Array, ...]:
+    """Of states q, v (n, nv) at t (n,): accelerations, wrenches, kinetic energy, potentials, tips and reactions.
+
+    In machine code where it serves; where that finds no finite number, the engine's own equations say why.
+    """
+    model, sampler = dynamics.model, dynamics.sampler
+    parts = None if sampler is None else sampler(t, q, v, torque)
+    if parts is None or not all(np.isfinite(part).all() for part in parts):
+        parts = (*dynamics.engine.evaluate(t, q, v, torque), *kinematics.poses_and_energy(model, q, v))
+    a, wrench, poses, kinetic = parts
+    rods = reactions(model, q, wrench) or ()
+    return a, wrench, kinetic, dynamics.potentials_at(q, poses), kinematics.tips(model, poses), *rods
