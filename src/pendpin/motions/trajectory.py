@@ -24,7 +24,7 @@ class Trajectory(RunRecord):
 
     @classmethod
     def of(cls, record: RunRecord) -> Self:
-        """The same run with what can be asked of it; a run that is one already stays itself."""
+        """The same run as a Trajectory; one that is a Trajectory already stays itself."""
         if isinstance(record, cls):
             return record
         return cls(**{name: getattr(record, name) for name in RunRecord.__dataclass_fields__})
