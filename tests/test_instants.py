@@ -208,3 +208,43 @@ def test_a_zero_beside_the_begin_of_its_interval_is_no_jump() -> None:
         Changes(*np.array([[1.0], [2.0], [-1.03e-14], [1.0]])),  # type: ignore[arg-type]
     )
     assert abs(found - 1.0 - 1.03e-14) <= 2 * np.spacing(1.0)
+
+
+# --- the instants of events -------------------------------------------------------------------------------------------
+
+
+def knocking(rods: int) -> pp.Scene:
+    """Rods whose first and last joints have stops and friction; two come to rest on the way."""
+    small, random = rods > 5, np.random.default_rng(rods)
+    first, last = ("theta_1", f"phi_{rods}") if rods > 1 else ("theta", "phi")
+    rod = pp.Rod(length=0.1, mass=0.05, radius=0.02) if small else pp.Rod(length=1.0, mass=1.0, radius=0.02)
+    stop = pp.effects.Stop(lower=-0.3, upper=0.4, restitution=0.5, joints=[first, last])
+    rubbing = pp.effects.DryFriction(kinetic=0.05, joints=[last if rods == 1 else "phi_1"])
+    positions, velocities = random.uniform(-0.2, 0.3, 2 * rods), random.uniform(-2, 2, 2 * rods)
+    start = pp.Start(time=3.7, positions=tuple(positions.tolist()), velocities=tuple(velocities.tolist()))
+    model = pp.Chain(rods=(rod,) * rods)
+    return pp.Scene(model=model, effects=(GRAVITY, stop, rubbing), start=start, duration=0.29 if small else 3.0)
+
+
+@pytest.mark.parametrize(("rods", "tolerance"), [(1, 1e-8), (1, 1e-4), (2, 1e-8), (2, 1e-5), (60, 1e-8)])
+def test_at_the_instant_of_an_event_the_run_is_behind_it(rods: int, tolerance: float) -> None:
+    """After a stop a joint leaves its limit, one that sticks is still, one that turns is pulled as just behind the event.
+
+    Just before the event it moves towards the limit, or moves at all.
+    """
+    run = pp.simulate(knocking(rods), tolerance=tolerance)
+    assert len(run.events) >= 5
+    for t, joint, kind in run.events:
+        i, alone = run.joints.index(joint), [e.t for e in run.events if 0 < abs(e.t - t) < 1e-6] == []
+        before, at = np.nextafter(t, 0), run.at(t)
+        rate = at.v[0, i]
+        if kind == "stop":
+            away = -np.sign(at.q[0, i] - 0.05)
+            assert rate * away >= 0
+            assert not alone or run.at(before).v[0, i] * away < 0
+        if kind == "stick":
+            assert rate == 0
+            assert not alone or run.at(before).v[0, i] != 0
+        if kind == "reverse" and alone:
+            sides = run.at([t - 1e-8, t, t + 1e-8]).a[:, i]
+            assert abs(sides[1] - sides[2]) < 0.1 * abs(sides[0] - sides[2])

@@ -20,6 +20,7 @@ from pendpin.trajectory import RunRecord, joined, samples_of
 COUNTS = ("steps", "evaluations", "events", "seconds")  # of stats, that add up
 ROUNDING = 1e-9  # of the distance of samples
 ALL = 1_000_000_000  # output times
+SIDE, CLOSE = 1e-12, 8  # of an interval, and units in the last place of a time: a state so near an event is that at it
 
 
 class Continuation:
@@ -50,6 +51,30 @@ class Continuation:
             raise RunError(f"from t = {self.run.t[sample]:.10g} s on: {piece.failure}", self.run)
         return piece
 
+    def _piece_with_events(self, sample: int, times: Array) -> Run:
+        """A piece up to the next sample, with every time on the side of each event on which it is in the run.
+
+        A piece meets an event when the run met it, but for the error of both. A time in between would be on the wrong side,
+        as the instant of the event itself often is: the state there is taken just behind, or before, the event of the piece.
+        """
+        begin, end = self.run.t[[sample, min(sample + 1, len(self.run.t) - 1)]]
+        expected = [event for event in self.run.events if begin < event.t <= end]
+        if not expected or times[-1] == times[0]:
+            return self.piece(sample, times)
+        start, asked = self.scene.start.time, times
+        whole = np.concatenate([times, [end - start]]) if times[-1] < end - start else times
+        piece = self.piece(sample, whole)
+        margin = SIDE * (end - begin) + CLOSE * np.spacing(max(abs(times[0]), abs(times[-1])))
+        for event, met in zip(expected, piece.happened, strict=False):
+            if event[1:] != met[1:]:
+                break  # another order of events: the piece is as likely as the run
+            after = asked >= event.t - start
+            times = np.where(after, np.maximum(times, met.t + margin), np.minimum(times, max(met.t - margin, times[0])))
+        if (times != asked).any():
+            piece = self.piece(sample, np.maximum.accumulate([*times, *whole[len(times) :]]))
+        arrays = {name: getattr(piece, name)[: len(asked)] for name in ("q", "v", "work", "torque")}
+        return replace(piece, t=asked, **arrays)
+
     def at(self, t: Array) -> RunRecord:
         """The run at times (m,) inside it, rising."""
         start = self.scene.start.time
@@ -58,7 +83,8 @@ class Continuation:
         pieces = []
         for sample, due in zip(before[first], np.split(t, first[1:]), strict=True):
             begin = self.run.t[sample]
-            pieces.append(self.piece(sample, np.concatenate([[begin], due[due > begin]]) - start))
+            times = np.concatenate([[begin], due[due > begin]]) - start
+            pieces.append(self._piece_with_events(sample, times))
         rows = self.fill_pieces(pieces, before[first])
         places = np.searchsorted(rows.t, t - start, side="right") - 1
         counts = {name: sum(getattr(piece, name) for piece in pieces) for name in COUNTS}
