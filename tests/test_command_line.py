@@ -13,7 +13,7 @@ import pytest
 import pendpin as pp
 from bad_input import run_main
 from pendpin.cli.app import app
-from pendpin.cli.tables import print_table
+from pendpin.cli.printing import print_table
 from pendpin.errors import Interrupted, not_one_of
 from pendpin.scene.toml import examples_folder
 
@@ -166,7 +166,7 @@ def test_tables_cut_no_letter(capsys: pytest.CaptureFixture, monkeypatch: pytest
     """On a narrow terminal the first column, of names, is as wide as they are, and the other columns wrap."""
     monkeypatch.setenv("COLUMNS", "60")
     name, long = "thick-pole-1mm-0.001", "letters" * 20
-    print_table(["case", "method", "verdict"], [[name, long, "ok"], [name, "a few words " * 9, long]])
+    print_table(Table(["case", "method", "verdict"], [[name, long, "ok"], [name, "a few words " * 9, long]]))
     said = capsys.readouterr().out
     assert said.count(name) == 2
     assert "…" not in said

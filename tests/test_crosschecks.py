@@ -15,6 +15,7 @@ import pendpin as pp
 from bad_input import run_main
 from pendpin.equations import balances, lagrange, newton_euler
 from pendpin.equations.chain import solution
+from pendpin.ground.report import FEW
 from pendpin.scene import builtin_scene
 
 RODS = {
@@ -155,7 +156,7 @@ def _fifty() -> pp.Scene:
 def test_the_matrix_fits_a_terminal(make, routes: int) -> None:
     """A line for each route, a column for each quantity, the worst figure in each cell, the verdict in words."""
     report = pp.crosscheck(make(), states=5)
-    head, *lines = report.text().splitlines()
+    head, *lines = report.report().tables[0].lines()
     assert max(map(len, [head, *lines])) <= 80
     assert head.split() == list(dict.fromkeys(row.quantity for row in report.rows))
     table = {line.split()[0]: line.split()[1:] for line in lines[:routes]}
@@ -168,7 +169,7 @@ def test_the_matrix_fits_a_terminal(make, routes: int) -> None:
                 if r.quantity == quantity and {r.first, r.second} == {route, "50 digits"}
             ]
             assert cell == (f"{max(found):.0e}" if found else "-")
-    assert f"All {routes} routes agree" in report.text()
+    assert f"All {routes} routes agree" in str(report)
     assert len(repr(report)) < 1000
 
 
@@ -176,8 +177,10 @@ def test_the_matrix_marks_what_is_broken() -> None:
     """In its cell, in the verdict, and short however many routes there are."""
     mine = {f"own route number {i}": lambda rod, q, v, g: {"R1": np.full(5, np.nan)} for i in range(30)}
     report = pp.crosscheck(builtin_scene(), states=5, routes=mine)
-    assert "!nan" in report.text()
-    assert "BROKEN" in repr(report)
+    assert "!nan" in str(report)
+    assert "BROKEN" in str(report)
     assert "disagree in R1" in repr(report)
     assert len(repr(report)) < 1000
-    assert max(map(len, report.text().splitlines())) <= 80
+    (matrix,) = report.report().tables
+    assert max(map(len, matrix.lines())) <= 80
+    assert f"... and {len(matrix.rows) - FEW} more" in repr(report)

@@ -9,7 +9,7 @@ import pytest
 import pendpin as pp
 from pendpin.effects import Gravity, Stop
 from pendpin.ground.arrays import Array
-from pendpin.runs import pools
+from pendpin.runs.batches import pools
 from pendpin.runs.batches.pools import in_processes
 from pendpin.runs.batches.series import SAMPLES_AT_ONCE
 from pendpin.scene import Scene, builtin_scene

@@ -113,14 +113,14 @@ def test_what_is_odd_in_the_data_is_named(single, tmp_path: Path) -> None:
     scene, table = single
     column = next(iter(scene.data.columns))
     clean = pp.fit(scene, table, free="effects[1].coefficient")
-    assert not any("stand" in line or "Cells" in line for line in clean.words())
+    assert not any("stand" in line or "Cells" in line for line in clean.report().sentences)
     odd = {name: list(values) for name, values in table.items()}
     odd[column][50] += 0.3
     odd[column][20] = odd[column][30] = ""
     path = tmp_path / "lab.csv"
     rows = [",".join(map(str, row)) for row in zip(*odd.values(), strict=True)]
     path.write_text("\n".join([",".join(odd), *rows]))
-    words = "\n".join(pp.fit(scene, path, free="effects[1].coefficient").words())
+    words = "\n".join(pp.fit(scene, path, free="effects[1].coefficient").report().sentences)
     assert "Cells without a number, which are skipped: 2." in words
     assert words.startswith(f"1 sample stands out: {path}: line 52, column {column}, by 0.3")
     assert "rad. Correct or remove it, or use --robust" in words
@@ -237,7 +237,7 @@ def test_the_report_is_in_the_unit_of_the_data(single) -> None:
     fit = pp.fit(
         scene.replace(data=data), table | {"a1": np.degrees(odd)}, free="effects[1].coefficient", hold_out=table
     )
-    words = fit.words()
+    words = fit.report().sentences
     assert words[0].startswith("4 samples stand out, the farthest: sample 351, column a1, by 3")
     assert [word for word in words[0].replace(",", "").split() if word.isdigit()] == ["4", "351", "151", "51"]
     assert words[1].endswith("because of the samples that stand out.")

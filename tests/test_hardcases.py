@@ -6,10 +6,10 @@ from json import loads
 import pytest
 
 from pendpin import effects as fx
-from pendpin import hardcases
 from pendpin.cli import main
 from pendpin.errors import InputError, Interrupted
 from pendpin.motions.simulate import simulate
+from pendpin.verification import hardcases
 from pendpin.verification.hardcases import CASES, hard
 from pendpin.verification.hardcases.base import GROUPS, THICK, Case, scene
 from pendpin.verification.hardcases.running import outcome

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from pendpin.significance import significance as significance_module
 
 import pendpin as pp
 from pendpin.dynamics.explanation import explain
 from pendpin.effects import Gravity, Rotation, Spring, Viscous
+from pendpin.sweeps import significance as significance_module
 from pendpin.sweeps.significance import significance
 from scenes import scene_of
 

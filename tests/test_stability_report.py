@@ -69,7 +69,7 @@ def test_a_shaken_rod_far_from_its_motion_is_reported_upright() -> None:
     shaken = kapitza(0.01)
     start = pp.Start(time=shaken.start.time, positions={"theta": 2.6, "phi": 0.3})
     found = stability(shaken.replace(start=start))
-    assert "theta 180°" in found.text()
+    assert "theta 180°" in str(found)
 
 
 def test_the_command(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:

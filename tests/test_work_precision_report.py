@@ -11,10 +11,10 @@ import pytest
 
 import pendpin as pp
 from bad_input import contents
-from pendpin import simulators
 from pendpin.model.build import build
 from pendpin.model.kinematics import tip_distance
 from pendpin.runs import processor_time
+from pendpin.verification import simulators
 from pendpin.verification.work_precision import references
 from pendpin.verification.work_precision.curves import Curve, Point
 from pendpin.verification.work_precision.figure import save_cost_plot

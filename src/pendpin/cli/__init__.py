@@ -1,6 +1,7 @@
 """The commands, their tables and their progress. No physics.
 
-May import: everything. To add a command: a file in cli/commands/ (cli/app.py lists them), and its table in cli/tables.py.
+May import: everything. To add a command: a file in cli/commands/ (cli/app.py lists them); its result says itself what is
+printed (ground/report.py).
 """
 
 import sys

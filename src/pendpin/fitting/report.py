@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.errors import InputError, brief
+from pendpin.errors import InputError
 from pendpin.fitting.combinations import Combination
 from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
 from pendpin.fitting.fitting import Setting, Solution, start_states
@@ -15,6 +15,7 @@ from pendpin.fitting.robust import huber_scale
 from pendpin.fitting.search import solve_starts
 from pendpin.fitting.uncertainty import NOISY, WHITE, outliers
 from pendpin.ground.arrays import Array, Mask
+from pendpin.ground.report import Report, Result, Table
 from pendpin.scene import Chain, Data, Scene
 
 CHECK = "check the units of angles and times, and what the columns measure"
@@ -84,7 +85,7 @@ class Prediction(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fit:
+class Fit(Result):
     """A fitted scene and what is known of its numbers.
 
     values and errors (standard errors) are by key path. Numbers that the data do not determine are in `undetermined` and
@@ -137,10 +138,10 @@ class Fit:
 
         return draw_fit(self) if path is None else write_figure(path, lambda: draw_fit(self))
 
-    def as_dict(self) -> dict[str, Any]:
-        """The report as plain data, for JSON."""
+    def report(self) -> Report:
+        """The fitted numbers with their errors, the verdict and its reasons."""
         hold_out = self.hold_out and {"rms": self.hold_out.rms, "max": self.hold_out.max}
-        return {
+        data = {
             "values": {key: None if key in self.undetermined else value for key, value in self.values.items()},
             "errors": self.errors,
             "undetermined": list(self.undetermined),
@@ -152,6 +153,8 @@ class Fit:
             "verdict": self.verdict,
             "parts": [asdict(part) | {"needed": part.needed} for part in self.parts],
         }
+        fault = None if self.follows else "its motions do not follow the data"
+        return Report((Table(("", "value", "standard error"), self._rows()), *self._words()), data, fault)
 
     @property
     def verdict(self) -> str:
@@ -177,20 +180,7 @@ class Fit:
             return f"The model cannot explain the data: {what}. Some effect is missing; else {CHECK}."
         return f"The model cannot explain the data: {what}. Some effect is missing."
 
-    def __repr__(self) -> str:
-        return brief(f"Fit of {len(self.values)} numbers; {'; '.join(self.lines())}")
-
-    def __str__(self) -> str:
-        return "\n".join(self.lines())
-
-    def lines(self) -> list[str]:
-        """The report as lines of text."""
-        width = max(map(len, self.values))
-        rows = self.rows()
-        lines = [f"{key:{width}}  {value}{f' +- {error}' if value and error else error}" for key, value, error in rows]
-        return lines + self.words()
-
-    def rows(self) -> list[tuple[str, str, str]]:
+    def _rows(self) -> list[tuple[str, str, str]]:
         """Key path, value and standard error of each free number as text; a number that is not determined has no value."""
         rows = []
         for key, value in self.values.items():
@@ -230,7 +220,7 @@ class Fit:
             less = "It counts less." if one else "They count less."
         return [f"{many} out{', the farthest' * (len(far) > NAMED)}: {shown}. {less}"]
 
-    def words(self) -> list[str]:
+    def _words(self) -> list[str]:
         """The verdict and its reasons, as lines of text."""
         rows = [*self._odd_samples(), self.verdict]
         if missing := sum(swing.missing for swing in self.train.swings):

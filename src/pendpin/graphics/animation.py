@@ -13,7 +13,7 @@ from pendpin.graphics.compare import Runs, labels_of, runs_of
 from pendpin.graphics.drawing import Drawing, smooth_trail
 from pendpin.graphics.page import compressed, page, pick, write_page
 from pendpin.graphics.panels import COLORS, plain_name
-from pendpin.graphics.report import Check, report_of
+from pendpin.graphics.report import Check, page_report
 from pendpin.graphics.run_drawing import compared_drawing, drawing_of, ends_of
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import path_of, write_whole
@@ -56,7 +56,7 @@ class Animation:
 
     def drawing_and_report(self) -> tuple[Drawing, str]:
         """What a page of it shows: the motion, and the report on the run as HTML."""
-        return compared_drawing(self._runs), report_of(self._runs, self._check)
+        return compared_drawing(self._runs), page_report(self._runs, self._check)
 
     def __repr__(self) -> str:
         run = self._runs[0]

@@ -1,9 +1,13 @@
-"""A run, or several, on one page to print or send: scene, method, accuracy, checks, energy, events, figure, versions."""
+"""What is said of a run: on the terminal, and on one page to print or send, of several runs side by side too.
+
+A page has the scene, the figure and the table of method, accuracy, checks, energy, events and versions.
+"""
 
 import html
 import json
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,19 +16,23 @@ import numpy as np
 from pendpin.errors import PendpinError
 from pendpin.graphics.figure import draw, picture_of
 from pendpin.graphics.page import base64_of
+from pendpin.ground.report import Report, Table
 from pendpin.ground.versions import VERSION
+from pendpin.model.model_of_run import as_written, leaving
 from pendpin.scene import scene_of
 from pendpin.scene.toml import scene_text
 from pendpin.trajectory import RunRecord
 
 MOST_EVENTS = 40  # in a list
 MOST_TEXT = 20_000  # letters of a scene
+MOST_OF_A_NOTE = 400  # letters
+ANSWERS = ("at rest from", "largest swing", "farthest sideways", "R3 largest")  # of a summary, on the terminal
 Check = Callable[[RunRecord], str]  # what a cross-check along a run says; "" where there is none
 
 
-def report_of(runs: Sequence[Any], check: Check | None = None) -> str:
+def page_report(runs: Sequence[Any], check: Check | None = None) -> str:
     """The report on one run, or on several to be compared, as HTML without a network address."""
-    columns = [dict(_rows(run, check)) for run in runs]
+    columns = [dict(_page_rows(run, check(run) if check else "")) for run in runs]
     names = dict.fromkeys(name for column in columns for name in column)
     cells = {name: "".join(f"<td>{_text(column.get(name, ''))}</td>" for column in columns) for name in names}
     body = "".join(f"<tr><th>{_text(name)}</th>{row}</tr>" for name, row in cells.items())
@@ -38,33 +46,67 @@ def report_of(runs: Sequence[Any], check: Check | None = None) -> str:
     )
 
 
+def run_report(run: Any, checked: str) -> Report:
+    """What the command prints of a run: counts, times, its checks and what it answers; as data everything."""
+    energy, stats = run.energy(), run.stats
+    data = asdict(stats) | {"energy_drift": energy.drift if stats.conservative else None}
+    if run.work:
+        data |= {"work": {kind: float(work[-1]) for kind, work in run.work.items()}, "energy_balance": run.imbalance}
+    data["summary"] = {name: figure._asdict() for name, figure in run.summary().items()}
+    data["joint_events"] = [event._asdict() for event in run.events]
+    return Report((Table(("run", ""), [*_rows(run, checked), *_answers(run)]),), data)
+
+
 def _text(text: str) -> str:
     return html.escape(text).replace("\n", "<br>")
 
 
-def _rows(run: Any, check: Check | None) -> Iterator[tuple[str, str]]:
-    """What a run was, row by row; rows without an answer are left out."""
-    stats = run.stats
+def _page_rows(run: Any, checked: str) -> Iterator[tuple[str, str]]:
+    """The rows of a run, its summary, its events and the versions."""
     yield "time", f"{run.t[0]:g} to {run.t[-1]:g} s, {len(run.t)} samples"
-    if stats.evaluations:  # a mode of small motions is not integrated
-        yield "method", f"{stats.method}, {stats.setting}"
-        yield "engine", stats.engine
-        yield "cost", f"{stats.steps} steps, {stats.evaluations} evaluations, {stats.seconds:.3g} s"
-    if stats.accuracy:
-        error = "no estimate" if stats.error is None else f"{stats.error:.1e} of the length estimated"
-        yield "accuracy", f"{error}, {stats.accuracy:g} asked"
-    if stats.stopped:
-        yield "ended early", stats.stopped[:400]
-    if check and (answer := check(run)):
-        yield "cross-check", answer
-    yield from _energy(run)
-    if stats.notes:
-        yield "notes", "\n".join(note[:400] for note in stats.notes)
+    yield from _rows(run, checked)
     for name, figure in run.summary().items():
         yield name, str(figure)
     if run.events:
         yield "events", _events(run)
-    yield "versions", f"pendpin {VERSION}, {stats.library} {stats.version}".rstrip(", ")
+    yield "version", f"pendpin {VERSION}"
+
+
+def _rows(run: Any, checked: str) -> Iterator[tuple[str, str]]:
+    """How a run was computed, and what its checks say; rows without an answer are left out."""
+    stats = run.stats
+    if stats.evaluations:  # a mode of small motions is not integrated
+        yield "method", f"{stats.method}, {stats.setting} ({stats.library} {stats.version})"
+        yield "engine", stats.engine
+    if written := as_written(run):
+        yield "as written", written
+    if stats.evaluations:
+        before = f", {stats.all_seconds:.4f} s with the runs before it" if stats.all_seconds else ""
+        yield "cost", f"{stats.steps} steps, {stats.evaluations} evaluations, {stats.seconds:.4f} s{before}"
+    if stats.compile_seconds:
+        yield "compiling", f"{stats.compile_seconds:.4f} s"
+    if stats.accuracy:
+        error = "no estimate" if stats.error is None else f"{stats.error:.1e} of the length estimated"
+        yield "accuracy", f"{error}, {stats.accuracy:g} asked"
+    if stats.stopped:
+        yield "ended early", stats.stopped[:MOST_OF_A_NOTE]
+    if checked:
+        yield "cross-check", checked
+    yield from _energy(run)
+    if stats.notes:
+        yield "notes", "\n".join(note[:MOST_OF_A_NOTE] for note in stats.notes)
+    if left := leaving(run):
+        yield "slid away", "\n".join(left)
+
+
+def _answers(run: Any) -> Iterator[tuple[str, str]]:
+    """How far a pendulum swings, later too if that is less, what it pulls, and when it comes to rest."""
+    summary = run.summary()
+    for name in (name for name in ANSWERS if name in summary):
+        later = summary.get(f"{name}, second half")
+        less = later if later and later.value < summary[name].value else None
+        yield name, str(summary[name]) + (f"; after half the time {less.value:.6g} {less.unit}" if less else "")
+    yield "extremes", f"those of the {len(run.t)} samples"
 
 
 def _energy(run: RunRecord) -> Iterator[tuple[str, str]]:

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from pendpin.dynamics.symbols import staying_zero
-from pendpin.errors import InputError, brief, shown
+from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array, Indices
+from pendpin.ground.report import Report, Result, Table
 from pendpin.motions.variations import Variations, list_state_keys
 from pendpin.scene import Scene, chosen_scene
 
@@ -25,7 +26,7 @@ BATCHES = 20  # of the parts: the spread of their means gives the standard error
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Lyapunov:
+class Lyapunov(Result):
     """The exponents of a motion, the largest first."""
 
     exponents: Array  # (k,) 1/s
@@ -45,15 +46,12 @@ class Lyapunov:
         ax.legend(fontsize=8, ncols=2, frameon=False)
         return ax
 
-    def __repr__(self) -> str:
-        return brief(self.text())
-
-    def text(self) -> str:
-        """The exponents with their errors."""
-        lines = [f"Lyapunov exponents after {self.t[-1]:.6g} s (1/s)"]
-        lines += [f"{x:14.6g} ± {e:.2g}" for x, e in zip(self.exponents, self.error, strict=True)]
-        lines.append(f"their sum {self.exponents.sum():.6g}")
-        return "\n".join(lines)
+    def report(self) -> Report:
+        """The exponents with their errors, and their sum."""
+        rows = [(f"{x:.6g}", f"{e:.2g}") for x, e in zip(self.exponents, self.error, strict=True)]
+        data = {"exponents": self.exponents.tolist(), "error": self.error.tolist(), "duration": float(self.t[-1])}
+        table = Table(("Lyapunov exponent (1/s)", "error (1/s)"), rows)
+        return Report((table, f"after {self.t[-1]:.6g} s; their sum is {self.exponents.sum():.6g} /s"), data)
 
 
 def lyapunov(

@@ -1,6 +1,5 @@
 """`modes`: the natural frequencies, damping and shapes of the small motions of a scene about its rest."""
 
-import html
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,8 +12,9 @@ from pendpin.dynamics.binding import bodies_of
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.residual import Matrices
 from pendpin.engines import Engine
-from pendpin.errors import InputError, brief, shown
+from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array
+from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import Model, build
 from pendpin.motions.small_motions import small_motions
 from pendpin.scene import Scene, chosen_scene
@@ -22,7 +22,6 @@ from pendpin.stability.rests import place_of, remarks
 
 EQUAL = 1e-9  # of a frequency: two that are closer are one line of the table
 MOST_ROWS = 20  # of a table that is printed
-FEW = 6  # rows of a representation
 MOST_RODS = 2  # that a line names
 
 
@@ -52,7 +51,7 @@ HEAD = ["mode", "rad/s", "Hz", "damping", "directions", "moves most"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes:
+class Modes(Result):
     """Small motions about a rest, one for each of k = nv degrees of freedom, by rising frequency.
 
     A shape holds the angles (slides) of the joints, in model order; its largest entry is 1. Shapes are complex where
@@ -114,32 +113,13 @@ class Modes:
             group.append(i)
         yield group
 
-    def text(self, most: int | None = MOST_ROWS) -> str:
-        """The table in lines of text, and whether the rest is stable."""
-        rows = [HEAD, *(line.cells for line in self.lines(most))]
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-        return "\n".join([*lines, *self.words(most)])
-
-    def words(self, most: int | None = MOST_ROWS) -> list[str]:
-        """What stands below the table."""
-        groups = sum(1 for _ in self._groups())
-        left = [f"... and {groups - most} more"] if most is not None and groups > most else []
+    def report(self, most: int | None = MOST_ROWS) -> Report:
+        """The table, at most so many of its lines, and whether the rest is stable."""
+        left = sum(1 for _ in self._groups()) - most if most is not None else 0
         verdict = "is stable." if self.stable else "is unstable: small motions grow."
-        place = place_of(self._engine.model, self.q)
-        return [*left, f"The rest ({place}) {verdict}", *(f"note: {note}" for note in self.notes)]
-
-    def __repr__(self) -> str:
-        return brief(self.text(FEW))
-
-    def __str__(self) -> str:
-        return self.text()
-
-    def _repr_html_(self) -> str:
-        cells = [HEAD, *(line.cells for line in self.lines(MOST_ROWS))]
-        rows = ("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in cells)
-        below = "".join(f"<p>{html.escape(words)}</p>" for words in self.words())
-        return f"<table>{''.join(rows)}</table>{below}"
+        words = [f"The rest ({place_of(self._engine.model, self.q)}) {verdict}", *(f"note: {x}" for x in self.notes)]
+        data = {"omega": self.omega.tolist(), "damping_ratio": self.damping_ratio.tolist(), "stable": self.stable}
+        return Report((Table(HEAD, [line.cells for line in self.lines(most)], max(left, 0)), *words), data)
 
     def plot(self, *chosen: int, ax: Any = None) -> Any:
         """The shapes as a matplotlib Figure, the first six of them, or those at these places (from 1)."""

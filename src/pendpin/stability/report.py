@@ -12,8 +12,9 @@ import numpy as np
 from pendpin.dynamics.derivatives import Variational
 from pendpin.effects import Spring
 from pendpin.equations.base import THETA
-from pendpin.errors import PendpinError, RunError, brief
+from pendpin.errors import PendpinError, RunError
 from pendpin.ground.arrays import Array
+from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import Model, build, start_state
 from pendpin.motions.periodic import PeriodicOrbit, frequencies_of, periodic_orbit
 from pendpin.scene import Chain, Scene, Start, chosen_scene
@@ -29,7 +30,7 @@ NO_PERIOD = "the scene is not driven by one frequency: its multipliers need a pe
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Stability:
+class Stability(Result):
     """The rests of a scene that has no period, or the periodic motion of one that is driven."""
 
     model: Model
@@ -37,23 +38,26 @@ class Stability:
     orbit: PeriodicOrbit | None
     notes: tuple[str, ...]  # what is left out, or taken as it is at the start
 
-    def __repr__(self) -> str:
-        return brief(self.text())
-
-    def text(self) -> str:
+    def report(self) -> Report:
         """A line for each rest, or the start and the multipliers of the motion; then the notes."""
         notes = [f"note: {note}" for note in self.notes]
-        if self.orbit is not None:
-            q, _ = start_state(self.model, self.orbit.scene.start)
-            return "\n".join([self.orbit.text(), f"It begins at {place_of(self.model, q)}.", *notes])
-        places = [place_of(self.model, rest.q) for rest in self.rests]
-        wide = max(map(len, places))
-        lines = [f"{'rest':<{wide}} {'':<9} {'fastest growth (1/s)':>21} {'slowest swing (rad/s)':>22}"]
-        for place, row in zip(places, self.rows(), strict=True):
-            verdict, growth, swing = "stable" if row["stable"] else "unstable", row["growth"], row["slowest"]
-            swing = "" if swing is None else f"{swing:.6g}"
-            lines.append(f"{place:<{wide}} {verdict:<9} {growth:>21.6g} {swing:>22}")
-        return "\n".join([*lines, *notes])
+        if (orbit := self.orbit) is not None:
+            q, _ = start_state(self.model, orbit.scene.start)
+            parts = [[float(x.real), float(x.imag)] for x in orbit.multipliers]
+            data = {
+                "period": orbit.period,
+                "multipliers": parts,
+                "errors": orbit.errors.tolist(),
+                "stable": orbit.stable,
+            }
+            return Report((orbit.text(), f"It begins at {place_of(self.model, q)}.", *notes), data)
+        rows = []
+        for rest, row in zip(self.rests, self.rows(), strict=True):
+            swing = "" if row["slowest"] is None else f"{row['slowest']:.6g}"
+            verdict = "stable" if row["stable"] else "unstable"
+            rows.append((place_of(self.model, rest.q), verdict, f"{row['growth']:.6g}", swing))
+        head = ("rest", "", "fastest growth (1/s)", "slowest swing (rad/s)")
+        return Report((Table(head, rows), *notes), {"rests": self.rows(), "notes": list(self.notes)})
 
     def rows(self) -> list[dict[str, Any]]:
         """Of each rest: its angles in degrees, its slides in m, whether it is stable, fastest growth in 1/s, slowest swing

@@ -1,6 +1,7 @@
-"""The result of a sweep as one figure: a line for one dimension, a map for two, small maps for three."""
+"""The result of a sweep as a report, and as one figure: a line for one dimension, a map for two, small maps for three."""
 
 import json
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -9,13 +10,38 @@ import numpy as np
 from pendpin.errors import InputError, not_one_of
 from pendpin.graphics.figure import write_figure
 from pendpin.ground.arrays import Array, Mask
+from pendpin.ground.report import Report, Table
 from pendpin.sweeps.measures import MEASURES
 from pendpin.sweeps.plan import short_names
+from pendpin.sweeps.store import NOT_RUN
 
 DOUBTFUL = 1e-3  # of a measure's range: a spread beyond is hatched
 DIVERGED = 1e-2  # a divergence beyond is hatched
 DECADES = 100.0  # largest over least value, beyond which colours are logarithmic
 MOST_PANELS = 12
+MOST_REASONS = 5  # why cases have no values, the commonest
+
+
+def sweep_report(dataset: Any) -> Report:
+    """The range of each measure over the cases that were run, and why others could not be."""
+    why = dataset["why"].values
+    run, reasons = why != NOT_RUN, Counter(str(reason) for reason in why.flat if reason and reason != NOT_RUN)
+    figures = {"least": np.min, "median": np.median, "most": np.max}
+    measures, rows = {}, []
+    for name in names_of(dataset):
+        values = dataset[name].values[run]
+        good = values[np.isfinite(values)]
+        ranges = {figure: float(of(good)) if good.size else np.nan for figure, of in figures.items()}
+        measures[name] = ranges | {"none": values.size - good.size}
+        rows.append((label(name, dataset), *(f"{x:.6g}" for x in ranges.values()), f"{measures[name]['none']}"))
+    counts = {"cases": why.size, "not_run": int((~run).sum()), "failed": reasons.total()}
+    waiting = f"; {counts['not_run']} not run yet" if counts["not_run"] else ""
+    words = [f"{counts['cases']} cases; {counts['failed']} could not be run{waiting}"]
+    words += [f"  {times} x {reason}" for reason, times in reasons.most_common(MOST_REASONS)]
+    if len(reasons) > MOST_REASONS:
+        words += [f"  ... and {len(reasons) - MOST_REASONS} more reasons"]
+    fault = f"no case could be run: {reasons.most_common(1)[0][0]}" if reasons.total() == why.size else None
+    return Report((Table(("measure", *figures, "no value"), rows), *words), counts | {"measures": measures}, fault)
 
 
 def save_map(dataset: Any, path: str | Path, measure: str | None = None) -> Path:

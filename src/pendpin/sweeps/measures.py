@@ -14,6 +14,7 @@ import numpy as np
 
 from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of, shown
 from pendpin.ground.arrays import Array
+from pendpin.ground.report import Report, Table
 from pendpin.model.kinematics import evaluate_each, poses, swings, tip_distance, tips
 from pendpin.model.model_of_run import swings_of
 from pendpin.motions.continuation import Continuation
@@ -142,6 +143,13 @@ FAMILIES = (
     f"QUANTITY{choices(f'.{name}' for name in STATISTICS)}: of any quantity of a run, as in theta_1.max; .argmax is a time.",
     f"MEASURE{SPREAD}: its difference between the run and one 100 times looser, an estimate of its error.",
 )
+
+
+def measures_report() -> Report:
+    """The measures by name, with their units and what each is."""
+    rows = [(m.name, m.unit, m.meaning) for m in MEASURES.values()]
+    data = [{"measure": m.name, "unit": m.unit, "what": m.meaning} for m in MEASURES.values()]
+    return Report((Table(("measure", "unit", "what"), rows), *FAMILIES), data)
 
 
 # --- measures of a whole run ----------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ import numpy as np
 
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
+from pendpin.ground.report import Report, Table
 from pendpin.sweeps.plan import MOST_CASES, Plan, Spread, check_spreads, pairs, spread_out
 
 LEVEL = 0.95  # of the confidence intervals
@@ -65,3 +66,14 @@ def indices(spreads: Mapping[str, Spread], values: Any, seed: int = 0) -> dict[s
     table = zip(spreads, first, width[0], total, width[1], strict=True)
     names = ("first", "first_conf", "total", "total_conf")
     return {key: dict(zip(names, map(float, row), strict=True)) for key, *row in table}
+
+
+def shares_report(spreads: Mapping[str, Spread], measures: Mapping[str, Any], seed: int) -> Report:
+    """The shares of each measure (cases,) that the varied numbers cause. Raises InputError where a case has no value."""
+    shares = {name: indices(spreads, values, seed) for name, values in measures.items()}
+    parts: list[str | Table] = []
+    for name, rows in shares.items():
+        cells = [(key, *(f"{x:.3f}" for x in row.values())) for key, row in rows.items()]
+        parts.append(f"Shares of the variance of {name} (95 % intervals):")
+        parts.append(Table(("varied", "alone", "+-", "with all others", "+-"), cells))
+    return Report(parts, {"sobol": shares})

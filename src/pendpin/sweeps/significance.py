@@ -2,15 +2,16 @@
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import ContactEffect, Drag, Effect, Rotation, Viscous
 from pendpin.engines import Compiled
-from pendpin.errors import InputError, PendpinError, brief
+from pendpin.errors import InputError, PendpinError
 from pendpin.ground.arrays import Array
+from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.runs.processor_time import run_within
@@ -43,7 +44,7 @@ class EffectRow:
 
 
 @dataclass(frozen=True, repr=False)
-class EffectsReport:
+class EffectsReport(Result):
     """The effects of a scene at an accuracy, compared from the start to `horizon`."""
 
     rows: tuple[EffectRow, ...]
@@ -52,9 +53,20 @@ class EffectsReport:
     horizon: float  # s, end of the comparison; shorter than `duration` in chaotic motion and in large models
     why: str = ""  # it ends before the scene does
 
-    def __repr__(self) -> str:
-        rows = "; ".join(f"{row.effect}: {row.verdict}, changes {row.change:.1e}" for row in self.rows)
-        return brief(f"Effects at an accuracy of {self.accuracy:g}: {rows}")
+    def report(self) -> Report:
+        """What each effect changes and costs."""
+        rows = []
+        for row in self.rows:
+            change = f"{float(f'{100 * row.change:.2g}'):g} %"  # two digits, without an exponent
+            added = "" if row.added is None else f"+{row.added:.0%}"
+            rows.append((row.effect, "yes" if row.listed else "no", change, added, row.verdict))
+        words = ["A tip's largest distance with and without it, in per cent of the chain's length."]
+        if any(not row.listed for row in self.rows):
+            words.append("Effects that the scene lacks were tried with example numbers; yours may differ.")
+        if self.horizon < self.duration:
+            words.append(f"compared up to {self.horizon:.3g} s of {self.duration:g} s: {self.why}")
+        head = ("effect", "in the scene", "moves a tip by", "time added", "verdict")
+        return Report((Table(head, rows), *words), asdict(self))
 
 
 def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -> EffectsReport:

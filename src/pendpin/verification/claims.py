@@ -25,6 +25,11 @@ class Claim:
         """Whether the figure is within the bound; False for NaN."""
         return self.measured is not None and bool(self.measured <= self.bound)
 
+    @property
+    def verdict(self) -> str:
+        """The outcome in one word."""
+        return "ok" if self.ok else "BROKEN"
+
 
 def attempt(compute: Callable[[], C]) -> tuple[C | None, PendpinError | None]:
     """What is computed, or the error of a run that fails: that is an outcome too. Raises Interrupted."""

@@ -6,7 +6,7 @@ import typer
 
 from pendpin.cli.inputs import SceneInput, on_scene
 from pendpin.cli.options import Json
-from pendpin.cli.tables import print_check
+from pendpin.cli.printing import print_report
 from pendpin.errors import PendpinError
 
 
@@ -26,6 +26,6 @@ def check(
 
     with chosen.noted() as scene:
         report = crosscheck(scene, states=states, seed=seed)
-    print_check(report, every_row, json)
+    print_report(report.report(every_row), json)
     if report.fault:
         raise PendpinError(report.fault)

@@ -7,8 +7,8 @@ import typer
 from pendpin.cli.inputs import SceneInput, naming_options, on_scene
 from pendpin.cli.options import Json, Plot
 from pendpin.cli.outputs import refuse_outputs
+from pendpin.cli.printing import print_files, print_report
 from pendpin.cli.progress import waiting
-from pendpin.cli.tables import print_cost, print_cost_row, print_files
 
 
 @on_scene
@@ -34,8 +34,6 @@ def cost(
     json: Json = False,
 ) -> None:
     """Find the fastest method for each accuracy and its run time, in about 20 s. --thorough: a work-precision diagram."""
-    from functools import partial
-
     from pendpin.verification.work_precision.cost import cost as measure
     from pendpin.verification.work_precision.figure import save_cost_plot
 
@@ -43,10 +41,9 @@ def cost(
     with waiting("the reference", hidden=json) as progress, chosen.noted() as scene:
         names = [name.strip() for name in methods.split(",")] if methods else None
         options = {"methods": names, "accuracy": accuracy, "peers": peers, "thorough": thorough, "budget": budget}
-        answered = (lambda row: None) if json else partial(print_cost_row, peers=peers)
         with naming_options("methods", "accuracy"):
-            report = measure(scene, **options, progress=progress, answered=answered)
-    print_cost(report, json)
+            report = measure(scene, **options, progress=progress)
+    print_report(report.report(), json)
     if plot:
         print_files([save_cost_plot(report, plot, short)], json)
     if report.interrupted:

@@ -1,5 +1,6 @@
 """Printed equations, examined: pendpin doctor."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -8,8 +9,8 @@ import typer
 from pendpin.cli.inputs import naming_options
 from pendpin.cli.options import Json
 from pendpin.cli.outputs import refuse_outputs
+from pendpin.cli.printing import print_files, print_json
 from pendpin.cli.progress import waiting
-from pendpin.cli.tables import print_diagnosis, print_files
 
 
 def doctor(
@@ -42,16 +43,27 @@ def doctor(
     """
     from pendpin.doctor.diagnose import diagnose_file
     from pendpin.doctor.recognition import check_choices
+    from pendpin.doctor.reports.text import lines
 
     refuse_outputs([file], html=html)
     with naming_options():
         check_choices(rod, convention)
     with waiting("reading", hidden=json) as progress:
         diagnosis = diagnose_file(file, rod, convention, progress, symbols, scene)
-    print_diagnosis(diagnosis, json)
+    print_json(diagnosis.to_json()) if json else _print_lines(lines(diagnosis))
     if html:
         from pendpin.doctor.reports.page import write_report
 
         print_files([write_report(html, diagnosis)], json)
     if not diagnosis.ok:
         raise typer.Exit(1)
+
+
+def _print_lines(lines: Iterable[Iterable[tuple[str, str]]]) -> None:
+    """Lines of pieces of text, each with its style."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console()
+    for line in lines:
+        console.print(Text.assemble(*line), soft_wrap=True)

@@ -6,8 +6,8 @@ import typer
 
 from pendpin.cli.inputs import SceneInput, on_scene
 from pendpin.cli.options import Json
+from pendpin.cli.printing import print_report
 from pendpin.cli.progress import waiting
-from pendpin.cli.tables import print_effects
 
 
 @on_scene
@@ -26,4 +26,4 @@ def effects(
 
     with waiting("comparing runs with and without each effect", hidden=json), chosen.noted() as scene:
         report = significance(scene, accuracy, thorough)
-    print_effects(report, json)
+    print_report(report.report(), json)

@@ -8,8 +8,8 @@ import typer
 from pendpin.cli.inputs import files_of, print_notes, read_scene
 from pendpin.cli.options import Json, Plot
 from pendpin.cli.outputs import refuse_outputs
+from pendpin.cli.printing import print_files, print_report
 from pendpin.cli.progress import waiting
-from pendpin.cli.tables import print_files, print_fit
 from pendpin.errors import InputError, inside
 
 
@@ -57,7 +57,8 @@ def fit(
         result = fitted(chosen, swings, free, others, hold_out_start or 0.1, robust=robust, progress=progress)
         if explain_residual and result.follows:
             result = explained(result, progress)
-    print_fit(result, json)
-    if not result.follows:
-        raise InputError(f"{scene}: its motions do not follow the data" + "; no file is written" * bool(out or plot))
+    report = result.report()
+    print_report(report, json)
+    if report.fault:
+        raise InputError(f"{scene}: {report.fault}" + "; no file is written" * bool(out or plot))
     print_files([file for file in (out and result.scene.save(out), plot and result.plot(plot)) if file], json)

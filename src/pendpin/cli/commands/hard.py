@@ -5,8 +5,8 @@ from typing import Annotated
 import typer
 
 from pendpin.cli.options import Json
+from pendpin.cli.printing import print_report
 from pendpin.cli.progress import waiting
-from pendpin.cli.tables import print_cases, print_hard
 from pendpin.errors import PendpinError
 
 
@@ -22,13 +22,14 @@ def hard(
     """Run the hard cases (docs/hard_cases.md), each on its methods against its bound."""
     from pendpin.verification.hardcases import CASES
     from pendpin.verification.hardcases import hard as run_cases
+    from pendpin.verification.hardcases.running import catalogue_report
 
     if listed:
-        print_cases(list(CASES.values()), json)
+        print_report(catalogue_report(CASES.values()), json)
         return
     with waiting("the hard cases", hidden=json) as progress:
         report = run_cases(cases or (), full=not short, peers=peers, progress=progress)
-    print_hard(report, json)
+    print_report(report.report(), json)
     if report.stopped:
         raise KeyboardInterrupt
     if report.fault:

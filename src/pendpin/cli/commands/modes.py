@@ -8,7 +8,7 @@ import typer
 from pendpin.cli.inputs import SceneInput, on_scene
 from pendpin.cli.options import Json, Plot
 from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.tables import print_files, print_modes
+from pendpin.cli.printing import print_files, print_report
 
 
 @on_scene
@@ -24,13 +24,14 @@ def modes(
 
     Frequencies that both directions of a hanging chain share are one line.
     """
+    from pendpin.stability.modes import MOST_ROWS
     from pendpin.stability.modes import modes as modes_of
 
     refuse_outputs(chosen.files, plot=plot, html=html)
     with chosen.noted() as scene:
         result = modes_of(scene)
         result.place(mode)
-        print_modes(result, every, json)
+        print_report(result.report(None if every else MOST_ROWS), json)
         files = [result.save_plot(plot)] if plot else []
         files += [result.animate(mode).save(html)] if html else []
     print_files(files, json)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.tables import print_files
+from pendpin.cli.printing import print_files
 
 
 def plot(

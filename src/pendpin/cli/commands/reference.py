@@ -7,8 +7,8 @@ import typer
 
 from pendpin.cli.inputs import SceneInput, on_scene
 from pendpin.cli.options import Json
+from pendpin.cli.printing import print_files, print_json
 from pendpin.cli.progress import waiting
-from pendpin.cli.tables import print_files, print_json
 
 
 @on_scene

@@ -10,8 +10,8 @@ import typer
 from pendpin.cli.inputs import SceneInput, lasting, naming_options, on_scene
 from pendpin.cli.options import Accuracy, Json, Method, Plot, Tolerance
 from pendpin.cli.outputs import refuse_outputs, show_live, write_run
+from pendpin.cli.printing import print_files, print_report
 from pendpin.cli.progress import progress_bar
-from pendpin.cli.tables import print_run
 from pendpin.errors import Halted, PendpinError, RunError
 
 if TYPE_CHECKING:
@@ -54,6 +54,7 @@ def run(
     """
     from pendpin.dynamics.dynamics import bind
     from pendpin.dynamics.explanation import explain as explain_run
+    from pendpin.graphics.report import run_report
     from pendpin.motions.crosschecks.crosscheck import crosscheck_run
     from pendpin.runs.checkpoint import resumable
 
@@ -74,7 +75,12 @@ def run(
             for line in explain_run(bind(scene), trajectory.stats):
                 print(line)
         report = crosscheck_run(trajectory)
-        print_run(trajectory, report, write_run(trajectory, out, plot, html), json)
+        files = write_run(trajectory, out, plot, html)
+        answer = run_report(trajectory, report.verdict if report else "")
+        checks = {"crosscheck": report and report.worst.relative, "crosscheck_ok": report and report.ok}
+        data = answer.data | checks | {"files": [str(file) for file in files]}
+        print_report(replace(answer, data=data), json)
+        print_files(files, json)
     if checkpoint and not isinstance(stopped, Halted):
         checkpoint.resolve().unlink(missing_ok=True)
     if stopped:

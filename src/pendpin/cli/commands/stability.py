@@ -7,7 +7,7 @@ import typer
 from pendpin.cli.inputs import SceneInput, on_scene
 from pendpin.cli.options import Json, Plot
 from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.tables import print_exponents, print_files, print_stability
+from pendpin.cli.printing import print_files, print_report
 
 
 @on_scene
@@ -29,6 +29,8 @@ def stability(
 
     --lyapunov adds the Lyapunov exponents of the motion, each with its error; --plot then draws their estimates over time.
     """
+    from pendpin.graphics.figure import write_figure
+    from pendpin.stability.lyapunov import Lyapunov
     from pendpin.stability.lyapunov import lyapunov as exponents_of
     from pendpin.stability.report import stability as report_on
 
@@ -38,11 +40,7 @@ def stability(
             "it is of Lyapunov exponents: give --lyapunov too", param_hint="--plot" if plot else "--planar"
         )
     with chosen.noted() as scene:
-        if not lyapunov:
-            print_stability(report_on(scene, period), json)
-            return
-        exponents = exponents_of(scene, planar=planar)
-    print_exponents(exponents, json)
-    if plot:
-        exponents.plot().figure.savefig(plot)
-        print_files([plot], json)
+        found = exponents_of(scene, planar=planar) if lyapunov else report_on(scene, period)
+    print_report(found.report(), json)
+    if plot and isinstance(found, Lyapunov):
+        print_files([write_figure(plot, lambda: found.plot().figure)], json)

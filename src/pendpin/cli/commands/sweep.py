@@ -1,8 +1,5 @@
 """The commands of sweeps: `pendpin sweep` runs one, `pendpin map` shows what a store holds."""
 
-from collections import Counter
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,15 +8,15 @@ import typer
 from pendpin.cli.inputs import SceneInput, naming_options, on_scene
 from pendpin.cli.options import Accuracy, Json, Method, Plot, Tolerance
 from pendpin.cli.outputs import refuse_outputs
+from pendpin.cli.printing import print_files, print_json, print_report
 from pendpin.cli.progress import progress_bar
-from pendpin.cli.tables import print_files, print_json, print_measures, print_table
-from pendpin.errors import InputError
+from pendpin.errors import InputError, PendpinError
 
 if TYPE_CHECKING:
+    from pendpin.ground.report import Report
     from pendpin.sweeps.plan import Plan
 
 VARY = "KEY=FROM:TO:COUNT or KEY=1,2,5; with --sample KEY=LOW:HIGH or KEY=normal(MEAN,DEVIATION). May be repeated."
-FIGURES = ("least", "median", "most")  # of the values of a measure
 MEASURE = (
     "Number to be measured, such as swing, flip_time, theta_1.max or flip_time.spread (see --list). May be repeated."
 )
@@ -58,10 +55,11 @@ def sweep(
     json: Json = False,
 ) -> None:
     """Run a scene with many sets of numbers and measure each run."""
+    from pendpin.sweeps.measures import measures_report
     from pendpin.sweeps.sweep import sweep as run
 
     if listed:
-        print_measures(json)
+        print_report(measures_report(), json)
         return
     refuse_outputs([*chosen.files, cases], csv=csv, plot=plot, store=None if out is None or out.exists() else out)
     with naming_options("vary"):
@@ -79,10 +77,10 @@ def sweep(
             progress=lambda done, _: bar(done),
             **settings,
         )
-    shares = partial(_shares, dataset, vary or [], seed) if sobol else dict
-    _show(dataset, [*([out] if out else []), *_written(dataset, csv, plot, None)], json, shares)
-    if (dataset["why"].values != "").all():
-        raise typer.Exit(1)
+    files = [*([out] if out else []), *_written(dataset, csv, plot, None)]
+    report = _show(dataset, files, json, (vary or [], seed) if sobol else None)
+    if report.fault:
+        raise PendpinError(report.fault)
 
 
 def map_(
@@ -121,32 +119,26 @@ def _plan(
     return plans.pairs(axes) if in_pairs else plans.grid(axes)
 
 
-def _show(dataset: Any, files: list[Path], json: bool, shares: Callable[[], dict[str, Any]] = dict) -> None:
-    """Print what was measured, and the files written; `shares` may raise InputError, when the rest is there."""
-    from pendpin.sweeps.figure import label, names_of
-    from pendpin.sweeps.store import NOT_RUN
+def _show(dataset: Any, files: list[Path], json: bool, sobol: tuple[list[str], int] | None = None) -> "Report":
+    """Print what was measured and the files written, then what a Sobol' plan (vary, seed) says."""
+    from pendpin.sweeps.figure import names_of, sweep_report
+    from pendpin.sweeps.plan import read_spreads
+    from pendpin.sweeps.sensitivity import shares_report
 
-    why = dataset["why"].values
-    run, reasons = why != NOT_RUN, Counter(str(reason) for reason in why.flat if reason and reason != NOT_RUN)
-    counts = {"cases": why.size, "not_run": int((~run).sum()), "failed": reasons.total()}
-    measures = {name: _range(dataset[name].values[run]) for name in names_of(dataset)}
+    report = sweep_report(dataset)
+    if not json:
+        print_report(report, json)
+        print_files(files)
+    data = report.data | {"files": [str(file) for file in files]}
+    if sobol:
+        vary, seed = sobol
+        shares = shares_report(read_spreads(vary), {name: dataset[name].values for name in names_of(dataset)}, seed)
+        data |= shares.data
+        if not json:
+            print_report(shares, json)
     if json:
-        sobol = {"sobol": indices} if (indices := shares()) else {}
-        print_json(counts | {"measures": measures, "files": [str(file) for file in files]} | sobol)
-        return
-    cells = [
-        [label(name, dataset), *(f"{row[k]:.6g}" for k in FIGURES), str(row["none"])] for name, row in measures.items()
-    ]
-    print_table(["measure", *FIGURES, "no value"], cells)
-    waiting = f"; {counts['not_run']} not run yet" if counts["not_run"] else ""
-    print(f"{counts['cases']} cases; {counts['failed']} could not be run{waiting}")
-    for reason, times in reasons.most_common(5):
-        print(f"  {times} x {reason}")
-    print_files(files)
-    for name, rows in shares().items():
-        print(f"Shares of the variance of {name} (95 % intervals):")
-        head = ["varied", "alone", "+-", "with all others", "+-"]
-        print_table(head, [[key, *(f"{x:.3f}" for x in row.values())] for key, row in rows.items()])
+        print_json(data)
+    return report
 
 
 def _written(dataset: Any, csv: Path | None, plot: Path | None, measure: str | None) -> list[Path]:
@@ -154,22 +146,3 @@ def _written(dataset: Any, csv: Path | None, plot: Path | None, measure: str | N
     from pendpin.sweeps.store import write_table
 
     return [*([write_table(dataset, csv)] if csv else []), *([save_map(dataset, plot, measure)] if plot else [])]
-
-
-def _range(values: Any) -> dict[str, Any]:
-    """The least, median and largest finite value, and how many are not finite."""
-    import numpy as np
-
-    good = values[np.isfinite(values)]
-    figures = [float(of(good)) if good.size else np.nan for of in (np.min, np.median, np.max)]
-    return dict(zip(FIGURES, figures, strict=True)) | {"none": values.size - good.size}
-
-
-def _shares(dataset: Any, vary: list[str], seed: int) -> dict[str, Any]:
-    """Sobol' indices of each measure, by key."""
-    from pendpin.sweeps.figure import names_of
-    from pendpin.sweeps.plan import read_spreads
-    from pendpin.sweeps.sensitivity import indices
-
-    spreads = read_spreads(vary)
-    return {name: indices(spreads, dataset[name].values, seed) for name in names_of(dataset)}

@@ -7,7 +7,7 @@ import typer
 
 from pendpin.cli.inputs import read_scene
 from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.tables import print_files
+from pendpin.cli.printing import print_files
 from pendpin.errors import PendpinError
 
 

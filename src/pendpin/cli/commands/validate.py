@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from pendpin.cli.options import Json
+from pendpin.cli.printing import print_files, print_report
 from pendpin.cli.progress import waiting
-from pendpin.cli.tables import print_agreement, print_files, print_published
 from pendpin.errors import PendpinError
 
 
@@ -24,16 +24,16 @@ def validate(
 
     The table has a line for each published quantity, with the method that differs most.
     """
-    from pendpin.verification.agreement.published import published_cases
+    from pendpin.verification.agreement.validate import sources_report
     from pendpin.verification.agreement.validate import validate as compare
 
     if listed:
-        print_published(published_cases(), json)
+        print_report(sources_report(), json)
         return
     chosen = methods.split(",") if methods else None
     with waiting("the published cases", hidden=json) as progress:
         report = compare(cases or (), chosen, progress)
-    print_agreement(report, json)
+    print_report(report.report(), json)
     if html is not None:
         from pendpin.verification.agreement.page import write_page
 

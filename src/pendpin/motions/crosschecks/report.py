@@ -1,19 +1,15 @@
 """What a cross-check found: its rows, the matrix of routes and quantities, and the verdict in words."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from textwrap import fill
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from pendpin.errors import brief
+from pendpin.ground.report import Report, Result, Table
 from pendpin.motions.crosschecks.routes import REFERENCE
 
-WIDTH = 80  # letters of a line
-ROUTE = 12  # letters of a route's name
-FIGURE = 6  # of a cell
+ROUTE = 12  # letters of a route's name: those of users may be long
 ANY_TWO = "any two"
-MOST_ROUTES = 6  # that a repr shows: the users' own may be many
 
 
 @dataclass(frozen=True)
@@ -38,7 +34,7 @@ class CheckRow:
 
 
 @dataclass(frozen=True, repr=False)
-class CheckReport:
+class CheckReport(Result):
     """A cross-check: one row for each quantity and pair of routes."""
 
     rows: tuple[CheckRow, ...]
@@ -47,13 +43,10 @@ class CheckReport:
     routes: tuple[str, ...]
     bound: float
 
-    def __repr__(self) -> str:
-        fault = f"\n{fill(self.fault, WIDTH)}" if self.fault else ""
-        return brief(f"{self.text(MOST_ROUTES)}{fault}")
-
-    def text(self, most: int | None = None) -> str:
-        """The matrix of routes and quantities, then the verdict in words, in lines of 80 letters; `most` routes."""
-        return "\n".join([*_matrix(self, most), *(fill(sentence, WIDTH) for sentence in _verdict(self))])
+    def report(self, every_pair: bool = False) -> Report:
+        """The matrix of routes and quantities, and the verdict in words; before it, if asked for, every pair."""
+        pairs = [_pairs(self)] if every_pair else []
+        return Report((*pairs, _matrix(self), *_verdict(self)), asdict(self) | {"ok": self.ok}, self.fault)
 
     @property
     def ok(self) -> bool:
@@ -102,27 +95,30 @@ class CheckReport:
         )
 
 
-def _matrix(report: CheckReport, most: int | None) -> Iterator[str]:
+def _pairs(report: CheckReport) -> Table:
+    """Every pair of routes in every quantity."""
+    head = ("quantity", "of", "routes", "relative", "ulps", "state", "")
+    rows = []
+    for row in report.rows:
+        figures = f"{row.relative:.1e}", f"{row.ulps:.1f}", str(row.state), "ok" if row.ok else "BROKEN"
+        rows.append((row.quantity, row.place, f"{row.first} / {row.second}", *figures))
+    return Table(head, rows)
+
+
+def _matrix(report: CheckReport) -> Table:
     """A line for each route with its worst difference in each quantity, then one for any two routes."""
     quantities = list(dict.fromkeys(row.quantity for row in report.rows))
     pairs = {
         name: [row for row in report.rows if {name, report.against} == {row.first, row.second}]
         for name in report.routes
+        if name != report.against
     }
-    pairs.pop(report.against, None)
-    shown = dict(list(pairs.items())[:most])
-    shown[ANY_TWO] = [row for row in report.rows if REFERENCE not in (row.first, row.second)]
-    yield _line("", quantities, quantities)
-    for name, rows in shown.items():
-        yield _line(name, quantities, [_cell([row for row in rows if row.quantity == name]) for name in quantities])
-    if len(shown) <= len(pairs):
-        yield f"... and {len(pairs) + 1 - len(shown)} routes more"
-
-
-def _line(name: str, quantities: list[str], cells: list[str]) -> str:
-    """One line of the matrix: the route, and a cell under each quantity."""
-    widths = (max(FIGURE, len(quantity)) for quantity in quantities)
-    return name[:ROUTE].ljust(ROUTE) + "".join(f" {cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
+    pairs[ANY_TWO] = [row for row in report.rows if REFERENCE not in (row.first, row.second)]
+    cells = {
+        name: [_cell([row for row in rows if row.quantity == quantity]) for quantity in quantities]
+        for name, rows in pairs.items()
+    }
+    return Table(("", *quantities), [(name[:ROUTE], *row) for name, row in cells.items()])
 
 
 def _cell(rows: list[CheckRow]) -> str:

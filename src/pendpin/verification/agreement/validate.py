@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 
-from pendpin.errors import InputError, MissingLibrary, brief, not_one_of
+from pendpin.errors import InputError, MissingLibrary, not_one_of
+from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import build
 from pendpin.model.kinematics import scale
 from pendpin.motions.simulate import simulate
@@ -52,16 +52,12 @@ class Comparison(Claim):
 
 
 @dataclass(frozen=True, repr=False)
-class AgreementReport:
+class AgreementReport(Result):
     """The comparisons so far, and what was left out with the reasons."""
 
     comparisons: tuple[Comparison, ...]
     left_out: tuple[str, ...] = ()
     stopped: bool = False  # True if the user stopped it before the end
-
-    def __repr__(self) -> str:
-        rows = "; ".join(f"{row.case}, {row.quantity}: {row.shown}" for row in self.worst)
-        return brief(f"{len(self.comparisons)} comparisons, {len(self.broken)} broken. {rows}")
 
     @property
     def broken(self) -> tuple[Comparison, ...]:
@@ -83,10 +79,28 @@ class AgreementReport:
         """The broken comparisons in one line; None if all hold."""
         return describe_broken(self.broken)
 
-    def to_json(self) -> list[dict[str, Any]]:
-        """A list of plain records, one for each comparison."""
-        rows = [asdict(row) | {"holds": row.ok} for row in self.comparisons]
-        return [{"difference": row.pop("measured")} | row for row in rows]
+    def report(self) -> Report:
+        """Of each published quantity the method that differs most; the runs that failed; what was left out; the counts."""
+        cases = ["", *(row.case for row in self.worst)]  # each named once
+        rows = [
+            ("" if r.case == before else r.case, r.quantity, f"{r.bound:.1e} {r.unit}", r.shown, r.method, r.verdict)
+            for before, r in zip(cases, self.worst, strict=False)
+        ]
+        words = [f"{row.case} by {row.method}: {row.failure}" for row in self.comparisons if row.failure]
+        words += [f"left out: {line}" for line in self.left_out]
+        words += [f"{len(self.comparisons)} comparisons, {len(self.broken)} beyond their bounds"]
+        data = [asdict(row) | {"holds": row.ok} for row in self.comparisons]
+        data = [{"difference": row.pop("measured")} | row for row in data]
+        head = ("case", "quantity", "bound", "largest difference", "by", "")
+        return Report((Table(head, rows), *words), data, self.fault)
+
+
+def sources_report() -> Report:
+    """The published cases with what they compare and where the numbers come from."""
+    cases = published_cases()
+    rows = [(name, case.title, case.origin, case.source) for name, case in cases.items()]
+    data = [{"case": name} | case.model_dump(mode="json") for name, case in cases.items()]
+    return Report((Table(("case", "motion", "numbers by", "source"), rows),), data)
 
 
 def validate(

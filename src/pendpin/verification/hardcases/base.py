@@ -118,7 +118,7 @@ class Outcome(Claim):
     def verdict(self) -> str:
         """The outcome in one word."""
         if self.claimed:
-            return "ok" if self.ok else "BROKEN"
+            return super().verdict
         return "holds" if self.ok else "fails, as expected" if self.beside else "fails"
 
 

@@ -1,12 +1,12 @@
 """Running the catalogue: every case on each of its methods, and the outcomes."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from math import isfinite
 from typing import Any
 
-from pendpin.errors import brief
+from pendpin.ground.report import Report, Result, Table
 from pendpin.motions.simulate import simulate
 from pendpin.verification.claims import Progress, attempt, collect, describe_broken
 from pendpin.verification.hardcases.base import Case, Outcome, Solve
@@ -15,17 +15,12 @@ FIELDS = ("name", "group", "title", "physics", "why", "figure", "bound", "deriva
 
 
 @dataclass(frozen=True, repr=False)
-class HardReport:
+class HardReport(Result):
     """The outcomes so far, and their cases."""
 
     outcomes: tuple[Outcome, ...]
     cases: tuple[Case, ...]
     stopped: bool = False  # True if the user stopped it before the end
-
-    def __repr__(self) -> str:
-        claims = sum(outcome.claimed for outcome in self.outcomes)
-        cases = "; ".join(f"{o.case} on {o.method}: {o.shown}, {o.verdict}" for o in self.outcomes)
-        return brief(f"Hard cases: {claims} claims, {len(self.broken)} broken. {cases}")
 
     @property
     def broken(self) -> tuple[Outcome, ...]:
@@ -37,11 +32,28 @@ class HardReport:
         """The broken claims in one line; None if all claims hold."""
         return describe_broken(self.broken)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Everything as plain data, for JSON."""
+    def report(self) -> Report:
+        """What was measured of each case on each method, which runs failed, and how many claims are broken."""
+        cases = ["", *(o.case for o in self.outcomes)]  # each named once
+        rows = [
+            ("" if o.case == before else o.case, o.method, o.shown, f"{o.bound:.1e}", o.verdict, f"{o.seconds:.2f}")
+            for before, o in zip(cases, self.outcomes, strict=False)
+        ]
+        words = [f"{o.case} on {o.method}: {o.failure}" for o in self.outcomes if o.failure]
+        if claims := [o for o in self.outcomes if o.claimed]:
+            words.append(f"{len(claims)} claims, {len(self.broken)} broken, {sum(o.seconds for o in claims):.0f} s")
         outcomes = [asdict(o) | {"ok": o.ok, "verdict": o.verdict} for o in self.outcomes]
-        cases = [{name: getattr(case, name) for name in FIELDS} for case in self.cases]
-        return {"ok": not self.broken, "stopped": self.stopped, "outcomes": outcomes, "cases": cases}
+        described = [{name: getattr(case, name) for name in FIELDS} for case in self.cases]
+        data = {"ok": not self.broken, "stopped": self.stopped, "outcomes": outcomes, "cases": described}
+        head = ("case", "method", "measured", "bound", "verdict", "seconds")
+        return Report((Table(head, rows), *words), data, self.fault)
+
+
+def catalogue_report(cases: Iterable[Case]) -> Report:
+    """The names of hard cases, their titles and bounds."""
+    rows = [(case.name, case.title, f"{case.bound:.1e}") for case in cases]
+    data = [{name: getattr(case, name) for name in ("name", "title", "figure", "bound")} for case in cases]
+    return Report((Table(("case", "what", "bound"), rows),), data)
 
 
 def reported(cases: Sequence[Case], outcomes_of: Callable[[Case], Iterator[Outcome]]) -> HardReport:

@@ -72,7 +72,6 @@ def cost(
     repetitions: int = REPETITIONS,
     budget: float = BUDGET,
     progress: Callable[[str], None] = lambda what: None,
-    answered: Callable[[CostRow], None] = lambda row: None,
 ) -> CostReport:
     """Measure error against time: the cheapest method for each accuracy, and its run time (a work-precision diagram).
 
@@ -91,7 +90,6 @@ def cost(
         repetitions: runs after a first one; the least time of these counts.
         budget: s; a series ends where its next run would take longer.
         progress: called with the name of the method that is measured.
-        answered: called with each row of the report when it is measured.
 
     Returns:
         The report; its `rows` have the cheapest method for each accuracy.
@@ -110,9 +108,7 @@ def cost(
     climb = Climb(bench.error_of, repetitions, budget, thorough, progress)
     rows, interrupted = list[CostRow](), False
     try:
-        for answer in _answers(bench, climb, methods_tried, others, accuracy, limit):
-            rows.append(answer)
-            answered(answer)
+        rows.extend(_answers(bench, climb, methods_tried, others, accuracy, limit))  # keeps what came before Ctrl-C
         for one in methods_tried + others if thorough else ():
             climb.up_to(one, bench.known.error, budget, limit)
     except (KeyboardInterrupt, Interrupted):

@@ -1,11 +1,11 @@
 """What was found of error against time: a row for each accuracy, and sentences about them."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from pendpin.errors import brief
+from pendpin.ground.report import Report, Result, Table
 from pendpin.verification.work_precision.curves import Curve, Point
 
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)  # that every report answers for
@@ -72,7 +72,7 @@ def _cheapest_single_run(met: list[tuple[Curve, Point]], best: Point) -> dict[st
 
 
 @dataclass(frozen=True, repr=False)
-class CostReport:
+class CostReport(Result):
     """Error against time on one scene and one machine."""
 
     subject: str  # the model, such as "3 rods"
@@ -107,9 +107,12 @@ class CostReport:
         """The powers of ten of error, from 0.1 down to the error of the reference."""
         return tuple(10.0**-k for k in range(1, 17) if 10.0**-k >= self.error)
 
-    def __repr__(self) -> str:
-        lines = (f"{row.accuracy:.0e}: {row.take}{_price(row)}" for row in self.rows)
-        return brief("\n".join([f"What accuracy costs: {self.subject}, {self.horizon:.3g} s", *lines]))
+    def report(self) -> Report:
+        """The fastest method for each accuracy; where all was measured, every method's time at some errors; sentences."""
+        methods = [_methods(self), *_further(self)] if self.thorough else []
+        least = f"Processor times of {self.horizon:g} s of the scene: the least of {self.repetitions} after a first"
+        end = f"{self.machine}; {self.versions_text}. {least}; a first run counts its compiling, but no imports."
+        return Report((_accuracies(self), *methods, *self.words, end), asdict(self) | {"words": self.words})
 
     @property
     def versions_text(self) -> str:
@@ -182,11 +185,41 @@ def _against_peers(report: CostReport) -> Iterator[str]:
             yield f"At {error:.0e}: {ours}; no other simulator reaches it within the time allowed."
 
 
-def _price(row: CostRow) -> str:
-    if row.seconds is None or row.first_seconds is None:
-        return ""
-    beside = f", {row.ratio:.3g} times as fast as {row.peer}" if row.ratio else ""
-    return f": {time_text(row.first_seconds)}, then {time_text(row.seconds)} a run{beside}"
+def _accuracies(report: CostReport) -> Table:
+    """The fastest method for each accuracy, beside the fastest of the other simulators where they were measured."""
+    peers = any(row.peer for row in report.rows)
+    rows = []
+    for row in report.rows:
+        times = ("" if seconds is None else time_text(seconds) for seconds in (row.first_seconds, row.seconds))
+        beside = f"{row.peer} {time_text(row.peer_seconds)}" if row.peer_seconds else ""
+        beside += f", {row.ratio:.3g} x" if row.ratio else ""
+        once = f"{row.once}: {time_text(row.once_seconds)}" if row.once_seconds else ""
+        rows.append((f"{row.accuracy:g}", row.take, *times, *([beside] if peers else []), once))
+    others = ["best of the others"] if peers else []
+    return Table(("accuracy", "fastest method", "first run", "each further run", *others, "or, for a single run"), rows)
+
+
+def _methods(report: CostReport) -> Table:
+    """The time of every method at some errors, and its run that meets the accuracy."""
+    errors = [error for error in ACCURACIES if error >= report.error]
+    rows = []
+    for curve in report.curves:
+        times = ["" if t is None else time_text(t) for t in map(curve.seconds_at, errors)]
+        point, unit = curve.point_at(report.accuracy), " s" if curve.kind == "step" else ""
+        figures = [f"{point.setting:.0e}{unit}", str(point.steps), str(point.evaluations)] if point else ["", "", ""]
+        rows.append((curve.name, *times, *figures))
+    asked = (f"{report.accuracy:g} by", "steps", "evals")
+    return Table(("error:", *(f"{error:.0e}" for error in errors), *asked), rows)
+
+
+def _further(report: CostReport) -> Iterator[str]:
+    """Why methods have no run, and what compiling takes on its own."""
+    for curve in report.curves:
+        if curve.failures and not curve.points:
+            yield f"{curve.name} failed: {curve.failures[-1]}"
+    compiled = [f"{curve.name} {time_text(curve.compile_seconds)}" for curve in report.curves if curve.compile_seconds]
+    if compiled:
+        yield f"Compiling, on its own: {', '.join(compiled)}."
 
 
 def time_text(seconds: float) -> str:
