@@ -15,6 +15,7 @@ from bad_input import run_main
 from pendpin.cli.app import app
 from pendpin.cli.printing import print_table
 from pendpin.errors import Interrupted, not_one_of
+from pendpin.ground.report import Table
 from pendpin.scene.toml import examples_folder
 
 
