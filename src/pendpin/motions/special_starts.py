@@ -22,6 +22,7 @@ UNSTABLE = 1e-9  # of the largest rate: what grows faster leaves a rest
 ASIDE, AGAIN = 0.01, 3  # rad, how far an unstable rest is left, and how often
 FAR = 100.0  # rad or m: what moves as far as this and has no equilibrium there never comes to rest
 LOST = 1e9  # m: a slide is not followed farther
+MOST = 10_000  # accelerations on the way to a rest, of which scenes that have one take some hundreds
 LONG = 1e6  # s² of pseudo-time, until the slowest mode has decayed
 NODDING = 0.01  # of the angle of a cone
 UPRIGHT = 1e-12  # of a field: what it may have across the vertical
@@ -87,8 +88,12 @@ def _relaxed(pull: Pull, q: Array, model: Model, stiffness: Stiffness | None) ->
     from scipy.integrate import solve_ivp  # here: half a second, which a chain that hangs does not need
     from scipy.optimize import root
 
+    calls = 0
+
     def near(time: float, now: Array) -> Array:
-        if np.abs(now - q)[model.slides].max(initial=0.0) > LOST:
+        nonlocal calls
+        calls += 1
+        if calls > MOST or np.abs(now - q)[model.slides].max(initial=0.0) > LOST:
             raise _no_rest(model, now - q)
         return pull(time, now)
 
