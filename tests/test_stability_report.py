@@ -90,3 +90,41 @@ def test_the_command(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_main("stability", str(beating), "--period", "0") == 1
     assert capsys.readouterr().err.count("\n") == 1
     assert G.acceleration == 9.81
+
+
+@pytest.mark.parametrize(
+    ("command", "where", "doing"),
+    [
+        ("modes", "pendpin.motions.special_starts.Dynamics.acceleration", "looking for the rest near the start"),
+        ("modes", "pendpin.motions.small_motions.vibrations", "at work"),
+        ("stability", "pendpin.stability.linearize.Variational", "differentiating the motion near a rest"),
+    ],
+)
+def test_a_limit_ends_a_command_and_says_what_it_was_doing(command, where, doing, monkeypatch, capsys) -> None:
+    """The clock rings at once, and is heard at the place that is planted: no test waits for a clock."""
+
+    class AtOnce:
+        daemon = True
+
+        def __init__(self, limit: float, interrupt) -> None:
+            self.start, self.cancel = interrupt, lambda: None
+
+    def heard(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pendpin.cli.limits.Timer", AtOnce)
+    monkeypatch.setattr("pendpin.cli.limits._thread.interrupt_main", lambda: None)
+    monkeypatch.setattr(where, heard)
+    assert run_main(command, "examples/double_pendulum.toml", "--limit", "7") == 1
+    assert f"it takes over 7 s: it was {doing} (--limit)" in capsys.readouterr().err
+
+
+def test_what_never_ends_says_why() -> None:
+    """A finger that falls for ever, and a damped rod of next to no mass whose steps would take hours."""
+    with pytest.raises(pp.InputError, match="panda_finger_joint1 slides away"):
+        pp.modes(pp.Scene(model=pp.UrdfModel("panda"), effects=(fx.Gravity(),)))
+    light = pp.Chain(rods=[pp.Rod(length=1.0, mass=1e-9, radius=0.01)])
+    shaken = kapitza(0.05).replace(model=light)
+    damped = shaken.model_copy(update={"effects": (*shaken.effects, fx.Viscous(coefficient=0.3))})
+    with pytest.raises(pp.RunError, match=r"settles within .* give what is damped or held more mass"):
+        stability(damped)

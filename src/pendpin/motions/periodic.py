@@ -28,6 +28,7 @@ STEPS = 40  # of Newton's method
 LONGEST = 1.0  # rad, or rad/s: the longest of them; a longer one leaves where the derivatives are good
 CLOSED = 1e-9  # of the size of the state: an orbit that misses its start by more is none
 FLAT = 1e-7  # of the largest singular value: along such a way orbits are a family, and the nearest of them is taken
+MOST_RADIANS = 1e7  # of what is fastest, over a period: two million steps, some seconds for one rod
 NEAR = 0.2  # of the largest distance: a return so near is a first guess
 SAMPLES = 2000  # of the run in which a first guess of the period is looked for
 
@@ -146,6 +147,7 @@ def over_a_period(scene: Scene, y: Array, period: float, key: str | None = None)
     lasting = scene.model_copy(update={"duration": period, "start": start_at(scene, y)})
     variations = Variations(lasting, [*list_state_keys(size // 2), *([] if key is None else [key])])
     first = np.eye(len(variations.keys), size)
+    _refuse_stiff(variations, period)
     states, changes = variations.integrate(y, first, np.array([0.0, period]), TIGHT)
     end, slides = states[-1], np.tile(variations.equations.model.slides, 2)
     rate, _ = variations.equations.rates(np.array([period]), end[None], changes[-1:])
@@ -153,6 +155,19 @@ def over_a_period(scene: Scene, y: Array, period: float, key: str | None = None)
     whole = 2 * np.pi * np.round((end - y) / (2 * np.pi))
     angle = (np.arange(size) < size // 2) & ~slides
     return Return(end, changes[-1, :size].T, by_number, rate[0], np.where(angle, whole, 0.0))
+
+
+def _refuse_stiff(variations: Variations, period: float) -> None:
+    """Raise RunError where the steps of an explicit method, which what decays fastest limits, would take minutes."""
+    size = len(variations.start)
+    ways = np.eye(len(variations.keys), size)[None]
+    _, rates = variations.equations.rates(np.zeros(1), variations.start[None], ways)
+    fastest = float(np.abs(np.linalg.eigvals(np.nan_to_num(rates[0, :size]))).max())
+    if fastest * period > MOST_RADIANS:
+        raise RunError(
+            f"the motion takes too many steps: something in it settles within {1 / fastest:.1e} s, and the period is "
+            f"{period:.3g} s; give what is damped or held more mass, or leave the damper or spring out"
+        )
 
 
 def multipliers_of(transition: Array) -> tuple[Array, Array]:

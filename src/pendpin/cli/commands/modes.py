@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from pendpin.cli.inputs import SceneInput, on_scene
+from pendpin.cli.limits import Limit, limited
 from pendpin.cli.options import Json, Plot
 from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.printing import print_files, print_report
@@ -18,6 +19,7 @@ def modes(
     plot: Plot = None,
     html: Annotated[Path | None, typer.Option(help="Animation of a mode as one HTML page.")] = None,
     mode: Annotated[int, typer.Option(min=1, help="Which mode the page plays; the lowest is 1.")] = 1,
+    limit: Limit = None,
     json: Json = False,
 ) -> None:
     """Print the natural frequencies, damping ratios and shapes of small motions about the rest of a scene.
@@ -29,7 +31,8 @@ def modes(
 
     refuse_outputs(chosen.files, plot=plot, html=html)
     with chosen.noted() as scene:
-        result = modes_of(scene)
+        with limited(limit):
+            result = modes_of(scene)
         result.place(mode)
         print_report(result.report(None if every else MOST_ROWS), json)
         files = [result.save_plot(plot)] if plot else []

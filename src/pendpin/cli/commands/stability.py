@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from pendpin.cli.inputs import SceneInput, on_scene
+from pendpin.cli.limits import Limit, limited
 from pendpin.cli.options import Json, Plot
 from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.printing import print_files, print_report
@@ -22,6 +23,7 @@ def stability(
     period: Annotated[
         float | None, typer.Option(help="Period in s of the motion; that of the drive if absent.")
     ] = None,
+    limit: Limit = None,
     plot: Plot = None,
     json: Json = False,
 ) -> None:
@@ -39,7 +41,7 @@ def stability(
         raise typer.BadParameter(
             "it is of Lyapunov exponents: give --lyapunov too", param_hint="--plot" if plot else "--planar"
         )
-    with chosen.noted() as scene:
+    with chosen.noted() as scene, limited(limit):
         found = exponents_of(scene, planar=planar) if lyapunov else report_on(scene, period)
     print_report(found.report(), json)
     if plot and isinstance(found, Lyapunov):
