@@ -1,6 +1,6 @@
 """The commands, their tables and their progress. No physics.
 
-May import: everything. To add a command: a file in cli/commands/ (cli/app.py lists them); its result says itself what is
+May import: everything. To add a command: a function in a file of cli/commands/ (cli/app.py lists them); its result says itself what is
 printed (ground/report.py).
 """
 

@@ -9,23 +9,13 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from pendpin.cli.commands.check import check
-from pendpin.cli.commands.cost import cost
 from pendpin.cli.commands.doctor import doctor
-from pendpin.cli.commands.effects import effects
 from pendpin.cli.commands.fit import fit
-from pendpin.cli.commands.hard import hard
-from pendpin.cli.commands.modes import modes
-from pendpin.cli.commands.new import new
-from pendpin.cli.commands.plot import plot
-from pendpin.cli.commands.reference import reference
-from pendpin.cli.commands.run import run
-from pendpin.cli.commands.schema import schema
-from pendpin.cli.commands.stability import stability
+from pendpin.cli.commands.run import plot, run, view
+from pendpin.cli.commands.scenes import new, schema, urdf
+from pendpin.cli.commands.stability import effects, modes, stability
 from pendpin.cli.commands.sweep import map_, sweep
-from pendpin.cli.commands.urdf import urdf
-from pendpin.cli.commands.validate import validate
-from pendpin.cli.commands.view import view
+from pendpin.cli.commands.verification import check, cost, hard, reference, validate
 from pendpin.cli.streams import drop_output, finish_output, prepare_streams, say
 from pendpin.errors import Interrupted, Note, PendpinError, one_line
 from pendpin.ground.versions import VERSION

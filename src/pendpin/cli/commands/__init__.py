@@ -1,1 +1,1 @@
-"""One file for each command; `pendpin NAME` runs the function of that name."""
+"""The commands: `pendpin NAME` runs the function of that name."""

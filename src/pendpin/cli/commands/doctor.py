@@ -6,11 +6,9 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import naming_options
-from pendpin.cli.options import Json
+from pendpin.cli.inputs import Json, naming_options
 from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.printing import print_files, print_json
-from pendpin.cli.progress import waiting
+from pendpin.cli.printing import print_files, print_json, waiting
 
 
 def doctor(

@@ -5,11 +5,9 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import files_of, print_notes, read_scene
-from pendpin.cli.options import Json, Plot
+from pendpin.cli.inputs import Json, Plot, files_of, print_notes, read_scene
 from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.printing import print_files, print_report
-from pendpin.cli.progress import waiting
+from pendpin.cli.printing import print_files, print_report, waiting
 from pendpin.errors import InputError, inside
 
 

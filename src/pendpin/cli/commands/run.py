@@ -1,4 +1,4 @@
-"""Simulate a scene: pendpin run."""
+"""Runs: simulate a scene, show a saved run, draw it: pendpin run, view, plot."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pendpin.cli.inputs import SceneInput, lasting, naming_options, on_scene
-from pendpin.cli.options import Accuracy, Json, Method, Plot, Tolerance
+from pendpin.cli.inputs import Accuracy, Json, Method, Plot, SceneInput, Tolerance, lasting, naming_options, on_scene
 from pendpin.cli.outputs import refuse_outputs, show_live, write_run
-from pendpin.cli.printing import print_files, print_report
-from pendpin.cli.progress import progress_bar
-from pendpin.errors import Halted, PendpinError, RunError
+from pendpin.cli.printing import print_files, print_report, progress_bar
+from pendpin.errors import Halted, PendpinError, RunError, inside
 
 if TYPE_CHECKING:
     from pendpin.motions.trajectory import Trajectory
@@ -101,3 +99,57 @@ def _simulated(
         return simulate(scene, **settings, progress=progress), None
     except RunError as error:
         return error.partial, error
+
+
+# --- a saved run in the browser: pendpin view -----------------------------------------------------------------------
+
+
+def view(
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="Saved runs (.npz), up to 4; all but the first as ghosts.")
+    ],
+    html: Annotated[Path | None, typer.Option(help="Write the animation to one HTML page and show nothing.")] = None,
+    film: Annotated[Path | None, typer.Option(help="Write a film, .gif or .mp4, and show nothing.")] = None,
+) -> None:
+    """Show a saved run in a browser, on this machine only, until Ctrl-C; or write it as a page or a film.
+
+    With several runs the page shows the first one, the others as ghosts, and the distance of the tips.
+
+    The end of the page's address chooses its view: #t=1.5&view=above&speed=5&reactions=on&frames=on.
+    """
+    from pendpin.motions.trajectory import Trajectory
+
+    first, *others = map(Trajectory.load, runs)
+    refuse_outputs(runs, html=html, film=film)
+    with inside(str(runs[0])):
+        animation = first.animate(others)
+        if html or film:
+            print_files([animation.save(path) for path in (html, film) if path])
+        else:
+            show_live(animation)
+
+
+# --- the figure of a saved run: pendpin plot ------------------------------------------------------------------------
+
+
+def plot(
+    run: Annotated[Path, typer.Argument(help="A saved run (.npz).")],
+    names: Annotated[
+        list[str] | None, typer.Argument(help="Quantities to draw, such as theta_1 R3_2; the whole figure if absent.")
+    ] = None,
+    compare: Annotated[
+        list[Path] | None, typer.Option(help="Another saved run to be drawn on the same axes; may be repeated.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="File for the figure (.png, .pdf or .svg); RUN.png if absent.")
+    ] = None,
+) -> None:
+    """Draw a saved run: energy, angles, reactions and the path of the tip, or quantities by name, such as energy_drift."""
+    from pendpin.graphics.figure import save_plot
+    from pendpin.motions.trajectory import Trajectory
+
+    trajectory = Trajectory.load(run)
+    picture = out or run.with_suffix(".png")
+    refuse_outputs([run, *(compare or ())], plot=picture)
+    others = [Trajectory.load(other) for other in compare or ()]
+    print_files([save_plot(trajectory, picture, tuple(names or ()), others)])

@@ -1,14 +1,14 @@
-"""Whether rests and driven motions are stable: pendpin stability."""
+"""What a scene does: pendpin stability, modes, effects."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import SceneInput, on_scene
+from pendpin.cli.inputs import Json, Plot, SceneInput, on_scene
 from pendpin.cli.limits import Limit, limited
-from pendpin.cli.options import Json, Plot
 from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.printing import print_files, print_report
+from pendpin.cli.printing import print_files, print_report, waiting
 
 
 @on_scene
@@ -46,3 +46,56 @@ def stability(
     print_report(found.report(), json)
     if plot and isinstance(found, Lyapunov):
         print_files([write_figure(plot, lambda: found.plot().figure)], json)
+
+
+# --- natural frequencies, damping and shapes: pendpin modes ---------------------------------------------------------
+
+
+@on_scene
+def modes(
+    chosen: SceneInput,
+    every: Annotated[bool, typer.Option("--all", help="Print every mode, not the lowest alone.")] = False,
+    plot: Plot = None,
+    html: Annotated[Path | None, typer.Option(help="Animation of a mode as one HTML page.")] = None,
+    mode: Annotated[int, typer.Option(min=1, help="Which mode the page plays; the lowest is 1.")] = 1,
+    limit: Limit = None,
+    json: Json = False,
+) -> None:
+    """Print the natural frequencies, damping ratios and shapes of small motions about the rest of a scene.
+
+    Frequencies that both directions of a hanging chain share are one line.
+    """
+    from pendpin.stability.modes import MOST_ROWS
+    from pendpin.stability.modes import modes as modes_of
+
+    refuse_outputs(chosen.files, plot=plot, html=html)
+    with chosen.noted() as scene:
+        with limited(limit):
+            result = modes_of(scene)
+        result.place(mode)
+        print_report(result.report(None if every else MOST_ROWS), json)
+        files = [result.save_plot(plot)] if plot else []
+        files += [result.animate(mode).save(html)] if html else []
+    print_files(files, json)
+
+
+# --- what each effect changes: pendpin effects ----------------------------------------------------------------------
+
+
+@on_scene
+def effects(
+    chosen: SceneInput,
+    accuracy: Annotated[
+        float, typer.Option(help="Smallest change that matters: tip distance over the chain's length.")
+    ] = 1e-3,
+    thorough: Annotated[
+        bool, typer.Option("--thorough", help="Compare over the full duration, however long that takes.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Show what each effect changes and costs, and which effects the scene needs at an accuracy."""
+    from pendpin.sweeps.significance import significance
+
+    with waiting("comparing runs with and without each effect", hidden=json), chosen.noted() as scene:
+        report = significance(scene, accuracy, thorough)
+    print_report(report.report(), json)

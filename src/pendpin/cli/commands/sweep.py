@@ -5,11 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pendpin.cli.inputs import SceneInput, naming_options, on_scene
-from pendpin.cli.options import Accuracy, Json, Method, Plot, Tolerance
+from pendpin.cli.inputs import Accuracy, Json, Method, Plot, SceneInput, Tolerance, naming_options, on_scene
 from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.printing import print_files, print_json, print_report
-from pendpin.cli.progress import progress_bar
+from pendpin.cli.printing import print_files, print_json, print_report, progress_bar
 from pendpin.errors import InputError, PendpinError
 
 if TYPE_CHECKING:
