@@ -8,9 +8,6 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.doctor.reading.grammar import parse
-from pendpin.doctor.reading.names import Vocabulary, raw
-from pendpin.doctor.reports.mathml import part
 from pendpin.doctor.systems.base import System, random_states
 from pendpin.doctor.systems.planar import FAMILIES
 from pendpin.errors import InputError
@@ -140,15 +137,6 @@ def test_one_fault_leaves_the_system_and_the_letters_as_they_are():
     for title, change in faults.items():
         (wrong,) = pp.diagnose(texts_by_title[title].replace(*change)).wrong
         assert wrong.mends[0].words.startswith("the sign of")
-
-
-@pytest.mark.parametrize(
-    ("printed", "typeset"), [(r"\varphi''", "<mi>φ</mi>"), (r"(J\phi)''", "<msup><mi>d</mi><mn>2</mn></msup>")]
-)
-def test_second_derivatives_are_typeset_as_one(printed, typeset):
-    [[side]] = parse(printed, Vocabulary(raw))
-    assert typeset in part(side, ())
-    assert part(side, ()).count("<mfrac>") == ("(" in printed)
 
 
 def test_a_damping_is_said_to_be_0():

@@ -4,7 +4,7 @@ from itertools import product
 from typing import Any
 
 from pendpin.doctor.checking.residuals import TOLERANCE
-from pendpin.doctor.patients import Printed, candidates
+from pendpin.doctor.printed import Printed, candidates
 from pendpin.doctor.reading.names import CONSTANTS
 from pendpin.doctor.reading.tree import Unread, parts, symbols
 from pendpin.doctor.systems.base import DIFFERENCES, Convention, System

@@ -1,7 +1,7 @@
 """The doctor's main line: a document in, a verdict and mends for each of its equations out."""
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.doctor.checking.check import check
-from pendpin.doctor.checking.circumstances import scaling, when
+from pendpin.doctor.checking.circumstances import when
 from pendpin.doctor.checking.conditions import (
     SAID_SMALL,
     holds_as_stated,
@@ -26,11 +26,11 @@ from pendpin.doctor.letters import MOST_LOADS, bare, idle, in_use
 from pendpin.doctor.mending.definitions import mends_of_definition
 from pendpin.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, mends_of_unknown, styles_of
 from pendpin.doctor.mending.monomials import Printer
-from pendpin.doctor.patients import Candidate, Printed, candidates, holding, kind_of
+from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Mismatch, Unread, symbols
-from pendpin.doctor.recognition import Reading, read
+from pendpin.doctor.reading.tree import Mismatch, Node, Unread, key, symbols
+from pendpin.doctor.recognition import Reading, Recognition, read
 from pendpin.doctor.reports.text import records, text
 from pendpin.doctor.systems.base import System, linearised, random_states
 from pendpin.errors import brief
@@ -38,7 +38,8 @@ from pendpin.errors import brief
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
 FAR = 10.0  # the cost of no mend at all
 MOST_HOPELESS = 10  # equations without a mend, after which two changes are no longer tried
-NEIGHBOURS = 3  # equations that hold in a reading, so that another one in the same reading may be called wrong
+NEIGHBOURS = 3  # equations that hold in a reading, so that a symbol that stands in one alone may be called a slip
+EQUALLY = 0.3  # equations: readings that explain about as much
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,28 +63,97 @@ class Diagnosis(Findings):
 
 def examine(document: Document, choices: dict[str, Any], progress: Callable[[str], object]) -> Diagnosis:
     """Check every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
-    reading = read(document, choices)
-    doctor = _Doctor(reading, _styles(reading), in_use(reading.equations))
+    found = read(document, choices)
+    equations = found.equations
+    used, styles = in_use(equations), _styles(equations)
+    doctors = {id(reading): _Doctor(reading, styles, used) for reading in (found.main, *found.chosen)}
+    whose = [doctors[id(reading)] for reading in found.chosen]
     firsts = []
-    for one in reading.equations:
+    for doctor, one in zip(whose, equations, strict=True):
         progress(f"equation {one.number}")
         firsts.append(doctor.first(one))
-    right = (found for found, _ in firsts if found.verdict == "holds" and found.kind != "definition")
-    neighbours = [found.equation for found in right if found.equation]
+    neighbours: dict[int, list[Equation]] = defaultdict(list)
+    for doctor, (first, _) in zip(whose, firsts, strict=True):
+        if first.verdict == "holds" and first.kind != "definition" and first.equation:
+            neighbours[id(doctor)].append(first.equation)
     findings: list[Finding] = []
-    for one, (found, tried) in zip(reading.equations, firsts, strict=True):
+    for doctor, one, (first, tried) in zip(whose, equations, firsts, strict=True):
+        finding = first
         if tried:
             progress(f"equation {one.number}")
-            hopeless = sum(not f.mends and f.verdict in ("fails", "not checked") and bool(f.when) for f in findings)
-            found = doctor.second(found, one, tried, hopeless < MOST_HOPELESS, neighbours)
-        findings.append(found)
-    findings = [doctor.through_definitions(found, findings) for found in findings]
-    return Diagnosis(tuple(findings), reading.system, reading.title, reading.remarks, _shared(findings))
+            hopeless = sum(not f.mends and bool(f.when) for f in findings)
+            finding = doctor.second(first, one, tried, hopeless < MOST_HOPELESS, neighbours[id(doctor)])
+        findings.append(finding)
+    findings = [doctor.through_definitions(one, findings) for doctor, one in zip(whose, findings, strict=True)]
+    findings = _doubted(findings, found)
+    findings = _definitions(findings, found)
+    return Diagnosis(tuple(findings), found.main.system, found.title, found.main.remarks, _shared(findings))
+
+
+def _doubted(findings: list[Finding], found: Recognition) -> list[Finding]:
+    """The findings, without accusations of what another reading explains that explains the section about as well.
+
+    Of two readings that explain equally much, each of which breaks what the other one saves, neither is the right one.
+    """
+    answers = []
+    for i, finding in enumerate(findings):
+        mine = found.chosen[i]
+        for less, rival in found.rivals[i]:
+            if finding.verdict == "fails" and rival.credits[i] > 0:
+                words = f"it does not hold for {mine.title}, but for {rival.title}: say which is meant with --rod"
+                finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
+            here = [k for k, other in enumerate(found.chosen) if other is mine and found.rivals[k] is found.rivals[i]]
+            breaks = finding.verdict == "holds" and mine.credits[i] > 0 and not rival.credits[i]
+            if breaks and less < EQUALLY and (saved := [k for k in here if rival.credits[k] > mine.credits[k] == 0]):
+                other = findings[saved[0]]
+                words = f"it contradicts equation {other.number}, {other.place}: one of the two is wrong"
+                finding = replace(finding, verdict="not checked", remark=words, proved=False, when="in every motion")
+        answers.append(finding)
+    return answers
+
+
+def _definitions(findings: list[Finding], found: Recognition) -> list[Finding]:
+    """The findings, where a definition holds only if an equation holds with it, or one that says the same."""
+    used: dict[str, list[Node]] = defaultdict(list)  # by the symbol, what it is in equations that hold
+    for finding in findings:
+        if finding.equation and finding.kind != "definition" and finding.verdict in ("holds", "holds if"):
+            for name, meaning in _meanings_used(finding.equation):
+                used[name].append(meaning)
+    answers = []
+    for i, (finding, one) in enumerate(zip(findings, found.equations, strict=True)):
+        if finding.kind == "definition" and finding.verdict == "holds" and len(one.sides) == 2:
+            system, (own,) = found.chosen[i].system, [side for side in one.sides if side.value != one.defines]
+            if not any(
+                _same(one, own, other, system) for other in {key(node): node for node in used[one.defines]}.values()
+            ):
+                words = f"no equation that holds uses {one.defines.lstrip('?')} as it is defined here"
+                finding = replace(finding, verdict="not checked", remark=words, proved=False, unknown=(one.defines,))
+        answers.append(finding)
+    return answers
+
+
+def _same(one: Printed, own: Node, other: Node, system: System) -> bool:
+    """Whether two meanings of a symbol are the same, as they are written or in every motion."""
+    with suppress(Unread):
+        equation = Equation((own, other), definitions=one.definitions)
+        return key(own) == key(other) or relative_error(equation, random_states(system)) < TOLERANCE
+    return False
+
+
+def _meanings_used(equation: Equation) -> Iterator[tuple[str, Node]]:
+    """The symbols of the text that an equation uses, also through definitions, and what they are in it."""
+    seen, fresh = set[str](), _names(equation) & equation.definitions.keys()
+    while fresh:
+        seen |= fresh
+        yield from ((name, equation.definitions[name]) for name in fresh)
+        fresh = (
+            set().union(*(symbols(equation.definitions[name]) for name in fresh)) & equation.definitions.keys() - seen
+        )
 
 
 @dataclass(frozen=True)
 class _Doctor:
-    """Who examines the equations of a document, as it was read, and knows how it prints quantities."""
+    """Who examines the equations that one reading explains, and knows how the document prints quantities."""
 
     reading: Reading
     styles: dict[str, str]
@@ -151,18 +221,24 @@ class _Doctor:
             proved=not linear,
             error=relative_error(equation, random_states(system)) if linear else error,
             when=when(equation, system),
-            scaling=scaling(equation, system),
             dimensions=of_equation(equation, system.spec)[1],
-            mends=tuple(healed[best]),
+            mends=tuple(mend for mend in healed[best] if self._is_likely(mend)),
             remark=_joined(one.remark, linear, self._special(equation)),
             equation=equation,
         )
-        if self.reading.unknown or not (healed[best] or self.reading.chosen or len(neighbours) >= NEIGHBOURS):
-            reason = (
+        if self.reading.unknown:
+            words = (
                 f"it does not hold for {system.spec.title}, and nothing says that it is meant to: {self.reading.remedy}"
             )
-            return replace(found, verdict="not checked", remark=reason, mends=(), proved=False)
+            return replace(found, verdict="not checked", remark=words, mends=(), proved=False)
+        if not found.mends:
+            words = f"as I read it, for {system.spec.title}, it does not hold, and no small change makes it hold"
+            return replace(found, verdict="not checked", remark=_joined(words, found.remark), proved=False)
         return found
+
+    def _is_likely(self, mend: Mend) -> bool:
+        """Whether a mend is one change, or two with which the dimensions agree."""
+        return mend.changes == 1 or not of_equation(mend.equation, self.system.spec)[1]
 
     def through_definitions(self, found: Finding, findings: list[Finding]) -> Finding:
         """The finding of a wrong equation, with mends of a definition that it uses where those are likelier.
@@ -285,10 +361,10 @@ def _joined(*remarks: str) -> str:
     return "; ".join(filter(None, remarks))
 
 
-def _styles(reading: Reading) -> dict[str, str]:
+def _styles(equations: list[Printed]) -> dict[str, str]:
     """How a document prints its quantities: as where each is seen first."""
     found: dict[str, str] = {}
-    for one in reversed([one for one in reading.equations if one.ways and is_latex(one.text)]):
+    for one in reversed([one for one in equations if one.ways and is_latex(one.text)]):
         found |= styles_of(one, one.sides)
     return found
 

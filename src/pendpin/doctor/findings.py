@@ -1,12 +1,10 @@
 """What is found about the equations of a document: a verdict on each, and what mends it."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.recognition import UNKNOWN
-from pendpin.doctor.reports.harm import Harm, harm_of
 from pendpin.doctor.systems.base import System
 from pendpin.errors import brief
 
@@ -27,7 +25,6 @@ class Finding:
     error: float = 0.0  # relative to its terms
     remark: str = ""
     when: str = ""
-    scaling: str = ""
     dimensions: str = ""
     mends: tuple[Mend, ...] = ()
     equation: Equation | None = None
@@ -55,18 +52,13 @@ class Findings:
     title: str
     remarks: tuple[str, ...] = ()
     shared: tuple[Shared, ...] = ()
-
-    @cached_property
-    def harm(self) -> Harm | None:
-        """What the wrong equations do when they are solved; None where they cannot be. Computed when it is asked for."""
-        solvable = (f for f in self.wrong if f.proved)  # an equation for small angles is not solved at large ones
-        return harm_of({f.number: f.equation for f in solvable if f.equation is not None}, self.system)
+    skipped: tuple[str, ...] = ()  # the lines with an equals sign that were not read as equations
 
     @property
     def ok(self) -> bool:
-        """Whether some equation, no definition, holds, if only under a condition, and none fails."""
+        """Whether some equation, no definition, holds, if only under a condition, and none fails or is doubtful."""
         verdicts = {finding.verdict for finding in self.findings if finding.kind != "definition"}
-        return bool(verdicts & {"holds", "holds if"}) and "fails" not in verdicts
+        return bool(verdicts & {"holds", "holds if"}) and "fails" not in verdicts and not self.doubtful
 
     @property
     def system_is_known(self) -> bool:
@@ -77,6 +69,11 @@ class Findings:
     def unchecked(self) -> tuple[Finding, ...]:
         """The equations that say something which is not checked."""
         return tuple(found for found in self.findings if found.verdict == "not checked" and found.kind != "condition")
+
+    @property
+    def doubtful(self) -> tuple[Finding, ...]:
+        """The equations that do not hold as they are read, without a small change that would show what is wrong."""
+        return tuple(finding for finding in self.findings if finding.verdict == "not checked" and finding.when)
 
     @property
     def wrong(self) -> tuple[Finding, ...]:

@@ -12,7 +12,7 @@ from itertools import islice
 from pendpin.doctor.checking.conditions import loads_at_zero, small_angles
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import Equation
-from pendpin.doctor.patients import Printed, holding
+from pendpin.doctor.printed import Printed, holding
 from pendpin.doctor.reading.names import Vocabulary, Written
 from pendpin.doctor.reading.tree import Node, symbols, walk
 from pendpin.doctor.systems.base import Spec, System
@@ -36,14 +36,17 @@ def weight(equation: Equation, spec: Spec) -> float:
 
 def held(equations: list[Printed], system: System, small: bool = False) -> float:
     """How many equations hold, or only for `small` angles; those of motion and energy, which say most, twice."""
-    total = 0.0
-    for one in equations[:MOST_COUNTED]:
-        equation = _to_first_order(one, system) if small else holding(one, system)
-        if equation is not None:
-            total += weight(equation, system.spec)
-        elif 0 < len(one.unknown) <= MOST_LOADS and one.ways and not one.defines:
-            total += any(loads_at_zero(e, system, one.unknown) != "" for e in one.readings())
-    return total
+    return sum(credit(one, system, small) for one in equations[:MOST_COUNTED])
+
+
+def credit(one: Printed, system: System, small: bool = False) -> float:
+    """What an equation counts for a system: nothing where it does not hold."""
+    equation = _to_first_order(one, system) if small else holding(one, system)
+    if equation is not None:
+        return weight(equation, system.spec)
+    if 0 < len(one.unknown) <= MOST_LOADS and one.ways and not one.defines:
+        return float(any(loads_at_zero(e, system, one.unknown) != "" for e in one.meant(system.spec)))
+    return 0.0
 
 
 def _to_first_order(one: Printed, system: System) -> Equation | None:

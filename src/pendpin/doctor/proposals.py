@@ -8,7 +8,7 @@ from itertools import islice, permutations
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
 from pendpin.doctor.letters import weight
-from pendpin.doctor.patients import Printed
+from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread
 from pendpin.doctor.systems.base import Spec, System, random_states
 

@@ -1,21 +1,19 @@
-"""What a text is about: the names that it uses, the system that it describes, and in which convention."""
+"""What a text is about: every system, with every way to read its letters, scored against all equations of a section."""
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import partial
-from itertools import chain, islice
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.checking.conditions import holds_as_stated
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import residuals
 from pendpin.doctor.conventions import conventions_of, find_convention, likely_rod, single_conventions
-from pendpin.doctor.letters import MOST_COUNTED, Again, held, settled, weight, with_own_letters
-from pendpin.doctor.patients import Printed, holding, printed
+from pendpin.doctor.letters import MOST_COUNTED, Again, credit, held, settled, weight, with_own_letters
+from pendpin.doctor.printed import Printed, bind, read_equations
 from pendpin.doctor.proposals import option, proposed
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
@@ -32,30 +30,23 @@ from pendpin.errors import InputError, not_one_of, shown
 Name = tuple[str, str]  # a letter and its index
 Renamed = dict[Name, Written]
 
-ANGLE_LETTERS = {
-    "theta",
-    "phi",
-    "alpha",
-    "beta",
-    "psi",
-    "gamma",
-    "q",
-    "varphi",
-    "vartheta",
-    "delta",
-    "chi",
-    "xi",
-    "eta",
-}
+_ANGLE_LETTERS = "theta phi alpha beta psi gamma q varphi vartheta delta chi xi eta"
+ANGLE_LETTERS = set(_ANGLE_LETTERS.split())
 INERTIA = (1, 2, 0)  # powers of kg, m, s
 UNKNOWN = "no system that pendpin knows"
 RARELY = 5  # times that a letter stands more often than another that is a slip
+ROD = 0.5  # equations: what a rod on a universal joint counts before any holds
 LIKELIER = 0.01  # equations: what a system of more coordinates counts, of which the text has each
-NEARLY = 0.99  # of what may hold: the search ends
-CLOSE, MOST_SETTLED = 2.5, 4  # readings in which so few equations fewer hold are compared more closely, and how many
+CLOSE = 2.5  # readings in which so few equations fewer hold are compared more closely
+MOST_ALIKE, MOST_SETTLED = 3, 10  # how many of a family, and of all
 MOST_PROPOSED = 20  # readings in which the meanings of unknown letters are searched
-SURE = 0.6  # of what may hold: no other system is tried then
 FEW = 3  # equations: fewer, none of which holds, may all be wrong
+ELSEWHERE, MOST_ELSEWHERE = 0.1, 3.0  # what equations of other sections count, each and all together
+SAID, UNSAID = (
+    0.5,
+    -0.75,
+)  # equations: what the words of a section count for the system that they name, and against another
+CLEARLY = 1.2  # equations: by how much a reading has to explain more, so that what only another one explains is wrong
 FROM_HORIZONTAL = re.compile(r"horizontal|manipulator|\barm\b|elbow|x[- ]axis", re.IGNORECASE)
 ON_A_JOINT = re.compile(
     r"^(?!.*(?:spherical|polar|azimuth)).*(?:Cardan|universal joint|U-joint|Hooke'?s? joint)", re.I | re.S
@@ -66,14 +57,22 @@ FOREIGN = re.compile(
     r"spinning top|projectile|vibrat\w*|oscillates|rocket|charge|oscillator|beam|plate|fluid|Atwood|Kepler)\b",
     re.IGNORECASE,
 )
-ELSEWHERE = re.compile(
+FURUTA = re.compile(
     r"Furuta|\b(?:rotary|rotational)(?: inverted)? pendulum", re.IGNORECASE
 )  # some equations are a rod's
+WORDS = {  # of texts about each family
+    "cart-pole": re.compile(r"\b(?:cart|trolley|carriage|chariot|wagen|carrito|cart-?pole)s?\b", re.I),
+    "double": re.compile(
+        r"double[- ]pendul|doppelpendel|péndulo doble|pendule double|two[- ]link|acrobot|pendubot", re.I
+    ),
+    "polar": re.compile(r"spherical pendul|conical pendul|azimuth|sphärische|péndulo esférico|pendule sphérique", re.I),
+    "rod": re.compile(r"cardan|universal joint|U-joint|hooke'?s? joint|gimbal", re.I),
+}
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """The equations of a document as they are read. `chosen` says that the user named the system."""
+    """The equations of a document read as those of one system. `chosen` says that the user named the system."""
 
     equations: list[Printed]
     system: System
@@ -82,13 +81,36 @@ class Reading:
     chosen: bool = False
     unknown: bool = False
     conventions: tuple[Convention, ...] = ()  # others, under one of which an equation may be right
-    again: Again | None = None  # reads them with other words
+    again: Again | None = None  # binds them to other words
     angles: dict[str, str] = field(default_factory=dict)  # guessed: the letters of the angles
 
     @property
     def remedy(self) -> str:
         """What to write so that more is checked."""
         return "say which system it is with --rod, or what its symbols are with --symbols"
+
+    @cached_property
+    def credits(self) -> np.ndarray:
+        """What each equation counts for this reading, (n,): 0 where it does not hold."""
+        every = [credit(one, self.system) for one in self.equations[:MOST_COUNTED]]
+        return np.array(every + [0.0] * (len(self.equations) - len(every)))
+
+    @property
+    def score(self) -> float:
+        """How much of the document it explains."""
+        return float(self.credits.sum()) + self.likelier
+
+    @property
+    def likelier(self) -> float:
+        """What a system counts by itself: one of more coordinates a little, and a rod on a joint, of which this is about."""
+        return ROD if self.system.kind in RODS else LIKELIER * len(self.system.spec.coordinates)
+
+    def prior(self, text: str) -> float:
+        """What the words of a text count for this system, or against it."""
+        family = self.system.kind.split()[0]
+        family = {"acrobot": "double"}.get(family, "rod" if family in RODS else family)
+        said = {name for name, words in WORDS.items() if words.search(text)}
+        return 0.0 if not said else SAID if family in said else UNSAID
 
     def says(self, one: Printed) -> str:
         """What an equation says that is no law: a state, or a choice of parameters; empty for what may be a law."""
@@ -106,6 +128,26 @@ class Reading:
         if values and not one.statement.name and ((lone and len(every) == 1) or every <= states) and not one.defines:
             return "it gives a state or a value, and no law: nothing to check"
         return ""
+
+
+@dataclass(frozen=True, eq=False)
+class Recognition:
+    """A document as it was read. Of each equation the `reading` of its section, and `rivals` that explain as much."""
+
+    main: Reading
+    chosen: tuple[Reading, ...]
+    rivals: tuple[tuple[tuple[float, Reading], ...], ...]  # and by how much less each explains
+
+    @property
+    def equations(self) -> list[Printed]:
+        """Each equation as its own reading has it."""
+        return [reading.equations[i] for i, reading in enumerate(self.chosen)]
+
+    @property
+    def title(self) -> str:
+        """What the document is about."""
+        every = [reading.title for reading in dict.fromkeys((self.main, *self.chosen))]
+        return " and ".join(dict.fromkeys(every)) if not self.main.unknown else self.main.title
 
 
 def _is_multiple(node: Node) -> bool:
@@ -138,46 +180,115 @@ def check_choices(rod: str | None, convention: str | None) -> None:
     conventions_of(convention or "")
 
 
-def read(document: Document, choices: dict[str, Any]) -> Reading:
-    """The equations of a document, read as those of the system that they fit best. Raises InputError."""
+@dataclass(frozen=True, eq=False)
+class _Page:
+    """A document, its equations as they are written, what the user says of its symbols, and its choices."""
+
+    document: Document
+    raw: list[Printed]
+    table: dict[str, str]
+    kind: str | None
+    convention: str | None
+
+    @cached_property
+    def letters(self) -> list["Letters"]:
+        """The letters of the whole document, and of each section."""
+        sections = sorted({one.statement.section for one in self.raw})
+        each = [[one for one in self.raw if one.statement.section == section] for section in sections]
+        return [_letters(equations, self.table) for equations in (self.raw, *(each if len(each) > 1 else ()))]
+
+
+def read(document: Document, choices: dict[str, Any]) -> Recognition:
+    """The equations of a document, those of each section read as of the system that explains most. Raises InputError."""
     kind, convention = choices.get("rod") or document.rod, choices.get("convention") or document.convention
     check_choices(kind, convention)
     table = {**document.symbols, **choices.get("symbols", {})}
+    page = _Page(document, read_equations(document.statements), table, kind, convention)
     if scene := choices.get("scene"):
-        return _as_scene(document, table, scene)
-    rod = _as_rod(document, table, kind if kind in RODS else None, convention)
-    best, most = rod, held(rod.equations, rod.system) + 0.5 if kind not in FAMILIES else -1.0
-    is_rod = kind in RODS or convention is not None
-    sure = rod.unknown or most > max(SURE * _most(rod), 0.5)
-    counted: list[tuple[float, Reading]] = []
-    renamed = () if kind in FAMILIES else _renamed_rods(document, table, kind, convention)
-    for other in () if sure else chain(renamed, () if is_rod else _others(document, table, kind)):
-        counted.append((held(other.equations, other.system), other))
-        if (count := counted[-1][0] + LIKELIER * len(other.system.spec.coordinates)) > most:
-            most, best = count, other
-        if most > NEARLY * _most(best):
-            break
-    if most < 1:
-        small = [(held(one.equations, one.system, small=True), one) for one in (rod, *(one for _, one in counted))]
-        most, best = max([(0.5, best), *small], key=lambda pair: pair[0])
-    elif not sure and most <= NEARLY * _most(best):
-        likely = sorted(((count, other) for count, other in counted if count > most - CLOSE), key=lambda pair: -pair[0])
-        best = _best_settled(best, [other for _, other in likely if other is not best])
-    if not (sure or choices.get("proposed")) and (
-        better := _proposed(document, choices, [best, *(r for _, r in counted)])
-    ):
+        reading = _as_scene(page, scene)
+        return Recognition(reading, (reading,) * len(page.raw), ((),) * len(page.raw))
+    readings = list(_every(page))
+    readings.sort(key=lambda reading: -(reading.score + reading.prior(document.text)))
+    if readings[0].credits.sum() < 1:  # nothing holds: perhaps for small angles
+        small = [(held(one.equations, one.system, small=True), one) for one in readings[:MOST_PROPOSED]]
+        most, best = max(small, key=lambda pair: pair[0])
+        readings = [best, *(one for one in readings if one is not best)] if most > 0.5 else readings
+    if not choices.get("proposed") and (better := _proposed(page, choices, readings)):
         return better
-    best = best if best.unknown else replace(_settled(best), chosen=kind is not None)
-    most = max(most, held(best.equations, best.system))
-    return best if best.chosen or best.unknown else _doubted(best, int(most), document)
+    return _by_section(page, [_settled(reading) for reading in _likeliest(page, readings)])
 
 
-def _proposed(document: Document, choices: dict[str, Any], readings: list[Reading]) -> Reading | None:
+def _every(page: _Page) -> Iterator[Reading]:
+    """Every reading that is tried."""
+    if page.kind not in FAMILIES:
+        yield _as_rod(page, page.kind if page.kind in RODS else None)
+        yield from _renamed_rods(page)
+    if page.kind not in RODS and page.convention is None:
+        yield from _others(page)
+
+
+def _likeliest(page: _Page, readings: list[Reading]) -> list[Reading]:
+    """The readings that are compared more closely: the best, and the best of each section."""
+    best, found = readings[0].score, list[Reading]()
+    often = Counter[str]()
+    for one in readings:
+        family = one.system.kind.split()[0]
+        if one.score > best - CLOSE and often[family] < MOST_ALIKE:
+            often[family] += 1
+            found.append(one)
+    for _, indices, text in _sections(page):
+        top = max(readings, key=lambda one: _score(one, indices, text))
+        found += [top] if top not in found else []
+    return found[:MOST_SETTLED]
+
+
+def _sections(page: _Page) -> Iterator[tuple[int, np.ndarray, str]]:
+    """Each section: its number, which equations stand in it, and its text."""
+    where = np.array([one.statement.section for one in page.raw])
+    for section in sorted(set(where.tolist())):
+        texts = page.document.sections
+        yield section, where == section, texts[section] if section < len(texts) else page.document.text
+
+
+def _score(reading: Reading, inside: np.ndarray, text: str) -> float:
+    """How well a reading explains a section: its own equations, and a little those of the others."""
+    elsewhere = min(MOST_ELSEWHERE, ELSEWHERE * float(reading.credits[~inside].sum()))
+    return float(reading.credits[inside].sum()) + elsewhere + reading.likelier + reading.prior(text)
+
+
+def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
+    """Each section read as by what explains it best, with the others that explain about as much."""
+    text = page.document.text
+    count = len(page.raw)
+    whole = np.ones(count, dtype=bool)
+    main = max(readings, key=lambda one: _score(one, whole, text))
+    main = replace(main, chosen=page.kind is not None)
+    main = main if main.chosen or main.unknown else _doubted(main, text)
+    chosen = [main] * count
+    rivals: list[tuple[tuple[float, Reading], ...]] = [()] * count
+    if main.chosen or main.unknown:
+        return Recognition(main, tuple(chosen), tuple(rivals))
+    readings = [main, *readings]
+    for _, inside, words in _sections(page):
+        scores = [_score(one, inside, words) for one in readings]
+        best = int(np.argmax(scores))
+        best = 0 if scores[0] > scores[best] - 0.5 else best  # the page's own, but where another is better
+        near = [(scores[best] - score, one) for one, score in zip(readings, scores, strict=True)]
+        near = [(less, one) for less, one in near if less < CLEARLY and one is not readings[best]]
+        for i in np.flatnonzero(inside):
+            chosen[i], rivals[i] = readings[best], tuple(near)
+    return Recognition(main, tuple(chosen), tuple(rivals))
+
+
+def _proposed(page: _Page, choices: dict[str, Any], readings: list[Reading]) -> Recognition | None:
     """The document read with meanings of its unknown letters, if more holds so; None for one of an unknown system."""
-    best, most, meanings = readings[0], held(readings[0].equations, readings[0].system), dict[str, str]()
-    if FOREIGN.search(document.text) or not any(one.unknown for one in best.equations):
+    best = readings[0]
+    most, meanings = held(best.equations, best.system), dict[str, str]()
+    if FOREIGN.search(page.document.text) or not any(one.unknown for one in best.equations):
         return None
-    for reading in islice(readings, MOST_PROPOSED):
+    if most > 0.6 * _most(best):
+        return None
+    for reading in readings[:MOST_PROPOSED]:
         rods = [SPECS[kind] for kind in ("symmetric", "thin")] if reading.system.kind in RODS else []
         for spec in rods or [reading.system.spec]:
             score, found = proposed(reading.equations, replace(reading.system, spec=spec))
@@ -186,111 +297,117 @@ def _proposed(document: Document, choices: dict[str, Any], readings: list[Readin
     if not meanings:
         return None
     names = best.angles | {option(letter): option(meaning) for letter, meaning in sorted(meanings.items())}
-    symbols = {**names, **choices.get("symbols", {})}
-    found = read(document, {**choices, "symbols": symbols, "proposed": True})
+    found = read(page.document, {**choices, "symbols": {**names, **choices.get("symbols", {})}, "proposed": True})
     text = ",".join(f"{name}={meaning}" for name, meaning in names.items())
     words = f"The letters are read so that most equations hold; confirm it with --symbols {text}."
-    return replace(found, remarks=(words, *found.remarks))
+    return replace(found, main=replace(found.main, remarks=(words, *found.main.remarks)))
+
+
+def _most(reading: Reading) -> float:
+    """How much would hold if every equation did."""
+    spec = reading.system.spec
+    readings = [next(one.readings()) for one in reading.equations[:MOST_COUNTED] if one.ways and not one.defines]
+    return sum(weight(equation, spec) for equation in readings)
 
 
 def _settled(reading: Reading) -> Reading:
     """The same, each of whose letters has one meaning."""
     if reading.again is None:
         return reading
-    return replace(reading, equations=settled(reading.equations, reading.system, reading.again), again=None)
+    equations = with_own_letters(reading.equations, reading.system, reading.again)
+    return replace(reading, equations=settled(equations, reading.system, reading.again), again=None)
 
 
-def _best_settled(best: Reading, others: list[Reading]) -> Reading:
-    """Of readings in which about as many equations hold that in which most do once their letters have one meaning.
-
-    Equations that hold as their words state it, such as those of a pendulum that is released at rest, count here too.
-    """
-    readings = [_settled(one) for one in (best, *others[:MOST_SETTLED])]
-    return max(readings, key=lambda one: held(one.equations, one.system) + _stated(one))
-
-
-def _stated(reading: Reading) -> int:
-    """How many equations hold under a condition that the words around them state."""
-    every = (one for one in reading.equations if one.ways and not one.defines and not holding(one, reading.system))
-    stated = (holds_as_stated(e, reading.system, one.statement.context) for one in every for e in one.readings())
-    return sum(map(bool, stated))
-
-
-def _as_scene(document: Document, table: dict[str, str], scene: Any) -> Reading:
+def _as_scene(page: _Page, scene: Any) -> Reading:
     """The equations read as those of the chain of a scene."""
     spec = scene_spec(scene)
-    words, given = read_symbols(table, spec, {}, document.text)
-    equations = printed(document.statements, given, {}, words)
-    return Reading(equations, System(spec), spec.title, (), True)
+    words, given = read_symbols(page.table, spec, {}, page.document.text)
+    return Reading(bind(page.raw, words, given, {}), System(spec), spec.title, (), True)
 
 
-def _as_rod(
-    document: Document, table: dict[str, str], rod: str | None, convention: str | None, renamed: Renamed | None = None
-) -> Reading:
+def _as_rod(page: _Page, rod: str | None, renamed: Renamed | None = None) -> Reading:
     """The equations read as those of a rod on a universal joint, whose angles may have other names."""
-    words, given = read_symbols(table, SPECS["thin"], renamed or {}, document.text)
+    text = page.document.text
+    words, given = read_symbols(page.table, SPECS["thin"], renamed or {}, text)
     usual = {f"?{letter}": lone(f"{name}(phi)", words) for letter, name in (("s", "sin"), ("c", "cos"))}
     known = {k: v for k, v in usual.items() if v}
-    equations = printed(document.statements, given, known, words)
+    equations = bind(page.raw, words, given, known)
     kind = rod or likely_rod(equations)
-    if convention is not None:
-        base, remarks = conventions_of(convention), list[str]()
+    if page.convention is not None:
+        base, remarks = conventions_of(page.convention), list[str]()
     else:  # angles whose names are guessed are tried in both orders
         base, remarks = find_convention(equations, kind, swaps=renamed is None)
     if rod is None and kind == "point":
-        text = "These are equations of a point mass on a massless rod or string"
-        remarks.insert(0, f"{text}; for a rod with mass write --rod thin.")
+        words_on_it = "These are equations of a point mass on a massless rod or string"
+        remarks.insert(0, f"{words_on_it}; for a rod with mass write --rod thin.")
     if base.words:
         remarks.insert(0, f"The text has its own convention: {base.words}.")
     system = System(SPECS[kind], base)
     title = system.spec.title
-    chained = rod is None and len(re.findall(r"\\(?:up|down)arrow|\bchain\b", document.text)) > 3
+    chained = rod is None and len(re.findall(r"\\(?:up|down)arrow|\bchain\b", text)) > 3
     if chained:
         title = "a chain of rods, each equation as one of a single rod"
         remarks.insert(0, "This text is about a chain of rods: give the chain as --scene to have it checked.")
-    conventions = tuple(single_conventions()) if convention is None else ()
-    again = partial(printed, document.statements, given, known)
+    conventions = tuple(single_conventions()) if page.convention is None else ()
+    again = partial(bind, page.raw, given=given, usual=known)
     return Reading(equations, system, title, tuple(remarks), rod is not None, chained, conventions, again)
 
 
-def _renamed_rods(
-    document: Document, table: dict[str, str], rod: str | None, convention: str | None
-) -> Iterator[Reading]:
+def _renamed_rods(page: _Page) -> Iterator[Reading]:
     """The equations as those of a rod whose angles have other names."""
-    found = _letters(document, table)
-    letters = [name for name in found.angles if name in found.moving and name[1] in ("", "1", "2")]
-    if len(letters) != 2 or {"theta", "phi"} <= {name[0] for name in letters}:
-        return
-    for first, second in (letters, letters[::-1]):
-        found = _as_rod(document, table, rod, convention, {first: Written("theta"), second: Written("phi")})
-        angles = {"_".join(first).rstrip("_"): "theta", "_".join(second).rstrip("_"): "phi"}
-        text = ",".join(f"{name}={angle}" for name, angle in angles.items())
-        words = f"The angles are read so that most equations hold; confirm it with --symbols {text}."
-        yield replace(found, remarks=(words, *found.remarks), angles=angles)
-
-
-def _others(document: Document, table: dict[str, str], kind: str | None) -> Iterator[Reading]:
-    """The equations read as those of each other system whose coordinates the text may have."""
-    letters = _letters(document, table)
-    inertias = {name[0] for name in letters.every} & {"I", "J"} or re.search("inertia|gyration", document.text)
-    for family, specs in FAMILIES.items():
-        if kind not in (None, family) or (kind is None and family == "polar" and ON_A_JOINT.search(document.text)):
+    tried = set[tuple[Name, ...]]()
+    for found in page.letters:
+        letters = [name for name in found.angles if name in found.moving and name[1] in ("", "1", "2")]
+        if len(letters) != 2 or {"theta", "phi"} <= {name[0] for name in letters} or tuple(letters) in tried:
             continue
-        for renamed in _renamings(family, letters):
-            general = ("h", "") in letters.every and bool(inertias) and family != "polar"
-            bodies = sorted(
-                specs, key=lambda spec: (" any" in spec.kind) != bool(inertias)
-            )  # simple ones unless it says so
+        tried.add(tuple(letters))
+        for first, second in (letters, letters[::-1]):
+            reading = _as_rod(page, page.kind, {first: Written("theta"), second: Written("phi")})
+            angles = {"_".join(first).rstrip("_"): "theta", "_".join(second).rstrip("_"): "phi"}
+            text = ",".join(f"{name}={angle}" for name, angle in angles.items())
+            words = f"The angles are read so that most equations hold; confirm it with --symbols {text}."
+            yield replace(reading, remarks=(words, *reading.remarks), angles=angles)
+
+
+def _others(page: _Page) -> Iterator[Reading]:
+    """The equations read as those of each other system whose coordinates the text may have."""
+    text = page.document.text
+    every = page.letters[0].every
+    inertias = {name[0] for name in every} & {"I", "J"} or re.search("inertia|gyration", text)
+    unequal = any({(letter, "1"), (letter, "2")} <= every.keys() for letter in "mMlL")
+    unequal = unequal and not re.search(r"m_\{?1\}?\s*=\s*m_\{?2|l_\{?1\}?\s*=\s*l_\{?2|L_\{?1\}?\s*=\s*L_\{?2", text)
+    for family, specs in FAMILIES.items():
+        if page.kind not in (None, family) or (page.kind is None and family == "polar" and ON_A_JOINT.search(text)):
+            continue
+        general = ("h", "") in every and bool(inertias) and family != "polar"
+        bodies = sorted(
+            specs, key=lambda spec: (" any" in spec.kind) != bool(inertias)
+        )  # simple ones unless it says so
+        for renamed in _each_once(found for letters in page.letters for found in _renamings(family, letters)):
+            bound: dict[str, tuple[list[Printed], Again, bool]] = {}  # by the body: the same names
             for spec in (spec for spec in bodies if not general or " any" in spec.kind):
-                if " horizontal" in spec.kind and not FROM_HORIZONTAL.search(document.text):
+                skipped = " horizontal" in spec.kind and not FROM_HORIZONTAL.search(text)
+                if skipped or (" equal" in spec.kind and unequal):
                     continue
-                words, given = read_symbols(table, spec, renamed, document.text)
-                equations = printed(document.statements, given, {}, words)
-                again = partial(printed, document.statements, given, {})
-                if not any(any(e.names & {*LOADS} for e in one.readings()) for one in equations):
-                    spec = unloaded(spec)
-                equations = with_own_letters(equations, System(spec), again)
-                yield Reading(equations, System(spec), spec.title, again=again)
+                body = spec.kind.split()[1]
+                if body not in bound:
+                    words, given = read_symbols(page.table, spec, renamed, text)
+                    again = partial(bind, page.raw, given=given, usual={})
+                    equations = again(words)
+                    loaded = any(e.names & {*LOADS} for one in equations for e in one.meant(spec))
+                    bound[body] = (equations, again, loaded)
+                equations, again, loaded = bound[body]
+                yield Reading(equations, System(spec if loaded else unloaded(spec)), spec.title, again=again)
+
+
+def _each_once(found: Iterable[Renamed]) -> Iterator[Renamed]:
+    """Each of some renamings once."""
+    seen = set[frozenset[tuple[Name, Written]]]()
+    for renamed in found:
+        key = frozenset(renamed.items())
+        if key not in seen:
+            seen.add(key)
+            yield renamed
 
 
 @dataclass(frozen=True)
@@ -308,17 +425,17 @@ class Letters:
         return usual or sorted(self.turned & self.moving.keys())
 
 
-def _letters(document: Document, table: dict[str, str]) -> Letters:
-    """The letters of a text."""
+def _letters(equations: list[Printed], table: dict[str, str]) -> Letters:
+    """The letters of some equations."""
     words, _ = read_symbols(table, replace(SPECS["thin"], words=raw), {})
     moving, every, turned = Counter[Name](), Counter[Name](), set[Name]()
-    for one in printed(document.statements, {}, {}, words):
+    for one in bind(equations, words, {}, {}):
         for node in parts(one.sides):
             if node.kind == "symbol" and node.written:
                 name = (node.written.letter, node.written.index)
                 every[name] += 1
                 moving[name] += node.written.dots > 0
-            inside = [(p.written.letter, p.written.index) for p in walk(node) if p.written]
+            inside = [(p.written.letter, p.written.index) for p in walk(node) if p.written and p.kind == "symbol"]
             moving.update(inside if node.kind == "derivative" else ())
             turned.update(inside if node.kind == "function" else ())
     return Letters(+moving, every, turned)
@@ -353,18 +470,12 @@ def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
             yield {("q", "1"): Written("x"), ("q", "2"): Written("theta")}
 
 
-def _most(reading: Reading) -> float:
-    """How much would hold if every equation did."""
-    spec = reading.system.spec
-    readings = [next(one.readings()) for one in reading.equations[:MOST_COUNTED] if one.ways and not one.defines]
-    return sum(weight(equation, spec) for equation in readings)
-
-
-def _doubted(reading: Reading, held: int, document: Document) -> Reading:
+def _doubted(reading: Reading, text: str) -> Reading:
     """The same, as of no system that pendpin knows where too little of the text holds in the best one."""
-    read = [one for one in reading.equations if one.ways and not one.defines]
-    foreign = bool(FOREIGN.search(document.text)) or bool(_strange(reading))
-    if not ELSEWHERE.search(document.text) and (held or not read or (len(read) < FEW and not foreign)):
+    readable = [one for one in reading.equations if one.ways and not one.defines]
+    foreign = bool(FOREIGN.search(text)) or bool(_strange(reading))
+    holds = int(reading.credits.sum())
+    if not FURUTA.search(text) and (holds or not readable or (len(readable) < FEW and not foreign)):
         return reading
     words = "No system that pendpin knows fits this text"
     return replace(reading, title=UNKNOWN, remarks=(f"{words}: {reading.remedy}.",), unknown=True)

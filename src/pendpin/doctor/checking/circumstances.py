@@ -1,16 +1,12 @@
-"""In which motions a wrong equation fails, and how its error grows with the parameters."""
+"""In which motions a wrong equation fails."""
 
-import numpy as np
-
-from pendpin.doctor.checking.evaluation import norm
 from pendpin.doctor.checking.residuals import (
     TOLERANCE,
     Equation,
     relative_error,
-    residuals_and_sizes,
 )
 from pendpin.doctor.reading.tree import Unread
-from pendpin.doctor.systems.base import Quantities, System, Values, random_states
+from pendpin.doctor.systems.base import Quantities, System, random_states
 
 
 def when(equation: Equation, system: System) -> str:
@@ -31,22 +27,3 @@ def _fails(equation: Equation, quantities: Quantities, full: Quantities) -> bool
         return relative_error(equation, quantities, full) > TOLERANCE
     except Unread:
         return False
-
-
-def scaling(equation: Equation, system: System) -> str:
-    """How the residual grows with m, l and g, as a product of powers; empty where it is none."""
-    here = _size(equation, random_states(system))
-    words = []
-    for name in (name for name in ("m", "l", "g") if name in system.spec.parameters):
-        there = _size(equation, random_states(system, doubled=name))
-        with np.errstate(all="ignore"):
-            power = np.log2(there / here)
-        if not np.isfinite(power).all() or np.ptp(power) > 1e-6 or abs(power[0] - round(power[0])) > 1e-6:
-            return ""
-        words += [name + ("" if round(power[0]) == 1 else f"^{round(power[0])}")] if round(power[0]) else []
-    return " ".join(words)
-
-
-def _size(equation: Equation, quantities: Quantities) -> Values:
-    with np.errstate(all="ignore"):
-        return np.concatenate([norm(rows) for rows, _ in residuals_and_sizes(equation, quantities)])

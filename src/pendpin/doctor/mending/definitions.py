@@ -7,7 +7,7 @@ import numpy as np
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals
 from pendpin.doctor.mending.mends import Mend, Patient, mends
 from pendpin.doctor.mending.monomials import Printer
-from pendpin.doctor.patients import Printed
+from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Unread, parts
 from pendpin.doctor.systems.base import Quantities, System, Values, random_states
 

@@ -26,6 +26,7 @@ class Edit:
     old: str = ""
     new: str = ""
     instead: Instead | None = None
+    changes: int = 1
 
 
 def apply(text: str, splices: tuple[Splice, ...]) -> str:

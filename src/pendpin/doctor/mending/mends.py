@@ -25,7 +25,7 @@ from pendpin.doctor.mending.mismatches import changes_of_kind
 from pendpin.doctor.mending.monomials import Printer
 from pendpin.doctor.mending.moves import moves
 from pendpin.doctor.mending.needs import needs
-from pendpin.doctor.patients import Printed
+from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.tree import Node, Span, Unread, key, parts, symbols, walk
 from pendpin.doctor.systems.base import Quantities, System, Values, random_states
@@ -56,6 +56,7 @@ class Mend:
     equation: Equation
     splices: tuple[tuple[int, int, str], ...]
     alone: bool = True  # its text holds no other equation
+    changes: int = 1
 
     @property
     def span(self) -> tuple[int, int]:
@@ -223,7 +224,7 @@ def _both(a: Edit, b: Edit) -> Edit:
         first = instead.get(node)
         instead[node] = (lambda x, f=first, g=change: g(f(x))) if callable(first) and callable(change) else change
     words = f"{a.words}, and {b.words}"
-    return Edit((*a.splices, *b.splices), a.cost + b.cost, words, f"{a.old}; {b.old}", f"{a.new}; {b.new}", instead)
+    return Edit((*a.splices, *b.splices), a.cost + b.cost, words, f"{a.old}; {b.old}", f"{a.new}; {b.new}", instead, 2)
 
 
 def _verified(patient: Patient, edits: list[Edit]) -> list[Mend]:
@@ -250,7 +251,8 @@ def _verified(patient: Patient, edits: list[Edit]) -> list[Mend]:
         if verdict.holds:
             shapes.append(shape)
             words = (edit.words, edit.old, edit.new)
-            chosen.append(Mend(text, *words, cost, verdict.proved, equation, edit.splices, patient.printed.alone))
+            alone = patient.printed.alone
+            chosen.append(Mend(text, *words, cost, verdict.proved, equation, edit.splices, alone, edit.changes))
     return chosen
 
 

@@ -4,6 +4,8 @@ import re
 import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 from pendpin.errors import InputError, shown
@@ -40,6 +42,7 @@ class Statement:
     name: str = ""
     before: str = ""  # of its sentence, and the heading that it stands under
     after: str = ""
+    section: int = 0  # the number of headings before it
 
     @property
     def context(self) -> str:
@@ -52,7 +55,7 @@ class Statement:
         return f"line {int(self.place.removeprefix('line ')) + count}" if count else self.place
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Document:
     """The statements of a text, the whole text, and what a table of it says about symbols, rod and convention."""
 
@@ -61,6 +64,12 @@ class Document:
     rod: str | None = None
     convention: str | None = None
     text: str = ""
+
+    @cached_property
+    def sections(self) -> list[str]:
+        """The text from each heading to the next; before the first heading what stands there."""
+        cuts = [0, *(match.start() for match in _HEADING.finditer(self.text)), len(self.text)]
+        return [self.text[start:end] for start, end in pairwise(cuts)]
 
 
 def read_text(text: str) -> Document:
@@ -84,7 +93,8 @@ def _statement(text: str, start: int, end: int, formula: str, begin: int) -> Sta
     closing = _SENTENCE.search(after)
     after = after[: closing.start() + 1] if closing else after
     before = f"{heading[-1] if heading else ''} {before}"
-    return Statement(formula, f"line {text.count(chr(10), 0, begin) + 1}", "", before, after)
+    section = len(_HEADING.findall(text[:start]))
+    return Statement(formula, f"line {text.count(chr(10), 0, begin) + 1}", "", before, after, section)
 
 
 def _formulas(text: str) -> Iterator[tuple[int, int, int, str]]:

@@ -3,22 +3,25 @@
 from dataclasses import replace
 from fractions import Fraction
 
+from pendpin.doctor.reading.binding import bound
 from pendpin.doctor.reading.brackets import CLOSING, Brackets
 from pendpin.doctor.reading.names import Vocabulary
-from pendpin.doctor.reading.printed_names import named
 from pendpin.doctor.reading.tokens import Token, is_latex, joined, tokens
 from pendpin.doctor.reading.tree import Node, Span, Unread
 
 ENDS = {"close", "relation", "other relation", "condition", "&", "row", ",", ";", ".", "end"}
 MOST_POWER = 12
 MOST_DIGITS = 30
-FUNCTIONS_OF_STATE = {"T", "V", "L", "E", "x", "y", "z", "rG", "b3"}
 SEPARATORS = (",", ";", "row", ".", "&")
 
 
-def parse(text: str, words: Vocabulary, *, tight: bool = False) -> list[list[Node]]:
-    """The equations of a text, each a list of sides that are equal; `tight` reads 3g/2l as 3g/(2l). Raises Unread."""
-    return Parser(joined(tokens(text)), is_latex(text), tight, words).equations()
+def parse(text: str, words: Vocabulary | None = None, *, tight: bool = False) -> list[list[Node]]:
+    """The equations of a text, each a list of sides that are equal; `tight` reads 3g/2l as 3g/(2l). Raises Unread.
+
+    Its names mean nothing yet, unless some `words` are given.
+    """
+    equations = Parser(joined(tokens(text)), is_latex(text), tight).equations()
+    return [[bound(side, words) for side in sides] for sides in equations] if words else equations
 
 
 def lone(text: str, words: Vocabulary) -> Node | None:
@@ -115,30 +118,11 @@ class Parser(Brackets):
             operators.append(operator)
             marks.append(mark)
             slash = operator == "/" and (token.kind == "operator" or slash)
-        if applied := [i for i in range(1, len(factors)) if self._is_argument(factors[i - 1], factors[i])]:
-            left = [i for i in range(len(factors)) if i not in applied]
-            every = {i - 1 for i in applied if _of_all(factors[i])}
-            factors = [self._styled(factor) if i in every else factor for i, factor in enumerate(factors)]
-            factors, operators = [factors[i] for i in left], [operators[i] for i in left]
-            marks = [marks[i] for i in left]
         if len(factors) == 1:
             return factors[0]
         marks[0] = (factors[0].outer[0], factors[0].outer[0])
         span = (factors[0].outer[0], factors[-1].outer[1])
         return Node("product", span, tuple(operators), tuple(factors), tuple(marks))
-
-    def _is_argument(self, name: Node, node: Node) -> bool:
-        """Whether a bracket says what a quantity depends on, as in D(phi): it is not a factor then."""
-        inside = _inside(node)
-        alone = node.bracketed or (node.kind == "matrix" and not self.latex)
-        known = name.kind in ("symbol", "derivative") and not name.bracketed
-        function = known and (str(name.value).startswith("?") or name.value in FUNCTIONS_OF_STATE)
-        states = all(part.kind == "symbol" and part.value in self.words.state for part in inside)
-        return bool(((function and states) or (known and _of_all(node))) and (alone or node.kind == "matrix"))
-
-    def _styled(self, node: Node) -> Node:
-        """A name as if in bold type: M(q) is a matrix or vector, however it is printed."""
-        return node if node.written is None else named(replace(node.written, styled=True), node.span, self.words)
 
     def _operator(self) -> str:
         token = self.take()
@@ -312,7 +296,7 @@ class Parser(Brackets):
             self.place = place
             return None
         below = self.symbol()
-        return self.differentiated(above, None if below.value == "t" else below, (start.start, below.span[1]))
+        return self.differentiated(above, below, (start.start, below.span[1]))
 
     def _derivative(self) -> Node | None:
         """d/dt or a partial derivative, where a fraction is one."""
@@ -326,16 +310,6 @@ class Parser(Brackets):
         for _ in range(above[2]):
             node = self.differentiated(node, below[1], (start, self.peek(-1).end))
         return node
-
-
-def _inside(node: Node) -> tuple[Node, ...]:
-    """What stands between brackets, with commas or without."""
-    return node.children if node.kind == "matrix" else (node,)
-
-
-def _of_all(node: Node) -> bool:
-    """Whether an argument is all coordinates at once, or their rates."""
-    return all(part.kind == "symbol" and part.value in ("q", "dq") for part in _inside(node))
 
 
 def _constant(node: Node, place: int) -> Fraction:

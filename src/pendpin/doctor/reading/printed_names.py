@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-from pendpin.doctor.reading.names import Vocabulary, Written, of_word
+from pendpin.doctor.reading.names import Written, of_word, unknown
 from pendpin.doctor.reading.tokens import ACCENTS, Token
 from pendpin.doctor.reading.tree import Node, Span, Unread
 
@@ -16,10 +16,10 @@ FRAMES = set("ABINOWG")
 class PrintedNames:
     """A cursor over tokens that reads names."""
 
-    def __init__(self, tokens: list[Token], latex: bool, tight: bool, words: Vocabulary) -> None:
+    def __init__(self, tokens: list[Token], latex: bool, tight: bool) -> None:
         end = tokens[-1].end if tokens else 0
         self.tokens, self.latex, self.tight = [*tokens, Token("end", "the end", end, end)], latex, tight
-        self.place, self.depth, self.bars, self.words = 0, 0, 0, words
+        self.place, self.depth, self.bars = 0, 0, 0
 
     def peek(self, ahead: int = 0) -> Token:
         """The token this number of places ahead."""
@@ -56,7 +56,7 @@ class PrintedNames:
         return token.kind in ("letter", "word", "accent", "style", "plain")
 
     def symbol(self) -> Node:
-        """One quantity; its value is the first meaning, `alternatives` gives the others."""
+        """One quantity, of which is known only how it is written."""
         start = self.peek().start
         before = self._frame_before()
         written, end = self._written()
@@ -75,7 +75,7 @@ class PrintedNames:
         end = max(end, self.peek(-1).end if dots else end)
         if [token.text for token in (self.peek(), self.peek(1), self.peek(2))] == ["(", "t", ")"]:
             end = [self.take() for _ in range(3)][-1].end  # a function of time
-        return named(written, (start, end), self.words)
+        return _symbol(written, (start, end))
 
     def _frame_before(self) -> str:
         if self.peek().kind != "open":
@@ -205,13 +205,11 @@ class PrintedNames:
         text = self._frame_letter()
         return int(text) if text.isdigit() and len(text) == 1 else 1
 
-    def differentiated(self, node: Node, by: Node | None, span: Span) -> Node:
-        """The derivative of a node; a symbol's rate is a symbol."""
-        variable = "t" if by is None else _variable(by)
-        if variable == "t" and node.kind == "symbol":
-            assert node.written is not None
-            return named(replace(node.written, dots=node.written.dots + 1), span, self.words)
-        return Node("derivative", span, variable, (node,), () if by is None else (by.span,))
+    def differentiated(self, node: Node, by: Node, span: Span) -> Node:
+        """The derivative of a node; a symbol's rate is a symbol. `written` is what it is derived by."""
+        if by.written == Written("t") and node.written is not None and node.kind == "symbol":
+            return _symbol(replace(node.written, dots=node.written.dots + 1), span)
+        return Node("derivative", span, by.value, (node,), (by.span,), written=by.written)
 
     def environment(self) -> str:
         """The name after \\begin or \\end."""
@@ -229,14 +227,6 @@ class PrintedNames:
                 return
 
 
-def _variable(by: Node) -> str:
-    """The name of what is derived by: of a rate without a name of its own that of its symbol with a d before it."""
-    return str(by.value) if by.kind == "symbol" else f"?d{_variable(by.children[0]).lstrip('?')}"
-
-
-def named(written: Written, span: Span, words: Vocabulary) -> Node:
-    """A printed name as a node; with dots over what has no name for its rate, a derivative in time."""
-    found = words(written)
-    if 0 < written.dots < MOST_DOTS and found[0].startswith("?"):
-        return Node("derivative", span, "t", (named(replace(written, dots=written.dots - 1), span, words),))
-    return Node("symbol", span, found[0], written=written)
+def _symbol(written: Written, span: Span) -> Node:
+    """A printed name of which nothing else is known."""
+    return Node("symbol", span, unknown(written), written=written)

@@ -1,7 +1,7 @@
 """A diagnosis as text and as records for machines."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,8 @@ from pendpin.errors import one_line
 
 STYLES = {"holds": "green", "holds if": "green", "fails": "bold red", "not checked": "yellow"}
 MOST_PRINTED = 20_000  # characters of an equation in a record
-MOST_SYMBOLS = 6  # of those that are not known, in the first line
+MOST_SYMBOLS = 6  # of those that are not known, in the first lines
+MOST_LISTED = 8  # equations or lines in a row
 Line = tuple[str, str]  # text and its style
 
 
@@ -47,7 +48,6 @@ def _record(finding: Finding, diagnosis: Findings) -> dict[str, Any]:
         "place": finding.place,
         "remark": finding.remark,
         "when": finding.when,
-        "scaling": finding.scaling,
         "dimensions": finding.dimensions,
     }
 
@@ -86,24 +86,52 @@ def text(diagnosis: Findings) -> str:
 
 def lines(diagnosis: Findings) -> Iterator[list[Line]]:
     """The report line by line, each in parts with their styles."""
-    if diagnosis.unchecked and diagnosis.system_is_known:
-        yield [(unchecked(diagnosis), "bold red")]
-    yield [(f"Read as equations of {diagnosis.title}." if diagnosis.system_is_known else diagnosis.remarks[0], "bold")]
-    for remark in diagnosis.remarks[0 if diagnosis.system_is_known else 1 :]:
-        yield [(remark, "")]
+    first, *others = first_screen(diagnosis)
+    yield [(first, "bold red" if diagnosis.wrong or diagnosis.doubtful else "bold")]
+    for line in others:
+        yield [(line, "")]
     for finding in diagnosis.findings:
         yield from _of_finding(finding)
     yield []
     for shared in diagnosis.shared:
         yield [(shared_words(shared), "bold")]
-    if diagnosis.harm is not None:
-        yield from ([(line, "")] for line in diagnosis.harm.words)
-    yield [(summary(diagnosis), "bold")]
+    for line in last_lines(diagnosis):
+        yield [(line, "bold")]
+
+
+def first_screen(diagnosis: Findings) -> list[str]:
+    """What a reader wants to know first: which line is wrong, as what the text was read, what symbols are to be said."""
+    read_as = f"Read as equations of {diagnosis.title}." if diagnosis.system_is_known else diagnosis.remarks[0]
+    answer = [read_as] if diagnosis.system_is_known or not diagnosis.wrong else []
+    if diagnosis.wrong:
+        first, *others = diagnosis.wrong
+        mend = f": {first.mends[0].words}" if first.mends else ""
+        answer.insert(0, f"Equation {first.number}, {first.place}, is the first wrong one{mend}.")
+        if others:
+            answer.append(f"Wrong too: {_listed(others)}.")
+    if diagnosis.doubtful:
+        answer.append(
+            f"As it is read here, this does not hold, and no small change mends it: {_listed(diagnosis.doubtful)}."
+        )
+    answer += diagnosis.remarks[0 if diagnosis.system_is_known else 1 :]
+    if diagnosis.system_is_known and (said := unchecked(diagnosis)):
+        answer.append(said)
+    return answer
+
+
+def _listed(findings: Iterable[Finding]) -> str:
+    """Some equations by their numbers and places."""
+    found = list(findings)
+    shown = [f"{one.number} ({one.place})" for one in found[:MOST_LISTED]]
+    return ", ".join(shown) + (f" and {len(found) - MOST_LISTED} more" if len(found) > MOST_LISTED else "")
 
 
 def unchecked(diagnosis: Findings) -> str:
-    """How many equations are not checked, and what to write so that they are."""
-    left, symbols = diagnosis.unchecked, {name.lstrip("?"): "" for one in diagnosis.unchecked for name in one.unknown}
+    """How many equations could not be read, and what to write so that they are checked; empty where there are none."""
+    left = [one for one in diagnosis.unchecked if not one.when]
+    if not left:
+        return ""
+    symbols = {name.lstrip("?"): "" for one in left for name in one.unknown}
     count = f"{len(left)} of {len(diagnosis.findings)} equations {'is' if len(left) == 1 else 'are'} NOT CHECKED"
     if not symbols:
         return f"{count}; the reasons are below."
@@ -126,6 +154,16 @@ def summary(diagnosis: Findings) -> str:
     said = [(n, one if n == 1 else many) for n, one, many in zip(counts, alone, words, strict=True)]
     counted = ", ".join(f"{count} {word}" for count, word in said if count or word != words[1])
     return f"{len(verdicts)} equations of {diagnosis.title}: {counted}."
+
+
+def last_lines(diagnosis: Findings) -> list[str]:
+    """What was counted, and what was not looked at."""
+    answer = [summary(diagnosis)]
+    if diagnosis.skipped:
+        shown = ", ".join(diagnosis.skipped[:MOST_LISTED])
+        more = f" and {len(diagnosis.skipped) - MOST_LISTED} more" if len(diagnosis.skipped) > MOST_LISTED else ""
+        answer.append(f"Not looked at, though it holds an equals sign: {shown}{more}.")
+    return answer
 
 
 def shared_words(shared: Shared) -> str:
@@ -167,8 +205,6 @@ def _of_finding(finding: Finding) -> Iterator[list[Line]]:
 def failure(finding: Finding) -> str:
     """How an equation fails, in words."""
     parts = [f"off by {finding.error:.2g} of its terms, {finding.when}"]
-    if finding.scaling:
-        parts.append(f"in proportion to {finding.scaling}")
     if finding.dimensions:
         parts.append(f"dimensions do not agree: {finding.dimensions}")
     if finding.remark:
@@ -182,18 +218,18 @@ def _of_mends(mends: tuple[Mend, ...]) -> Iterator[list[Line]]:
     for rank, mend in enumerate(mends):
         label = "      mend: " if not rank else "      or:   "
         yield [(label, "green"), (mend.words + explain_change(mend.old, mend.new), "")]
-        yield [("            ", ""), *_marked(mend)]
+        yield [("            ", ""), *((part, "reverse" if new else "") for part, new in marked(mend))]
 
 
-def _marked(mend: Mend) -> list[Line]:
-    """The mended equation, its changed characters marked."""
+def marked(mend: Mend) -> list[tuple[str, bool]]:
+    """The mended equation in parts, each with whether it is new."""
     place, end_of_it = mend.span
     parts = []
     for start, end in mend.changed:
-        parts += [(mend.text[place:start], ""), (mend.text[start:end], "reverse")]
+        parts += [(mend.text[place:start], False), (mend.text[start:end], True)]
         place = end
-    parts.append((mend.text[place:end_of_it], ""))
-    return [(" ".join(part.split("\n")), style) for part, style in parts if part]
+    parts.append((mend.text[place:end_of_it], False))
+    return [(" ".join(part.split("\n")), new) for part, new in parts if part]
 
 
 def shortened(text: str, most: int) -> str:

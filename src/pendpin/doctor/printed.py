@@ -1,14 +1,16 @@
 """From statements to equations that can be checked: every reading of a text, and the likeliest of them."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
+from pendpin.doctor.reading.binding import bound
 from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import lone, parse
-from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary
+from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, raw
 from pendpin.doctor.reading.tokens import tokens
 from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
 from pendpin.doctor.systems.base import Spec, System, random_states
@@ -23,6 +25,9 @@ THIN = System(SPECS["thin"])
 Candidate = tuple[Equation, float]  # and its relative error
 
 
+NOTHING = Vocabulary(raw)  # before a system gives its words
+
+
 @dataclass(frozen=True, eq=False)
 class Printed:
     """One equation of a statement, read from `text`, which may hold a bracket more than was printed."""
@@ -32,18 +37,27 @@ class Printed:
     latex: str  # as printed
     text: str
     index: int
-    words: Vocabulary
+    words: Vocabulary = NOTHING
     ways: tuple[tuple[tuple[Node, ...], bool], ...] = ()  # sides, and whether 3g/2l is read as 3g/(2l)
     reason: str = ""  # why it cannot be read
     remark: str = ""
     defines: str = ""  # the symbol that it gives a meaning to
     definitions: dict[str, Node] = field(default_factory=dict)
     alone: bool = True  # no other equation stands in its text
+    _meant: dict[int, list[Equation]] = field(default_factory=dict, init=False)
 
     def readings(self) -> Iterator[Equation]:
         """Every way to read it, the likeliest first."""
         for sides, tight in self.ways:
             yield from Equation(sides, definitions=self.definitions, tight=tight).readings(self.words)
+
+    def meant(self, spec: Spec) -> list[Equation]:
+        """The readings whose dimensions agree; all where none do, as where a length of 1 is not written."""
+        key = id(spec.words)
+        if key not in self._meant:
+            every = list(self.readings())
+            self._meant[key] = [one for one in every if not of_equation(one, spec)[1]] or every
+        return self._meant[key]
 
     @property
     def sides(self) -> tuple[Node, ...]:
@@ -64,16 +78,20 @@ class Printed:
         return name in self.definitions or name.rpartition("_")[0] in self.definitions
 
 
-def printed(
-    statements: tuple[Statement, ...], given: dict[str, Node], usual: dict[str, Node], words: Vocabulary
-) -> list[Printed]:
-    """The equations of some statements, numbered, with the symbols that the text defines.
+def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
+    """The equations of some statements, numbered, of whose names nothing is known yet."""
+    found: list[Printed] = []
+    for statement in statements:
+        found += _of_statement(statement, len(found) + 1)
+    return found
+
+
+def bind(raw: list[Printed], words: Vocabulary, given: dict[str, Node], usual: dict[str, Node]) -> list[Printed]:
+    """The same equations with the meanings that some words give, and with the symbols that the text defines.
 
     A symbol has the meaning that the last definition before it gave it, or the first one after it, or the `usual` one.
     """
-    found: list[Printed] = []
-    for statement in statements:
-        found += _of_statement(statement, len(found) + 1, words)
+    found = [_bind(one, words) for one in raw]
     used = set().union(*(one.names for one in found))
     usual = {name: meaning for name, meaning in usual.items() if name in used}
     made = [(i, *definition) for i, one in enumerate(found) for definition in _definitions(one, given)]
@@ -91,16 +109,34 @@ def printed(
     return entries
 
 
-def _of_statement(statement: Statement, number: int, words: Vocabulary) -> list[Printed]:
-    """Its equations, or one that tells why it cannot be read."""
+def _bind(one: Printed, words: Vocabulary) -> Printed:
+    """One equation; of a side alone that has a name, the name is the left side if it is a quantity's."""
+    ways = [(tuple(bound(side, words) for side in sides), tight) for sides, tight in one.ways]
+    if one.ways and len(one.ways[0][0]) == 1 and one.statement.name and (left := _name(one.statement.name, words)):
+        ways = [((left, *sides), tight) for sides, tight in ways] + ways
+    return replace(one, words=words, ways=tuple(ways))
+
+
+def _name(name: str, words: Vocabulary) -> Node | None:
+    """A key as the left side of an equation, if it is the name of a quantity."""
     try:
-        text, remark, equations = _parsed(statement.text, words)
+        found = lone(name, words)
+    except Unread:
+        return None
+    known = found and found.kind == "symbol" and not found.value.startswith("?")
+    return replace(found, span=(0, 0)) if found and known else None
+
+
+def _of_statement(statement: Statement, number: int) -> list[Printed]:
+    """Its equations, or one that tells why it cannot be read."""
+    unread = Printed(statement, number, statement.text, statement.text, 0)
+    try:
+        text, remark, equations = _parsed(statement.text)
     except Unread as error:
-        return [Printed(statement, number, statement.text, statement.text, 0, words, reason=error.reason)]
+        return [replace(unread, reason=error.reason)]
     several = len(equations) > 1
     if several and len(equations[0]) == 1 and equations[0][0].kind == "symbol" and not statement.name:
-        reason = "it gives values to several names at once: write an equation for each"
-        return [Printed(statement, number, statement.text, statement.text, 0, words, reason=reason)]
+        return [replace(unread, reason="it gives values to several names at once: write an equation for each")]
     return [
         Printed(
             replace(statement, place=statement.line_of(sides[0].outer[0])),
@@ -108,21 +144,20 @@ def _of_statement(statement: Statement, number: int, words: Vocabulary) -> list[
             text[sides[0].outer[0] : sides[-1].outer[1]].strip() if several else statement.text,
             text,
             i,
-            words,
-            _ways(statement, text, i, sides, words),
+            ways=((tuple(sides), False), *(((tuple(parse(text, tight=True)[i]), True),) if "/" in text else ())),
             remark=remark,
             alone=not several,
         )
         for i, sides in enumerate(equations)
         if len(sides) > 1 or statement.name or not statement.place.startswith("line")
-    ] or [Printed(statement, number, text, text, 0, words, reason="no equation: it has one side only")]
+    ] or [replace(unread, text=text, reason="no equation: it has one side only")]
 
 
-def _parsed(text: str, words: Vocabulary) -> tuple[str, str, list[list[Node]]]:
+def _parsed(text: str) -> tuple[str, str, list[list[Node]]]:
     """A text, with the bracket that is missing, a remark on that, and its equations. Raises Unread."""
     remark = ""
     try:
-        equations = parse(text, words)
+        equations = parse(text)
     except RecursionError:
         raise Unread("nested too deeply") from None
     except Unread as error:
@@ -130,7 +165,7 @@ def _parsed(text: str, words: Vocabulary) -> tuple[str, str, list[list[Node]]]:
         if mended is None:
             raise Unread(f"{error.reason} (character {error.place + 1})") from None
         text, remark = mended
-        equations = parse(text, words)
+        equations = parse(text)
     nodes = sum(1 for sides in equations for _ in parts(sides))
     if nodes > MOST_NODES or max(map(len, equations), default=0) > MOST_SIDES:
         raise Unread("too long to be checked: write it as several equations")
@@ -149,29 +184,6 @@ def _definitions(one: Printed, given: dict[str, Node]) -> list[tuple[str, Node]]
         if meanings and (symbol is sides[0] or settled or len(sides) > 2):
             return [(other.value, meanings[0]) for other in fresh]
     return []
-
-
-def _ways(
-    statement: Statement, text: str, index: int, sides: list[Node], words: Vocabulary
-) -> tuple[tuple[tuple[Node, ...], bool], ...]:
-    """The sides, also with 3g/2l read as 3g/(2l), and with the statement's name as the left side."""
-    ways = [(tuple(sides), False)]
-    if "/" in text:
-        ways.append((tuple(parse(text, words, tight=True)[index]), True))
-    if len(sides) == 1 and statement.name:
-        named = _name(statement.name, words)
-        ways = [((left, *s), tight) for s, tight in ways for left in named] + ways
-    return tuple(ways)
-
-
-def _name(name: str, words: Vocabulary) -> list[Node]:
-    """A key as the left side of an equation, if it is the name of a quantity."""
-    try:
-        found = lone(name, words)
-    except Unread:
-        return []
-    known = found and found.kind == "symbol" and not found.value.startswith("?")
-    return [replace(found, span=(0, 0))] if found and known else []
 
 
 @lru_cache(maxsize=500)
@@ -211,11 +223,11 @@ def holding(one: Printed, system: System) -> Equation | None:
     """The reading of an equation that holds; None where none does, or where it says what a symbol is."""
     if one.defines and len(one.sides) == 2:
         return None
-    try:
-        equation, error = candidates(one, system)[0]
-    except Unread:
-        return None
-    return equation if error < TOLERANCE else None
+    for equation in one.meant(system.spec):
+        with suppress(Unread):
+            if relative_error(equation, random_states(system)) < TOLERANCE:
+                return equation
+    return None
 
 
 @lru_cache(maxsize=1000)
