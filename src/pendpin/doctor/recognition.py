@@ -46,7 +46,7 @@ SAID, UNSAID = (
     0.5,
     -0.75,
 )  # equations: what the words of a section count for the system that they name, and against another
-CLEARLY = 1.2  # equations: by how much a reading has to explain more, so that what only another one explains is wrong
+CLEARLY = 0.6  # equations: by how much a reading has to explain more, so that what only another one explains is wrong
 FROM_HORIZONTAL = re.compile(r"horizontal|manipulator|\barm\b|elbow|x[- ]axis", re.IGNORECASE)
 ON_A_JOINT = re.compile(
     r"^(?!.*(?:spherical|polar|azimuth)).*(?:Cardan|universal joint|U-joint|Hooke'?s? joint)", re.I | re.S
@@ -68,6 +68,7 @@ WORDS = {  # of texts about each family
     "polar": re.compile(r"spherical pendul|conical pendul|azimuth|sphärische|péndulo esférico|pendule sphérique", re.I),
     "rod": re.compile(r"cardan|universal joint|U-joint|hooke'?s? joint|gimbal", re.I),
 }
+UPRIGHT = re.compile(r"upright|inverted|invertido|inversé|unstable|balanc|\btop\b|upward|stand|acrobot", re.I)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +84,7 @@ class Reading:
     conventions: tuple[Convention, ...] = ()  # others, under one of which an equation may be right
     again: Again | None = None  # binds them to other words
     angles: dict[str, str] = field(default_factory=dict)  # guessed: the letters of the angles
+    small: bool = False  # what holds for small angles counts, where nothing else does
 
     @property
     def remedy(self) -> str:
@@ -92,7 +94,7 @@ class Reading:
     @cached_property
     def credits(self) -> np.ndarray:
         """What each equation counts for this reading, (n,): 0 where it does not hold."""
-        every = [credit(one, self.system) for one in self.equations[:MOST_COUNTED]]
+        every = [credit(one, self.system, self.small) for one in self.equations[:MOST_COUNTED]]
         return np.array(every + [0.0] * (len(self.equations) - len(every)))
 
     @property
@@ -110,7 +112,11 @@ class Reading:
         family = self.system.kind.split()[0]
         family = {"acrobot": "double"}.get(family, "rod" if family in RODS else family)
         said = {name for name, words in WORDS.items() if words.search(text)}
-        return 0.0 if not said else SAID if family in said else UNSAID
+        count = 0.0 if not said else SAID if family in said else UNSAID
+        kinds = self.system.kind.split()
+        if "up" in kinds and not UPRIGHT.search(text):
+            count += UNSAID
+        return count - 0.3 * ("mirrored" in kinds)
 
     def says(self, one: Printed) -> str:
         """What an equation says that is no law: a state, or a choice of parameters; empty for what may be a law."""
@@ -210,9 +216,8 @@ def read(document: Document, choices: dict[str, Any]) -> Recognition:
     readings = list(_every(page))
     readings.sort(key=lambda reading: -(reading.score + reading.prior(document.text)))
     if readings[0].credits.sum() < 1:  # nothing holds: perhaps for small angles
-        small = [(held(one.equations, one.system, small=True), one) for one in readings[:MOST_PROPOSED]]
-        most, best = max(small, key=lambda pair: pair[0])
-        readings = [best, *(one for one in readings if one is not best)] if most > 0.5 else readings
+        small = [replace(one, small=True) for one in readings]
+        readings = sorted(small, key=lambda one: -one.score) if any(one.credits.sum() for one in small) else readings
     if not choices.get("proposed") and (better := _proposed(page, choices, readings)):
         return better
     return _by_section(page, [_settled(reading) for reading in _likeliest(page, readings)])
