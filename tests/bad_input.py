@@ -131,3 +131,12 @@ def contents(folder: Path) -> dict[str, bytes | None]:
 
 
 assert tomllib.loads(SCENE)
+
+
+class AtOnce:
+    """In the place of threading.Timer: it rings when it is started, so that no test waits for a clock."""
+
+    daemon = True
+
+    def __init__(self, limit: float, interrupt: Callable[[], object]) -> None:
+        self.start, self.cancel = interrupt, lambda: None

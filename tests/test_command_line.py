@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from bad_input import run_main
+from bad_input import AtOnce, run_main
 from pendpin.cli.app import app
 from pendpin.cli.printing import print_table
 from pendpin.errors import Interrupted, not_one_of
@@ -187,3 +187,45 @@ def test_examples_answer_what_they_ask(capfd: pytest.CaptureFixture) -> None:
     still = rest.t >= rest.events[-1].t
     assert not rest.v[still].any()
     assert rest.v[np.flatnonzero(still)[0] - 1].any()
+
+
+LONG = {  # commands that can take long, each with what it needs
+    "run": (),
+    "check": (),
+    "cost": (),
+    "effects": (),
+    "hard": (),
+    "modes": (),
+    "stability": (),
+    "validate": (),
+    "reference": ("--out", "folder"),
+    "doctor": ("text.md",),
+    "fit": ("scene.toml", "swing.csv"),
+    "sweep": ("scene.toml", "--vary", "duration=1:2:3"),
+}
+
+
+@pytest.mark.parametrize("command", [name for name in LONG if name != "run"])
+def test_every_long_command_ends_at_its_limit(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd
+) -> None:
+    """In one line, which says so; a run has a limit of its own (test_limits)."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("threading.Timer", AtOnce)
+    rod, gravity = pp.Rod(length=1, mass=1), pp.effects.Gravity()
+    scene = pp.Scene(model=pp.Chain(rods=[rod]), effects=[gravity], data={"columns": {"a": "theta"}})
+    scene.save("scene.toml")
+    Path("text.md").write_text("$a = b$")
+    Path("swing.csv").write_text("t,a\n" + "".join(f"{i / 10},{i % 7 / 10}\n" for i in range(60)))
+    assert run_main(command, *LONG[command], "--limit", "7") == 1
+    said = capfd.readouterr().err
+    assert said.startswith("pendpin: ")
+    assert said.count("\n") == 1
+    assert "stopped after 7 s (--limit)" in said
+
+
+def test_no_command_without_a_limit_can_take_long() -> None:
+    """The commands of the help have --limit, or read, write and draw what is there."""
+    short = {"view", "plot", "urdf", "new", "schema", "map"}
+    named = {command.name or command.callback.__name__ for command in app.registered_commands if command.callback}
+    assert named == set(LONG) | short

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from bad_input import run_main
+from bad_input import AtOnce, run_main
 from pendpin.stability.report import stability
 from test_near_motions import ROD, TWO, G, fx, kapitza, pp, scene
 
@@ -96,27 +96,21 @@ def test_the_command(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
     ("command", "where", "doing"),
     [
         ("modes", "pendpin.motions.special_starts.Dynamics.acceleration", "looking for the rest near the start"),
-        ("modes", "pendpin.motions.small_motions.vibrations", "at work"),
+        ("modes", "pendpin.motions.small_motions.vibrations", "the modes"),
         ("stability", "pendpin.stability.linearize.Variational", "differentiating the motion near a rest"),
     ],
 )
 def test_a_limit_ends_a_command_and_says_what_it_was_doing(command, where, doing, monkeypatch, capsys) -> None:
     """The clock rings at once, and is heard at the place that is planted: no test waits for a clock."""
 
-    class AtOnce:
-        daemon = True
-
-        def __init__(self, limit: float, interrupt) -> None:
-            self.start, self.cancel = interrupt, lambda: None
-
     def heard(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("pendpin.cli.limits.Timer", AtOnce)
-    monkeypatch.setattr("pendpin.cli.limits._thread.interrupt_main", lambda: None)
+    monkeypatch.setattr("threading.Timer", AtOnce)
+    monkeypatch.setattr("signal.pthread_kill", lambda *_: None)
     monkeypatch.setattr(where, heard)
     assert run_main(command, "examples/double_pendulum.toml", "--limit", "7") == 1
-    assert f"it takes over 7 s: it was {doing} (--limit)" in capsys.readouterr().err
+    assert f"stopped after 7 s (--limit), at: {doing}" in capsys.readouterr().err
 
 
 def test_what_never_ends_says_why() -> None:

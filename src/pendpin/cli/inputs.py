@@ -180,6 +180,11 @@ def print_notes(scene: "Scene", strict: bool) -> None:
 # --- the options that several commands share ------------------------------------------------------------------------
 
 
+def flag(*names: str, **options: Any) -> Any:
+    """An option without a value; newer typers would call it <bool> in the help."""
+    return typer.Option(*names, metavar="", **options)
+
+
 SceneFile = Annotated[Path | None, typer.Argument(help="Scene file (TOML); the built-in single rod if absent.")]
 UrdfFile = Annotated[
     str | None,
@@ -192,15 +197,13 @@ Changes = Annotated[
 Lock = Annotated[list[str] | None, typer.Option(help="Freeze a joint of the URDF: NAME=POSITION, in rad or m.")]
 Mimic = Annotated[str | None, typer.Option(help="Joints of the URDF with <mimic>: free or locked.")]
 AsWritten = Annotated[
-    bool, typer.Option("--as-written", help="Damping, friction and limits of the URDF act as its file writes them.")
+    bool, flag("--as-written", help="Damping, friction and limits of the URDF act as its file writes them.")
 ]
-Strict = Annotated[
-    bool, typer.Option("--strict", help="Refuse a model with findings: impossible inertia, slips in names.")
-]
+Strict = Annotated[bool, flag("--strict", help="Refuse a model with findings: impossible inertia, slips in names.")]
 Method = Annotated[str | None, typer.Option(help="Integration method, such as dop853.")]
 Tolerance = Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")]
 Accuracy = Annotated[
     float | None, typer.Option(help="Target accuracy: largest tip error divided by the chain's length.")
 ]
 Plot = Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
+Json = Annotated[bool, flag("--json", help="Print JSON instead of a table.")]

@@ -1,8 +1,7 @@
-"""What the commands print: a report as sentences and tables or as JSON, and on stderr what they do."""
+"""What the commands print on the terminal: a report as sentences and tables, or its data as JSON."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import asdict, is_dataclass
 from math import isfinite
 from pathlib import Path
@@ -69,31 +68,3 @@ def print_files(files: list[Path], as_json: bool = False) -> None:
     """The files written, a line each; none beside JSON."""
     for file in () if as_json else files:
         print(f"wrote {file}")
-
-
-# --- what the commands show on stderr while they work ---------------------------------------------------------------
-
-
-@contextmanager
-def waiting(what: str, hidden: bool) -> Iterator[Callable[[str], None]]:
-    """A spinner on stderr, only on a terminal; the function that it returns names what is being done."""
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if hidden or not console.is_terminal:
-        yield lambda what: None
-        return
-    with console.status(what) as status:
-        yield status.update
-
-
-@contextmanager
-def progress_bar(what: str, end: float, hidden: bool) -> Iterator[Callable[[float], None]]:
-    """A progress bar on stderr, only on a terminal."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=hidden or not console.is_terminal) as progress:
-        task = progress.add_task(what, total=end)
-        yield lambda t: progress.update(task, completed=t)

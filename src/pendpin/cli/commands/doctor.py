@@ -8,7 +8,8 @@ import typer
 
 from pendpin.cli.inputs import Json, naming_options
 from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.printing import print_files, print_json, waiting
+from pendpin.cli.printing import print_files, print_json
+from pendpin.cli.work import Limit, limited, waiting
 
 
 def doctor(
@@ -33,6 +34,7 @@ def doctor(
     ] = None,
     scene: Annotated[Path | None, typer.Option(help="A scene of a chain of rods that the equations describe.")] = None,
     html: Annotated[Path | None, typer.Option(help="Where to write the report as one HTML page.")] = None,
+    limit: Limit = None,
     json: Json = False,
 ) -> None:
     """Say which printed equation of a rod is wrong, and which change corrects it.
@@ -46,7 +48,7 @@ def doctor(
     refuse_outputs([file], html=html)
     with naming_options():
         check_choices(rod, convention)
-    with waiting("reading", hidden=json) as progress:
+    with limited(limit) as work, waiting("reading", json, work) as progress:
         diagnosis = diagnose_file(file, rod, convention, progress, symbols, scene)
     print_json(diagnosis.to_json()) if json else _print_lines(lines(diagnosis))
     if html:

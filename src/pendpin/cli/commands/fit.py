@@ -5,9 +5,10 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import Json, Plot, files_of, print_notes, read_scene
+from pendpin.cli.inputs import Json, Plot, files_of, flag, print_notes, read_scene
 from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.printing import print_files, print_report, waiting
+from pendpin.cli.printing import print_files, print_report
+from pendpin.cli.work import Limit, limited, waiting
 from pendpin.errors import InputError, inside
 
 
@@ -28,13 +29,12 @@ def fit(
     ] = None,
     explain_residual: Annotated[
         bool,
-        typer.Option(
-            "--explain-residual", help="Fit again without each part of the model, and with parts that it lacks."
-        ),
+        flag("--explain-residual", help="Fit again without each part of the model, and with parts that it lacks."),
     ] = False,
-    robust: Annotated[bool, typer.Option("--robust", help="Give outliers less weight.")] = False,
+    robust: Annotated[bool, flag("--robust", help="Give outliers less weight.")] = False,
     out: Annotated[Path | None, typer.Option(help="Where to write the fitted scene (TOML).")] = None,
     plot: Plot = None,
+    limit: Limit = None,
     json: Json = False,
 ) -> None:
     """Identify parameters of a scene from measured swings: values, errors, and which numbers the data cannot determine."""
@@ -51,7 +51,7 @@ def fit(
         print_notes(chosen, strict=False)
         table = data_table(chosen)
     swings, others = read_swings(data, table), read_swings(hold_out, table) if hold_out else None
-    with inside(str(scene)), waiting("fitting", hidden=json) as progress:
+    with limited(limit) as work, inside(str(scene)), waiting("fitting", json, work) as progress:
         result = fitted(chosen, swings, free, others, hold_out_start or 0.1, robust=robust, progress=progress)
         if explain_residual and result.follows:
             result = explained(result, progress)

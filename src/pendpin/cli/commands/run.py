@@ -7,9 +7,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pendpin.cli.inputs import Accuracy, Json, Method, Plot, SceneInput, Tolerance, lasting, naming_options, on_scene
+from pendpin.cli.inputs import (
+    Accuracy,
+    Json,
+    Method,
+    Plot,
+    SceneInput,
+    Tolerance,
+    flag,
+    lasting,
+    naming_options,
+    on_scene,
+)
 from pendpin.cli.outputs import refuse_outputs, show_live, write_run
-from pendpin.cli.printing import print_files, print_report, progress_bar
+from pendpin.cli.printing import print_files, print_report
+from pendpin.cli.work import progress_bar
 from pendpin.errors import Halted, PendpinError, RunError, inside
 
 if TYPE_CHECKING:
@@ -36,12 +48,12 @@ def run(
     out: Annotated[Path, typer.Option(help="Where the run is saved: .npz, or .csv for a table.")] = Path("run.npz"),
     html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
     plot: Plot = None,
-    energy_balance: Annotated[bool, typer.Option("--energy-balance", help="Compute the work of every effect.")] = False,
+    energy_balance: Annotated[bool, flag("--energy-balance", help="Compute the work of every effect.")] = False,
     anyway: Annotated[
-        bool, typer.Option("--anyway", help="Continue when the energy goes wrong; a note says from when.")
+        bool, flag("--anyway", help="Continue when the energy goes wrong; a note says from when.")
     ] = False,
-    explain: Annotated[bool, typer.Option("--explain", help="Print the effects that act in this scene.")] = False,
-    view: Annotated[bool, typer.Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
+    explain: Annotated[bool, flag("--explain", help="Print the effects that act in this scene.")] = False,
+    view: Annotated[bool, flag("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
     json: Json = False,
 ) -> None:
     """Simulate a scene, save the run, and print its cost and its checks.

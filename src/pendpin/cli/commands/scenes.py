@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import read_scene
+from pendpin.cli.inputs import flag, read_scene
 from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.printing import print_files
 from pendpin.cli.streams import say
@@ -16,7 +16,7 @@ from pendpin.ground.files import write_whole
 def urdf(
     scene: Annotated[Path | None, typer.Argument(help="Scene file (TOML) of a chain.")] = None,
     out: Annotated[Path | None, typer.Option(help="Where to write the URDF; on the terminal if absent.")] = None,
-    listed: Annotated[bool, typer.Option("--list", help="List the robots that --urdf and model.name know.")] = False,
+    listed: Annotated[bool, flag("--list", help="List the robots that --urdf and model.name know.")] = False,
 ) -> None:
     """Write a chain as a URDF that Pinocchio, MuJoCo and Drake load to the same model; or list the robots by name."""
     from pendpin.ground.files import write_whole
@@ -52,7 +52,7 @@ def new(
     example: Annotated[
         str, typer.Argument(help="Name of an example, such as crane; `pendpin new --list` lists all.")
     ] = "single_rod",
-    listed: Annotated[bool, typer.Option("--list", help="List the examples.")] = False,
+    listed: Annotated[bool, flag("--list", help="List the examples.")] = False,
 ) -> None:
     """Print a commented example scene, to be changed: pendpin new crane > my.toml.
 

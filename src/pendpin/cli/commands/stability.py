@@ -5,20 +5,20 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import Json, Plot, SceneInput, on_scene
-from pendpin.cli.limits import Limit, limited
+from pendpin.cli.inputs import Json, Plot, SceneInput, flag, on_scene
 from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.printing import print_files, print_report, waiting
+from pendpin.cli.printing import print_files, print_report
+from pendpin.cli.work import Limit, limited, waiting
 
 
 @on_scene
 def stability(
     chosen: SceneInput,
     lyapunov: Annotated[
-        bool, typer.Option("--lyapunov", help="The Lyapunov exponents of the motion from the start, over its duration.")
+        bool, flag("--lyapunov", help="The Lyapunov exponents of the motion from the start, over its duration.")
     ] = False,
     planar: Annotated[
-        bool, typer.Option("--planar", help="With --lyapunov: only changes in the plane in which the motion stays.")
+        bool, flag("--planar", help="With --lyapunov: only changes in the plane in which the motion stays.")
     ] = False,
     period: Annotated[
         float | None, typer.Option(help="Period in s of the motion; that of the drive if absent.")
@@ -41,7 +41,8 @@ def stability(
         raise typer.BadParameter(
             "it is of Lyapunov exponents: give --lyapunov too", param_hint="--plot" if plot else "--planar"
         )
-    with chosen.noted() as scene, limited(limit):
+    what = "the exponents" if lyapunov else "the rests"
+    with chosen.noted() as scene, limited(limit) as work, waiting(what, json, work):
         found = exponents_of(scene, planar=planar) if lyapunov else report_on(scene, period)
     print_report(found.report(), json)
     if plot and isinstance(found, Lyapunov):
@@ -54,7 +55,7 @@ def stability(
 @on_scene
 def modes(
     chosen: SceneInput,
-    every: Annotated[bool, typer.Option("--all", help="Print every mode, not the lowest alone.")] = False,
+    every: Annotated[bool, flag("--all", help="Print every mode, not the lowest alone.")] = False,
     plot: Plot = None,
     html: Annotated[Path | None, typer.Option(help="Animation of a mode as one HTML page.")] = None,
     mode: Annotated[int, typer.Option(min=1, help="Which mode the page plays; the lowest is 1.")] = 1,
@@ -70,7 +71,7 @@ def modes(
 
     refuse_outputs(chosen.files, plot=plot, html=html)
     with chosen.noted() as scene:
-        with limited(limit):
+        with limited(limit) as work, waiting("the modes", json, work):
             result = modes_of(scene)
         result.place(mode)
         print_report(result.report(None if every else MOST_ROWS), json)
@@ -89,13 +90,15 @@ def effects(
         float, typer.Option(help="Smallest change that matters: tip distance over the chain's length.")
     ] = 1e-3,
     thorough: Annotated[
-        bool, typer.Option("--thorough", help="Compare over the full duration, however long that takes.")
+        bool, flag("--thorough", help="Compare over the full duration, however long that takes.")
     ] = False,
+    limit: Limit = None,
     json: Json = False,
 ) -> None:
     """Show what each effect changes and costs, and which effects the scene needs at an accuracy."""
     from pendpin.sweeps.significance import significance
 
-    with waiting("comparing runs with and without each effect", hidden=json), chosen.noted() as scene:
+    what = "runs with and without each effect"
+    with limited(limit) as work, waiting(what, json, work), chosen.noted() as scene:
         report = significance(scene, accuracy, thorough)
     print_report(report.report(), json)

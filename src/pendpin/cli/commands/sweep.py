@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pendpin.cli.inputs import Accuracy, Json, Method, Plot, SceneInput, Tolerance, naming_options, on_scene
+from pendpin.cli.inputs import Accuracy, Json, Method, Plot, SceneInput, Tolerance, flag, naming_options, on_scene
 from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.printing import print_files, print_json, print_report, progress_bar
+from pendpin.cli.printing import print_files, print_json, print_report
+from pendpin.cli.work import Limit, limited, progress_bar
 from pendpin.errors import InputError, PendpinError
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def sweep(
     chosen: SceneInput,
     vary: Annotated[list[str] | None, typer.Option(help=VARY)] = None,
     measure: Annotated[list[str] | None, typer.Option(help=MEASURE)] = None,
-    listed: Annotated[bool, typer.Option("--list", help="List the measures and run nothing.")] = False,
+    listed: Annotated[bool, flag("--list", help="List the measures and run nothing.")] = False,
     out: Annotated[
         Path | None, typer.Option(help="Zarr store of the results. If it exists, the sweep continues it.")
     ] = None,
@@ -35,7 +36,7 @@ def sweep(
         Path | None, typer.Option(help="CSV of cases: keys in the first line, a case in each further line.")
     ] = None,
     in_pairs: Annotated[
-        bool, typer.Option("--zip", help="Vary all keys together: the first values, the second values, ...")
+        bool, flag("--zip", help="Vary all keys together: the first values, the second values, ...")
     ] = False,
     sample: Annotated[int | None, typer.Option(min=1, help="Number of random cases.")] = None,
     sampling: Annotated[str, typer.Option(help="latin, sobol or random.")] = "latin",
@@ -50,6 +51,7 @@ def sweep(
     method: Method = None,
     tolerance: Tolerance = None,
     accuracy: Accuracy = None,
+    limit: Limit = None,
     json: Json = False,
 ) -> None:
     """Run a scene with many sets of numbers and measure each run."""
@@ -63,7 +65,12 @@ def sweep(
     with naming_options("vary"):
         plan = _plan(vary or [], cases, in_pairs, sample, sampling, sobol, seed)
     settings = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
-    with progress_bar("sweeping", plan.count, hidden=json) as bar:
+    with limited(limit) as work, progress_bar("sweeping", plan.count, hidden=json) as bar:
+
+        def progress(done: int, count: int) -> None:
+            work.doing = f"{done} of {count} cases" + "; the same sweep resumes from there" * bool(out)
+            bar(done)
+
         measures = tuple(measure or ("swing",))
         dataset = run(
             chosen.scene,
@@ -72,7 +79,7 @@ def sweep(
             out=out,
             workers=workers,
             dask=dask,
-            progress=lambda done, _: bar(done),
+            progress=progress,
             **settings,
         )
     files = [*([out] if out else []), *_written(dataset, csv, plot, None)]

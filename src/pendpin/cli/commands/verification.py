@@ -1,13 +1,15 @@
 """What a result is worth, and what it costs: pendpin check, hard, validate, reference, cost."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import Json, Plot, SceneInput, naming_options, on_scene
+from pendpin.cli.inputs import Json, Plot, SceneInput, flag, lasting, naming_options, on_scene
 from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.printing import print_files, print_json, print_report, waiting
+from pendpin.cli.printing import print_files, print_json, print_report
+from pendpin.cli.work import Limit, limited, waiting
 from pendpin.errors import PendpinError
 
 
@@ -16,7 +18,8 @@ def check(
     chosen: SceneInput,
     states: Annotated[int, typer.Option(min=1, max=10_000_000, help="How many random states.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
-    every_row: Annotated[bool, typer.Option("--all", help="Print every pair of routes in every quantity too.")] = False,
+    every_row: Annotated[bool, flag("--all", help="Print every pair of routes in every quantity too.")] = False,
+    limit: Limit = None,
     json: Json = False,
 ) -> None:
     """Compute accelerations and reactions at random states by every route, and compare each pair of routes.
@@ -25,7 +28,7 @@ def check(
     """
     from pendpin.motions.crosschecks.crosscheck import crosscheck
 
-    with chosen.noted() as scene:
+    with limited(limit) as work, waiting(f"{states} states by every route", json, work), chosen.noted() as scene:
         report = crosscheck(scene, states=states, seed=seed)
     print_report(report.report(every_row), json)
     if report.fault:
@@ -37,11 +40,10 @@ def check(
 
 def hard(
     cases: Annotated[list[str] | None, typer.Argument(help="Names of cases; all if absent.")] = None,
-    listed: Annotated[bool, typer.Option("--list", help="List the cases and run none.")] = False,
-    short: Annotated[bool, typer.Option("--short", help="Run the short forms, as the tests do.")] = False,
-    peers: Annotated[
-        bool, typer.Option("--peers", help="Run the short forms in MuJoCo, Drake and plain SciPy.")
-    ] = False,
+    listed: Annotated[bool, flag("--list", help="List the cases and run none.")] = False,
+    short: Annotated[bool, flag("--short", help="Run the short forms, as the tests do.")] = False,
+    peers: Annotated[bool, flag("--peers", help="Run the short forms in MuJoCo, Drake and plain SciPy.")] = False,
+    limit: Limit = None,
     json: Json = False,
 ) -> None:
     """Run the hard cases (docs/hard_cases.md), each on its methods against its bound."""
@@ -52,9 +54,10 @@ def hard(
     if listed:
         print_report(catalogue_report(CASES.values()), json)
         return
-    with waiting("the hard cases", hidden=json) as progress:
-        report = run_cases(cases or (), full=not short, peers=peers, progress=progress)
-    print_report(report.report(), json)
+    with limited(limit) as work:
+        with waiting("the hard cases", json, work) as progress:
+            report = run_cases(cases or (), full=not short, peers=peers, progress=progress)
+        print_report(report.report(), json)
     if report.stopped:
         raise KeyboardInterrupt
     if report.fault:
@@ -66,11 +69,12 @@ def hard(
 
 def validate(
     cases: Annotated[list[str] | None, typer.Argument(help="Names of cases; all if absent.")] = None,
-    listed: Annotated[bool, typer.Option("--list", help="List the cases with their sources and run none.")] = False,
+    listed: Annotated[bool, flag("--list", help="List the cases with their sources and run none.")] = False,
     methods: Annotated[
         str | None, typer.Option(help="Methods, separated by commas; all that can run a case if absent.")
     ] = None,
     html: Annotated[Path | None, typer.Option(help="A page with the table, the motions and the sources.")] = None,
+    limit: Limit = None,
     json: Json = False,
 ) -> None:
     """Compare runs with published results of ADAMS, Dymola, OpenSim, benchmarks and closed forms (docs/agreement.md).
@@ -84,9 +88,10 @@ def validate(
         print_report(sources_report(), json)
         return
     chosen = methods.split(",") if methods else None
-    with waiting("the published cases", hidden=json) as progress:
-        report = compare(cases or (), chosen, progress)
-    print_report(report.report(), json)
+    with limited(limit) as work:
+        with waiting("the published cases", json, work) as progress:
+            report = compare(cases or (), chosen, progress)
+        print_report(report.report(), json)
     if html is not None:
         from pendpin.verification.agreement.page import write_page
 
@@ -105,12 +110,13 @@ def reference(
     chosen: SceneInput,
     out: Annotated[Path, typer.Option(help="A new folder for the model files and the numbers.")],
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    limit: Limit = None,
     json: Json = False,
 ) -> None:
     """Write a model as URDF, MJCF and SDF with reference numbers and error bounds, for another engine's tests."""
     from pendpin.verification.agreement.reference import write_reference
 
-    with chosen.noted() as scene, waiting("50 digits", hidden=json):
+    with limited(limit) as work, chosen.noted() as scene, waiting("numbers in 50 digits", json, work):
         made = write_reference(scene, out, seed)
     if json:
         print_json({"path": str(made.path), "files": made.files, "left_out": made.left_out})
@@ -126,23 +132,25 @@ def reference(
 @on_scene
 def cost(
     chosen: SceneInput,
+    duration: Annotated[float | None, typer.Option(help="Duration in s, in place of the scene's.")] = None,
     methods: Annotated[
         str | None, typer.Option(help='Methods, separated by commas: as run takes them, or "dop853 not compiled".')
     ] = None,
     accuracy: Annotated[
         float, typer.Option(help="Accuracy of interest: tip error divided by the chain's length.")
     ] = 1e-9,
-    peers: Annotated[bool, typer.Option("--peers", help="Measure MuJoCo, Drake and plain SciPy too.")] = False,
+    peers: Annotated[bool, flag("--peers", help="Measure MuJoCo, Drake and plain SciPy too.")] = False,
     thorough: Annotated[
-        bool, typer.Option("--thorough", help="Measure all methods at all settings, over the full duration.")
+        bool, flag("--thorough", help="Measure all methods at all settings, over the full duration.")
     ] = False,
     budget: Annotated[
         float, typer.Option(min=0, help="Stop measuring a method when one of its runs takes longer, in s.")
     ] = 1.0,
     plot: Plot = None,
     short: Annotated[
-        bool, typer.Option("--short", help="Draw the cheapest method of each tool, and the time of its next digit.")
+        bool, flag("--short", help="Draw the cheapest method of each tool, and the time of its next digit.")
     ] = False,
+    limit: Limit = None,
     json: Json = False,
 ) -> None:
     """Find the fastest method for each accuracy and its run time, in about 20 s. --thorough: a work-precision diagram."""
@@ -150,13 +158,15 @@ def cost(
     from pendpin.verification.work_precision.figure import save_cost_plot
 
     refuse_outputs(chosen.files, plot=plot)
-    with waiting("the reference", hidden=json) as progress, chosen.noted() as scene:
-        names = [name.strip() for name in methods.split(",")] if methods else None
-        options = {"methods": names, "accuracy": accuracy, "peers": peers, "thorough": thorough, "budget": budget}
-        with naming_options("methods", "accuracy"):
+    names = [name.strip() for name in methods.split(",")] if methods else None
+    options = {"methods": names, "accuracy": accuracy, "peers": peers, "thorough": thorough, "budget": budget}
+    chosen = replace(chosen, scene=lasting(chosen.scene, duration, None))
+    with limited(limit) as work:
+        asked = naming_options("methods", "accuracy")
+        with waiting("the reference", json, work) as progress, chosen.noted() as scene, asked:
             report = measure(scene, **options, progress=progress)
-    print_report(report.report(), json)
-    if plot:
-        print_files([save_cost_plot(report, plot, short)], json)
+        print_report(report.report(), json)
+        if plot:
+            print_files([save_cost_plot(report, plot, short)], json)
     if report.interrupted:
         raise KeyboardInterrupt
